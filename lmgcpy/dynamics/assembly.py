@@ -1,0 +1,107 @@
+"""The problem of one time step: from interactions and laws to the arrays that a solver works on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lmgcpy.contact.detector import Group, Interactions
+from lmgcpy.solve.law_kernels import LawKernels, law_kernels, relative_velocities
+from lmgcpy.solve.report import Worst
+from lmgcpy.solve.system import Groups, System
+
+
+@dataclass(frozen=True)
+class StepProblem:
+    """The system of a step, its groups with their kernels, and what the laws were prepared from."""
+
+    system: System
+    groups: list[Group]
+    kernels: list[LawKernels]
+    table: Groups
+    reference_gap: np.ndarray
+    """[m], (m,); zero for contacts."""
+    relative_before: np.ndarray
+    """Relative velocities at the start of the step [m/s], (m, 2)."""
+
+    def worst(self) -> Worst | None:
+        """The interaction that the error kernels left as the worst."""
+        square, row = self.system.worst
+        if len(self.system.candidate) == 0 or row < 0 or square == 0.0:
+            return None
+        law = next(group.law.NAME for group in self.groups if group.start <= row < group.stop)
+        c, a = self.system.candidate[int(row)], self.system.antagonist[int(row)]
+        return Worst(law, int(c), int(a), float(np.sqrt(square)))
+
+
+def group_kernels(group: Group, dimension: int, wire_blocks: bool) -> LawKernels:
+    """The compiled kernels for a group as it is in this step."""
+    block = group.chain is not None and wire_blocks and group.law.slope is not None
+    rows = group.law.rows(dimension)
+    return law_kernels(type(group.law), group.parameters.shape[1], rows, group.central, group.diagonal, block)
+
+
+def assemble(
+    groups: list[Group],
+    interactions: Interactions,
+    *,
+    time: float,
+    time_step: float,
+    before: np.ndarray,
+    free_velocity: np.ndarray,
+    inverse_mass: np.ndarray,
+    work: np.ndarray,
+    wire_blocks: bool,
+) -> StepProblem:
+    """Gather the groups that have interactions in this step and let each law prepare its numbers.
+
+    ``before`` and ``free_velocity``: velocities of the bodies at the start of the step and without impulses, (n, 3);
+    ``work``: scratch of the wire blocks.
+    """
+    groups = [group for group in groups if group.stop > group.start]
+    kernels = [group_kernels(group, 2, wire_blocks) for group in groups]
+    count = len(interactions.gap)
+    offset = np.zeros(len(groups) + 1, dtype=np.int64)
+    np.cumsum([len(group.law.PREPARED) * (group.stop - group.start) for group in groups], out=offset[1:])
+    system = System(
+        candidate=interactions.candidate,
+        antagonist=interactions.antagonist,
+        normal=interactions.normal,
+        arm=interactions.arm,
+        lateral=interactions.lateral,
+        delassus=interactions.delassus,
+        coupling=interactions.coupling,
+        prepared=np.empty(int(offset[-1])),
+        impulse=np.zeros((count, 2)),
+        velocity=free_velocity.copy(),
+        inverse_mass=inverse_mass,
+        work=work,
+        worst=np.zeros(2),
+    )
+    relative_before = np.empty((count, 2))
+    relative_velocities(system, before, relative_before)
+    reference_gap = np.zeros(count)
+    flat = relative_before.ravel()
+    for group, kernel, where in zip(groups, kernels, offset, strict=False):
+        if group.chain:
+            reference_gap[group.start : group.stop] = group.chain.reference_gap_at(time)
+        kernel.prepare(
+            group.start,
+            group.stop,
+            where,
+            interactions.gap,
+            reference_gap,
+            flat,
+            time_step,
+            group.parameters.ravel(),
+            system.prepared,
+        )
+    table = Groups(
+        sweep=np.array([kernel.sweep.address for kernel in kernels], dtype=np.int64),
+        error=np.array([kernel.error.address for kernel in kernels], dtype=np.int64),
+        start=np.array([group.start for group in groups], dtype=np.int64),
+        stop=np.array([group.stop for group in groups], dtype=np.int64),
+        offset=offset[:-1],
+    )
+    return StepProblem(system, groups, kernels, table, reference_gap, relative_before)

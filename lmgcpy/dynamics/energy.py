@@ -1,0 +1,88 @@
+"""The energy balance of a step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from lmgcpy.dynamics.assembly import StepProblem
+from lmgcpy.solve.gauss_seidel import momentum
+from lmgcpy.solve.law_kernels import relative_velocities
+
+
+@dataclass
+class Energy:
+    """Energies and works in [J] (per metre of depth in 2D).
+
+    At every step ``kinetic - kinetic before = loads + drives + sum of interactions`` holds to round-off, each term the
+    work at the mean velocity of the step: of gravity and imposed forces, of whatever holds the driven components, and of
+    the impulses by name of law. ``kinetic`` is that of the free components. Names with ``total_`` are sums over the run.
+    """
+
+    kinetic: float = 0.0
+    loads: float = 0.0
+    drives: float = 0.0
+    interactions: dict[str, float] = field(default_factory=dict)
+    stored: dict[str, float] = field(default_factory=dict)
+    """Energy in elastic links at the predicted gaps, by law; at each step its change and the work of the links'
+    impulses sum to what the scheme damps, plus the links' second-order stretch."""
+    defect: float = 0.0
+    """What is left of the identity in this step."""
+    total_loads: float = 0.0
+    total_drives: float = 0.0
+    total_interactions: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def mechanical(self) -> float:
+        """Kinetic and stored energy."""
+        return self.kinetic + sum(self.stored.values())
+
+    def advance(
+        self,
+        problem: StepProblem,
+        gap: np.ndarray,
+        time_step: float,
+        mass: np.ndarray,
+        force: np.ndarray,
+        before: np.ndarray,
+        after: np.ndarray,
+    ) -> None:
+        """Enter a solved step: ``mass`` and ``force`` by component, both zero where driven; velocities of the bodies."""
+        mean = 0.5 * (before + after)
+        relative_after = np.empty_like(problem.relative_before)
+        relative_velocities(problem.system, after, relative_after)
+        relative_mean = 0.5 * (problem.relative_before + relative_after)
+        received = np.empty_like(mean)
+        momentum(problem.system, received)
+        # impulses do work on driven components too, which their drives must bring up
+        drives = -float(np.vdot(np.where(mass > 0.0, 0.0, received), mean))
+        predicted_gap = gap + time_step * relative_after[:, 0]
+        works: dict[str, float] = {}
+        stored: dict[str, float] = {}
+        for group, kernels in zip(problem.groups, problem.kernels, strict=True):
+            part = slice(group.start, group.stop)
+            name = group.law.NAME
+            works[name] = works.get(name, 0.0) + float(np.vdot(problem.system.impulse[part], relative_mean[part]))
+            if kernels.energy is not None:
+                energy = kernels.energy(
+                    group.start, group.stop, predicted_gap, problem.reference_gap, group.parameters.ravel()
+                )
+                stored[name] = stored.get(name, 0.0) + energy
+        # from the change of velocity, not from two large numbers that nearly cancel
+        gain = float(np.vdot(mass * (after - before), mean))
+        self.kinetic = kinetic_energy(mass, after)
+        self.loads = time_step * float(np.vdot(force, mean))
+        self.drives = drives
+        self.interactions = works
+        self.stored = stored
+        self.defect = gain - (self.loads + drives + sum(works.values()))
+        self.total_loads += self.loads
+        self.total_drives += drives
+        for name, work in works.items():
+            self.total_interactions[name] = self.total_interactions.get(name, 0.0) + work
+
+
+def kinetic_energy(mass: np.ndarray, velocities: np.ndarray) -> float:
+    """``v . M v / 2`` [J]; ``mass`` by component, zero where driven."""
+    return 0.5 * float(np.vdot(mass * velocities, velocities))

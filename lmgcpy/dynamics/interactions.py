@@ -1,0 +1,72 @@
+"""The interactions of the last step as a user sees them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lmgcpy.contact.detector import Group, Interactions
+
+
+@dataclass(frozen=True)
+class InteractionView:
+    """Links and all candidates within alert, as copies; m of them, in canonical order."""
+
+    law: np.ndarray
+    """Names of the laws, (m,)."""
+    candidate: np.ndarray
+    """Ids of the candidate bodies, (m,)."""
+    antagonist: np.ndarray
+    """Ids of the antagonist bodies, (m,)."""
+    gap: np.ndarray
+    """At the detection configuration [m], (m,)."""
+    frame: np.ndarray
+    """Rows n, t of the local frame, (m, d, d)."""
+    impulse: np.ndarray
+    """In the local frame, normal first [N s], (m, d)."""
+    force: np.ndarray
+    """impulse / time step [N], (m, d)."""
+    lever: np.ndarray
+    """Contact point seen from the centre of the candidate, and of the antagonist [m], (m, 2, d)."""
+
+    @property
+    def normal(self) -> np.ndarray:
+        """From the antagonist to the candidate, (m, d)."""
+        return self.frame[:, 0]
+
+    @classmethod
+    def of(
+        cls, groups: list[Group], interactions: Interactions | None, impulse: np.ndarray, time_step: float
+    ) -> InteractionView:
+        """Copy the arrays of a step."""
+        if interactions is None:
+            nothing = np.zeros(0, dtype=np.int64)
+            frame = np.zeros((0, 2, 2))
+            return cls(nothing.astype("<U1"), nothing, nothing, np.zeros(0), frame, impulse, impulse, frame)
+        names = [group.law.NAME for group in groups]
+        counts = [group.stop - group.start for group in groups]
+        normal = interactions.normal
+        tangent = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
+        arm = interactions.arm
+        lever = np.stack([-arm[:, :1] * normal, arm[:, 1:] * normal], axis=1)
+        if len(interactions.lateral):
+            lever += interactions.lateral[:, :, None] * tangent[:, None, :]
+        return cls(
+            law=np.repeat(np.array(names or [""]), counts or [0]),
+            candidate=interactions.candidate.astype(np.int64),
+            antagonist=interactions.antagonist.astype(np.int64),
+            gap=interactions.gap.copy(),
+            frame=np.stack([normal, tangent], axis=1),
+            impulse=impulse.copy(),
+            force=impulse / time_step,
+            lever=lever,
+        )
+
+    def __len__(self) -> int:
+        return len(self.gap)
+
+    def __repr__(self) -> str:
+        names, counts = np.unique(self.law, return_counts=True)
+        by_law = ", ".join(f"{count} {name}" for name, count in zip(names, counts, strict=True))
+        return f"<{len(self)} interactions: {by_law or 'none'}>"

@@ -1,0 +1,15 @@
+"""Interaction laws: what they are, the built-in ones, and the registry through which users add their own."""
+
+from lmgcpy.laws import builtin
+from lmgcpy.laws.law import Law, Parameter
+from lmgcpy.laws.registry import hook, registry
+
+registry.add_plugin(builtin, "lmgcpy")
+
+names = registry.names
+get = registry.get
+register = registry.register
+failures = registry.failures
+registrations = registry.registrations
+
+__all__ = ["Law", "Parameter", "failures", "get", "hook", "names", "register", "registrations", "registry"]

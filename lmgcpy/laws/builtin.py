@@ -1,0 +1,27 @@
+"""The laws that come with lmgcpy, registered through the hook that strangers use."""
+
+from __future__ import annotations
+
+from lmgcpy.laws.coulomb import Coulomb
+from lmgcpy.laws.elastic import ElasticRod, ElasticWire
+from lmgcpy.laws.registry import hook
+from lmgcpy.laws.restitution import Restitution
+from lmgcpy.laws.rigid import RigidRod, RigidWire
+from lmgcpy.laws.signorini import Signorini
+from lmgcpy.laws.voigt import VoigtRod, VoigtWire
+
+
+@hook
+def lmgcpy_laws(register):
+    for law in (
+        Signorini,
+        Coulomb,
+        Restitution,
+        RigidRod,
+        RigidWire,
+        ElasticRod,
+        ElasticWire,
+        VoigtRod,
+        VoigtWire,
+    ):
+        register(law)

@@ -1,0 +1,87 @@
+"""Elastic links, implicit in the elongation: stable at any stiffness.
+
+The force is that of the elongation at the end of the step, ``r_n = -h k (g + h u_n - g_ref)``, so that stiffness enters
+as a compliance ``C = 1/(h^2 k)`` beside W: the stiffer the link the closer to the rigid law, at every time step. It
+damps as the implicit Euler method does: with one degree of freedom of frequency omega the amplitude falls by
+``1/sqrt(1 + (h omega)^2)`` a step.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lmgcpy.laws.law import Law, Parameter
+from lmgcpy.laws.rigid import pull_back
+
+
+class AxialLink(Law):
+    """A link whose stiffness is given as ``stiffness`` k [N/m] or as ``axial_rigidity`` EA [N], ``k = EA / l0``.
+
+    ``l0 = g_ref + R_a + R_b`` is the reference length between centres, so that a wire given by its EA answers alike
+    however many beads stand for it.
+    """
+
+    APPLIES_TO = "link"
+    PREPARED = ("bias", "compliance")
+
+    stiffness = Parameter("N/m", "force per elongation of one link, k", above=0.0, default=None)
+    axial_rigidity = Parameter("N", "force per strain, EA", above=0.0, default=None)
+
+    def validate(self) -> None:
+        if (self.stiffness is None) == (self.axial_rigidity is None):
+            raise ValueError(f"Law '{self.NAME}' takes either stiffness [N/m] or axial_rigidity [N], one of the two.")
+
+    def table(self, reference_length: np.ndarray) -> np.ndarray:
+        """Stiffness of each link [N/m], shape (count, 1)."""
+        return self.per_link(self.stiffness, self.axial_rigidity, reference_length)
+
+    @staticmethod
+    def per_link(of_link: float | None, axial: float | None, reference_length: np.ndarray) -> np.ndarray:
+        """A property of each link from that of one link or of the wire, shape (count, 1)."""
+        length = np.asarray(reference_length, dtype=float)[:, None]
+        return np.full_like(length, of_link) if axial is None else axial / length
+
+    @staticmethod
+    def prepare(gap, reference_gap, velocity, time_step, parameters):
+        (stiffness,) = parameters
+        return (pull_back(gap, reference_gap, time_step), 1.0 / (time_step * time_step * stiffness))
+
+
+class ElasticRod(AxialLink):
+    """``r_n = -h k (g+ - g_ref)`` with ``g+ = g + h u_n``."""
+
+    NAME = "elastic-rod"
+    TRAITS = frozenset({"potential"})
+
+    @staticmethod
+    def react(W, u, prepared):
+        bias, compliance = prepared
+        return (-(u[0] + bias) / (W[0][0] + compliance),)
+
+    @staticmethod
+    def slope(W, u, prepared):
+        return ((-1.0 / (W[0][0] + prepared[1]),),)
+
+    @staticmethod
+    def energy(gap, reference_gap, parameters):
+        return 0.5 * parameters[0] * (gap - reference_gap) ** 2
+
+
+class ElasticWire(AxialLink):
+    """``r_n = -h k max(g+ - g_ref, 0)`` with ``g+ = g + h u_n``: tension only."""
+
+    NAME = "elastic-wire"
+    TRAITS = frozenset({"potential", "pull"})
+
+    @staticmethod
+    def react(W, u, prepared):
+        bias, compliance = prepared
+        return (min(0.0, -(u[0] + bias) / (W[0][0] + compliance)),)
+
+    @staticmethod
+    def slope(W, u, prepared):
+        return ((-1.0 / (W[0][0] + prepared[1]) if u[0] + prepared[0] > 0.0 else 0.0,),)
+
+    @staticmethod
+    def energy(gap, reference_gap, parameters):
+        return 0.5 * parameters[0] * max(gap - reference_gap, 0.0) ** 2

@@ -1,0 +1,163 @@
+"""What an interaction law is.
+
+At one interaction the time step reduces to ``u = u_free + W r``: ``u`` the relative velocity at the end of the step
+[m/s], ``r`` the impulse [N s], ``W`` the local block of the Delassus operator [1/kg], all in the local frame, normal
+component first. A law closes this with a relation between ``u`` and ``r``, and *is* its exact solution, ``react``.
+
+The functions of a law are plain Python functions of numbers and tuples of numbers. lmgcpy compiles them, and whatever
+they call, into the solver's kernels.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+import numpy as np
+
+from lmgcpy.errors import closest, number
+
+REQUIRED = object()
+
+TRAITS = {
+    "push": "the normal impulse is never negative",
+    "pull": "the normal impulse is never positive",
+    "cone": "the tangential impulse is at most friction times the normal one",
+    "dissipative": "with zero bias, the impulse never gives energy: r . u <= 0",
+    "potential": "the impulse derives from the stored energy that `energy` returns",
+    "rigid": "no compliance: an interaction that starts beyond its reference would be a blow",
+}
+"""What a law may declare of itself, and what it then promises."""
+
+
+class Parameter:
+    """A number that a law takes, declared in the class body: ``friction = Parameter("-", minimum=0.0)``.
+
+    ``unit``: in SI, "-" for none; ``minimum`` and ``above`` (exclusive) bound it; without ``default`` it is required;
+    a default of None makes it optional.
+    """
+
+    def __init__(
+        self,
+        unit: str,
+        text: str = "",
+        *,
+        minimum: float = -np.inf,
+        maximum: float = np.inf,
+        above: float = -np.inf,
+        default: Any = REQUIRED,
+    ):
+        self.unit, self.text, self.default = unit, text, default
+        self.bounds = {"minimum": minimum, "maximum": maximum, "above": above}
+        self.name = ""
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.name = name
+
+    def __get__(self, law: Law | None, owner: type) -> Any:
+        return self if law is None else law.__dict__["_values"][self.name]
+
+    def __set__(self, law: Law, value: Any) -> None:
+        raise AttributeError(f"A law is frozen: make a new {type(law).__name__} instead of setting {self.name}.")
+
+    def check(self, value: Any, law_name: str) -> float | None:
+        """``value`` as a float within bounds, or TypeError / ValueError."""
+        if value is None and self.default is None:
+            return None
+        return number(value, f"{self.name} of law '{law_name}'", unit=self.unit, **self.bounds)
+
+
+class Law(ABC):
+    """An interaction law; subclass it, and register the class with ``lm.laws.register``.
+
+    Class attributes:
+
+    * ``NAME``: as files and tables call it;
+    * ``APPLIES_TO``: "contact" or "link";
+    * ``PREPARED``: names of the numbers that ``prepare`` returns;
+    * ``TRAITS``: what the law promises, out of :data:`TRAITS`;
+    * :class:`Parameter` attributes, in the order in which ``prepare`` receives their values.
+
+    An instance is frozen and comparable: two laws with equal parameters are equal.
+    """
+
+    NAME: ClassVar[str]
+    APPLIES_TO: ClassVar[str]
+    PREPARED: ClassVar[tuple[str, ...]]
+    TRAITS: ClassVar[frozenset[str]] = frozenset()
+    slope: ClassVar[Callable | None] = None
+    """``slope(W, u, prepared)``: generalized derivative of ``react`` by ``u``, a tuple of rows; None if not given."""
+    energy: ClassVar[Callable | None] = None
+    """``energy(gap, reference_gap, parameters)``: energy stored in one interaction [J]; None if it stores none."""
+
+    @staticmethod
+    @abstractmethod
+    def prepare(gap, reference_gap, velocity, time_step, parameters):
+        """Once a step: the few numbers that ``react`` needs, a tuple as long as ``PREPARED``.
+
+        ``gap`` [m] at the detection configuration, ``reference_gap`` [m] (links; 0 for contacts), ``velocity`` [m/s]:
+        relative velocity at the start of the step, a tuple, normal first; ``time_step`` [s]; ``parameters``: a tuple.
+        """
+
+    @staticmethod
+    @abstractmethod
+    def react(W, u, prepared):
+        """The impulse (a tuple, [N s]) that satisfies the law exactly where the velocity is ``u + W impulse``.
+
+        ``W``: a tuple of rows [1/kg], symmetric positive definite; ``u``: free velocity [m/s], a tuple.
+        """
+
+    def __init__(self, **values: Any):
+        known = self.parameters()
+        for name in values:
+            if name not in known:
+                raise TypeError(f"Law '{self.NAME}' has no parameter '{name}'{closest(name, known)}")
+        checked = {}
+        for name, parameter in known.items():
+            value = values.get(name, parameter.default)
+            if value is REQUIRED:
+                raise TypeError(f"Law '{self.NAME}' needs {name} [{parameter.unit}]: {type(self).__name__}({name}=...).")
+            checked[name] = parameter.check(value, self.NAME)
+        self.__dict__["_values"] = checked
+        self.validate()
+
+    def validate(self) -> None:
+        """Check parameters against each other; raise a sentence."""
+
+    @classmethod
+    def parameters(cls) -> dict[str, Parameter]:
+        """The declared parameters by name, in order of declaration."""
+        found: dict[str, Parameter] = {}
+        for base in reversed(cls.__mro__):
+            found.update({name: value for name, value in vars(base).items() if isinstance(value, Parameter)})
+        return found
+
+    @property
+    def values(self) -> dict[str, float | None]:
+        """Parameters by name."""
+        return dict(self.__dict__["_values"])
+
+    def rows(self, dimension: int) -> int:
+        """How many components of the impulse the law may make non-zero: 1 (normal) or ``dimension``."""
+        return 1
+
+    def table(self, reference_length: np.ndarray) -> np.ndarray:
+        """Parameters as ``prepare`` receives them, one row an interaction, shape (count, k).
+
+        ``reference_length``: distance between centres at which a link is at its reference [m], shape (count,).
+        """
+        return np.tile(np.array(list(self.values.values()), dtype=float), (len(reference_length), 1))
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        raise AttributeError(f"A law is frozen: make a new {type(self).__name__} instead of setting {name}.")
+
+    def __repr__(self) -> str:
+        given = ", ".join(f"{name}={value:g}" for name, value in self.values.items() if value is not None)
+        return f"{type(self).__name__}({given})"
+
+    def __eq__(self, other: object) -> bool:
+        return type(other) is type(self) and other.values == self.values  # type: ignore[attr-defined]
+
+    def __hash__(self) -> int:
+        return hash((type(self), tuple(self.values.items())))

@@ -1,0 +1,145 @@
+"""Which laws there are: one pluggy hook for the built-in ones, installed plug-ins and a user's script alike.
+
+A plug-in distribution names a module under the entry-point group ``lmgcpy``; that module implements
+``lmgcpy_laws(register)`` and calls ``register(MyLaw)`` for each of its laws.
+"""
+
+from __future__ import annotations
+
+import importlib.metadata
+import inspect
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import pluggy
+
+from lmgcpy.errors import closest
+from lmgcpy.laws.law import TRAITS, Law
+
+GROUP = "lmgcpy"
+hook_specification = pluggy.HookspecMarker(GROUP)
+hook = pluggy.HookimplMarker(GROUP)
+"""Decorator of a plug-in's hook: ``@lmgcpy.laws.hook``."""
+
+ARGUMENTS = {
+    "prepare": ("gap", "reference_gap", "velocity", "time_step", "parameters"),
+    "react": ("W", "u", "prepared"),
+    "slope": ("W", "u", "prepared"),
+    "energy": ("gap", "reference_gap", "parameters"),
+}
+"""Exact argument lists of a law's functions."""
+
+
+class Specification:
+    """The hooks that a plug-in may implement."""
+
+    @hook_specification
+    def lmgcpy_laws(self, register: Callable[[type[Law]], type[Law]]) -> None:
+        """Call ``register`` with each law class of the plug-in."""
+
+
+@dataclass(frozen=True)
+class Registration:
+    """A registered law and where it comes from."""
+
+    law: type[Law]
+    distribution: str
+
+
+class Registry:
+    """The laws by name; failures of plug-ins are kept and told when their law is asked for."""
+
+    def __init__(self) -> None:
+        self._laws: dict[str, Registration] = {}
+        self._failures: dict[str, Exception] = {}
+        self._manager = pluggy.PluginManager(GROUP)
+        self._manager.add_hookspecs(Specification)
+        self._loaded = False
+
+    def register(self, law: type[Law], *, distribution: str = "script") -> type[Law]:
+        """Add a law class; returns it, so that it serves as a decorator.
+
+        Raises TypeError for what does not fit the interface of :class:`Law` and ValueError for a name that another
+        distribution has taken. A script may register a class of the same name again: the new one replaces the old.
+        """
+        check_interface(law)
+        taken = self._laws.get(law.NAME)
+        if taken is not None and taken.law is not law and not taken.distribution == distribution == "script":
+            raise ValueError(
+                f"Law '{law.NAME}' is there twice: from {taken.distribution} ({taken.law.__qualname__}) and from "
+                f"{distribution} ({law.__qualname__}). Give one another NAME or uninstall one of the distributions."
+            )
+        self._laws[law.NAME] = Registration(law, distribution)
+        return law
+
+    def add_plugin(self, plugin: Any, distribution: str) -> None:
+        """Call the hook of one plug-in (a module or object) in the name of its distribution."""
+        self._manager.register(plugin, name=distribution)
+        for implementation in self._manager.hook.lmgcpy_laws.get_hookimpls():
+            if implementation.plugin is plugin:
+                implementation.function(lambda law: self.register(law, distribution=distribution))
+
+    def load_plugins(self) -> None:
+        """Load the installed plug-ins, once and one by one; a failure is remembered, not raised."""
+        if self._loaded:
+            return
+        self._loaded = True
+        for entry in importlib.metadata.entry_points(group=GROUP):
+            distribution = f"{entry.dist.name} {entry.dist.version}" if entry.dist else entry.value
+            try:
+                self.add_plugin(entry.load(), distribution)
+            except Exception as error:
+                self._failures[f"{distribution} ({entry.name})"] = error
+
+    def names(self) -> list[str]:
+        """Names of all registered laws, sorted."""
+        self.load_plugins()
+        return sorted(self._laws)
+
+    def get(self, name: str) -> type[Law]:
+        """The law class of that name; LookupError names the closest match and the plug-ins that failed to load."""
+        self.load_plugins()
+        if name in self._laws:
+            return self._laws[name].law
+        broken = "".join(f" Plug-in {plugin} failed to load: {error!r}." for plugin, error in self._failures.items())
+        cause = next(iter(self._failures.values()), None)
+        raise LookupError(f"There is no law '{name}'{closest(name, self._laws)}{broken}") from cause
+
+    def registrations(self) -> dict[str, Registration]:
+        """All registrations by name."""
+        return {name: self._laws[name] for name in self.names()}
+
+    def failures(self) -> dict[str, Exception]:
+        """Plug-ins that failed to load, with the reason."""
+        self.load_plugins()
+        return dict(self._failures)
+
+
+def check_interface(law: Any) -> None:
+    """Raise TypeError with a sentence unless ``law`` is a complete :class:`Law` class."""
+    if not (isinstance(law, type) and issubclass(law, Law)):
+        raise TypeError(f"A law is a subclass of lmgcpy.Law, got {law!r}.")
+    where = f"Law class {law.__qualname__}"
+    for name, kind in (("NAME", str), ("APPLIES_TO", str), ("PREPARED", tuple), ("TRAITS", frozenset)):
+        if not isinstance(getattr(law, name, None), kind):
+            raise TypeError(f"{where} needs a class attribute {name} of type {kind.__name__}.")
+    if law.APPLIES_TO not in ("contact", "link"):
+        raise TypeError(f"{where}: APPLIES_TO must be 'contact' or 'link', got {law.APPLIES_TO!r}.")
+    for trait in law.TRAITS:
+        if trait not in TRAITS:
+            raise TypeError(f"{where} declares an unknown trait '{trait}'{closest(trait, TRAITS)}")
+    if law.__abstractmethods__:
+        raise TypeError(f"{where} lacks {', '.join(sorted(law.__abstractmethods__))}.")
+    for name, expected in ARGUMENTS.items():
+        function = getattr(law, name)
+        if function is None:
+            continue
+        if not isinstance(inspect.getattr_static(law, name), staticmethod):
+            raise TypeError(f"{where}: {name} must be a static method: it is compiled, and gets no self.")
+        got = tuple(inspect.signature(function).parameters)
+        if got != expected:
+            raise TypeError(f"{where}: {name} must take ({', '.join(expected)}), it takes ({', '.join(got)}).")
+
+
+registry = Registry()

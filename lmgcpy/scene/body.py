@@ -1,0 +1,300 @@
+"""Bodies: rigid, with mass, contactors, and conditions on their components.
+
+Before a scene is compiled a body holds its own start; afterwards its attributes are views of the simulation's state.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lmgcpy.errors import closest, number, vector
+from lmgcpy.scene.contactor import Contactor, DiskContactor, WallContactor
+from lmgcpy.scene.material import Material
+
+if TYPE_CHECKING:
+    from lmgcpy.dynamics.model import State
+
+COMPONENTS = ("x", "y", "spin")
+"""Components of a body's velocity in 2D."""
+
+Prescribed = float | Callable[[float], float]
+
+
+class Body(ABC):
+    """A rigid body in 2D. Masses are per metre of depth [kg]; ``color`` is what the visibility table calls it.
+
+    Subclasses give ``mass``, ``inertia`` and ``contactors``.
+    """
+
+    def __init__(
+        self, *, position: Any, color: str, velocity: Any = (0.0, 0.0), rotation: float = 0.0, spin: float = 0.0
+    ):
+        what = type(self).__name__
+        if not isinstance(color, str) or not color:
+            raise TypeError(f"color of a {what} must be a word such as 'GRAIN', got {color!r}.")
+        self.color = color
+        self.id = -1
+        self._position = np.append(vector(position, f"position of a {what}", 2), number(rotation, "rotation"))
+        self._velocity = np.append(vector(velocity, f"velocity of a {what}", 2), number(spin, "spin"))
+        self._velocities: dict[int, Prescribed] = {}
+        self._forces: dict[int, Prescribed] = {}
+        self._state: State | None = None
+
+    @property
+    @abstractmethod
+    def mass(self) -> float:
+        """Mass per metre of depth [kg]; infinite where none is needed."""
+
+    @property
+    @abstractmethod
+    def inertia(self) -> float:
+        """Moment of inertia about the centre, per metre of depth [kg m^2]."""
+
+    @property
+    @abstractmethod
+    def contactors(self) -> list[tuple[Contactor, tuple[float, float]]]:
+        """Contactors, each with its offset from the centre in the frame of the body [m]."""
+
+    @property
+    def link_radius(self) -> float:
+        """From the centre to the surface along a link [m]."""
+        return 0.0
+
+    @property
+    def gravity_acts(self) -> bool:
+        """Whether the scene's gravity acts on the body."""
+        return True
+
+    @property
+    def held_by_default(self) -> bool:
+        """Whether a component that nothing is said of is held at rest."""
+        return False
+
+    # ------------------------------------------------------------------------------------------------------- state
+
+    def _row(self, positions: bool) -> np.ndarray:
+        if self._state is None:
+            return self._position if positions else self._velocity
+        return (self._state.positions if positions else self._state.velocities)[self.id]
+
+    @property
+    def position(self) -> np.ndarray:
+        """Position [m], (2,); of a wall, its point. A live view."""
+        return self._row(True)[:2]
+
+    @property
+    def rotation(self) -> float:
+        """Angle turned [rad]."""
+        return float(self._row(True)[2])
+
+    @property
+    def velocity(self) -> np.ndarray:
+        """Velocity [m/s], (2,). A live view."""
+        return self._row(False)[:2]
+
+    @property
+    def spin(self) -> float:
+        """Angular velocity [rad/s]."""
+        return float(self._row(False)[2])
+
+    # -------------------------------------------------------------------------------------------------- conditions
+
+    def fix(self, *components: str) -> Body:
+        """Hold the named components ("x", "y", "spin"), all of them without names, at rest; returns the body."""
+        return self.impose_velocity(**dict.fromkeys(components or COMPONENTS, 0.0))
+
+    def impose_velocity(self, **components: Prescribed) -> Body:
+        """Drive components x, y [m/s], spin [rad/s] by a number or a function of time [s]; returns the body."""
+        for component, value in self._checked("impose_velocity", components):
+            if component in self._forces:
+                raise ValueError(self._twice(component, "loaded by impose_force", "driven"))
+            self._velocities[component] = value
+        return self
+
+    def impose_force(self, **components: Prescribed) -> Body:
+        """Free components and load them: x, y [N], spin [N m], a number or a function of time [s]; returns the body."""
+        for component, value in self._checked("impose_force", components):
+            if component in self._velocities:
+                raise ValueError(self._twice(component, "driven by impose_velocity or fix", "loaded"))
+            if not math.isfinite(self.mass if component < 2 else self.inertia):
+                raise ValueError(
+                    f"{self!r} has no {'mass' if component < 2 else 'inertia'}: give it one where it is made, "
+                    f"so that a load on {COMPONENTS[component]} can move it."
+                )
+            self._forces[component] = value
+        return self
+
+    def _twice(self, component: int, already: str, now: str) -> str:
+        return (
+            f"Component {COMPONENTS[component]} of {self!r} is {already} already and cannot be {now} as well: "
+            "choose one of the two."
+        )
+
+    def _checked(self, call: str, components: dict[str, Prescribed]) -> list[tuple[int, Prescribed]]:
+        if self._state is not None:
+            raise RuntimeError(f"{self!r} is in a compiled scene, which cannot be edited: call {call} before Simulation.")
+        if not components:
+            raise TypeError(f"{call} needs a component, for example {call}(y=0.0).")
+        checked: list[tuple[int, Prescribed]] = []
+        for name, value in components.items():
+            if name not in COMPONENTS:
+                raise ValueError(f"{call}: a body in 2D has no component '{name}'{closest(name, COMPONENTS)}")
+            value = value if callable(value) else number(value, f"{call}({name}=...)")
+            checked.append((COMPONENTS.index(name), value))
+        return checked
+
+    def __repr__(self) -> str:
+        which = f"body {self.id}" if self.id >= 0 else "body not yet in a scene"
+        x, y = self.position
+        return f"<{type(self).__name__} '{self.color}', {which}, at ({x:g}, {y:g}) m>"
+
+
+class RigidBody(Body):
+    """A body of given mass and inertia made of any contactors: a cluster of disks, or shapes of one's own."""
+
+    def __init__(self, contactors: list, *, mass: float, inertia: float, **start: Any):
+        super().__init__(**start)
+        if not contactors:
+            raise ValueError("A rigid body needs at least one contactor.")
+        self._contactors = []
+        for item in contactors:
+            contactor, offset = item if isinstance(item, tuple) else (item, (0.0, 0.0))
+            if not isinstance(contactor, Contactor):
+                raise TypeError(f"contactors must be Contactor objects or pairs (contactor, offset), got {item!r}.")
+            x, y = vector(offset, "offset of a contactor", 2)
+            self._contactors.append((contactor, (float(x), float(y))))
+        self._mass = number(mass, "mass of a rigid body", above=0.0, unit="kg")
+        self._inertia = number(inertia, "inertia of a rigid body", above=0.0, unit="kg m^2")
+
+    @property
+    def mass(self) -> float:
+        return self._mass
+
+    @property
+    def inertia(self) -> float:
+        return self._inertia
+
+    @property
+    def contactors(self) -> list[tuple[Contactor, tuple[float, float]]]:
+        return self._contactors
+
+
+class Disk(Body):
+    """A disk: grain, bead. Its mass is that of its material, or ``mass`` [kg]; its inertia m R^2/2, or ``inertia``."""
+
+    def __init__(
+        self,
+        *,
+        radius: float,
+        material: Material | None = None,
+        mass: float | None = None,
+        inertia: float | None = None,
+        **start: Any,
+    ):
+        super().__init__(**start)
+        self._contactor = DiskContactor(radius)
+        if material is not None and not isinstance(material, Material):
+            raise TypeError(f"material of a disk must be a lmgcpy.Material, got {material!r}.")
+        if mass is None and material is None:
+            raise TypeError("A disk needs a material= or a mass= [kg].")
+        if mass is None:
+            assert material is not None
+            mass = material.density * self._contactor.area
+        self._mass = number(mass, "mass of a disk", above=0.0, unit="kg")
+        half = self._contactor.second_moment / self._contactor.area
+        self._inertia = number(self._mass * half if inertia is None else inertia, "inertia of a disk", above=0.0)
+        self.material = material
+
+    @property
+    def radius(self) -> float:
+        """Radius [m]."""
+        return self._contactor.radius
+
+    @property
+    def mass(self) -> float:
+        return self._mass
+
+    @property
+    def inertia(self) -> float:
+        return self._inertia
+
+    @property
+    def contactors(self) -> list[tuple[Contactor, tuple[float, float]]]:
+        return [(self._contactor, (0.0, 0.0))]
+
+    @property
+    def link_radius(self) -> float:
+        return self.radius
+
+
+class Wall(Body):
+    """The half-space behind a line. Every component is held unless freed by a load; it never turns."""
+
+    def __init__(self, *, point: Any, normal: Any, mass: float | None = None, **start: Any):
+        super().__init__(position=point, **start)
+        self._contactor = WallContactor(normal)
+        self._mass = math.inf if mass is None else number(mass, "mass of a wall", above=0.0, unit="kg")
+
+    @property
+    def normal(self) -> np.ndarray:
+        """Outward unit normal, (2,)."""
+        return self._contactor.normal
+
+    @property
+    def mass(self) -> float:
+        return self._mass
+
+    @property
+    def inertia(self) -> float:
+        return math.inf
+
+    @property
+    def contactors(self) -> list[tuple[Contactor, tuple[float, float]]]:
+        return [(self._contactor, (0.0, 0.0))]
+
+    @property
+    def gravity_acts(self) -> bool:
+        return False
+
+    @property
+    def held_by_default(self) -> bool:
+        return True
+
+    def _checked(self, call: str, components: dict[str, Prescribed]) -> list[tuple[int, Prescribed]]:
+        if "spin" in components and not (call == "impose_velocity" and components["spin"] == 0.0):
+            raise ValueError("A wall does not turn: drive or load its components x and y.")
+        return super()._checked(call, components)
+
+
+def disk(
+    *,
+    radius: float,
+    position: Any,
+    material: Material | None = None,
+    color: str = "GRAIN",
+    velocity: Any = (0.0, 0.0),
+    spin: float = 0.0,
+    mass: float | None = None,
+    inertia: float | None = None,
+) -> Disk:
+    """A disk of ``radius`` [m] at ``position`` [m]; ``mass`` [kg] and ``inertia`` [kg m^2] override the material's."""
+    return Disk(
+        radius=radius,
+        position=position,
+        material=material,
+        color=color,
+        velocity=velocity,
+        spin=spin,
+        mass=mass,
+        inertia=inertia,
+    )
+
+
+def wall(*, point: Any, normal: Any, color: str = "WALL", mass: float | None = None) -> Wall:
+    """A half-space bounded by the line through ``point`` [m] with outward ``normal``; ``mass`` [kg] if it is loaded."""
+    return Wall(point=point, normal=normal, color=color, mass=mass)

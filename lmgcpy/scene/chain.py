@@ -1,0 +1,80 @@
+"""Chains: wires and rods made of bodies linked one to the next."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from lmgcpy.errors import number
+from lmgcpy.laws import Law
+from lmgcpy.scene.body import Body
+
+BLOW = 1e-6
+"""Relative excess over the reference length from which a rigid link at the start is refused: its bias would set the
+bodies moving at that length divided by the time step."""
+
+
+class Chain:
+    """Bodies linked one to the next: link i from ``bodies[i]``, antagonist, to ``bodies[i + 1]``, candidate.
+
+    ``reference_gaps`` are between surfaces [m], (links,). Links act between centres and carry no moment.
+    """
+
+    def __init__(self, bodies: list[Body], law: Law, reference_gap: Any, *, relaxation: float, closed: bool):
+        self.law = law
+        self.bodies = list(bodies)
+        self._path = self.bodies + self.bodies[:1] if closed else self.bodies
+        self.closed = closed
+        self.relaxation = number(relaxation, "relaxation of a chain", minimum=0.0, unit="s")
+        self.radius_sums = np.array([a.link_radius + b.link_radius for a, b in self._pairs()])
+        self.start_gaps = self.lengths() - self.radius_sums
+        if reference_gap is None:
+            self.reference_gaps = self.start_gaps.copy()
+        else:
+            try:
+                given = np.array(reference_gap, dtype=float)
+                self.reference_gaps = np.broadcast_to(given, self.start_gaps.shape).copy()
+            except (TypeError, ValueError) as error:
+                raise ValueError(
+                    f"reference_gap must be a number [m], {len(self.start_gaps)} numbers (one a link) or None, "
+                    f"got {reference_gap!r}."
+                ) from error
+        if not np.isfinite(self.reference_gaps).all():
+            raise ValueError(f"reference_gap must be finite, got {reference_gap!r}.")
+        too_short = self.reference_gaps + self.radius_sums < 0.0
+        if too_short.any():
+            raise ValueError(
+                f"reference_gap {self.reference_gaps[too_short][0]:g} m gives a link a negative length between centres."
+            )
+        self._refuse_blows()
+
+    def _pairs(self) -> list[tuple[Body, Body]]:
+        return list(zip(self._path[:-1], self._path[1:], strict=True))
+
+    def lengths(self) -> np.ndarray:
+        """Present distances between the centres [m], (links,)."""
+        return np.array([np.hypot(*(b.position - a.position)) for a, b in self._pairs()])
+
+    @property
+    def path(self) -> np.ndarray:
+        """Ids of the bodies along the chain; of a closed one the first comes again at the end."""
+        return np.array([body.id for body in self._path], dtype=np.int64)
+
+    def _refuse_blows(self) -> None:
+        if "rigid" not in self.law.TRAITS or self.relaxation > 0.0:
+            return
+        excess = self.start_gaps - self.reference_gaps
+        if "pull" not in self.law.TRAITS:
+            excess = np.abs(excess)
+        i = int(np.argmax(excess))
+        if excess[i] > BLOW * (self.reference_gaps[i] + self.radius_sums[i]):
+            a, b = self._pairs()[i]
+            raise ValueError(
+                f"Link {i} of the chain, between {a!r} and {b!r}, has a gap of {self.start_gaps[i]:g} m where its "
+                f"reference is {self.reference_gaps[i]:g} m: a rigid link would pull it right with a blow. Move the "
+                "bodies, give reference_gap=None (as built), or draw it in slowly with relaxation= [s]."
+            )
+
+    def __repr__(self) -> str:
+        return f"<Chain of {len(self.bodies)} bodies, {self.law!r}{', closed' if self.closed else ''}>"

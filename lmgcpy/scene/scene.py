@@ -1,0 +1,200 @@
+"""The scene: what a user says, compiled once into arrays."""
+
+from __future__ import annotations
+
+from typing import Any, TypeVar
+
+import numpy as np
+
+from lmgcpy.contact.detector import ChainTable, ContactorTable, VisibilityRow
+from lmgcpy.dynamics.model import Drive, Model, State
+from lmgcpy.errors import closest, number, vector
+from lmgcpy.laws import Law
+from lmgcpy.laws.registry import check_interface
+from lmgcpy.scene.body import Body
+from lmgcpy.scene.chain import Chain
+
+SomeBody = TypeVar("SomeBody", bound=Body)
+
+DEFAULT_ALERT = 0.2
+"""Default alert distance, in radii of the smallest bounded contactor that the row of the table concerns."""
+
+
+class Scene:
+    """Bodies, who sees whom under which law, chains, gravity [m/s^2]."""
+
+    def __init__(self, *, dimension: int, gravity: Any = None):
+        if dimension not in (2, 3):
+            raise ValueError(f"dimension must be 2 or 3, got {dimension!r}.")
+        if dimension == 3:
+            raise NotImplementedError("Scenes in dimension 3 are not built yet: this version computes in dimension 2.")
+        self.dimension = int(dimension)
+        self.gravity = np.zeros(2) if gravity is None else vector(gravity, "gravity", self.dimension)
+        self.bodies: list[Body] = []
+        self.rows: list[tuple[str, str, Law, float | None]] = []
+        self.chains: list[Chain] = []
+        self._compiled = False
+
+    def add(self, body: SomeBody) -> SomeBody:
+        """Add a body; returns it, with its id."""
+        self._editable("add a body")
+        if not isinstance(body, Body):
+            raise TypeError(f"Scene.add takes a body such as lmgcpy.disk(...), got {body!r}.")
+        if body.id >= 0:
+            where = "this scene" if body.id < len(self.bodies) and self.bodies[body.id] is body else "another scene"
+            raise ValueError(f"{body!r} is in {where} already: make a new body.")
+        body.id = len(self.bodies)
+        self.bodies.append(body)
+        return body
+
+    def see(self, candidate: str, antagonist: str, law: Law, *, alert: float | None = None) -> None:
+        """Let bodies of two colours meet under a law.
+
+        ``alert``: gap [m] up to which a pair is an interaction; None takes a fifth of the smallest radius concerned. A
+        gap that closes within one step from beyond the alert distance is seen only as a penetration in the next.
+        """
+        self._editable("extend the visibility table")
+        for color in (candidate, antagonist):
+            if not isinstance(color, str) or not color:
+                raise TypeError(f"A colour is a word such as 'GRAIN', got {color!r}.")
+        self._check_law(law, "contact", "see")
+        if alert is not None:
+            alert = number(alert, f"alert between '{candidate}' and '{antagonist}'", minimum=0.0, unit="m")
+        self.rows.append((candidate, antagonist, law, alert))
+
+    def chain(
+        self,
+        bodies: Any,
+        law: Law,
+        *,
+        reference_gap: Any = None,
+        block_spin: bool = False,
+        closed: bool = False,
+        relaxation: float = 0.0,
+    ) -> Chain:
+        """Link consecutive bodies by a law; returns the chain.
+
+        ``reference_gap``: between surfaces [m], a number, one a link, or None for as built. ``block_spin`` holds the
+        spin of the bodies: links carry no moment, so a bead free to spin rolls, and a chain of such beads slides over a
+        drum without friction. ``closed`` links the last body to the first. A rigid link that is beyond its reference at
+        the start is refused, unless ``relaxation`` [s] is the time in which it is to be drawn in.
+        """
+        self._editable("add a chain")
+        self._check_law(law, "link", "chain")
+        members = list(bodies)
+        for body in members:
+            if not isinstance(body, Body):
+                raise TypeError(f"A chain links bodies of the scene, got {body!r}.")
+            if not (0 <= body.id < len(self.bodies) and self.bodies[body.id] is body):
+                raise ValueError(f"{body!r} is not in this scene: add it before it is chained.")
+        if len(members) < (3 if closed else 2):
+            raise ValueError(f"A {'closed ' if closed else ''}chain needs at least {3 if closed else 2} bodies.")
+        if len({body.id for body in members}) < len(members):
+            twice = next(body for i, body in enumerate(members) if body in members[:i])
+            raise ValueError(f"{twice!r} is in the chain twice; closed=True links the last body to the first.")
+        chain = Chain(members, law, reference_gap, relaxation=relaxation, closed=closed)
+        if block_spin:
+            for body in members:
+                body.fix("spin")
+        self.chains.append(chain)
+        return chain
+
+    def _editable(self, what: str) -> None:
+        if self._compiled:
+            raise RuntimeError(f"Cannot {what}: a Simulation has compiled this scene. Make a new scene.")
+
+    @staticmethod
+    def _check_law(law: Law, applies_to: str, call: str) -> None:
+        if not isinstance(law, Law):
+            raise TypeError(f"Scene.{call} takes a law such as lmgcpy.Coulomb(friction=0.3), got {law!r}.")
+        check_interface(type(law))
+        if law.APPLIES_TO != applies_to:
+            right = "see" if law.APPLIES_TO == "contact" else "chain"
+            raise TypeError(f"Law '{law.NAME}' is for a {law.APPLIES_TO}: give it to Scene.{right}, not Scene.{call}.")
+
+    # ----------------------------------------------------------------------------------------------------- compile
+
+    def compile(self) -> Model:
+        """The frozen model; bodies become views of its state. Called by ``Simulation``, once."""
+        self._editable("compile the scene again")
+        self._check_colors()
+        positions = np.array([body._position for body in self.bodies]).reshape(-1, 3)
+        velocities = np.array([body._velocity for body in self.bodies]).reshape(-1, 3)
+        mass = np.array([(body.mass, body.mass, body.inertia) for body in self.bodies]).reshape(-1, 3)
+        driven = [
+            Drive(body.id, component, value) for body in self.bodies for component, value in body._velocities.items()
+        ]
+        loads = [Drive(body.id, component, value) for body in self.bodies for component, value in body._forces.items()]
+        inverse_mass = 1.0 / mass
+        for body in self.bodies:
+            if body.held_by_default:
+                held = [k for k in range(3) if k not in body._velocities and k not in body._forces]
+                driven += [Drive(body.id, k, 0.0) for k in held]
+        for drive in driven:
+            inverse_mass[drive.body, drive.component] = 0.0
+        weight = np.zeros_like(mass)
+        for body in self.bodies:
+            if body.gravity_acts:
+                weight[body.id, :2] = body.mass * self.gravity
+        weight[inverse_mass == 0.0] = 0.0
+        contactors = self._contactors()
+        state = State(positions, velocities)
+        model = Model(
+            dimension=self.dimension,
+            mass=mass,
+            inverse_mass=inverse_mass,
+            radius=np.array([body.link_radius for body in self.bodies]),
+            weight=weight,
+            contactors=contactors,
+            rows=[VisibilityRow(c, a, law, self._alert(c, a, alert, contactors)) for c, a, law, alert in self.rows],
+            chains=[
+                ChainTable(
+                    chain.path, chain.law, chain.radius_sums, chain.reference_gaps, chain.start_gaps, chain.relaxation
+                )
+                for chain in self.chains
+            ],
+            velocities=driven,
+            forces=loads,
+            start=state,
+        )
+        self._compiled = True
+        for body in self.bodies:
+            body._state = state
+        return model
+
+    def _check_colors(self) -> None:
+        known = {body.color for body in self.bodies}
+        for candidate, antagonist, _, _ in self.rows:
+            for color in (candidate, antagonist):
+                if color not in known and known:
+                    raise LookupError(f"No body has the colour '{color}' that the visibility table names{closest(color, known)}")
+
+    def _contactors(self) -> ContactorTable:
+        items = [(body, contactor, offset) for body in self.bodies for contactor, offset in body.contactors]
+        shapes = [contactor.shape for _, contactor, _ in items]
+        table = np.zeros((len(items), max((len(shape) for shape in shapes), default=1)))
+        for row, shape in zip(table, shapes, strict=True):
+            row[: len(shape)] = shape
+        return ContactorTable(
+            body=np.array([body.id for body, _, _ in items], dtype=np.int64),
+            offset=np.array([offset for _, _, offset in items], dtype=float).reshape(-1, 2),
+            kind=[contactor.KIND for _, contactor, _ in items],
+            color=[body.color for body, _, _ in items],
+            shape=table,
+            shape_size=[len(shape) for shape in shapes],
+            bounding_radius=np.array([contactor.bounding_radius for _, contactor, _ in items]),
+        )
+
+    @staticmethod
+    def _alert(candidate: str, antagonist: str, alert: float | None, contactors: ContactorTable) -> float:
+        if alert is not None:
+            return alert
+        concerned = np.array([color in (candidate, antagonist) for color in contactors.color], dtype=bool)
+        radii = contactors.bounding_radius[concerned & np.isfinite(contactors.bounding_radius)]
+        return DEFAULT_ALERT * float(radii.min()) if len(radii) else 0.0
+
+    def __repr__(self) -> str:
+        return (
+            f"<Scene in {self.dimension}D: {len(self.bodies)} bodies, {len(self.rows)} rows of the visibility table, "
+            f"{len(self.chains)} chains{', compiled' if self._compiled else ''}>"
+        )

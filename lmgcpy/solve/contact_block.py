@@ -1,0 +1,116 @@
+"""One interaction as a block of Gauss-Seidel: templates, specialised for a law's ``react`` (see ``lmgcpy.jit``).
+
+With the relative velocity ``u`` under the present impulses, the free velocity of one interaction is ``u - W r``; the law
+gives the new impulse; the bodies' velocities follow at once. Names in capitals are constants of the specialisation, so
+that a contact between disks pays for nothing that only other shapes need.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from lmgcpy.solve.system import System
+
+react: Callable[..., Any] = lambda W, u, prepared: u  # noqa: E731  given by the specialisation
+"""The law."""
+read: Callable[..., Any] = lambda array, start: ()  # noqa: E731
+"""Reader of one row of prepared numbers."""
+PREPARED = 0
+"""How many numbers the law prepares."""
+ROWS = 2
+"""1 where the impulse is normal only."""
+CENTRAL = True
+"""Whether the contact point lies on the line along the normal through both centres."""
+DIAGONAL = True
+"""Whether all local blocks of W are diagonal."""
+
+
+def relative_velocity(i, s):
+    """(u_n, u_t) of interaction ``i`` at the contact point, candidate minus antagonist."""
+    c = s.candidate[i]
+    a = s.antagonist[i]
+    n_x = s.normal[i, 0]
+    n_y = s.normal[i, 1]
+    v_x = s.velocity[c, 0] - s.velocity[a, 0]
+    v_y = s.velocity[c, 1] - s.velocity[a, 1]
+    u_n = n_x * v_x + n_y * v_y
+    if ROWS == 1 and CENTRAL:
+        return u_n, 0.0
+    spin_c = s.velocity[c, 2]
+    spin_a = s.velocity[a, 2]
+    u_t = n_x * v_y - n_y * v_x - s.arm[i, 0] * spin_c - s.arm[i, 1] * spin_a
+    if not CENTRAL:
+        u_n += s.lateral[i, 1] * spin_a - s.lateral[i, 0] * spin_c
+    return u_n, u_t
+
+
+def push(i, s, d_n, d_t):
+    """Add an impulse to interaction ``i``: +d on the candidate, -d on the antagonist, and to their velocities."""
+    c = s.candidate[i]
+    a = s.antagonist[i]
+    n_x = s.normal[i, 0]
+    n_y = s.normal[i, 1]
+    d_x = n_x * d_n
+    d_y = n_y * d_n
+    if ROWS == 2:
+        d_x -= n_y * d_t
+        d_y += n_x * d_t
+    s.velocity[c, 0] += s.inverse_mass[c, 0] * d_x
+    s.velocity[c, 1] += s.inverse_mass[c, 1] * d_y
+    s.velocity[a, 0] -= s.inverse_mass[a, 0] * d_x
+    s.velocity[a, 1] -= s.inverse_mass[a, 1] * d_y
+    if not CENTRAL:
+        s.velocity[c, 2] -= s.inverse_mass[c, 2] * (s.arm[i, 0] * d_t + s.lateral[i, 0] * d_n)
+        s.velocity[a, 2] += s.inverse_mass[a, 2] * (s.lateral[i, 1] * d_n - s.arm[i, 1] * d_t)
+    elif ROWS == 2:
+        s.velocity[c, 2] -= s.inverse_mass[c, 2] * s.arm[i, 0] * d_t
+        s.velocity[a, 2] -= s.inverse_mass[a, 2] * s.arm[i, 1] * d_t
+
+
+def sweep(start, stop, offset, s: System):
+    """Update the impulses of a group one after another."""
+    for i in range(start, stop):
+        prepared = read(s.prepared, offset + (i - start) * PREPARED)
+        u_n, u_t = relative_velocity(i, s)
+        w_nn = s.delassus[i, 0]
+        r_n = s.impulse[i, 0]
+        if ROWS == 1:
+            (new_n,) = react(((w_nn,),), (u_n - w_nn * r_n,), prepared)
+            if new_n != r_n:
+                s.impulse[i, 0] = new_n
+                push(i, s, new_n - r_n, 0.0)
+        else:
+            w_tt = s.delassus[i, 1]
+            w_nt = 0.0 if DIAGONAL else s.coupling[i]
+            r_t = s.impulse[i, 1]
+            free = (u_n - w_nn * r_n - w_nt * r_t, u_t - w_nt * r_n - w_tt * r_t)
+            new_n, new_t = react(((w_nn, w_nt), (w_nt, w_tt)), free, prepared)
+            if new_n != r_n or new_t != r_t:
+                s.impulse[i, 0] = new_n
+                s.impulse[i, 1] = new_t
+                push(i, s, new_n - r_n, new_t - r_t)
+    return 0.0
+
+
+def error(start, stop, offset, s: System):
+    """Sum of squares of ``e = w (r - react(w I, u - w r))`` over a group [m^2/s^2], w the mean diagonal of its W."""
+    total = 0.0
+    for i in range(start, stop):
+        prepared = read(s.prepared, offset + (i - start) * PREPARED)
+        u_n, u_t = relative_velocity(i, s)
+        r_n = s.impulse[i, 0]
+        if ROWS == 1:
+            w = s.delassus[i, 0]
+            (new_n,) = react(((w,),), (u_n - w * r_n,), prepared)
+            square = (w * (r_n - new_n)) ** 2
+        else:
+            w = 0.5 * (s.delassus[i, 0] + s.delassus[i, 1])
+            r_t = s.impulse[i, 1]
+            new_n, new_t = react(((w, 0.0), (0.0, w)), (u_n - w * r_n, u_t - w * r_t), prepared)
+            square = (w * (r_n - new_n)) ** 2 + (w * (r_t - new_t)) ** 2
+        total += square
+        if not square <= s.worst[0]:  # a NaN, too, is the worst
+            s.worst[0] = square
+            s.worst[1] = i
+    return total

@@ -1,0 +1,46 @@
+"""What a solver says of a step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+CONVERGED, SPENT, STAGNATED, NOT_FINITE = range(4)
+STATUS = ("converged", "budget spent", "stagnated", "not finite")
+
+
+@dataclass(frozen=True)
+class Worst:
+    """The interaction with the largest error: law, ids of candidate and antagonist, error [m/s]."""
+
+    law: str
+    candidate: int
+    antagonist: int
+    error: float
+
+    def __str__(self) -> str:
+        return f"{self.law} between bodies {self.candidate} and {self.antagonist}, off by {self.error:.2e} m/s"
+
+
+@dataclass(frozen=True)
+class Report:
+    """How the last step was solved.
+
+    ``iterations``: sweeps; ``residual``: ``|e(r)| / |e(0)|``, the error relative to that of doing nothing; ``status``:
+    "converged", "budget spent", "stagnated" or "not finite"; ``worst``: the worst interaction, None where there is
+    none; ``interactions``: how many there were; ``seconds``: of the solver; ``step_seconds``: of the whole step.
+    """
+
+    iterations: int = 0
+    residual: float = 0.0
+    status: str = "converged"
+    worst: Worst | None = None
+    interactions: int = 0
+    seconds: float = 0.0
+    step_seconds: float = 0.0
+
+    def __str__(self) -> str:
+        worst = f"; worst: {self.worst}" if self.worst else ""
+        return (
+            f"{self.status} after {self.iterations} iterations at a residual of {self.residual:.2e} over "
+            f"{self.interactions} interactions in {self.seconds:.4f} s{worst}"
+        )

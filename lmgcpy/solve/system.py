@@ -1,0 +1,58 @@
+"""The problem of one time step as the kernels see it: interactions one after another in flat arrays, and the velocities.
+
+Interactions stand in canonical order in groups of one law and one kind of contactor pair, or of one chain. The
+Delassus operator is never assembled: kernels work on the velocities of the bodies.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+
+class System(NamedTuple):
+    """Arrays of one step in 2D; m interactions, n bodies. Velocities are (v_x, v_y, spin) [m/s, m/s, rad/s]."""
+
+    candidate: np.ndarray
+    """Row of the candidate body, (m,) uint32."""
+    antagonist: np.ndarray
+    """Row of the antagonist body, (m,) uint32."""
+    normal: np.ndarray
+    """From the antagonist to the candidate, (m, 2); the tangent is it turned by +90 degrees."""
+    arm: np.ndarray
+    """(m, 2): distance along the normal from the candidate's and the antagonist's centre to the contact point [m],
+    both positive towards it; the part of the levers that turns spin into tangential velocity."""
+    lateral: np.ndarray
+    """(m, 2), or (0, 2) where every pair is central: tangential coordinate of the contact point seen from the
+    candidate's and the antagonist's centre [m]; the part of the levers that turns spin into normal velocity."""
+    delassus: np.ndarray
+    """Diagonal of the local block (W_nn, W_tt) [1/kg], (m, 2)."""
+    coupling: np.ndarray
+    """(m,) [1/kg]: W_nt of a contact; of a link, the entry of W between it and the next link of its chain."""
+    prepared: np.ndarray
+    """What the laws' ``prepare`` returned, row by row of each group, flat."""
+    impulse: np.ndarray
+    """(r_n, r_t) [N s], (m, 2)."""
+    velocity: np.ndarray
+    """Velocities of the bodies under the present impulses, (n, 3)."""
+    inverse_mass: np.ndarray
+    """Inverse masses and inertias by component [1/kg], zero where driven, (n, 3)."""
+    work: np.ndarray
+    """Scratch of the wire blocks, (4, longest chain)."""
+    worst: np.ndarray
+    """(2,): largest single error that the error kernels met [m/s], and the row of its interaction."""
+
+
+class Groups(NamedTuple):
+    """Where the groups stand in a :class:`System`, and which kernels solve them; (g,) int64 each."""
+
+    sweep: np.ndarray
+    """Address of the kernel that updates the impulses of a group."""
+    error: np.ndarray
+    """Address of the kernel that measures the error of a group."""
+    start: np.ndarray
+    stop: np.ndarray
+    """Rows of the group's interactions."""
+    offset: np.ndarray
+    """Where its numbers begin in ``System.prepared``."""

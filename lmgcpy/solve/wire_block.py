@@ -1,0 +1,154 @@
+"""A whole wire as one block of Gauss-Seidel: template, specialised for a law's ``react`` and ``slope``.
+
+The links of a chain see each other through the beads they share: their part of the Delassus operator is tridiagonal
+(cyclic where the chain is closed). The law of every link at once,
+
+    F_i(r) = r_i - react(W_ii, u_i - W_ii r_i) = 0,
+
+is solved by a semi-smooth Newton method. With ``s_i`` the slope of ``react`` a step ``d`` satisfies
+
+    d_i - s_i (W_{i,i-1} d_{i-1} + W_{i,i+1} d_{i+1}) = -F_i,
+
+one elimination down the chain and one substitution up: O(n) at any tension and mass ratio. For the laws that come with
+lmgcpy the matrix is a symmetric positive definite one with scaled rows, which needs no pivoting, and the method is the
+active-set method, which ends after finitely many steps. ``F`` is always evaluated from the velocities of the bodies, so
+that repeated steps refine the solution beyond what the elimination loses to round-off.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from lmgcpy.solve.contact_block import push, relative_velocity
+from lmgcpy.solve.system import System
+
+react: Callable[..., Any] = lambda W, u, prepared: u  # noqa: E731  given by the specialisation
+"""The law."""
+slope: Callable[..., Any] = lambda W, u, prepared: ((0.0,),)  # noqa: E731
+"""Derivative of ``react``."""
+read: Callable[..., Any] = lambda array, start: ()  # noqa: E731
+"""Reader of one row of prepared numbers."""
+PREPARED = 0
+"""How many numbers the law prepares."""
+NEWTON_STEPS = 30
+"""Bound on the steps of one visit; one or two are usual, and the next sweep goes on from where this one ends."""
+
+
+def residual(start, count, offset, s):
+    """Fill in -F (row 0 of the scratch) and the slopes (row 1); returns (sum of (w F)^2, whether a slope changed)."""
+    merit = 0.0
+    changed = False
+    for k in range(count):
+        i = start + k
+        prepared = read(s.prepared, offset + k * PREPARED)
+        u_n, _ = relative_velocity(i, s)
+        w = s.delassus[i, 0]
+        r = s.impulse[i, 0]
+        free = (u_n - w * r,)
+        (new,) = react(((w,),), free, prepared)
+        ((gradient,),) = slope(((w,),), free, prepared)
+        s.work[0, k] = new - r
+        if gradient != s.work[1, k]:
+            changed = True
+        s.work[1, k] = gradient
+        merit += (w * (new - r)) ** 2
+    return merit, changed
+
+
+def substitute(start, count, s, right):
+    """Solve the tridiagonal Newton system for the right-hand side in row ``right`` of the scratch, in place.
+
+    Row 2 holds the eliminated superdiagonal. Returns False where a pivot vanishes.
+    """
+    s.work[2, 0] = 0.0
+    above = 0.0
+    for k in range(count):
+        gradient = s.work[1, k]
+        lower = -gradient * s.coupling[start + k - 1] if k > 0 else 0.0
+        pivot = 1.0 - lower * above
+        if not abs(pivot) > 1e-14:
+            return False
+        below = s.work[right, k - 1] if k > 0 else 0.0
+        s.work[right, k] = (s.work[right, k] - lower * below) / pivot
+        above = -gradient * s.coupling[start + k] / pivot if k < count - 1 else 0.0
+        s.work[2, k] = above
+    for k in range(count - 2, -1, -1):
+        s.work[right, k] -= s.work[2, k] * s.work[right, k + 1]
+    return True
+
+
+def newton_step(start, count, s):
+    """The Newton step in row 0 of the scratch; False where the matrix is singular.
+
+    In a closed chain the last link also meets the first: the two corner entries are a change of rank one, and the
+    solution follows from two substitutions (Sherman and Morrison).
+    """
+    corner = s.coupling[start + count - 1]
+    if corner == 0.0:
+        return substitute(start, count, s, 0)
+    first = -s.work[1, 0] * corner  # entry (0, last)
+    last = -s.work[1, count - 1] * corner  # entry (last, 0)
+    # border: row and column of the last link are split off; x_last from its own equation
+    inner = count - 1
+    lower = -s.work[1, inner] * s.coupling[start + inner - 1]
+    for k in range(inner):
+        s.work[3, k] = 0.0
+    s.work[3, 0] += first
+    s.work[3, inner - 1] += -s.work[1, inner - 1] * s.coupling[start + inner - 1]
+    if not (substitute(start, inner, s, 0) and substitute(start, inner, s, 3)):
+        return False
+    pivot = 1.0 - last * s.work[3, 0] - lower * s.work[3, inner - 1]
+    if not abs(pivot) > 1e-14:
+        return False
+    x = (s.work[0, inner] - last * s.work[0, 0] - lower * s.work[0, inner - 1]) / pivot
+    s.work[0, inner] = x
+    for k in range(inner):
+        s.work[0, k] -= x * s.work[3, k]
+    return True
+
+
+def move(start, count, s, length):
+    """Add ``length`` times row 0 of the scratch to the impulses."""
+    for k in range(count):
+        d = length * s.work[0, k]
+        if d != 0.0:
+            s.impulse[start + k, 0] += d
+            push(start + k, s, d, 0.0)
+
+
+def relax(start, count, offset, s):
+    """Update the links one after another, as if they were contacts."""
+    for k in range(count):
+        i = start + k
+        prepared = read(s.prepared, offset + k * PREPARED)
+        u_n, _ = relative_velocity(i, s)
+        w = s.delassus[i, 0]
+        r = s.impulse[i, 0]
+        (new,) = react(((w,),), (u_n - w * r,), prepared)
+        s.impulse[i, 0] = new
+        push(i, s, new - r, 0.0)
+
+
+def sweep(start, stop, offset, s: System):
+    """Solve the links of one chain together."""
+    count = stop - start
+    merit, _ = residual(start, count, offset, s)
+    enough = 1e-24 * merit
+    for _ in range(NEWTON_STEPS):
+        if merit <= enough:
+            break
+        if not newton_step(start, count, s):
+            relax(start, count, offset, s)
+            merit, _ = residual(start, count, offset, s)
+            continue
+        move(start, count, s, 1.0)
+        before = merit
+        merit, changed = residual(start, count, offset, s)
+        if not changed:  # piecewise linear laws: the step was exact
+            break
+        if not merit < before:
+            # the active set cycles, as it may in a sharply bent chain: one pass of single updates breaks the cycle
+            relax(start, count, offset, s)
+            merit, _ = residual(start, count, offset, s)
+    return 0.0
