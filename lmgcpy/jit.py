@@ -91,9 +91,10 @@ _readers: dict[int, Callable] = {}
 
 def row_reader(count: int) -> Callable:
     """Function ``(array, start) -> (array[start], ..., array[start + count - 1])``: a tuple whose length the compiler
-    knows, which a loop could not give it."""
+    knows, which a loop could not give it. Indices are unsigned, so that none is tested for counting from the end."""
     if count not in _readers:
-        _readers[count] = eval(f"lambda array, start: ({''.join(f'array[start + {k}], ' for k in range(count))})")
+        items = "".join(f"array[np.uintp(start + {k})], " for k in range(count))
+        _readers[count] = eval(f"lambda array, start: ({items})", {"np": np})
     return _readers[count]
 
 
@@ -185,7 +186,8 @@ def _compilable(function: types.FunctionType, names: dict[str, Any], built: dict
 
     found = {name: ready(value, inner) for name, (value, inner) in _free_names(function, names).items()}
     closure = tuple(types.CellType(found[name]) for name in function.__code__.co_freevars) or None
-    scope = {"__builtins__": __builtins__, "__name__": function.__module__, **found}
+    # numba imports the module of this name when it loads machine code: one that is always there, as a law's need not be
+    scope = {"__builtins__": __builtins__, "__name__": __name__, **found}
     copy = types.FunctionType(function.__code__, scope, function.__name__, function.__defaults__, closure)
     copy.__qualname__ = function.__qualname__
     copy.__module__ = function.__module__
