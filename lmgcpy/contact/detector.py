@@ -46,6 +46,8 @@ class VisibilityRow:
     antagonist: str
     law: Law
     alert: float
+    adaptive: bool = False
+    """Whether the alert distance grows with the speed of the bodies."""
 
     @cached_property
     def parameters(self) -> np.ndarray:
@@ -314,20 +316,31 @@ class Detector:
         self._stride = contactors.shape.shape[1]
         self._kind = np.array(contactors.kind, dtype=object)
         self._color = np.array(contactors.color, dtype=object)
-        smallest = contactors.bounding_radius[bounded].min() if bounded.any() else 0.0
-        largest_alert = max((row.alert for row in rows), default=0.0)
-        self._skin = max(largest_alert, 0.2 * smallest)
-        self._reach = largest_alert + self._skin
+        radii = contactors.bounding_radius[bounded]
+        self._largest = float(radii.max()) if len(radii) else 0.0
+        self._skin = max([0.2 * float(radii.min()) if len(radii) else 0.0, *(row.alert for row in rows)])
+        self._reach = 0.0
         self._listed_at: np.ndarray | None = None
         self.groups: list[Group] = []
         self.memory = np.zeros((0, 2))
         self._capacity = empty_interactions(0, True)
         self.rebuilds = 0
 
-    def detect(self, bodies: np.ndarray) -> Interactions:
-        """Interactions at the positions ``bodies`` (n, 3) of the bodies, filled into arrays that the next call reuses."""
+    def alert(self, row: VisibilityRow, travel: float) -> float:
+        """Alert distance of a row [m]. Where the user gave none, it covers what two bodies at the greatest speed can
+        close in a step, ``travel`` each, up to the largest radius: a contact seen too late starts with a penetration."""
+        return max(row.alert, min(2.0 * travel, self._largest)) if row.adaptive else row.alert
+
+    def detect(self, bodies: np.ndarray, travel: float) -> Interactions:
+        """Interactions at the positions ``bodies`` (n, 3) of the bodies, filled into arrays that the next call reuses.
+
+        ``travel``: the longest way of a body in one step [m].
+        """
         placed = self._place(bodies)
-        if self._listed_at is None or 4.0 * farthest(placed, self._listed_at) > self._skin**2:
+        widest = max((self.alert(row, travel) for row in self.rows), default=0.0)
+        late = widest > self._reach - self._skin
+        if self._listed_at is None or late or 4.0 * farthest(placed, self._listed_at) > self._skin**2:
+            self._reach = (1.2 * widest if late else widest) + self._skin
             self._list_neighbours(placed)
         flat = placed.ravel()
         first = 0
@@ -351,7 +364,7 @@ class Detector:
                     group.pairs,
                     first,
                     group.first_slot,
-                    group.row.alert,
+                    self.alert(group.row, travel),
                     flat,
                     self.contactors.body,
                     self._shapes,

@@ -34,6 +34,10 @@ class Model:
     """Its inverse, zero where the component is driven, (n, 3)."""
     radius: np.ndarray
     """From the centre to the surface along a link [m], (n,); zero for what is no disk."""
+    extent: np.ndarray
+    """Radius of a circle around the centre that holds the body [m], infinite for walls, (n,)."""
+    wall_normals: dict[int, np.ndarray]
+    """Outward normals of the walls by row of the body, (d,)."""
     weight: np.ndarray
     """Force of gravity by component [N], (n, 3)."""
     contactors: ContactorTable

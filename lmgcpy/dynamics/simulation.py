@@ -78,7 +78,8 @@ class Simulation:
         h, state = self.time_step, self.state
         before = state.velocities.copy()
         state.positions += (1.0 - self.theta) * h * before
-        interactions = self._detector.detect(state.positions)
+        travel = h * float(np.sqrt(np.max(np.sum(before[:, :2] ** 2, axis=1), initial=0.0)))
+        interactions = self._detector.detect(state.positions, travel)
         force = self._force(state.time + 0.5 * h)
         free_velocity = before + h * self.model.inverse_mass * force
         for drive in self.model.velocities:

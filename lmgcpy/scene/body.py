@@ -66,6 +66,11 @@ class Body(ABC):
         return 0.0
 
     @property
+    def extent(self) -> float:
+        """Radius of a circle around the centre that holds all contactors [m]."""
+        return max(math.hypot(*offset) + contactor.bounding_radius for contactor, offset in self.contactors)
+
+    @property
     def gravity_acts(self) -> bool:
         """Whether the scene's gravity acts on the body."""
         return True

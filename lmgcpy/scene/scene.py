@@ -11,7 +11,7 @@ from lmgcpy.dynamics.model import Drive, Model, State
 from lmgcpy.errors import closest, number, vector
 from lmgcpy.laws import Law
 from lmgcpy.laws.registry import check_interface
-from lmgcpy.scene.body import Body
+from lmgcpy.scene.body import Body, Wall
 from lmgcpy.scene.chain import Chain
 
 SomeBody = TypeVar("SomeBody", bound=Body)
@@ -50,8 +50,9 @@ class Scene:
     def see(self, candidate: str, antagonist: str, law: Law, *, alert: float | None = None) -> None:
         """Let bodies of two colours meet under a law.
 
-        ``alert``: gap [m] up to which a pair is an interaction; None takes a fifth of the smallest radius concerned. A
-        gap that closes within one step from beyond the alert distance is seen only as a penetration in the next.
+        ``alert``: gap [m] up to which a pair is an interaction; None takes a fifth of the smallest radius concerned, or
+        twice the way of the fastest body in a step where that is more. A gap that closes within one step from beyond
+        the alert distance is seen too late, as a penetration that stays.
         """
         self._editable("extend the visibility table")
         for color in (candidate, antagonist):
@@ -144,9 +145,11 @@ class Scene:
             mass=mass,
             inverse_mass=inverse_mass,
             radius=np.array([body.link_radius for body in self.bodies]),
+            extent=np.array([body.extent for body in self.bodies]),
+            wall_normals={body.id: body.normal for body in self.bodies if isinstance(body, Wall)},
             weight=weight,
             contactors=contactors,
-            rows=[VisibilityRow(c, a, law, self._alert(c, a, alert, contactors)) for c, a, law, alert in self.rows],
+            rows=[VisibilityRow(c, a, law, self._alert(c, a, alert, contactors), adaptive=alert is None) for c, a, law, alert in self.rows],
             chains=[
                 ChainTable(
                     chain.path, chain.law, chain.radius_sums, chain.reference_gaps, chain.start_gaps, chain.relaxation
