@@ -75,7 +75,7 @@ class Registry:
 
     def add_plugin(self, plugin: Any, distribution: str) -> None:
         """Call the hook of one plug-in (a module or object) in the name of its distribution."""
-        self._manager.register(plugin, name=distribution)
+        self._manager.register(plugin, name=f"{distribution} {id(plugin)}")  # a distribution may bring several
         for implementation in self._manager.hook.lmgcpy_laws.get_hookimpls():
             if implementation.plugin is plugin:
                 implementation.function(lambda law: self.register(law, distribution=distribution))

@@ -1,0 +1,218 @@
+"""Biaxial compression of a 2D sample (paper, section 3): imposed velocity on top, pressure on the lateral walls."""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from lmgcpy.dynamics.simulation import Simulation
+from lmgcpy.errors import number, whole
+from lmgcpy.experiment.box_2d import Box2D, Sample, characteristic_time
+from lmgcpy.laws import Law
+from lmgcpy.measure.stress import stress
+from lmgcpy.solve.gauss_seidel import GaussSeidel
+from lmgcpy.solve.report import STATUS
+
+RAMP = 0.02
+"""Part of the test in which the platen takes up its velocity, so that it starts without a shock."""
+
+
+@dataclass(frozen=True)
+class Frame:
+    """The sample at one moment."""
+
+    strain: float
+    """Crushing, as a fraction of the height at the start."""
+    top_force: float
+    """Force on the upper platen [N]."""
+    positions: np.ndarray
+    """Of the particles [m], (n, 2)."""
+    walls: np.ndarray
+    """Left, right, bottom, top [m], (4,)."""
+    lines: np.ndarray
+    """Force lines: their two ends [m], (m, 2, 2)."""
+    forces: np.ndarray
+    """Normal force along each, compression positive [N], (m,)."""
+    in_wire: np.ndarray
+    """Which of them are links, (m,) bool."""
+
+
+@dataclass
+class BiaxialRecord:
+    """What a biaxial test measured, step by step."""
+
+    law: str
+    tolerance: float
+    inertial_number: float
+    strain: np.ndarray
+    """Crushing, (s,)."""
+    reaction: np.ndarray
+    """Support reaction below [N], (s,)."""
+    top_force: np.ndarray
+    """Force on the upper platen [N], (s,)."""
+    lateral: np.ndarray
+    """Mean force on the lateral walls [N], (s,)."""
+    size: np.ndarray
+    """Width and height [m], (s, 2)."""
+    stress: dict[str, np.ndarray]
+    """Weber stress "total", "sand", "wire" [Pa], (s, 2, 2) each."""
+    residual: np.ndarray
+    iterations: np.ndarray
+    interactions: np.ndarray
+    mechanical: np.ndarray
+    """Kinetic and stored energy [J], (s,)."""
+    defect: np.ndarray
+    """What the energy identity of the step leaves [J], (s,)."""
+    status: list[str]
+    frames: list[Frame] = field(default_factory=list)
+    seconds: float = 0.0
+
+    @property
+    def unconverged(self) -> int:
+        """Steps that did not reach the tolerance."""
+        return sum(status != STATUS[0] for status in self.status)
+
+    def smooth(self, values: np.ndarray, width: float = 0.0025) -> np.ndarray:
+        """Running mean over ``width`` of strain along the first axis."""
+        if len(values) < 3:
+            return values
+        count = max(1, round(width / float(np.mean(np.diff(self.strain)))))
+        sums = np.cumsum(np.concatenate([np.zeros((1, *values.shape[1:])), values]), axis=0)
+        index = np.arange(len(values))
+        low, high = np.maximum(index - count // 2, 0), np.minimum(index + count // 2 + 1, len(values))
+        return (sums[high] - sums[low]) / (high - low).reshape(-1, *[1] * (values.ndim - 1))
+
+
+class Biaxial:
+    """A biaxial test, ready to run.
+
+    ``law`` links the beads (None: sand). The upper platen goes down at ``v = I H sqrt(p/rho)/d``, which makes the
+    inertial number ``I = v d sqrt(rho/p)/H`` of the test; ``time_step`` [s] is by default a fifth of ``d sqrt(rho/p)``.
+    A rigid or elastic rod keeps the gaps at the start of the test as its reference, a wire the sample's reference gap.
+    """
+
+    def __init__(
+        self,
+        sample: Sample,
+        law: Law | None = None,
+        *,
+        pressure: float = 1e5,
+        density: float = 2600.0,
+        friction: float = 0.4,
+        platen_friction: float = 0.0,
+        inertial_number: float = 1e-3,
+        time_step: float | None = None,
+        solver: GaussSeidel | None = None,
+    ):
+        self.pressure = number(pressure, "pressure", above=0.0, unit="Pa")
+        self.inertial_number = number(inertial_number, "inertial_number", above=0.0, maximum=0.1)
+        self.law = law
+        unilateral = law is not None and "pull" in law.TRAITS
+        self.box = Box2D(
+            sample,
+            density=density,
+            friction=friction,
+            platen_friction=platen_friction,
+            law=law,
+            reference_gap="wire" if unilateral else "built",
+        )
+        moment = characteristic_time(sample.diameter, density, pressure)
+        self.height = sample.height
+        self.speed = inertial_number * sample.height / moment
+        self.time_step = 0.2 * moment if time_step is None else time_step
+        self.solver = solver or GaussSeidel(tolerance=1e-2, max_iterations=20_000)
+        self.bead_count = sample.bead_count
+        self._duration = 1.0
+        self.box.load_laterally(self.pressure)
+        self.box.top.impose_velocity(y=lambda time: -self.speed * min(1.0, time / (RAMP * self._duration)))
+        self.simulation: Simulation | None = None
+
+    def step_count(self, strain: float) -> int:
+        """Steps that a test to this strain takes."""
+        return max(1, int(np.ceil(strain * self.height / (self.speed * self.time_step) * (1.0 + 0.5 * RAMP))))
+
+    def run(
+        self, strain: float = 0.1, *, frames: int = 50, on_step: Callable[[int], None] | None = None
+    ) -> BiaxialRecord:
+        """Crush the sample by ``strain`` of its height; ``frames`` of it are kept, evenly spaced."""
+        number(strain, "strain", above=0.0, maximum=0.9)
+        whole(frames, "frames")
+        begin = clock.perf_counter()
+        self._duration = strain * self.height / self.speed
+        sim = self.simulation = Simulation(self.box.scene, time_step=self.time_step, solver=self.solver)
+        count = self.step_count(strain)
+        record = self._empty_record(count)
+        every = max(1, count // frames) if frames else count + 1
+        for k in range(count):
+            report = sim.step()
+            self._enter(record, k, sim)
+            record.residual[k], record.iterations[k] = report.residual, report.iterations
+            record.interactions[k] = report.interactions
+            record.status.append(report.status)
+            if (k + 1) % every == 0:
+                record.frames.append(self._frame(sim, record.strain[k], record.top_force[k]))
+            if on_step:
+                on_step(k + 1)
+        record.seconds = clock.perf_counter() - begin
+        return record
+
+    def _empty_record(self, count: int) -> BiaxialRecord:
+        def zeros(*shape: int) -> np.ndarray:
+            return np.zeros((count, *shape))
+
+        return BiaxialRecord(
+            law="none" if self.law is None else self.law.NAME,
+            tolerance=self.solver.tolerance,
+            inertial_number=self.inertial_number,
+            strain=zeros(),
+            reaction=zeros(),
+            top_force=zeros(),
+            lateral=zeros(),
+            size=zeros(2),
+            stress={part: zeros(2, 2) for part in ("total", "sand", "wire")},
+            residual=zeros(),
+            iterations=zeros(),
+            interactions=zeros(),
+            mechanical=zeros(),
+            defect=zeros(),
+            status=[],
+        )
+
+    def _enter(self, record: BiaxialRecord, k: int, sim: Simulation) -> None:
+        reactions = self.box.reactions(sim)
+        sigma = stress(sim)
+        record.strain[k] = 1.0 - self.box.height / self.height
+        record.reaction[k] = reactions["bottom"]
+        record.top_force[k] = reactions["top"]
+        record.lateral[k] = 0.5 * (reactions["left"] + reactions["right"])
+        record.size[k] = self.box.width, self.box.height
+        record.stress["total"][k] = sigma["total"]
+        record.stress["sand"][k] = sigma["coulomb"]
+        if self.law is not None:
+            record.stress["wire"][k] = sigma[self.law.NAME]
+        record.mechanical[k] = sim.energy.mechanical
+        record.defect[k] = sim.energy.defect
+
+    def _frame(self, sim: Simulation, strain: float, top_force: float) -> Frame:
+        net = sim.interactions
+        acting = net.force[:, 0] != 0.0
+        positions = sim.positions.copy()
+        antagonist, candidate = net.antagonist[acting], net.candidate[acting]
+        start = positions[antagonist]
+        at_wall = antagonist >= len(self.box.particles)
+        start[at_wall] = positions[candidate[at_wall]] + net.lever[acting][at_wall, 0]
+        box = self.box
+        return Frame(
+            strain=float(strain),
+            top_force=float(top_force),
+            positions=positions[: len(box.particles)],
+            walls=np.array(
+                [box.left.position[0], box.right.position[0], box.bottom.position[1], box.top.position[1]]
+            ),
+            lines=np.stack([start, positions[candidate]], axis=1),
+            forces=net.force[acting, 0],
+            in_wire=np.zeros(int(acting.sum()), dtype=bool) if self.law is None else net.law[acting] == self.law.NAME,
+        )

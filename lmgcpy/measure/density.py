@@ -1,0 +1,81 @@
+"""Solid fraction in a window, from the exact areas of disks cut by a rectangle."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+
+def density(positions: Any, radii: Any, window: Any) -> float:
+    """Solid fraction [-] of disks in a window: the area of the disks inside the rectangle over its own area.
+
+    The disks are assumed not to overlap: what two of them share is counted twice.
+
+    ``positions`` [m], shape (n, 2); ``radii`` [m], shape (n,); ``window`` the corners ((x0, y0), (x1, y1)) [m], lower
+    left and upper right.
+
+    Raises ValueError where shapes do not match, a radius is negative or the window is empty, TypeError for what are no
+    numbers.
+    """
+    centres = _numbers(positions, "positions")
+    sizes = _numbers(radii, "radii")
+    if centres.size == 0:
+        centres = centres.reshape(0, 2)
+    if centres.ndim != 2 or centres.shape[1] != 2 or sizes.shape != (len(centres),):
+        raise ValueError(
+            "density is of disks: positions must have shape (n, 2) and radii (n,), "
+            f"got {centres.shape} and {sizes.shape}."
+        )
+    if (sizes < 0.0).any():
+        raise ValueError(f"radii must not be negative, but number {int(np.argmax(sizes < 0.0))} is {sizes.min()} [m].")
+    corners = _numbers(window, "window")
+    if corners.shape != (2, 2):
+        raise ValueError(f"window must be two corners ((x0, y0), (x1, y1)) [m], got {window!r}.")
+    (x0, y0), (x1, y1) = corners
+    if not (x0 < x1 and y0 < y1):
+        raise ValueError(f"window must go from its lower left to its upper right corner, got {window!r}.")
+    return float(disk_area_in_rectangle(centres, sizes, x0, y0, x1, y1).sum() / ((x1 - x0) * (y1 - y0)))
+
+
+def disk_area_in_rectangle(
+    centres: np.ndarray, radii: np.ndarray, x0: float, y0: float, x1: float, y1: float
+) -> np.ndarray:
+    """Area of each disk inside the rectangle [m²], shape (n,): Q(x1, y1) - Q(x0, y1) - Q(x1, y0) + Q(x0, y0).
+
+    Q(x, y) is the disk's area left of x and below y. Exact to round-off, some 1e-16 of the disk's own area.
+    """
+    unit = np.where(radii > 0.0, radii, 1.0)
+    left, right = (x0 - centres[:, 0]) / unit, (x1 - centres[:, 0]) / unit
+    below, above = (y0 - centres[:, 1]) / unit, (y1 - centres[:, 1]) / unit
+    area = _quadrant(right, above) - _quadrant(left, above) - _quadrant(right, below) + _quadrant(left, below)
+    return radii**2 * np.maximum(area, 0.0)
+
+
+def _quadrant(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Area of the unit disk where x < a and y < b.
+
+    With the corner (a, b) inside the disk it is ab + (a sqrt(1-a²) + b sqrt(1-b²) + asin a + asin b)/2 + pi/4: the
+    integral of b + sqrt(1-x²) from -sqrt(1-b²) to a, and the cap left of it. With the corner outside, it is the disk
+    less the caps beyond a and b, a cap alone, or nothing.
+    """
+    a, b = np.clip(a, -1.0, 1.0), np.clip(b, -1.0, 1.0)
+    # area below a chord at height a: pi/2 + a sqrt(1-a²) + asin a
+    chord_a, chord_b = a * np.sqrt(1.0 - a * a) + np.arcsin(a), b * np.sqrt(1.0 - b * b) + np.arcsin(b)
+    inside = a * b + 0.5 * (chord_a + chord_b) + 0.25 * np.pi
+    outside = np.where(
+        a > 0.0,
+        np.where(b > 0.0, chord_a + chord_b, 0.5 * np.pi + chord_b),
+        np.where(b > 0.0, 0.5 * np.pi + chord_a, 0.0),
+    )
+    return np.where(a * a + b * b < 1.0, inside, outside)
+
+
+def _numbers(values: Any, name: str) -> np.ndarray:
+    try:
+        array = np.asarray(values, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise TypeError(f"{name} must be numbers, got {values!r}.") from error
+    if not np.isfinite(array).all():
+        raise ValueError(f"{name} must be finite, but {np.count_nonzero(~np.isfinite(array))} numbers are not.")
+    return array

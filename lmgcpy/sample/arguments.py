@@ -1,0 +1,101 @@
+"""What the makers of samples ask of their arguments, each refusal a sentence: what, where, what to do."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from lmgcpy import errors
+
+AXES = "xyz"
+
+
+def word(value: Any, name: str, known: Sequence[str]) -> str:
+    """One of the ``known`` words."""
+    if not isinstance(value, str):
+        raise TypeError(f"{name} must be one of {', '.join(map(repr, known))}, got {value!r}.")
+    if value not in known:
+        raise ValueError(f"unknown {name} '{value}'{errors.closest(value, known)}")
+    return value
+
+
+def numbers(values: Any, name: str) -> np.ndarray:
+    """A new contiguous array of finite floats."""
+    try:
+        array = np.array(values, dtype=np.float64, order="C")
+    except (TypeError, ValueError) as error:
+        raise TypeError(f"{name} must be an array of numbers, got {values!r}.") from error
+    if not np.isfinite(array).all():
+        raise ValueError(f"{name} must be finite, but {np.count_nonzero(~np.isfinite(array))} of its numbers are not.")
+    return array
+
+
+def radii(values: Any, name: str = "radii", least: int = 1) -> np.ndarray:
+    """Radii [m], shape (n,), all above zero."""
+    array = numbers(values, name)
+    if array.ndim != 1:
+        raise ValueError(f"{name} must have shape (n,), got {array.shape}.")
+    if len(array) < least:
+        raise ValueError(f"{name} must hold at least {least} value, got {len(array)}.")
+    if (array <= 0.0).any():
+        where = int(np.argmax(array <= 0.0))
+        raise ValueError(f"{name} must be above zero, but number {where} is {array[where]} [m].")
+    return array
+
+
+def spheres(positions: Any, sizes: Any, dimension: int, name: str) -> tuple[np.ndarray, np.ndarray]:
+    """Positions [m], shape (n, dimension), and as many radii [m]."""
+    centres = numbers(positions, f"the positions of {name}")
+    if centres.size == 0:
+        centres = centres.reshape(0, dimension)
+    if centres.ndim != 2 or centres.shape[1] != dimension:
+        raise ValueError(f"the positions of {name} must have shape (n, {dimension}), got {centres.shape}.")
+    lengths = radii(sizes, f"the radii of {name}", least=0)
+    if len(lengths) != len(centres):
+        raise ValueError(f"{name}: there are {len(centres)} positions and {len(lengths)} radii; give one radius each.")
+    return centres, lengths
+
+
+def obstacles(value: Any, dimension: int) -> tuple[np.ndarray, np.ndarray]:
+    """The pair (positions, radii) of obstacles; ``None`` means no obstacle."""
+    if value is None:
+        return np.empty((0, dimension)), np.empty(0)
+    if not isinstance(value, (tuple, list)) or len(value) != 2:
+        raise TypeError(
+            "obstacles must be a pair (positions, radii), such as (wire.positions, wire.radii), or None; "
+            f"got {type(value).__name__}."
+        )
+    return spheres(value[0], value[1], dimension, "the obstacles")
+
+
+def box(value: Any, *, dimensions: Sequence[int] = (2, 3), open_top: bool = True) -> tuple[float, ...]:
+    """Lengths of a box that starts at the origin [m]; the last one is infinite where ``None`` was given."""
+    kinds = " or ".join(str(dimension) for dimension in dimensions)
+    if not isinstance(value, (tuple, list, np.ndarray)):
+        raise TypeError(f"box must be a tuple of {kinds} lengths [m], got {value!r}.")
+    if len(value) not in dimensions:
+        raise ValueError(f"box must have {kinds} lengths [m], got {len(value)}.")
+    lengths = []
+    for axis, length in enumerate(value):
+        top = axis == len(value) - 1
+        if length is None and top and open_top:
+            lengths.append(math.inf)
+        elif length is None:
+            reason = "only the last length, the height, may be None" if open_top else "this box must be closed"
+            raise ValueError(f"the length of box along {AXES[axis]} is None: {reason}; give a length [m].")
+        else:
+            lengths.append(errors.number(length, f"the length of box along {AXES[axis]}", above=0.0, unit="m"))
+    return tuple(lengths)
+
+
+def room(lengths: tuple[float, ...], coarsest: float, what: str) -> None:
+    """Refuse a box that is narrower than the coarsest body."""
+    for axis, length in enumerate(lengths):
+        if length < 2.0 * coarsest * (1.0 - 1e-12):
+            raise ValueError(
+                f"the box is too narrow for {what}: its length along {AXES[axis]} is {length:g} m, the diameter is "
+                f"{2.0 * coarsest:g} m. Widen the box or take smaller radii."
+            )

@@ -1,0 +1,78 @@
+"""Grains put into a box, around obstacles: the two ways of the paper's section 3."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from lmgcpy.sample import arguments
+from lmgcpy.sample.deposit_2d import deposit_2d
+from lmgcpy.sample.grid import grid_positions
+
+METHODS = ("geometric", "grid")
+ORDERS = ("random", "given")
+
+
+def deposit(
+    radii: Any,
+    *,
+    box: Any,
+    obstacles: Any = None,
+    method: str = "geometric",
+    order: str = "random",
+    seed: Any = 0,
+) -> np.ndarray:
+    """Positions [m], shape (n, d), of a deposit of grains with the given ``radii`` [m], in the order of ``radii``.
+
+    ``method="geometric"``
+        grains are placed one after the other, each at the lowest place where it rests on two supports without
+        friction: two among the grains placed before, the obstacles, the floor and the walls. Nothing overlaps by more
+        than 1e-10 of the finest radius. No path is asked for by which a grain could have fallen there: overhangs are
+        filled and fine grains find the holes left below, so that a wide grading (ratio 10) holds more of its fine
+        grains at the bottom; with ratios up to some 3 no such trend is seen. In 2D only, after Taboada's pre-processor.
+        Measured for 1700 grains, diameters uniform by number with ratio 2, in a box of 0.67 m: solid fraction 0.827
+        (0.825 to 0.829 over 20 seeds) one coarsest diameter away from walls, floor and top, in 20 ms; 0.786, beads
+        included, around a wire of 300 beads, where a void is left below each bead that hangs over.
+    ``method="grid"``
+        a loose grid of grains, brought down by a simulation under gravity: slow, but a state of mechanics.
+
+    ``box``: lengths [m] of a box that starts at the origin; the last may be ``None``, an open top. ``obstacles``: pair
+    (positions, radii) [m] of spheres that hang in space, such as the beads of a wire. ``order``: of insertion,
+    "random" or as "given"; ``seed`` is for the random one.
+
+    Raises ValueError where the grains do not fit, saying how many did, and ValueError or TypeError where an argument
+    makes no sense.
+    """
+    method = arguments.word(method, "method", METHODS)
+    order = arguments.word(order, "order", ORDERS)
+    sizes = arguments.radii(radii)
+    lengths = arguments.box(box)
+    centres, obstacle_radii = arguments.obstacles(obstacles, len(lengths))
+    arguments.room(lengths, float(sizes.max()), "the coarsest grain")
+    rng = np.random.default_rng(seed)
+    if method == "grid":
+        from lmgcpy.sample.settle import settle
+
+        base = (*box[:-1], None)
+        loose = grid_positions(sizes, box=base, obstacles=(centres, obstacle_radii), order=order, seed=rng)
+        return settle(loose, sizes, box=box, obstacles=(centres, obstacle_radii))
+    if len(lengths) != 2:
+        raise ValueError(
+            "the geometric deposit is for boxes in 2D, got three lengths; take method='grid' for spheres in 3D."
+        )
+    sequence = rng.permutation(len(sizes)) if order == "random" else np.arange(len(sizes))
+    width, height = lengths
+    positions, placed = deposit_2d(sizes, sequence, width, height, centres, obstacle_radii)
+    if placed == len(sizes):
+        return positions
+    if math.isinf(height):
+        raise RuntimeError(
+            f"grain {placed + 1} of {len(sizes)} found no pocket though the box is open: this is an error of lmgcpy. "
+            "Another seed may help; please report it."
+        )
+    raise ValueError(
+        f"the box is full: {placed} of {len(sizes)} grains fitted under its height of {height:g} m. Take fewer grains, "
+        "a higher box, or None for an open top."
+    )

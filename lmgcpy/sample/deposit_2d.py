@@ -1,0 +1,104 @@
+"""Geometric deposit of disks: one after the other, each to the lowest pocket that takes it."""
+
+import math
+
+import numpy as np
+
+from lmgcpy.jit import kernel
+from lmgcpy.sample.bed_2d import FLOOR, LEFT, RIGHT, Bed, cell_of, enter
+from lmgcpy.sample.pocket_2d import Pockets, lowest_place, new_pockets, open_pocket
+
+TOLERANCE = 1e-10
+"""Overlap, relative to the finest radius, up to which two bodies count as touching."""
+
+
+def deposit_2d(
+    radii: np.ndarray,
+    order: np.ndarray,
+    width: float,
+    height: float,
+    obstacle_positions: np.ndarray,
+    obstacle_radii: np.ndarray,
+) -> tuple[np.ndarray, int]:
+    """Positions [m], shape (n, 2), of grains placed in the ``order`` given, and how many of them found a place.
+
+    ``height`` of the box may be infinite. Where a grain finds no place, it and all after it are left at the origin.
+    """
+    bed = empty_bed(radii[order], width, obstacle_positions, obstacle_radii)
+    placed = fill(bed, len(obstacle_radii), height)
+    positions = np.zeros((len(radii), 2))
+    grains = slice(len(obstacle_radii), len(obstacle_radii) + placed)
+    positions[order[:placed]] = np.column_stack((bed.x[grains], bed.y[grains]))
+    return positions, placed
+
+
+def empty_bed(radii: np.ndarray, width: float, obstacle_positions: np.ndarray, obstacle_radii: np.ndarray) -> Bed:
+    """A bed with room for obstacles and grains, none of them in its cells yet."""
+    radius = np.concatenate((obstacle_radii, radii))
+    x = np.concatenate((obstacle_positions[:, 0], np.empty(len(radii))))
+    y = np.concatenate((obstacle_positions[:, 1], np.empty(len(radii))))
+    area = math.pi * float(np.sum(radius**2))
+    top = area / (0.7 * width) + 6.0 * float(radii.max())
+    # no more than some cells a disk, however narrow or wide the box
+    size = max(2.0 * float(radii.mean()), math.sqrt(width * top / (8.0 * len(radius) + 64.0)))
+    columns, rows = int(width / size) + 1, int(top / size) + 1
+    entry_count = int(np.sum((np.floor(2.0 * radius / size) + 2.0) ** 2))
+    return Bed(
+        x=x,
+        y=y,
+        radius=radius,
+        width=width,
+        tolerance=TOLERANCE * float(radii.min()),
+        cell_size=size,
+        cell_head=np.full((rows, columns), -1, np.int64),
+        entry_disk=np.empty(entry_count, np.int64),
+        entry_next=np.empty(entry_count, np.int64),
+        entry_count=np.zeros(1, np.int64),
+    )
+
+
+@kernel
+def fill(bed: Bed, obstacle_count, height):
+    """Enter the obstacles, then place the grains in their order; the number placed. Sets ``bed.x`` and ``bed.y``.
+
+    The pockets that are open at any time are those of the surface and of the holes below it, in number as a row of
+    grains: going through all of them for every grain costs less than keeping them sorted.
+    """
+    finest, coarsest = bed.radius[obstacle_count:].min(), bed.radius[obstacle_count:].max()
+    pockets = new_pockets(1024)
+    met = np.full(len(bed.x), -1, np.int64)
+    pockets, count = open_pocket(LEFT, FLOOR, finest, coarsest, bed, pockets, 0)
+    pockets, count = open_pocket(FLOOR, RIGHT, finest, coarsest, bed, pockets, count)
+    for disk in range(obstacle_count):
+        enter(disk, bed)
+        pockets, count = open_around(disk, finest, coarsest, bed, pockets, count, met)
+    for disk in range(obstacle_count, len(bed.x)):
+        r = bed.radius[disk]
+        x, y, count = lowest_place(r, bed, pockets, count)
+        if y + r > height + bed.tolerance:
+            return disk - obstacle_count
+        bed.x[disk], bed.y[disk] = x, y
+        enter(disk, bed)
+        pockets, count = open_around(disk, finest, coarsest, bed, pockets, count, met)
+    return len(bed.x) - obstacle_count
+
+
+def open_around(disk, finest, coarsest, bed: Bed, pockets: Pockets, count, met):
+    """Open the pockets between a disk and all supports near it: (pockets, count). ``met`` marks disks dealt with."""
+    for left, right in ((LEFT, disk), (disk, RIGHT), (FLOOR, disk), (disk, FLOOR)):
+        pockets, count = open_pocket(left, right, finest, coarsest, bed, pockets, count)
+    rows, columns = bed.cell_head.shape
+    x, y, size = bed.x[disk], bed.y[disk], bed.cell_size
+    reach = bed.radius[disk] + 2.0 * coarsest
+    met[disk] = disk
+    for row in range(cell_of(y - reach, size, rows), cell_of(y + reach, size, rows) + 1):
+        for column in range(cell_of(x - reach, size, columns), cell_of(x + reach, size, columns) + 1):
+            entry = bed.cell_head[row, column]
+            while entry >= 0:
+                other = bed.entry_disk[entry]
+                if met[other] != disk:
+                    met[other] = disk
+                    left, right = (other, disk) if bed.x[other] < x else (disk, other)
+                    pockets, count = open_pocket(left, right, finest, coarsest, bed, pockets, count)
+                entry = bed.entry_next[entry]
+    return pockets, count

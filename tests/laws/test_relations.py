@@ -1,0 +1,174 @@
+"""Every law that comes with lmgcpy against its line in the table of laws, stated here a second time.
+
+Each statement returns velocities [m/s] that vanish where the relation holds; the answer of ``react`` must bring them
+to round-off. They are differences of numbers of the size ``case.velocity_scale``, and solving a 2 x 2 block whose
+condition is at most 1e2 (coupling 0.99 between equal diagonals; scaling of the rows costs nothing) loses two digits:
+``TOLERANCE`` is a hundred times 2.2e-16 for that, and a hundred for the handful of operations.
+"""
+
+from __future__ import annotations
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from law_cases import LAWS, Case, cases
+
+import lmgcpy as lm
+
+TOLERANCE = 1e-12
+
+
+def complementarity(x: float, y: float) -> float:
+    """Zero where ``0 <= x _|_ y >= 0``."""
+    return min(x, y)
+
+
+def friction_violations(case, mu):
+    """Velocities that vanish where r_t is in the interval of radius mu r_n and dissipates the most there."""
+    if len(case.q) == 1:
+        return [0.0 if mu == 0.0 else math.inf]
+    (_, (_, w)), (r_n, r_t), (_, u_t) = case.W, case.impulse, case.velocity
+    projected = max(-mu * r_n, min(mu * r_n, r_t - u_t / w))
+    return [w * max(abs(r_t) - mu * r_n, 0.0), w * (projected - r_t)]
+
+
+def signorini(case):
+    """0 <= u_n + max(g, 0)/h  _|_  r_n >= 0."""
+    bias = max(case.gap, 0.0) / case.time_step
+    return [complementarity(case.velocity[0] + bias, case.W[0][0] * case.impulse[0])]
+
+
+def coulomb(case):
+    """The same, and Coulomb's friction."""
+    return signorini(case) + friction_violations(case, case.law.friction)
+
+
+def restitution(case):
+    """Where g <= 0: 0 <= u_n + e min(u_n^-, 0)  _|_  r_n >= 0 and Coulomb's friction; else r = 0."""
+    if case.gap > 0.0:
+        return list(np.diag(case.W) * case.impulse)
+    rebound = case.law.restitution * min(case.before[0], 0.0)
+    normal = complementarity(case.velocity[0] + rebound, case.W[0][0] * case.impulse[0])
+    return [normal, *friction_violations(case, case.law.friction)]
+
+
+def elongation_rate(case):
+    """(g + h u_n - g_ref)/h: predicted elongation over the step."""
+    return case.velocity[0] + (case.gap - case.reference_gap) / case.time_step
+
+
+def rigid_rod(case):
+    """u_n + (g - g_ref)/h = 0."""
+    return [elongation_rate(case)]
+
+
+def rigid_wire(case):
+    """0 <= -(u_n + (g - g_ref)/h)  _|_  -r_n >= 0."""
+    return [complementarity(-elongation_rate(case), -case.W[0][0] * case.impulse[0])]
+
+
+def per_compliance(case, impulse_error, stiffness, viscosity=0.0):
+    """An error of the impulse as one of the velocity: by 1/(h^2 k + h c), or by W where that is smaller."""
+    h = case.time_step
+    return min(case.W[0][0], 1.0 / (h * h * stiffness + h * viscosity)) * impulse_error
+
+
+def elastic_rod(case):
+    """r_n = -h k (g+ - g_ref)."""
+    k = case.parameters[0]
+    expected = -(case.time_step**2) * k * elongation_rate(case)
+    return [per_compliance(case, case.impulse[0] - expected, k)]
+
+
+def elastic_wire(case):
+    """r_n = -h k max(g+ - g_ref, 0)."""
+    k = case.parameters[0]
+    expected = -(case.time_step**2) * k * max(elongation_rate(case), 0.0)
+    return [per_compliance(case, case.impulse[0] - expected, k)]
+
+
+def voigt_force(case):
+    """-h k (g+ - g_ref) - h c u_n."""
+    h, (k, c) = case.time_step, case.parameters
+    return -(h * h) * k * elongation_rate(case) - h * c * case.velocity[0]
+
+
+def voigt_rod(case):
+    """r_n = -h k (g+ - g_ref) - h c u_n."""
+    return [per_compliance(case, case.impulse[0] - voigt_force(case), *case.parameters)]
+
+
+def voigt_wire(case):
+    """min(0, -h k (g+ - g_ref) - h c u_n) where g+ > g_ref, 0 where g+ < g_ref, anything between where g+ = g_ref."""
+    r = case.impulse[0]
+    beyond_force = per_compliance(case, min(r - min(voigt_force(case), 0.0), 0.0), *case.parameters)
+    short_of_force = per_compliance(case, max(r - min(voigt_force(case), 0.0), 0.0), *case.parameters)
+    elongation = elongation_rate(case)
+    round_off = TOLERANCE * case.velocity_scale
+    if elongation < -round_off:
+        return [case.W[0][0] * r]
+    if elongation > round_off:
+        return [beyond_force, short_of_force]
+    return [beyond_force, max(r, 0.0)]
+
+
+RELATIONS = {
+    "signorini": signorini,
+    "coulomb": coulomb,
+    "restitution": restitution,
+    "rigid-rod": rigid_rod,
+    "rigid-wire": rigid_wire,
+    "elastic-rod": elastic_rod,
+    "elastic-wire": elastic_wire,
+    "voigt-rod": voigt_rod,
+    "voigt-wire": voigt_wire,
+}
+
+
+def test_every_law_of_the_package_has_its_relation_here():
+    own = {name for name, registration in lm.laws.registrations().items() if registration.distribution == "lmgcpy"}
+    assert own == set(RELATIONS)
+
+
+@pytest.mark.parametrize("name", RELATIONS)
+@given(data=st.data())
+def test_react_solves_the_relation(name, data):
+    """W is any symmetric positive definite block; the sentence of the law's statement is its relation."""
+    case = data.draw(cases(LAWS[name]))
+    violations = RELATIONS[name](case)
+    assert np.abs(violations).max() <= TOLERANCE * case.velocity_scale
+
+
+CLOSED = {
+    "signorini": lm.Signorini(),
+    "coulomb": lm.Coulomb(friction=0.3),
+    "restitution": lm.Restitution(friction=0.3, restitution=0.5),
+    "rigid-rod": lm.RigidRod(),
+    "rigid-wire": lm.RigidWire(),
+    "elastic-rod": lm.ElasticRod(stiffness=1e3),
+    "elastic-wire": lm.ElasticWire(stiffness=1e3),
+    "voigt-rod": lm.VoigtRod(stiffness=1e3, viscosity=10.0),
+    "voigt-wire": lm.VoigtWire(stiffness=1e3, viscosity=10.0),
+}
+
+
+@pytest.mark.parametrize("factor", [0.5, 0.999, 1.001, 2.0])
+@pytest.mark.parametrize("name", RELATIONS)
+def test_the_relation_rejects_a_wrong_impulse(name, factor):
+    """So that the test above can fail: at an active interaction of speed 1 m/s, W = 2/kg, a wrong impulse shows."""
+    law = CLOSED[name]
+    size = law.rows(2)
+    q = (1.0 if law.APPLIES_TO == "link" else -1.0, 0.8)[:size]
+    W = ((2.0, 0.5), (0.5, 1.0)) if size == 2 else ((2.0,),)
+    parameters = tuple(law.table(np.array([0.1]))[0])
+    prepared = law.prepare(0.0, 0.0, (0.0,) * size, 1e-2, parameters)
+    case = Case(law, W, q, 0.0, 0.0, (0.0,) * size, 1e-2, parameters, prepared)
+    assert np.abs(RELATIONS[name](case)).max() <= TOLERANCE
+    wrong = SimpleNamespace(**vars(case), impulse=factor * case.impulse)
+    wrong.velocity = np.array(q) + np.array(W) @ wrong.impulse
+    wrong.velocity_scale = case.velocity_scale
+    assert np.abs(RELATIONS[name](wrong)).max() > 1e-4

@@ -1,0 +1,341 @@
+"""The compiler's one place: fingerprints, specialisation, the cache on disk.
+
+Most tests write little modules to a temporary directory and edit them, as an author of a law would.
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+import subprocess
+import sys
+import textwrap
+import warnings
+
+import numpy as np
+import pytest
+
+from lmgcpy import jit
+from lmgcpy.jit import fingerprint, kernel, row_reader
+
+
+@pytest.fixture
+def module(tmp_path, monkeypatch):
+    """Function ``(name, source)`` that writes a module and imports it anew."""
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+    written = []
+
+    def write(name, source):
+        (tmp_path / f"{name}.py").write_text(textwrap.dedent(source))
+        importlib.invalidate_caches()
+        sys.modules.pop(name, None)
+        written.append(name)
+        return importlib.import_module(name)
+
+    yield write
+    for name in written:
+        sys.modules.pop(name, None)
+
+
+@pytest.fixture
+def cache(tmp_path, monkeypatch):
+    """An empty cache directory."""
+    directory = tmp_path / "cache"
+    monkeypatch.setenv("LMGCPY_CACHE_DIR", str(directory))
+    return directory
+
+
+# ------------------------------------------------------------------------------------------------------ fingerprints
+
+BASE = {
+    "jit_other": "FACTOR = 2.0\ndef twice(x):\n    return FACTOR * x\n",
+    "jit_law": """
+        import math
+        from typing import NamedTuple
+        import jit_other
+        from jit_other import twice
+
+        OFFSET = 1.0
+        TABLE = (1.0, 2.0)
+
+        class Shape(NamedTuple):
+            radius: float
+
+        def square(x):
+            return x * x
+
+        def react(x, s: Shape):
+            inner = lambda y: y + 1.0
+            return inner(square(twice(x))) + OFFSET + TABLE[0] + math.sqrt(s.radius) + jit_other.FACTOR
+    """,
+}
+
+
+def react_of(module, changes=()):
+    """The function ``react`` of the two modules above after replacing words in them."""
+    for name, source in BASE.items():
+        text = textwrap.dedent(source)
+        for where, old, new in changes:
+            if where == name:
+                assert old in text
+                text = text.replace(old, new)
+        last = module(name, text)
+    return last.react
+
+
+CHANGES = {
+    "own code": ("jit_law", "inner(square", "2.0 * inner(square"),
+    "own constant": ("jit_law", "y + 1.0", "y + 1.5"),
+    "global constant": ("jit_law", "OFFSET = 1.0", "OFFSET = 1.5"),
+    "tuple of constants": ("jit_law", "(1.0, 2.0)", "(1.5, 2.0)"),
+    "helper": ("jit_law", "x * x", "x * x * x"),
+    "helper in another module": ("jit_other", "FACTOR * x", "FACTOR + x"),
+    "constant of that helper": ("jit_other", "FACTOR = 2.0", "FACTOR = 3.0"),
+    "another function of math": ("jit_law", "math.sqrt", "math.exp"),
+    "fields of an argument": ("jit_law", "radius: float", "height: float\n    radius: float"),
+}
+
+
+@pytest.mark.parametrize("what", CHANGES)
+def test_the_fingerprint_sees_a_change_of(what, module):
+    assert fingerprint(react_of(module)) != fingerprint(react_of(module, [CHANGES[what]]))
+
+
+def test_the_fingerprint_is_that_of_the_content(module):
+    """Neither comments, nor line numbers, nor what the code does not read, nor a new import of the same change it."""
+    same = [("jit_law", "OFFSET = 1.0", "# a comment\n\nUNREAD = 5.0\nOFFSET = 1.0")]
+    assert fingerprint(react_of(module)) == fingerprint(react_of(module)) == fingerprint(react_of(module, same))
+
+
+def test_the_fingerprint_sees_a_constant_of_a_module_of_a_module(module):
+    """``package.constants.K``: an attribute of an attribute."""
+
+    def react(value):
+        module("jit_inner", f"K = {value}\n")
+        module("jit_outer", "import jit_inner\n")
+        return module("jit_law", "import jit_outer\ndef react(x):\n    return jit_outer.jit_inner.K * x\n").react
+
+    assert fingerprint(react(2.0)) != fingerprint(react(3.0))
+
+
+def test_the_fingerprint_sees_the_content_of_an_array_and_a_closure():
+    def scaled(table):
+        return lambda i: table[i]
+
+    first, same, other = (scaled(np.array(t)) for t in ([1.0, 2.0], [1.0, 2.0], [1.0, 3.0]))
+    assert fingerprint(first) == fingerprint(same) != fingerprint(other)
+
+
+def test_the_fingerprint_sees_replaced_names(module):
+    react = react_of(module)
+    assert fingerprint(react, {"OFFSET": 1.0}) != fingerprint(react, {"OFFSET": 2.0})
+    assert fingerprint(react, {"OFFSET": 1.0}) == fingerprint(react)
+    assert fingerprint(react, {"UNREAD": 1.0}) == fingerprint(react)
+
+
+def test_the_fingerprint_of_a_set_does_not_depend_on_the_hash_seed(tmp_path):
+    """A test ``x in {...}`` holds a frozenset, whose order differs from process to process: it must not miss the cache."""
+    (tmp_path / "jit_set.py").write_text("def f(x):\n    return x in {'ab', 'cd', 'ef', 'gh'}\n")
+    code = "import jit_set, lmgcpy.jit as jit; print(jit.fingerprint(jit_set.f))"
+    marks = {
+        subprocess.run(
+            [sys.executable, "-c", code],
+            env={**os.environ, "PYTHONHASHSEED": seed, "PYTHONPATH": str(tmp_path)},
+            check=True,
+            capture_output=True,
+            text=True,
+        ).stdout
+        for seed in ("1", "2")
+    }
+    assert len(marks) == 1
+
+
+# ---------------------------------------------------------------------------------------------------- specialisation
+
+CONSTANT = 1.0
+
+
+def law(x):
+    """Replaced by a specialisation."""
+    return x
+
+
+def helper(x):
+    return law(x) + CONSTANT
+
+
+@kernel
+def template(x):
+    return 10.0 * helper(x) + CONSTANT
+
+
+def own_law(x):
+    """Reads the global of the same name as the template does: its own stays its own."""
+    return 100.0 * x + CONSTANT
+
+
+def law_with_shared_helper(x):
+    return shared(x)
+
+
+def shared(x):
+    return x + CONSTANT
+
+
+@kernel
+def template_with_shared_helper(x):
+    return 1000.0 * law(x) + shared(x)
+
+
+def test_a_kernel_without_specialisation_is_itself(cache):
+    assert template(2.0) == 10.0 * (2.0 + 1.0) + 1.0
+
+
+def test_specialise_reaches_called_helpers(cache):
+    assert template.specialise(CONSTANT=5.0)(2.0) == 10.0 * (2.0 + 5.0) + 5.0
+
+
+def test_specialise_does_not_reach_into_what_it_puts_in(cache):
+    """100 x + 1 with the law's own constant, in a template whose constant is 5."""
+    assert template.specialise(law=own_law, CONSTANT=5.0)(2.0) == 10.0 * (201.0 + 5.0) + 5.0
+
+
+def test_a_helper_shared_by_template_and_law_is_two_functions(cache):
+    """The template's ``shared`` sees CONSTANT = 5, the law's the original 1."""
+    result = template_with_shared_helper.specialise(law=law_with_shared_helper, CONSTANT=5.0)(2.0)
+    assert result == 1000.0 * (2.0 + 1.0) + (2.0 + 5.0)
+
+
+def test_the_fingerprint_tells_those_two_apart():
+    """Where the law's ``shared`` is met first, the template's must still be entered with its own constant."""
+    names = {"law": law_with_shared_helper}
+    function = template_with_shared_helper.function
+    marks = {fingerprint(function, {**names, "CONSTANT": value}) for value in (1.0, 5.0, 6.0)}
+    assert len(marks) == 3
+
+
+def test_equal_specialisations_are_one_kernel():
+    assert template.specialise(law=own_law, CONSTANT=5.0) is template.specialise(CONSTANT=5.0, law=own_law)
+    assert template.specialise(CONSTANT=5.0) is not template.specialise(CONSTANT=6.0)
+
+
+def test_a_kernel_may_call_a_kernel(cache):
+    @kernel
+    def outer(x):
+        return template(x) + CONSTANT
+
+    assert outer(2.0) == 31.0 + 1.0
+    assert outer.specialise(CONSTANT=3.0)(2.0) == 10.0 * (2.0 + 3.0) + 3.0 + 3.0
+
+
+def test_row_reader_gives_a_tuple():
+    assert row_reader(3)(np.arange(10.0), 4) == (4.0, 5.0, 6.0)
+    assert row_reader(0)(np.arange(10.0), 4) == ()
+    assert row_reader(3) is row_reader(3)
+
+
+def test_division_by_zero_is_infinite_as_in_numpy(cache):
+    @kernel
+    def inverse(x):
+        return 1.0 / x
+
+    assert inverse(0.0) == np.inf
+
+
+# --------------------------------------------------------------------------------------------------- the cache on disk
+
+STEP = """
+import lmgcpy as lm
+import numba.core.event as event
+
+recorder = event.RecordingListener()
+event.register("numba:run_pass", recorder)
+
+scene = lm.Scene(dimension=2, gravity=(0.0, -9.81))
+beads = [scene.add(lm.disk(radius=0.01, position=(0.03 * i, 0.01), mass=1.0, color="BEAD")) for i in range(3)]
+scene.add(lm.wall(point=(0, 0), normal=(0, 1)))
+scene.see("BEAD", "WALL", lm.Coulomb(friction=0.3))
+scene.chain(beads, lm.ElasticWire(stiffness=1e4))
+beads[0].impose_velocity(x=-0.1)
+sim = lm.Simulation(scene, time_step=1e-3).run(steps=5)
+print(len(recorder.buffer), sim.positions.tobytes().hex())
+"""
+
+
+def in_new_process(code, **environment):
+    """Run a script with warnings as errors; its output in words."""
+    command = [sys.executable, "-W", "error", "-c", code]
+    done = subprocess.run(command, env={**os.environ, **environment}, check=True, capture_output=True, text=True)
+    return done.stdout.split()
+
+
+def test_a_second_process_compiles_nothing_and_computes_the_same_bits(tmp_path):
+    """numba tells of every pass of its compiler that runs: thousands in the first process, none in the second."""
+    environment = {"LMGCPY_CACHE_DIR": str(tmp_path)}
+    passes, first = in_new_process(STEP, **environment)
+    assert int(passes) > 1000
+    passes, second = in_new_process(STEP, **environment)
+    assert int(passes) == 0
+    assert first == second
+
+
+def test_a_changed_helper_in_another_module_is_compiled_anew(tmp_path):
+    """What numba's own cache gets wrong: it watches the defining file only."""
+    code = "import numpy as np, jit_main; print(jit_main.main(3.0), sum(jit_main.main.dispatcher.stats.cache_hits.values()))"
+    (tmp_path / "jit_main.py").write_text(
+        "from lmgcpy.jit import kernel\nfrom jit_helper import f\n@kernel\ndef main(x):\n    return f(x)\n"
+    )
+    environment = {"LMGCPY_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": str(tmp_path)}
+    environment["PYTHONDONTWRITEBYTECODE"] = "1"
+    (tmp_path / "jit_helper.py").write_text("def f(x):\n    return 2.0 * x\n")
+    assert in_new_process(code, **environment) == ["6.0", "0"]
+    assert in_new_process(code, **environment) == ["6.0", "1"]
+    (tmp_path / "jit_helper.py").write_text("def f(x):\n    return 4.0 * x\n")
+    assert in_new_process(code, **environment) == ["12.0", "0"]
+
+
+def test_the_cache_directory_is_the_one_asked_for(cache):
+    assert jit.cache_directory() == cache
+
+    @kernel
+    def identity(x):
+        return x
+
+    assert identity(1.0) == 1.0
+    assert [path.name.split("-")[0] for path in cache.glob("kernels/*.py")] == ["identity"]
+    assert list(cache.glob("kernels/__pycache__/*.nbi"))
+
+
+def test_a_directory_that_cannot_be_written_is_told_once_and_everything_works(tmp_path, monkeypatch):
+    """Below a regular file no directory can be made, not even by root."""
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("LMGCPY_CACHE_DIR", str(tmp_path / "file" / "cache"))
+    first = kernel(lambda x: x + 1.0)
+    with pytest.warns(RuntimeWarning, match="cannot keep compiled kernels in .*file/cache.*Set LMGCPY_CACHE_DIR") as told:
+        assert first(1.0) == 2.0
+    assert len(told) == 1
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert kernel(lambda x: x + 2.0)(1.0) == 3.0
+
+
+def test_source_that_is_in_no_file_is_cached_too(cache):
+    """A law typed in at a prompt."""
+    scope = {}
+    exec("def typed(x):\n    return 3.0 * x", scope)
+    assert kernel(scope["typed"])(2.0) == 6.0
+    (path,) = cache.glob("kernels/*.py")
+    assert "its source is in no file" in path.read_text()
+
+
+def test_importing_lmgcpy_compiles_nothing_and_brings_no_heavy_library():
+    code = """
+import numba.core.event as event
+recorder = event.RecordingListener()
+event.register("numba:run_pass", recorder)
+import lmgcpy, sys
+heavy = [name for name in ("pyvista", "vtk", "matplotlib", "h5py") if name in sys.modules]
+print(len(recorder.buffer), *heavy)
+"""
+    assert in_new_process(code) == ["0"]
