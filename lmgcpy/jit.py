@@ -107,8 +107,8 @@ def fingerprint(function: Callable, names: dict[str, Any] | None = None, argumen
     versions = (sys.version_info[:3], numba.__version__, llvmlite.__version__, sorted(OPTIONS.items()))
     digest.update(repr(versions).encode())
     for argument in arguments:
-        _hash_value(digest, getattr(argument, "instance_class", argument), {}, set())
-    _hash_function(digest, function, names or {}, set())
+        _hash_value(digest, getattr(argument, "instance_class", argument), {}, {})
+    _hash_function(digest, function, names or {}, {})
     return digest.hexdigest()[:16]
 
 
@@ -129,30 +129,50 @@ def _free_names(function: types.FunctionType, names: dict[str, Any]) -> dict[str
     return dict(sorted(found.items()))
 
 
-def _hash_function(digest, function: Callable, names: dict[str, Any], seen: set) -> None:
-    if id(function) in seen:
+def _context(value: Any, names: dict[str, Any]) -> tuple:
+    """Key of a function and of the replacements that hold inside it: with others it is another function."""
+    return (id(value), *sorted((name, id(replacement)) for name, replacement in names.items()))
+
+
+def _hash_function(digest, function: Callable, names: dict[str, Any], seen: dict) -> None:
+    key = _context(function, names)
+    if key in seen:
+        digest.update(repr(seen[key]).encode())
         return
-    seen.add(id(function))
+    seen[key] = len(seen)
     assert isinstance(function, types.FunctionType)
     for code in _code_objects(function.__code__):
-        constants = [c for c in code.co_consts if not isinstance(c, types.CodeType)]
+        constants = [_in_order(c) for c in code.co_consts if not isinstance(c, types.CodeType)]
         digest.update(repr((code.co_code, constants, code.co_names, code.co_varnames)).encode())
     digest.update(repr(function.__defaults__).encode())
     for value in inspect.get_annotations(function).values():
+        if isinstance(value, str):  # where annotations are postponed
+            value = function.__globals__.get(value)
         digest.update(repr(getattr(value, "_fields", None)).encode())
     read = {name for code in _code_objects(function.__code__) for name in code.co_names}
     for name, (value, inner) in _free_names(function, names).items():
         digest.update(name.encode())
         if isinstance(value, types.ModuleType):
-            digest.update(value.__name__.encode())
-            if value.__name__.split(".")[0] not in ("math", "numpy", "numba"):
-                for attribute in sorted(read & set(vars(value))):
-                    _hash_value(digest, getattr(value, attribute), {}, seen)
+            _hash_module(digest, value, read, seen)
         else:
             _hash_value(digest, value, inner, seen)
 
 
-def _hash_value(digest, value: Any, names: dict[str, Any], seen: set) -> None:
+def _hash_module(digest, module: types.ModuleType, read: set[str], seen: dict, path: tuple = ()) -> None:
+    """Those attributes of a module, and of modules in it, that have the name of anything that the code reads."""
+    digest.update(module.__name__.encode())
+    if module.__name__.split(".")[0] in ("math", "numpy", "numba") or module in path:
+        return
+    for attribute in sorted(read & set(vars(module))):
+        digest.update(attribute.encode())
+        value = getattr(module, attribute)
+        if isinstance(value, types.ModuleType):
+            _hash_module(digest, value, read, seen, (*path, module))
+        else:
+            _hash_value(digest, value, {}, seen)
+
+
+def _hash_value(digest, value: Any, names: dict[str, Any], seen: dict) -> None:
     if isinstance(value, Kernel):
         _hash_function(digest, value.function, {**names, **value.names}, seen)
     elif isinstance(value, Dispatcher):
@@ -163,16 +183,23 @@ def _hash_value(digest, value: Any, names: dict[str, Any], seen: set) -> None:
         digest.update(repr((value.dtype, value.shape)).encode() + value.tobytes())
     elif isinstance(value, type):
         digest.update(repr((value.__module__, value.__qualname__, getattr(value, "_fields", None))).encode())
-    elif isinstance(value, (bool, int, float, complex, str, tuple, type(None))):
-        digest.update(repr(value).encode())
+    elif isinstance(value, (bool, int, float, complex, str, tuple, frozenset, type(None))):
+        digest.update(repr(_in_order(value)).encode())
     else:
         digest.update(repr((type(value).__module__, type(value).__qualname__, str(value))).encode())
+
+
+def _in_order(constant: Any) -> Any:
+    """A constant with its sets sorted: their own order changes from process to process."""
+    if isinstance(constant, frozenset):
+        return ("frozenset", *sorted(map(repr, constant)))
+    return tuple(map(_in_order, constant)) if type(constant) is tuple else constant
 
 
 # ------------------------------------------------------------------------------------- functions as numba wants them
 
 
-def _compilable(function: types.FunctionType, names: dict[str, Any], built: dict[int, Any]) -> types.FunctionType:
+def _compilable(function: types.FunctionType, names: dict[str, Any], built: dict[tuple, Any]) -> types.FunctionType:
     """A copy of ``function`` in which names are replaced and every plain function it calls is a numba function."""
 
     def ready(value: Any, names: dict[str, Any]) -> Any:
@@ -180,9 +207,10 @@ def _compilable(function: types.FunctionType, names: dict[str, Any], built: dict
             value, names = value.function, {**names, **value.names}
         if not isinstance(value, types.FunctionType):
             return value
-        if id(value) not in built:
-            built[id(value)] = numba.njit(**OPTIONS)(_compilable(value, names, built))
-        return built[id(value)]
+        key = _context(value, names)
+        if key not in built:
+            built[key] = numba.njit(**OPTIONS)(_compilable(value, names, built))
+        return built[key]
 
     found = {name: ready(value, inner) for name, (value, inner) in _free_names(function, names).items()}
     closure = tuple(types.CellType(found[name]) for name in function.__code__.co_freevars) or None

@@ -25,8 +25,9 @@ def lay_sample(
 
     Grain radii are uniform by diameter between ``minimum`` and ``maximum`` [m]. The beads have the mean radius of the
     grains, close to that of the sand so that the chain makes no membrane, and the reference gap is 5 % wider than the
-    coarsest grain, so that every grain passes between two beads. ``method``: of the deposit, see
-    :func:`lmgcpy.sample.deposit`.
+    coarsest grain, so that every grain passes between two beads of a taut wire. The wire is laid with gaps as wide as
+    the coarsest grain, 3 % slack: laid taut it would be tense in all directions after relaxation. ``method``: of the
+    deposit, see :func:`lmgcpy.sample.deposit`.
     """
     whole(grain_count, "grains", minimum=10)
     whole(bead_count, "beads", minimum=0)
@@ -35,7 +36,8 @@ def lay_sample(
     number(minimum, "minimum radius", above=0.0, unit="m")
     radii = grading(grain_count, minimum=minimum, maximum=maximum, by="diameter", seed=seed)
     bead_radius = 0.5 * (minimum + maximum)
-    gap = 1.05 * 2.0 * maximum
+    laid_gap = 2.0 * maximum
+    gap = 1.05 * laid_gap
     area = np.pi * (float(np.sum(radii**2)) + bead_count * bead_radius**2)
     side = float(np.sqrt(area / SOLID_FRACTION))
     if bead_count == 0:
@@ -43,7 +45,7 @@ def lay_sample(
         return _in_box(positions, radii, 0, gap, side)
     # the wire stays below the surface of the deposit
     wire = wire_2d(
-        box=(side, side - 2.0 * maximum), bead_radius=bead_radius, interstice=gap, bead_count=bead_count, seed=seed
+        box=(side, side - 2.0 * maximum), bead_radius=bead_radius, interstice=laid_gap, bead_count=bead_count, seed=seed
     )
     if wire.cut:
         raise ValueError(

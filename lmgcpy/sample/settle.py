@@ -1,0 +1,65 @@
+"""The paper's slow way to a deposit: loose grains fall under gravity, by the simulation itself."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lmgcpy.dynamics.simulation import Simulation
+from lmgcpy.laws.coulomb import Coulomb
+from lmgcpy.scene.body import disk, wall
+from lmgcpy.scene.scene import Scene
+from lmgcpy.solve.gauss_seidel import GaussSeidel
+
+GRAVITY = 9.81
+STILL = 0.01
+"""Largest speed of a deposit at rest, in parts of that of a fall by the finest radius."""
+
+
+def settle(
+    positions: np.ndarray,
+    radii: np.ndarray,
+    *,
+    box: tuple,
+    obstacles: tuple[np.ndarray, np.ndarray],
+    friction: float = 0.0,
+    max_steps: int = 20_000,
+) -> np.ndarray:
+    """Let loose disks fall into a box, around fixed obstacles, until they rest; positions [m], (n, 2).
+
+    Steps are such that a grain that has fallen through the whole sample moves by half the finest radius in one. Raises
+    RuntimeError where the grains have not come to rest after ``max_steps``, and ValueError where they rest above the
+    top of the box.
+    """
+    if positions.shape[1] != 2:
+        raise NotImplementedError("Deposits by simulation are built in 2D only so far.")
+    finest = float(radii.min())
+    scene = Scene(dimension=2, gravity=(0.0, -GRAVITY))
+    for position, radius in zip(positions, radii, strict=True):
+        scene.add(disk(radius=radius, position=position, mass=np.pi * radius**2))
+    for position, radius in zip(*obstacles, strict=True):
+        scene.add(disk(radius=radius, position=position, mass=1.0, color="OBSTACLE")).fix()
+    scene.add(wall(point=(0.0, 0.0), normal=(0, 1)))
+    scene.add(wall(point=(0.0, 0.0), normal=(1, 0)))
+    scene.add(wall(point=(box[0], 0.0), normal=(-1, 0)))
+    law = Coulomb(friction=friction)
+    scene.see("GRAIN", "GRAIN", law)
+    scene.see("GRAIN", "WALL", law)
+    if len(obstacles[1]):
+        scene.see("GRAIN", "OBSTACLE", law)
+    height = float((positions[:, 1] + radii).max())
+    step = 0.5 * finest / float(np.sqrt(2.0 * GRAVITY * height))
+    sim = Simulation(scene, time_step=step, solver=GaussSeidel(tolerance=1e-2, max_iterations=2000))
+    still = STILL * float(np.sqrt(2.0 * GRAVITY * finest))
+    count = len(radii)
+    while True:
+        sim.run(steps=20)
+        # at rest, and not just at the top of a flight: slower than gravity could make it since the last look
+        if float(np.abs(sim.velocities[:count]).max()) < still:
+            break
+        if sim.steps >= max_steps:
+            raise RuntimeError(f"The grains have not come to rest after {sim.steps} steps ({sim.time:g} s).")
+    settled = sim.positions[:count].copy()
+    top = float((settled[:, 1] + radii).max())
+    if box[-1] is not None and top > box[-1]:
+        raise ValueError(f"The grains rest up to {top:g} m, above the top of the box at {box[-1]:g} m.")
+    return settled

@@ -1,0 +1,77 @@
+"""The grid of cells against all pairs."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from lmgcpy.contact.broad_phase import near_pairs
+
+
+def all_pairs(positions, radius, reach):
+    """The pairs within reach, by looking at every pair."""
+    i, j = np.triu_indices(len(positions), 1)
+    distance = np.hypot(*(positions[i] - positions[j]).T)
+    near = distance <= radius[i] + radius[j] + reach
+    return np.stack([i[near], j[near]], axis=1)
+
+
+def check(positions, radius, reach):
+    expected = all_pairs(positions, radius, reach)
+    found = near_pairs(positions, radius, reach)
+    assert found.tolist() == expected.tolist()
+    return len(expected)
+
+
+@pytest.mark.parametrize("ratio", [1.0, 2.0, 10.0, 100.0])
+@pytest.mark.parametrize("density", [0.001, 0.5, 20.0])
+@pytest.mark.parametrize("seed", range(3))
+def test_random_disks(ratio, density, seed):
+    """Radii over a ratio of 1 to 100; discs covering a thousandth to twenty times the area (all overlapping)."""
+    rng = np.random.default_rng(seed)
+    count = 200
+    radius = np.exp(rng.uniform(0.0, np.log(ratio), count)) if ratio > 1.0 else np.ones(count)
+    side = np.sqrt(np.pi * (radius**2).sum() / density)
+    positions = rng.uniform(-0.5, 0.5, (count, 2)) * side + rng.uniform(-5.0, 5.0, 2) * side
+    for reach in (0.0, 0.1, 0.1 * side):
+        found = check(positions, radius, reach)
+    assert found > 0
+
+
+@pytest.mark.parametrize("direction", [(1.0, 0.0), (0.0, 1.0), (0.6, -0.8)])
+def test_collinear_disks(direction):
+    """On a line the bounding box has no area, or one that says nothing of the spacing."""
+    rng = np.random.default_rng(0)
+    along = rng.permutation(300) * 2.05
+    positions = along[:, None] * np.array(direction) + 1e3
+    assert check(positions, np.ones(300), 0.1) == 299
+
+
+def test_one_far_away():
+    """A body that has left for 1e9 radii makes the cells wide, not the grid large."""
+    rng = np.random.default_rng(0)
+    positions = np.vstack([rng.uniform(0.0, 20.0, (100, 2)), [[1e9, -1e9]]])
+    assert check(positions, np.ones(101), 0.2) > 50
+
+
+def test_coincident_disks():
+    """All at one point: every pair, more than fit into the first array of pairs (12 a disk)."""
+    assert check(np.full((40, 2), 0.3), np.full(40, 0.1), 0.0) == 40 * 39 // 2
+
+
+def test_touching_counts():
+    """The bound is inclusive: binary fractions make the distance exact."""
+    positions = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 2.25]])
+    assert check(positions, np.ones(3), 0.25) == 2
+    assert check(positions, np.ones(3), 0.2499) == 1
+
+
+@pytest.mark.parametrize("count", [0, 1])
+def test_nothing_to_pair(count):
+    assert near_pairs(np.zeros((count, 2)), np.ones(count), 1.0).shape == (0, 2)
+
+
+def test_further_columns_are_not_read():
+    """Positions come as (x, y, angle)."""
+    positions = np.array([[0.0, 0.0, 7.0], [1.0, 0.0, -50.0]])
+    assert near_pairs(positions, np.full(2, 0.5), 0.0).tolist() == [[0, 1]]
