@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time as clock
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -95,13 +96,14 @@ class Simulation:
             work=self._work,
             wire_blocks=self.solver.wire_blocks,
         )
-        self._solve(problem, interactions, free_velocity, begin)
+        self._solve(problem, interactions, free_velocity)
         state.velocities[:] = problem.system.velocity
         state.positions += self.theta * h * state.velocities
         state.time += h
         self.steps += 1
         self.energy.advance(problem, interactions.gap, h, self._free_mass, force, before, state.velocities)
         self._last = problem, interactions
+        self.report = replace(self.report, step_seconds=clock.perf_counter() - begin)
         return self.report
 
     def _force(self, time: float) -> np.ndarray:
@@ -111,9 +113,7 @@ class Simulation:
             force[load.body, load.component] += load.at(time)
         return force
 
-    def _solve(
-        self, problem: StepProblem, interactions: Interactions, free_velocity: np.ndarray, begin: float
-    ) -> None:
+    def _solve(self, problem: StepProblem, interactions: Interactions, free_velocity: np.ndarray) -> None:
         """Solve from the impulses of the last step and remember the new ones."""
         start = clock.perf_counter()
         guess = self._detector.recall(interactions)
@@ -127,7 +127,6 @@ class Simulation:
             worst=problem.worst(),
             interactions=len(interactions.gap),
             seconds=end - start,
-            step_seconds=end - begin,
         )
         if status == NOT_FINITE:
             raise FloatingPointError(

@@ -86,9 +86,9 @@ def test_momentum_through_a_glancing_collision(law):
     sim = lm.Simulation(scene, time_step=1e-3, solver=lm.GaussSeidel(tolerance=1e-12))
 
     def momenta():
-        total = 2.0 * disk.velocity + M * bar.velocity
-        angular = 2.0 * np.cross(disk.position, disk.velocity) + M * np.cross(bar.position, bar.velocity)
-        return [*total, angular + 0.04 * disk.spin + INERTIA * bar.spin]
+        mass, (x, y), (v_x, v_y) = np.array([2.0, M]), sim.positions.T, sim.velocities.T
+        angular = mass @ (x * v_y - y * v_x) + 0.04 * disk.spin + INERTIA * bar.spin
+        return [mass @ v_x, mass @ v_y, angular]
 
     before = momenta()
     struck = False

@@ -54,14 +54,14 @@ def test_the_reverse_order_is_known_and_flipped():
 
 
 def test_an_unknown_pair_gets_a_sentence():
-    with pytest.raises(LookupError, match=r"how contactors 'disk' and 'wal' meet; did you mean 'disk-wall'\?.*register_pair"):
+    sentence = r"how contactors 'disk' and 'wal' meet; did you mean 'disk-wall'\?.*lmgcpy\.contact\.register_pair"
+    with pytest.raises(LookupError, match=sentence):
         find_pair("disk", "wal")
 
 
 def test_a_narrow_phase_with_other_arguments_is_refused():
+    def narrow(a, b):
+        return 0.0
+
     with pytest.raises(TypeError, match=r"takes \(position_c, shape_c, position_a, shape_a\), .*narrow takes \(a, b\)"):
-
-        def narrow(a, b):
-            return 0.0
-
         lm.contact.register_pair("test-a", "test-b", narrow)

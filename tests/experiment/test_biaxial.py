@@ -1,0 +1,100 @@
+"""The biaxial test: its boundary conditions, its measures, and what it must conserve."""
+
+import numpy as np
+import pytest
+
+import lmgcpy as lm
+from lmgcpy.experiment.biaxial import RAMP, Biaxial
+from lmgcpy.experiment.box_2d import characteristic_time
+from lmgcpy.experiment.compaction import compact
+from lmgcpy.experiment.texsol_sample import lay_sample
+
+PRESSURE, DENSITY = 1e5, 2600.0
+
+
+@pytest.fixture(scope="module")
+def sample():
+    return compact(lay_sample(240, 60, seed=1), pressure=PRESSURE, density=DENSITY).sample
+
+
+@pytest.fixture(scope="module")
+def records(sample):
+    def run(law):
+        return Biaxial(sample, law, pressure=PRESSURE, density=DENSITY).run(0.02, frames=10)
+
+    return {
+        "none": run(None),
+        "rigid-wire": run(lm.RigidWire()),
+        "rigid-rod": run(lm.RigidRod()),
+        "elastic-wire": run(lm.ElasticWire(axial_rigidity=1e7)),
+    }
+
+
+def test_inertial_number_is_as_asked(sample):
+    biaxial = Biaxial(sample, pressure=PRESSURE, density=DENSITY)
+    moment = characteristic_time(sample.diameter, DENSITY, PRESSURE)
+    assert biaxial.speed * moment / sample.height == pytest.approx(1e-3)
+    record = biaxial.run(0.01, frames=0)
+    # the platen has moved by its speed times the time, less what the ramp at the start costs
+    expected = biaxial.speed * biaxial.simulation.time / sample.height - 0.5 * RAMP * 0.01
+    assert record.strain[-1] == pytest.approx(expected, rel=1e-3)
+    assert record.strain[-1] >= 0.01 * (1 - 1e-6)
+
+
+def test_lateral_pressure_is_held(records):
+    """The walls' mean acceleration is nil in a quasi-static test: the mean force is the load p H within 2 %."""
+    for record in records.values():
+        height = record.size[:, 1]
+        assert record.lateral.mean() == pytest.approx(PRESSURE * height.mean(), rel=0.02)
+
+
+def test_weber_stress_agrees_with_the_boundary_forces(records):
+    """Without gravity and at rest, sigma_yy W is the force on the platens and sigma_xx H that on the lateral walls."""
+    for record in records.values():
+        width, height = record.size.T
+        platens = 0.5 * (record.reaction + record.top_force)
+        assert -(record.stress["total"][:, 1, 1] * width).mean() == pytest.approx(platens.mean(), rel=0.02)
+        assert -(record.stress["total"][:, 0, 0] * height).mean() == pytest.approx(record.lateral.mean(), rel=0.02)
+
+
+def test_parts_sum_to_the_total_and_the_wire_only_pulls(records):
+    for law, record in records.items():
+        total = record.stress["sand"] + record.stress["wire"]
+        np.testing.assert_allclose(record.stress["total"], total, rtol=1e-9, atol=1e-6)
+        trace = np.trace(record.stress["wire"], axis1=1, axis2=2)
+        if law == "none":
+            assert not trace.any()
+        elif law.endswith("wire"):
+            assert (trace >= 0.0).all()
+            for frame in record.frames:
+                assert (frame.forces[frame.in_wire] < 0.0).all()
+
+
+def test_energy_identity_holds_at_every_step(records):
+    """The identity is algebraic: its defect is round-off of works of the order of p V times the strain of a step."""
+    for record in records.values():
+        assert np.abs(record.defect).max() < 1e-12 * PRESSURE * record.size[0].prod()
+
+
+def test_the_wire_stiffens_the_sand(records):
+    mean = {law: record.reaction[record.strain > 0.01].mean() for law, record in records.items()}
+    assert mean["rigid-wire"] > 1.02 * mean["none"]
+    assert mean["rigid-rod"] > 1.02 * mean["none"]
+
+
+def test_repetition_gives_the_same_bits(sample, records):
+    again = Biaxial(sample, lm.RigidWire(), pressure=PRESSURE, density=DENSITY).run(0.02, frames=0)
+    np.testing.assert_array_equal(again.reaction, records["rigid-wire"].reaction)
+
+
+def test_rough_platens_narrow_the_ends(sample):
+    """Friction at the platens bears shear: the shear force on the upper platen is not nil, as it is when smooth."""
+
+    def shear(platen_friction):
+        biaxial = Biaxial(sample, pressure=PRESSURE, density=DENSITY, platen_friction=platen_friction)
+        biaxial.run(0.005, frames=0)
+        net = biaxial.simulation.interactions
+        return np.abs(net.force[net.antagonist == biaxial.box.top.id, 1]).sum()
+
+    assert shear(0.0) == 0.0
+    assert shear(0.5) > 0.0

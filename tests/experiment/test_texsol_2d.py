@@ -1,0 +1,150 @@
+"""The study's conclusions, each on made-up records whose answer is known, and one small study from end to end."""
+
+import csv
+
+import numpy as np
+import pytest
+
+from lmgcpy.experiment.biaxial import BiaxialRecord, Frame
+from lmgcpy.experiment.texsol_2d import (
+    Study,
+    compression_in_links,
+    deviation,
+    frames_at_equal_force,
+    greatest_jump,
+    run_study,
+    stiffening,
+)
+from lmgcpy.experiment.texsol_report import summary, write_report
+
+STRAIN = np.linspace(0.0002, 0.1, 500)
+
+
+def record(reaction, law="rigid-wire", frames=()):
+    reaction = np.asarray(reaction, dtype=float)
+    zeros = np.zeros_like(reaction)
+    return BiaxialRecord(
+        law=law,
+        tolerance=1e-2,
+        inertial_number=1e-3,
+        strain=STRAIN[: len(reaction)],
+        reaction=reaction,
+        top_force=reaction,
+        lateral=zeros,
+        size=np.ones((len(reaction), 2)),
+        stress={part: np.zeros((len(reaction), 2, 2)) for part in ("total", "sand", "wire")},
+        residual=zeros,
+        iterations=zeros,
+        interactions=zeros,
+        mechanical=zeros,
+        defect=zeros,
+        status=["converged"] * len(reaction),
+        frames=list(frames),
+    )
+
+
+def frame(strain, forces, lines, in_wire, top_force=10.0):
+    return Frame(
+        strain, top_force, np.zeros((1, 2)), np.array([0.0, 2.0, 0.0, 1.0]), np.array(lines), np.array(forces), np.array(in_wire)
+    )
+
+
+def test_running_mean_keeps_constants_and_straight_lines():
+    line = record(3.0 + 50.0 * STRAIN)
+    np.testing.assert_allclose(line.smooth(line.reaction)[20:-20], line.reaction[20:-20], rtol=1e-12)
+    constant = record(np.full(500, 7.0))
+    np.testing.assert_allclose(constant.smooth(constant.reaction), 7.0, rtol=1e-12)
+
+
+def test_stiffening_is_the_ratio_of_reactions():
+    found = stiffening(record(np.full(500, 3.0)), record(np.full(500, 2.0), "none"), [0.01, 0.05, 0.2])
+    assert found == [(0.01, pytest.approx(1.5)), (0.05, pytest.approx(1.5))]
+
+
+def test_greatest_jump_finds_a_step():
+    reaction = np.where(STRAIN < 0.06, 1.0, 3.0)
+    rise, where = greatest_jump(record(reaction))
+    assert rise == pytest.approx(2.0, rel=1e-9)
+    assert 0.054 < where < 0.0605
+    assert greatest_jump(record(np.ones(500)))[0] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_compression_in_links_counts_vertical_load_of_pushed_links():
+    """A vertical rod of length 1 with 4 N in a box 2 m x 1 m carries 4 N m / 2 m^2 = 2 Pa of 10 N / 2 m = 5 Pa."""
+    lines = [[[0.0, 0.0], [0.0, 1.0]], [[0.0, 0.0], [1.0, 0.0]], [[0.0, 0.0], [0.0, 1.0]]]
+    pushed = frame(0.03, [4.0, 9.0, -5.0], lines, [True, True, True])
+    pulled = frame(0.05, [-4.0, -9.0, 5.0], lines, [True, True, False])
+    share, where = compression_in_links(record(np.ones(500), frames=[pushed, pulled]))
+    assert share == pytest.approx(0.4)
+    assert where == 0.03
+
+
+def test_deviation_is_relative_to_the_tighter_run():
+    assert deviation(record(np.full(500, 11.0)), record(np.full(250, 10.0))) == pytest.approx(0.1)
+
+
+def test_frames_at_equal_force():
+    line = [[[0.0, 0.0], [0.0, 1.0]]]
+    frames = [frame(strain, [1.0], line, [False], top_force=1000 * strain) for strain in (0.01, 0.02, 0.05, 0.08)]
+    stiff = record(1000 * STRAIN, frames=frames)
+    soft_frames = [frame(strain, [1.0], line, [False], top_force=500 * strain) for strain in (0.02, 0.04, 0.09, 0.095)]
+    soft = record(500 * STRAIN, "none", frames=soft_frames)
+    one, two = frames_at_equal_force(stiff, soft)  # 95 % of 50 N: at 4.75 % and at 9.5 %
+    assert one.strain == 0.05
+    assert two.strain == 0.095
+
+
+@pytest.mark.parametrize(
+    ("wrong", "sentence"),
+    [
+        ({"laws": ("rigid-wir",)}, "no law 'rigid-wir'; did you mean 'rigid-wire'"),
+        ({"laws": ()}, "laws must name each law once"),
+        ({"laws": ("none", "none")}, "laws must name each law once"),
+        ({"grain_count": 3}, "grains must be at least 10"),
+        ({"bead_count": -1}, "beads must be at least 0"),
+        ({"bead_count": 1}, "beads must be at least 2"),
+        ({"strain": 0.0}, "strain must be above 0"),
+        ({"strain": 0.7}, "strain must be at most 0.5"),
+        ({"pressure": -1.0}, "pressure must be above 0"),
+        ({"pressure": float("nan")}, "pressure must be finite"),
+        ({"tolerance": 0.0}, "tolerance must be above 0"),
+        ({"axial_rigidity": -1.0}, "axial_rigidity must be above 0"),
+        ({"threads": 0}, "threads must be at least 1"),
+    ],
+)
+def test_wrong_studies_get_a_sentence(wrong, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        Study(**wrong)
+
+
+@pytest.fixture(scope="module")
+def result():
+    laws = ("none", "rigid-wire", "rigid-rod", "elastic-wire", "elastic-rod")
+    return run_study(Study(laws=laws, grain_count=100, bead_count=20, strain=0.02, check_strain=0.004, seed=2))
+
+
+def test_a_small_study_writes_what_it_promises(result, tmp_path):
+    written = {path.name for path in write_report(result, tmp_path / "out")}
+    wires = ("rigid-wire", "rigid-rod", "elastic-wire", "elastic-rod")
+    assert written == {
+        "reaction.csv", "reaction.png", "stress.csv", "stress.png", "sample.png", "summary.md",
+        *(f"chains-{law}.png" for law in wires),
+    }  # fmt: skip
+    with (tmp_path / "out" / "reaction.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert {row["law"] for row in rows} == {"none", *wires}
+    mine = [float(row["support reaction [N/m]"]) for row in rows if row["law"] == "rigid-wire"]
+    np.testing.assert_allclose(mine, result.records["rigid-wire"].reaction, rtol=1e-5)
+
+
+def test_the_summary_answers_the_questions(result):
+    text = summary(result)
+    for heading in ("By how much the wire stiffens", "compression column", "The wire's part", "The runs", "the solver's"):
+        assert heading in text
+    assert "nan" not in text.lower().replace("tenant", "")
+
+
+def test_threads_do_not_change_the_result(result):
+    study = result.study
+    alone = run_study(Study(**{**study.__dict__, "laws": ("rigid-wire",), "threads": 1, "check_strain": 0.0}))
+    np.testing.assert_array_equal(alone.records["rigid-wire"].reaction, result.records["rigid-wire"].reaction)

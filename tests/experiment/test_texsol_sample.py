@@ -1,0 +1,61 @@
+"""The TexSol sample before and after its relaxation (issue of section 3: dense, no overlap, wire within its length)."""
+
+import numpy as np
+import pytest
+
+from lmgcpy.experiment.compaction import compact, inner_solid_fraction
+from lmgcpy.experiment.texsol_sample import lay_sample
+
+
+def overlaps(sample):
+    """Deepest overlap of any two particles, in radii of the finest."""
+    x, r = sample.positions, sample.radii
+    gaps = np.linalg.norm(x[:, None] - x[None], axis=2) - r[:, None] - r[None]
+    np.fill_diagonal(gaps, np.inf)
+    return -gaps.min() / r.min()
+
+
+@pytest.fixture(scope="module")
+def laid():
+    return lay_sample(1700, 300, seed=0)
+
+
+@pytest.fixture(scope="module")
+def compaction(laid):
+    return compact(laid, pressure=1e5, density=2600.0)
+
+
+def test_laid_sample_has_no_overlap_and_a_wire_within_its_reference(laid):
+    assert len(laid.radii) == 2000
+    assert laid.bead_count == 300
+    assert overlaps(laid) < 1e-9
+    beads = laid.positions[:300]
+    gaps = np.linalg.norm(np.diff(beads, axis=0), axis=1) - 2 * laid.radii[0]
+    # every grain passes between two beads, and every link is slack by the twentieth part that the wire is laid with
+    np.testing.assert_allclose(gaps, 2 * 0.010, rtol=1e-9)
+    assert laid.reference_gap == pytest.approx(1.05 * 2 * 0.010)
+
+
+def test_relaxation_is_dense_at_rest_and_free_of_overlap(laid, compaction):
+    assert compaction.at_rest
+    assert compaction.solid_fraction >= 0.80
+    assert compaction.solid_fraction == inner_solid_fraction(compaction.sample)
+    # the solver's tolerance of 1e-2 leaves overlaps; a hundredth of a radius is what it is trusted for
+    assert compaction.penetration < 1e-2 * laid.radii.min() * 2
+    assert compaction.imbalance < 0.02
+
+
+def test_relaxation_keeps_the_wire_within_its_length(laid, compaction):
+    """The wire's law holds to the solver's tolerance: no link is longer than its reference by more than 1 %."""
+    sample = compaction.sample
+    beads = sample.positions[:300]
+    lengths = np.linalg.norm(np.diff(beads, axis=0), axis=1)
+    assert lengths.max() < 1.01 * (sample.reference_gap + 2 * sample.radii[0])
+
+
+def test_sand_alone_and_bad_counts():
+    assert lay_sample(100, 0, seed=3).bead_count == 0
+    with pytest.raises(ValueError, match="one bead is no wire"):
+        lay_sample(100, 1)
+    with pytest.raises(ValueError, match="No place was found"):
+        lay_sample(20, 300)
