@@ -101,8 +101,7 @@ def chains_figure(left: tuple[str, Frame], right: tuple[str, Frame], radii: np.n
             (frame.in_wire & pushing, PUSHING),
         ):
             _draw_forces(axes, frame.lines[chosen], frame.forces[chosen] / unit, color)
-        x0, x1, y0, y1 = frame.walls
-        axes.plot([x0, x1, x1, x0, x0], [y0, y0, y1, y1, y0], color="black", linewidth=1.0)
+        _draw_box(axes, *frame.walls)
         axes.set_title(
             f"{title} at {100 * frame.strain:.1f} % crushing, {1e-3 * frame.top_force:.0f} kN/m on top", fontsize="medium"
         )
@@ -119,9 +118,7 @@ def sample_figure(sample: Sample) -> Figure:
     _draw_particles(axes, sample.positions, sample.radii, sample.bead_count, faint=False)
     wire = sample.positions[: sample.bead_count]
     axes.plot(wire[:, 0], wire[:, 1], color=WIRE, linewidth=0.8)
-    axes.plot(
-        [0, sample.width, sample.width, 0, 0], [0, 0, sample.height, sample.height, 0], color="black", linewidth=1.0
-    )
+    _draw_box(axes, 0.0, sample.width, 0.0, sample.height)
     axes.set_title(f"{len(sample.radii)} particles, {sample.bead_count} of them beads of the wire", fontsize="medium")
     axes.set_aspect("equal")
     axes.set_axis_off()
@@ -152,8 +149,13 @@ def _draw_particles(axes: Axes, positions: np.ndarray, radii: np.ndarray, bead_c
         alpha=0.35 if faint else 1.0,
     )
     axes.add_collection(disks)
-    axes.set_xlim(positions[:, 0].min() - 2 * radii.max(), positions[:, 0].max() + 2 * radii.max())
-    axes.set_ylim(positions[:, 1].min() - 2 * radii.max(), positions[:, 1].max() + 2 * radii.max())
+
+
+def _draw_box(axes: Axes, left: float, right: float, bottom: float, top: float) -> None:
+    axes.plot([left, right, right, left, left], [bottom, bottom, top, top, bottom], color="black", linewidth=1.0)
+    margin = 0.02 * (right - left)
+    axes.set_xlim(left - margin, right + margin)
+    axes.set_ylim(bottom - margin, top + margin)
 
 
 def _draw_forces(axes: Axes, lines: np.ndarray, width: np.ndarray, color: str) -> None:

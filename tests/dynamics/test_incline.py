@@ -52,7 +52,8 @@ def test_it_rolls_where_friction_suffices(tilt, excess):
     a = 2.0 / 3.0 * G * math.sin(ALPHA)
     check(sim, downhill, a, a / R)
     # the friction that rolling takes: a third of m g sin(alpha), uphill
-    assert sim.interactions.force[0] == pytest.approx([1.5 * G * math.cos(ALPHA), 1.5 * G * math.sin(ALPHA) / 3.0], rel=1e-9)
+    weight = 1.5 * G
+    assert sim.interactions.force[0] == pytest.approx([weight * math.cos(ALPHA), weight * math.sin(ALPHA) / 3.0], rel=1e-9)
 
 
 @pytest.mark.parametrize("tilt", ["plane", "gravity"])
