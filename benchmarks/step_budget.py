@@ -1,6 +1,6 @@
 """Where the time of a step goes: detection and bookkeeping against the solver, in the default biaxial test.
 
-    python benchmarks/step_budget.py
+python benchmarks/step_budget.py
 """
 
 from __future__ import annotations
@@ -8,17 +8,18 @@ from __future__ import annotations
 import numpy as np
 from table import report
 
+from lmgcpy.dynamics.simulation import Simulation
 from lmgcpy.experiment.biaxial import Biaxial
 from lmgcpy.experiment.compaction import compact
 from lmgcpy.experiment.texsol_2d import DENSITY, LAWS, Study
 from lmgcpy.experiment.texsol_sample import lay_sample
-from lmgcpy.dynamics.simulation import Simulation
 
 STEPS = 60
 
 
 def measure(law: str, study: Study, sample) -> list:
-    biaxial = Biaxial(sample, LAWS[law](study.axial_rigidity), pressure=study.pressure, density=DENSITY, solver=study.solver())
+    made = LAWS[law](study.axial_rigidity)
+    biaxial = Biaxial(sample, made, pressure=study.pressure, density=DENSITY, solver=study.solver())
     sim = biaxial.simulation = Simulation(biaxial.box.scene, time_step=biaxial.time_step, solver=biaxial.solver)
     sim.run(steps=5)
     reports = [sim.step() for _ in range(STEPS)]

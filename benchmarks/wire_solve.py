@@ -24,9 +24,7 @@ def hanging(count: int, tip: float, solver: lm.GaussSeidel) -> tuple[lm.Simulati
     mass, spacing = 1e-3, 0.01
     masses = np.full(count + 1, mass)
     masses[-1] *= tip
-    beads = [
-        scene.add(lm.disk(radius=0.25 * spacing, position=(0.0, -spacing * i), mass=m)) for i, m in enumerate(masses)
-    ]
+    beads = [scene.add(lm.disk(radius=0.25 * spacing, position=(0.0, -spacing * i), mass=m)) for i, m in enumerate(masses)]
     beads[0].fix()
     scene.chain(beads, lm.RigidWire())
     below = 9.81 * np.cumsum(masses[::-1])[::-1][1:]
@@ -61,6 +59,7 @@ if __name__ == "__main__":
     hanging(3, 1.0, lm.GaussSeidel())[0].step()
     hanging(3, 1.0, lm.GaussSeidel(wire_blocks=False))[0].step()
     print(f"compiled or loaded in {time.perf_counter() - begin:.1f} s")
-    header = ["links", "tip mass / bead", "error of tension", "block [ms]", "per link [ns]", "error, 2000 sweeps", "their [ms]"]
+    header = ["links", "tip mass / bead", "error of tension", "block [ms]", "per link [ns]"]
+    header += ["error, 2000 sweeps of links", "their [ms]"]
     rows = [measure(count, tip) for tip in (1.0, 1e6) for count in (10, 100, 1000, 10_000)]
     report("wire_solve", header, rows)

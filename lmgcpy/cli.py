@@ -45,7 +45,21 @@ def main(traceback: bool) -> None:
 @click.option("--quick", is_flag=True, help="A small sample and less crushing, for a look.")
 @click.option("--out", type=click.Path(path_type=Path, file_okay=False), default=Path("texsol"), help="Folder to write.")
 @click.option("--force", is_flag=True, help="Write into a folder that is not empty.")
-def texsol(laws, grains, beads, seed, strain, pressure, tolerance, axial_rigidity, platen_friction, threads, quick, out, force):
+def texsol(
+    laws: str,
+    grains: int,
+    beads: int,
+    seed: int,
+    strain: float,
+    pressure: float,
+    tolerance: float,
+    axial_rigidity: float,
+    platen_friction: float,
+    threads: int,
+    quick: bool,
+    out: Path,
+    force: bool,
+) -> None:
     """The paper's 2D study: biaxial compression of sand and of wire-reinforced sand.
 
     Prepares a sample, crushes it once per law, and writes tables, figures and a summary.
@@ -69,7 +83,7 @@ def texsol(laws, grains, beads, seed, strain, pressure, tolerance, axial_rigidit
     if quick:
         study = quick_but(study, click.get_current_context())
     if out.exists() and any(out.iterdir()) and not force:
-        raise click.ClickException(f"The folder '{out}' is not empty: give another with --out, or --force to write into it.")
+        raise click.ClickException(f"The folder '{out}' is not empty: give another by --out, or --force to write there.")
     result = run_study(study, Stages())
     for path in write_report(result, out):
         click.echo(path)

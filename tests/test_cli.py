@@ -18,8 +18,9 @@ def run(*arguments):
 
 def test_version_and_help():
     assert lmgcpy.__version__ in run("--version").output
-    for option in "--grains --beads --seed --strain --pressure --tolerance --quick --out --force --laws".split():
-        assert option in run("texsol", "--help").output
+    told = run("texsol", "--help").output
+    for option in ("grains", "beads", "seed", "strain", "pressure", "tolerance", "quick", "out", "force", "laws"):
+        assert f"--{option}" in told
 
 
 def test_texsol_writes_and_does_not_overwrite(tmp_path):

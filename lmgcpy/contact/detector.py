@@ -394,7 +394,7 @@ class Detector:
 
     def _list_neighbours(self, placed: np.ndarray) -> None:
         """Make the groups and their lists of neighbours anew and carry the memory of the impulses over."""
-        before = {self._identity(group): (group, self.memory) for group in self.groups}
+        before = {self._identity(group): group for group in self.groups}
         self.rebuilds += 1
         self._listed_at = placed.copy()
         near = near_pairs(placed[self._bounded], self.contactors.bounding_radius[self._bounded], self._reach)
@@ -408,9 +408,9 @@ class Detector:
             slots += group.slots
         memory = np.zeros((slots, 2))
         for group in groups:
-            old, old_memory = before.get(self._identity(group), (None, None))
+            old = before.get(self._identity(group))
             if old is not None:
-                self._carry_over(group, memory, old, old_memory)
+                self._carry_over(group, memory, old, self.memory)
         self.groups = groups
         self.memory = memory
         self._capacity = empty_interactions(slots, all(group.central for group in groups))
@@ -442,7 +442,7 @@ class Detector:
         parts = [near, near[:, ::-1]]
         parts += [_all_pairs(free_c, walls_a), _all_pairs(walls_c, free_a)]
         pairs = np.concatenate(parts)
-        seen = (self._color[pairs[:, 0]] == row.candidate) & (self._color[pairs[:, 1]] == row.antagonist)
+        seen: np.ndarray = np.isin(pairs[:, 0], candidates) & np.isin(pairs[:, 1], antagonists)
         body = self.contactors.body
         first, second = body[pairs[:, 0]], body[pairs[:, 1]]
         seen &= (first != second) & (self._free[first] | self._free[second])

@@ -134,9 +134,7 @@ class Biaxial:
         """Steps that a test to this strain takes."""
         return max(1, int(np.ceil(strain * self.height / (self.speed * self.time_step) * (1.0 + 0.5 * RAMP))))
 
-    def run(
-        self, strain: float = 0.1, *, frames: int = 50, on_step: Callable[[int], None] | None = None
-    ) -> BiaxialRecord:
+    def run(self, strain: float = 0.1, *, frames: int = 50, on_step: Callable[[int], None] | None = None) -> BiaxialRecord:
         """Crush the sample by ``strain`` of its height; ``frames`` of it are kept, evenly spaced."""
         number(strain, "strain", above=0.0, maximum=0.9)
         whole(frames, "frames")
@@ -209,9 +207,7 @@ class Biaxial:
             strain=float(strain),
             top_force=float(top_force),
             positions=positions[: len(box.particles)],
-            walls=np.array(
-                [box.left.position[0], box.right.position[0], box.bottom.position[1], box.top.position[1]]
-            ),
+            walls=np.array([box.left.position[0], box.right.position[0], box.bottom.position[1], box.top.position[1]]),
             lines=np.stack([start, positions[candidate]], axis=1),
             forces=net.force[acting, 0],
             in_wire=np.zeros(int(acting.sum()), dtype=bool) if self.law is None else net.law[acting] == self.law.NAME,

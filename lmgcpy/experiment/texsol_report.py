@@ -163,8 +163,8 @@ def _column_part(result: Result) -> str:
         rise, where = greatest_jump(rod)
         share, at = compression_in_links(rod)
         text = (
-            f"{rod.law}: the mean reaction rises by {100 * rise:.0f} % within 0.5 % of crushing, from {100 * where:.1f} % on; "
-            f"compressed links carry up to {100 * share:.0f} % of the vertical load (at {100 * at:.1f} %)."
+            f"{rod.law}: the mean reaction rises by {100 * rise:.0f} % within 0.5 % of crushing, from {100 * where:.1f} % "
+            f"on; compressed links carry up to {100 * share:.0f} % of the vertical load (at {100 * at:.1f} %)."
         )
         if wire is not None:
             wire_rise, wire_where = greatest_jump(wire)
@@ -192,7 +192,8 @@ def _wire_stress_part(result: Result) -> str:
         verdict = "one tensile principal stress and one near zero" if one_sided else "not one tensile and one near zero"
         lines.append(
             f"* {law}, second half of the test: {1e-3 * greater:.1f} and {1e-3 * smaller:.1f} kPa (traction positive), the "
-            f"second {ratio:.2f} times the first: **{verdict}** (near zero: below {NEAR_ZERO:g} times); the whole sample bears {1e-3 * total[late, 0].mean():.1f} and {1e-3 * total[late, 1].mean():.1f} kPa."
+            f"second {ratio:.2f} times the first: **{verdict}** (near zero: below {NEAR_ZERO:g} times); "
+            f"the whole sample bears {1e-3 * total[late, 0].mean():.1f} and {1e-3 * total[late, 1].mean():.1f} kPa."
         )
     return "\n".join(lines) if len(lines) > 2 else ""
 

@@ -53,9 +53,7 @@ def lay_sample(
             "take fewer beads, more grains or another seed."
         )
     grains = deposit(radii, box=(side, None), obstacles=(wire.positions, wire.radii), method=method, seed=seed)
-    return _in_box(
-        np.vstack([wire.positions, grains]), np.concatenate([wire.radii, radii]), bead_count, gap, side
-    )
+    return _in_box(np.vstack([wire.positions, grains]), np.concatenate([wire.radii, radii]), bead_count, gap, side)
 
 
 def _in_box(positions: np.ndarray, radii: np.ndarray, bead_count: int, gap: float, width: float) -> Sample:

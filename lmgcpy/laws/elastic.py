@@ -8,6 +8,8 @@ damps as the implicit Euler method does: with one degree of freedom of frequency
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import numpy as np
 
 from lmgcpy.laws.law import Law, Parameter
@@ -22,7 +24,7 @@ class AxialLink(Law):
     """
 
     APPLIES_TO = "link"
-    PREPARED = ("bias", "compliance")
+    PREPARED: ClassVar[tuple[str, ...]] = ("bias", "compliance")
 
     stiffness = Parameter("N/m", "force per elongation of one link, k", above=0.0, default=None)
     axial_rigidity = Parameter("N", "force per strain, EA", above=0.0, default=None)

@@ -123,7 +123,8 @@ class Law(ABC):
         self.validate()
 
     def validate(self) -> None:
-        """Check parameters against each other; raise a sentence."""
+        """Check parameters against each other, for laws whose parameters depend on one another; raise a sentence."""
+        return None
 
     @classmethod
     def parameters(cls) -> dict[str, Parameter]:

@@ -31,9 +31,7 @@ class Body(ABC):
     Subclasses give ``mass``, ``inertia`` and ``contactors``.
     """
 
-    def __init__(
-        self, *, position: Any, color: str, velocity: Any = (0.0, 0.0), rotation: float = 0.0, spin: float = 0.0
-    ):
+    def __init__(self, *, position: Any, color: str, velocity: Any = (0.0, 0.0), rotation: float = 0.0, spin: float = 0.0):
         what = type(self).__name__
         if not isinstance(color, str) or not color:
             raise TypeError(f"color of a {what} must be a word such as 'GRAIN', got {color!r}.")

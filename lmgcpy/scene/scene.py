@@ -109,7 +109,7 @@ class Scene:
         if not isinstance(law, Law):
             raise TypeError(f"Scene.{call} takes a law such as lmgcpy.Coulomb(friction=0.3), got {law!r}.")
         check_interface(type(law))
-        if law.APPLIES_TO != applies_to:
+        if applies_to != law.APPLIES_TO:
             right = "see" if law.APPLIES_TO == "contact" else "chain"
             raise TypeError(f"Law '{law.NAME}' is for a {law.APPLIES_TO}: give it to Scene.{right}, not Scene.{call}.")
 
@@ -122,9 +122,7 @@ class Scene:
         positions = np.array([body._position for body in self.bodies]).reshape(-1, 3)
         velocities = np.array([body._velocity for body in self.bodies]).reshape(-1, 3)
         mass = np.array([(body.mass, body.mass, body.inertia) for body in self.bodies]).reshape(-1, 3)
-        driven = [
-            Drive(body.id, component, value) for body in self.bodies for component, value in body._velocities.items()
-        ]
+        driven = [Drive(body.id, component, value) for body in self.bodies for component, value in body._velocities.items()]
         loads = [Drive(body.id, component, value) for body in self.bodies for component, value in body._forces.items()]
         inverse_mass = 1.0 / mass
         for body in self.bodies:
@@ -149,7 +147,10 @@ class Scene:
             wall_normals={body.id: body.normal for body in self.bodies if isinstance(body, Wall)},
             weight=weight,
             contactors=contactors,
-            rows=[VisibilityRow(c, a, law, self._alert(c, a, alert, contactors), adaptive=alert is None) for c, a, law, alert in self.rows],
+            rows=[
+                VisibilityRow(c, a, law, self._alert(c, a, alert, contactors), adaptive=alert is None)
+                for c, a, law, alert in self.rows
+            ],
             chains=[
                 ChainTable(
                     chain.path, chain.law, chain.radius_sums, chain.reference_gaps, chain.start_gaps, chain.relaxation
@@ -170,7 +171,8 @@ class Scene:
         for candidate, antagonist, _, _ in self.rows:
             for color in (candidate, antagonist):
                 if color not in known and known:
-                    raise LookupError(f"No body has the colour '{color}' that the visibility table names{closest(color, known)}")
+                    hint = closest(color, known)
+                    raise LookupError(f"No body has the colour '{color}' that the visibility table names{hint}")
 
     def _contactors(self) -> ContactorTable:
         items = [(body, contactor, offset) for body in self.bodies for contactor, offset in body.contactors]

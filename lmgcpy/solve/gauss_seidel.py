@@ -7,6 +7,7 @@ no call per interaction, and nothing to compile anew when another set of laws co
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from llvmlite import ir
@@ -19,8 +20,7 @@ from lmgcpy.solve.report import CONVERGED, NOT_FINITE, SPENT, STAGNATED
 from lmgcpy.solve.system import Groups, System
 
 
-@intrinsic
-def call(typing_context, address, start, stop, offset, s):
+def _call(typing_context, address, start, stop, offset, s):
     """``double f(int64 start, int64 stop, int64 offset, System s)`` at an address."""
 
     def generate(context, builder, signature, arguments):
@@ -29,6 +29,10 @@ def call(typing_context, address, start, stop, offset, s):
         return builder.call(builder.inttoptr(arguments[0], function.as_pointer()), arguments[1:])
 
     return types.float64(address, start, stop, offset, s), generate
+
+
+call: Any = intrinsic(_call)
+"""``call(address, start, stop, offset, s)`` in compiled code."""
 
 
 def group_signature(system_type):

@@ -44,9 +44,8 @@ def record(reaction, law="rigid-wire", frames=()):
 
 
 def frame(strain, forces, lines, in_wire, top_force=10.0):
-    return Frame(
-        strain, top_force, np.zeros((1, 2)), np.array([0.0, 2.0, 0.0, 1.0]), np.array(lines), np.array(forces), np.array(in_wire)
-    )
+    walls = np.array([0.0, 2.0, 0.0, 1.0])
+    return Frame(strain, top_force, np.zeros((1, 2)), walls, np.array(lines), np.array(forces), np.array(in_wire))
 
 
 def test_running_mean_keeps_constants_and_straight_lines():
