@@ -39,8 +39,9 @@ def test_readme_script_runs():
     script = re.search(r"<!-- script -->\n```python\n(.*?)```", text, re.S).group(1)
     assert len([line for line in script.splitlines() if line.strip()]) <= 15
     lines = fresh(script).splitlines()
-    # the wire of length 0.43 m lets the bead fall until it is taut, and never farther from the hook
+    # the wire of length 0.43 m lets the bead fall until it is taut, and never farther from the hook than rounding to
+    # millimetres and the second-order stretch of the scheme, (h omega)^2/2 of the length, allow
     assert len(lines) == 10
     for line in lines:
         x, y = (float(v) for v in re.search(r"\[(.*?)\]", line).group(1).split())
-        assert (x**2 + (y - 1.0) ** 2) ** 0.5 < 0.4301
+        assert (x**2 + (y - 1.0) ** 2) ** 0.5 < 0.43 + 0.0008

@@ -442,13 +442,10 @@ class Detector:
         parts = [near, near[:, ::-1]]
         parts += [_all_pairs(free_c, walls_a), _all_pairs(walls_c, free_a)]
         pairs = np.concatenate(parts)
-        seen: np.ndarray = np.isin(pairs[:, 0], candidates) & np.isin(pairs[:, 1], antagonists)
-        body = self.contactors.body
-        first, second = body[pairs[:, 0]], body[pairs[:, 1]]
-        seen &= (first != second) & (self._free[first] | self._free[second])
-        if row.candidate == row.antagonist:
-            seen &= first < second
-        pairs = pairs[seen]
+        pairs = pairs[np.isin(pairs[:, 0], candidates) & np.isin(pairs[:, 1], antagonists)]
+        first, second = self.contactors.body[pairs].T
+        in_order = first < second if row.candidate == row.antagonist else first != second
+        pairs = pairs[in_order & (self._free[first] | self._free[second])]
         kinds = sorted({(c, a) for c, a in zip(self._kind[pairs[:, 0]], self._kind[pairs[:, 1]], strict=True)})
         groups = []
         for kind_c, kind_a in kinds:

@@ -187,8 +187,11 @@ def _wire_stress_part(result: Result) -> str:
         total = figures.principal_series(record, "total")
         late = record.strain > 0.5 * record.strain[-1]
         greater, smaller = values[late].mean(axis=0)
+        if greater <= 0.0:
+            lines.append(f"* {law}: the wire bore no tension in the second half of the test.")
+            continue
         ratio = smaller / greater
-        one_sided = greater > 0.0 and abs(ratio) < NEAR_ZERO
+        one_sided = abs(ratio) < NEAR_ZERO
         verdict = "one tensile principal stress and one near zero" if one_sided else "not one tensile and one near zero"
         lines.append(
             f"* {law}, second half of the test: {1e-3 * greater:.1f} and {1e-3 * smaller:.1f} kPa (traction positive), the "

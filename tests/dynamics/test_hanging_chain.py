@@ -1,10 +1,14 @@
 """Hanging chains: every tension is the weight below it, at any length and tip mass, in one sweep.
 
-What limits the tensions in doubles. A position of size L is rounded by L 1.1e-16 in each coordinate, and so is the gap;
-over h that is a bias b of each link, in m/s, beside the g h that weight gives in a step. The inverse of the chain's W
-turns biases into tensions: r_i = sum_j m min(n - i, n - j) b_j, so that relative to the weight (n - i) m g h below it
-no tension is off by more than n b/(g h) = n L 2.2e-16/(g h^2), and with random signs by sqrt(n) instead of n. At
-h = 1e-2 s and 0.02 m between beads: 10 beads 5e-13, 300 beads 4e-10, 10 000 beads 4.5e-7.
+What limits the tensions in doubles. A position of size L is rounded by e_i, up to L 1.1e-16 in each coordinate, and the
+gap of link i by e_i - e_{i-1}; over h that is a bias of the link, beside the g h that weight gives in a step. The
+inverse of the chain's W turns biases into impulses, r_i = m sum_j min(n - i, n - j) b_j, whence, summed by parts,
+r_i = m sum_{j >= i} e_j / h: relative to the weight (n - i) m g h below it no tension is off by more than
+
+    max |e| / (g h^2) = 1.1e-16 L / (g h^2),
+
+with h = 1e-2 s and 0.02 m between beads 2e-14 for 10 beads, 7e-13 for 300 and 2e-11 for 10 000. (The solver itself
+may leave its tolerance, 1e-10 times sqrt(n) or so.)
 """
 
 from __future__ import annotations
@@ -44,17 +48,23 @@ LAWS = pytest.mark.parametrize("law", [lm.RigidWire(), lm.RigidRod()], ids=["wir
 
 
 @LAWS
-@pytest.mark.parametrize(("tip", "tolerance"), [(1.0, 1e-10), (1e6, 1e-7)])
+@pytest.mark.parametrize("tip", [1.0, 1e6])
 @pytest.mark.parametrize(("count", "accuracy"), [(10, 1e-9), (300, 1e-9), (10_000, 1e-6)])
-def test_every_tension_is_the_weight_below(law, tip, tolerance, count, accuracy):
+def test_every_tension_is_the_weight_below(law, tip, count, accuracy):
     """After ten steps from rest. Each step takes one sweep at the most: the whole wire is one block.
 
-    The tolerance of the solver with the heavy tip: the impulses are 1e6 m g h and rounded at 1e-16 of that, the
-    velocities of the light beads so at 1e-10 g h each, where the error of doing nothing is g h, at one link.
+    Only the very first step of a wire of 10 000 beads, where the rounding of the positions decides which links begin as
+    slack, takes more rounds of its active set (30 a sweep) than one sweep has.
+
+    The impulses are up to (n + tip) m g h and rounded at 1.1e-16 of that, so that velocities cannot be better than this
+    fraction of g h, at each of n links, where the error of doing nothing is g h at one link: the tolerance is ten times
+    as large.
     """
+    tolerance = max(1e-10, 10.0 * np.sqrt(count) * (count + tip) * 1.1e-16)
     sim = hang(count, law, tip=tip, tolerance=tolerance)
-    for _ in range(10):
-        assert sim.step().iterations <= 1
+    for step in range(10):
+        sweeps = sim.step().iterations
+        assert sweeps <= (10 if count == 10_000 and step == 0 else 1)
         assert sim.report.status == "converged"
     tensions = -sim.interactions.force[:, 0]
     assert tensions == pytest.approx(weights_below(count, tip), rel=accuracy)
@@ -65,22 +75,35 @@ def test_every_tension_is_the_weight_below(law, tip, tolerance, count, accuracy)
 @LAWS
 @pytest.mark.parametrize(("h", "down"), [(1e-2, DOWN), (1e-3, DOWN), (1e-3, OBLIQUE)], ids=["long", "short", "oblique"])
 def test_rounding_of_positions_is_all_that_limits_it(law, h, down):
-    """The bound at the head of this file holds; at a tenth of the step it is a hundred times looser.
+    """The bound at the head of this file, doubled for what the steps add and the second coordinate, holds.
 
-    That the error reaches a thousandth of the bound says that the bound is what it is for: sqrt(n)/n = 0.06 of it is
-    what random signs leave.
+    That the error reaches a twentieth of it says that the bound is what it is for.
 
     Not at 1e-2 s askew: sideways the beads swing at up to w = 2 sqrt(T/(m l)), here 767/s, with normals that are those
     of the detection, so explicitly, and h w > 2 is unstable. Straight down nothing is rounded sideways.
     """
     count = 300
-    sim = hang(count, law, h=h, tolerance=1e-9, down=down)
+    sim = hang(count, law, h=h, tolerance=1e-12, down=down)
     worst = 0.0
     for _ in range(20):
         sim.step()
         worst = max(worst, np.abs(-sim.interactions.force[:, 0] / weights_below(count, 1.0) - 1.0).max())
-    bound = count * (count * SPACING * 2.2e-16) / (G * h**2)
-    assert 1e-3 * bound < worst < bound
+    bound = 2.0 * 1.1e-16 * count * SPACING / (G * h**2)
+    print(worst/bound)
+    assert 0.05 * bound < worst < bound
+
+
+@pytest.mark.parametrize("count", [3, 20])
+def test_links_one_at_a_time_give_the_same(count):
+    """Without the wire block Gauss-Seidel needs some n^2 sweeps for a decade; the answer is the same.
+
+    A residual of 1e-10, times the condition of the chain's W, (2 n/pi)^2 = 160 for 20 beads.
+    """
+    sim = hang(count, lm.RigidWire(), tolerance=1e-10, wire_blocks=False)
+    sim.step()
+    assert sim.report.status == "converged"
+    assert sim.report.iterations > count
+    assert -sim.interactions.force[:, 0] == pytest.approx(weights_below(count, 1.0), rel=3e-8)
 
 
 def test_a_taut_chain_is_stable_sideways_below_the_limit():
@@ -101,19 +124,6 @@ def test_a_taut_chain_is_stable_sideways_below_the_limit():
     for _ in range(10):
         sim.run(steps=500)
         assert np.abs(np.diff(sim.positions[:, 0])).max() < 2.0 * side * np.sqrt(20.0)
-
-
-@pytest.mark.parametrize("count", [3, 20])
-def test_links_one_at_a_time_give_the_same(count):
-    """Without the wire block Gauss-Seidel needs some n^2 sweeps for a decade; the answer is the same.
-
-    A residual of 1e-10, times the condition of the chain's W, (2 n/pi)^2 = 160 for 20 beads.
-    """
-    sim = hang(count, lm.RigidWire(), tolerance=1e-10, wire_blocks=False)
-    sim.step()
-    assert sim.report.status == "converged"
-    assert sim.report.iterations > count
-    assert -sim.interactions.force[:, 0] == pytest.approx(weights_below(count, 1.0), rel=3e-8)
 
 
 def test_an_elastic_chain_hangs_at_its_static_elongation():
