@@ -310,7 +310,7 @@ class Detector:
         bounded = np.isfinite(contactors.bounding_radius)
         self._bounded = np.flatnonzero(bounded)
         self._unbounded = np.flatnonzero(~bounded)
-        self._free = inverse_mass.any(axis=1)
+        self._free: np.ndarray = inverse_mass.max(axis=1, initial=0.0) > 0.0
         self._in_place = not contactors.offset.any() and np.array_equal(contactors.body, np.arange(len(inverse_mass)))
         self._shapes = np.ascontiguousarray(contactors.shape).ravel()
         self._stride = contactors.shape.shape[1]

@@ -62,8 +62,10 @@ class BiaxialRecord:
     residual: np.ndarray
     iterations: np.ndarray
     interactions: np.ndarray
-    mechanical: np.ndarray
-    """Kinetic and stored energy [J], (s,)."""
+    kinetic: np.ndarray
+    """Kinetic energy of the free components [J], (s,)."""
+    stored: np.ndarray
+    """Energy in elastic links [J], (s,)."""
     defect: np.ndarray
     """What the energy identity of the step leaves [J], (s,)."""
     status: list[str]
@@ -174,7 +176,8 @@ class Biaxial:
             residual=zeros(),
             iterations=zeros(),
             interactions=zeros(),
-            mechanical=zeros(),
+            kinetic=zeros(),
+            stored=zeros(),
             defect=zeros(),
             status=[],
         )
@@ -191,7 +194,8 @@ class Biaxial:
         record.stress["sand"][k] = sigma["coulomb"]
         if self.law is not None:
             record.stress["wire"][k] = sigma[self.law.NAME]
-        record.mechanical[k] = sim.energy.mechanical
+        record.kinetic[k] = sim.energy.kinetic
+        record.stored[k] = sum(sim.energy.stored.values())
         record.defect[k] = sim.energy.defect
 
     def _frame(self, sim: Simulation, strain: float, top_force: float) -> Frame:

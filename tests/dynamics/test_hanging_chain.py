@@ -89,7 +89,6 @@ def test_rounding_of_positions_is_all_that_limits_it(law, h, down):
         sim.step()
         worst = max(worst, np.abs(-sim.interactions.force[:, 0] / weights_below(count, 1.0) - 1.0).max())
     bound = 2.0 * 1.1e-16 * count * SPACING / (G * h**2)
-    print(worst/bound)
     assert 0.05 * bound < worst < bound
 
 
