@@ -152,20 +152,18 @@ def stiffening(wire: BiaxialRecord, sand: BiaxialRecord, strains: Sequence[float
     return found
 
 
-def greatest_jump(record: BiaxialRecord, width: float = 0.005) -> tuple[float, float]:
-    """(rise, crushing): the greatest relative rise of the mean reaction within ``width`` of crushing, and where.
-
-    Looked for after the first 1 % of crushing, in which every sample takes up its load.
+def column(rod: BiaxialRecord, wire: BiaxialRecord, factor: float = 2.0) -> tuple[float | None, float]:
+    """(crushing, ratio): where the rods' mean reaction first exceeds ``factor`` times the wire's, and the greatest ratio
+    of the two. The crushing is None where it never does so for 0.25 % on end.
     """
-    values = record.smooth(record.reaction)
-    later = np.searchsorted(record.strain, record.strain + width)
-    valid = (later < len(values)) & (record.strain > 0.01)
-    if not valid.any():
-        return 0.0, 0.0
-    index = np.flatnonzero(valid)
-    rise = values[later[index]] / values[index] - 1.0
-    best = int(np.argmax(rise))
-    return float(rise[best]), float(record.strain[index[best]])
+    strain = rod.strain[rod.strain <= wire.strain[-1]]
+    of_wire = np.interp(strain, wire.strain, wire.smooth(wire.reaction))
+    ratio = rod.smooth(rod.reaction)[: len(strain)] / of_wire
+    above = ratio > factor
+    for k in np.flatnonzero(above):
+        if above[(strain >= strain[k]) & (strain <= strain[k] + 0.0025)].all():
+            return float(strain[k]), float(ratio.max())
+    return None, float(ratio.max())
 
 
 def compression_in_links(record: BiaxialRecord) -> tuple[float, float]:
@@ -196,15 +194,12 @@ def deviation(record: BiaxialRecord, check: BiaxialRecord) -> float:
 
 
 def frames_at_equal_force(wire: BiaxialRecord, sand: BiaxialRecord) -> tuple[Frame, Frame]:
-    """A frame of each at the same force on top: 95 % of the greatest mean force that both reach."""
-    force = 0.95 * min(float(record.smooth(record.top_force).max()) for record in (wire, sand))
-
-    def first(record: BiaxialRecord) -> Frame:
-        reached = record.strain[int(np.argmax(record.smooth(record.top_force) >= force))]
-        near = [frame for frame in record.frames if abs(frame.strain - reached) < 0.004] or record.frames
-        return min(near, key=lambda frame: abs(frame.top_force - force))
-
-    return first(wire), first(sand)
+    """A frame of each at the same mean force on top: the sand at the end of its test, and the sample with the wire where
+    its force last was that of the sand, before the wire carried it beyond."""
+    force = sand.smooth(sand.top_force)[-1]
+    below = np.flatnonzero(wire.smooth(wire.top_force) <= force)
+    strain = wire.strain[below[-1]] if len(below) else wire.strain[0]
+    return min(wire.frames, key=lambda frame: abs(frame.strain - strain)), sand.frames[-1]
 
 
 def versions() -> str:

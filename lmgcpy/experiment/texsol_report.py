@@ -12,10 +12,10 @@ import lmgcpy.view.figures as figures
 from lmgcpy.experiment.biaxial import BiaxialRecord
 from lmgcpy.experiment.texsol_2d import (
     Result,
+    column,
     compression_in_links,
     deviation,
     frames_at_equal_force,
-    greatest_jump,
     stiffening,
     versions,
 )
@@ -160,20 +160,20 @@ def _column_part(result: Result) -> str:
         return ""
     lines = ["## Did the rods form a compression column?", ""]
     for rod in rods:
-        rise, where = greatest_jump(rod)
         share, at = compression_in_links(rod)
         text = (
-            f"{rod.law}: the mean reaction rises by {100 * rise:.0f} % within 0.5 % of crushing, from {100 * where:.1f} % "
-            f"on; compressed links carry up to {100 * share:.0f} % of the vertical load (at {100 * at:.1f} %)."
+            f"{rod.law}: compressed links carry up to {100 * share:.0f} % of the vertical load "
+            f"(at {100 * at:.1f} % of crushing); those of a wire carry none."
         )
         if wire is not None:
-            wire_rise, wire_where = greatest_jump(wire)
-            formed = rise > 2.0 * max(wire_rise, 0.05)
-            text += (
-                f" The rigid wire's greatest rise is {100 * wire_rise:.0f} %, from {100 * wire_where:.1f} % on, and its "
-                f"links carry no compression. **{'Yes' if formed else 'No'}**: the rod's jump is "
-                f"{'more' if formed else 'not more'} than twice the wire's."
-            )
+            where, ratio = column(rod, wire)
+            if where is None:
+                text += f" **No**: the reaction does not exceed twice the rigid wire's; it is {ratio:.1f} times at most."
+            else:
+                text += (
+                    f" **Yes**: from {100 * where:.1f} % of crushing on the reaction exceeds twice the rigid wire's, "
+                    f"which has no such jump; at the most it is {ratio:.1f} times."
+                )
         lines.append(text)
     return "\n".join(lines)
 

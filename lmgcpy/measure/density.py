@@ -24,8 +24,7 @@ def density(positions: Any, radii: Any, window: Any) -> float:
         centres = centres.reshape(0, 2)
     if centres.ndim != 2 or centres.shape[1] != 2 or sizes.shape != (len(centres),):
         raise ValueError(
-            "density is of disks: positions must have shape (n, 2) and radii (n,), "
-            f"got {centres.shape} and {sizes.shape}."
+            f"density is of disks: positions must have shape (n, 2) and radii (n,), got {centres.shape} and {sizes.shape}."
         )
     if (sizes < 0.0).any():
         raise ValueError(f"radii must not be negative, but number {int(np.argmax(sizes < 0.0))} is {sizes.min()} [m].")

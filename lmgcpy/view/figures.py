@@ -42,21 +42,30 @@ def save(figure: Figure, path: Path) -> None:
 
 
 def reaction_figure(records: Sequence[BiaxialRecord]) -> Figure:
-    """Support reaction against crushing percentage, one curve a law (fig. 3); the running mean over the steps."""
-    figure = new_figure()
-    axes = figure.subplots()
-    for record in records:
-        color = CURVES.get(record.law)
-        percent = 100.0 * record.strain
-        (line,) = axes.plot(percent, 1e-3 * record.smooth(record.reaction), color=color, label=name_of(record.law))
-        axes.plot(percent, 1e-3 * record.reaction, color=line.get_color(), linewidth=0.4, alpha=0.35)
-    axes.set_xlabel("crushing [%]")
-    axes.set_ylabel("support reaction [kN per m of depth]")
-    axes.set_xlim(left=0.0)
-    # single steps may exceed the running means many times over
-    top = max(float(record.smooth(record.reaction).max()) for record in records)
-    axes.set_ylim(0.0, 1.15e-3 * top)
-    axes.legend(frameon=False)
+    """Support reaction against crushing percentage, one curve a law (fig. 3): running means, and faintly the steps.
+
+    Where one law bears many times what another does, a second panel shows all on a logarithmic scale, and the first one
+    keeps to those that compare.
+    """
+    tops = {record.law: float(record.smooth(record.reaction).max()) for record in records}
+    limit = 3.0 * min(tops.values())
+    two = max(tops.values()) > 2.0 * limit
+    figure = new_figure(11.0 if two else 7.0)
+    panels = figure.subplots(1, 2 if two else 1, squeeze=False)[0]
+    for axes in panels:
+        for record in records:
+            color = CURVES.get(record.law)
+            percent = 100.0 * record.strain
+            (line,) = axes.plot(percent, 1e-3 * record.smooth(record.reaction), color=color, label=name_of(record.law))
+            axes.plot(percent, 1e-3 * record.reaction, color=line.get_color(), linewidth=0.4, alpha=0.35)
+        axes.set_xlabel("crushing [%]")
+        axes.set_xlim(left=0.0)
+    panels[0].set_ylabel("support reaction [kN per m of depth]")
+    comparable = [top for top in tops.values() if not two or top <= 2.0 * limit]
+    panels[0].set_ylim(0.0, 1.15e-3 * max(comparable))
+    if two:
+        panels[1].set_yscale("log")
+    panels[-1].legend(frameon=False)
     return figure
 
 

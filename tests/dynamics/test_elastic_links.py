@@ -69,7 +69,8 @@ def test_the_motion_is_that_of_the_linear_map(make, viscosity, stiffness, theta)
     Positions are rounded at 1e-16 m; over h, at 200 steps and O up to 140, that is some 1e-11 of the 0.01 m.
     """
     h, steps, start = 1e-2, 200, (0.01, 0.05)
-    sim = pair(make(stiffness, viscosity), time_step=h, stretch=start[0] - (1.0 - theta) * h * start[1], speed=start[1], theta=theta)
+    stretch = start[0] - (1.0 - theta) * h * start[1]  # so that the first detection sees start[0]
+    sim = pair(make(stiffness, viscosity), time_step=h, stretch=stretch, speed=start[1], theta=theta)
     found = series(sim, steps)
     expected = powers(h, stiffness, viscosity, start, steps)
     scale = np.array([abs(start[0]) + h * abs(start[1]), (abs(start[0]) + h * abs(start[1])) / h])
@@ -93,14 +94,14 @@ def test_amplitude_and_phase_a_step():
 def test_the_period_is_right_in_the_limit():
     """atan(h omega)/h = omega (1 - (h omega)^2/3 ...): the frequency is of second order; zeros of y are counted.
 
-    Of 20 half periods the step leaves an uncertainty of one step in 2600.
+    Of 6 half periods the step leaves an uncertainty of one step in 5000.
     """
     k, h = 1e3, 1e-4
     omega = math.sqrt(W * k)
-    y = series(pair(lm.ElasticRod(stiffness=k), time_step=h, stretch=0.01), round(20.6 * math.pi / omega / h))[:, 0]
+    y = series(pair(lm.ElasticRod(stiffness=k), time_step=h, stretch=0.01), round(6.6 * math.pi / omega / h))[:, 0]
     crossings = np.flatnonzero(np.diff(np.sign(y)))
-    assert len(crossings) == 21
-    half = (crossings[-1] - crossings[0]) * h / 20
+    assert len(crossings) == 7
+    half = (crossings[-1] - crossings[0]) * h / 6
     assert half == pytest.approx(math.pi / omega, rel=1e-3)
 
 
@@ -116,7 +117,7 @@ def test_a_stiff_spring_does_not_explode():
         assert fastest <= 0.01 / 1e-2 * (1.0 + 1e-9)
 
 
-def swing(law, steps=300):
+def swing(law, steps=700):
     """A bead on a slack wire, thrown upwards, that falls into the wire and swings; positions at each step."""
     scene = lm.Scene(dimension=2, gravity=(0.0, -9.81))
     a = scene.add(lm.disk(radius=R, position=(0.0, 0.0), mass=1.0)).fix()

@@ -8,10 +8,10 @@ import pytest
 from lmgcpy.experiment.biaxial import BiaxialRecord, Frame
 from lmgcpy.experiment.texsol_2d import (
     Study,
+    column,
     compression_in_links,
     deviation,
     frames_at_equal_force,
-    greatest_jump,
     run_study,
     stiffening,
 )
@@ -61,12 +61,15 @@ def test_stiffening_is_the_ratio_of_reactions():
     assert found == [(0.01, pytest.approx(1.5)), (0.05, pytest.approx(1.5))]
 
 
-def test_greatest_jump_finds_a_step():
-    reaction = np.where(STRAIN < 0.06, 1.0, 3.0)
-    rise, where = greatest_jump(record(reaction))
-    assert rise == pytest.approx(2.0, rel=1e-9)
-    assert 0.054 < where < 0.0605
-    assert greatest_jump(record(np.ones(500)))[0] == pytest.approx(0.0, abs=1e-12)
+def test_column_finds_where_the_rods_leave_the_wire():
+    wire = record(np.ones(500))
+    where, ratio = column(record(np.where(STRAIN < 0.06, 1.0, 5.0)), wire)
+    # before half the width of the running mean, 0.25 %, has gone by, the step shows in the mean
+    assert where == pytest.approx(0.06, abs=0.0025)
+    assert ratio == pytest.approx(5.0)
+    spike = np.where(np.abs(STRAIN - 0.05) < 3e-4, 9.0, 1.0)
+    assert column(record(spike), wire)[0] is None
+    assert column(record(np.full(500, 1.5)), wire) == (None, pytest.approx(1.5))
 
 
 def test_compression_in_links_counts_vertical_load_of_pushed_links():
@@ -85,13 +88,13 @@ def test_deviation_is_relative_to_the_tighter_run():
 
 def test_frames_at_equal_force():
     line = [[[0.0, 0.0], [0.0, 1.0]]]
-    frames = [frame(strain, [1.0], line, [False], top_force=1000 * strain) for strain in (0.01, 0.02, 0.05, 0.08)]
+    frames = [frame(strain, [1.0], line, [False]) for strain in (0.01, 0.02, 0.05, 0.1)]
     stiff = record(1000 * STRAIN, frames=frames)
-    soft_frames = [frame(strain, [1.0], line, [False], top_force=500 * strain) for strain in (0.02, 0.04, 0.09, 0.095)]
-    soft = record(500 * STRAIN, "none", frames=soft_frames)
-    one, two = frames_at_equal_force(stiff, soft)  # 95 % of 50 N: at 4.75 % and at 9.5 %
-    assert one.strain == 0.05
-    assert two.strain == 0.095
+    soft = record(500 * STRAIN, "none", frames=frames)
+    one, two = frames_at_equal_force(stiff, soft)  # the sand ends at 50 N, which the wire has at 5 %
+    assert (one.strain, two.strain) == (0.05, 0.1)
+    weaker, _ = frames_at_equal_force(record(100 * STRAIN, frames=frames), soft)
+    assert weaker.strain == 0.1
 
 
 @pytest.mark.parametrize(
