@@ -154,14 +154,14 @@ def stiffening(wire: BiaxialRecord, sand: BiaxialRecord, strains: Sequence[float
 
 def column(rod: BiaxialRecord, wire: BiaxialRecord, factor: float = 2.0) -> tuple[float | None, float]:
     """(crushing, ratio): where the rods' mean reaction first exceeds ``factor`` times the wire's, and the greatest ratio
-    of the two. The crushing is None where it never does so for 0.25 % on end.
+    of the two. The crushing is None where it never does so for 0.5 % on end.
     """
     strain = rod.strain[rod.strain <= wire.strain[-1]]
     of_wire = np.interp(strain, wire.strain, wire.smooth(wire.reaction))
     ratio = rod.smooth(rod.reaction)[: len(strain)] / of_wire
     above = ratio > factor
     for k in np.flatnonzero(above):
-        if above[(strain >= strain[k]) & (strain <= strain[k] + 0.0025)].all():
+        if above[(strain >= strain[k]) & (strain <= strain[k] + 0.005)].all():
             return float(strain[k]), float(ratio.max())
     return None, float(ratio.max())
 
