@@ -1,6 +1,6 @@
 """lmgcpy: Non Smooth Contact Dynamics of rigid bodies, with interaction laws of your own."""
 
-from lmgcpy import contact, laws
+from lmgcpy import contact, io, laws, measure, sample
 from lmgcpy.dynamics.simulation import Simulation
 from lmgcpy.laws.coulomb import Coulomb
 from lmgcpy.laws.elastic import ElasticRod, ElasticWire
@@ -14,11 +14,14 @@ from lmgcpy.scene.chain import Chain
 from lmgcpy.scene.contactor import Contactor, DiskContactor
 from lmgcpy.scene.material import Material
 from lmgcpy.scene.scene import Scene
+from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
 from lmgcpy.solve.gauss_seidel import GaussSeidel
+from lmgcpy.solve.problem import Problem, Solution, residual, solve
 
 __version__ = "0.1.0"
 
 __all__ = [
+    "AcceleratedGaussSeidel",
     "Body",
     "Chain",
     "Contactor",
@@ -31,6 +34,7 @@ __all__ = [
     "Law",
     "Material",
     "Parameter",
+    "Problem",
     "Restitution",
     "RigidBody",
     "RigidRod",
@@ -38,12 +42,18 @@ __all__ = [
     "Scene",
     "Signorini",
     "Simulation",
+    "Solution",
     "VoigtRod",
     "VoigtWire",
     "Wall",
     "__version__",
     "contact",
     "disk",
+    "io",
     "laws",
+    "measure",
+    "residual",
+    "sample",
+    "solve",
     "wall",
 ]

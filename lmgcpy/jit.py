@@ -70,6 +70,8 @@ class Kernel:
         They are replaced in the functions that the kernel calls as well, but not inside what replaces them: a law's
         own globals stay its own.
         """
+        if not names:
+            return self
         key = tuple(sorted((name, id(value)) for name, value in names.items()))
         if key not in self._specialised:
             self._specialised[key] = Kernel(self.function, {**self.names, **names})

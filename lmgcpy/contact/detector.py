@@ -207,8 +207,13 @@ def detect_contacts(
             result.lateral[m, 1] = lateral_a
             w_nn += lateral_c * lateral_c * inverse_c + lateral_a * lateral_a * inverse_a
             w_nt += arm_c * lateral_c * inverse_c - arm_a * lateral_a * inverse_a
+        elif result.lateral.shape[0] > 0:  # other groups need it, and the arrays are used again
+            result.lateral[m, 0] = 0.0
+            result.lateral[m, 1] = 0.0
         if w_nn <= 0.0:  # neither can move along the normal: no impulse changes anything
             continue
+        if w_tt <= 0.0:  # held along the tangent: friction moves nothing, and any positive weight finds it
+            w_tt = w_nn
         if w_nt != 0.0:
             diagonal = False
         result.candidate[m] = c

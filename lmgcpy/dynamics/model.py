@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -19,8 +20,16 @@ class Drive:
     value: float | Callable[[float], float]
 
     def at(self, time: float) -> float:
-        """Value at a time [s]."""
-        return float(self.value(time)) if callable(self.value) else self.value
+        """Value at a time [s]; FloatingPointError where a user's function gives what is no finite number."""
+        if not callable(self.value):
+            return self.value
+        value = float(self.value(time))
+        if not math.isfinite(value):
+            raise FloatingPointError(
+                f"What is imposed on component {('x', 'y', 'spin')[self.component]} of body {self.body} "
+                f"at t = {time:g} s is {value}, not a finite number."
+            )
+        return value
 
 
 @dataclass(frozen=True)

@@ -9,12 +9,14 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.contact.detector import Detector, Interactions
+from lmgcpy.dynamics.as_problem import as_problem
 from lmgcpy.dynamics.assembly import StepProblem, assemble
 from lmgcpy.dynamics.energy import Energy, kinetic_energy
 from lmgcpy.dynamics.interactions import InteractionView
 from lmgcpy.dynamics.model import Model, State
 from lmgcpy.errors import number, whole
 from lmgcpy.solve.gauss_seidel import GaussSeidel
+from lmgcpy.solve.problem import Problem
 from lmgcpy.solve.report import NOT_FINITE, STATUS, Report
 
 
@@ -52,6 +54,8 @@ class Simulation:
         self._detector = Detector(model.contactors, model.rows, model.chains, model.inverse_mass)
         self._work = np.zeros((4, max((chain.link_count for chain in self.model.chains), default=0)))
         self._last: tuple[StepProblem, Interactions] | None = None
+        self._free_velocity = np.zeros_like(self.state.velocities)
+        self._guess = np.zeros((0, 2))
 
     # ---------------------------------------------------------------------------------------------------- the loop
 
@@ -116,7 +120,8 @@ class Simulation:
     def _solve(self, problem: StepProblem, interactions: Interactions, free_velocity: np.ndarray) -> None:
         """Solve from the impulses of the last step and remember the new ones."""
         start = clock.perf_counter()
-        guess = self._detector.recall(interactions)
+        guess = self._guess = self._detector.recall(interactions)
+        self._free_velocity = free_velocity
         iterations, residual, status = self.solver.solve(problem.table, problem.system, free_velocity, guess)
         end = clock.perf_counter()
         self._detector.remember(interactions, problem.system.impulse)
@@ -168,6 +173,15 @@ class Simulation:
             return InteractionView.of([], None, np.zeros((0, 2)), self.time_step)
         problem, interactions = self._last
         return InteractionView.of(problem.groups, interactions, problem.system.impulse, self.time_step)
+
+    def problem(self) -> Problem:
+        """The last step as a problem of its own: to solve otherwise, to measure, to write out.
+
+        Raises RuntimeError before the first step and TypeError where a law has no conic form.
+        """
+        if self._last is None:
+            raise RuntimeError("There is no step yet to make a problem of: call step() or run() first.")
+        return as_problem(self._last[0], self._free_velocity, self._guess)
 
     def __repr__(self) -> str:
         return (

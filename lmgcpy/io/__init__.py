@@ -1,0 +1,5 @@
+"""Files."""
+
+from lmgcpy.io import fclib
+
+__all__ = ["fclib"]

@@ -64,3 +64,7 @@ class Coulomb(Law):
         if len(u) == 1:
             return (max(0.0, -(u[0] + bias) / W[0][0]),)
         return react_in_plane(W, u[0] + bias, u[1], friction)
+
+    @staticmethod
+    def conic(prepared):
+        return (prepared[0], prepared[1], 0.0)

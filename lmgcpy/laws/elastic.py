@@ -44,6 +44,10 @@ class AxialLink(Law):
         return np.full_like(length, of_link) if axial is None else axial / length
 
     @staticmethod
+    def conic(prepared):
+        return (prepared[0], 0.0, prepared[1])
+
+    @staticmethod
     def prepare(gap, reference_gap, velocity, time_step, parameters):
         (stiffness,) = parameters
         return (pull_back(gap, reference_gap, time_step), 1.0 / (time_step * time_step * stiffness))

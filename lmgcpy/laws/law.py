@@ -91,6 +91,10 @@ class Law(ABC):
     energy: ClassVar[Callable | None] = None
     """``energy(gap, reference_gap, parameters)``: energy stored in one interaction [J]; None if it stores none."""
 
+    conic: ClassVar[Callable | None] = None
+    """``conic(prepared)``: bias [m/s], friction and compliance [1/kg] of the law in conic form (see
+    ``lmgcpy.solve.problem``) from columns of prepared numbers, for solvers that need one; None if it has none."""
+
     @staticmethod
     @abstractmethod
     def prepare(gap, reference_gap, velocity, time_step, parameters):

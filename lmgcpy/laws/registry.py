@@ -26,6 +26,7 @@ ARGUMENTS = {
     "prepare": ("gap", "reference_gap", "velocity", "time_step", "parameters"),
     "react": ("W", "u", "prepared"),
     "slope": ("W", "u", "prepared"),
+    "conic": ("prepared",),
     "energy": ("gap", "reference_gap", "parameters"),
 }
 """Exact argument lists of a law's functions."""

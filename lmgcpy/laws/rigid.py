@@ -34,6 +34,10 @@ class RigidRod(Law):
     def slope(W, u, prepared):
         return ((-1.0 / W[0][0],),)
 
+    @staticmethod
+    def conic(prepared):
+        return (prepared[0], 0.0, 0.0)
+
 
 class RigidWire(Law):
     """``0 <= -(u_n + (g - g_ref)/h)  _|_  -r_n >= 0``: slack below its reference gap, inextensible beyond."""
@@ -54,3 +58,7 @@ class RigidWire(Law):
     @staticmethod
     def slope(W, u, prepared):
         return ((-1.0 / W[0][0] if u[0] + prepared[0] > 0.0 else 0.0,),)
+
+    @staticmethod
+    def conic(prepared):
+        return (prepared[0], 0.0, 0.0)

@@ -25,3 +25,7 @@ class Signorini(Law):
     @staticmethod
     def react(W, u, prepared):
         return (max(0.0, -(u[0] + prepared[0]) / W[0][0]),)
+
+    @staticmethod
+    def conic(prepared):
+        return (prepared[0], 0.0, 0.0)

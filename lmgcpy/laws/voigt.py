@@ -72,6 +72,7 @@ class VoigtWire(VoigtLink):
     NAME = "voigt-wire"
     PREPARED = ("bias", "compliance", "elongation_rate")
     TRAITS = frozenset({"pull"})
+    conic = None  # type: ignore[assignment]
 
     @staticmethod
     def prepare(gap, reference_gap, velocity, time_step, parameters):

@@ -109,11 +109,14 @@ class Body(ABC):
 
     def fix(self, *components: str) -> Body:
         """Hold the named components ("x", "y", "spin"), all of them without names, at rest; returns the body."""
-        return self.impose_velocity(**dict.fromkeys(components or COMPONENTS, 0.0))
+        return self._drive("fix", dict.fromkeys(components or COMPONENTS, 0.0))
 
     def impose_velocity(self, **components: Prescribed) -> Body:
         """Drive components x, y [m/s], spin [rad/s] by a number or a function of time [s]; returns the body."""
-        for component, value in self._checked("impose_velocity", components):
+        return self._drive("impose_velocity", components)
+
+    def _drive(self, call: str, components: dict[str, Prescribed]) -> Body:
+        for component, value in self._checked(call, components):
             if component in self._forces:
                 raise ValueError(self._twice(component, "loaded by impose_force", "driven"))
             self._velocities[component] = value
@@ -269,7 +272,7 @@ class Wall(Body):
         return True
 
     def _checked(self, call: str, components: dict[str, Prescribed]) -> list[tuple[int, Prescribed]]:
-        if "spin" in components and not (call == "impose_velocity" and components["spin"] == 0.0):
+        if "spin" in components and (call == "impose_force" or components["spin"] != 0.0):
             raise ValueError("A wall does not turn: drive or load its components x and y.")
         return super()._checked(call, components)
 

@@ -82,6 +82,8 @@ class Scene:
         """
         self._editable("add a chain")
         self._check_law(law, "link", "chain")
+        if law.rows(self.dimension) != 1:
+            raise TypeError(f"Law '{law.NAME}' has {law.rows(self.dimension)} components: a link acts along its line only.")
         members = list(bodies)
         for body in members:
             if not isinstance(body, Body):

@@ -79,6 +79,8 @@ def sweep(start, stop, offset, s: System):
         w_nn = s.delassus[i, 0]
         r_n = s.impulse[i, 0]
         if ROWS == 1:
+            if w_nn == 0.0:  # a link between bodies that are both held
+                continue
             (new_n,) = react(((w_nn,),), (u_n - w_nn * r_n,), prepared)
             if new_n != r_n:
                 s.impulse[i, 0] = new_n
@@ -111,6 +113,8 @@ def error(start, stop, offset, s: System):
         r_n = s.impulse[i, 0]
         if ROWS == 1:
             w = s.delassus[i, 0]
+            if w == 0.0:
+                continue
             (new_n,) = react(((w,),), (u_n - w * r_n,), prepared)
             square = (w * (r_n - new_n)) ** 2
         else:

@@ -84,6 +84,22 @@ def apply_impulses(free_velocity, s):
             s.velocity[b, k] = free_velocity[b, k] + s.inverse_mass[b, k] * s.velocity[b, k]
 
 
+def begin(groups, s, free_velocity, guess, tolerance):
+    """Start from the impulses ``guess``; returns (``|e(0)|``, residual, whether nothing is left to do, status)."""
+    s.impulse[:, :] = 0.0
+    s.velocity[:, :] = free_velocity
+    nothing = total_error(groups, s)
+    if nothing == 0.0:
+        s.worst[0] = 0.0
+        return nothing, 0.0, True, CONVERGED
+    if not np.isfinite(nothing):
+        return nothing, nothing, True, NOT_FINITE
+    s.impulse[:, :] = guess
+    apply_impulses(free_velocity, s)
+    residual = total_error(groups, s) / nothing
+    return nothing, residual, residual <= tolerance, CONVERGED
+
+
 @kernel
 def gauss_seidel(groups: Groups, s: System, free_velocity, guess, tolerance, max_iterations):
     """Sweep until ``|e(r)| <= tolerance |e(0)|``; returns (sweeps, residual, status).
@@ -92,19 +108,9 @@ def gauss_seidel(groups: Groups, s: System, free_velocity, guess, tolerance, max
     measuring costs about an eighth; before success is told it is measured again on velocities made anew from the
     impulses. Stagnation: the last half of the sweeps, at least 1000 of them, gained less than 1 %.
     """
-    s.impulse[:, :] = 0.0
-    s.velocity[:, :] = free_velocity
-    nothing = total_error(groups, s)
-    if nothing == 0.0:
-        s.worst[0] = 0.0
-        return 0, 0.0, CONVERGED
-    if not np.isfinite(nothing):
-        return 0, nothing, NOT_FINITE
-    s.impulse[:, :] = guess
-    apply_impulses(free_velocity, s)
-    residual = total_error(groups, s) / nothing
-    if residual <= tolerance:
-        return 0, residual, CONVERGED
+    nothing, residual, done, status = begin(groups, s, free_velocity, guess, tolerance)
+    if done:
+        return 0, residual, status
     best = residual
     milestone = residual
     milestone_sweep = 0
@@ -157,6 +163,11 @@ class GaussSeidel:
         number(self.tolerance, "tolerance", above=0.0, maximum=1.0)
         whole(self.max_iterations, "max_iterations", minimum=1)
 
-    def solve(self, groups: Groups, system: System, free_velocity: np.ndarray, guess: np.ndarray):
-        """Solve in place from the impulses ``guess``; returns (iterations, residual, status code)."""
-        return gauss_seidel(groups, system, free_velocity, guess, float(self.tolerance), int(self.max_iterations))
+    def solve(self, groups: Groups, system: Any, free_velocity: np.ndarray, guess: np.ndarray, **operator: Any):
+        """Solve in place from the impulses ``guess``; returns (iterations, residual, status code).
+
+        ``operator``: functions that stand in for those on bodies, for a problem with an assembled W.
+        """
+        return gauss_seidel.specialise(**operator)(
+            groups, system, free_velocity, guess, float(self.tolerance), int(self.max_iterations)
+        )

@@ -96,40 +96,53 @@ class LawKernels:
 
 def law_kernels(law: type[Law], parameter_count: int, rows: int, central: bool, diagonal: bool, chain: bool) -> LawKernels:
     """Kernels for groups of a law (``chain``: the links of one wire as a block, which needs the law's ``slope``)."""
-    functions = (law.prepare, law.react, law.slope if chain else None, law.energy)
-    return _law_kernels(functions, len(law.PREPARED), parameter_count, rows, central, diagonal)
+    sweep, error = group_kernels(law, rows, diagonal, chain, SYSTEM_TYPE, {"CENTRAL": central})
+    prepare, energy = _step_kernels(law.prepare, law.energy, len(law.PREPARED), parameter_count, rows)
+    return LawKernels(sweep, error, prepare, energy)
+
+
+def group_kernels(
+    law: type[Law], rows: int, diagonal: bool, chain: bool, system_type: Any, names: dict[str, Any]
+) -> tuple[Any, Any]:
+    """C functions (sweep, error) for groups of a law in a system of the given numba type; ``names`` of the templates."""
+    # keyed by the functions, not by the class: a script that redefines a law gets the new one
+    functions = law.react, law.slope if chain else None
+    return _group_kernels(*functions, len(law.PREPARED), rows, diagonal, system_type, tuple(names.items()))
 
 
 @cache
-def _law_kernels(functions: tuple, prepared_count: int, parameter_count: int, rows: int, central: bool, diagonal: bool):
-    # keyed by the functions, not by the class: a script that redefines a law gets the new one
-    law_prepare, law_react, law_slope, law_energy = functions
-    names = {
-        "react": law_react,
+def _group_kernels(
+    react: Callable, slope: Callable | None, prepared_count: int, rows: int, diagonal: bool, system_type: Any, names: tuple
+) -> tuple[Any, Any]:
+    meaning = {
+        "react": react,
         "read": row_reader(prepared_count),
         "PREPARED": prepared_count,
         "ROWS": rows,
-        "CENTRAL": central,
         "DIAGONAL": diagonal,
+        **dict(names),
     }
-    signature = group_signature(SYSTEM_TYPE)
-    sweep = Kernel(contact_block.sweep, names)
-    if law_slope is not None:
-        sweep = Kernel(wire_block.sweep, {**names, "slope": law_slope})
+    sweep = Kernel(contact_block.sweep, meaning)
+    if slope is not None:
+        sweep = Kernel(wire_block.sweep, {**meaning, "slope": slope})
+    signature = group_signature(system_type)
+    return sweep.pointer(signature), Kernel(contact_block.error, meaning).pointer(signature)
+
+
+@cache
+def _step_kernels(
+    law_prepare: Callable, law_energy: Callable | None, prepared_count: int, parameter_count: int, rows: int
+) -> tuple[Kernel, Kernel | None]:
+    reader = row_reader(parameter_count)
     floats = eval(f"lambda row: ({''.join(f'float(row[{k}]), ' for k in range(prepared_count))})")
-    return LawKernels(
-        sweep=sweep.pointer(signature),
-        error=Kernel(contact_block.error, names).pointer(signature),
-        prepare=prepare_group.specialise(
-            prepare=law_prepare,
-            read_parameters=row_reader(parameter_count),
-            read_velocity=row_reader(rows),
-            as_floats=floats,
-            PARAMETERS=parameter_count,
-            PREPARED=prepared_count,
-        ),
-        energy=law_energy
-        and stored_energy.specialise(
-            energy=law_energy, read_parameters=row_reader(parameter_count), PARAMETERS=parameter_count
-        ),
+    preparing = prepare_group.specialise(
+        prepare=law_prepare,
+        read_parameters=reader,
+        read_velocity=row_reader(rows),
+        as_floats=floats,
+        PARAMETERS=parameter_count,
+        PREPARED=prepared_count,
     )
+    if law_energy is None:
+        return preparing, None
+    return preparing, stored_energy.specialise(energy=law_energy, read_parameters=reader, PARAMETERS=parameter_count)

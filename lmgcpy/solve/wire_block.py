@@ -15,8 +15,11 @@ active-set method, which ends after finitely many steps. ``F`` is always evaluat
 that repeated steps refine the solution beyond what the elimination loses to round-off.
 
 Under a heavy load ``w r`` dwarfs ``u``: of beads that carry a million times their weight, ``u`` is lost to round-off in
-``u - W_ii r`` where it matters for the tension. Hence ``w_i`` is a small fraction of ``W_ii``; which fraction makes no
-difference to the active sets after the first step, as every iterate has ``r_i`` or the law's velocity at its bound.
+``u - W_ii r`` where it matters for the tension. Hence ``w_i`` is a small fraction of ``W_ii``; for links that are slack
+or rigid, or slack or elastic, the fraction makes no difference to the active sets after the first step, as every iterate
+has ``r_i`` or the law's velocity at its bound. A law of three pieces, as the Voigt wire, may then cycle between the two
+outer ones; where that is seen, the visit goes on with ``w_i = W_ii``, whose pieces are those of the single updates,
+until the active set has settled.
 """
 
 from __future__ import annotations
@@ -43,15 +46,22 @@ NEWTON_STEPS = 30
 """Bound on the steps of one visit; one or two are usual, and the next sweep goes on from where this one ends."""
 
 
-def residual(start, count, offset, s):
-    """Fill in -F (row 0 of the scratch) and the slopes (row 1); returns (sum of (w F)^2, whether a slope changed)."""
+def residual(start, count, offset, weight, s):
+    """Fill in -F (row 0 of the scratch) and the slopes (row 1); returns (sum of (w F)^2, whether a slope changed).
+
+    ``weight``: w_i as a fraction of W_ii.
+    """
     merit = 0.0
     changed = False
     for k in range(count):
         i = np.uintp(start + k)
+        w = weight * s.delassus[i, 0]
+        if w == 0.0:  # both bodies are held
+            s.work[0, k] = 0.0
+            s.work[1, k] = 0.0
+            continue
         prepared = read(s.prepared, offset + k * PREPARED)
         u_n, _ = relative_velocity(i, s)
-        w = LIGHT * s.delassus[i, 0]
         r = s.impulse[i, 0]
         free = (u_n - w * r,)
         (new,) = react(((w,),), free, prepared)
@@ -64,12 +74,12 @@ def residual(start, count, offset, s):
     return merit, changed
 
 
-def diagonal_entry(start, k, s):
+def diagonal_entry(start, k, weight, s):
     """``1 + s (w - W)`` of the Newton matrix."""
-    return 1.0 - (1.0 - LIGHT) * s.work[1, k] * s.delassus[start + k, 0]
+    return 1.0 - (1.0 - weight) * s.work[1, k] * s.delassus[start + k, 0]
 
 
-def substitute(start, count, s, right):
+def substitute(start, count, weight, s, right):
     """Solve the tridiagonal Newton system for the right-hand side in row ``right`` of the scratch, in place.
 
     Row 2 holds the eliminated superdiagonal. Returns False where a pivot vanishes.
@@ -77,7 +87,7 @@ def substitute(start, count, s, right):
     above = 0.0
     for k in range(count):
         gradient = s.work[1, k]
-        diagonal = diagonal_entry(start, k, s)
+        diagonal = diagonal_entry(start, k, weight, s)
         lower = -gradient * s.coupling[start + k - 1] if k > 0 else 0.0
         pivot = diagonal - lower * above
         if not abs(pivot) > 1e-14 * abs(diagonal):
@@ -91,7 +101,7 @@ def substitute(start, count, s, right):
     return True
 
 
-def newton_step(start, count, s):
+def newton_step(start, count, weight, s):
     """The Newton step in row 0 of the scratch; False where the matrix is singular.
 
     In a closed chain the last link also meets the first. Its row and column are split off: two substitutions for the
@@ -99,7 +109,7 @@ def newton_step(start, count, s):
     """
     corner = s.coupling[start + count - 1]
     if corner == 0.0:
-        return substitute(start, count, s, 0)
+        return substitute(start, count, weight, s, 0)
     first = -s.work[1, 0] * corner  # entry (0, last)
     last = -s.work[1, count - 1] * corner  # entry (last, 0)
     inner = count - 1
@@ -108,9 +118,9 @@ def newton_step(start, count, s):
         s.work[3, k] = 0.0
     s.work[3, 0] += first
     s.work[3, inner - 1] += -s.work[1, inner - 1] * s.coupling[start + inner - 1]
-    if not (substitute(start, inner, s, 0) and substitute(start, inner, s, 3)):
+    if not (substitute(start, inner, weight, s, 0) and substitute(start, inner, weight, s, 3)):
         return False
-    diagonal = diagonal_entry(start, inner, s)
+    diagonal = diagonal_entry(start, inner, weight, s)
     pivot = diagonal - last * s.work[3, 0] - lower * s.work[3, inner - 1]
     if not abs(pivot) > 1e-14 * abs(diagonal):
         return False
@@ -135,9 +145,11 @@ def relax(start, count, offset, s):
     """Update the links one after another, as if they were contacts."""
     for k in range(count):
         i = np.uintp(start + k)
+        w = s.delassus[i, 0]
+        if w == 0.0:
+            continue
         prepared = read(s.prepared, offset + k * PREPARED)
         u_n, _ = relative_velocity(i, s)
-        w = s.delassus[i, 0]
         r = s.impulse[i, 0]
         (new,) = react(((w,),), (u_n - w * r,), prepared)
         s.impulse[i, 0] = new
@@ -147,22 +159,35 @@ def relax(start, count, offset, s):
 def sweep(start, stop, offset, s: System):
     """Solve the links of one chain together."""
     count = stop - start
-    merit, _ = residual(start, count, offset, s)
+    weight = LIGHT
+    cycled = False
+    merit, _ = residual(start, count, offset, weight, s)
     enough = 1e-24 * merit
     for _ in range(NEWTON_STEPS):
         if merit <= enough:
             break
-        if not newton_step(start, count, s):
+        if not newton_step(start, count, weight, s):
             relax(start, count, offset, s)
-            merit, _ = residual(start, count, offset, s)
+            merit, _ = residual(start, count, offset, weight, s)
             continue
         move(start, count, s)
         before = merit
-        merit, changed = residual(start, count, offset, s)
+        merit, changed = residual(start, count, offset, weight, s)
         if not changed and not merit < 0.1 * before:  # exact but for round-off
-            break
-        if changed and not merit < before:
-            # the active set cycles, as it may in a sharply bent chain: one pass of single updates breaks the cycle
+            if weight == LIGHT:
+                break
+            weight = LIGHT  # what a heavy load has left of round-off
+            merit, _ = residual(start, count, offset, weight, s)
+        elif changed and not merit < before and weight == LIGHT:
+            if cycled:
+                break
+            # the active set cycles: one pass of single updates, and their weight until it settles
             relax(start, count, offset, s)
-            merit, _ = residual(start, count, offset, s)
+            cycled = True
+            weight = 1.0
+            merit, _ = residual(start, count, offset, weight, s)
+            enough = 0.0
+        elif changed and not merit < before:
+            relax(start, count, offset, s)
+            merit, _ = residual(start, count, offset, weight, s)
     return 0.0

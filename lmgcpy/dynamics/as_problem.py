@@ -1,0 +1,62 @@
+"""The last step of a simulation as a problem of its own, with an assembled Delassus operator."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sparse
+
+from lmgcpy.dynamics.assembly import StepProblem
+from lmgcpy.solve.problem import Problem
+
+
+def as_problem(step: StepProblem, free_velocity: np.ndarray, guess: np.ndarray) -> Problem:
+    """``W = H^T M^-1 H`` and ``q = H^T v_free + biases`` of a step in 2D; ``guess``: the impulses it started from.
+
+    Interactions that cannot act in this step, such as restitution across an open gap, are left out. Raises TypeError for
+    a law that has no conic form.
+    """
+    system = step.system
+    count = len(system.candidate)
+    bias, friction, compliance = np.zeros(count), np.zeros(count), np.zeros(count)
+    names: list[str] = []
+    for group, where in zip(step.groups, step.table.offset, strict=True):
+        if group.law.conic is None:
+            raise TypeError(
+                f"Law '{group.law.NAME}' has no conic form, so that this step cannot be written as a problem of its own."
+            )
+        part = slice(group.start, group.stop)
+        size = len(group.law.PREPARED) * (group.stop - group.start)
+        prepared = system.prepared[where : where + size].reshape(group.stop - group.start, -1)
+        bias[part], friction[part], compliance[part] = group.law.conic(prepared.T)
+        names += [group.law.NAME] * (group.stop - group.start)
+    acting = np.isfinite(bias)
+    H = interaction_matrix(step)
+    H = H[np.repeat(acting, 2)]
+    W = (H @ sparse.diags_array(system.inverse_mass.ravel()) @ H.T).tocsr()
+    q = H @ free_velocity.ravel()
+    q[::2] += bias[acting]
+    return Problem(
+        W=sparse.csr_array(W),
+        q=q,
+        mu=friction[acting],
+        dimension=2,
+        laws=tuple(name for name, here in zip(names, acting, strict=True) if here),
+        compliance=compliance[acting],
+        guess=guess[acting],
+    )
+
+
+def interaction_matrix(step: StepProblem) -> sparse.csr_array:
+    """``H^T``: relative velocities (u_n, u_t of each interaction) from those of the bodies, (2 m, 3 n)."""
+    s = step.system
+    count = len(s.candidate)
+    n_x, n_y = s.normal.T
+    lateral = s.lateral if len(s.lateral) else np.zeros((count, 2))
+    c, a = (3 * ids.astype(np.int64)[:, None] + np.arange(3) for ids in (s.candidate, s.antagonist))
+    along = np.column_stack([n_x, n_y, -lateral[:, 0], -n_x, -n_y, lateral[:, 1]])
+    across = np.column_stack([-n_y, n_x, -s.arm[:, 0], n_y, -n_x, -s.arm[:, 1]])
+    values = np.stack([along, across], axis=1).reshape(2 * count, 6)
+    columns = np.repeat(np.hstack([c, a]), 2, axis=0)
+    rows = np.repeat(np.arange(2 * count), 6)
+    shape = (2 * count, s.inverse_mass.size)
+    return sparse.csr_array((values.ravel(), (rows, columns.ravel())), shape=shape)

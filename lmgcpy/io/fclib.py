@@ -1,0 +1,82 @@
+"""Problems in FCLIB's local layout (HDF5), the exchange format of published frictional-contact problems.
+
+``fclib_local/W`` holds the operator as CSR (``p``, ``i``, ``x``, ``m``, ``n``, ``nz`` = -2), ``fclib_local/vectors`` ``q``
+and ``mu``, ``fclib_local/spacedim`` the dimension. Two extensions: ``fclib_local/law`` (0 Coulomb contact, 1 wire, 2 rod)
+with ``fclib_local/compliance``, and ``fclib_local/guesses/r``.
+"""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sparse
+
+from lmgcpy.solve.problem import BOTH, CONTACT, PULL, Problem
+
+CODES = {CONTACT: "coulomb", PULL: "rigid-wire", BOTH: "rigid-rod"}
+"""Law of each code of the extension; with a compliance, the elastic one."""
+ELASTIC = {"rigid-wire": "elastic-wire", "rigid-rod": "elastic-rod"}
+
+
+def _h5py() -> Any:
+    try:
+        import h5py
+    except ImportError as error:
+        raise ImportError("Problem files are HDF5: install h5py (pip install h5py) to read and write them.") from error
+    return h5py
+
+
+def read(path: str | os.PathLike) -> Problem:
+    """Read a problem; FileNotFoundError, or ValueError with a sentence where the file is none or is incomplete."""
+    h5py = _h5py()
+    if not os.path.exists(path):
+        raise FileNotFoundError(f"There is no file '{path}'.")
+    try:
+        with h5py.File(path, "r") as file:
+            return _read(file)
+    except OSError as error:
+        raise ValueError(f"'{path}' is no HDF5 file, or is damaged: {error}.") from error
+    except KeyError as error:
+        raise ValueError(f"'{path}' is no FCLIB problem: {error.args[0]}.") from error
+
+
+def _read(file: Any) -> Problem:
+    group = file["fclib_local"]
+    matrix, vectors = group["W"], group["vectors"]
+    dimension = int(np.asarray(group["spacedim"]).ravel()[0])
+    q = np.asarray(vectors["q"], dtype=float).ravel()
+    mu = np.asarray(vectors["mu"], dtype=float).ravel()
+    values, indices, pointers = (np.asarray(matrix[name]).ravel() for name in ("x", "i", "p"))
+    W = sparse.csr_array((values.astype(float), indices, pointers), shape=(len(q), len(q)))
+    count = len(mu)
+    law = np.asarray(group["law"]).ravel() if "law" in group else np.zeros(count, int)
+    compliance = np.asarray(group["compliance"], dtype=float).ravel() if "compliance" in group else np.zeros(count)
+    guess = np.zeros((count, dimension))
+    if "guesses" in group and "r" in group["guesses"]:
+        guess = np.asarray(group["guesses"]["r"], dtype=float).reshape(-1, dimension)[:count]
+    names = [CODES[int(code)] for code in law]
+    names = [ELASTIC.get(name, name) if c > 0.0 else name for name, c in zip(names, compliance, strict=True)]
+    return Problem(W, q, mu, dimension, tuple(names), compliance, guess)
+
+
+def write(problem: Problem, path: str | os.PathLike, *, force: bool = False) -> None:
+    """Write a problem; FileExistsError where the file is there already, unless ``force``."""
+    h5py = _h5py()
+    if os.path.exists(path) and not force:
+        raise FileExistsError(f"The file '{path}' exists: give another name, or force=True to replace it.")
+    W = problem.W.tocsr()
+    with h5py.File(path, "w") as file:
+        group = file.create_group("fclib_local")
+        group["spacedim"] = np.array([problem.dimension])
+        matrix = group.create_group("W")
+        for name, value in (("x", W.data), ("i", W.indices), ("p", W.indptr)):
+            matrix[name] = value
+        for name, number in (("m", W.shape[0]), ("n", W.shape[1]), ("nz", -2), ("nzmax", W.nnz)):
+            matrix[name] = np.array([number])
+        vectors = group.create_group("vectors")
+        vectors["q"], vectors["mu"] = problem.q, problem.mu
+        group["law"] = problem.cones
+        group["compliance"] = problem.compliance
+        group.create_group("guesses")["r"] = problem.guess.ravel()

@@ -1,0 +1,187 @@
+"""Gauss-Seidel with momentum: the same sweeps, each started from a point extrapolated along the way of the last two.
+
+Late in a solve plain Gauss-Seidel hardly turns: from one sweep to the next the impulses of a jammed sample move by the
+same vector, for hundreds of sweeps, until a contact opens or slips and the direction changes a little. (One step of a
+biaxial test, rigid rods: 1000 sweeps made a way of 1000 times that of one sweep, with seven changes of status.) With
+``G`` one sweep, the iteration here is Nesterov's,
+
+    x_{k+1} = G(y_k),    y_{k+1} = x_{k+1} + beta_j (x_{k+1} - x_k),    beta_j = min(j / (j + 3), 1 - damping),
+
+``j`` counting the sweeps since the last restart, without those that gain much by themselves. As
+``v = v_free + M^-1 H r`` is linear, the velocities of the bodies follow by the same combination; nothing is assembled
+and no law is asked for more than its ``react``. An extrapolated impulse may leave its cone; the sweep brings it back, and
+only results of sweeps are measured and returned.
+
+Without friction a step is a convex problem and momentum may grow freely. Sliding with friction is not associated, its
+operator is not symmetric, and momentum makes some of its modes grow: beyond ``1 - beta`` of about the square of the
+asymmetry they swing without end. Hence restarts, and a damping that the swings control. The size of a step is
+``|W_d (G(y) - y)|``, with W_d the diagonal of W: a velocity, mostly 0.5 to 0.7 times which is the residual in the samples
+measured. When it has grown to twice the least since the last restart, the momentum is dropped (``j = 0``) and the
+damping doubled; with every other sweep the damping decays by 0.3 %. What the step says of the residual also decides when
+the residual is measured, beside the intervals of plain Gauss-Seidel.
+
+Measured, sweeps a step, mean over a 2D biaxial test to 5 % (1700 grains, wire of 300 beads, friction 0.4, warm start),
+Gauss-Seidel at a budget of 20 000 against this: residual 1e-2, sand 2 100 against 350, rigid wire 5 600 to 6 100 against
+750; residual 1e-3, sand 18 500 against 6 000, wire 19 700 against 10 100, of 241 steps 170 and 235 not converged against
+26 and 60. Single steps of compaction without friction: 6 to 8 times fewer at 1e-2, 20 to 30 times at 1e-4. A sweep costs
+20 to 35 % more. Rigid rods that lock (impulses grow without bound, 1e7 N against 6e4 N of load) converge in neither.
+
+Sources: Nesterov (1983) Soviet Math. Dokl. 27; adaptive restart: O'Donoghue, Candes (2015) Found. Comput. Math. 15,
+Su, Boyd, Candes (2016) JMLR 17; the method with projected sweeps as gradient in contact dynamics: Mazhar, Heyn, Negrut,
+Tasora (2015) ACM Trans. Graph. 34(3). Control of the damping: measured here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from lmgcpy.errors import number, whole
+from lmgcpy.jit import kernel
+from lmgcpy.solve.gauss_seidel import apply_impulses, begin, call, total_error
+from lmgcpy.solve.report import CONVERGED, NOT_FINITE, SPENT, STAGNATED
+from lmgcpy.solve.system import Groups, System
+
+GROWTH = 2.0
+"""A step of so many times the least one since the last restart drops the momentum."""
+RECOVERY = 0.997
+"""Decay of the damping a sweep: it halves in 230."""
+FAST = 0.8
+"""While a step is less than so much of the one before, the momentum does not grow: the sweeps need no help."""
+MOST_DAMPING = 0.5
+"""The momentum that is always allowed never did harm."""
+
+
+def step_size(weight, x, y):
+    """``|w (x - y)|`` [m/s]; four sums, so that no addition waits for the one before (5 % of a sweep)."""
+    a = b = c = d = 0.0
+    count = x.shape[0]
+    whole_fours = count - count % 4
+    for i in range(0, whole_fours, 4):
+        a += (weight[i] * (x[i] - y[i])) ** 2
+        b += (weight[i + 1] * (x[i + 1] - y[i + 1])) ** 2
+        c += (weight[i + 2] * (x[i + 2] - y[i + 2])) ** 2
+        d += (weight[i + 3] * (x[i + 3] - y[i + 3])) ** 2
+    for i in range(whole_fours, count):
+        a += (weight[i] * (x[i] - y[i])) ** 2
+    return np.sqrt(a + b + c + d)
+
+
+def extrapolate(x, last, beta):
+    """``x <- x + beta (x - last)`` and ``last <- x`` as it was, in place."""
+    for i in range(x.shape[0]):
+        here = x[i]
+        x[i] = here + beta * (here - last[i])
+        last[i] = here
+
+
+@kernel
+def accelerated_gauss_seidel(groups: Groups, s: System, free_velocity, guess, weight, tolerance, max_iterations, momentum):
+    """Sweep with momentum until ``|e(r)| <= tolerance |e(0)|``; returns (sweeps, residual, status).
+
+    ``weight``: diagonal of W, flat as the impulses. The error is measured after sweeps 1, 2, 3 ..., then at intervals
+    of an eighth of the sweeps done and where the size of the step promises success. Without success the best impulses
+    measured are returned. Stagnation: the last three quarters of the sweeps, and 4000, gained less than 1 %.
+    """
+    nothing, residual, done, status = begin(groups, s, free_velocity, guess, tolerance)
+    if done:
+        return 0, residual, status
+
+    impulse = s.impulse.reshape(-1)
+    velocity = s.velocity.reshape(-1)
+    start = impulse.copy()  # of the sweep
+    last_impulse = impulse.copy()  # results of the sweep before
+    last_velocity = velocity.copy()
+    best_impulse = impulse.copy()
+    best = np.inf
+    milestone = residual
+    milestone_sweep = 0
+    damping = 1.0 - momentum
+    run = 0  # slow sweeps since the last restart
+    previous = np.inf  # step
+    least = np.inf  # step since then
+    ratio = 0.0  # residual to step, as last measured
+    sweeps = 0
+    measured = 0
+    check = 1
+    status = SPENT
+    while sweeps < max_iterations:
+        for g in range(groups.start.shape[0]):
+            call(groups.sweep[g], groups.start[g], groups.stop[g], groups.offset[g], s)
+        sweeps += 1
+        step = step_size(weight, impulse, start)
+        promising = ratio * step <= tolerance and sweeps >= measured + 8
+        if sweeps >= check or promising or sweeps == max_iterations:
+            measured = sweeps
+            check = sweeps + 1 + sweeps // 8
+            residual = total_error(groups, s) / nothing
+            if residual <= tolerance:
+                apply_impulses(free_velocity, s)
+                residual = total_error(groups, s) / nothing
+                if residual <= tolerance:
+                    status = CONVERGED
+                    break
+            if not np.isfinite(residual):
+                status = NOT_FINITE
+                break
+            ratio = residual / step
+            if residual < best:
+                best = residual
+                best_impulse[:] = impulse
+            if best < 0.99 * milestone:
+                milestone = best
+                milestone_sweep = sweeps
+            elif sweeps >= 4 * milestone_sweep + 4000:
+                status = STAGNATED
+                break
+        if step > FAST * previous:
+            run += 1
+        previous = step
+        beta = min(run / (run + 3.0), 1.0 - damping)
+        if step > GROWTH * least:
+            damping = min(MOST_DAMPING, 2.0 * max(damping, 1.0 - beta))
+            beta = 0.0
+            run = 0
+            least = step
+        else:
+            damping = max(1.0 - momentum, RECOVERY * damping)
+            least = min(least, step)
+        extrapolate(impulse, last_impulse, beta)
+        extrapolate(velocity, last_velocity, beta)
+        start[:] = impulse
+    if status != CONVERGED and status != NOT_FINITE:
+        impulse[:] = best_impulse
+        apply_impulses(free_velocity, s)
+        residual = total_error(groups, s) / nothing
+    return sweeps, residual, status
+
+
+@dataclass(frozen=True)
+class AcceleratedGaussSeidel:
+    """Gauss-Seidel with momentum, for steps that take more than a few dozen sweeps; any law, wires as blocks.
+
+    ``tolerance``, ``max_iterations``, ``wire_blocks``: as of ``GaussSeidel``; ``momentum``: bound of the momentum, in
+    [0, 1); with 0 the sweeps are those of Gauss-Seidel.
+    """
+
+    tolerance: float = 1e-4
+    max_iterations: int = 10_000
+    wire_blocks: bool = True
+    momentum: float = 0.97
+
+    def __post_init__(self):
+        number(self.tolerance, "tolerance", above=0.0, maximum=1.0)
+        whole(self.max_iterations, "max_iterations", minimum=1)
+        if not number(self.momentum, "momentum", minimum=0.0) < 1.0:
+            raise ValueError(f"momentum must be in [0, 1), got {self.momentum}.")
+
+    def solve(self, groups: Groups, system: Any, free_velocity: np.ndarray, guess: np.ndarray, **operator: Any):
+        """Solve in place from the impulses ``guess``; returns (iterations, residual, status code).
+
+        ``operator``: functions that stand in for those on bodies, for a problem with an assembled W.
+        """
+        weight = system.delassus[:, : system.impulse.shape[1]].ravel()
+        limits = float(self.tolerance), int(self.max_iterations), float(self.momentum)
+        return accelerated_gauss_seidel.specialise(**operator)(groups, system, free_velocity, guess, weight, *limits)

@@ -1,0 +1,127 @@
+"""The kernels of Gauss-Seidel on an assembled Delassus operator, for problems that come without bodies.
+
+The templates of ``contact_block`` and ``wire_block`` stay as they are: only how a relative velocity is read and how an
+impulse is passed on differ. Here the relative velocities of all interactions are kept, and an impulse of one changes those
+that its block column of W reaches.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+
+from lmgcpy.laws import Law
+from lmgcpy.laws.coulomb import Coulomb
+from lmgcpy.laws.elastic import ElasticRod, ElasticWire
+from lmgcpy.solve.law_kernels import group_kernels
+from lmgcpy.solve.problem import BOTH, CONTACT, PULL, Problem
+from lmgcpy.solve.system import Groups
+
+STANDARD: dict[int, type[Law]] = {CONTACT: Coulomb, PULL: ElasticWire, BOTH: ElasticRod}
+"""A law for each cone; its bias is zero, as the problem has it in q."""
+
+
+class MatrixSystem(NamedTuple):
+    """Arrays of a problem in 2D; m interactions."""
+
+    first: np.ndarray
+    """Where the blocks of a block column begin, (m + 1,) int64."""
+    row: np.ndarray
+    """Row of each block, (blocks,) int64."""
+    block: np.ndarray
+    """Blocks of W, (blocks, 2, 2)."""
+    delassus: np.ndarray
+    """Diagonal of the local blocks (W_nn, W_tt) [1/kg], (m, 2)."""
+    coupling: np.ndarray
+    """W_nt of a contact; of a link, the entry of W between it and the next link of its wire, (m,)."""
+    prepared: np.ndarray
+    impulse: np.ndarray
+    """(r_n, r_t) [N s], (m, 2)."""
+    velocity: np.ndarray
+    """Relative velocities under the present impulses [m/s], (m, 2)."""
+    work: np.ndarray
+    worst: np.ndarray
+
+
+def relative_velocity(i, s):
+    """(u_n, u_t) of interaction ``i``."""
+    return s.velocity[i, 0], s.velocity[i, 1]
+
+
+def push(i, s, d_n, d_t):
+    """Add an impulse to interaction ``i`` and to the velocities that it reaches."""
+    for k in range(s.first[i], s.first[i + np.uintp(1)]):
+        j = s.row[k]
+        s.velocity[j, 0] += s.block[k, 0, 0] * d_n + s.block[k, 0, 1] * d_t
+        s.velocity[j, 1] += s.block[k, 1, 0] * d_n + s.block[k, 1, 1] * d_t
+
+
+def apply_impulses(free_velocity, s):
+    """``u = q + W r``."""
+    s.velocity[:, :] = free_velocity
+    for i in range(s.impulse.shape[0]):
+        push(np.uintp(i), s, s.impulse[i, 0], s.impulse[i, 1])
+
+
+TEMPLATE_NAMES = {"relative_velocity": relative_velocity, "push": push}
+"""What the templates of the groups are specialised with."""
+DRIVER_NAMES = {"apply_impulses": apply_impulses}
+"""What the kernels of solvers are specialised with."""
+
+
+def _runs(problem: Problem, link_links: np.ndarray) -> list[tuple[int, int]]:
+    """Rows (start, stop) of interactions that one kernel call solves: contacts, or the links of one wire."""
+    cones = problem.cones
+    same = cones[1:] == cones[:-1]
+    wire = (cones[1:] == CONTACT) | (link_links != 0.0)
+    cuts = np.flatnonzero(~(same & wire)) + 1
+    bounds = [0, *cuts.tolist(), len(cones)] if len(cones) else [0]
+    return list(pairwise(bounds))
+
+
+def assemble_problem(problem: Problem, wire_blocks: bool) -> tuple[Groups, MatrixSystem, list[Any]]:
+    """Groups and system of a problem, and what must stay alive while they are used."""
+    count = len(problem.mu)
+    columns = problem.W.T.tobsr(blocksize=(2, 2)) if count else problem.W.T.tobsr(blocksize=(1, 1))
+    diagonal = problem.W.diagonal().reshape(-1, 2)
+    normal = 2 * np.arange(count)
+    following = np.asarray(problem.W[normal[:-1], normal[1:]]).ravel() if count > 1 else np.zeros(0)
+    tangential = np.asarray(problem.W[normal, normal + 1]).ravel() if count else np.zeros(0)
+    runs = _runs(problem, following)
+    cones = problem.cones
+    coupling = np.where(cones == CONTACT, tangential, 0.0)
+    for start, stop in runs:
+        if cones[start] != CONTACT:
+            coupling[start : stop - 1] = following[start : stop - 1]
+    second = np.where(cones == CONTACT, problem.mu, problem.compliance)
+    system = MatrixSystem(
+        first=columns.indptr.astype(np.int64),
+        row=columns.indices.astype(np.int64),
+        block=np.ascontiguousarray(columns.data.transpose(0, 2, 1)) if count else np.zeros((0, 2, 2)),
+        delassus=np.ascontiguousarray(diagonal),
+        coupling=coupling,
+        prepared=np.column_stack([np.zeros(count), second]).ravel(),
+        impulse=np.zeros((count, 2)),
+        velocity=np.zeros((count, 2)),
+        work=np.zeros((4, max((stop - start for start, stop in runs), default=0))),
+        worst=np.zeros(2),
+    )
+    kernels = []
+    for start, stop in runs:
+        law = STANDARD[int(cones[start])]
+        contact = cones[start] == CONTACT
+        rows = 2 if contact and problem.mu[start:stop].any() else 1
+        chain = wire_blocks and not contact
+        diagonal_only = not (contact and coupling[start:stop].any())
+        kernels.append(group_kernels(law, rows, diagonal_only, chain, numba.typeof(system), TEMPLATE_NAMES))
+    table = Groups(
+        sweep=np.array([sweep.address for sweep, _ in kernels], dtype=np.int64),
+        error=np.array([error.address for _, error in kernels], dtype=np.int64),
+        start=np.array([start for start, _ in runs], dtype=np.int64),
+        stop=np.array([stop for _, stop in runs], dtype=np.int64),
+        offset=np.array([2 * start for start, _ in runs], dtype=np.int64),
+    )
+    return table, system, kernels

@@ -1,0 +1,197 @@
+"""One step as a problem of its own: ``u = W r + q`` with an assembled Delassus operator, and a cone per interaction.
+
+The laws enter in conic form: biases are part of ``q``, and what is left of a law is its cone, its friction and its
+compliance. Three cones cover the laws that come with lmgcpy:
+
+* contact: ``0 <= u_n _|_ r_n >= 0`` and ``r_t`` in the disk of radius ``mu r_n``, opposing ``u_t`` when sliding;
+* pull: ``0 <= -(u_n + C r_n) _|_ -r_n >= 0``, ``r_t = 0`` (wires);
+* both: ``u_n + C r_n = 0``, ``r_t = 0`` (rods).
+"""
+
+from __future__ import annotations
+
+import time as clock
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sparse
+
+from lmgcpy.errors import closest
+from lmgcpy.laws import Law
+from lmgcpy.laws import get as law_of_name
+
+CONTACT, PULL, BOTH = range(3)
+MEASURES = ("natural", "fclib")
+
+
+def cone_of(law: type[Law]) -> int:
+    """Which of the three cones a law's impulse lives in."""
+    if law.APPLIES_TO == "contact":
+        return CONTACT
+    return PULL if "pull" in law.TRAITS else BOTH
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A frozen problem of m interactions in dimension d; see the module's text."""
+
+    W: sparse.csr_array
+    """Delassus operator [1/kg], (m d, m d), normal component first."""
+    q: np.ndarray
+    """Free relative velocity, biases included [m/s], (m d,)."""
+    mu: np.ndarray
+    """Coefficient of friction of the contacts, (m,)."""
+    dimension: int
+    laws: tuple[str, ...]
+    """Name of the law of each interaction, (m,)."""
+    compliance: np.ndarray
+    """Compliance of the links [1/kg], (m,)."""
+    guess: np.ndarray
+    """Impulses to start from [N s], (m, d)."""
+
+    def __post_init__(self):
+        count, d = len(self.mu), self.dimension
+        if d not in (2, 3):
+            raise ValueError(f"dimension of a problem must be 2 or 3, got {d!r}.")
+        shapes = {"W": (count * d, count * d), "q": (count * d,), "compliance": (count,), "guess": (count, d)}
+        for name, shape in shapes.items():
+            if getattr(self, name).shape != shape:
+                got = getattr(self, name).shape
+                raise ValueError(f"{name} of a problem of {count} interactions must have shape {shape}, got {got}.")
+        if len(self.laws) != count:
+            raise ValueError(f"A problem of {count} interactions must name {count} laws, got {len(self.laws)}.")
+
+    @property
+    def cones(self) -> np.ndarray:
+        """Cone of each interaction (0 contact, 1 pull, 2 both), (m,)."""
+        of = {name: cone_of(law_of_name(name)) for name in set(self.laws)}
+        return np.array([of[name] for name in self.laws], dtype=np.int64)
+
+    def velocities(self, impulses: np.ndarray) -> np.ndarray:
+        """``W r + q`` [m/s], (m, d)."""
+        return (self.W @ np.asarray(impulses, dtype=float).ravel() + self.q).reshape(-1, self.dimension)
+
+    def local_weight(self) -> np.ndarray:
+        """Mean diagonal of each local block, over the rows that the law has [1/kg], (m,)."""
+        diagonal = self.W.diagonal().reshape(-1, self.dimension)
+        one_row = (self.cones != CONTACT) | (self.mu == 0.0)
+        return np.where(one_row, diagonal[:, 0], diagonal.mean(axis=1))
+
+    def __repr__(self) -> str:
+        names, counts = np.unique(np.array(self.laws, dtype=str), return_counts=True)
+        by_law = ", ".join(f"{count} {name}" for name, count in zip(names, counts, strict=True))
+        return f"<Problem in {self.dimension}D: {by_law or 'no interaction'}, {self.W.nnz} entries of W>"
+
+
+@dataclass(frozen=True)
+class Solution:
+    """What a solver made of a problem."""
+
+    impulses: np.ndarray
+    """[N s], (m, d)."""
+    velocities: np.ndarray
+    """[m/s], (m, d)."""
+    residual: float
+    """``natural``, computed from the problem as it stands."""
+    status: str
+    iterations: int
+    seconds: float
+
+
+def react_alone(problem: Problem, free: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """Impulses that satisfy the laws where W is ``weight`` times the identity and the free velocity ``free``, (m, d)."""
+    cones = problem.cones
+    impulse = np.zeros_like(free)
+    with_compliance = np.where(cones == CONTACT, weight, weight + problem.compliance)
+    normal = -free[:, 0] / with_compliance
+    impulse[:, 0] = np.select([cones == CONTACT, cones == PULL], [np.maximum(normal, 0.0), np.minimum(normal, 0.0)], normal)
+    contact = (cones == CONTACT) & (problem.mu > 0.0)
+    limit = problem.mu[contact] * impulse[contact, 0]
+    tangential = -free[contact, 1:] / weight[contact, None]
+    size = np.linalg.norm(tangential, axis=1)
+    inside = np.where(size > limit, limit / np.where(size > 0.0, size, 1.0), 1.0)
+    impulse[contact, 1:] = tangential * inside[:, None]
+    return impulse
+
+
+def residual(problem: Problem, impulses: Any, *, measure: str = "natural") -> float:
+    """How far impulses (m, d) are from solving a problem.
+
+    "natural": ``|e(r)| / |e(0)|`` with ``e = w (r - react(w I, u - w r))``, ``w`` the mean diagonal of the local block:
+    the error of the velocities relative to that of doing nothing. "fclib": ``|w0 r - P_K(w0 r - (u + mu |u_t| n))| / |q|``
+    with ``w0`` the mean diagonal of W, the measure of published solvers; links have their own law's projection.
+    """
+    r = np.asarray(impulses, dtype=float)
+    if r.shape != (len(problem.mu), problem.dimension):
+        raise ValueError(f"impulses must have shape {(len(problem.mu), problem.dimension)}, got {r.shape}.")
+    if measure not in MEASURES:
+        raise ValueError(f"There is no measure '{measure}'{closest(measure, MEASURES)}")
+    if measure == "fclib":
+        error, scale = _fclib_error(problem, r), float(np.linalg.norm(problem.q))
+    else:
+        error, scale = _natural_error(problem, r), _natural_error(problem, np.zeros_like(r))
+    if scale == 0.0:
+        return 0.0 if error == 0.0 else np.inf
+    return error / scale
+
+
+def _natural_error(problem: Problem, r: np.ndarray) -> float:
+    weight = problem.local_weight()
+    free = problem.velocities(r) - weight[:, None] * r
+    return float(np.linalg.norm(weight[:, None] * (r - react_alone(problem, free, weight))))
+
+
+def _fclib_error(problem: Problem, r: np.ndarray) -> float:
+    u = problem.velocities(r)
+    w0 = float(problem.W.diagonal().mean()) if len(problem.mu) else 1.0
+    cones = problem.cones
+    weight = np.full(len(problem.mu), w0)
+    projected = w0 * react_alone(problem, u - w0 * r, weight)
+    contact = cones == CONTACT
+    shifted = u[contact]
+    shifted[:, 0] += problem.mu[contact] * np.linalg.norm(u[contact, 1:], axis=1)
+    projected[contact] = project_on_cone(w0 * r[contact] - shifted, problem.mu[contact])
+    return float(np.linalg.norm(w0 * r - projected))
+
+
+def project_on_cone(x: np.ndarray, mu: np.ndarray) -> np.ndarray:
+    """Euclidean projection of rows (n, t...) on the cone ``|t| <= mu n``, (m, d)."""
+    n, t = x[:, 0], x[:, 1:]
+    size = np.linalg.norm(t, axis=1)
+    inside = size <= mu * n
+    polar = mu * size <= -n
+    on_edge = (n + mu * size) / (1.0 + mu**2)
+    edge = np.column_stack([on_edge, t * (mu * on_edge / np.where(size > 0.0, size, 1.0))[:, None]])
+    return np.where(inside[:, None], x, np.where(polar[:, None], 0.0, edge))
+
+
+def solve(problem: Problem, *, solver: Any = None, guess: Any = None) -> Solution:
+    """Solve a problem, from ``guess`` (m, d) or the problem's own.
+
+    ``solver``: such as ``lmgcpy.GaussSeidel(tolerance=1e-8)``. In dimension 2 so far.
+    """
+    from lmgcpy.solve.gauss_seidel import GaussSeidel
+    from lmgcpy.solve.matrix_operator import DRIVER_NAMES, assemble_problem
+    from lmgcpy.solve.report import STATUS
+
+    if problem.dimension != 2:
+        raise NotImplementedError("Problems in dimension 3 can be read and measured, but not solved yet.")
+    solver = GaussSeidel() if solver is None else solver
+    start = problem.guess if guess is None else np.array(guess, dtype=float)
+    if start.shape != problem.guess.shape:
+        raise ValueError(f"guess must have shape {problem.guess.shape}, got {start.shape}.")
+    table, system, kernels = assemble_problem(problem, solver.wire_blocks)
+    begin = clock.perf_counter()
+    iterations, _, status = solver.solve(table, system, problem.q.reshape(-1, 2).copy(), start, **DRIVER_NAMES)
+    seconds = clock.perf_counter() - begin
+    del kernels  # the table holds their addresses, which end with them
+    impulses = system.impulse
+    return Solution(
+        impulses=impulses,
+        velocities=problem.velocities(impulses),
+        residual=residual(problem, impulses),
+        status=STATUS[status],
+        iterations=iterations,
+        seconds=seconds,
+    )

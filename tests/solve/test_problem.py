@@ -1,0 +1,153 @@
+"""A step as a problem of its own: the assembled operator against the sweeps on bodies, and the two measures."""
+
+import numpy as np
+import pytest
+import scipy.sparse as sparse
+
+import lmgcpy as lm
+from lmgcpy.solve.problem import project_on_cone
+
+
+def wired_pile(law=None, friction=0.4):
+    """A small pile of disks on a floor between walls, pressed by gravity, with a wire of six beads through it."""
+    rng = np.random.default_rng(3)
+    scene = lm.Scene(dimension=2, gravity=(1.0, -9.81))
+    bodies = []
+    for j in range(5):
+        for i in range(6):
+            position = (0.021 * (i + 0.5 * (j % 2)) + 0.012, 0.0185 * j + 0.011)
+            bodies.append(scene.add(lm.disk(radius=0.01 + 5e-4 * rng.random(), position=position, mass=1.0 + rng.random())))
+    for point, normal in (((0, 0), (0, 1)), ((0, 0), (1, 0)), ((0.15, 0), (-1, 0))):
+        scene.add(lm.wall(point=point, normal=normal))
+    scene.see("GRAIN", "GRAIN", lm.Coulomb(friction=friction))
+    scene.see("GRAIN", "WALL", lm.Coulomb(friction=friction))
+    if law is not None:
+        scene.chain(bodies[6:12], law)
+    return lm.Simulation(scene, time_step=1e-3, solver=lm.GaussSeidel(tolerance=1e-11, max_iterations=100_000))
+
+
+@pytest.fixture(
+    scope="module",
+    params=[None, lm.RigidWire(), lm.RigidRod(), lm.ElasticWire(stiffness=1e6), lm.VoigtRod(stiffness=1e6, viscosity=10.0)],
+    ids=lambda law: law.NAME if law else "none",
+)
+def solved(request):
+    return wired_pile(request.param).run(steps=20)
+
+
+def test_residual_of_the_assembled_problem_is_that_of_the_sweeps(solved):
+    """Two codes: numpy on the assembled W against the kernels on the bodies; at 1e-11 round-off of W r is in the way."""
+    problem = solved.problem()
+    ours = lm.residual(problem, solved.interactions.impulse)
+    assert ours == pytest.approx(solved.report.residual, rel=1e-2, abs=1e-13)
+    assert lm.residual(problem, np.zeros_like(problem.guess)) == 1.0
+
+
+def test_velocities_of_the_problem_are_those_of_the_bodies(solved):
+    """u = W r + q holds the biases too: without them it is H^T v of the bodies' velocities after the step."""
+    problem = solved.problem()
+    net = solved.interactions
+    relative = solved.velocities[net.candidate] - solved.velocities[net.antagonist]
+    bias = problem.velocities(net.impulse)[:, 0] - np.einsum("md,md->m", relative, net.normal)
+    contact = net.law == "coulomb"
+    np.testing.assert_allclose(bias[contact], np.maximum(net.gap[contact], 0.0) / solved.time_step, atol=1e-12)
+
+
+@pytest.mark.parametrize("solver", [lm.GaussSeidel, lm.AcceleratedGaussSeidel])
+def test_solving_the_problem_anew_gives_the_same_velocities(solved, solver):
+    """From no impulses at all; impulses of a hyperstatic pile are not unique, its velocities are."""
+    problem = solved.problem()
+    solution = lm.solve(problem, solver=solver(tolerance=1e-10, max_iterations=100_000), guess=np.zeros_like(problem.guess))
+    assert solution.status == "converged"
+    assert solution.residual == pytest.approx(lm.residual(problem, solution.impulses))
+    assert solution.residual <= 1.1e-10
+    scale = np.abs(problem.q).max()
+    expected = problem.velocities(solved.interactions.impulse)
+    np.testing.assert_allclose(solution.velocities, expected, atol=1e-7 * scale)
+
+
+def test_operator_is_symmetric_and_as_wide_as_the_interactions(solved):
+    W = solved.problem().W
+    assert W.shape == (2 * len(solved.interactions),) * 2
+    assert abs(W - W.T).max() < 1e-14 * W.diagonal().max()
+
+
+def test_open_restitution_is_left_out():
+    scene = lm.Scene(dimension=2)
+    for x in (0.0, 0.25, 0.45):
+        scene.add(lm.disk(radius=0.1, position=(x, 0.0), mass=1.0))
+    scene.see("GRAIN", "GRAIN", lm.Restitution(restitution=0.5), alert=0.1)
+    sim = lm.Simulation(scene, time_step=1e-3).run(steps=1)
+    assert len(sim.interactions) == 2
+    assert sim.problem().laws == ("restitution",)
+
+
+def test_laws_without_conic_form_and_no_step_yet_are_told():
+    scene = lm.Scene(dimension=2)
+    ends = [scene.add(lm.disk(radius=0.1, position=(x, 0.0), mass=1.0)) for x in (0.0, 1.0)]
+    scene.chain(ends, lm.VoigtWire(stiffness=1.0, viscosity=1.0))
+    sim = lm.Simulation(scene, time_step=1e-3)
+    with pytest.raises(RuntimeError, match="no step yet"):
+        sim.problem()
+    sim.step()
+    with pytest.raises(TypeError, match="'voigt-wire' has no conic form"):
+        sim.problem()
+
+
+def one_contact(W, q, mu):
+    return lm.Problem(
+        sparse.csr_array(np.array(W, float)),
+        np.array(q, float),
+        np.array([mu]),
+        2,
+        ("coulomb",),
+        np.zeros(1),
+        np.zeros((1, 2)),
+    )
+
+
+def test_one_contact_by_hand():
+    """W = diag(2, 1), q = (-4, 3), mu = 0.5: r_n = 2, sliding: r_t = -1, u = (0, 2)."""
+    problem = one_contact([[2, 0], [0, 1]], [-4, 3], 0.5)
+    solution = lm.solve(problem, solver=lm.GaussSeidel(tolerance=1e-14))
+    np.testing.assert_allclose(solution.impulses, [[2, -1]], rtol=1e-14)
+    np.testing.assert_allclose(solution.velocities, [[0, 2]], atol=1e-14)
+    assert lm.residual(problem, solution.impulses) < 1e-15
+    assert lm.residual(problem, solution.impulses, measure="fclib") < 1e-15
+    # nothing done: the projection of w0 r - (q + mu |q_t| n) = (2.5, -3) on the cone is (3.2, 1.6) / 2 ...
+    x = np.array([[2.5, -3.0]])
+    along = np.array([1.0, -0.5]) / np.hypot(1.0, 0.5)
+    expected = np.linalg.norm((x @ along) * along) / 5.0
+    assert lm.residual(problem, [[0.0, 0.0]], measure="fclib") == pytest.approx(expected)
+
+
+def test_projection_on_the_cone_is_the_nearest_point():
+    """Against the nearest of many points of the cone's boundary and its apex; a projection leaves points inside alone."""
+    rng = np.random.default_rng(0)
+    x = rng.normal(size=(200, 2))
+    mu = rng.uniform(0.0, 2.0, 200)
+    projected = project_on_cone(x, mu)
+    n = np.linspace(0.0, 5.0, 20001)
+    for point, friction, found in zip(x, mu, projected, strict=True):
+        inside = abs(point[1]) <= friction * point[0]
+        edges = np.concatenate([np.stack([n, friction * n], 1), np.stack([n, -friction * n], 1)])
+        distance = 0.0 if inside else np.linalg.norm(edges - point, axis=1).min()
+        assert np.linalg.norm(found - point) == pytest.approx(distance, abs=1e-6)
+
+
+def test_wrong_calls_get_a_sentence():
+    problem = one_contact([[2, 0], [0, 1]], [-4, 3], 0.5)
+    with pytest.raises(ValueError, match="did you mean 'natural'"):
+        lm.residual(problem, [[0, 0]], measure="naturel")
+    with pytest.raises(ValueError, match="impulses must have shape"):
+        lm.residual(problem, [0, 0])
+    with pytest.raises(ValueError, match="guess must have shape"):
+        lm.solve(problem, guess=[0.0])
+    with pytest.raises(ValueError, match="q of a problem of 1 interactions must have shape"):
+        one_contact([[2, 0], [0, 1]], [-4], 0.5)
+
+
+def test_no_interaction_is_solved():
+    nothing = lm.Problem(sparse.csr_array((0, 0)), np.zeros(0), np.zeros(0), 2, (), np.zeros(0), np.zeros((0, 2)))
+    solution = lm.solve(nothing)
+    assert (solution.status, solution.residual) == ("converged", 0.0)
