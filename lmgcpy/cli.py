@@ -38,7 +38,7 @@ def main(traceback: bool) -> None:
 @click.option("--seed", type=int, default=0, help="Of the random sample.")
 @click.option("--strain", type=float, default=10.0, help="Crushing to reach [%].")
 @click.option("--pressure", type=float, default=100.0, help="On the lateral walls [kPa].")
-@click.option("--tolerance", type=float, default=1e-2, help="Residual at which a step is solved.")
+@click.option("--tolerance", type=float, default=3e-3, help="Residual at which a step is solved.")
 @click.option("--axial-rigidity", type=float, default=1e7, help="EA of the elastic laws [N].")
 @click.option("--platen-friction", type=float, default=0.0, help="Coefficient of friction at the platens.")
 @click.option("--threads", type=int, default=2, help="Tests that run at once.")

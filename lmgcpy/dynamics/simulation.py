@@ -15,6 +15,7 @@ from lmgcpy.dynamics.energy import Energy, kinetic_energy
 from lmgcpy.dynamics.interactions import InteractionView
 from lmgcpy.dynamics.model import Model, State
 from lmgcpy.errors import number, whole
+from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
 from lmgcpy.solve.gauss_seidel import GaussSeidel
 from lmgcpy.solve.problem import Problem
 from lmgcpy.solve.report import NOT_FINITE, STATUS, Report
@@ -24,8 +25,8 @@ class Simulation:
     """Steps a scene through time.
 
     ``time_step`` h [s]; ``theta`` in [0.5, 1] of the time stepping, 0.5 is of second order in free motion and keeps the
-    energy; ``solver``: of the problem of each step. The scene is compiled and cannot be edited any more; its bodies
-    become views of the simulation's state.
+    energy; ``solver``: of the problem of each step, ``AcceleratedGaussSeidel()`` if none is given. The scene is compiled
+    and cannot be edited any more; its bodies become views of the simulation's state.
 
     The loop, for velocities v, positions q, external forces F, and impulses r along H:
 
@@ -36,10 +37,17 @@ class Simulation:
         q      = q_m + theta h v
     """
 
-    def __init__(self, scene: Any, *, time_step: float, theta: float = 0.5, solver: GaussSeidel | None = None):
+    def __init__(
+        self,
+        scene: Any,
+        *,
+        time_step: float,
+        theta: float = 0.5,
+        solver: AcceleratedGaussSeidel | GaussSeidel | None = None,
+    ):
         self.time_step = number(time_step, "time_step", above=0.0, unit="s")
         self.theta = number(theta, "theta", minimum=0.5, maximum=1.0)
-        self.solver = GaussSeidel() if solver is None else solver
+        self.solver = AcceleratedGaussSeidel() if solver is None else solver
         if not callable(getattr(self.solver, "solve", None)):
             raise TypeError(f"solver must be a solver such as lmgcpy.GaussSeidel(), got {self.solver!r}.")
         self.model: Model = scene.compile()

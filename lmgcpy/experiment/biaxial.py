@@ -13,6 +13,7 @@ from lmgcpy.errors import number, whole
 from lmgcpy.experiment.box_2d import Box2D, Sample, characteristic_time
 from lmgcpy.laws import Law
 from lmgcpy.measure.stress import stress
+from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
 from lmgcpy.solve.gauss_seidel import GaussSeidel
 from lmgcpy.solve.report import STATUS
 
@@ -107,7 +108,7 @@ class Biaxial:
         platen_friction: float = 0.0,
         inertial_number: float = 1e-3,
         time_step: float | None = None,
-        solver: GaussSeidel | None = None,
+        solver: AcceleratedGaussSeidel | GaussSeidel | None = None,
     ):
         self.pressure = number(pressure, "pressure", above=0.0, unit="Pa")
         self.inertial_number = number(inertial_number, "inertial_number", above=0.0, maximum=0.1)
@@ -125,7 +126,7 @@ class Biaxial:
         self.height = sample.height
         self.speed = inertial_number * sample.height / moment
         self.time_step = 0.2 * moment if time_step is None else time_step
-        self.solver = solver or GaussSeidel(tolerance=1e-2, max_iterations=20_000)
+        self.solver = solver or AcceleratedGaussSeidel(tolerance=1e-2, max_iterations=20_000)
         self.bead_count = sample.bead_count
         self._duration = 1.0
         self.box.load_laterally(self.pressure)

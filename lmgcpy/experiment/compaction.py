@@ -11,6 +11,7 @@ from lmgcpy.dynamics.simulation import Simulation
 from lmgcpy.experiment.box_2d import Box2D, Sample, characteristic_time
 from lmgcpy.laws.rigid import RigidWire
 from lmgcpy.measure.density import density as solid_fraction
+from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
 from lmgcpy.solve.gauss_seidel import GaussSeidel
 
 WINDOW = 50
@@ -41,7 +42,7 @@ def compact(
     pressure: float,
     density: float,
     friction: float = 0.0,
-    solver: GaussSeidel | None = None,
+    solver: AcceleratedGaussSeidel | GaussSeidel | None = None,
     max_steps: int = 800,
     on_step: Callable[[int], None] | None = None,
 ) -> Compaction:
@@ -55,7 +56,9 @@ def compact(
     box.load_laterally(pressure)
     box.load_top(pressure)
     step = 0.2 * characteristic_time(sample.diameter, density, pressure)
-    sim = Simulation(box.scene, time_step=step, solver=solver or GaussSeidel(tolerance=1e-2, max_iterations=5000))
+    sim = Simulation(
+        box.scene, time_step=step, solver=solver or AcceleratedGaussSeidel(tolerance=1e-2, max_iterations=5000)
+    )
     forces = np.zeros((max_steps, 3))
     volumes = np.zeros(max_steps)
     residuals = []

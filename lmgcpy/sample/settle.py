@@ -8,7 +8,7 @@ from lmgcpy.dynamics.simulation import Simulation
 from lmgcpy.laws.coulomb import Coulomb
 from lmgcpy.scene.body import disk, wall
 from lmgcpy.scene.scene import Scene
-from lmgcpy.solve.gauss_seidel import GaussSeidel
+from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
 
 GRAVITY = 9.81
 STILL = 0.01
@@ -48,7 +48,7 @@ def settle(
         scene.see("GRAIN", "OBSTACLE", law)
     height = float((positions[:, 1] + radii).max())
     step = 0.5 * finest / float(np.sqrt(2.0 * GRAVITY * height))
-    sim = Simulation(scene, time_step=step, solver=GaussSeidel(tolerance=1e-2, max_iterations=2000))
+    sim = Simulation(scene, time_step=step, solver=AcceleratedGaussSeidel(tolerance=1e-2, max_iterations=2000))
     still = STILL * float(np.sqrt(2.0 * GRAVITY * finest))
     count = len(radii)
     while True:
