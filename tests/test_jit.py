@@ -46,6 +46,11 @@ def cache(tmp_path, monkeypatch):
     return directory
 
 
+def searching(directory):
+    """Environment of a process that looks for modules in a directory first."""
+    return {"PYTHONPATH": os.pathsep.join([str(directory), os.environ.get("PYTHONPATH", "")])}
+
+
 # ------------------------------------------------------------------------------------------------------ fingerprints
 
 BASE = {
@@ -142,7 +147,7 @@ def test_the_fingerprint_of_a_set_does_not_depend_on_the_hash_seed(tmp_path):
     marks = {
         subprocess.run(
             [sys.executable, "-c", code],
-            env={**os.environ, "PYTHONHASHSEED": seed, "PYTHONPATH": str(tmp_path)},
+            env={**os.environ, "PYTHONHASHSEED": seed, **searching(tmp_path)},
             check=True,
             capture_output=True,
             text=True,
@@ -287,8 +292,7 @@ def test_a_changed_helper_in_another_module_is_compiled_anew(tmp_path):
     (tmp_path / "jit_main.py").write_text(
         "from lmgcpy.jit import kernel\nfrom jit_helper import f\n@kernel\ndef main(x):\n    return f(x)\n"
     )
-    environment = {"LMGCPY_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": str(tmp_path)}
-    environment["PYTHONDONTWRITEBYTECODE"] = "1"
+    environment = {"LMGCPY_CACHE_DIR": str(tmp_path / "cache"), "PYTHONDONTWRITEBYTECODE": "1", **searching(tmp_path)}
     (tmp_path / "jit_helper.py").write_text("def f(x):\n    return 2.0 * x\n")
     assert in_new_process(code, **environment) == ["6.0", "0"]
     assert in_new_process(code, **environment) == ["6.0", "1"]

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lmgcpy.contact.detector import Group, Interactions
+from lmgcpy.contact.detector import Group
+from lmgcpy.contact.narrow_phase import Interactions
 from lmgcpy.solve.law_kernels import LawKernels, law_kernels, relative_velocities
 from lmgcpy.solve.report import Worst
 from lmgcpy.solve.system import Groups, System

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lmgcpy.contact.detector import Group, Interactions
+from lmgcpy.contact.detector import Group
+from lmgcpy.contact.narrow_phase import Interactions
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lmgcpy.contact.detector import ChainTable, ContactorTable, VisibilityRow
+from lmgcpy.contact.tables import ChainTable, ContactorTable, VisibilityRow
 
 
 @dataclass(frozen=True)

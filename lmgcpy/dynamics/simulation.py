@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.contact.detector import Detector, Interactions
+from lmgcpy.contact.detector import Detector
+from lmgcpy.contact.narrow_phase import Interactions
 from lmgcpy.dynamics.as_problem import as_problem
 from lmgcpy.dynamics.assembly import StepProblem, assemble
 from lmgcpy.dynamics.energy import Energy, kinetic_energy

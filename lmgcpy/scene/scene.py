@@ -6,7 +6,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from lmgcpy.contact.detector import ChainTable, ContactorTable, VisibilityRow
+from lmgcpy.contact.tables import ChainTable, ContactorTable, VisibilityRow
 from lmgcpy.dynamics.model import Drive, Model, State
 from lmgcpy.errors import closest, number, vector
 from lmgcpy.laws import Law

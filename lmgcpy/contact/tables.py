@@ -1,0 +1,77 @@
+"""What detection works from: contactors, who sees whom, chains."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from lmgcpy.laws import Law
+
+
+@dataclass(frozen=True)
+class ContactorTable:
+    """All contactors of a scene; k of them."""
+
+    body: np.ndarray
+    """Row of the body, (k,) int64."""
+    offset: np.ndarray
+    """Position in the frame of the body [m], (k, 2)."""
+    kind: list[str]
+    color: list[str]
+    shape: np.ndarray
+    """Numbers of the shapes, (k, widest)."""
+    shape_size: list[int]
+    bounding_radius: np.ndarray
+    """[m], infinite where unbounded, (k,)."""
+
+
+@dataclass(frozen=True)
+class VisibilityRow:
+    """Who sees whom, under which law, up to which gap [m]."""
+
+    candidate: str
+    antagonist: str
+    law: Law
+    alert: float
+    adaptive: bool = False
+    """Whether the alert distance grows with the speed of the bodies."""
+
+    @cached_property
+    def parameters(self) -> np.ndarray:
+        """Parameters of the law, the same for all, (1, k)."""
+        return np.ascontiguousarray(self.law.table(np.zeros(1)), dtype=float)
+
+
+@dataclass(frozen=True)
+class ChainTable:
+    """Links of one chain: link i joins ``bodies[i]``, antagonist, and ``bodies[i + 1]``, candidate."""
+
+    bodies: np.ndarray
+    """Rows of the bodies, (links + 1,) int64; of a closed chain the last is the first."""
+    law: Law
+    radius_sum: np.ndarray
+    """Sum of the two radii [m], (links,)."""
+    reference_gap: np.ndarray
+    """[m], (links,)."""
+    start_gap: np.ndarray
+    """Gap from which a link is drawn to its reference [m], (links,)."""
+    relaxation: float
+    """Time that this takes [s]; 0 for none."""
+
+    @property
+    def link_count(self) -> int:
+        """How many links."""
+        return len(self.radius_sum)
+
+    @cached_property
+    def parameters(self) -> np.ndarray:
+        """Parameters of the law, one row a link, (links, k)."""
+        return np.ascontiguousarray(self.law.table(self.radius_sum + self.reference_gap), dtype=float)
+
+    def reference_gap_at(self, time: float) -> np.ndarray:
+        """Reference gaps at a time [m], (links,)."""
+        if time >= self.relaxation:
+            return self.reference_gap
+        return self.start_gap + (self.reference_gap - self.start_gap) * (time / self.relaxation)
