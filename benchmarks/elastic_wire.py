@@ -2,7 +2,7 @@
 
 The paper gave elastic laws up because samples exploded. Here the same test runs at any stiffness; ``h^2 k/m`` is the
 number that an explicit scheme would have to keep below 4. The table tells how far the support reaction is from the rigid
-wire's over the first 1 % and 3 % of crushing (two runs of the rigid wire that differ in nothing but the solver's
+wire's over the first 0.5 % and 2 % of crushing (two runs of the rigid wire that differ in nothing but the solver's
 tolerance stand for the noise), and the kinetic energy late in the test over that early in it: vibrations that grow would
 show.
 
@@ -25,7 +25,7 @@ from lmgcpy.experiment.texsol_2d import DENSITY
 from lmgcpy.experiment.texsol_sample import lay_sample
 from lmgcpy.view.figures import new_figure, save
 
-PRESSURE, STRAIN, TOLERANCE = 1e5, 0.03, 1e-4
+PRESSURE, STRAIN, TOLERANCE = 1e5, 0.02, 1e-4
 RIGIDITIES = (1e4, 1e5, 1e6, 1e7, 1e8, 1e10)
 """EA [N] per metre of depth; pressure times height is about 4e4 N."""
 
@@ -43,11 +43,11 @@ def trend(record: BiaxialRecord) -> float:
 
 
 def main(folder: Path) -> None:
-    laid = lay_sample(500, 100, seed=0)
-    sample = compact(laid, pressure=PRESSURE, density=DENSITY, solver=lm.GaussSeidel(tolerance=1e-3)).sample
+    laid = lay_sample(280, 60, seed=0)
+    sample = compact(laid, pressure=PRESSURE, density=DENSITY, solver=lm.AcceleratedGaussSeidel(tolerance=1e-4)).sample
 
     def run(law: lm.Law, tolerance: float = TOLERANCE) -> BiaxialRecord:
-        solver = lm.GaussSeidel(tolerance=tolerance, max_iterations=20_000)
+        solver = lm.AcceleratedGaussSeidel(tolerance=tolerance, max_iterations=20_000)
         biaxial = Biaxial(sample, law, pressure=PRESSURE, density=DENSITY, solver=solver)
         record = biaxial.run(STRAIN, frames=0)
         print(f"{law!r} at {tolerance:g}: {record.seconds:.0f} s, {record.unconverged} steps unconverged", file=sys.stderr)
@@ -71,15 +71,15 @@ def main(folder: Path) -> None:
             [
                 ea if ea == "rigid" else f"{ea:.0e}",
                 stiff,
-                f"{100 * difference(record, rigid, 0.01):.2f} %",
-                f"{100 * difference(record, rigid, 0.03):.2f} %",
+                f"{100 * difference(record, rigid, 0.005):.2f} %",
+                f"{100 * difference(record, rigid, 0.02):.2f} %",
                 f"{trend(record):.2f}",
                 f"{record.residual.mean():.1e}",
                 record.unconverged,
                 f"{record.seconds:.0f}",
             ]
         )
-    header = ["EA [N]", "h^2 k/m", "from rigid, to 1 %", "to 3 %", "kinetic energy, late / early"]
+    header = ["EA [N]", "h^2 k/m", "from rigid, to 0.5 %", "to 2 %", "kinetic energy, late / early"]
     header += ["residual", "unconverged", "seconds"]
     report("elastic_wire", header, rows)
 

@@ -194,12 +194,15 @@ def deviation(record: BiaxialRecord, check: BiaxialRecord) -> float:
 
 
 def frames_at_equal_force(wire: BiaxialRecord, sand: BiaxialRecord) -> tuple[Frame, Frame]:
-    """A frame of each at the same mean force on top: the sand at the end of its test, and the sample with the wire where
-    its force last was that of the sand, before the wire carried it beyond."""
-    force = sand.smooth(sand.top_force)[-1]
-    below = np.flatnonzero(wire.smooth(wire.top_force) <= force)
-    strain = wire.strain[below[-1]] if len(below) else wire.strain[0]
-    return min(wire.frames, key=lambda frame: abs(frame.strain - strain)), sand.frames[-1]
+    """A frame of each at the same force on top, to 1 %: of all such pairs the most crushed one. Where there is none, the
+    pair whose forces differ least."""
+    force = [np.array([frame.top_force for frame in record.frames]) for record in (wire, sand)]
+    strain = [np.array([frame.strain for frame in record.frames]) for record in (wire, sand)]
+    apart = np.abs(force[0][:, None] - force[1][None]) / np.maximum(force[0][:, None], force[1][None])
+    crushed = strain[0][:, None] + strain[1][None]
+    rank = np.where(apart <= 0.01, crushed, -apart)
+    i, j = np.unravel_index(int(np.argmax(rank)), rank.shape)
+    return wire.frames[i], sand.frames[j]
 
 
 def versions() -> str:

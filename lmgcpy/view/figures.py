@@ -51,9 +51,10 @@ def reaction_figure(records: Sequence[BiaxialRecord]) -> Figure:
     limit = 3.0 * min(tops.values())
     two = max(tops.values()) > 2.0 * limit
     figure = new_figure(11.0 if two else 7.0)
+    comparable = [record for record in records if not two or tops[record.law] <= 2.0 * limit]
     panels = figure.subplots(1, 2 if two else 1, squeeze=False)[0]
-    for axes in panels:
-        for record in records:
+    for axes, shown in zip(panels, (comparable, records), strict=False):
+        for record in shown:
             color = CURVES.get(record.law)
             percent = 100.0 * record.strain
             (line,) = axes.plot(percent, 1e-3 * record.smooth(record.reaction), color=color, label=name_of(record.law))
@@ -61,9 +62,10 @@ def reaction_figure(records: Sequence[BiaxialRecord]) -> Figure:
         axes.set_xlabel("crushing [%]")
         axes.set_xlim(left=0.0)
     panels[0].set_ylabel("support reaction [kN per m of depth]")
-    comparable = [top for top in tops.values() if not two or top <= 2.0 * limit]
-    panels[0].set_ylim(0.0, 1.15e-3 * max(comparable))
+    panels[0].set_ylim(0.0, 1.15e-3 * max(tops[record.law] for record in comparable))
     if two:
+        panels[0].set_title("laws that compare", fontsize="medium")
+        panels[1].set_title("all, on a logarithmic scale", fontsize="medium")
         panels[1].set_yscale("log")
     panels[-1].legend(frameon=False)
     return figure

@@ -88,13 +88,16 @@ def test_deviation_is_relative_to_the_tighter_run():
 
 def test_frames_at_equal_force():
     line = [[[0.0, 0.0], [0.0, 1.0]]]
-    frames = [frame(strain, [1.0], line, [False]) for strain in (0.01, 0.02, 0.05, 0.1)]
-    stiff = record(1000 * STRAIN, frames=frames)
-    soft = record(500 * STRAIN, "none", frames=frames)
-    one, two = frames_at_equal_force(stiff, soft)  # the sand ends at 50 N, which the wire has at 5 %
-    assert (one.strain, two.strain) == (0.05, 0.1)
-    weaker, _ = frames_at_equal_force(record(100 * STRAIN, frames=frames), soft)
-    assert weaker.strain == 0.1
+
+    def frames(forces):
+        return [frame(0.02 * (k + 1), [1.0], line, [False], top_force=force) for k, force in enumerate(forces)]
+
+    stiff = record(np.ones(500), frames=frames([100.0, 150.0, 140.0, 300.0]))
+    soft = record(np.ones(500), "none", frames=frames([90.0, 100.4, 140.5, 120.0]))
+    one, two = frames_at_equal_force(stiff, soft)  # 100 and 140 N are in both; at 140 both are crushed more
+    assert (one.strain, two.strain) == (0.06, 0.06)
+    one, two = frames_at_equal_force(record(np.ones(500), frames=frames([200.0, 180.0, 220.0])), soft)
+    assert (one.top_force, two.top_force) == (180.0, 140.5)
 
 
 @pytest.mark.parametrize(
