@@ -210,7 +210,10 @@ def _compilable(function: types.FunctionType, names: dict[str, Any], built: dict
         if not isinstance(value, types.FunctionType):
             return value
         key = _context(value, names)
+        if key in built and built[key] is None:
+            raise TypeError(f"{value.__qualname__} calls itself: a recursive function cannot be compiled into a kernel.")
         if key not in built:
+            built[key] = None  # under way
             built[key] = numba.njit(**OPTIONS)(_compilable(value, names, built))
         return built[key]
 

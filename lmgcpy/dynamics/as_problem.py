@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-import scipy.sparse as sparse
 
 from lmgcpy.dynamics.assembly import StepProblem
 from lmgcpy.solve.problem import Problem
+
+if TYPE_CHECKING:
+    import scipy.sparse as sparse
 
 
 def as_problem(step: StepProblem, free_velocity: np.ndarray, guess: np.ndarray) -> Problem:
@@ -15,6 +19,8 @@ def as_problem(step: StepProblem, free_velocity: np.ndarray, guess: np.ndarray) 
     Interactions that cannot act in this step, such as restitution across an open gap, are left out. Raises TypeError for
     a law that has no conic form.
     """
+    import scipy.sparse as sparse  # takes as long to import as the rest of lmgcpy
+
     system = step.system
     count = len(system.candidate)
     bias, friction, compliance = np.zeros(count), np.zeros(count), np.zeros(count)
@@ -48,6 +54,8 @@ def as_problem(step: StepProblem, free_velocity: np.ndarray, guess: np.ndarray) 
 
 def interaction_matrix(step: StepProblem) -> sparse.csr_array:
     """``H^T``: relative velocities (u_n, u_t of each interaction) from those of the bodies, (2 m, 3 n)."""
+    import scipy.sparse as sparse
+
     s = step.system
     count = len(s.candidate)
     n_x, n_y = s.normal.T

@@ -11,7 +11,6 @@ import os
 from typing import Any
 
 import numpy as np
-import scipy.sparse as sparse
 
 from lmgcpy.solve.problem import BOTH, CONTACT, PULL, Problem
 
@@ -43,6 +42,8 @@ def read(path: str | os.PathLike) -> Problem:
 
 
 def _read(file: Any) -> Problem:
+    import scipy.sparse as sparse
+
     group = file["fclib_local"]
     matrix, vectors = group["W"], group["vectors"]
     dimension = int(np.asarray(group["spacedim"]).ravel()[0])

@@ -12,14 +12,16 @@ from __future__ import annotations
 
 import time as clock
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import scipy.sparse as sparse
 
 from lmgcpy.errors import closest
 from lmgcpy.laws import Law
 from lmgcpy.laws import get as law_of_name
+
+if TYPE_CHECKING:
+    import scipy.sparse as sparse
 
 CONTACT, PULL, BOTH = range(3)
 MEASURES = ("natural", "fclib")

@@ -26,13 +26,13 @@ M1, M2, R, GAP = 1.0, 2.5, 0.05, 0.3
 W = 1.0 / M1 + 1.0 / M2
 
 
-def pair(law, *, time_step, stretch, speed=0.0, theta=0.5):
+def pair(law, *, time_step, stretch, speed=0.0, theta=0.5, tolerance=1e-14):
     """Two beads on a line, their gap ``stretch`` beyond the reference of 0.3 m, parting at ``speed``."""
     scene = lm.Scene(dimension=2)
     a = scene.add(lm.disk(radius=R, position=(0.0, 0.0), mass=M1))
     b = scene.add(lm.disk(radius=R, position=(2 * R + GAP + stretch, 0.0), mass=M2, velocity=(speed, 0.0)))
     scene.chain([a, b], law, reference_gap=GAP)
-    return lm.Simulation(scene, time_step=time_step, theta=theta, solver=lm.GaussSeidel(tolerance=1e-14))
+    return lm.Simulation(scene, time_step=time_step, theta=theta, solver=lm.GaussSeidel(tolerance=tolerance))
 
 
 def series(sim, steps):
@@ -175,7 +175,8 @@ def test_a_voigt_wire_that_is_drawn_taut_does_not_push():
 
 def test_stored_energy_is_that_of_the_spring():
     """k e^2/2 at the predicted elongation e; a heavily damped spring ends with all of it gone."""
-    sim = pair(lm.ElasticRod(stiffness=1e3), time_step=1e-2, stretch=0.01)
+    # at rest the error of doing nothing is itself round-off: no tight tolerance relative to it can be asked for
+    sim = pair(lm.ElasticRod(stiffness=1e3), time_step=1e-2, stretch=0.01, tolerance=1e-3)
     sim.step()
     u = sim.velocities[1, 0] - sim.velocities[0, 0]
     e = sim.interactions.gap[0] - GAP + 1e-2 * u

@@ -94,7 +94,8 @@ def test_a_crank_works_against_a_spring():
     follower = scene.add(lm.disk(radius=0.01, position=(0.0, 0.0), mass=1.5))
     driven = scene.add(lm.disk(radius=0.01, position=(1.0, 0.0), mass=1.0)).impose_velocity(x=0.2, y=0.0)
     scene.chain([follower, driven], lm.ElasticRod(stiffness=50.0))
-    sim = lm.Simulation(scene, time_step=2e-2, solver=lm.GaussSeidel(tolerance=1e-13)).run(steps=4000)
+    # in the end the error of doing nothing is itself round-off; the block is solved directly at any tolerance
+    sim = lm.Simulation(scene, time_step=2e-2, solver=lm.GaussSeidel(tolerance=1e-3)).run(steps=4000)
     assert follower.velocity[0] == pytest.approx(0.2, rel=1e-9)
     assert sim.energy.total_drives == pytest.approx(1.5 * 0.2**2, rel=1e-9)
     assert sim.energy.total_interactions["elastic-rod"] == pytest.approx(-0.5 * 1.5 * 0.2**2, rel=1e-9)

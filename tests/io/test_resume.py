@@ -1,0 +1,210 @@
+"""A run in two parts is the whole run, bit for bit: every law, driven and loaded walls, clusters, after SIGKILL."""
+
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import lmgcpy as lm
+from lmgcpy.scene.description import describe, from_description
+
+LAWS = lm.laws.registrations()
+
+
+def some_law(name):
+    """A law of that name with its required parameters, and one optional if it needs one."""
+    kind = LAWS[name].law
+    given = {key: 0.5 for key, parameter in kind.parameters().items() if parameter.default is not None}
+    optional = [key for key in kind.parameters() if key not in given]
+    for more in ([], *[[key] for key in optional], *[[a, b] for a in optional for b in optional]):
+        try:
+            return kind(**given, **dict.fromkeys(more, 300.0))
+        except ValueError:
+            continue
+    raise AssertionError(name)
+
+
+def box(law, functions=None):
+    """Grains and dumbbells thrown together between a floor that rises and a wall that is pushed in; a chain through."""
+    rng = np.random.default_rng(3)
+    scene = lm.Scene(dimension=2, gravity=(0.3, -9.81))
+    link = law.APPLIES_TO == "link"
+    sand = lm.Material("sand", density=100.0)
+    grains = []
+    for i in range(20):
+        start = {"position": (0.21 * (i % 5) + 0.12, 0.21 * (i // 5) + 0.12), "velocity": rng.normal(0.0, 1.0, 2)}
+        if i % 7 == 5:
+            shapes = [(lm.DiskContactor(0.05), (-0.04, 0.01)), (lm.DiskContactor(0.045), (0.05, 0.0))]
+            grains.append(lm.RigidBody(shapes, mass=1.0, inertia=2e-3, rotation=0.4, spin=2.0, color="GRAIN", **start))
+        else:
+            grains.append(lm.disk(radius=rng.uniform(0.08, 0.1), material=sand, spin=rng.normal(), **start))
+        scene.add(grains[-1])
+    grains[2].fix("x")
+    grains[7].impose_force(x=3.0, spin=0.02)
+    floor = scene.add(lm.wall(point=(0, 0), normal=(0.1, 1)))
+    floor.impose_velocity(y=functions[20, "y"] if functions else 0.2)
+    scene.add(lm.wall(point=(0, 0), normal=(1, 0)))
+    scene.add(lm.wall(point=(1.1, 0), normal=(-1, 0.05), mass=20.0)).impose_force(x=-40.0)
+    contact = lm.Coulomb(friction=0.3) if link else law
+    scene.see("GRAIN", "GRAIN", contact)
+    scene.see("WALL", "GRAIN", contact, alert=0.02)
+    scene.chain([grains[i] for i in (10, 11, 13, 14, 18)], law if link else lm.RigidWire(), block_spin=True)
+    scene.chain([grains[i] for i in (0, 1, 6)], lm.VoigtWire(stiffness=50.0, viscosity=1.0), closed=True, relaxation=0.02)
+    return scene
+
+
+def simulation(law, functions=None):
+    return lm.Simulation(box(law, functions), time_step=2e-3, theta=0.6, on_unconverged="ignore")
+
+
+def same_bits(a, b):
+    def bits(array):
+        return np.ascontiguousarray(array).view(np.int64)
+
+    for name in ("positions", "velocities"):
+        assert np.array_equal(bits(getattr(a.state, name)), bits(getattr(b.state, name))), name
+    net_a, net_b = a.interactions, b.interactions
+    assert np.array_equal(bits(net_a.impulse), bits(net_b.impulse))
+    assert np.array_equal(net_a.candidate, net_b.candidate)
+    assert a.time == b.time
+    assert a.steps == b.steps
+    assert a.energy == b.energy
+    assert (a.unconverged_steps, a.worst_residual) == (b.unconverged_steps, b.worst_residual)
+
+
+@pytest.mark.parametrize("name", sorted(LAWS))
+def test_two_halves_are_the_whole_for_every_law(name, tmp_path):
+    law = some_law(name)
+    whole = simulation(law).run(steps=30, record=tmp_path / "whole.h5", every=4)
+    simulation(law).run(steps=15, record=tmp_path / "halves.h5", every=4)
+    sim = lm.resume(tmp_path / "halves.h5").run(steps=15)
+    assert len(sim.interactions) > 12
+    same_bits(whole, sim)
+    with lm.io.open_run(tmp_path / "whole.h5") as a, lm.io.open_run(tmp_path / "halves.h5") as b:
+        assert len(b.history) == 30
+        assert b.steps.tolist() == [0, 4, 8, 12, 16, 20, 24, 28]
+        assert lm.io.compare(a, b) is None
+
+
+def test_many_parts_with_lists_of_neighbours_made_in_between(tmp_path):
+    """Ten parts of 30 steps: grains change neighbours, impulses are carried from list to list."""
+    law = lm.Coulomb(friction=0.3)
+    whole = simulation(law).run(steps=300)
+    assert whole._detector.rebuilds > 3
+    path = tmp_path / "parts.h5"
+    simulation(law).run(steps=30, record=path)
+    for _ in range(9):
+        sim = lm.resume(path).run(steps=30)
+    same_bits(whole, sim)
+    assert sim._detector.rebuilds == whole._detector.rebuilds
+
+
+def test_functions_of_time_are_asked_for_and_taken(tmp_path):
+    functions = {(20, "y"): lambda t: 0.3 * math.cos(50.0 * t)}
+    law, path = lm.Coulomb(friction=0.3), tmp_path / "run.h5"
+    whole = simulation(law, functions).run(steps=20)
+    simulation(law, functions).run(steps=8, record=path)
+    with pytest.raises(ValueError, match=r"velocity along 'y' of <Wall 'WALL', body 20.*functions=\{\(20, \"y\"\): f\}"):
+        lm.resume(path)
+    with pytest.raises(ValueError, match=r"names \[\(3, 'x'\)\]"):
+        lm.resume(path, functions={**functions, (3, "x"): math.sin})
+    with pytest.raises(TypeError, match="must be a function of time, got 2.0"):
+        lm.resume(path, functions={(20, "y"): 2.0})
+    same_bits(whole, lm.resume(path, functions=functions).run(steps=12))
+
+
+def test_same_simulation_goes_on_in_its_file_when_named_again(tmp_path):
+    law, path = lm.Coulomb(friction=0.3), tmp_path / "run.h5"
+    whole = simulation(law).run(steps=20)
+    simulation(law).run(steps=5, record=path)
+    sim = lm.resume(path)
+    sim.run(steps=5)
+    sim.run(steps=5, record=path)
+    sim.run(duration=5 * sim.time_step)
+    same_bits(whole, sim)
+    sim.step()
+    with pytest.raises(RuntimeError, match="ends with step 20, the simulation is at step 21"):
+        sim.run(steps=1)
+
+
+def test_recording_changes_no_bit_and_may_begin_late(tmp_path):
+    law = lm.Coulomb(friction=0.3)
+    plain = simulation(law).run(steps=20)
+    late = simulation(law).run(steps=7)
+    late.run(steps=8, record=tmp_path / "late.h5", every=1, flush=0.0)
+    with lm.io.open_run(tmp_path / "late.h5") as run:
+        assert run.steps.tolist() == list(range(7, 16))
+        assert run.history[:]["step"].tolist() == list(range(8, 16))
+    same_bits(plain, lm.resume(tmp_path / "late.h5").run(steps=5))
+
+
+def test_a_scene_comes_back_from_its_description():
+    """Twice described is once described, and the models are equal to the last bit."""
+    scene = box(lm.Coulomb(friction=0.3))
+    told = describe(scene)
+    again = from_description(told)
+    np.testing.assert_equal(describe(again), told)
+    a, b = scene.compile(), again.compile()
+    for name in ("mass", "inverse_mass", "radius", "extent", "weight"):
+        assert np.array_equal(getattr(a, name), getattr(b, name)), name
+    assert [type(body) for body in again.bodies] == [type(body) for body in scene.bodies]
+    assert again.bodies[0].material == lm.Material("sand", density=100.0)
+
+
+def test_contactors_and_bodies_of_other_classes_come_back_by_their_numbers():
+    class Egg(lm.Contactor):
+        KIND = "egg"
+        shape = (0.1, 0.2, 0.3)
+        bounding_radius, area, second_moment = 0.3, 0.1, 0.01
+
+    class Nest(lm.Body):
+        mass, inertia, link_radius, extent = 2.0, 0.5, 0.25, 0.4
+        contactors = ((Egg(), (0.0, 0.1)),)
+        gravity_acts = False
+
+    scene = lm.Scene(dimension=2, gravity=(0, -1))
+    nest = scene.add(Nest(position=(1.0, 2.0), color="NEST"))
+    bead = scene.add(lm.disk(radius=0.1, position=(3.0, 2.0), mass=1.0))
+    scene.chain([nest, bead], lm.RigidRod())
+    again = from_description(describe(scene))
+    np.testing.assert_equal(describe(again), describe(scene))
+    assert again.chains[0].radius_sums.tolist() == [0.35]
+    assert not again.compile().weight[0].any()
+
+
+def test_a_law_that_is_not_registered_is_asked_for(tmp_path):
+    class Stranger(type(lm.Signorini())):
+        NAME = "stranger"
+
+    path = tmp_path / "run.h5"
+    sim = simulation(Stranger())
+    sim.run(steps=2, record=path)
+    with pytest.raises(LookupError, match="There is no law 'stranger'"):
+        lm.resume(path)
+
+
+def test_a_solver_from_elsewhere_is_asked_for(tmp_path):
+    class Patient(lm.GaussSeidel):
+        pass
+
+    path = tmp_path / "run.h5"
+    sim = lm.Simulation(box(lm.Signorini()), time_step=2e-3, solver=Patient(), on_unconverged="ignore")
+    whole = sim.run(steps=2, record=path).run(steps=2)
+    with pytest.raises(LookupError, match="solver 'Patient'"):
+        lm.resume(path)
+    same_bits(whole, lm.resume(path, solver=Patient()).run(steps=2))
+
+
+def test_killed_again_and_again(tmp_path):
+    """Every file opens, holds what the whole run holds as far as it goes, and leads to the same end (see the script)."""
+    script = Path(__file__).parent / "kill_loop.py"
+    done = subprocess.run([sys.executable, script, tmp_path, "30"], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    killed, files, least, most, mended = map(int, done.stdout.split())
+    assert killed >= 10
+    assert files >= 10
+    assert mended >= 3
+    assert least < most
