@@ -2,6 +2,7 @@
 
 from lmgcpy import contact, io, laws, measure, sample
 from lmgcpy.dynamics.simulation import Simulation
+from lmgcpy.io.restart import resume
 from lmgcpy.laws.coulomb import Coulomb
 from lmgcpy.laws.elastic import ElasticRod, ElasticWire
 from lmgcpy.laws.law import Law, Parameter
@@ -53,6 +54,7 @@ __all__ = [
     "laws",
     "measure",
     "residual",
+    "resume",
     "sample",
     "solve",
     "wall",

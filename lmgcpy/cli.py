@@ -1,14 +1,16 @@
-"""The command line: ``lmgcpy texsol`` and what comes beside it."""
+"""The command line: ``lmgcpy texsol``, and the commands on run files."""
 
 from __future__ import annotations
 
 import sys
+import warnings
 from dataclasses import replace
 from pathlib import Path
 
 import click
 
 import lmgcpy
+from lmgcpy import cli_run
 
 
 class Sentences(click.Group):
@@ -29,6 +31,8 @@ class Sentences(click.Group):
 @click.option("--traceback", is_flag=True, help="Show where in the program an error arose.")
 def main(traceback: bool) -> None:
     """Non Smooth Contact Dynamics of rigid bodies, made for wire-reinforced sand."""
+    if not traceback:  # a warning is a sentence too, without the line of the program
+        warnings.formatwarning = lambda message, *_: f"Warning: {message}\n"
 
 
 @main.command()
@@ -98,6 +102,10 @@ def quick_but(study, context: click.Context):
         if context.get_parameter_source(option) is not click.core.ParameterSource.DEFAULT
     }
     return replace(study.quick(), **given)
+
+
+for command in cli_run.COMMANDS:
+    main.add_command(command)
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from lmgcpy.contact.broad_phase import near_pairs
+from lmgcpy.contact.memory import Memory
 from lmgcpy.contact.narrow_phase import (
     Interactions,
     detect_contacts,
@@ -148,6 +149,61 @@ class Detector:
         """Impulses of the last step by identity, zero for new interactions, (m, 2)."""
         return self.memory[interactions.slot]
 
+    def give_memory(self) -> Memory:
+        """The impulses of the last step by identity, and what the list of neighbours came from, as copies."""
+        kept = np.flatnonzero(self.memory.view(np.int64).any(axis=1))  # bits: minus zero is kept as well
+        identity = np.empty((len(self.memory), 3), dtype=np.int64)
+        for group in self.groups:
+            mine = identity[group.first_slot : group.first_slot + group.slots]
+            mine[:, 0] = self._table(group)
+            if group.chain:
+                mine[:, 1] = np.arange(group.slots)
+                mine[:, 2] = -1
+            else:
+                mine[:, 1:] = group.pairs
+        return Memory(
+            identity=identity[kept],
+            impulse=self.memory[kept],
+            listed=self._listed_at is not None,
+            listed_at=np.zeros((len(self.contactors.body), 3)) if self._listed_at is None else self._listed_at.copy(),
+            reach=self._reach,
+            rebuilds=self.rebuilds,
+        )
+
+    def take_memory(self, memory: Memory) -> None:
+        """Go on from a memory; ValueError where it holds interactions that this scene cannot have."""
+        if not memory.listed:
+            return
+        self._reach = memory.reach
+        self._list_neighbours(memory.listed_at)
+        self.rebuilds = memory.rebuilds
+        self.memory[:] = 0.0
+        base = len(self.contactors.body)
+        found = 0
+        for group in self.groups:
+            mine = memory.identity[:, 0] == self._table(group)
+            first, second = memory.identity[mine, 1:].T
+            impulse = memory.impulse[mine]
+            if group.chain:
+                place, here = first, (first >= 0) & (first < group.slots)
+            else:
+                keys = group.pairs[:, 0] * base + group.pairs[:, 1]
+                place = np.searchsorted(keys, first * base + second)
+                here = place < len(keys)
+                here[here] = keys[place[here]] == (first * base + second)[here]
+            self.memory[group.first_slot + place[here]] = impulse[here]
+            found += int(here.sum())
+        if found < len(memory.identity):
+            raise ValueError(
+                f"{len(memory.identity) - found} of {len(memory.identity)} remembered impulses belong to interactions "
+                "that this scene does not have: the memory is of another scene."
+            )
+
+    def _table(self, group: Group) -> int:
+        """Place of the group's chain or row among chains and rows."""
+        tables: list = [*self.chains, *self.rows]
+        return next(i for i, table in enumerate(tables) if table is group.chain or table is group.row)
+
     def _place(self, bodies: np.ndarray) -> np.ndarray:
         if self._in_place:
             return bodies
@@ -215,7 +271,7 @@ class Detector:
             mine = pairs[(self._kind[pairs[:, 0]] == kind_c) & (self._kind[pairs[:, 1]] == kind_a)]
             mine = mine[np.lexsort((mine[:, 1], mine[:, 0]))]
             pair = find_pair(kind_c, kind_a)
-            central = pair.central and not self.contactors.offset[mine.ravel()].any()
+            central = pair.central and not self.contactors.offset[np.union1d(candidates, antagonists)].any()
             detect = self._kernel(kind_c, kind_a, pair, central)
             groups.append(Group(row.law, central, row=row, pairs=mine, kernel=detect, kinds=(kind_c, kind_a)))
         return groups

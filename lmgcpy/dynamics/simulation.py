@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import logging
+import os
 import time as clock
+import warnings
+from copy import deepcopy
 from dataclasses import replace
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -12,14 +16,39 @@ from lmgcpy.contact.detector import Detector
 from lmgcpy.contact.narrow_phase import Interactions
 from lmgcpy.dynamics.as_problem import as_problem
 from lmgcpy.dynamics.assembly import StepProblem, assemble
+from lmgcpy.dynamics.checkpoint import Checkpoint
 from lmgcpy.dynamics.energy import Energy, kinetic_energy
 from lmgcpy.dynamics.interactions import InteractionView
+from lmgcpy.dynamics.interrupt import between_steps
 from lmgcpy.dynamics.model import Model, State
-from lmgcpy.errors import number, whole
+from lmgcpy.errors import closest, number, whole
 from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
 from lmgcpy.solve.gauss_seidel import GaussSeidel
 from lmgcpy.solve.problem import Problem
-from lmgcpy.solve.report import NOT_FINITE, STATUS, Report
+from lmgcpy.solve.report import CONVERGED, NOT_FINITE, STATUS, Report
+
+log = logging.getLogger("lmgcpy")
+ON_UNCONVERGED = ("warn", "stop", "ignore")
+
+
+class Recorder(Protocol):
+    """What keeps a run, for example in a file: told of every step, between steps."""
+
+    def start(self, sim: Simulation) -> None:
+        """A run begins."""
+
+    def enter(self, sim: Simulation) -> None:
+        """A step was made."""
+
+    def finish(self, sim: Simulation) -> None:
+        """The run ends between two steps."""
+
+    def abandon(self) -> None:
+        """A step failed half-way: the state is not to be kept."""
+
+    def how_to_go_on(self) -> str:
+        """A sentence for who was interrupted."""
+        ...
 
 
 class Simulation:
@@ -28,6 +57,10 @@ class Simulation:
     ``time_step`` h [s]; ``theta`` in [0.5, 1] of the time stepping, 0.5 is of second order in free motion and keeps the
     energy; ``solver``: of the problem of each step, ``AcceleratedGaussSeidel()`` if none is given. The scene is compiled
     and cannot be edited any more; its bodies become views of the simulation's state.
+
+    ``on_unconverged``: what ``run`` does about steps that the solver did not solve to its tolerance: "warn" (one
+    RuntimeWarning at its end), "stop" (RuntimeError after the first) or "ignore"; ``unconverged_steps`` counts them and
+    ``worst_residual`` keeps the largest residual, in any case.
 
     The loop, for velocities v, positions q, external forces F, and impulses r along H:
 
@@ -45,12 +78,17 @@ class Simulation:
         time_step: float,
         theta: float = 0.5,
         solver: AcceleratedGaussSeidel | GaussSeidel | None = None,
+        on_unconverged: str = "warn",
     ):
         self.time_step = number(time_step, "time_step", above=0.0, unit="s")
         self.theta = number(theta, "theta", minimum=0.5, maximum=1.0)
         self.solver = AcceleratedGaussSeidel() if solver is None else solver
         if not callable(getattr(self.solver, "solve", None)):
             raise TypeError(f"solver must be a solver such as lmgcpy.GaussSeidel(), got {self.solver!r}.")
+        if on_unconverged not in ON_UNCONVERGED:
+            raise ValueError(f"on_unconverged cannot be {on_unconverged!r}{closest(on_unconverged, ON_UNCONVERGED)}")
+        self.on_unconverged = on_unconverged
+        self.scene = scene
         self.model: Model = scene.compile()
         self.state: State = self.model.start
         for drive in self.model.velocities:
@@ -65,26 +103,94 @@ class Simulation:
         self._last: tuple[StepProblem, Interactions] | None = None
         self._free_velocity = np.zeros_like(self.state.velocities)
         self._guess = np.zeros((0, 2))
+        self.unconverged_steps = 0
+        self.worst_residual = 0.0
+        self.recorder: Recorder | None = None
+        """Keeps every run that names no file of its own; set by ``lmgcpy.resume``."""
+        seen = {color for row in model.rows for color in (row.candidate, row.antagonist)}
+        meets = np.zeros(len(model.extent), dtype=bool)
+        meets[model.contactors.body] = [color in seen for color in model.contactors.color]
+        self._half_radius = 0.5 * np.where(meets & np.isfinite(model.extent), model.extent, np.inf)
+        self._far = float(self._half_radius.min(initial=np.inf))
 
     # ---------------------------------------------------------------------------------------------------- the loop
 
-    def run(self, steps: int | None = None, *, duration: float | None = None, progress: bool = False) -> Simulation:
+    def run(
+        self,
+        steps: int | None = None,
+        *,
+        duration: float | None = None,
+        progress: bool = False,
+        record: str | os.PathLike | None = None,
+        every: int = 10,
+        flush: float = 2.0,
+        force: bool = False,
+    ) -> Simulation:
         """Make so many steps, or as many as the duration [s] takes; returns the simulation itself.
 
-        ``progress``: a bar, where standard error is a terminal.
+        ``progress``: a bar, where standard error is a terminal. ``record``: a run file to write (HDF5), with a frame
+        ``every`` so many steps and the history of every step; what is not yet in it is at most ``flush`` [s] old, in
+        time of the clock. A file that is there already is replaced only with ``force``. A recorded run that is
+        interrupted (Ctrl-C) ends between steps, with a good file.
         """
         if (steps is None) == (duration is None):
             raise TypeError("run takes either steps or duration [s], one of the two.")
         if duration is not None:
             steps = round(number(duration, "duration", minimum=0.0, unit="s") / self.time_step)
         turns: Any = range(whole(steps, "steps"))
+        recorder = self.recorder
+        if record is not None:
+            from lmgcpy.io.recorder import RunRecorder  # files are above dynamics
+
+            if not (isinstance(recorder, RunRecorder) and recorder.writes(record)):
+                recorder = RunRecorder(record, every=every, flush=flush, force=force)
+        begin, already, unconverged = clock.perf_counter(), self.steps, self.unconverged_steps
+        if recorder is not None:
+            recorder.start(self)
         if progress:
             from tqdm import tqdm
 
             turns = tqdm(turns, desc="lmgcpy", unit="step", disable=None)
-        for _ in turns:
-            self.step()
+        if recorder is None:
+            for _ in turns:
+                self.step()
+                if self.on_unconverged == "stop":
+                    self._refuse_unconverged()
+        else:
+            self._run_recorded(turns, recorder)
+        log.info("%s", _Summary(self, self.steps - already, clock.perf_counter() - begin))
+        unconverged = self.unconverged_steps - unconverged
+        if unconverged and self.on_unconverged == "warn":
+            warnings.warn(
+                f"{unconverged} of {self.steps - already} steps did not reach the solver's tolerance; the worst "
+                f"residual so far is {self.worst_residual:.2e}. Raise max_iterations, relax tolerance, or say "
+                "on_unconverged='ignore'.",
+                RuntimeWarning,
+                stacklevel=2,
+            )
         return self
+
+    def _run_recorded(self, turns: Any, recorder: Recorder) -> None:
+        """The turns of a run with a recorder; Ctrl-C ends it between steps."""
+        with between_steps() as interrupted:
+            for _ in turns:
+                try:
+                    self.step()
+                except BaseException:
+                    recorder.abandon()
+                    raise
+                recorder.enter(self)
+                if interrupted():
+                    recorder.finish(self)
+                    raise KeyboardInterrupt(recorder.how_to_go_on())
+                if self.on_unconverged == "stop" and self.report.status != STATUS[CONVERGED]:
+                    recorder.finish(self)
+                    self._refuse_unconverged()
+            recorder.finish(self)
+
+    def _refuse_unconverged(self) -> None:
+        if self.report.status != STATUS[CONVERGED]:
+            raise RuntimeError(f"Step {self.steps}, to t = {self.time:g} s, was not solved: {self.report}.")
 
     def step(self) -> Report:
         """Make one step; returns how it was solved."""
@@ -117,7 +223,28 @@ class Simulation:
         self.energy.advance(problem, interactions.gap, h, self._free_mass, force, before, state.velocities)
         self._last = problem, interactions
         self.report = replace(self.report, step_seconds=clock.perf_counter() - begin)
+        if self.report.status != STATUS[CONVERGED]:
+            self.unconverged_steps += 1
+            self.worst_residual = max(self.worst_residual, self.report.residual)
+        if travel > self._far:
+            self._tell_of_far_moves(before)
         return self.report
+
+    def _tell_of_far_moves(self, before: np.ndarray) -> None:
+        """Say once that a body moves by more than half its radius in a step, from its velocities (n, 3)."""
+        ways = self.time_step * np.hypot(before[:, 0], before[:, 1])
+        excess = ways / self._half_radius
+        body = int(np.argmax(excess))
+        if excess[body] <= 1.0:
+            return
+        self._far = np.inf
+        warnings.warn(
+            f"In the step to t = {self.time:g} s body {body} moves by {ways[body]:.3g} m, more than half its radius of "
+            f"{2.0 * self._half_radius[body]:.3g} m: contacts are seen late. A time step of "
+            f"{self.time_step / excess[body]:.2g} s would do. (Said once.)",
+            RuntimeWarning,
+            stacklevel=3,
+        )
 
     def _force(self, time: float) -> np.ndarray:
         """External forces on the free components at a time [N], (n, 3)."""
@@ -147,6 +274,39 @@ class Simulation:
                 f"In the step from t = {self.state.time:g} s a number stopped being finite; "
                 f"the worst interaction is {self.report.worst}."
             )
+
+    # -------------------------------------------------------------------------------------------------- checkpoints
+
+    def checkpoint(self) -> Checkpoint:
+        """All that the next step depends on, copied."""
+        return Checkpoint(
+            positions=self.state.positions.copy(),
+            velocities=self.state.velocities.copy(),
+            time=self.state.time,
+            steps=self.steps,
+            unconverged_steps=self.unconverged_steps,
+            worst_residual=self.worst_residual,
+            energy=deepcopy(self.energy),
+            memory=self._detector.give_memory(),
+        )
+
+    def restore(self, checkpoint: Checkpoint) -> None:
+        """Go on from a checkpoint of this scene, bit for bit; ``interactions`` are empty until the next step."""
+        if checkpoint.positions.shape != self.state.positions.shape:
+            raise ValueError(
+                f"The checkpoint is of a scene of {len(checkpoint.positions)} bodies, this one has "
+                f"{len(self.state.positions)}."
+            )
+        self.state.positions[:] = checkpoint.positions
+        self.state.velocities[:] = checkpoint.velocities
+        self.state.time = checkpoint.time
+        self.steps = checkpoint.steps
+        self.unconverged_steps = checkpoint.unconverged_steps
+        self.worst_residual = checkpoint.worst_residual
+        self.energy = deepcopy(checkpoint.energy)
+        self._detector.take_memory(checkpoint.memory)
+        self._last = None
+        self.report = Report()
 
     # ------------------------------------------------------------------------------------------------------ results
 
@@ -196,4 +356,19 @@ class Simulation:
         return (
             f"<Simulation of {len(self.positions)} bodies at t = {self.time:g} s, step {self.steps}, "
             f"h = {self.time_step:g} s; last step {self.report.status}>"
+        )
+
+
+class _Summary:
+    """One line about a run, made only if it is logged."""
+
+    def __init__(self, sim: Simulation, steps: int, seconds: float):
+        self.sim, self.steps, self.seconds = sim, steps, seconds
+
+    def __str__(self) -> str:
+        sim = self.sim
+        return (
+            f"{self.steps} steps to t = {sim.time:g} s in {self.seconds:.2f} s; {len(sim.positions)} bodies, "
+            f"{sim.report.interactions} interactions; {sim.unconverged_steps} steps not converged so far"
+            + (f", worst residual {sim.worst_residual:.2e}" if sim.unconverged_steps else "")
         )

@@ -111,7 +111,7 @@ def test_functions_of_time_are_asked_for_and_taken(tmp_path):
         lm.resume(path)
     with pytest.raises(ValueError, match=r"names \[\(3, 'x'\)\]"):
         lm.resume(path, functions={**functions, (3, "x"): math.sin})
-    with pytest.raises(TypeError, match="must be a function of time, got 2.0"):
+    with pytest.raises(TypeError, match="must be a function of time"):
         lm.resume(path, functions={(20, "y"): 2.0})
     same_bits(whole, lm.resume(path, functions=functions).run(steps=12))
 

@@ -1,0 +1,117 @@
+"""Commands on run files: ``info``, ``resume``, ``compare``, ``export``."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import click
+
+FILE = click.Path(path_type=Path)
+
+
+@click.command()
+@click.argument("file", type=FILE)
+def info(file: Path) -> None:
+    """What a run file holds, how far the run is, and how good."""
+    from lmgcpy.io.run import open_run
+    from lmgcpy.io.run_format import is_being_written
+
+    with open_run(file) as run:
+        for line in report(run, "being written" if is_being_written(file) else "closed" if run.closed else "killed"):
+            click.echo(line)
+
+
+def report(run, state: str) -> list[str]:
+    """The lines of ``lmgcpy info``."""
+    scene, options, history = run.scene, run.options, run.history[:]
+    bodies, conditions = scene["bodies"], scene["conditions"]
+    kinds = [(kind, int((bodies["kind"] == i).sum())) for i, kind in enumerate(bodies["kinds"])]
+    solver = ", ".join(f"{name}={value}" for name, value in (options["solver_fields"] or {}).items())
+    checkpoint = run.checkpoint()
+    closing = {
+        "being written": "being written",
+        "closed": "closed as it should",
+        "killed": f"not closed by its writer; lmgcpy resume goes on from step {checkpoint.steps}",
+    }
+    lines = [
+        f"{run.path}: {closing[state]}",
+        f"  made      {run.created}, with " + ", ".join(f"{name} {value}" for name, value in run.versions.items()),
+        f"  scene     dimension {run.dimension}, {len(bodies['mass'])} bodies ("
+        + ", ".join(f"{count} {kind}" for kind, count in kinds)
+        + f"), {len(scene['chains']['law'])} chains",
+        "  laws      " + ("; ".join(law_sentence(law) for law in scene["laws"]) or "none"),
+        f"  functions {int(conditions['function'].sum())} components are given by functions of time, not in the file",
+        f"  options   time step {options['time_step']:g} s, theta {options['theta']:g}, {options['solver']}({solver})",
+        f"  so far    {checkpoint.steps} steps to t = {checkpoint.time:g} s; {run.frame_count} frames, "
+        f"one in {options['every']} steps",
+    ]
+    if len(history):
+        energy = checkpoint.energy
+        works = ", ".join(f"{law} {work:.6g}" for law, work in energy.total_interactions.items())
+        lines += [
+            f"  solver    {run.unconverged_steps} of {len(history)} steps not converged, worst residual "
+            f"{history['residual'].max():.3g}, {history['iterations'].mean():.1f} iterations a step, "
+            f"{history['step_seconds'].sum():.3g} s in all",
+            f"  energy    kinetic {energy.kinetic:.6g} J, stored {sum(energy.stored.values()):.6g} J; work of loads "
+            f"{energy.total_loads:.6g} J, of drives {energy.total_drives:.6g} J, of interactions: {works or 'none'} J; "
+            f"largest defect of a step {abs(history['defect']).max():.2g} J",
+        ]
+    return lines
+
+
+def law_sentence(law: dict) -> str:
+    """A law with its parameters and whence it came."""
+    given = ", ".join(f"{name}={value:g}" for name, value in law["parameters"].items() if value is not None)
+    return f"{law['name']}({given}) from {law['distribution']}"
+
+
+@click.command()
+@click.argument("file", type=FILE)
+@click.option("--steps", type=int, required=True, help="Steps to make.")
+@click.option("--progress/--no-progress", default=True, help="A bar, on a terminal.")
+def resume(file: Path, steps: int, progress: bool) -> None:
+    """Go on with a run, bit for bit, in the same file."""
+    from lmgcpy.io.restart import resume as go_on
+
+    sim = go_on(file)
+    try:
+        sim.run(steps=steps, progress=progress)
+    except KeyboardInterrupt as interrupt:
+        click.echo(str(interrupt), err=True)
+        sys.exit(130)
+    click.echo(f"{file}: {sim.steps} steps, to t = {sim.time:g} s")
+
+
+@click.command()
+@click.argument("a", type=FILE)
+@click.argument("b", type=FILE)
+@click.option("--tolerance", type=float, default=0.0, help="Allowed, relative to the largest value; 0: to the last bit.")
+def compare(a: Path, b: Path, tolerance: float) -> None:
+    """Where two runs part: which quantity first, when, by how much. Exit code 0: they agree, 1: they differ."""
+    from lmgcpy.io.compare import compare as first_difference
+    from lmgcpy.io.run import open_run
+
+    with open_run(a) as one, open_run(b) as other:
+        difference = first_difference(one, other, tolerance=tolerance)
+    if difference is not None:
+        click.echo(str(difference))
+        sys.exit(1)
+    click.echo("They agree" + (" to the last bit." if tolerance == 0.0 else f" to {tolerance:g}."))
+
+
+@click.command()
+@click.argument("file", type=FILE)
+@click.option("--csv", "folder", type=FILE, required=True, help="Folder to write bodies, interactions, history into.")
+@click.option("--force", is_flag=True, help="Write into a folder that is not empty.")
+def export(file: Path, folder: Path, force: bool) -> None:
+    """A run as tables of text."""
+    from lmgcpy.io.run import open_run
+    from lmgcpy.io.tables import export_csv
+
+    with open_run(file) as run:
+        for path in export_csv(run, folder, force=force):
+            click.echo(path)
+
+
+COMMANDS = (info, resume, compare, export)

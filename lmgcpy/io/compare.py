@@ -1,0 +1,149 @@
+"""Where two runs part: which quantity differs first, when, and by how much."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from lmgcpy.errors import number
+from lmgcpy.io.run import Run, RunInteractions
+
+ENERGIES = ("kinetic", "loads", "drives", "defect", "work", "stored")
+SOLVER = ("iterations", "residual", "status", "interactions")
+
+
+@dataclass(frozen=True)
+class Difference:
+    """The first difference of two runs."""
+
+    quantity: str
+    time: float
+    """[s]; NaN where the runs differ as wholes."""
+    step: int
+    by: float
+    """Largest difference, in the unit of the quantity."""
+    relative: float
+    """The same relative to the largest of the quantity's values, of then or, with a tolerance, of the runs."""
+    where: str = ""
+
+    def __str__(self) -> str:
+        when = f"at t = {self.time:g} s, step {self.step}" if np.isfinite(self.time) else "as wholes"
+        size = f", by {self.by:.3g} ({self.relative:.2g} of the largest)" if np.isfinite(self.by) else ""
+        return f"They differ in {self.quantity} {when}{size}{f': {self.where}' if self.where else '.'}"
+
+
+def compare(a: Run, b: Run, *, tolerance: float = 0.0) -> Difference | None:
+    """The first difference of two runs, None where there is none.
+
+    ``tolerance``: what is allowed, relative to the largest value of the quantity in the two runs; with 0 the runs
+    must agree to the last bit, the solver's iterations and residuals as well. Impulses are compared by identity of the
+    interactions. Times of the clock are not compared.
+    """
+    number(tolerance, "tolerance", minimum=0.0)
+    for what, mine, other in (
+        ("dimension", a.dimension, b.dimension),
+        ("number of bodies", a.positions.shape[1], b.positions.shape[1]),
+        ("laws", a.laws, b.laws),
+    ):
+        if mine != other:
+            return Difference(what, np.nan, 0, np.nan, np.nan, f"{mine} and {other}.")
+    events = sorted([*_in_history(a, b, tolerance), *_in_frames(a, b, tolerance)], key=lambda found: (found[0], found[1]))
+    if events:
+        return events[0][2]
+    for what, mine, other in (("steps", len(a.history), len(b.history)), ("frames", a.frame_count, b.frame_count)):
+        if mine != other:
+            return Difference(
+                f"number of {what}", np.nan, 0, np.nan, np.nan, f"{mine} and {other}; equal as far as both go."
+            )
+    return None
+
+
+def _in_history(a: Run, b: Run, tolerance: float) -> Iterator[tuple[int, int, Difference]]:
+    """The first difference of each column of the history: (step, rank, what)."""
+    count = min(len(a.history), len(b.history))
+    mine, other = a.history[:count], b.history[:count]
+    names = [name for name in (*ENERGIES, *SOLVER) if name in (mine.dtype.names or ())]
+    for rank, name in enumerate(("step", "time", *names)):
+        if tolerance > 0.0 and name in (*SOLVER, "defect"):
+            continue  # they say how the answer was found, and of round-off
+        x, y = mine[name].astype(float).reshape(count, -1), other[name].astype(float).reshape(count, -1)
+        by = np.abs(x - y).max(axis=1, initial=0.0)
+        largest = np.full(count, max(np.abs(x).max(initial=0.0), np.abs(y).max(initial=0.0)))
+        wrong = ~(by <= tolerance * largest)  # not finite: wrong
+        if wrong.any():
+            k = int(np.argmax(wrong))
+            quantity = f"{name} energy" if name in ("kinetic", "stored") else name
+            yield int(mine["step"][k]), 20 + rank, _difference(quantity, mine[k], by[k], largest[k])
+
+
+def _in_frames(a: Run, b: Run, tolerance: float) -> Iterator[tuple[int, int, Difference]]:
+    """The first frame that differs, and there the first quantity."""
+    index_a, index_b = a._column("frames/index")[:], b._column("frames/index")[:]
+    scale = dict.fromkeys(("positions", "rotations", "velocities", "spins", "impulses"), 0.0)
+    for run in (a, b) if tolerance > 0.0 else ():
+        for k in range(run.frame_count):
+            for name in scale:
+                values = run.interactions(k).impulse if name == "impulses" else getattr(run, name)[k]
+                scale[name] = max(scale[name], float(np.abs(values).max(initial=0.0)))
+    if tolerance > 0.0:  # what turns by round-off only has no size of its own: a radian, a roll at the largest velocity
+        extent = a.scene["bodies"]["extent"]
+        size = float(extent[np.isfinite(extent)].max(initial=0.0)) or 1.0
+        scale["rotations"] = max(scale["rotations"], 1.0)
+        scale["spins"] = max(scale["spins"], scale["velocities"] / size)
+    for k in range(min(len(index_a), len(index_b))):
+        here = index_a[k]
+        if here["step"] != index_b[k]["step"]:
+            yield int(here["step"]), 0, _difference("step of the frame", here, abs(here["step"] - index_b[k]["step"]), 1.0)
+            return
+        pairs: list[tuple[str, Any, Any]] = [
+            (name, getattr(a, name)[k], getattr(b, name)[k]) for name in ("positions", "rotations", "velocities", "spins")
+        ]
+        net_a, net_b = a.interactions(k), b.interactions(k)
+        if tolerance == 0.0 and _identities(net_a) != _identities(net_b):
+            where = f"{len(net_a)} and {len(net_b)} of them."
+            yield (
+                int(here["step"]),
+                5,
+                Difference("interactions", float(here["time"]), int(here["step"]), np.nan, 0.0, where),
+            )
+            return
+        pairs.append(("impulses", *_matched(net_a, net_b)))
+        for rank, (name, x, y) in enumerate(pairs):
+            by = np.abs(x - y)
+            worst = float(by.max(initial=0.0))
+            largest = max(scale[name], float(np.abs(x).max(initial=0.0)), float(np.abs(y).max(initial=0.0)))
+            if not worst <= tolerance * largest:
+                body = int(np.argmax(by.reshape(len(by), -1).max(axis=1)))
+                where = f"body {body}." if name != "impulses" else ""
+                yield int(here["step"]), rank, _difference(name, here, worst, largest, where)
+                return
+
+
+def _difference(quantity: str, row: Any, by: float, largest: float, where: str = "") -> Difference:
+    relative = float(by / largest) if largest else np.inf
+    return Difference(quantity, float(row["time"]), int(row["step"]), float(by), relative, where)
+
+
+def _identities(net: RunInteractions) -> list[tuple[str, int, int, int]]:
+    """Law, candidate, antagonist, and which of several between the two."""
+    seen: dict[tuple[str, int, int], int] = {}
+    result = []
+    for key in zip(net.law.tolist(), net.candidate.tolist(), net.antagonist.tolist(), strict=True):
+        seen[key] = seen.get(key, -1) + 1
+        result.append((*key, seen[key]))
+    return result
+
+
+def _matched(a: RunInteractions, b: RunInteractions) -> tuple[np.ndarray, np.ndarray]:
+    """Impulses of both by identity; zero where there is no such interaction."""
+    mine, other = _identities(a), _identities(b)
+    if mine == other:
+        return a.impulse, b.impulse
+    keys = {key: i for i, key in enumerate(dict.fromkeys([*mine, *other]))}
+    x, y = np.zeros((2, len(keys), a.impulse.shape[1]))
+    x[[keys[key] for key in mine]] = a.impulse
+    y[[keys[key] for key in other]] = b.impulse
+    return x, y

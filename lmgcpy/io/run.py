@@ -1,0 +1,272 @@
+"""A run file as arrays."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from lmgcpy.dynamics.checkpoint import Checkpoint
+from lmgcpy.io import run_format as form
+from lmgcpy.solve.report import CONVERGED, STATUS
+
+
+@dataclass(frozen=True)
+class RunInteractions:
+    """Interactions of a frame, in canonical order; m of them."""
+
+    law: np.ndarray
+    """Names of the laws, (m,)."""
+    candidate: np.ndarray
+    antagonist: np.ndarray
+    """Ids of the bodies, (m,)."""
+    gap: np.ndarray
+    """At the detection configuration [m], (m,)."""
+    normal: np.ndarray
+    """From the antagonist to the candidate, (m, d)."""
+    impulse: np.ndarray
+    """In the local frame, normal first [N s], (m, d)."""
+    force: np.ndarray
+    """impulse / time step [N], (m, d)."""
+
+    def __len__(self) -> int:
+        return len(self.gap)
+
+
+class Column:
+    """An array that stays in the file: index it, or give it to numpy, and what is asked for is read."""
+
+    def __init__(self, read: Callable[[Any], np.ndarray], shape: tuple[int, ...], dtype: np.dtype):
+        self._read = read
+        self.shape = shape
+        self.dtype = dtype
+
+    @property
+    def ndim(self) -> int:
+        """Number of axes."""
+        return len(self.shape)
+
+    def __len__(self) -> int:
+        return self.shape[0]
+
+    def __getitem__(self, key: Any) -> Any:
+        first, *rest = key if isinstance(key, tuple) else (key,)
+        if isinstance(first, (int, np.integer)):
+            if not -len(self) <= first < len(self):
+                raise IndexError(f"There are {len(self)} entries, {first} is none of them.")
+            first = int(first) % len(self)
+        elif isinstance(first, slice):
+            start, stop, stride = first.indices(len(self))
+            first = slice(start, max(start, stop), stride) if stride > 0 else np.arange(start, stop, stride)
+        else:
+            first = np.arange(len(self))[first]
+        if isinstance(first, np.ndarray):  # in the order asked for, which HDF5 does not do
+            part = self._read(slice(0, len(self)))[first]
+        else:
+            part = self._read(first)
+        return part[(*([] if np.ndim(first) == 0 and not isinstance(first, slice) else [slice(None)]), *rest)]
+
+    def __iter__(self) -> Iterator[Any]:
+        return (self[i] for i in range(len(self)))
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
+        return np.asarray(self[:], dtype=dtype)
+
+    def __repr__(self) -> str:
+        return f"<{self.dtype} array of shape {self.shape}, in the file>"
+
+
+class Run:
+    """A run file, also one that is still being written; f frames, s steps, n bodies, d dimensions, L laws.
+
+    A context manager. What the file held when it was opened or last refreshed is shown.
+    """
+
+    def __init__(self, path: str | os.PathLike):
+        self.path = os.fspath(path)
+        self._file: Any = None
+        self.refresh()
+
+    def refresh(self) -> Run:
+        """Look again what the file holds; returns the run."""
+        self.close()
+        self._file = form.open_to_read(self.path)
+        try:
+            with form.sentences_of_damage(self.path):
+                self._about = form.read_tree(self._file["about"])
+                self._commit = form.read_commit(self._file)
+                for name, rows in self._commit.rows.items():
+                    if len(self._file[name]) < rows:
+                        raise RuntimeError(f"'{name}' lacks entries")
+                self.dimension = int(form.read_tree(self._file["scene"])["dimension"])
+        except BaseException:
+            self.close()
+            raise
+        return self
+
+    def close(self) -> None:
+        """Close the file; arrays that were read stay."""
+        if self._file is not None:
+            self._file.close()
+            self._file = None
+
+    def __enter__(self) -> Run:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self.close()
+
+    # -------------------------------------------------------------------------------------------------------- frames
+
+    def _table(self, name: str) -> Any:
+        if self._file is None:
+            raise ValueError(f"'{self.path}' was closed: open it again with lmgcpy.io.open_run.")
+        return self._file[name]
+
+    def _column(self, name: str, part: Any = ...) -> Column:
+        table = self._table(name)
+        if isinstance(part, str):
+            kind = table.dtype[part]
+            shape = (self._commit.rows[name], *kind.shape)
+            return Column(lambda key: self._table(name).fields(part)[key], shape, kind.base)
+        shape = (self._commit.rows[name], *np.empty(table.shape[1:])[part].shape)
+        return Column(lambda key: self._cut(self._table(name)[key], part), shape, table.dtype)
+
+    @staticmethod
+    def _cut(values: np.ndarray, part: Any) -> np.ndarray:
+        return values if part is ... else values[(..., *part[1:])]
+
+    @property
+    def frame_count(self) -> int:
+        """How many frames."""
+        return self._commit.frames
+
+    @property
+    def times(self) -> np.ndarray:
+        """Times of the frames [s], (f,)."""
+        return self._column("frames/index", "time")[:]
+
+    @property
+    def steps(self) -> np.ndarray:
+        """Steps made before the frames, (f,)."""
+        return self._column("frames/index", "step")[:]
+
+    @property
+    def positions(self) -> Column:
+        """Positions of the bodies [m], (f, n, d)."""
+        return self._column("frames/positions", np.s_[:, : self.dimension])
+
+    @property
+    def velocities(self) -> Column:
+        """Velocities [m/s], (f, n, d)."""
+        return self._column("frames/velocities", np.s_[:, : self.dimension])
+
+    @property
+    def rotations(self) -> Column:
+        """Angles turned [rad], (f, n)."""
+        return self._column("frames/positions", np.s_[:, 2])
+
+    @property
+    def spins(self) -> Column:
+        """Angular velocities [rad/s], (f, n)."""
+        return self._column("frames/velocities", np.s_[:, 2])
+
+    def interactions(self, frame: int) -> RunInteractions:
+        """Links and all candidates within alert of the step that ended with the frame; negative: from the end."""
+        index = self._column("frames/index")[frame]
+        net = self._table("interactions")[int(index["first"]) : int(index["first"] + index["count"])]
+        return RunInteractions(
+            law=np.array(self.laws or [""])[net["law"]],
+            candidate=net["candidate"].astype(np.int64),
+            antagonist=net["antagonist"].astype(np.int64),
+            gap=net["gap"],
+            normal=net["normal"],
+            impulse=net["impulse"],
+            force=net["impulse"] / self.options["time_step"],
+        )
+
+    # ------------------------------------------------------------------------------------------------------- history
+
+    @property
+    def history(self) -> Column:
+        """A row a step (s,): step, time, iterations, residual, status (code), interactions, seconds, energies."""
+        return self._column("history")
+
+    @property
+    def status(self) -> np.ndarray:
+        """How the solver ended each step, words, (s,)."""
+        return np.array(STATUS)[self._column("history", "status")[:]]
+
+    @property
+    def unconverged_steps(self) -> int:
+        """Steps that the solver did not solve to its tolerance."""
+        return int((self._column("history", "status")[:] != CONVERGED).sum())
+
+    @property
+    def energy(self) -> dict[str, Any]:
+        """Energies at each step [J]: "kinetic", "loads", "drives", "defect" (s,); "work" and "stored" by law."""
+        history = self.history[:]
+        energy: dict[str, Any] = {name: history[name] for name in ("kinetic", "loads", "drives", "defect")}
+        for name in ("work", "stored"):
+            energy[name] = {law: history[name][:, i] for i, law in enumerate(self.laws)}
+        return energy
+
+    # --------------------------------------------------------------------------------------------------- description
+
+    @property
+    def scene(self) -> dict[str, Any]:
+        """The scene as :func:`lmgcpy.scene.description.describe` tells it."""
+        self._table("scene")
+        return form.read_tree(self._file["scene"])
+
+    @property
+    def laws(self) -> list[str]:
+        """Names of the laws."""
+        return self._about["laws"]
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """Time step, theta, solver and its fields, how often frames are kept."""
+        return self._about["options"]
+
+    @property
+    def versions(self) -> dict[str, str]:
+        """Versions of all that the numbers depend on."""
+        return self._about["versions"]
+
+    @property
+    def created(self) -> str:
+        """When the file was made."""
+        return self._about["created"]
+
+    @property
+    def closed(self) -> bool:
+        """Whether its writer ended as it should."""
+        return self._commit.closed
+
+    def checkpoint(self) -> Checkpoint:
+        """The last state to go on from."""
+        self._table("checkpoint")
+        with form.sentences_of_damage(self.path):
+            return form.read_checkpoint(self._file, self.laws)[0]
+
+    def __repr__(self) -> str:
+        if self._file is None:
+            return f"<Run '{self.path}', closed>"
+        bodies = self._file["frames/positions"].shape[1]
+        return (
+            f"<Run '{self.path}': {bodies} bodies, {self._commit.history} steps, {self.frame_count} frames"
+            f"{'' if self.closed else ', not closed by its writer'}>"
+        )
+
+
+def open_run(path: str | os.PathLike) -> Run:
+    """Open a run file to read; one that is being written as well.
+
+    Raises FileNotFoundError, PermissionError, IsADirectoryError, or ValueError for what is no run file, is damaged, or
+    comes from a newer lmgcpy.
+    """
+    return Run(path)

@@ -1,0 +1,442 @@
+"""The run file: what it holds, how it is opened, and how it stays good when its writer is killed.
+
+One HDF5 file (readable from HDF5 1.10 on), nothing in it is ever executed:
+
+    about, versions, options        JSON texts
+    scene/...                       what :mod:`lmgcpy.scene.description` says, arrays and JSON texts
+    frames/index                    time, step, first interaction and how many, a row a frame
+    frames/positions, velocities    (frames, n, 3): x, y, angle
+    interactions                    those of all frames, one after the other
+    history                         a row a step: solver and energy
+    checkpoint/0, checkpoint/1      the state to go on from, written in turn
+    commits                         two rows written in turn: how much of the tables above counts
+
+HDF5's single-writer-multiple-reader mode keeps the structure sound at any moment: the operating system has the writes of
+a killed process in the order in which they were made. What is written counts once the row of ``commits`` made after it
+is there, whole, which a checksum tells; so do checkpoints. A power cut is another matter: nothing is forced to the disk.
+"""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import zlib
+from collections.abc import Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lmgcpy.contact.memory import Memory
+from lmgcpy.dynamics.checkpoint import Checkpoint
+from lmgcpy.dynamics.energy import Energy
+
+FORMAT = "lmgcpy run"
+VERSION = 1
+LIBVER = ("v110", "v110")
+"""The oldest HDF5 with single-writer-multiple-reader files."""
+CHUNK = 1 << 16
+"""Bytes of a chunk, about."""
+GROWING = ("frames/index", "frames/positions", "frames/velocities", "interactions", "history")
+COMMIT = ("sequence", "frames", "interactions", "history", "closed", "checksum")
+
+INDEX = np.dtype([("time", "f8"), ("step", "i8"), ("first", "i8"), ("count", "i8")])
+
+
+def interaction_type(dimension: int) -> np.dtype:
+    """A row of ``interactions``: ids, code of the law, gap [m], normal, impulse in the local frame [N s]."""
+    vector = ("f8", (dimension,))
+    return np.dtype(
+        [
+            ("candidate", "i4"),
+            ("antagonist", "i4"),
+            ("law", "i2"),
+            ("gap", "f8"),
+            ("normal", *vector),
+            ("impulse", *vector),
+        ]
+    )
+
+
+def history_type(law_count: int) -> np.dtype:
+    """A row of ``history``; energies in [J], ``work`` and ``stored`` by law."""
+    fields: list[Any] = [("step", "i8"), ("time", "f8"), ("iterations", "i4"), ("residual", "f8"), ("status", "i1")]
+    fields += [("interactions", "i4"), ("seconds", "f8"), ("step_seconds", "f8")]
+    fields += [(name, "f8") for name in ("kinetic", "loads", "drives", "defect")]
+    return np.dtype(fields + [(name, "f8", (law_count,)) for name in ("work", "stored") if law_count])
+
+
+def h5py() -> Any:
+    """The module, imported when a file is first needed."""
+    try:
+        import h5py
+    except ImportError as error:
+        raise ImportError("Run files are HDF5: install h5py (pip install h5py) to read and write them.") from error
+    return h5py
+
+
+# ----------------------------------------------------------------------------------------------------------- opening
+
+
+def open_to_read(path: str | os.PathLike) -> Any:
+    """The HDF5 file of a run, possibly one that is being written or whose writer was killed.
+
+    Raises FileNotFoundError, IsADirectoryError, PermissionError or ValueError with a sentence.
+    """
+    if not os.path.exists(path):
+        raise FileNotFoundError(f"There is no file '{path}'.")
+    if os.path.isdir(path):
+        raise IsADirectoryError(f"'{path}' is a folder, not a run file.")
+    if not os.access(path, os.R_OK):
+        raise PermissionError(f"The file '{path}' may not be read: change its permissions.")
+    if os.path.getsize(path) == 0:
+        raise ValueError(f"'{path}' is empty: no lmgcpy run.")
+    with open(path, "rb") as raw:
+        head = raw.read(48)
+    if head[:8] != b"\x89HDF\r\n\x1a\n":
+        raise ValueError(f"'{path}' is no HDF5 file, hence no lmgcpy run.")
+    # HDF5's shared mode does not look at the end of the file, and searches for ever in one that was cut. Of a file that
+    # was not closed the superblock may say more than was written, and what counts is there all the same.
+    closed = len(head) == 48 and head[8] in (2, 3) and head[11] == 0
+    if len(head) < 48 or (closed and os.path.getsize(path) < int.from_bytes(head[28:36], "little")):
+        raise ValueError(f"'{path}' is truncated: its end is missing. Take it from where it is whole.")
+    try:
+        try:
+            file = h5py().File(path, "r", swmr=True, locking=False)
+        except (OSError, ValueError):
+            file = h5py().File(path, "r", locking=False)  # files of others need not be of a kind that can be shared
+    except (OSError, RuntimeError, ValueError, KeyError) as error:
+        raise ValueError(f"'{path}' is truncated or damaged: HDF5 cannot open it ({error}).") from error
+    try:
+        _check_format(path, file)
+    except BaseException:
+        file.close()
+        raise
+    return file
+
+
+def _check_format(path: str | os.PathLike, file: Any) -> None:
+    try:
+        written_by, version = file.attrs.get("format"), file.attrs.get("format_version")
+    except (OSError, RuntimeError) as error:
+        raise ValueError(f"'{path}' is truncated or damaged: {error}.") from error
+    if written_by != FORMAT or version is None:
+        raise ValueError(f"'{path}' is an HDF5 file, but no lmgcpy run.")
+    if int(version) > VERSION:
+        raise ValueError(
+            f"'{path}' is of format version {int(version)}; this lmgcpy reads up to {VERSION}: install a newer lmgcpy."
+        )
+
+
+@contextmanager
+def sentences_of_damage(path: str | os.PathLike):
+    """What HDF5 says of a damaged file, as a ValueError with a sentence."""
+    try:
+        yield
+    except (OSError, RuntimeError, KeyError, IndexError) as error:
+        what = error.args[0] if error.args else error
+        raise ValueError(f"'{path}' is truncated or damaged: {what}.") from error
+
+
+def open_to_append(path: str | os.PathLike) -> Any:
+    """The file in writing mode, marked as shared from the first moment; OSError where its writer did not close it."""
+    h5 = h5py()
+    access = h5.h5p.create(h5.h5p.FILE_ACCESS)
+    access.set_libver_bounds(h5.h5f.LIBVER_V110, h5.h5f.LIBVER_V110)
+    access.set_file_locking(False, True)
+    handle = h5.h5f.open(os.fsencode(path), h5.h5f.ACC_RDWR | h5.h5f.ACC_SWMR_WRITE, fapl=access)
+    return h5.File(handle)
+
+
+class Lock:
+    """Tells other processes that a file is being written; the system takes it back when the process ends.
+
+    Readers are not kept out.
+    """
+
+    def __init__(self, path: str | os.PathLike, name: str | os.PathLike | None = None):
+        self._handle: int | None = None
+        try:
+            import fcntl
+        except ImportError:
+            return  # no such locks here
+        self._handle = os.open(path, os.O_RDWR)
+        try:
+            fcntl.flock(self._handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.flock(self._handle, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        except OSError as error:
+            self.release()
+            raise BlockingIOError(
+                errno.EAGAIN,
+                f"The file '{name or path}' is being written by another run: wait for its end, or give another",
+            ) from error
+
+    def release(self) -> None:
+        """Let others write."""
+        if self._handle is not None:
+            os.close(self._handle)
+            self._handle = None
+
+
+def is_being_written(path: str | os.PathLike) -> bool:
+    """Whether a living process has the file under its hands."""
+    try:
+        Lock(path).release()
+    except BlockingIOError:
+        return True
+    except OSError:
+        return False  # read-only: nobody writes
+    return False
+
+
+# ---------------------------------------------------------------------------------------------------------- creating
+
+
+def check_target(path: str | os.PathLike, force: bool) -> None:
+    """Whether a new file may be made there: FileExistsError, FileNotFoundError, PermissionError, IsADirectoryError."""
+    folder = Path(path).absolute().parent
+    if not folder.is_dir():
+        raise FileNotFoundError(f"There is no folder '{folder}' to write '{path}' into: make it first.")
+    if os.path.isdir(path):
+        raise IsADirectoryError(f"'{path}' is a folder: give the name of a file.")
+    if os.path.exists(path):
+        if not force:
+            raise FileExistsError(
+                f"The file '{path}' exists: give another name, force=True to replace it, or lmgcpy.resume('{path}') to "
+                "go on with its run."
+            )
+        if not os.access(path, os.W_OK):
+            raise PermissionError(f"The file '{path}' is read-only: give another name or change its permissions.")
+        Lock(path).release()
+    if not os.access(folder, os.W_OK):
+        raise PermissionError(f"The folder '{folder}' is read-only: '{path}' cannot be written there.")
+
+
+def create(
+    path: str | os.PathLike, about: Mapping[str, Any], description: Mapping[str, Any], checkpoint: Checkpoint
+) -> None:
+    """A file of a run of no frames yet, closed."""
+    dimension, bodies, laws = int(description["dimension"]), len(checkpoint.positions), len(about["laws"])
+    with h5py().File(path, "w", libver=LIBVER, locking=False) as file:
+        file.attrs["format"], file.attrs["format_version"] = FORMAT, VERSION
+        write_tree(file.create_group("about"), about)
+        write_tree(file.create_group("scene"), description)
+        types = (INDEX, None, None, interaction_type(dimension), history_type(laws))
+        for name, kind in zip(GROWING, types, strict=True):
+            shape = () if kind is not None else (bodies, 3)
+            size = np.dtype(kind or "f8").itemsize * int(np.prod(shape))
+            rows = max(1, min(1024, CHUNK // size))
+            file.create_dataset(name, (0, *shape), kind or "f8", maxshape=(None, *shape), chunks=(rows, *shape))
+        for slot in ("checkpoint/0", "checkpoint/1"):
+            _create_slot(file.create_group(slot), checkpoint, laws)
+        file.create_dataset("commits", data=np.zeros((2, len(COMMIT)), dtype=np.int64))
+
+
+def _create_slot(group: Any, checkpoint: Checkpoint, laws: int) -> None:
+    for name in ("positions", "velocities"):
+        group.create_dataset(name, data=np.zeros_like(getattr(checkpoint, name)))
+    group.create_dataset("listed_at", data=np.zeros_like(checkpoint.memory.listed_at))
+    group.create_dataset("energy", data=np.zeros(len(ENERGIES) + 2))
+    group.create_dataset("energy_by_law", data=np.zeros((len(BY_LAW), laws)))
+    group.create_dataset("reach", data=np.zeros(1))
+    group.create_dataset("numbers", data=np.zeros(len(NUMBERS), dtype=np.int64))
+    width = checkpoint.memory.impulse.shape[1]
+    group.create_dataset("identity", (0, 3), "i8", maxshape=(None, 3), chunks=(1024, 3))
+    group.create_dataset("impulse", (0, width), "f8", maxshape=(None, width), chunks=(1024, width))
+
+
+def write_tree(group: Any, tree: Mapping[str, Any]) -> None:
+    """Dictionaries as groups, arrays as data sets, all else as JSON texts."""
+    for name, value in tree.items():
+        if isinstance(value, Mapping) and value:
+            write_tree(group.create_group(name), value)
+        elif isinstance(value, np.ndarray):
+            group.create_dataset(name, data=value)
+        else:
+            group.create_dataset(name, data=np.bytes_(json.dumps(value)))
+
+
+def read_tree(group: Any) -> dict[str, Any]:
+    """What :func:`write_tree` wrote."""
+    tree: dict[str, Any] = {}
+    for name, item in group.items():
+        if not hasattr(item, "dtype"):
+            tree[name] = read_tree(item)
+        elif item.dtype.kind == "S":
+            tree[name] = json.loads(item[()])
+        else:
+            tree[name] = item[()]
+    return tree
+
+
+# ----------------------------------------------------------------------------------------------------------- commits
+
+
+@dataclass(frozen=True)
+class Commit:
+    """How much of the growing tables counts; ``closed``: the writer ended as it should, at the checkpoint."""
+
+    sequence: int = 0
+    frames: int = 0
+    interactions: int = 0
+    history: int = 0
+    closed: bool = False
+
+    @property
+    def rows(self) -> dict[str, int]:
+        """Rows that count, by table."""
+        counts = (self.frames, self.frames, self.frames, self.interactions, self.history)
+        return dict(zip(GROWING, counts, strict=True))
+
+
+def write_commit(file: Any, commit: Commit) -> None:
+    """Into the row that is not the last one's, whole."""
+    row = np.array([*(int(getattr(commit, name)) for name in COMMIT[:-1]), 0], dtype=np.int64)
+    row[-1] = zlib.crc32(row[:-1].tobytes())
+    file["commits"][commit.sequence % 2] = row
+
+
+def read_commit(file: Any) -> Commit:
+    """The last whole commit; RuntimeError where there is none."""
+    rows = np.asarray(file["commits"])
+    rows = rows[[zlib.crc32(row[:-1].tobytes()) == row[-1] and row[0] > 0 for row in rows]]
+    if not len(rows):
+        raise RuntimeError("it has no whole entry yet")
+    numbers = rows[np.argmax(rows[:, 0])].tolist()
+    return Commit(numbers[0], numbers[1], numbers[2], numbers[3], bool(numbers[4]))
+
+
+# ------------------------------------------------------------------------------------------------------- checkpoints
+
+ENERGIES = ("kinetic", "loads", "drives", "defect", "total_loads", "total_drives")
+BY_LAW = ("interactions", "stored", "total_interactions")
+COUNTS = ("sequence", "frames", "interactions", "history")
+"""What the tables held when the checkpoint was made."""
+NUMBERS = (*COUNTS, "steps", "unconverged_steps", "memory", "listed", "rebuilds", "checksum")
+
+
+def write_checkpoint(file: Any, checkpoint: Checkpoint, commit: Commit, laws: list[str]) -> None:
+    """Into the slot that is not the last one's."""
+    group = file[f"checkpoint/{commit.sequence % 2}"]
+    arrays = _arrays(checkpoint, commit, laws)
+    arrays["numbers"][-1] = _checksum(arrays)
+    for name, array in arrays.items():
+        item = group[name]
+        if name in ("identity", "impulse") and len(item) < len(array):
+            item.resize(len(array) + len(array) // 4, axis=0)
+        if array.size:
+            item[: len(array)] = array
+
+
+def _arrays(checkpoint: Checkpoint, commit: Commit, laws: list[str]) -> dict[str, np.ndarray]:
+    energy, memory = checkpoint.energy, checkpoint.memory
+    counts = [getattr(commit, name) for name in COUNTS]
+    numbers = *counts, checkpoint.steps, checkpoint.unconverged_steps, len(memory.identity), memory.listed, memory.rebuilds
+    values = [getattr(energy, name) for name in ENERGIES]
+    by_law = [[getattr(energy, name).get(law, np.nan) for law in laws] for name in BY_LAW]
+    return {
+        "positions": checkpoint.positions,
+        "velocities": checkpoint.velocities,
+        "listed_at": memory.listed_at,
+        "identity": memory.identity,
+        "impulse": memory.impulse,
+        "energy": np.array([*values, checkpoint.time, checkpoint.worst_residual]),
+        "energy_by_law": np.array(by_law, dtype=float).reshape(len(BY_LAW), len(laws)),
+        "reach": np.array([memory.reach]),
+        "numbers": np.array([*(int(n) for n in numbers), 0], dtype=np.int64),
+    }
+
+
+def _checksum(arrays: Mapping[str, np.ndarray]) -> int:
+    total = 0
+    for name in sorted(arrays):
+        array = arrays[name][:-1] if name == "numbers" else arrays[name]
+        total = zlib.crc32(np.ascontiguousarray(array).tobytes(), total)
+    return total
+
+
+def read_checkpoint(file: Any, laws: list[str]) -> tuple[Checkpoint, Commit]:
+    """The last whole checkpoint and what the tables held then; RuntimeError where there is none."""
+    best: tuple[Checkpoint, Commit] | None = None
+    for slot in ("0", "1"):
+        group = file["checkpoint"][slot]
+        arrays = {name: np.asarray(item) for name, item in group.items()}
+        numbers = dict(zip(NUMBERS, arrays["numbers"].tolist(), strict=True))
+        for name in ("identity", "impulse"):
+            arrays[name] = arrays[name][: max(0, numbers["memory"])]
+        commit = Commit(*(numbers[name] for name in COUNTS))
+        whole = commit.sequence > 0 and _checksum(arrays) == numbers["checksum"]
+        if whole and (best is None or commit.sequence > best[1].sequence):
+            best = _checkpoint(arrays, numbers, laws), commit
+    if best is None:
+        raise RuntimeError("it has no whole checkpoint to go on from")
+    return best
+
+
+def _checkpoint(arrays: Mapping[str, np.ndarray], numbers: Mapping[str, int], laws: list[str]) -> Checkpoint:
+    *values, time, worst = arrays["energy"].tolist()
+    by_law = {
+        name: {law: float(value) for law, value in zip(laws, row, strict=True) if not np.isnan(value)}
+        for name, row in zip(BY_LAW, arrays["energy_by_law"], strict=True)
+    }
+    return Checkpoint(
+        positions=arrays["positions"],
+        velocities=arrays["velocities"],
+        time=time,
+        steps=numbers["steps"],
+        unconverged_steps=numbers["unconverged_steps"],
+        worst_residual=worst,
+        energy=Energy(**dict(zip(ENERGIES, values, strict=True)), **by_law),  # type: ignore[arg-type]
+        memory=Memory(
+            identity=arrays["identity"],
+            impulse=arrays["impulse"],
+            listed=bool(numbers["listed"]),
+            listed_at=arrays["listed_at"],
+            reach=float(arrays["reach"][0]),
+            rebuilds=numbers["rebuilds"],
+        ),
+    )
+
+
+# ---------------------------------------------------------------------------------------------------------- mending
+
+
+def mend(path: str | os.PathLike, laws: list[str]) -> Lock:
+    """Make a file whose writer was killed one that can be written again: a copy, cut at the last checkpoint.
+
+    The copy takes the place of the file when it is whole. Returns the lock on it.
+    """
+    beside = f"{os.fspath(path)}.mending"
+    try:
+        with open_to_read(path) as file, h5py().File(beside, "w", libver=LIBVER, locking=False) as copy:
+            checkpoint, commit = read_checkpoint(file, laws)
+            for name, value in file.attrs.items():
+                copy.attrs[name] = value
+            for name in ("about", "scene"):
+                write_tree(copy.create_group(name), read_tree(file[name]))
+            for name, rows in commit.rows.items():
+                _copy_rows(file[name], copy, name, rows)
+            for slot in ("checkpoint/0", "checkpoint/1"):
+                _create_slot(copy.create_group(slot), checkpoint, len(laws))
+            copy.create_dataset("commits", data=np.zeros((2, len(COMMIT)), dtype=np.int64))
+            write_checkpoint(copy, checkpoint, commit, laws)
+            write_commit(copy, commit)
+        lock = Lock(beside, path)
+        os.replace(beside, path)
+    except BaseException:
+        with suppress(OSError):
+            os.remove(beside)
+        raise
+    return lock
+
+
+def _copy_rows(source: Any, copy: Any, name: str, rows: int) -> None:
+    shape = (rows, *source.shape[1:])
+    target = copy.create_dataset(name, shape, source.dtype, maxshape=source.maxshape, chunks=source.chunks)
+    block = 64 * source.chunks[0]
+    for first in range(0, rows, block):
+        part = slice(first, min(first + block, rows))
+        target[part] = source[part]

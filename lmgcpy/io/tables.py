@@ -1,0 +1,71 @@
+"""A run as tables of text."""
+
+from __future__ import annotations
+
+import csv
+import os
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from lmgcpy.io.run import Run
+from lmgcpy.solve.report import STATUS
+
+BODIES = ("frame", "step", "time [s]", "body", "x [m]", "y [m]", "angle [rad]", "v_x [m/s]", "v_y [m/s]", "spin [rad/s]")
+NET = (
+    *("frame", "step", "time [s]", "law", "candidate", "antagonist", "gap [m]"),
+    *("n_x", "n_y", "impulse_n [N s]", "impulse_t [N s]", "force_n [N]", "force_t [N]"),
+)
+HISTORY = (
+    *("step", "time [s]", "iterations", "residual", "status", "interactions", "seconds [s]", "step_seconds [s]"),
+    *("kinetic [J]", "loads [J]", "drives [J]", "defect [J]"),
+)
+
+
+def export_csv(run: Run, folder: str | os.PathLike, *, force: bool = False) -> list[Path]:
+    """Write ``bodies.csv``, ``interactions.csv`` and ``history.csv`` into a folder; returns their paths.
+
+    Raises FileExistsError where the folder holds something already, unless ``force``.
+    """
+    target = Path(folder)
+    if target.exists() and not target.is_dir():
+        raise FileExistsError(f"'{folder}' is a file: give the name of a folder.")
+    if target.exists() and any(target.iterdir()) and not force:
+        raise FileExistsError(f"The folder '{folder}' is not empty: give another, or force (--force) to write there.")
+    target.mkdir(parents=True, exist_ok=True)
+    by_law = [f"{name}:{law} [J]" for name in ("work", "stored") for law in run.laws]
+    return [
+        _write(target / "bodies.csv", BODIES, _bodies(run)),
+        _write(target / "interactions.csv", NET, _net(run)),
+        _write(target / "history.csv", (*HISTORY, *by_law), _history(run)),
+    ]
+
+
+def _write(path: Path, head: tuple[str, ...], rows: Iterable[Iterable[Any]]) -> Path:
+    with open(path, "w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(head)
+        writer.writerows(rows)
+    return path
+
+
+def _bodies(run: Run) -> Iterable[list[Any]]:
+    for frame, (step, time) in enumerate(zip(run.steps.tolist(), run.times.tolist(), strict=True)):
+        columns = run.positions[frame], run.rotations[frame], run.velocities[frame], run.spins[frame]
+        for body, (x, angle, v, spin) in enumerate(zip(*(c.tolist() for c in columns), strict=True)):
+            yield [frame, step, time, body, *x, angle, *v, spin]
+
+
+def _net(run: Run) -> Iterable[list[Any]]:
+    for frame, (step, time) in enumerate(zip(run.steps.tolist(), run.times.tolist(), strict=True)):
+        net = run.interactions(frame)
+        columns = net.law, net.candidate, net.antagonist, net.gap, net.normal, net.impulse, net.force
+        for law, c, a, gap, n, r, f in zip(*(column.tolist() for column in columns), strict=True):
+            yield [frame, step, time, law, c, a, gap, *n, *r, *f]
+
+
+def _history(run: Run) -> Iterable[list[Any]]:
+    for row in run.history[:]:
+        plain = [row[name].item() for name in row.dtype.names if name not in ("work", "stored")]
+        plain[4] = STATUS[plain[4]]
+        yield [*plain, *(value for name in ("work", "stored") if name in row.dtype.names for value in row[name].tolist())]

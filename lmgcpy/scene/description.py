@@ -1,0 +1,286 @@
+"""A scene as plain arrays, numbers and words, and back: what a file can hold.
+
+Laws are held by name and parameters, contactors by kind and shape, bodies by what the model needs of them. What no file
+can hold are functions of time; a description says where they were.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from lmgcpy.laws import Law, registry
+from lmgcpy.scene.body import COMPONENTS, Body, Disk, RigidBody, Wall
+from lmgcpy.scene.contactor import Contactor, DiskContactor, WallContactor
+from lmgcpy.scene.material import Material
+from lmgcpy.scene.scene import Scene
+
+KINDS: dict[type[Body], str] = {Disk: "disk", Wall: "wall", RigidBody: "rigid"}
+"""Bodies that come back as what they were; others come back as :class:`RecordedBody`."""
+
+Functions = Mapping[tuple[int, str], Callable[[float], float]]
+"""Functions of time by id of the body and name of the component."""
+
+
+class RecordedContactor(Contactor):
+    """A contactor of a kind defined elsewhere, known by the numbers of its shape."""
+
+    area = 0.0
+    second_moment = 0.0
+    bounding_radius = 0.0
+    shape: tuple[float, ...] = ()
+
+    def __init__(self, kind: str, shape: tuple[float, ...], bounding_radius: float, area: float, second_moment: float):
+        self.KIND = kind  # type: ignore[misc]
+        self.shape = shape
+        self.bounding_radius = bounding_radius
+        self.area = area
+        self.second_moment = second_moment
+
+
+class RecordedBody(Body):
+    """A body of a class defined elsewhere, known by what the model needs of it."""
+
+    mass = 0.0
+    inertia = 0.0
+    link_radius = 0.0
+    extent = 0.0
+    gravity_acts = True
+    held_by_default = False
+    contactors: list[tuple[Contactor, tuple[float, float]]] = []  # noqa: RUF012
+
+
+def describe(scene: Scene) -> dict[str, Any]:
+    """The scene as its bodies were at the start: a tree of dictionaries with arrays, lists, numbers and words."""
+    bodies = scene.bodies
+    laws: list[Law] = []
+    items = [(body, contactor, offset) for body in bodies for contactor, offset in body.contactors]
+    shapes = [tuple(contactor.shape) for _, contactor, _ in items]
+    shape = np.zeros((len(items), max((len(numbers) for numbers in shapes), default=1)))
+    for row, numbers in zip(shape, shapes, strict=True):
+        row[: len(numbers)] = numbers
+    colors, color = _codes([body.color for body in bodies])
+    kinds, kind = _codes([contactor.KIND for _, contactor, _ in items])
+    body_kinds, body_kind = _codes([KINDS.get(type(body), "other") for body in bodies])
+    materials = list(dict.fromkeys(m for m in (getattr(body, "material", None) for body in bodies) if m is not None))
+    conditions = [
+        (body.id, component, loaded, value)
+        for body in bodies
+        for loaded, values in ((False, body._velocities), (True, body._forces))
+        for component, value in values.items()
+    ]
+    return {
+        "dimension": scene.dimension,
+        "gravity": np.array(scene.gravity),
+        "materials": [{"name": material.name, "density": material.density} for material in materials],
+        "bodies": {
+            "kinds": body_kinds,
+            "kind": body_kind,
+            "colors": colors,
+            "color": color,
+            "material": np.array([_place(getattr(body, "material", None), materials) for body in bodies], dtype=np.int64),
+            "position": np.array([body._position for body in bodies]).reshape(-1, 3),
+            "velocity": np.array([body._velocity for body in bodies]).reshape(-1, 3),
+            "mass": np.array([body.mass for body in bodies], dtype=float),
+            "inertia": np.array([body.inertia for body in bodies], dtype=float),
+            "link_radius": np.array([body.link_radius for body in bodies], dtype=float),
+            "extent": np.array([body.extent for body in bodies], dtype=float),
+            "gravity_acts": np.array([body.gravity_acts for body in bodies], dtype=bool),
+            "held_by_default": np.array([body.held_by_default for body in bodies], dtype=bool),
+        },
+        "contactors": {
+            "kinds": kinds,
+            "kind": kind,
+            "body": np.array([body.id for body, _, _ in items], dtype=np.int64),
+            "offset": np.array([offset for _, _, offset in items], dtype=float).reshape(-1, scene.dimension),
+            "shape": shape,
+            "shape_size": np.array([len(numbers) for numbers in shapes], dtype=np.int64),
+            "bounding_radius": np.array([contactor.bounding_radius for _, contactor, _ in items], dtype=float),
+            "area": np.array([contactor.area for _, contactor, _ in items], dtype=float),
+            "second_moment": np.array([contactor.second_moment for _, contactor, _ in items], dtype=float),
+        },
+        "conditions": {
+            "body": np.array([body for body, _, _, _ in conditions], dtype=np.int64),
+            "component": np.array([component for _, component, _, _ in conditions], dtype=np.int64),
+            "loaded": np.array([loaded for _, _, loaded, _ in conditions], dtype=bool),
+            "function": np.array([callable(value) for _, _, _, value in conditions], dtype=bool),
+            "value": np.array([math.nan if callable(value) else value for _, _, _, value in conditions], dtype=float),
+        },
+        "visibility": [
+            {"candidate": c, "antagonist": a, "law": _law(law, laws), "alert": alert} for c, a, law, alert in scene.rows
+        ],
+        "chains": {
+            "law": np.array([_law(chain.law, laws) for chain in scene.chains], dtype=np.int64),
+            "closed": np.array([chain.closed for chain in scene.chains], dtype=bool),
+            "relaxation": np.array([chain.relaxation for chain in scene.chains], dtype=float),
+            "body_count": np.array([len(chain.bodies) for chain in scene.chains], dtype=np.int64),
+            "bodies": np.array([body.id for chain in scene.chains for body in chain.bodies], dtype=np.int64),
+            "link_count": np.array([len(chain.reference_gaps) for chain in scene.chains], dtype=np.int64),
+            "reference_gaps": np.concatenate([chain.reference_gaps for chain in scene.chains] or [np.zeros(0)]),
+        },
+        "laws": [
+            {"name": law.NAME, "distribution": _distribution(law), "parameters": law.values} for law in laws
+        ],  # last: the tables above have entered theirs
+    }
+
+
+def from_description(description: Mapping[str, Any], functions: Functions | None = None) -> Scene:
+    """The scene of a description. ``functions``: those of time, by body and component, ``{(3, "y"): f}``.
+
+    Raises ValueError with a sentence where a function is missing or is one too many, LookupError where a law is not
+    registered or nobody has told how two kinds of contactor meet.
+    """
+    laws = [_make_law(**law) for law in description["laws"]]
+    scene = Scene(dimension=int(description["dimension"]), gravity=description["gravity"])
+    _add_bodies(scene, description)
+    _impose(scene, description["conditions"], functions or {})
+    for row in description["visibility"]:
+        scene.see(row["candidate"], row["antagonist"], laws[row["law"]], alert=row["alert"])
+    chains = description["chains"]
+    members = np.split(chains["bodies"], np.cumsum(chains["body_count"]))
+    gaps = np.split(chains["reference_gaps"], np.cumsum(chains["link_count"]))
+    for i, law in enumerate(chains["law"]):
+        scene.chain(
+            [scene.bodies[body] for body in members[i]],
+            laws[law],
+            reference_gap=gaps[i],
+            closed=bool(chains["closed"][i]),
+            relaxation=float(chains["relaxation"][i]),
+        )
+    return scene
+
+
+def functions_of_time(description: Mapping[str, Any]) -> list[tuple[int, str]]:
+    """Where functions of time were imposed, by id of the body and name of the component."""
+    conditions = description["conditions"]
+    places = zip(conditions["body"], conditions["component"], conditions["function"], strict=True)
+    return [(int(body), COMPONENTS[component]) for body, component, function in places if function]
+
+
+# ------------------------------------------------------------------------------------------------------------- there
+
+
+def _codes(words: list[str]) -> tuple[list[str], np.ndarray]:
+    """The words that occur, and for each entry which of them it is, (n,) int64."""
+    table = list(dict.fromkeys(words))
+    place = {word: i for i, word in enumerate(table)}
+    return table, np.array([place[word] for word in words], dtype=np.int64)
+
+
+def _place(item: Any, items: list) -> int:
+    return -1 if item is None else items.index(item)
+
+
+def _law(law: Law, laws: list[Law]) -> int:
+    """Place of the law in the list, entered if it is new."""
+    if law not in laws:
+        laws.append(law)
+    return laws.index(law)
+
+
+def _distribution(law: Law) -> str:
+    registration = registry.registrations().get(law.NAME)
+    return registration.distribution if registration is not None and registration.law is type(law) else "unregistered"
+
+
+# -------------------------------------------------------------------------------------------------------------- back
+
+
+def _make_law(name: str, distribution: str, parameters: Mapping[str, float | None]) -> Law:
+    kind = registry.get(name)
+    now = registry.registrations()[name].distribution
+    if now != distribution:
+        logging.getLogger("lmgcpy").warning("Law '%s' came from %s and now comes from %s.", name, distribution, now)
+    return kind(**{parameter: value for parameter, value in parameters.items() if value is not None})
+
+
+def _add_bodies(scene: Scene, description: Mapping[str, Any]) -> None:
+    bodies, table = description["bodies"], description["contactors"]
+    materials = [Material(**material) for material in description["materials"]]
+    of_body: list[list[tuple[Contactor, tuple[float, float]]]] = [[] for _ in bodies["mass"]]
+    for k, body in enumerate(table["body"]):
+        of_body[body].append((_contactor(table, k), tuple(table["offset"][k].tolist())))
+    for i, contactors in enumerate(of_body):
+        position, velocity = bodies["position"][i], bodies["velocity"][i]
+        start: dict[str, Any] = {
+            "color": bodies["colors"][bodies["color"][i]],
+            "velocity": velocity[:2],
+            "spin": float(velocity[2]),
+            "rotation": float(position[2]),
+        }
+        mass, inertia = float(bodies["mass"][i]), float(bodies["inertia"][i])
+        kind = bodies["kinds"][bodies["kind"][i]]
+        made: Body
+        if kind == "wall":
+            contactor = contactors[0][0]
+            held = None if mass == math.inf else mass
+            made = Wall(point=position[:2], normal=contactor.shape, mass=held, **start)
+            made._contactor = contactor  # type: ignore[assignment]
+        elif kind == "disk":
+            radius = contactors[0][0].shape[0]
+            made = Disk(radius=radius, mass=mass, inertia=inertia, position=position[:2], **start)
+            made.material = materials[bodies["material"][i]] if bodies["material"][i] >= 0 else None
+        elif kind == "rigid":
+            made = RigidBody(contactors, mass=mass, inertia=inertia, position=position[:2], **start)
+        else:
+            made = RecordedBody(position=position[:2], **start)
+            vars(made).update(
+                mass=mass,
+                inertia=inertia,
+                contactors=contactors,
+                link_radius=float(bodies["link_radius"][i]),
+                extent=float(bodies["extent"][i]),
+                gravity_acts=bool(bodies["gravity_acts"][i]),
+                held_by_default=bool(bodies["held_by_default"][i]),
+            )
+        scene.add(made)
+
+
+def _contactor(table: Mapping[str, Any], k: int) -> Contactor:
+    kind = table["kinds"][table["kind"][k]]
+    shape = tuple(table["shape"][k, : table["shape_size"][k]].tolist())
+    if kind == DiskContactor.KIND:
+        return DiskContactor(shape[0])
+    if kind == WallContactor.KIND:
+        wall = WallContactor(shape)
+        wall.normal = np.array(shape)  # not normalised again: to the last bit
+        return wall
+    sizes = (float(table[name][k]) for name in ("bounding_radius", "area", "second_moment"))
+    return RecordedContactor(kind, shape, *sizes)
+
+
+def _impose(scene: Scene, conditions: Mapping[str, Any], functions: Functions) -> None:
+    missing = []
+    left = dict(functions)
+    for body, component, loaded, function, value in zip(*(conditions[name] for name in CONDITION), strict=True):
+        what: Any = float(value)
+        if function:
+            what = left.pop((int(body), COMPONENTS[component]), None)
+            if what is None:
+                missing.append((scene.bodies[body], int(body), COMPONENTS[component], "force" if loaded else "velocity"))
+                continue
+            if not callable(what):
+                raise TypeError(
+                    f"functions[{int(body)}, '{COMPONENTS[component]}'] must be a function of time, got {what!r}."
+                )
+        target = scene.bodies[body]._forces if loaded else scene.bodies[body]._velocities
+        target[int(component)] = what
+    if missing:
+        told = "; ".join(f"the {how} along '{name}' of {body!r}" for body, _, name, how in missing)
+        again = ", ".join(f'({body}, "{name}"): f' for _, body, name, _ in missing)
+        raise ValueError(
+            f"Functions of time, which no file can hold, gave {told}. Give {'it' if len(missing) == 1 else 'them'} again, "
+            f"from Python: lmgcpy.resume(path, functions={{{again}}})."
+        )
+    if left:
+        raise ValueError(
+            f"functions names {sorted(left)}, where the run has no function of time; "
+            f"keys are (id of the body, component), for example (3, 'y')."
+        )
+
+
+CONDITION = ("body", "component", "loaded", "function", "value")
