@@ -40,7 +40,7 @@ import numpy as np
 
 from lmgcpy.errors import number, whole
 from lmgcpy.jit import kernel
-from lmgcpy.solve.gauss_seidel import apply_impulses, begin, call, total_error
+from lmgcpy.solve.gauss_seidel import apply_impulses, begin, measure, sweep_groups, total_error
 from lmgcpy.solve.report import CONVERGED, NOT_FINITE, SPENT, STAGNATED
 from lmgcpy.solve.system import Groups, System
 
@@ -108,21 +108,17 @@ def accelerated_gauss_seidel(groups: Groups, s: System, free_velocity, guess, we
     check = 1
     status = SPENT
     while sweeps < max_iterations:
-        for g in range(groups.start.shape[0]):
-            call(groups.sweep[g], groups.start[g], groups.stop[g], groups.offset[g], s)
+        sweep_groups(groups, s)
         sweeps += 1
         step = step_size(weight, impulse, start)
         promising = ratio * step <= tolerance and sweeps >= measured + 8
         if sweeps >= check or promising or sweeps == max_iterations:
             measured = sweeps
             check = sweeps + 1 + sweeps // 8
-            residual = total_error(groups, s) / nothing
+            residual = measure(groups, s, free_velocity, nothing, tolerance)
             if residual <= tolerance:
-                apply_impulses(free_velocity, s)
-                residual = total_error(groups, s) / nothing
-                if residual <= tolerance:
-                    status = CONVERGED
-                    break
+                status = CONVERGED
+                break
             if not np.isfinite(residual):
                 status = NOT_FINITE
                 break

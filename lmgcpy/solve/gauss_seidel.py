@@ -50,6 +50,21 @@ def total_error(groups, s):
     return np.sqrt(total)
 
 
+def sweep_groups(groups, s):
+    """One sweep over all interactions."""
+    for g in range(groups.start.shape[0]):
+        call(groups.sweep[g], groups.start[g], groups.stop[g], groups.offset[g], s)
+
+
+def measure(groups, s, free_velocity, nothing, tolerance):
+    """The residual; one within tolerance is told only after measuring it again on velocities made anew."""
+    residual = total_error(groups, s) / nothing
+    if residual <= tolerance:
+        apply_impulses(free_velocity, s)
+        residual = total_error(groups, s) / nothing
+    return residual
+
+
 def round_off(s):
     """What arithmetic leaves of relative velocities [m/s]: four units of the fastest body's, over all interactions."""
     fastest = 0.0
@@ -130,19 +145,15 @@ def gauss_seidel(groups: Groups, s: System, free_velocity, guess, tolerance, max
     check = 1
     status = SPENT
     while sweeps < max_iterations:
-        for g in range(groups.start.shape[0]):
-            call(groups.sweep[g], groups.start[g], groups.stop[g], groups.offset[g], s)
+        sweep_groups(groups, s)
         sweeps += 1
         if sweeps < check and sweeps < max_iterations:
             continue
         check = sweeps + 1 + sweeps // 8
-        residual = total_error(groups, s) / nothing
+        residual = measure(groups, s, free_velocity, nothing, tolerance)
         if residual <= tolerance:
-            apply_impulses(free_velocity, s)
-            residual = total_error(groups, s) / nothing
-            if residual <= tolerance:
-                status = CONVERGED
-                break
+            status = CONVERGED
+            break
         if not np.isfinite(residual):
             status = NOT_FINITE
             break

@@ -294,7 +294,7 @@ def test_a_full_disk_leaves_the_simulation_usable(path, monkeypatch):
 
 
 @pytest.mark.xfail(
-    strict=False, reason="after a write that failed HDF5 marks the file as closed, with an end that it has not"
+    strict=True, reason="after a write that failed HDF5 marks the file as closed, with an end that it has not"
 )
 def test_a_write_that_fails_leaves_the_simulation_usable(path, tmp_path):
     """A limit on the size of files stands for what cannot be foreseen: HDF5's own write fails, in a process of its own."""
