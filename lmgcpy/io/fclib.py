@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from lmgcpy.io.hdf5 import h5py
 from lmgcpy.solve.problem import BOTH, CONTACT, PULL, Problem
 
 CODES = {CONTACT: "coulomb", PULL: "rigid-wire", BOTH: "rigid-rod"}
@@ -19,21 +20,12 @@ CODES = {CONTACT: "coulomb", PULL: "rigid-wire", BOTH: "rigid-rod"}
 ELASTIC = {"rigid-wire": "elastic-wire", "rigid-rod": "elastic-rod"}
 
 
-def _h5py() -> Any:
-    try:
-        import h5py
-    except ImportError as error:
-        raise ImportError("Problem files are HDF5: install h5py (pip install h5py) to read and write them.") from error
-    return h5py
-
-
 def read(path: str | os.PathLike) -> Problem:
     """Read a problem; FileNotFoundError, or ValueError with a sentence where the file is none or is incomplete."""
-    h5py = _h5py()
     if not os.path.exists(path):
         raise FileNotFoundError(f"There is no file '{path}'.")
     try:
-        with h5py.File(path, "r") as file:
+        with h5py().File(path, "r") as file:
             return _read(file)
     except OSError as error:
         raise ValueError(f"'{path}' is no HDF5 file, or is damaged: {error}.") from error
@@ -64,11 +56,10 @@ def _read(file: Any) -> Problem:
 
 def write(problem: Problem, path: str | os.PathLike, *, force: bool = False) -> None:
     """Write a problem; FileExistsError where the file is there already, unless ``force``."""
-    h5py = _h5py()
     if os.path.exists(path) and not force:
         raise FileExistsError(f"The file '{path}' exists: give another name, or force=True to replace it.")
     W = problem.W.tocsr()
-    with h5py.File(path, "w") as file:
+    with h5py().File(path, "w") as file:
         group = file.create_group("fclib_local")
         group["spacedim"] = np.array([problem.dimension])
         matrix = group.create_group("W")

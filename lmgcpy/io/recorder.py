@@ -17,6 +17,7 @@ import numpy as np
 from lmgcpy.dynamics.simulation import Simulation
 from lmgcpy.errors import number, whole
 from lmgcpy.io import run_format as form
+from lmgcpy.io.hdf5 import h5py
 from lmgcpy.scene.description import describe, functions_of_time
 from lmgcpy.solve.report import STATUS
 
@@ -287,7 +288,7 @@ def versions() -> dict[str, str]:
 
     import lmgcpy
 
-    h5 = form.h5py()
+    h5 = h5py()
     return {
         "lmgcpy": lmgcpy.__version__,
         "numpy": np.__version__,

@@ -33,6 +33,7 @@ import numpy as np
 from lmgcpy.contact.memory import Memory
 from lmgcpy.dynamics.checkpoint import Checkpoint
 from lmgcpy.dynamics.energy import Energy
+from lmgcpy.io.hdf5 import h5py
 
 FORMAT = "lmgcpy run"
 VERSION = 1
@@ -67,15 +68,6 @@ def history_type(law_count: int) -> np.dtype:
     fields += [("interactions", "i4"), ("seconds", "f8"), ("step_seconds", "f8")]
     fields += [(name, "f8") for name in ("kinetic", "loads", "drives", "defect")]
     return np.dtype(fields + [(name, "f8", (law_count,)) for name in ("work", "stored") if law_count])
-
-
-def h5py() -> Any:
-    """The module, imported when a file is first needed."""
-    try:
-        import h5py
-    except ImportError as error:
-        raise ImportError("Run files are HDF5: install h5py (pip install h5py) to read and write them.") from error
-    return h5py
 
 
 # ----------------------------------------------------------------------------------------------------------- opening
