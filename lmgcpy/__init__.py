@@ -5,7 +5,7 @@ from lmgcpy.dynamics.simulation import Simulation
 from lmgcpy.io.restart import resume
 from lmgcpy.laws.coulomb import Coulomb
 from lmgcpy.laws.elastic import ElasticRod, ElasticWire
-from lmgcpy.laws.law import Law, Parameter
+from lmgcpy.laws.law import Law, Parameter, State
 from lmgcpy.laws.restitution import Restitution
 from lmgcpy.laws.rigid import RigidRod, RigidWire
 from lmgcpy.laws.signorini import Signorini
@@ -44,6 +44,7 @@ __all__ = [
     "Signorini",
     "Simulation",
     "Solution",
+    "State",
     "VoigtRod",
     "VoigtWire",
     "Wall",

@@ -3,7 +3,8 @@
 Chains come first, in the order in which they were made, then contacts by row of the visibility table and kind of
 contactor pair, and within those by ids. The list of neighbours is made anew only when something has moved by half the
 skin; what it yields does not depend on when that was. The impulse of an interaction is kept by its place in the list of
-neighbours, hence by identity: both contactors, and the row or the chain.
+neighbours, hence by identity: both contactors, and the row or the chain. So is the state of laws that have one; it lives
+as long as the interaction does, from the first step within alert to the last.
 """
 
 from __future__ import annotations
@@ -87,6 +88,10 @@ class Detector:
         self._listed_at: np.ndarray | None = None
         self.groups: list[Group] = []
         self.memory = np.zeros((0, 2))
+        laws = [row.law for row in rows] + [chain.law for chain in chains]
+        self.state_names = list(dict.fromkeys(name for law in laws for name in law.states()))
+        self._width = max((len(law.states()) for law in laws), default=0)
+        self.state = np.zeros((0, self._width))
         self._capacity = empty_interactions(0, True)
         self.rebuilds = 0
 
@@ -140,18 +145,25 @@ class Detector:
             group.stop = first
         return self._capacity.cut(first)
 
-    def remember(self, interactions: Interactions, impulse: np.ndarray) -> None:
-        """Keep the impulses of the step for the next one's start."""
+    def remember(self, interactions: Interactions, impulse: np.ndarray, state: np.ndarray) -> None:
+        """Keep the impulses (m, 2) of the step for the next one's start, and the states (m, k) of the laws."""
         self.memory[:] = 0.0
         self.memory[interactions.slot] = impulse
+        self.state[:] = np.nan
+        self.state[interactions.slot] = state
 
     def recall(self, interactions: Interactions) -> np.ndarray:
         """Impulses of the last step by identity, zero for new interactions, (m, 2)."""
         return self.memory[interactions.slot]
 
+    def recall_state(self, interactions: Interactions) -> np.ndarray:
+        """States of the laws by identity, (m, k), k the longest; NaN for new interactions and for laws with fewer."""
+        return self.state[interactions.slot]
+
     def give_memory(self) -> Memory:
-        """The impulses of the last step by identity, and what the list of neighbours came from, as copies."""
-        kept = np.flatnonzero(self.memory.view(np.int64).any(axis=1))  # bits: minus zero is kept as well
+        """Impulses of the last step and states by identity, and what the list of neighbours came from, as copies."""
+        acting = self.memory.view(np.int64).any(axis=1)  # bits: minus zero is kept as well
+        kept = np.flatnonzero(acting | ~np.isnan(self.state).all(axis=1))
         identity = np.empty((len(self.memory), 3), dtype=np.int64)
         for group in self.groups:
             mine = identity[group.first_slot : group.first_slot + group.slots]
@@ -164,6 +176,7 @@ class Detector:
         return Memory(
             identity=identity[kept],
             impulse=self.memory[kept],
+            state=self.state[kept],
             listed=self._listed_at is not None,
             listed_at=np.zeros((len(self.contactors.body), 3)) if self._listed_at is None else self._listed_at.copy(),
             reach=self._reach,
@@ -178,12 +191,12 @@ class Detector:
         self._list_neighbours(memory.listed_at)
         self.rebuilds = memory.rebuilds
         self.memory[:] = 0.0
+        self.state[:] = np.nan
         base = len(self.contactors.body)
         found = 0
         for group in self.groups:
             mine = memory.identity[:, 0] == self._table(group)
             first, second = memory.identity[mine, 1:].T
-            impulse = memory.impulse[mine]
             if group.chain:
                 place, here = first, (first >= 0) & (first < group.slots)
             else:
@@ -191,7 +204,8 @@ class Detector:
                 place = np.searchsorted(keys, first * base + second)
                 here = place < len(keys)
                 here[here] = keys[place[here]] == (first * base + second)[here]
-            self.memory[group.first_slot + place[here]] = impulse[here]
+            self.memory[group.first_slot + place[here]] = memory.impulse[mine][here]
+            self.state[group.first_slot + place[here]] = memory.state[mine][here]
             found += int(here.sum())
         if found < len(memory.identity):
             raise ValueError(
@@ -212,7 +226,7 @@ class Detector:
         return placed
 
     def _list_neighbours(self, placed: np.ndarray) -> None:
-        """Make the groups and their lists of neighbours anew and carry the memory of the impulses over."""
+        """Make the groups and their lists of neighbours anew and carry impulses and states over."""
         before = {self._identity(group): group for group in self.groups}
         self.rebuilds += 1
         self._listed_at = placed.copy()
@@ -226,29 +240,32 @@ class Detector:
             group.first_slot = slots
             slots += group.slots
         memory = np.zeros((slots, 2))
+        state = np.full((slots, self._width), np.nan)
         for group in groups:
             old = before.get(self._identity(group))
             if old is not None:
-                self._carry_over(group, memory, old, self.memory)
+                new_slots, old_slots = self._common_slots(group, old)
+                memory[new_slots] = self.memory[old_slots]
+                state[new_slots] = self.state[old_slots]
         self.groups = groups
         self.memory = memory
+        self.state = state
         self._capacity = empty_interactions(slots, all(group.central for group in groups))
 
     @staticmethod
     def _identity(group: Group) -> tuple:
         return (id(group.chain), id(group.row), group.kinds)
 
-    def _carry_over(self, group: Group, memory: np.ndarray, old: Group, old_memory: np.ndarray) -> None:
-        new_range = slice(group.first_slot, group.first_slot + group.slots)
-        old_range = slice(old.first_slot, old.first_slot + old.slots)
-        if group.chain:
-            memory[new_range] = old_memory[old_range]
-            return
+    def _common_slots(self, new: Group, old: Group) -> tuple[np.ndarray, np.ndarray]:
+        """Slots of the interactions that a group has in the new list and in the old one."""
+        if new.chain:
+            links = np.arange(new.slots)
+            return new.first_slot + links, old.first_slot + links
         base = len(self.contactors.body)
-        new_keys = group.pairs[:, 0] * base + group.pairs[:, 1]
+        new_keys = new.pairs[:, 0] * base + new.pairs[:, 1]
         old_keys = old.pairs[:, 0] * base + old.pairs[:, 1]
         _, in_new, in_old = np.intersect1d(new_keys, old_keys, assume_unique=True, return_indices=True)
-        memory[new_range][in_new] = old_memory[old_range][in_old]
+        return new.first_slot + in_new, old.first_slot + in_old
 
     def _groups_of_row(self, row: VisibilityRow, near: np.ndarray) -> list[Group]:
         """Groups of one row of the visibility table, by kinds of contactor; the first body is the candidate."""

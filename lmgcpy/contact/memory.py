@@ -9,7 +9,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Memory:
-    """The impulses of the last step by identity, and where the list of neighbours was made; m impulses, k contactors.
+    """What the last step left, by identity, and where the list of neighbours was made; m interactions, c contactors.
 
     A list made anew from ``listed_at`` and ``reach`` is the same list, so that a simulation that goes on from here makes
     the same numbers to the last bit.
@@ -20,10 +20,12 @@ class Memory:
     the link and -1; (m, 3) int64."""
     impulse: np.ndarray
     """In the local frame, normal first [N s], (m, d)."""
+    state: np.ndarray
+    """What the laws keep for each interaction, (m, k) with k the longest of the scene; NaN beyond a law's own."""
     listed: bool
     """Whether there is a list of neighbours; none before the first step."""
     listed_at: np.ndarray
-    """Positions and angles of the contactors then [m, rad], (k, 3)."""
+    """Positions and angles of the contactors then [m, rad], (c, 3)."""
     reach: float
     """Distance between surfaces up to which pairs are in the list [m]."""
     rebuilds: int

@@ -8,7 +8,7 @@ import numpy as np
 
 from lmgcpy.contact.detector import Group
 from lmgcpy.contact.narrow_phase import Interactions
-from lmgcpy.solve.law_kernels import LawKernels, law_kernels, relative_velocities
+from lmgcpy.solve.law_kernels import LawKernels, StepData, law_kernels, relative_velocities
 from lmgcpy.solve.report import Worst
 from lmgcpy.solve.system import Groups, System
 
@@ -21,10 +21,24 @@ class StepProblem:
     groups: list[Group]
     kernels: list[LawKernels]
     table: Groups
-    reference_gap: np.ndarray
-    """[m], (m,); zero for contacts."""
-    relative_before: np.ndarray
-    """Relative velocities at the start of the step [m/s], (m, 2)."""
+    data: StepData
+
+    def close(self, velocities: np.ndarray) -> None:
+        """Enter the velocities (n, 3) with which the step ends and let the laws commit their states.
+
+        Raises FloatingPointError where a state is not finite.
+        """
+        relative_velocities(self.system, velocities, self.data.after)
+        for group, kernels in zip(self.groups, self.kernels, strict=True):
+            if kernels.commit is not None:
+                parameters = group.parameters.ravel()
+                row = kernels.commit(group.start, group.stop, self.data, self.system.impulse, parameters)
+                if row >= 0:
+                    raise FloatingPointError(
+                        f"In the step from t = {self.data.time:g} s commit of law '{group.law.NAME}' between bodies "
+                        f"{self.system.candidate[row]} and {self.system.antagonist[row]} returned a state that is not "
+                        "finite."
+                    )
 
     def worst(self) -> Worst | None:
         """The interaction that the error kernels left as the worst."""
@@ -52,13 +66,14 @@ def assemble(
     before: np.ndarray,
     free_velocity: np.ndarray,
     inverse_mass: np.ndarray,
+    state: np.ndarray,
     work: np.ndarray,
     wire_blocks: bool,
 ) -> StepProblem:
     """Gather the groups that have interactions in this step and let each law prepare its numbers.
 
     ``before`` and ``free_velocity``: velocities of the bodies at the start of the step and without impulses, (n, 3);
-    ``work``: scratch of the wire blocks.
+    ``state``: of the laws, NaN for new interactions, (m, k), changed in place; ``work``: scratch of the wire blocks.
     """
     groups = [group for group in groups if group.stop > group.start]
     kernels = [group_kernels(group, 2, wire_blocks) for group in groups]
@@ -80,24 +95,20 @@ def assemble(
         work=work,
         worst=np.zeros(2),
     )
-    relative_before = np.empty((count, 2))
-    relative_velocities(system, before, relative_before)
-    reference_gap = np.zeros(count)
-    flat = relative_before.ravel()
+    data = StepData(
+        gap=interactions.gap,
+        reference_gap=np.zeros(count),
+        before=np.empty((count, 2)),
+        after=np.empty((count, 2)),
+        state=state,
+        time=time,
+        time_step=time_step,
+    )
+    relative_velocities(system, before, data.before)
     for group, kernel, where in zip(groups, kernels, offset, strict=False):
         if group.chain:
-            reference_gap[group.start : group.stop] = group.chain.reference_gap_at(time)
-        kernel.prepare(
-            group.start,
-            group.stop,
-            where,
-            interactions.gap,
-            reference_gap,
-            flat,
-            time_step,
-            group.parameters.ravel(),
-            system.prepared,
-        )
+            data.reference_gap[group.start : group.stop] = group.chain.reference_gap_at(time)
+        kernel.prepare(group.start, group.stop, where, data, group.parameters.ravel(), system.prepared)
     table = Groups(
         sweep=np.array([kernel.sweep.address for kernel in kernels], dtype=np.int64),
         error=np.array([kernel.error.address for kernel in kernels], dtype=np.int64),
@@ -105,4 +116,4 @@ def assemble(
         stop=np.array([group.stop for group in groups], dtype=np.int64),
         offset=offset[:-1],
     )
-    return StepProblem(system, groups, kernels, table, reference_gap, relative_before)
+    return StepProblem(system, groups, kernels, table, data)

@@ -8,7 +8,6 @@ import numpy as np
 
 from lmgcpy.dynamics.assembly import StepProblem
 from lmgcpy.solve.gauss_seidel import momentum
-from lmgcpy.solve.law_kernels import relative_velocities
 
 
 @dataclass
@@ -41,23 +40,19 @@ class Energy:
     def advance(
         self,
         problem: StepProblem,
-        gap: np.ndarray,
-        time_step: float,
         mass: np.ndarray,
         force: np.ndarray,
         before: np.ndarray,
         after: np.ndarray,
     ) -> None:
-        """Enter a solved step: ``mass`` and ``force`` by component, both zero where driven; velocities of the bodies."""
+        """Enter a closed step: ``mass`` and ``force`` by component, both zero where driven; velocities of the bodies."""
         mean = 0.5 * (before + after)
-        relative_after = np.empty_like(problem.relative_before)
-        relative_velocities(problem.system, after, relative_after)
-        relative_mean = 0.5 * (problem.relative_before + relative_after)
+        data = problem.data
+        relative_mean = 0.5 * (data.before + data.after)
         received = np.empty_like(mean)
         momentum(problem.system, received)
         # impulses do work on driven components too, which their drives must bring up
         drives = -float(np.vdot(np.where(mass > 0.0, 0.0, received), mean))
-        predicted_gap = gap + time_step * relative_after[:, 0]
         works: dict[str, float] = {}
         stored: dict[str, float] = {}
         for group, kernels in zip(problem.groups, problem.kernels, strict=True):
@@ -65,14 +60,12 @@ class Energy:
             name = group.law.NAME
             works[name] = works.get(name, 0.0) + float(np.vdot(problem.system.impulse[part], relative_mean[part]))
             if kernels.energy is not None:
-                energy = kernels.energy(
-                    group.start, group.stop, predicted_gap, problem.reference_gap, group.parameters.ravel()
-                )
+                energy = kernels.energy(group.start, group.stop, data, group.parameters.ravel())
                 stored[name] = stored.get(name, 0.0) + energy
         # from the change of velocity, not from two large numbers that nearly cancel
         gain = float(np.vdot(mass * (after - before), mean))
         self.kinetic = kinetic_energy(mass, after)
-        self.loads = time_step * float(np.vdot(force, mean))
+        self.loads = data.time_step * float(np.vdot(force, mean))
         self.drives = drives
         self.interactions = works
         self.stored = stored

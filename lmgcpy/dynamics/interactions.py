@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lmgcpy.contact.detector import Group
 from lmgcpy.contact.narrow_phase import Interactions
+from lmgcpy.dynamics.assembly import StepProblem
 
 
 @dataclass(frozen=True)
@@ -30,6 +30,8 @@ class InteractionView:
     """impulse / time step [N], (m, d)."""
     lever: np.ndarray
     """Contact point seen from the centre of the candidate, and of the antagonist [m], (m, 2, d)."""
+    state: dict[str, np.ndarray]
+    """What laws with a state keep, by name, (m,) each; NaN where the law of an interaction keeps no such number."""
 
     @property
     def normal(self) -> np.ndarray:
@@ -37,14 +39,17 @@ class InteractionView:
         return self.frame[:, 0]
 
     @classmethod
-    def of(
-        cls, groups: list[Group], interactions: Interactions | None, impulse: np.ndarray, time_step: float
-    ) -> InteractionView:
-        """Copy the arrays of a step."""
-        if interactions is None:
-            nothing = np.zeros(0, dtype=np.int64)
-            frame = np.zeros((0, 2, 2))
-            return cls(nothing.astype("<U1"), nothing, nothing, np.zeros(0), frame, impulse, impulse, frame)
+    def empty(cls, dimension: int, state_names: list[str]) -> InteractionView:
+        """No interaction."""
+        ids, vectors = np.zeros(0, dtype=np.int64), np.zeros((0, dimension))
+        frame = np.zeros((0, dimension, dimension))
+        levers, state = np.zeros((0, 2, dimension)), {name: np.zeros(0) for name in state_names}
+        return cls(ids.astype("<U1"), ids, ids, np.zeros(0), frame, vectors, vectors, levers, state)
+
+    @classmethod
+    def of(cls, problem: StepProblem, interactions: Interactions, state_names: list[str]) -> InteractionView:
+        """Copy the arrays of a step; ``state_names``: of all laws of the scene."""
+        groups, impulse = problem.groups, problem.system.impulse
         names = [group.law.NAME for group in groups]
         counts = [group.stop - group.start for group in groups]
         normal = interactions.normal
@@ -53,6 +58,10 @@ class InteractionView:
         lever = np.stack([-arm[:, :1] * normal, arm[:, 1:] * normal], axis=1)
         if len(interactions.lateral):
             lever += interactions.lateral[:, :, None] * tangent[:, None, :]
+        state = {name: np.full(len(impulse), np.nan) for name in state_names}
+        for group in groups:
+            for k, name in enumerate(group.law.states()):
+                state[name][group.start : group.stop] = problem.data.state[group.start : group.stop, k]
         return cls(
             law=np.repeat(np.array(names or [""]), counts or [0]),
             candidate=interactions.candidate.astype(np.int64),
@@ -60,8 +69,9 @@ class InteractionView:
             gap=interactions.gap.copy(),
             frame=np.stack([normal, tangent], axis=1),
             impulse=impulse.copy(),
-            force=impulse / time_step,
+            force=impulse / problem.data.time_step,
             lever=lever,
+            state=state,
         )
 
     def __len__(self) -> int:

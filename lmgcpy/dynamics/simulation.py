@@ -212,15 +212,18 @@ class Simulation:
             before=before,
             free_velocity=free_velocity,
             inverse_mass=self.model.inverse_mass,
+            state=self._detector.recall_state(interactions),
             work=self._work,
             wire_blocks=self.solver.wire_blocks,
         )
         self._solve(problem, interactions, free_velocity)
+        problem.close(problem.system.velocity)
+        self._detector.remember(interactions, problem.system.impulse, problem.data.state)
         state.velocities[:] = problem.system.velocity
         state.positions += self.theta * h * state.velocities
         state.time += h
         self.steps += 1
-        self.energy.advance(problem, interactions.gap, h, self._free_mass, force, before, state.velocities)
+        self.energy.advance(problem, self._free_mass, force, before, state.velocities)
         self._last = problem, interactions
         self.report = replace(self.report, step_seconds=clock.perf_counter() - begin)
         if self.report.status != STATUS[CONVERGED]:
@@ -254,13 +257,12 @@ class Simulation:
         return force
 
     def _solve(self, problem: StepProblem, interactions: Interactions, free_velocity: np.ndarray) -> None:
-        """Solve from the impulses of the last step and remember the new ones."""
+        """Solve from the impulses of the last step."""
         start = clock.perf_counter()
         guess = self._guess = self._detector.recall(interactions)
         self._free_velocity = free_velocity
         iterations, residual, status = self.solver.solve(problem.table, problem.system, free_velocity, guess)
         end = clock.perf_counter()
-        self._detector.remember(interactions, problem.system.impulse)
         self.report = Report(
             iterations=iterations,
             residual=residual,
@@ -339,9 +341,9 @@ class Simulation:
     def interactions(self) -> InteractionView:
         """Links and all candidates within alert of the last step, copied; none before the first step."""
         if self._last is None:
-            return InteractionView.of([], None, np.zeros((0, 2)), self.time_step)
+            return InteractionView.empty(self.model.dimension, self._detector.state_names)
         problem, interactions = self._last
-        return InteractionView.of(problem.groups, interactions, problem.system.impulse, self.time_step)
+        return InteractionView.of(problem, interactions, self._detector.state_names)
 
     def problem(self) -> Problem:
         """The last step as a problem of its own: to solve otherwise, to measure, to write out.

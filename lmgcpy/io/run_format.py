@@ -238,6 +238,9 @@ def _create_slot(group: Any, checkpoint: Checkpoint, laws: int) -> None:
     width = checkpoint.memory.impulse.shape[1]
     group.create_dataset("identity", (0, 3), "i8", maxshape=(None, 3), chunks=(1024, 3))
     group.create_dataset("impulse", (0, width), "f8", maxshape=(None, width), chunks=(1024, width))
+    longest = checkpoint.memory.state.shape[1]
+    growing = {"maxshape": (None, longest), "chunks": (1024, longest)} if longest else {}
+    group.create_dataset("state", (0, longest), "f8", **growing)
 
 
 def write_tree(group: Any, tree: Mapping[str, Any]) -> None:
@@ -307,6 +310,8 @@ ENERGIES = ("kinetic", "loads", "drives", "defect", "total_loads", "total_drives
 BY_LAW = ("interactions", "stored", "total_interactions")
 COUNTS = ("sequence", "frames", "interactions", "history")
 """What the tables held when the checkpoint was made."""
+REMEMBERED = ("identity", "impulse", "state")
+"""What is remembered by interaction; states only where a law of the scene keeps one."""
 NUMBERS = (*COUNTS, "steps", "unconverged_steps", "memory", "listed", "rebuilds", "checksum")
 
 
@@ -317,10 +322,11 @@ def write_checkpoint(file: Any, checkpoint: Checkpoint, commit: Commit, laws: li
     arrays["numbers"][-1] = _checksum(arrays)
     for name, array in arrays.items():
         item = group[name]
-        if name in ("identity", "impulse") and len(item) < len(array):
+        if not array.size:
+            continue
+        if name in REMEMBERED and len(item) < len(array):
             item.resize(len(array) + len(array) // 4, axis=0)
-        if array.size:
-            item[: len(array)] = array
+        item[: len(array)] = array
 
 
 def _arrays(checkpoint: Checkpoint, commit: Commit, laws: list[str]) -> dict[str, np.ndarray]:
@@ -335,6 +341,7 @@ def _arrays(checkpoint: Checkpoint, commit: Commit, laws: list[str]) -> dict[str
         "listed_at": memory.listed_at,
         "identity": memory.identity,
         "impulse": memory.impulse,
+        "state": memory.state,
         "energy": np.array([*values, checkpoint.time, checkpoint.worst_residual]),
         "energy_by_law": np.array(by_law, dtype=float).reshape(len(BY_LAW), len(laws)),
         "reach": np.array([memory.reach]),
@@ -357,7 +364,7 @@ def read_checkpoint(file: Any, laws: list[str]) -> tuple[Checkpoint, Commit]:
         group = file["checkpoint"][slot]
         arrays = {name: np.asarray(item) for name, item in group.items()}
         numbers = dict(zip(NUMBERS, arrays["numbers"].tolist(), strict=True))
-        for name in ("identity", "impulse"):
+        for name in REMEMBERED:
             arrays[name] = arrays[name][: max(0, numbers["memory"])]
         commit = Commit(*(numbers[name] for name in COUNTS))
         whole = commit.sequence > 0 and _checksum(arrays) == numbers["checksum"]
@@ -385,6 +392,7 @@ def _checkpoint(arrays: Mapping[str, np.ndarray], numbers: Mapping[str, int], la
         memory=Memory(
             identity=arrays["identity"],
             impulse=arrays["impulse"],
+            state=arrays["state"].reshape(len(arrays["identity"]), arrays["state"].shape[1]),
             listed=bool(numbers["listed"]),
             listed_at=arrays["listed_at"],
             reach=float(arrays["reach"][0]),

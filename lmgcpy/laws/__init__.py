@@ -1,7 +1,7 @@
 """Interaction laws: what they are, the built-in ones, and the registry through which users add their own."""
 
 from lmgcpy.laws import builtin
-from lmgcpy.laws.law import Law, Parameter
+from lmgcpy.laws.law import INTERFACE, Law, Parameter, State
 from lmgcpy.laws.registry import hook, registry
 
 registry.add_plugin(builtin, "lmgcpy")
@@ -12,4 +12,16 @@ register = registry.register
 failures = registry.failures
 registrations = registry.registrations
 
-__all__ = ["Law", "Parameter", "failures", "get", "hook", "names", "register", "registrations", "registry"]
+__all__ = [
+    "INTERFACE",
+    "Law",
+    "Parameter",
+    "State",
+    "failures",
+    "get",
+    "hook",
+    "names",
+    "register",
+    "registrations",
+    "registry",
+]

@@ -54,7 +54,7 @@ class Coulomb(Law):
         return dimension if self.friction > 0.0 else 1
 
     @staticmethod
-    def prepare(gap, reference_gap, velocity, time_step, parameters):
+    def prepare(gap, reference_gap, velocity, time_step, parameters, state):
         (friction,) = parameters
         return (approach(gap, time_step), friction)
 

@@ -48,7 +48,7 @@ class AxialLink(Law):
         return (prepared[0], 0.0, prepared[1])
 
     @staticmethod
-    def prepare(gap, reference_gap, velocity, time_step, parameters):
+    def prepare(gap, reference_gap, velocity, time_step, parameters, state):
         (stiffness,) = parameters
         return (pull_back(gap, reference_gap, time_step), 1.0 / (time_step * time_step * stiffness))
 
@@ -69,7 +69,7 @@ class ElasticRod(AxialLink):
         return ((-1.0 / (W[0][0] + prepared[1]),),)
 
     @staticmethod
-    def energy(gap, reference_gap, parameters):
+    def energy(gap, reference_gap, parameters, state):
         return 0.5 * parameters[0] * (gap - reference_gap) ** 2
 
 
@@ -89,5 +89,5 @@ class ElasticWire(AxialLink):
         return ((-1.0 / (W[0][0] + prepared[1]) if u[0] + prepared[0] > 0.0 else 0.0,),)
 
     @staticmethod
-    def energy(gap, reference_gap, parameters):
+    def energy(gap, reference_gap, parameters, state):
         return 0.5 * parameters[0] * max(gap - reference_gap, 0.0) ** 2

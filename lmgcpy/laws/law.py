@@ -12,11 +12,15 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
 from lmgcpy.errors import closest, number
+
+INTERFACE = 1
+"""Version of what a law is here: its functions, their arguments, its class attributes. It grows when one of them changes
+in a way that a law written before would notice."""
 
 REQUIRED = object()
 
@@ -68,6 +72,16 @@ class Parameter:
         return number(value, f"{self.name} of law '{law_name}'", unit=self.unit, **self.bounds)
 
 
+class State:
+    """A number that a law keeps for each interaction, declared in the class body: ``damage = State("-", "1: broken")``."""
+
+    def __init__(self, unit: str, text: str = ""):
+        self.unit, self.text = unit, text
+
+
+Declaration = TypeVar("Declaration", Parameter, State)
+
+
 class Law(ABC):
     """An interaction law; subclass it, and register the class with ``lm.laws.register``.
 
@@ -77,7 +91,14 @@ class Law(ABC):
     * ``APPLIES_TO``: "contact" or "link";
     * ``PREPARED``: names of the numbers that ``prepare`` returns;
     * ``TRAITS``: what the law promises, out of :data:`TRAITS`;
-    * :class:`Parameter` attributes, in the order in which ``prepare`` receives their values.
+    * ``PAIRS``: kinds of contactors that a contact law is for, as ``{("disk", "wall")}``; None: all;
+    * ``INTERFACE``: version of the interface that the law is written for;
+    * :class:`Parameter` attributes, in the order in which ``prepare`` receives their values;
+    * :class:`State` attributes, likewise: what the law keeps for each interaction (damage, plastic length, wear).
+
+    The state of an interaction starts with ``initial`` (zeros without one) in the first step in which the interaction is
+    there: links are there from the start, contacts from when they come within alert to when they leave it, and with them
+    goes their state. ``commit`` makes the new state once a step, after the solver; without ``commit`` it stays.
 
     An instance is frozen and comparable: two laws with equal parameters are equal.
     """
@@ -86,10 +107,22 @@ class Law(ABC):
     APPLIES_TO: ClassVar[str]
     PREPARED: ClassVar[tuple[str, ...]]
     TRAITS: ClassVar[frozenset[str]] = frozenset()
+    PAIRS: ClassVar[frozenset[tuple[str, str]] | None] = None
+    INTERFACE: ClassVar[int] = 1  # of a law that names none: the first
+
+    initial: ClassVar[Callable | None] = None
+    """``initial(gap, reference_gap, time, parameters)``: state of an interaction that is new at ``time`` [s], 0 where the
+    simulation starts, a tuple of as many numbers as there are; None: zeros."""
+    commit: ClassVar[Callable | None] = None
+    """``commit(gap, reference_gap, velocity, impulse, time_step, parameters, state)``: the state after the step.
+
+    ``gap`` [m] at the detection configuration, as ``prepare`` got it; ``velocity`` [m/s] relative, at the end of the
+    step: the predicted gap is ``gap + time_step * velocity[0]``; ``impulse`` [N s], the force is
+    ``impulse / time_step``."""
     slope: ClassVar[Callable | None] = None
     """``slope(W, u, prepared)``: generalized derivative of ``react`` by ``u``, a tuple of rows; None if not given."""
     energy: ClassVar[Callable | None] = None
-    """``energy(gap, reference_gap, parameters)``: energy stored in one interaction [J]; None if it stores none."""
+    """``energy(gap, reference_gap, parameters, state)``: energy stored in one interaction [J]; None if it stores none."""
 
     conic: ClassVar[Callable | None] = None
     """``conic(prepared)``: bias [m/s], friction and compliance [1/kg] of the law in conic form (see
@@ -97,11 +130,12 @@ class Law(ABC):
 
     @staticmethod
     @abstractmethod
-    def prepare(gap, reference_gap, velocity, time_step, parameters):
+    def prepare(gap, reference_gap, velocity, time_step, parameters, state):
         """Once a step: the few numbers that ``react`` needs, a tuple as long as ``PREPARED``.
 
         ``gap`` [m] at the detection configuration, ``reference_gap`` [m] (links; 0 for contacts), ``velocity`` [m/s]:
-        relative velocity at the start of the step, a tuple, normal first; ``time_step`` [s]; ``parameters``: a tuple.
+        relative velocity at the start of the step, a tuple, normal first; ``time_step`` [s]; ``parameters`` and ``state``
+        (empty for a law that keeps none): tuples.
         """
 
     @staticmethod
@@ -133,9 +167,18 @@ class Law(ABC):
     @classmethod
     def parameters(cls) -> dict[str, Parameter]:
         """The declared parameters by name, in order of declaration."""
-        found: dict[str, Parameter] = {}
+        return cls._declared(Parameter)
+
+    @classmethod
+    def states(cls) -> dict[str, State]:
+        """The declared numbers of the internal state by name, in order of declaration."""
+        return cls._declared(State)
+
+    @classmethod
+    def _declared(cls, kind: type[Declaration]) -> dict[str, Declaration]:
+        found: dict[str, Declaration] = {}
         for base in reversed(cls.__mro__):
-            found.update({name: value for name, value in vars(base).items() if isinstance(value, Parameter)})
+            found.update({name: value for name, value in vars(base).items() if isinstance(value, kind)})
         return found
 
     @property

@@ -15,7 +15,7 @@ from typing import Any
 import pluggy
 
 from lmgcpy.errors import closest
-from lmgcpy.laws.law import TRAITS, Law
+from lmgcpy.laws.law import INTERFACE, TRAITS, Law
 
 GROUP = "lmgcpy"
 hook_specification = pluggy.HookspecMarker(GROUP)
@@ -23,11 +23,13 @@ hook = pluggy.HookimplMarker(GROUP)
 """Decorator of a plug-in's hook: ``@lmgcpy.laws.hook``."""
 
 ARGUMENTS = {
-    "prepare": ("gap", "reference_gap", "velocity", "time_step", "parameters"),
+    "prepare": ("gap", "reference_gap", "velocity", "time_step", "parameters", "state"),
     "react": ("W", "u", "prepared"),
     "slope": ("W", "u", "prepared"),
     "conic": ("prepared",),
-    "energy": ("gap", "reference_gap", "parameters"),
+    "energy": ("gap", "reference_gap", "parameters", "state"),
+    "initial": ("gap", "reference_gap", "time", "parameters"),
+    "commit": ("gap", "reference_gap", "velocity", "impulse", "time_step", "parameters", "state"),
 }
 """Exact argument lists of a law's functions."""
 
@@ -122,6 +124,11 @@ def check_interface(law: Any) -> None:
     if not (isinstance(law, type) and issubclass(law, Law)):
         raise TypeError(f"A law is a subclass of lmgcpy.Law, got {law!r}.")
     where = f"Law class {law.__qualname__}"
+    if law.INTERFACE != INTERFACE:
+        raise TypeError(
+            f"{where} is written for version {law.INTERFACE!r} of the interface of laws, this lmgcpy has version "
+            f"{INTERFACE}: install a version of the law, or of lmgcpy, that fits."
+        )
     for name, kind in (("NAME", str), ("APPLIES_TO", str), ("PREPARED", tuple), ("TRAITS", frozenset)):
         if not isinstance(getattr(law, name, None), kind):
             raise TypeError(f"{where} needs a class attribute {name} of type {kind.__name__}.")
@@ -130,6 +137,12 @@ def check_interface(law: Any) -> None:
     for trait in law.TRAITS:
         if trait not in TRAITS:
             raise TypeError(f"{where} declares an unknown trait '{trait}'{closest(trait, TRAITS)}")
+    for name in ("initial", "commit"):
+        if getattr(law, name) is not None and not law.states():
+            raise TypeError(f"{where} has {name} but no state: declare its numbers, as damage = lmgcpy.State('-').")
+    for pair in law.PAIRS or ():
+        if not (isinstance(pair, tuple) and len(pair) == 2 and all(isinstance(kind, str) for kind in pair)):
+            raise TypeError(f'{where}: PAIRS holds pairs of kinds of contactors, as ("disk", "wall"), got {pair!r}.')
     if law.__abstractmethods__:
         raise TypeError(f"{where} lacks {', '.join(sorted(law.__abstractmethods__))}.")
     for name, expected in ARGUMENTS.items():

@@ -22,7 +22,7 @@ class Restitution(Coulomb):
     restitution = Parameter("-", "coefficient of normal restitution e", minimum=0.0, maximum=1.0)
 
     @staticmethod
-    def prepare(gap, reference_gap, velocity, time_step, parameters):
+    def prepare(gap, reference_gap, velocity, time_step, parameters, state):
         friction, restitution = parameters
         if gap > 0.0:
             return (math.inf, friction)

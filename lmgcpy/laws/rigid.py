@@ -23,7 +23,7 @@ class RigidRod(Law):
     TRAITS = frozenset({"dissipative", "rigid"})
 
     @staticmethod
-    def prepare(gap, reference_gap, velocity, time_step, parameters):
+    def prepare(gap, reference_gap, velocity, time_step, parameters, state):
         return (pull_back(gap, reference_gap, time_step),)
 
     @staticmethod
@@ -48,7 +48,7 @@ class RigidWire(Law):
     TRAITS = frozenset({"pull", "dissipative", "rigid"})
 
     @staticmethod
-    def prepare(gap, reference_gap, velocity, time_step, parameters):
+    def prepare(gap, reference_gap, velocity, time_step, parameters, state):
         return (pull_back(gap, reference_gap, time_step),)
 
     @staticmethod

@@ -19,7 +19,7 @@ class Signorini(Law):
     TRAITS = frozenset({"push", "dissipative", "rigid"})
 
     @staticmethod
-    def prepare(gap, reference_gap, velocity, time_step, parameters):
+    def prepare(gap, reference_gap, velocity, time_step, parameters, state):
         return (approach(gap, time_step),)
 
     @staticmethod

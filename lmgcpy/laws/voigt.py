@@ -44,7 +44,7 @@ class VoigtRod(VoigtLink):
     NAME = "voigt-rod"
 
     @staticmethod
-    def prepare(gap, reference_gap, velocity, time_step, parameters):
+    def prepare(gap, reference_gap, velocity, time_step, parameters, state):
         return spring_and_damper(gap, reference_gap, time_step, parameters)
 
     @staticmethod
@@ -57,7 +57,7 @@ class VoigtRod(VoigtLink):
         return ((-1.0 / (W[0][0] + prepared[1]),),)
 
     @staticmethod
-    def energy(gap, reference_gap, parameters):
+    def energy(gap, reference_gap, parameters, state):
         return 0.5 * parameters[0] * (gap - reference_gap) ** 2
 
 
@@ -75,7 +75,7 @@ class VoigtWire(VoigtLink):
     conic = None  # type: ignore[assignment]
 
     @staticmethod
-    def prepare(gap, reference_gap, velocity, time_step, parameters):
+    def prepare(gap, reference_gap, velocity, time_step, parameters, state):
         bias, compliance = spring_and_damper(gap, reference_gap, time_step, parameters)
         return (bias, compliance, pull_back(gap, reference_gap, time_step))
 
@@ -100,5 +100,5 @@ class VoigtWire(VoigtLink):
         return ((-1.0 / (w + compliance) if viscous > vertical else -1.0 / w,),)
 
     @staticmethod
-    def energy(gap, reference_gap, parameters):
+    def energy(gap, reference_gap, parameters, state):
         return 0.5 * parameters[0] * max(gap - reference_gap, 0.0) ** 2

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
@@ -16,35 +16,95 @@ from lmgcpy.solve import contact_block, wire_block
 from lmgcpy.solve.gauss_seidel import group_signature
 from lmgcpy.solve.system import System
 
-prepare: Callable[..., Any] = lambda gap, reference_gap, velocity, time_step, parameters: ()  # noqa: E731
-"""The law's, given by the specialisation."""
+prepare: Callable[..., Any] = lambda gap, reference_gap, velocity, time_step, parameters, state: ()  # noqa: E731
+"""The law's, given by the specialisation, as what follows."""
+energy: Callable[..., Any] = lambda gap, reference_gap, parameters, state: 0.0  # noqa: E731
+initial: Callable[..., Any] = lambda gap, reference_gap, time, parameters: ()  # noqa: E731
+commit: Callable[..., Any] = lambda gap, reference_gap, velocity, impulse, time_step, parameters, state: ()  # noqa: E731
 read_parameters: Callable[..., Any] = lambda array, start: ()  # noqa: E731
-read_velocity: Callable[..., Any] = lambda array, start: ()  # noqa: E731
-as_floats: Callable[..., Any] = lambda row: ()  # noqa: E731
-energy: Callable[..., Any] = lambda gap, reference_gap, parameters: 0.0  # noqa: E731
+read_local: Callable[..., Any] = lambda array, start: ()  # noqa: E731
+read_state: Callable[..., Any] = lambda array, start: ()  # noqa: E731
+as_prepared: Callable[..., Any] = lambda row: ()  # noqa: E731
+as_state: Callable[..., Any] = lambda row: ()  # noqa: E731
 PARAMETERS = 0
 PREPARED = 0
+STATE = 0
+
+
+class StepData(NamedTuple):
+    """What the laws of a step see beside the impulses; m interactions."""
+
+    gap: np.ndarray
+    """At the detection configuration [m], (m,)."""
+    reference_gap: np.ndarray
+    """[m], (m,); zero for contacts."""
+    before: np.ndarray
+    """Relative velocities at the start of the step [m/s], (m, 2)."""
+    after: np.ndarray
+    """The same at its end, (m, 2); filled in when it is solved."""
+    state: np.ndarray
+    """What the laws keep, (m, k) with k the longest of the scene; NaN beyond a law's own."""
+    time: float
+    """At the start of the step [s]."""
+    time_step: float
+    """[s]."""
+
+
+def parameters_of(i, start, parameters):
+    """Parameters of interaction ``i``: of its own row, or of the one row that all share."""
+    return read_parameters(parameters, (i - start) * PARAMETERS if parameters.shape[0] > PARAMETERS else 0)
 
 
 @kernel
-def prepare_group(start, stop, offset, gap, reference_gap, velocity, time_step, parameters, prepared):
-    """Call the law's ``prepare`` for the interactions of one group; ``velocity``: relative, at the start, flat (2 m)."""
+def prepare_group(start, stop, offset, data: StepData, parameters, prepared):
+    """Call the law's ``prepare`` for the interactions of one group, and ``initial`` for those that have no state yet."""
+    before = data.before.ravel()
+    states = data.state.ravel()
+    width = data.state.shape[1]
     for i in range(start, stop):
-        row = (i - start) * PARAMETERS if parameters.shape[0] > PARAMETERS else 0
-        numbers = as_floats(
-            prepare(gap[i], reference_gap[i], read_velocity(velocity, 2 * i), time_step, read_parameters(parameters, row))
-        )
+        given = parameters_of(i, start, parameters)
+        if STATE > 0 and np.isnan(data.state[i, 0]):
+            first = as_state(initial(data.gap[i], data.reference_gap[i], data.time, given))
+            for k in range(STATE):
+                data.state[i, k] = first[k]
+        state = read_state(states, i * width)
+        local = read_local(before, 2 * i)
+        numbers = as_prepared(prepare(data.gap[i], data.reference_gap[i], local, data.time_step, given, state))
         for k in range(PREPARED):
             prepared[offset + (i - start) * PREPARED + k] = numbers[k]
 
 
 @kernel
-def stored_energy(start, stop, gap, reference_gap, parameters):
-    """Energy stored in the interactions of one group at the gaps ``gap`` [J]."""
-    total = 0.0
+def commit_group(start, stop, data: StepData, impulse, parameters):
+    """Call the law's ``commit`` for the interactions of one group; returns the row of the first state that is not finite,
+    or -1."""
+    after = data.after.ravel()
+    impulses = impulse.ravel()
+    states = data.state.ravel()
+    width = data.state.shape[1]
     for i in range(start, stop):
-        row = (i - start) * PARAMETERS if parameters.shape[0] > PARAMETERS else 0
-        total += energy(gap[i], reference_gap[i], read_parameters(parameters, row))
+        given = parameters_of(i, start, parameters)
+        local = read_local(after, 2 * i)
+        push = read_local(impulses, 2 * i)
+        state = read_state(states, i * width)
+        new = as_state(commit(data.gap[i], data.reference_gap[i], local, push, data.time_step, given, state))
+        for k in range(STATE):
+            if not np.isfinite(new[k]):
+                return i
+            data.state[i, k] = new[k]
+    return -1
+
+
+@kernel
+def stored_energy(start, stop, data: StepData, parameters):
+    """Energy stored in the interactions of one group at the gaps predicted at the end of the step [J]."""
+    total = 0.0
+    states = data.state.ravel()
+    width = data.state.shape[1]
+    for i in range(start, stop):
+        given = parameters_of(i, start, parameters)
+        predicted = data.gap[i] + data.time_step * data.after[i, 0]
+        total += energy(predicted, data.reference_gap[i], given, read_state(states, i * width))
     return total
 
 
@@ -92,13 +152,14 @@ class LawKernels:
     error: Any
     prepare: Kernel
     energy: Kernel | None
+    commit: Kernel | None
 
 
 def law_kernels(law: type[Law], parameter_count: int, rows: int, central: bool, diagonal: bool, chain: bool) -> LawKernels:
     """Kernels for groups of a law (``chain``: the links of one wire as a block, which needs the law's ``slope``)."""
     sweep, error = group_kernels(law, rows, diagonal, chain, SYSTEM_TYPE, {"CENTRAL": central})
-    prepare, energy = _step_kernels(law.prepare, law.energy, len(law.PREPARED), parameter_count, rows)
-    return LawKernels(sweep, error, prepare, energy)
+    functions = law.prepare, law.energy, law.initial, law.commit
+    return LawKernels(sweep, error, *_step_kernels(functions, len(law.PREPARED), len(law.states()), parameter_count, rows))
 
 
 def group_kernels(
@@ -131,18 +192,36 @@ def _group_kernels(
 
 @cache
 def _step_kernels(
-    law_prepare: Callable, law_energy: Callable | None, prepared_count: int, parameter_count: int, rows: int
-) -> tuple[Kernel, Kernel | None]:
-    reader = row_reader(parameter_count)
-    floats = eval(f"lambda row: ({''.join(f'float(row[{k}]), ' for k in range(prepared_count))})")
+    functions: tuple, prepared_count: int, state_count: int, parameter_count: int, rows: int
+) -> tuple[Kernel, Kernel | None, Kernel | None]:
+    law_prepare, law_energy, law_initial, law_commit = functions
+    common: dict[str, Any] = {
+        "read_parameters": row_reader(parameter_count),
+        "read_local": row_reader(rows),
+        "read_state": row_reader(state_count),
+        "as_state": as_floats(state_count),
+        "PARAMETERS": parameter_count,
+        "STATE": state_count,
+    }
     preparing = prepare_group.specialise(
         prepare=law_prepare,
-        read_parameters=reader,
-        read_velocity=row_reader(rows),
-        as_floats=floats,
-        PARAMETERS=parameter_count,
+        initial=law_initial or zeros(state_count),
+        as_prepared=as_floats(prepared_count),
         PREPARED=prepared_count,
+        **common,
     )
-    if law_energy is None:
-        return preparing, None
-    return preparing, stored_energy.specialise(energy=law_energy, read_parameters=reader, PARAMETERS=parameter_count)
+    storing = law_energy and stored_energy.specialise(energy=law_energy, **common)
+    committing = law_commit and commit_group.specialise(commit=law_commit, **common)
+    return preparing, storing, committing
+
+
+@cache
+def as_floats(count: int) -> Callable:
+    """Function ``row -> (float(row[0]), ...)``, a tuple of so many."""
+    return eval(f"lambda row: ({''.join(f'float(row[{k}]), ' for k in range(count))})")
+
+
+@cache
+def zeros(count: int) -> Callable:
+    """An ``initial`` of so many zeros."""
+    return eval(f"lambda gap, reference_gap, time, parameters: ({'0.0, ' * count})")

@@ -140,7 +140,7 @@ def cases(draw, law: type[lm.Law], spread: Spread = USUAL):
     time_step = draw(magnitude(*spread.time_step))
     length = draw(magnitude(*spread.gap))
     parameters = tuple(float(value) for value in instance.table(np.array([length]))[0])
-    prepared = tuple(float(number) for number in instance.prepare(gap, reference_gap, before, time_step, parameters))
+    prepared = tuple(float(number) for number in instance.prepare(gap, reference_gap, before, time_step, parameters, ()))
     return Case(instance, W, q, gap, reference_gap, before, time_step, parameters, prepared)
 
 

@@ -22,7 +22,7 @@ HAS_SLOPE = HAS_ENERGY = False
 @kernel
 def evaluate(W, q, gap, reference_gap, before, time_step, parameters, prepared, impulse, slopes):
     """Everything that a law computes for one interaction; returns the energy."""
-    numbers = prepare(gap, reference_gap, read_velocity(before, 0), time_step, read_parameters(parameters, 0))
+    numbers = prepare(gap, reference_gap, read_velocity(before, 0), time_step, read_parameters(parameters, 0), ())
     for k in range(PREPARED):
         prepared[k] = numbers[k]
     given = read_prepared(prepared, 0)
@@ -39,10 +39,10 @@ def evaluate(W, q, gap, reference_gap, before, time_step, parameters, prepared, 
         for i in range(ROWS):
             for j in range(ROWS):
                 slopes[i, j] = rows[i][j]
-    return energy(gap, reference_gap, read_parameters(parameters, 0)) if HAS_ENERGY else 0.0
+    return energy(gap, reference_gap, read_parameters(parameters, 0), ()) if HAS_ENERGY else 0.0
 
 
-def no_energy(gap, reference_gap, parameters):
+def no_energy(gap, reference_gap, parameters, state):
     return 0.0
 
 
@@ -100,4 +100,4 @@ def test_compiled_and_interpreted_agree(law, data):
     if law.slope is not None:
         assert close(slopes, law.slope(case.W, case.q, case.prepared))
     if law.energy is not None:
-        assert close(stored, law.energy(case.gap, case.reference_gap, case.parameters))
+        assert close(stored, law.energy(case.gap, case.reference_gap, case.parameters, ()))

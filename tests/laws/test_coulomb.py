@@ -111,8 +111,8 @@ def test_sliding_does_not_dilate():
 
 def test_an_open_gap_may_close_and_an_old_penetration_is_left():
     """bias = max(g, 0)/h: 1 mm in 1 ms may close at 1 m/s; -1 mm asks for nothing."""
-    assert Coulomb.prepare(1e-3, 0.0, (0.0, 0.0), 1e-3, (0.3,)) == (1.0, 0.3)
-    assert Coulomb.prepare(-1e-3, 0.0, (0.0, 0.0), 1e-3, (0.3,)) == (0.0, 0.3)
+    assert Coulomb.prepare(1e-3, 0.0, (0.0, 0.0), 1e-3, (0.3,), ()) == (1.0, 0.3)
+    assert Coulomb.prepare(-1e-3, 0.0, (0.0, 0.0), 1e-3, (0.3,), ()) == (0.0, 0.3)
 
 
 def test_a_frictionless_contact_has_one_row():

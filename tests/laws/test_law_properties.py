@@ -44,7 +44,7 @@ def test_extreme_input_gives_a_finite_impulse(law, data):
     if law.slope is not None:
         assert np.isfinite(law.slope(case.W, case.q, case.prepared)).all()
     if law.energy is not None:
-        assert np.isfinite(law.energy(case.gap, case.reference_gap, case.parameters))
+        assert np.isfinite(law.energy(case.gap, case.reference_gap, case.parameters, ()))
 
 
 @every_law
@@ -135,8 +135,8 @@ def test_the_force_is_the_slope_of_the_energy(law, data):
     assume(size > 1e-6 * (abs(case.gap) + abs(case.reference_gap) + case.time_step * case.velocity_scale))
     d = 1e-3 * size
     slope = (
-        law.energy(predicted + d, case.reference_gap, case.parameters)
-        - law.energy(predicted - d, case.reference_gap, case.parameters)
+        law.energy(predicted + d, case.reference_gap, case.parameters, ())
+        - law.energy(predicted - d, case.reference_gap, case.parameters, ())
     ) / (2.0 * d)
     force = case.impulse[0] / case.time_step
     stiffest = (abs(force) + abs(slope)) / size

@@ -18,7 +18,7 @@ def law(name="test-law", **attributes):
         "NAME": name,
         "APPLIES_TO": "contact",
         "PREPARED": ("bias",),
-        "prepare": staticmethod(lambda gap, reference_gap, velocity, time_step, parameters: (0.0,)),
+        "prepare": staticmethod(lambda gap, reference_gap, velocity, time_step, parameters, state: (0.0,)),
         "react": staticmethod(lambda W, u, prepared: (0.0,)),
         **attributes,
     }
@@ -179,7 +179,7 @@ INCOMPLETE = [
         lambda: law(react=staticmethod(lambda W, q, prepared: (0.0,))),
         r"react must take \(W, u, prepared\), it takes \(W, q, prepared\)",
     ),
-    (lambda: law(energy=staticmethod(lambda gap: 0.0)), r"energy must take \(gap, reference_gap, parameters\)"),
+    (lambda: law(energy=staticmethod(lambda gap: 0.0)), r"energy must take \(gap, reference_gap, parameters, state\)"),
 ]
 
 

@@ -165,7 +165,7 @@ def test_the_relation_rejects_a_wrong_impulse(name, factor):
     q = (1.0 if law.APPLIES_TO == "link" else -1.0, 0.8)[:size]
     W = ((2.0, 0.5), (0.5, 1.0)) if size == 2 else ((2.0,),)
     parameters = tuple(law.table(np.array([0.1]))[0])
-    prepared = law.prepare(0.0, 0.0, (0.0,) * size, 1e-2, parameters)
+    prepared = law.prepare(0.0, 0.0, (0.0,) * size, 1e-2, parameters, ())
     case = Case(law, W, q, 0.0, 0.0, (0.0,) * size, 1e-2, parameters, prepared)
     assert np.abs(RELATIONS[name](case)).max() <= TOLERANCE
     wrong = SimpleNamespace(**vars(case), impulse=factor * case.impulse)

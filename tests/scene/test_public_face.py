@@ -59,7 +59,7 @@ def test_a_law_from_a_script(monkeypatch):
         reach = lm.Parameter("m", "up to which gap", above=0.0)
 
         @staticmethod
-        def prepare(gap, reference_gap, velocity, time_step, parameters):
+        def prepare(gap, reference_gap, velocity, time_step, parameters, state):
             force, reach = parameters
             return (time_step * force if gap < reach else 0.0,)
 

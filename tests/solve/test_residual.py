@@ -31,7 +31,7 @@ def errors(scene, sim, problem, r):
         rows = law.rows(2)
         block = problem.W[2 * i : 2 * i + rows, 2 * i : 2 * i + rows]
         w = np.trace(block) / rows
-        prepared = law.prepare(view.gap[i], reference_gap, tuple(before[i, :rows]), sim.time_step, parameters)
+        prepared = law.prepare(view.gap[i], reference_gap, tuple(before[i, :rows]), sim.time_step, parameters, ())
         W = tuple(tuple(row) for row in w * np.eye(rows))
         new = law.react(W, tuple(u[i, :rows] - w * r[i, :rows]), prepared)
         found.append(w * (r[i, :rows] - np.array(new)))

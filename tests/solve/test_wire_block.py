@@ -103,7 +103,7 @@ def test_voigt_wires_of_any_shape(seed):
     for r in (sim.interactions.impulse[:, 0], np.zeros(60)):
         u = free + W @ r
         for i, w in enumerate(np.diag(W)):
-            prepared = law.prepare(-slacks[i], 0.0, (0.0,), sim.time_step, (300.0, 30.0))
+            prepared = law.prepare(-slacks[i], 0.0, (0.0,), sim.time_step, (300.0, 30.0), ())
             errors.append(w * (r[i] - law.react(((w,),), (u[i] - w * r[i],), prepared)[0]))
     errors = np.array(errors).reshape(2, 60)
     assert np.linalg.norm(errors[0]) < 1e-9 * np.linalg.norm(errors[1])
@@ -123,7 +123,7 @@ class Hardening(lm.Law):
     k_3 = lm.Parameter("N/m^3", minimum=0.0)
 
     @staticmethod
-    def prepare(gap, reference_gap, velocity, time_step, parameters):
+    def prepare(gap, reference_gap, velocity, time_step, parameters, state):
         return (gap - reference_gap, time_step, parameters[0], parameters[1])
 
     @staticmethod
