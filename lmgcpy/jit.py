@@ -13,6 +13,7 @@ directory. Three things it does that ``numba.njit(cache=True)`` does not:
 
 from __future__ import annotations
 
+import dis
 import hashlib
 import inspect
 import os
@@ -112,6 +113,24 @@ def fingerprint(function: Callable, names: dict[str, Any] | None = None, argumen
         _hash_value(digest, getattr(argument, "instance_class", argument), {}, {})
     _hash_function(digest, function, names or {}, {})
     return digest.hexdigest()[:16]
+
+
+def may_raise(function: Callable) -> bool:
+    """Whether ``function``, or a plain function that it calls, holds a raise or an assert statement."""
+    seen: set[int] = set()
+
+    def reaches_raise(value: Any) -> bool:
+        value = value.function if isinstance(value, Kernel) else getattr(value, "py_func", value)
+        if not isinstance(value, types.FunctionType) or id(value) in seen:
+            return False
+        seen.add(id(value))
+        if any(
+            step.opname == "RAISE_VARARGS" for code in _code_objects(value.__code__) for step in dis.get_instructions(code)
+        ):
+            return True
+        return any(reaches_raise(called) for called, _ in _free_names(value, {}).values())
+
+    return reaches_raise(function)
 
 
 def _code_objects(code: types.CodeType) -> Iterator[types.CodeType]:

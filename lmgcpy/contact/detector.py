@@ -72,6 +72,7 @@ class Detector:
         self.rows = rows
         self.chains = chains
         self.inverse_mass = inverse_mass
+        check_pairs(contactors, rows)
         bounded = np.isfinite(contactors.bounding_radius)
         self._bounded = np.flatnonzero(bounded)
         self._unbounded = np.flatnonzero(~bounded)
@@ -302,6 +303,25 @@ class Detector:
             FLIPPED=pair.flipped,
             CENTRAL=central,
         )
+
+
+def check_pairs(contactors: ContactorTable, rows: list[VisibilityRow]) -> None:
+    """ValueError where the visibility table gives a law a pair of contactors that the law is not for."""
+    kinds: dict[str, set[str]] = {}
+    for kind, color in zip(contactors.kind, contactors.color, strict=True):
+        kinds.setdefault(color, set()).add(kind)
+    for row in rows:
+        allowed = row.law.PAIRS
+        if allowed is None:
+            continue
+        for c in sorted(kinds.get(row.candidate, ())):
+            for a in sorted(kinds.get(row.antagonist, ())):
+                if (c, a) not in allowed and (a, c) not in allowed:
+                    pairs = ", ".join("-".join(pair) for pair in sorted(allowed))
+                    raise ValueError(
+                        f"Law '{row.law.NAME}' is for contacts {pairs}, but "
+                        f"'{row.candidate}' sees '{row.antagonist}' with a {c} and a {a}: give them another law."
+                    )
 
 
 def _all_pairs(candidates: np.ndarray, antagonists: np.ndarray) -> np.ndarray:

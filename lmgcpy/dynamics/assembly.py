@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
+import numba
 import numpy as np
 
 from lmgcpy.contact.detector import Group
 from lmgcpy.contact.narrow_phase import Interactions
-from lmgcpy.solve.law_kernels import LawKernels, StepData, law_kernels, relative_velocities
+from lmgcpy.jit import Kernel
+from lmgcpy.solve.law_kernels import LawKernels, StepData, law_kernels, not_compiled, relative_velocities
 from lmgcpy.solve.report import Worst
 from lmgcpy.solve.system import Groups, System
 
@@ -32,7 +35,8 @@ class StepProblem:
         for group, kernels in zip(self.groups, self.kernels, strict=True):
             if kernels.commit is not None:
                 parameters = group.parameters.ravel()
-                row = kernels.commit(group.start, group.stop, self.data, self.system.impulse, parameters)
+                arguments = group.start, group.stop, self.data, self.system.impulse, parameters
+                row = ask(group, kernels.commit, "commit", self.system, self.data, arguments)
                 if row >= 0:
                     raise FloatingPointError(
                         f"In the step from t = {self.data.time:g} s commit of law '{group.law.NAME}' between bodies "
@@ -50,11 +54,27 @@ class StepProblem:
         return Worst(law, int(c), int(a), float(np.sqrt(square)))
 
 
-def group_kernels(group: Group, dimension: int, wire_blocks: bool) -> LawKernels:
+def ask(group: Group, kernel: Kernel, functions: str, system: System, data: StepData, arguments: tuple) -> Any:
+    """Call a kernel of a law; TypeError where it cannot be compiled, RuntimeError where the law raises."""
+    try:
+        return kernel(*arguments)
+    except numba.core.errors.NumbaError as error:
+        raise not_compiled(type(group.law), error) from error
+    except Exception as error:
+        c, a = system.candidate[data.at[0]], system.antagonist[data.at[0]]
+        raise RuntimeError(
+            f"In the step from t = {data.time:g} s {functions} of law '{group.law.NAME}' between bodies {c} and {a} raised "
+            f"{error!r}."
+        ) from error
+
+
+def group_kernels(group: Group, dimension: int, wire_blocks: bool, *, watched: bool = False) -> LawKernels:
     """The compiled kernels for a group as it is in this step."""
     block = group.chain is not None and wire_blocks and group.law.slope is not None
     rows = group.law.rows(dimension)
-    return law_kernels(type(group.law), group.parameters.shape[1], rows, group.central, group.diagonal, block)
+    return law_kernels(
+        type(group.law), group.parameters.shape[1], rows, group.central, group.diagonal, block, watched=watched
+    )
 
 
 def assemble(
@@ -103,12 +123,22 @@ def assemble(
         state=state,
         time=time,
         time_step=time_step,
+        at=np.zeros(1, dtype=np.int64),
     )
     relative_velocities(system, before, data.before)
     for group, kernel, where in zip(groups, kernels, offset, strict=False):
         if group.chain:
             data.reference_gap[group.start : group.stop] = group.chain.reference_gap_at(time)
-        kernel.prepare(group.start, group.stop, where, data, group.parameters.ravel(), system.prepared)
+        arguments = group.start, group.stop, where, data, group.parameters.ravel(), system.prepared
+        row = ask(group, kernel.prepare, "initial or prepare" if group.law.initial else "prepare", system, data, arguments)
+        if row >= 0:
+            first = where + (row - group.start) * len(group.law.PREPARED)
+            numbers = system.prepared[first : first + len(group.law.PREPARED)].tolist()
+            raise FloatingPointError(
+                f"In the step from t = {time:g} s prepare of law '{group.law.NAME}' between bodies {system.candidate[row]} "
+                f"and {system.antagonist[row]} returned {dict(zip(group.law.PREPARED, numbers, strict=True))} at a gap of "
+                f"{data.gap[row]:g} m."
+            )
     table = Groups(
         sweep=np.array([kernel.sweep.address for kernel in kernels], dtype=np.int64),
         error=np.array([kernel.error.address for kernel in kernels], dtype=np.int64),

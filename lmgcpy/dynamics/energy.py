@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from lmgcpy.dynamics.assembly import StepProblem
+from lmgcpy.dynamics.assembly import StepProblem, ask
 from lmgcpy.solve.gauss_seidel import momentum
 
 
@@ -60,7 +60,8 @@ class Energy:
             name = group.law.NAME
             works[name] = works.get(name, 0.0) + float(np.vdot(problem.system.impulse[part], relative_mean[part]))
             if kernels.energy is not None:
-                energy = kernels.energy(group.start, group.stop, data, group.parameters.ravel())
+                arguments = group.start, group.stop, data, group.parameters.ravel()
+                energy = ask(group, kernels.energy, "energy", problem.system, data, arguments)
                 stored[name] = stored.get(name, 0.0) + energy
         # from the change of velocity, not from two large numbers that nearly cancel
         gain = float(np.vdot(mass * (after - before), mean))

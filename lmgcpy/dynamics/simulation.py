@@ -17,6 +17,7 @@ from lmgcpy.contact.narrow_phase import Interactions
 from lmgcpy.dynamics.as_problem import as_problem
 from lmgcpy.dynamics.assembly import StepProblem, assemble
 from lmgcpy.dynamics.checkpoint import Checkpoint
+from lmgcpy.dynamics.diagnosis import LawFault, fault_of_solve
 from lmgcpy.dynamics.energy import Energy, kinetic_energy
 from lmgcpy.dynamics.interactions import InteractionView
 from lmgcpy.dynamics.interrupt import between_steps
@@ -272,10 +273,18 @@ class Simulation:
             seconds=end - start,
         )
         if status == NOT_FINITE:
-            raise FloatingPointError(
-                f"In the step from t = {self.state.time:g} s a number stopped being finite; "
-                f"the worst interaction is {self.report.worst}."
-            )
+            raise self._fault(problem)
+
+    def _fault(self, problem: StepProblem) -> Exception:
+        """What to raise where a step has no finite result."""
+        when = f"In the step from t = {self.state.time:g} s"
+        try:
+            what = fault_of_solve(problem, self.solver, self._free_velocity, self._guess)
+        except LawFault as fault:
+            error = RuntimeError(f"{when} {fault}.")
+            error.__cause__ = fault.__cause__
+            return error
+        return FloatingPointError(f"{when} a number stopped being finite: {what}.")
 
     # -------------------------------------------------------------------------------------------------- checkpoints
 

@@ -108,7 +108,9 @@ def accelerated_gauss_seidel(groups: Groups, s: System, free_velocity, guess, we
     check = 1
     status = SPENT
     while sweeps < max_iterations:
-        sweep_groups(groups, s)
+        if not sweep_groups(groups, s):
+            status = NOT_FINITE
+            break
         sweeps += 1
         step = step_size(weight, impulse, start)
         promising = ratio * step <= tolerance and sweeps >= measured + 8

@@ -123,7 +123,7 @@ def error(start, stop, offset, s: System):
             new_n, new_t = react(((w, 0.0), (0.0, w)), (u_n - w * r_n, u_t - w * r_t), prepared)
             square = (w * (r_n - new_n)) ** 2 + (w * (r_t - new_t)) ** 2
         total += square
-        if not square <= s.worst[0]:  # a NaN, too, is the worst
+        if not square <= s.worst[0] and not np.isnan(s.worst[0]):  # the first NaN, too, is the worst
             s.worst[0] = square
             s.worst[1] = i
     return total

@@ -51,9 +51,11 @@ def total_error(groups, s):
 
 
 def sweep_groups(groups, s):
-    """One sweep over all interactions."""
+    """One sweep over all interactions; False where a law raised an exception."""
+    total = 0.0
     for g in range(groups.start.shape[0]):
-        call(groups.sweep[g], groups.start[g], groups.stop[g], groups.offset[g], s)
+        total += call(groups.sweep[g], groups.start[g], groups.stop[g], groups.offset[g], s)
+    return total == 0.0
 
 
 def measure(groups, s, free_velocity, nothing, tolerance):
@@ -145,7 +147,9 @@ def gauss_seidel(groups: Groups, s: System, free_velocity, guess, tolerance, max
     check = 1
     status = SPENT
     while sweeps < max_iterations:
-        sweep_groups(groups, s)
+        if not sweep_groups(groups, s):
+            status = NOT_FINITE
+            break
         sweeps += 1
         if sweeps < check and sweeps < max_iterations:
             continue

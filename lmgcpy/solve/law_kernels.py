@@ -10,11 +10,12 @@ from typing import Any, NamedTuple
 import numba
 import numpy as np
 
-from lmgcpy.jit import Kernel, kernel, row_reader
+from lmgcpy.jit import Kernel, kernel, may_raise, row_reader
 from lmgcpy.laws import Law
 from lmgcpy.solve import contact_block, wire_block
 from lmgcpy.solve.gauss_seidel import group_signature
 from lmgcpy.solve.system import System
+from lmgcpy.solve.watched import finite_matrix, finite_vector, guard, noting_reader
 
 prepare: Callable[..., Any] = lambda gap, reference_gap, velocity, time_step, parameters, state: ()  # noqa: E731
 """The law's, given by the specialisation, as what follows."""
@@ -48,6 +49,8 @@ class StepData(NamedTuple):
     """At the start of the step [s]."""
     time_step: float
     """[s]."""
+    at: np.ndarray
+    """(1,): row of the interaction that a law is being asked about, to be told where it raises."""
 
 
 def parameters_of(i, start, parameters):
@@ -57,11 +60,13 @@ def parameters_of(i, start, parameters):
 
 @kernel
 def prepare_group(start, stop, offset, data: StepData, parameters, prepared):
-    """Call the law's ``prepare`` for the interactions of one group, and ``initial`` for those that have no state yet."""
+    """Call the law's ``prepare`` for the interactions of one group, and ``initial`` for those that have no state yet;
+    returns the row of the first one prepared with a NaN, or -1: ``max`` and comparisons could hide it from the solver."""
     before = data.before.ravel()
     states = data.state.ravel()
     width = data.state.shape[1]
     for i in range(start, stop):
+        data.at[0] = i
         given = parameters_of(i, start, parameters)
         if STATE > 0 and np.isnan(data.state[i, 0]):
             first = as_state(initial(data.gap[i], data.reference_gap[i], data.time, given))
@@ -72,6 +77,9 @@ def prepare_group(start, stop, offset, data: StepData, parameters, prepared):
         numbers = as_prepared(prepare(data.gap[i], data.reference_gap[i], local, data.time_step, given, state))
         for k in range(PREPARED):
             prepared[offset + (i - start) * PREPARED + k] = numbers[k]
+            if np.isnan(numbers[k]):
+                return i
+    return -1
 
 
 @kernel
@@ -83,6 +91,7 @@ def commit_group(start, stop, data: StepData, impulse, parameters):
     states = data.state.ravel()
     width = data.state.shape[1]
     for i in range(start, stop):
+        data.at[0] = i
         given = parameters_of(i, start, parameters)
         local = read_local(after, 2 * i)
         push = read_local(impulses, 2 * i)
@@ -102,6 +111,7 @@ def stored_energy(start, stop, data: StepData, parameters):
     states = data.state.ravel()
     width = data.state.shape[1]
     for i in range(start, stop):
+        data.at[0] = i
         given = parameters_of(i, start, parameters)
         predicted = data.gap[i] + data.time_step * data.after[i, 0]
         total += energy(predicted, data.reference_gap[i], given, read_state(states, i * width))
@@ -155,29 +165,66 @@ class LawKernels:
     commit: Kernel | None
 
 
-def law_kernels(law: type[Law], parameter_count: int, rows: int, central: bool, diagonal: bool, chain: bool) -> LawKernels:
-    """Kernels for groups of a law (``chain``: the links of one wire as a block, which needs the law's ``slope``)."""
-    sweep, error = group_kernels(law, rows, diagonal, chain, SYSTEM_TYPE, {"CENTRAL": central})
+def law_kernels(
+    law: type[Law],
+    parameter_count: int,
+    rows: int,
+    central: bool,
+    diagonal: bool,
+    chain: bool,
+    *,
+    watched: bool = False,
+) -> LawKernels:
+    """Kernels for groups of a law (``chain``: the links of one wire as a block, which needs the law's ``slope``);
+    ``watched``: see :func:`group_kernels`."""
+    sweep, error = group_kernels(law, rows, diagonal, chain, SYSTEM_TYPE, {"CENTRAL": central}, watched=watched)
     functions = law.prepare, law.energy, law.initial, law.commit
     return LawKernels(sweep, error, *_step_kernels(functions, len(law.PREPARED), len(law.states()), parameter_count, rows))
 
 
 def group_kernels(
-    law: type[Law], rows: int, diagonal: bool, chain: bool, system_type: Any, names: dict[str, Any]
+    law: type[Law],
+    rows: int,
+    diagonal: bool,
+    chain: bool,
+    system_type: Any,
+    names: dict[str, Any],
+    *,
+    watched: bool = False,
 ) -> tuple[Any, Any]:
-    """C functions (sweep, error) for groups of a law in a system of the given numba type; ``names`` of the templates."""
+    """C functions (sweep, error) for groups of a law in a system of the given numba type; ``names`` of the templates.
+
+    ``watched``: to find out what went wrong. They end where a law raises or returns what is not finite, and leave in the
+    last entry of ``System.prepared``, one more than there are numbers, where those of that interaction begin.
+    """
     # keyed by the functions, not by the class: a script that redefines a law gets the new one
     functions = law.react, law.slope if chain else None
-    return _group_kernels(*functions, len(law.PREPARED), rows, diagonal, system_type, tuple(names.items()))
+    try:
+        return _group_kernels(*functions, len(law.PREPARED), rows, diagonal, system_type, tuple(names.items()), watched)
+    except numba.core.errors.NumbaError as error:
+        raise not_compiled(law, error) from error
 
 
 @cache
 def _group_kernels(
-    react: Callable, slope: Callable | None, prepared_count: int, rows: int, diagonal: bool, system_type: Any, names: tuple
+    react: Callable,
+    slope: Callable | None,
+    prepared_count: int,
+    rows: int,
+    diagonal: bool,
+    system_type: Any,
+    names: tuple,
+    watched: bool,
 ) -> tuple[Any, Any]:
+    guarded = watched or may_raise(react) or (slope is not None and may_raise(slope))
+    reader = row_reader(prepared_count)
+    if watched:
+        reader = Kernel(noting_reader, {"read": reader})  # type: ignore[assignment]
+        react = Kernel(finite_vector, {"compute": react})  # type: ignore[assignment]
+        slope = slope and Kernel(finite_matrix, {"compute": slope})  # type: ignore[assignment]
     meaning = {
         "react": react,
-        "read": row_reader(prepared_count),
+        "read": reader,
         "PREPARED": prepared_count,
         "ROWS": rows,
         "DIAGONAL": diagonal,
@@ -186,8 +233,21 @@ def _group_kernels(
     sweep = Kernel(contact_block.sweep, meaning)
     if slope is not None:
         sweep = Kernel(wire_block.sweep, {**meaning, "slope": slope})
+    error = Kernel(contact_block.error, meaning)
+    if guarded:
+        sweep, error = (Kernel(guard, {"body": kernel}) for kernel in (sweep, error))
     signature = group_signature(system_type)
-    return sweep.pointer(signature), Kernel(contact_block.error, meaning).pointer(signature)
+    return sweep.pointer(signature), error.pointer(signature)
+
+
+def not_compiled(law: type[Law], error: Exception) -> TypeError:
+    """What to raise where numba refuses a function of a law."""
+    lines = [line.strip() for line in str(error).splitlines()]
+    reason = " ".join(line for line in lines if line and not line.startswith("Failed in"))
+    return TypeError(
+        f"Law '{law.NAME}' ({law.__module__}.{law.__qualname__}) cannot be compiled: its functions may use numbers, "
+        f"tuples, and functions of math and numpy on numbers. numba says: {reason[:400]}"
+    )
 
 
 @cache

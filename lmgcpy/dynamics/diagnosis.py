@@ -1,0 +1,70 @@
+"""What went wrong in a step that has no finite result: the interaction, its law, and what the law was asked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from lmgcpy.contact.detector import Group
+from lmgcpy.dynamics.assembly import StepProblem, group_kernels
+from lmgcpy.solve.law_kernels import relative_velocities
+
+
+class LawFault(Exception):
+    """Carries the sentence about a law's fault and the exception that the law raised, if it did."""
+
+
+def fault_of_solve(problem: StepProblem, solver: Any, free_velocity: np.ndarray, guess: np.ndarray) -> str:
+    """A sentence on the first thing that went wrong in the solve of a step; the solve is made again, watched."""
+    bodies = np.flatnonzero(~np.isfinite(free_velocity).all(axis=1))
+    if len(bodies):
+        return f"the velocity of body {bodies[0]} is not finite before the solver begins"
+    watched = [group_kernels(group, 2, solver.wire_blocks, watched=True) for group in problem.groups]
+    table = problem.table._replace(
+        sweep=np.array([kernels.sweep.address for kernels in watched], dtype=np.int64),
+        error=np.array([kernels.error.address for kernels in watched], dtype=np.int64),
+    )
+    system = problem.system._replace(prepared=np.append(problem.system.prepared, -1.0))
+    solver.solve(table, system, free_velocity, guess)
+    start = int(system.prepared[-1])
+    if start < 0:
+        return "no law was asked: velocities, gaps or masses are too large for numbers of double precision"
+    g = int(np.searchsorted(problem.table.offset, start, side="right")) - 1
+    group = problem.groups[g]
+    width = len(group.law.PREPARED)
+    row = group.start + (start - int(problem.table.offset[g])) // max(width, 1)
+    return asked(replace(problem, system=system), group, row, tuple(system.prepared[start : start + width].tolist()))
+
+
+def asked(problem: StepProblem, group: Group, row: int, prepared: tuple[float, ...]) -> str:
+    """What ``react`` and ``slope``, interpreted, say to the velocities as they are; LawFault where they raise."""
+    system = problem.system
+    velocity = np.empty((len(system.candidate), 2))
+    relative_velocities(system, system.velocity, velocity)
+    size = group.law.rows(2)
+    w_nn, w_tt = system.delassus[row].tolist()
+    w_nt = 0.0 if size == 1 or group.diagonal else float(system.coupling[row])
+    W = np.array([[w_nn, w_nt], [w_nt, w_tt]])[:size, :size]
+    free = velocity[row, :size] - W @ system.impulse[row, :size]
+    arguments = tuple(map(tuple, W.tolist())), tuple(free.tolist()), prepared
+    said = []
+    for name in ("react", "slope"):
+        function: Callable | None = getattr(group.law, name)
+        if function is not None:
+            try:
+                said.append(f"{name} returned {function(*arguments)}")
+            except Exception as error:
+                raise LawFault(f"{name} of {interaction(problem, group, row)} raised {error!r}") from error
+    return (
+        f"{interaction(problem, group, row)}: {' and '.join(said)} at W = {arguments[0]} 1/kg, u = {arguments[1]} m/s, "
+        f"prepared {dict(zip(group.law.PREPARED, prepared, strict=True))}"
+    )
+
+
+def interaction(problem: StepProblem, group: Group, row: int) -> str:
+    """The law and the bodies of an interaction."""
+    c, a = problem.system.candidate[row], problem.system.antagonist[row]
+    return f"law '{group.law.NAME}' between bodies {c} and {a}"

@@ -1,0 +1,51 @@
+"""Kernels of laws that end where a law goes wrong, instead of going on with what is no number.
+
+A C function cannot hand an exception on; numba would print it and go on. :func:`guard` makes one that returns NaN
+instead, which ends the solver. It costs nothing: only laws that have a ``raise`` get it, and a solve that is made again
+to find out where it went wrong.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+body: Callable[..., Any] = lambda start, stop, offset, s: 0.0  # noqa: E731  given by the specialisation, as what follows
+compute: Callable[..., Any] = lambda W, u, prepared: ()  # noqa: E731
+read: Callable[..., Any] = lambda array, start: ()  # noqa: E731
+
+
+def guard(start, stop, offset, s):
+    """What ``body`` returns, NaN where it raises."""
+    try:
+        result = body(start, stop, offset, s)
+    except Exception:
+        result = np.nan
+    return result
+
+
+def noting_reader(array, start):
+    """Read a row of prepared numbers and note in the last entry where it begins."""
+    array[-1] = start
+    return read(array, start)
+
+
+def finite_vector(W, u, prepared):
+    """The law's ``react``; raises where a component is not finite."""
+    impulse = compute(W, u, prepared)
+    for component in impulse:
+        if not np.isfinite(component):
+            raise FloatingPointError
+    return impulse
+
+
+def finite_matrix(W, u, prepared):
+    """The law's ``slope``; raises where an entry is not finite."""
+    rows = compute(W, u, prepared)
+    for row in rows:
+        for entry in row:
+            if not np.isfinite(entry):
+                raise FloatingPointError
+    return rows

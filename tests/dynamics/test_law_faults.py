@@ -1,0 +1,163 @@
+"""A law that raises, returns what is not finite, or cannot be compiled: the run stops and says which, where, when."""
+
+import math
+
+import numpy as np
+import pytest
+
+import lmgcpy as lm
+
+STEPS = 40
+"""Enough for the ball to fall through its 2 cm: 64 steps of 1 ms without contact, it is thrown down at 1 m/s."""
+
+
+class Contact(lm.Law):
+    """Signorini, whose functions the tests below spoil one at a time."""
+
+    NAME = "test-spoilt"
+    APPLIES_TO = "contact"
+    PREPARED = ("bias",)
+
+    @staticmethod
+    def prepare(gap, reference_gap, velocity, time_step, parameters, state):
+        return (max(gap, 0.0) / time_step,)
+
+    @staticmethod
+    def react(W, u, prepared):
+        return (max(0.0, -(u[0] + prepared[0]) / W[0][0]),)
+
+
+class Wire(lm.Law):
+    NAME = "test-spoilt-wire"
+    APPLIES_TO = "link"
+    PREPARED = ("bias",)
+
+    @staticmethod
+    def prepare(gap, reference_gap, velocity, time_step, parameters, state):
+        return ((gap - reference_gap) / time_step,)
+
+    @staticmethod
+    def react(W, u, prepared):
+        return (min(0.0, -(u[0] + prepared[0]) / W[0][0]),)
+
+    @staticmethod
+    def slope(W, u, prepared):
+        return ((-1.0 / W[0][0] if u[0] + prepared[0] > 0.0 else 0.0,),)
+
+
+def ball(**functions):
+    """A ball (body 1) and one far off (body 0), both thrown at the floor (body 2); the contact law has these functions."""
+    law = type("Spoilt", (Contact,), {name: staticmethod(function) for name, function in functions.items()})
+    scene = lm.Scene(dimension=2)
+    scene.add(lm.disk(radius=0.1, position=(5.0, 1.0), mass=1.0, velocity=(0.0, -1.0)))
+    scene.add(lm.disk(radius=0.1, position=(0.0, 0.12), mass=1.0, velocity=(0.0, -1.0)))
+    scene.add(lm.wall(point=(0, 0), normal=(0, 1)))
+    scene.see("GRAIN", "WALL", law(), alert=10.0)
+    return lm.Simulation(scene, time_step=1e-3)
+
+
+def chain(**functions):
+    law = type("SpoiltWire", (Wire,), {name: staticmethod(function) for name, function in functions.items()})
+    scene = lm.Scene(dimension=2, gravity=(0.0, -9.81))
+    beads = [scene.add(lm.disk(radius=0.1, position=(0.0, -0.3 * i), mass=1.0)) for i in range(4)]
+    beads[0].fix()
+    scene.chain(beads, law())
+    return lm.Simulation(scene, time_step=1e-3)
+
+
+def react_raising(W, u, prepared):
+    if u[0] + prepared[0] < -0.5:
+        raise ValueError("closed too fast")
+    return (max(0.0, -(u[0] + prepared[0]) / W[0][0]),)
+
+
+def helper(u):
+    if not u > -0.5:
+        raise AssertionError("in a helper")
+    return u
+
+
+def react_asserting(W, u, prepared):
+    return (max(0.0, -helper(u[0] + prepared[0]) / W[0][0]),)
+
+
+def react_nan(W, u, prepared):
+    return (math.sqrt(u[0] + prepared[0] + 0.5) * 0.0 + max(0.0, -(u[0] + prepared[0]) / W[0][0]),)
+
+
+def prepare_nan(gap, reference_gap, velocity, time_step, parameters, state):
+    return (gap / time_step if gap > 0.01 else math.nan,)
+
+
+def prepare_raising(gap, reference_gap, velocity, time_step, parameters, state):
+    if gap < 0.0:
+        raise ValueError("overlap")
+    return (gap / time_step,)
+
+
+def slope_nan(W, u, prepared):
+    return ((math.inf * u[0] - math.inf * u[0],),)
+
+
+def slope_raising(W, u, prepared):
+    if u[0] > 0.02:
+        raise ZeroDivisionError("stretched")
+    return ((-1.0 / W[0][0] if u[0] + prepared[0] > 0.0 else 0.0,),)
+
+
+def energy_raising(gap, reference_gap, parameters, state):
+    if gap < 0.1:
+        raise ValueError("no energy here")
+    return 0.0
+
+
+STOPPED = [
+    (ball, {"react": react_raising}, RuntimeError, r"react of law '\S+' between bodies 1 and 2 raised ValueError\('closed"),
+    (ball, {"react": react_asserting}, RuntimeError, r"react of law '\S+' between bodies 1 and 2 raised AssertionError"),
+    (ball, {"react": react_nan}, (FloatingPointError, RuntimeError), r"law '\S+' between bodies 1 and 2"),
+    (ball, {"prepare": prepare_nan}, FloatingPointError, r"prepare of law '\S+' between bodies 1 and 2 returned .*: nan"),
+    (ball, {"prepare": prepare_raising, "react": lambda W, u, prepared: (0.0,)}, RuntimeError,
+     r"prepare of law '\S+' between bodies 1 and 2 raised ValueError\('overlap'\)"),
+    (ball, {"energy": energy_raising}, RuntimeError, r"energy of law '\S+' between bodies 1 and 2 raised ValueError"),
+    (chain, {"slope": slope_nan}, FloatingPointError, r"law '\S+' between bodies 1 and 0: .*slope returned \(\(nan,\),\)"),
+    (chain, {"slope": slope_raising}, RuntimeError, r"slope of law '\S+' between bodies \d and \d raised ZeroDivision"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("solver", [lm.GaussSeidel(), lm.AcceleratedGaussSeidel()], ids=["plain", "accelerated"])
+@pytest.mark.parametrize(
+    ("make", "functions", "kind", "words"), STOPPED, ids=lambda value: "-".join(value) if isinstance(value, dict) else ""
+)
+def test_a_faulty_law_stops_the_run(make, functions, kind, words, solver, capfd):
+    sim = make(**functions)
+    sim.solver = solver
+    with pytest.raises(kind, match=r"^In the step from t = \S+ s .*" + words) as caught:
+        sim.run(steps=STEPS)
+    assert np.isfinite(sim.velocities).all()
+    if kind is RuntimeError:
+        assert isinstance(caught.value.__cause__, (ValueError, AssertionError, ZeroDivisionError))
+    assert capfd.readouterr().err == "", "numba printed an exception that it could not hand on"
+
+
+def test_a_law_that_numba_refuses_is_named():
+    sim = ball(react=lambda W, u, prepared: (sorted({"a": u[0]}.items())[0],))
+    with pytest.raises(TypeError, match=r"Law 'test-spoilt' \(.*Spoilt\) cannot be compiled.*numba says: "):
+        sim.run(steps=1)
+    sim = ball(prepare=lambda gap, reference_gap, velocity, time_step, parameters, state: "text")
+    with pytest.raises(TypeError, match=r"Law 'test-spoilt' .* cannot be compiled"):
+        sim.run(steps=1)
+
+
+def test_a_law_is_kept_to_its_pairs_of_contactors():
+    class ForWalls(Contact):
+        PAIRS = frozenset({("wall", "disk")})
+
+    scene = lm.Scene(dimension=2)
+    scene.add(lm.disk(radius=0.1, position=(0.0, 0.12), mass=1.0))
+    scene.add(lm.disk(radius=0.1, position=(0.3, 0.12), mass=1.0, color="OTHER"))
+    scene.add(lm.wall(point=(0, 0), normal=(0, 1)))
+    scene.see("GRAIN", "WALL", ForWalls())
+    scene.see("WALL", "OTHER", ForWalls())
+    scene.see("GRAIN", "OTHER", ForWalls())
+    with pytest.raises(ValueError, match="is for contacts wall-disk, but 'GRAIN' sees 'OTHER' with a disk and a disk"):
+        lm.Simulation(scene, time_step=1e-3)
