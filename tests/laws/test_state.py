@@ -135,7 +135,7 @@ def test_a_state_that_is_not_finite_stops_the_run():
 
 def test_a_scene_without_states_pays_nothing():
     scene = lm.Scene(dimension=2)
-    scene.add(lm.disk(radius=0.1, position=(0.0, 0.05), mass=1.0))
+    scene.add(lm.disk(radius=0.1, position=(0.0, 0.1), mass=1.0))
     scene.add(lm.wall(point=(0, 0), normal=(0, 1)))
     scene.see("GRAIN", "WALL", lm.Signorini())
     sim = lm.Simulation(scene, time_step=1e-3).run(steps=2)
