@@ -44,10 +44,12 @@ LIGHT = 2.0**-20
 """w_i as a fraction of W_ii: a hanging chain with a tip mass of 1e6 beads gains four digits of tension by it."""
 NEWTON_STEPS = 30
 """Bound on the steps of one visit; one or two are usual, and the next sweep goes on from where this one ends."""
+SAME = 1e-9
+"""Relative difference up to which two slopes, or two impulses, are the same but for round-off."""
 
 
 def residual(start, count, offset, weight, s):
-    """Fill in -F (row 0 of the scratch) and the slopes (row 1); returns (sum of (w F)^2, whether a slope changed).
+    """Fill in -F (row 0 of the scratch) and the slopes (row 1); returns (sum of (w F)^2, whether a law's piece changed).
 
     ``weight``: w_i as a fraction of W_ii.
     """
@@ -67,7 +69,9 @@ def residual(start, count, offset, weight, s):
         (new,) = react(((w,),), free, prepared)
         ((gradient,),) = slope(((w,),), free, prepared)
         s.work[0, k] = new - r
-        if gradient != s.work[1, k]:
+        # A piece is known by its slope, up to the round-off of a curve's. Of two pieces of slope 0, as slack and full,
+        # a step lands on the one that it was taken on.
+        if abs(gradient - s.work[1, k]) > SAME * abs(gradient) or (gradient == 0.0 and abs(new - r) > SAME * abs(new)):
             changed = True
         s.work[1, k] = gradient
         merit += (w * (new - r)) ** 2 + 0.0 * gradient  # a slope that is not finite must not pass for a singular matrix
