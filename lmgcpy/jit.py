@@ -1,12 +1,14 @@
 """One place for everything that has to do with the compiler.
 
 A :class:`Kernel` is a plain Python function that is compiled by numba at its first call and kept in the user's cache
-directory. Three things it does that ``numba.njit(cache=True)`` does not:
+directory. Four things it does that ``numba.njit(cache=True)`` does not:
 
 * Plain functions that a kernel calls are compiled with it, so that nobody has to decorate a helper.
 * Its name in the cache carries a fingerprint of everything the code depends on: its own byte code, the functions it
   calls, in whatever file, the constants it reads, the fields of the named tuples it takes, numba and Python. numba's own
   cache watches the defining file only and would run stale code after an edit elsewhere.
+* The functions in the machine code have the fingerprint in their names as well. numba counts them instead, in each
+  process anew, and of two functions of one name from two processes the linker keeps the first: the code of another law.
 * :meth:`Kernel.specialise` gives some global names a new meaning, in the kernel and in the functions that it calls, and
   so makes one kernel per interaction law out of one readable template, at no cost per call and cached like every other.
 """
@@ -16,28 +18,23 @@ from __future__ import annotations
 import dis
 import hashlib
 import inspect
-import os
 import sys
-import tempfile
 import types
-import warnings
 from collections.abc import Callable, Iterator
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Any
 
 import llvmlite
 import numba
 import numpy as np
-import platformdirs
+from numba.core.ccallback import CFunc
 from numba.core.dispatcher import Dispatcher
+from numba.core.sigutils import normalize_signature
+
+from lmgcpy.jit_cache import KernelCache
 
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True}
 """Compiler flags of every kernel: division by zero gives infinity, as in numpy, and the interpreter lock is free."""
-
-
-def cache_directory() -> Path:
-    """Directory of the compiled kernels: ``LMGCPY_CACHE_DIR`` if set, else the user's cache directory."""
-    return Path(os.environ.get("LMGCPY_CACHE_DIR") or platformdirs.user_cache_dir("lmgcpy", appauthor=False))
 
 
 class Kernel:
@@ -46,7 +43,7 @@ class Kernel:
     def __init__(self, function: Callable, names: dict[str, Any] | None = None):
         self.function = function
         self.names = names or {}
-        self._dispatcher: Dispatcher | None = None
+        self._dispatcher: Any = None
         self._specialised: dict[tuple, Kernel] = {}
         self.__doc__ = function.__doc__
         self.__name__ = function.__name__
@@ -61,8 +58,10 @@ class Kernel:
     def dispatcher(self) -> Dispatcher:
         """The numba function behind this kernel, cached on disk."""
         if self._dispatcher is None:
-            function, cached = _at_home_in_cache(self.function, self.names, ())
-            self._dispatcher = numba.njit(cache=cached, **OPTIONS)(function)
+            function, cache = self._prepare(())
+            self._dispatcher = numba.njit(**OPTIONS)(function)
+            self._dispatcher._cache = cache
+            _in_use.append(self._dispatcher)
         return self._dispatcher
 
     def specialise(self, **names: Any) -> Kernel:
@@ -80,8 +79,18 @@ class Kernel:
 
     def pointer(self, signature: numba.core.typing.Signature) -> Any:
         """A C function of this signature: its ``.address`` can stand in a table; keep the object alive."""
-        function, cached = _at_home_in_cache(self.function, self.names, signature.args)
-        return numba.cfunc(signature, cache=cached, **OPTIONS)(function)
+        function, cache = self._prepare(signature.args)
+        pointer: Any = CFunc(function, normalize_signature(signature), locals={}, options=OPTIONS)
+        pointer._cache = cache
+        pointer.compile()
+        _in_use.append(pointer)
+        return pointer
+
+    def _prepare(self, arguments: tuple) -> tuple[types.FunctionType, KernelCache]:
+        """The function as numba wants it and its place in the cache; ``arguments``: their types, of a C function."""
+        assert isinstance(self.function, types.FunctionType)
+        mark = fingerprint(self.function, self.names, arguments)
+        return _compilable(self.function, self.names, mark, {}), KernelCache(f"{self.__name__}-{mark}")
 
 
 def kernel(function: Callable) -> Kernel:
@@ -89,6 +98,32 @@ def kernel(function: Callable) -> Kernel:
     return Kernel(function)
 
 
+@dataclass(frozen=True)
+class Statistics:
+    """Where the kernels of this process come from: names with fingerprints, and the types of what they take."""
+
+    loaded: tuple[str, ...]
+    """Found in the cache."""
+    compiled: tuple[str, ...]
+    """Not found there."""
+
+
+def statistics() -> Statistics:
+    """What numba counted of all kernels so far."""
+    loaded: list[str] = []
+    compiled: list[str] = []
+    for one in _in_use:
+        name = one._cache.stem
+        if isinstance(one, CFunc):
+            (loaded if one.cache_hits else compiled).append(name)
+        else:
+            loaded += [f"{name} {kinds}" for kinds in one.stats.cache_hits]
+            compiled += [f"{name} {kinds}" for kinds in one.stats.cache_misses]
+    return Statistics(tuple(loaded), tuple(compiled))
+
+
+_in_use: list[Any] = []
+"""Functions and C functions of numba."""
 _readers: dict[int, Callable] = {}
 
 
@@ -220,8 +255,15 @@ def _in_order(constant: Any) -> Any:
 # ------------------------------------------------------------------------------------- functions as numba wants them
 
 
-def _compilable(function: types.FunctionType, names: dict[str, Any], built: dict[tuple, Any]) -> types.FunctionType:
-    """A copy of ``function`` in which names are replaced and every plain function it calls is a numba function."""
+def _compilable(
+    function: types.FunctionType, names: dict[str, Any], mark: str, built: dict[tuple, Any]
+) -> types.FunctionType:
+    """A copy of ``function`` in which names are replaced and every plain function it calls is a numba function.
+
+    ``mark``: fingerprint of the kernel; with the number of the function among those ``built`` for the kernel it makes a
+    name that no other code has.
+    """
+    number = len(built)
 
     def ready(value: Any, names: dict[str, Any]) -> Any:
         if isinstance(value, Kernel):
@@ -233,7 +275,7 @@ def _compilable(function: types.FunctionType, names: dict[str, Any], built: dict
             raise TypeError(f"{value.__qualname__} calls itself: a recursive function cannot be compiled into a kernel.")
         if key not in built:
             built[key] = None  # under way
-            built[key] = numba.njit(**OPTIONS)(_compilable(value, names, built))
+            built[key] = numba.njit(**OPTIONS)(_compilable(value, names, mark, built))
         return built[key]
 
     found = {name: ready(value, inner) for name, (value, inner) in _free_names(function, names).items()}
@@ -241,55 +283,6 @@ def _compilable(function: types.FunctionType, names: dict[str, Any], built: dict
     # numba imports the module of this name when it loads machine code: one that is always there, as a law's need not be
     scope = {"__builtins__": __builtins__, "__name__": __name__, **found}
     copy = types.FunctionType(function.__code__, scope, function.__name__, function.__defaults__, closure)
-    copy.__qualname__ = function.__qualname__
+    copy.__qualname__ = f"{function.__qualname__}_{mark}_{number}"
     copy.__module__ = function.__module__
     return copy
-
-
-def _at_home_in_cache(function: Callable, names: dict[str, Any], arguments: tuple) -> tuple[Callable, bool]:
-    """The compilable copy of ``function`` as if defined in a file of the cache named by its fingerprint.
-
-    numba keeps what it compiles beside the file in which a function is defined; the second result says whether that
-    file could be written.
-    """
-    assert isinstance(function, types.FunctionType)
-    copy = _compilable(function, names, {})
-    home = _home(f"{function.__name__}-{fingerprint(function, names, arguments)}.py", function)
-    if home is None:
-        return copy, False
-    copy.__code__ = copy.__code__.replace(co_filename=str(home))
-    return copy, True
-
-
-def _home(name: str, function: Callable) -> Path | None:
-    path = cache_directory() / "kernels" / name
-    if path.exists():
-        return path
-    try:
-        # the whole source file, so that line numbers in a traceback or a profile are right
-        text = Path(inspect.getfile(function)).read_text(encoding="utf-8")
-    except (OSError, TypeError):
-        text = f"# {function.__module__}.{function.__qualname__}: its source is in no file\n"
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile("w", dir=path.parent, delete=False, encoding="utf-8") as file:
-            file.write(text)
-        os.replace(file.name, path)
-    except OSError as error:
-        _warn_once(path.parent, error)
-        return None
-    return path
-
-
-_warned: set[Path] = set()
-
-
-def _warn_once(directory: Path, error: OSError) -> None:
-    if directory not in _warned:
-        _warned.add(directory)
-        warnings.warn(
-            f"lmgcpy cannot keep compiled kernels in {directory} ({error.strerror}): every process will compile them "
-            "again. Set LMGCPY_CACHE_DIR to a directory that can be written.",
-            RuntimeWarning,
-            stacklevel=2,
-        )
