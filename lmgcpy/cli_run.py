@@ -46,6 +46,10 @@ def report(run, state: str) -> list[str]:
         f"  so far    {checkpoint.steps} steps to t = {checkpoint.time:g} s; {run.frame_count} frames, "
         f"one in {options['every']} steps",
     ]
+    if run.notes:
+        lines.append("  notes     " + ", ".join(f"{name}: {value}" for name, value in run.notes.items()))
+    if run.observed:
+        lines.append("  observed  " + "; ".join(observation(*item) for item in run.observed.items()))
     if len(history):
         energy = checkpoint.energy
         works = ", ".join(f"{law} {work:.6g}" for law, work in energy.total_interactions.items())
@@ -58,6 +62,13 @@ def report(run, state: str) -> list[str]:
             f"largest defect of a step {abs(history['defect']).max():.2g} J",
         ]
     return lines
+
+
+def observation(name: str, column) -> str:
+    """What is observed at every step: its shape if it is an array, and the last value."""
+    if column.ndim > 1:
+        return f"{name} {column.shape[1:]}"
+    return f"{name}, last {float(column[-1]):g}" if len(column) else name
 
 
 def law_sentence(law: dict) -> str:
@@ -102,7 +113,7 @@ def compare(a: Path, b: Path, tolerance: float) -> None:
 
 @click.command()
 @click.argument("file", type=FILE)
-@click.option("--csv", "folder", type=FILE, required=True, help="Folder to write bodies, interactions, history into.")
+@click.option("--csv", "folder", type=FILE, required=True, help="Folder to write the tables into.")
 @click.option("--force", is_flag=True, help="Write into a folder that is not empty.")
 def export(file: Path, folder: Path, force: bool) -> None:
     """A run as tables of text."""

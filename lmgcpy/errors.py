@@ -3,11 +3,33 @@
 from __future__ import annotations
 
 import difflib
+import errno
+import functools
+import inspect
 import math
-from collections.abc import Iterable
-from typing import Any
+import os
+import re
+from collections.abc import Callable, Iterable
+from typing import Any, TypeVar
 
 import numpy as np
+
+LARGEST = 1e70
+"""Numbers beyond are no quantities of mechanics in SI units, and their squares and products would overflow; of what must
+be above zero the same holds for numbers below its inverse."""
+SHOWN = 80
+"""Characters of a wrong value that a sentence shows."""
+LISTED = 20
+"""Known words that a sentence lists."""
+
+What = TypeVar("What", bound=Callable)
+
+
+def shown(value: object) -> str:
+    """``repr(value)`` as it fits in a sentence: one line, not too long, without an address in memory."""
+    value = value.item() if isinstance(value, np.generic) else value
+    text = re.sub(r" at 0x[0-9a-fA-F]+", "", " ".join(repr(value).split()))
+    return text if len(text) <= SHOWN else f"{text[: SHOWN - 4]} ..."
 
 
 def closest(word: object, known: Iterable[str]) -> str:
@@ -15,7 +37,25 @@ def closest(word: object, known: Iterable[str]) -> str:
     names = sorted(known)
     match = difflib.get_close_matches(str(word), names, n=1, cutoff=0.5)
     hint = f"; did you mean '{match[0]}'?" if match else "."
-    return f"{hint} Known: {', '.join(names) if names else 'none'}."
+    more = f" and {len(names) - LISTED} more" if len(names) > LISTED else ""
+    return f"{hint} Known: {', '.join(names[:LISTED]) if names else 'none'}{more}."
+
+
+def one_of(value: Any, name: str, known: Iterable[str]) -> str:
+    """``value`` as one of the ``known`` words, or a sentence that names it (TypeError, ValueError)."""
+    known = list(known)
+    if not isinstance(value, str):
+        raise TypeError(f"{name} must be one of {', '.join(map(repr, known))}, got {shown(value)}.")
+    if value not in known:
+        raise ValueError(f"{name} cannot be {shown(value)}{closest(value, known)}")
+    return value
+
+
+def flag(value: Any, name: str) -> bool:
+    """``value`` as True or False, or a sentence that names it (TypeError)."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise TypeError(f"{name} must be True or False, got {shown(value)}.")
+    return bool(value)
 
 
 def number(
@@ -32,41 +72,136 @@ def number(
     Raises TypeError for what is no number and ValueError for NaN, infinity or a number out of bounds.
     """
     unit = f" {unit}" if unit and unit != "-" else ""
-    if isinstance(value, (bool, str)) or value is None:
-        raise TypeError(f"{name} must be a number{unit and ' in' + unit}, got {value!r}.")
+    no_number = f"{name} must be a number{unit and ' in' + unit}, got {shown(value)}."
+    if isinstance(value, (bool, np.bool_, str, bytes, bytearray, list, tuple)) or value is None or np.ndim(value) > 0:
+        raise TypeError(no_number)
     try:
         result = float(value)
+    except OverflowError:
+        result = math.inf
     except (TypeError, ValueError) as error:
-        raise TypeError(f"{name} must be a number{unit and ' in' + unit}, got {value!r}.") from error
+        raise TypeError(no_number) from error
     if not math.isfinite(result):
-        raise ValueError(f"{name} must be finite, got {result}.")
+        raise ValueError(f"{name} must be finite, got {shown(value)}.")
     if not result > above and above != -math.inf:
         raise ValueError(f"{name} must be above {above:g}{unit}, got {result:g}{unit}.")
     if result < minimum:
         raise ValueError(f"{name} must be at least {minimum:g}{unit}, got {result:g}{unit}.")
     if result > maximum:
         raise ValueError(f"{name} must be at most {maximum:g}{unit}, got {result:g}{unit}.")
+    if abs(result) > LARGEST:
+        raise ValueError(f"{name} must be at most {LARGEST:g}{unit} in size, got {result:g}{unit}.")
+    if above == 0.0 and result < 1.0 / LARGEST:
+        raise ValueError(f"{name} must be at least {1.0 / LARGEST:g}{unit}, got {result:g}{unit}.")
     return result
 
 
-def whole(value: Any, name: str, *, minimum: int = 0) -> int:
-    """``value`` as an integer of at least ``minimum``, or a sentence that names it (TypeError, ValueError)."""
+def whole(value: Any, name: str, *, minimum: int = 0, maximum: int = 2**62) -> int:
+    """``value`` as an integer within bounds, or a sentence that names it (TypeError, ValueError)."""
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
-        raise TypeError(f"{name} must be a whole number, got {value!r}.")
+        raise TypeError(f"{name} must be a whole number, got {shown(value)}.")
     if value < minimum:
-        raise ValueError(f"{name} must be at least {minimum}, got {value}.")
+        raise ValueError(f"{name} must be at least {minimum}, got {shown(value)}.")
+    if value > maximum:
+        raise ValueError(f"{name} must be at most {maximum}, got {shown(value)}.")
     return int(value)
+
+
+def numbers(value: Any, name: str, what: str = "an array of numbers") -> np.ndarray:
+    """``value`` as a new contiguous array of finite floats of any shape, or a sentence that names it.
+
+    Raises TypeError for what are no numbers and ValueError for NaN or infinity among them.
+    """
+    no_numbers = f"{name} must be {what}, got {shown(value)}."
+    try:
+        given = np.asarray(value)
+        if given.dtype.kind == "O":
+            given = np.vectorize(lambda item: number(item, name), otypes=[float])(given)
+    except TypeError as error:
+        raise TypeError(no_numbers) from error
+    except ValueError as error:
+        if not str(error).startswith(name):  # numpy's: rows of different lengths
+            raise TypeError(no_numbers) from error
+        raise
+    if given.dtype.kind not in "iuf":
+        raise TypeError(no_numbers)
+    result = np.array(given, dtype=np.float64, order="C")
+    wrong = ~(np.abs(result) <= LARGEST)
+    if wrong.any():
+        first = result[wrong][0]
+        if math.isfinite(first):
+            raise ValueError(f"{name} must be at most {LARGEST:g} in size, got {first:g}.")
+        many = f": {np.count_nonzero(~np.isfinite(result))} of {result.size} numbers are not" if result.size > 3 else ""
+        raise ValueError(f"{name} must be finite, got {shown(value)}{many}.")
+    return result
 
 
 def vector(value: Any, name: str, size: int) -> np.ndarray:
     """``value`` as a finite float array of shape (size,), or a sentence that names it (TypeError, ValueError)."""
-    try:
-        result = np.array(value, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise TypeError(f"{name} must be {size} numbers, got {value!r}.") from error
+    result = numbers(value, name, f"{size} numbers")
     if result.shape != (size,):
         shape = f"{result.size} numbers" if result.ndim == 1 else f"an array of shape {result.shape}"
-        raise ValueError(f"{name} must be {size} numbers in dimension {size}, got {shape}: {value!r}.")
-    if not np.isfinite(result).all():
-        raise ValueError(f"{name} must be finite, got {value!r}.")
+        raise ValueError(f"{name} must be {size} numbers in dimension {size}, got {shape}: {shown(value)}.")
     return result
+
+
+def place(value: Any, name: str) -> str:
+    """``value`` as the path of a file or folder, or a sentence that names it (TypeError, ValueError)."""
+    if not isinstance(value, (str, os.PathLike)) or not isinstance(os.fspath(value), str):
+        raise TypeError(f"{name} must be the path of a file, got {shown(value)}.")
+    if not os.fspath(value) or "\0" in os.fspath(value):
+        raise ValueError(f"{name} must be the path of a file, got {shown(value)}.")
+    return os.fspath(value)
+
+
+def system_error(what: str, cause: BaseException, remedy: str) -> OSError:
+    """An OSError that reads as a sentence, the cause's own words in its middle, and has the number of its cause."""
+    words = str(getattr(cause, "strerror", None) or cause).split(" (")[0]  # HDF5 adds details in brackets
+    error = OSError(f"{what}: {words}. {remedy}")
+    error.errno = getattr(cause, "errno", None) or errno.EIO
+    return error
+
+
+def named_arguments(what: What) -> What:
+    """Decorator of a public function or class: a call with a wrong set of arguments gets a sentence (TypeError).
+
+    It names an argument that is unknown, with the closest match, one that is missing, or what came by position.
+    """
+    function: Callable = what.__init__ if isinstance(what, type) else what  # type: ignore[misc]
+
+    @functools.wraps(function)
+    def call(*given: Any, **named: Any) -> Any:
+        try:
+            return function(*given, **named)
+        except TypeError as error:
+            if error.__traceback__ is None or error.__traceback__.tb_next is not None:
+                raise  # by the function, not by the call
+            raise TypeError(_wrong_call(function, given, named)) from None
+
+    if isinstance(what, type):
+        what.__init__ = call  # type: ignore[misc]
+        return what
+    return call  # type: ignore[return-value]
+
+
+def _wrong_call(function: Callable, given: tuple, named: dict[str, Any]) -> str:
+    parameters = list(inspect.signature(function).parameters.values())
+    name = function.__name__
+    if parameters and parameters[0].name == "self":
+        name = type(given[0]).__name__ if name == "__init__" else f"{type(given[0]).__name__}.{name}"
+        parameters, given = parameters[1:], given[1:]
+    known = [p.name for p in parameters if p.kind is not p.VAR_KEYWORD]
+    for word in named:
+        if word not in known:
+            return f"{name} has no argument '{word}'{closest(word, known)}"
+    by_position = [p.name for p in parameters if p.kind not in (p.KEYWORD_ONLY, p.VAR_KEYWORD)]
+    if len(given) > len(by_position):
+        allowed = f"only {', '.join(by_position)} without a name" if by_position else "its arguments by name only"
+        return f"{name} takes {allowed}, got {shown(given[len(by_position)])} without one."
+    taken = by_position[: len(given)]
+    for word in taken:
+        if word in named:
+            return f"{name} got {word} twice: once without a name and once as {word}={shown(named[word])}."
+    needed = [p.name for p in parameters if p.default is p.empty and p.kind is not p.VAR_KEYWORD]
+    missing = [word for word in needed if word not in taken and word not in named]
+    return f"{name} needs {' and '.join(missing)}: {name}({', '.join(f'{word}=...' for word in needed)})."

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from lmgcpy.dynamics.assembly import StepProblem, ask
+from lmgcpy.dynamics.not_finite import check_energy
 from lmgcpy.solve.gauss_seidel import momentum
 
 
@@ -45,7 +46,10 @@ class Energy:
         before: np.ndarray,
         after: np.ndarray,
     ) -> None:
-        """Enter a closed step: ``mass`` and ``force`` by component, both zero where driven; velocities of the bodies."""
+        """Enter a closed step: ``mass`` and ``force`` by component, both zero where driven; velocities of the bodies.
+
+        Raises FloatingPointError where a stored energy is not finite, with nothing entered.
+        """
         mean = 0.5 * (before + after)
         data = problem.data
         relative_mean = 0.5 * (data.before + data.after)
@@ -62,6 +66,7 @@ class Energy:
             if kernels.energy is not None:
                 arguments = group.start, group.stop, data, group.parameters.ravel()
                 energy = ask(group, kernels.energy, "energy", problem.system, data, arguments)
+                check_energy(problem, group, energy)
                 stored[name] = stored.get(name, 0.0) + energy
         # from the change of velocity, not from two large numbers that nearly cancel
         gain = float(np.vdot(mass * (after - before), mean))

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from lmgcpy.contact.tables import ChainTable, ContactorTable, VisibilityRow
+from lmgcpy.errors import number, shown
 
 
 @dataclass(frozen=True)
@@ -20,16 +20,24 @@ class Drive:
     value: float | Callable[[float], float]
 
     def at(self, time: float) -> float:
-        """Value at a time [s]; FloatingPointError where a user's function gives what is no finite number."""
+        """Value at a time [s].
+
+        Raises RuntimeError where a user's function fails, TypeError where it gives no number, and FloatingPointError
+        where that is not finite.
+        """
         if not callable(self.value):
             return self.value
-        value = float(self.value(time))
-        if not math.isfinite(value):
-            raise FloatingPointError(
-                f"What is imposed on component {('x', 'y', 'spin')[self.component]} of body {self.body} "
-                f"at t = {time:g} s is {value}, not a finite number."
-            )
-        return value
+        try:
+            given = self.value(time)
+        except Exception as error:
+            raise RuntimeError(f"The function of time {self._where(time)} failed with {shown(error)}: mend it.") from error
+        try:
+            return number(given, f"What is {self._where(time)}")
+        except ValueError as error:
+            raise FloatingPointError(str(error)) from error
+
+    def _where(self, time: float) -> str:
+        return f"imposed on component {('x', 'y', 'spin')[self.component]} of body {self.body} at t = {time:g} s"
 
 
 @dataclass(frozen=True)

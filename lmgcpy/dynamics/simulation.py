@@ -6,7 +6,8 @@ import logging
 import os
 import time as clock
 import warnings
-from copy import deepcopy
+from collections.abc import Callable, Mapping
+from copy import copy, deepcopy
 from dataclasses import replace
 from typing import Any, Protocol
 
@@ -22,14 +23,17 @@ from lmgcpy.dynamics.energy import Energy, kinetic_energy
 from lmgcpy.dynamics.interactions import InteractionView
 from lmgcpy.dynamics.interrupt import between_steps
 from lmgcpy.dynamics.model import Model, State
-from lmgcpy.errors import closest, number, whole
+from lmgcpy.dynamics.not_finite import POSITION, VELOCITY, check_bodies, check_detection, check_impulses
+from lmgcpy.dynamics.overlaps import overlaps_at_start
+from lmgcpy.errors import flag, named_arguments, number, one_of, place, shown, whole
 from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
 from lmgcpy.solve.gauss_seidel import GaussSeidel
 from lmgcpy.solve.problem import Problem
 from lmgcpy.solve.report import CONVERGED, NOT_FINITE, STATUS, Report
 
 log = logging.getLogger("lmgcpy")
-ON_UNCONVERGED = ("warn", "stop", "ignore")
+REACTIONS = ("warn", "stop", "ignore")
+"""What may be done about steps that were not solved, and about bodies that overlap at the start."""
 
 
 class Recorder(Protocol):
@@ -45,13 +49,14 @@ class Recorder(Protocol):
         """The run ends between two steps."""
 
     def abandon(self) -> None:
-        """A step failed half-way: the state is not to be kept."""
+        """A step failed, and was not made."""
 
     def how_to_go_on(self) -> str:
         """A sentence for who was interrupted."""
         ...
 
 
+@named_arguments
 class Simulation:
     """Steps a scene through time.
 
@@ -62,6 +67,11 @@ class Simulation:
     ``on_unconverged``: what ``run`` does about steps that the solver did not solve to its tolerance: "warn" (one
     RuntimeWarning at its end), "stop" (RuntimeError after the first) or "ignore"; ``unconverged_steps`` counts them and
     ``worst_residual`` keeps the largest residual, in any case.
+
+    ``overlap``: what to do where bodies that see each other overlap at the start by more than 5 % of the smaller radius:
+    "warn" (one RuntimeWarning with their number and the worst), "stop" (ValueError) or "ignore". Contact laws leave an
+    old penetration as it is, so that such a start is legal, but rarely meant; what solvers leave in a sample at rest is
+    less, and is not told.
 
     The loop, for velocities v, positions q, external forces F, and impulses r along H:
 
@@ -80,20 +90,25 @@ class Simulation:
         theta: float = 0.5,
         solver: AcceleratedGaussSeidel | GaussSeidel | None = None,
         on_unconverged: str = "warn",
+        overlap: str = "warn",
     ):
         self.time_step = number(time_step, "time_step", above=0.0, unit="s")
         self.theta = number(theta, "theta", minimum=0.5, maximum=1.0)
         self.solver = AcceleratedGaussSeidel() if solver is None else solver
-        if not callable(getattr(self.solver, "solve", None)):
-            raise TypeError(f"solver must be a solver such as lmgcpy.GaussSeidel(), got {self.solver!r}.")
-        if on_unconverged not in ON_UNCONVERGED:
-            raise ValueError(f"on_unconverged cannot be {on_unconverged!r}{closest(on_unconverged, ON_UNCONVERGED)}")
-        self.on_unconverged = on_unconverged
+        if isinstance(solver, type) or not hasattr(self.solver, "wire_blocks") or not hasattr(self.solver, "solve"):
+            raise TypeError(f"solver must be a solver such as lmgcpy.GaussSeidel(), got {shown(solver)}.")
+        self.on_unconverged = one_of(on_unconverged, "on_unconverged", REACTIONS)
+        one_of(overlap, "overlap", REACTIONS)
+        if isinstance(scene, type) or not hasattr(scene, "compile") or not hasattr(scene, "hand_over"):
+            raise TypeError(f"Simulation takes a scene, which lmgcpy.Scene(dimension=2) makes, got {shown(scene)}.")
         self.scene = scene
         self.model: Model = scene.compile()
+        overlaps = None if overlap == "ignore" else overlaps_at_start(self.model)
+        if overlaps and overlap == "stop":
+            raise ValueError(overlaps)
+        if overlaps:
+            warnings.warn(overlaps, RuntimeWarning, stacklevel=3)
         self.state: State = self.model.start
-        for drive in self.model.velocities:
-            self.state.velocities[drive.body, drive.component] = drive.at(self.state.time)
         self.steps = 0
         self.report = Report()
         self._free_mass = np.where(self.model.inverse_mass > 0.0, self.model.mass, 0.0)
@@ -113,9 +128,11 @@ class Simulation:
         meets[model.contactors.body] = [color in seen for color in model.contactors.color]
         self._half_radius = 0.5 * np.where(meets & np.isfinite(model.extent), model.extent, np.inf)
         self._far = float(self._half_radius.min(initial=np.inf))
+        scene.hand_over(self.state)  # last: a scene that was refused can be mended
 
     # ---------------------------------------------------------------------------------------------------- the loop
 
+    @named_arguments
     def run(
         self,
         steps: int | None = None,
@@ -126,6 +143,8 @@ class Simulation:
         every: int = 10,
         flush: float = 2.0,
         force: bool = False,
+        observe: Mapping[str, Callable[[Simulation], Any]] | None = None,
+        until: Callable[[Simulation], bool] | None = None,
     ) -> Simulation:
         """Make so many steps, or as many as the duration [s] takes; returns the simulation itself.
 
@@ -133,18 +152,32 @@ class Simulation:
         ``every`` so many steps and the history of every step; what is not yet in it is at most ``flush`` [s] old, in
         time of the clock. A file that is there already is replaced only with ``force``. A recorded run that is
         interrupted (Ctrl-C) ends between steps, with a good file.
+
+        ``observe``: functions of the simulation by name, called after every step; each returns a number or an array of
+        the same shape at every step, before the first as well, and the values are kept in the run file. ``until``: called
+        after every step with the simulation; the run ends early where it says so.
         """
         if (steps is None) == (duration is None):
             raise TypeError("run takes either steps or duration [s], one of the two.")
         if duration is not None:
             steps = round(number(duration, "duration", minimum=0.0, unit="s") / self.time_step)
         turns: Any = range(whole(steps, "steps"))
+        flag(progress, "progress")
+        if until is not None and not callable(until):
+            raise TypeError(f"until must be a function of the simulation, got {shown(until)}.")
         recorder = self.recorder
         if record is not None:
             from lmgcpy.io.recorder import RunRecorder  # files are above dynamics
 
+            record = place(record, "record")
             if not (isinstance(recorder, RunRecorder) and recorder.writes(record)):
-                recorder = RunRecorder(record, every=every, flush=flush, force=force)
+                recorder = RunRecorder(record, every=every, flush=flush, force=force, observe=observe)
+                observe = None
+        if observe is not None:
+            raise TypeError(
+                "observe is kept in the run file that record= begins"
+                + (": name one." if recorder is None else "; of a run that goes on it is given to lmgcpy.resume.")
+            )
         begin, already, unconverged = clock.perf_counter(), self.steps, self.unconverged_steps
         if recorder is not None:
             recorder.start(self)
@@ -155,10 +188,10 @@ class Simulation:
         if recorder is None:
             for _ in turns:
                 self.step()
-                if self.on_unconverged == "stop":
-                    self._refuse_unconverged()
+                if self._over(until):
+                    break
         else:
-            self._run_recorded(turns, recorder)
+            self._run_recorded(turns, recorder, until)
         log.info("%s", _Summary(self, self.steps - already, clock.perf_counter() - begin))
         unconverged = self.unconverged_steps - unconverged
         if unconverged and self.on_unconverged == "warn":
@@ -167,11 +200,11 @@ class Simulation:
                 f"residual so far is {self.worst_residual:.2e}. Raise max_iterations, relax tolerance, or say "
                 "on_unconverged='ignore'.",
                 RuntimeWarning,
-                stacklevel=2,
+                stacklevel=3,
             )
         return self
 
-    def _run_recorded(self, turns: Any, recorder: Recorder) -> None:
+    def _run_recorded(self, turns: Any, recorder: Recorder, until: Callable[[Simulation], bool] | None) -> None:
         """The turns of a run with a recorder; Ctrl-C ends it between steps."""
         with between_steps() as interrupted:
             for _ in turns:
@@ -181,50 +214,71 @@ class Simulation:
                     recorder.abandon()
                     raise
                 recorder.enter(self)
-                if interrupted():
+                try:
+                    over = self._over(until)
+                except BaseException:
                     recorder.finish(self)
-                    raise KeyboardInterrupt(recorder.how_to_go_on())
-                if self.on_unconverged == "stop" and self.report.status != STATUS[CONVERGED]:
-                    recorder.finish(self)
-                    self._refuse_unconverged()
+                    raise
+                if over or interrupted():
+                    break
             recorder.finish(self)
+            if interrupted():
+                raise KeyboardInterrupt(recorder.how_to_go_on())
 
-    def _refuse_unconverged(self) -> None:
-        if self.report.status != STATUS[CONVERGED]:
+    def _over(self, until: Callable[[Simulation], bool] | None) -> bool:
+        """Whether the run ends after this step; RuntimeError where it must."""
+        if self.on_unconverged == "stop" and self.report.status != STATUS[CONVERGED]:
             raise RuntimeError(f"Step {self.steps}, to t = {self.time:g} s, was not solved: {self.report}.")
+        return until is not None and bool(until(self))
 
     def step(self) -> Report:
-        """Make one step; returns how it was solved."""
+        """Make one step, or none; returns how it was solved.
+
+        Raises FloatingPointError where a number stops being finite, with the body or the interaction, its law and bodies,
+        and the time; RuntimeError or TypeError where an imposed function of time fails. Then no step was made: positions,
+        velocities, time, energy, and what is remembered of interactions are those after the last whole step, and with the
+        cause removed the simulation goes on as if nothing had been. Only ``interactions`` are empty until then.
+        """
         begin = clock.perf_counter()
         h, state = self.time_step, self.state
-        before = state.velocities.copy()
-        state.positions += (1.0 - self.theta) * h * before
-        travel = h * float(np.sqrt(np.max(np.sum(before[:, :2] ** 2, axis=1), initial=0.0)))
-        interactions = self._detector.detect(state.positions, travel)
-        force = self._force(state.time + 0.5 * h)
-        free_velocity = before + h * self.model.inverse_mass * force
-        for drive in self.model.velocities:
-            free_velocity[drive.body, drive.component] = drive.at(state.time + h)
-        problem = assemble(
-            self._detector.groups,
-            interactions,
-            time=state.time,
-            time_step=h,
-            before=before,
-            free_velocity=free_velocity,
-            inverse_mass=self.model.inverse_mass,
-            state=self._detector.recall_state(interactions),
-            work=self._work,
-            wire_blocks=self.solver.wire_blocks,
-        )
-        self._solve(problem, interactions, free_velocity)
-        problem.close(problem.system.velocity)
+        # the detector makes its lists anew, never in place, and remembers last of all
+        before, start, detector = state.velocities.copy(), state.positions.copy(), copy(self._detector)
+        try:
+            state.positions += (1.0 - self.theta) * h * before
+            force = self._force(state.time + 0.5 * h)
+            free_velocity = before + h * self.model.inverse_mass * force
+            for drive in self.model.velocities:
+                free_velocity[drive.body, drive.component] = drive.at(state.time + h)
+            check_bodies(free_velocity, VELOCITY, "without impulses", state.time)
+            check_bodies(state.positions, POSITION, "in its middle", state.time)
+            travel = h * float(np.sqrt(np.max(np.sum(before[:, :2] ** 2, axis=1), initial=0.0)))
+            interactions = self._detector.detect(state.positions, travel)
+            check_detection(self._detector.groups, interactions, state.time)
+            problem = assemble(
+                self._detector.groups,
+                interactions,
+                time=state.time,
+                time_step=h,
+                before=before,
+                free_velocity=free_velocity,
+                inverse_mass=self.model.inverse_mass,
+                state=self._detector.recall_state(interactions),
+                work=self._work,
+                wire_blocks=self.solver.wire_blocks,
+            )
+            self._solve(problem, interactions, free_velocity)
+            check_bodies(problem.system.velocity, VELOCITY, "at its end", state.time)
+            problem.close(problem.system.velocity)
+            state.velocities[:] = problem.system.velocity
+            state.positions += self.theta * h * state.velocities
+            self.energy.advance(problem, self._free_mass, force, before, state.velocities)
+        except BaseException:
+            state.velocities[:], state.positions[:], self._detector = before, start, detector
+            self._last = None
+            raise
         self._detector.remember(interactions, problem.system.impulse, problem.data.state)
-        state.velocities[:] = problem.system.velocity
-        state.positions += self.theta * h * state.velocities
         state.time += h
         self.steps += 1
-        self.energy.advance(problem, self._free_mass, force, before, state.velocities)
         self._last = problem, interactions
         self.report = replace(self.report, step_seconds=clock.perf_counter() - begin)
         if self.report.status != STATUS[CONVERGED]:
@@ -274,6 +328,7 @@ class Simulation:
         )
         if status == NOT_FINITE:
             raise self._fault(problem)
+        check_impulses(problem, self.solver)
 
     def _fault(self, problem: StepProblem) -> Exception:
         """What to raise where a step has no finite result."""
@@ -303,11 +358,15 @@ class Simulation:
 
     def restore(self, checkpoint: Checkpoint) -> None:
         """Go on from a checkpoint of this scene, bit for bit; ``interactions`` are empty until the next step."""
+        if not isinstance(checkpoint, Checkpoint):
+            raise TypeError(f"restore takes what Simulation.checkpoint() gave, got {shown(checkpoint)}.")
         if checkpoint.positions.shape != self.state.positions.shape:
             raise ValueError(
                 f"The checkpoint is of a scene of {len(checkpoint.positions)} bodies, this one has "
-                f"{len(self.state.positions)}."
+                f"{len(self.state.positions)}: give one of this scene."
             )
+        if not (np.isfinite(checkpoint.positions).all() and np.isfinite(checkpoint.velocities).all()):
+            raise ValueError("The checkpoint holds positions or velocities that are not finite: take an earlier one.")
         self.state.positions[:] = checkpoint.positions
         self.state.velocities[:] = checkpoint.velocities
         self.state.time = checkpoint.time
@@ -348,7 +407,7 @@ class Simulation:
 
     @property
     def interactions(self) -> InteractionView:
-        """Links and all candidates within alert of the last step, copied; none before the first step."""
+        """Links and all candidates within alert of the last step, copied; none before the first step and after one that failed."""
         if self._last is None:
             return InteractionView.empty(self.model.dimension, self._detector.state_names)
         problem, interactions = self._last

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-import time as clock
+import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from lmgcpy.dynamics.simulation import Simulation
-from lmgcpy.errors import number, whole
-from lmgcpy.experiment.box_2d import Box2D, Sample, characteristic_time
+from lmgcpy.errors import named_arguments, number, shown, whole
+from lmgcpy.experiment.box_2d import WALLS, Box2D, Sample, characteristic_time
+from lmgcpy.experiment.trial import carry_out
+from lmgcpy.io.kept import KeptRun
+from lmgcpy.io.run import Run
 from lmgcpy.laws import Law
+from lmgcpy.laws.coulomb import Coulomb
 from lmgcpy.measure.stress import stress
 from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
 from lmgcpy.solve.gauss_seidel import GaussSeidel
@@ -19,6 +23,8 @@ from lmgcpy.solve.report import STATUS
 
 RAMP = 0.02
 """Part of the test in which the platen takes up its velocity, so that it starts without a shock."""
+PARTS = ("total", "sand", "wire")
+"""Parts of the Weber stress."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +65,7 @@ class BiaxialRecord:
     size: np.ndarray
     """Width and height [m], (s, 2)."""
     stress: dict[str, np.ndarray]
-    """Weber stress "total", "sand", "wire" [Pa], (s, 2, 2) each."""
+    """Weber stress of :data:`PARTS` [Pa], (s, 2, 2) each."""
     residual: np.ndarray
     iterations: np.ndarray
     interactions: np.ndarray
@@ -72,6 +78,7 @@ class BiaxialRecord:
     status: list[str]
     frames: list[Frame] = field(default_factory=list)
     seconds: float = 0.0
+    """Time of the clock that the steps took [s]."""
 
     @property
     def unconverged(self) -> int:
@@ -89,6 +96,7 @@ class BiaxialRecord:
         return (sums[high] - sums[low]) / (high - low).reshape(-1, *[1] * (values.ndim - 1))
 
 
+@named_arguments
 class Biaxial:
     """A biaxial test, ready to run.
 
@@ -111,8 +119,12 @@ class Biaxial:
         solver: AcceleratedGaussSeidel | GaussSeidel | None = None,
     ):
         self.pressure = number(pressure, "pressure", above=0.0, unit="Pa")
+        number(friction, "friction", minimum=0.0)
+        number(platen_friction, "platen_friction", minimum=0.0)
         self.inertial_number = number(inertial_number, "inertial_number", above=0.0, maximum=0.1)
         self.law = law
+        if law is not None and not isinstance(law, Law):
+            raise TypeError(f"law of the wire must be a law such as lmgcpy.RigidWire(), or None, got {shown(law)}.")
         unilateral = law is not None and "pull" in law.TRAITS
         self.box = Box2D(
             sample,
@@ -125,7 +137,7 @@ class Biaxial:
         moment = characteristic_time(sample.diameter, density, pressure)
         self.height = sample.height
         self.speed = inertial_number * sample.height / moment
-        self.time_step = 0.2 * moment if time_step is None else time_step
+        self.time_step = 0.2 * moment if time_step is None else number(time_step, "time_step", above=0.0, unit="s")
         self.solver = solver or AcceleratedGaussSeidel(tolerance=1e-2, max_iterations=20_000)
         self.bead_count = sample.bead_count
         self._duration = 1.0
@@ -137,82 +149,93 @@ class Biaxial:
         """Steps that a test to this strain takes."""
         return max(1, int(np.ceil(strain * self.height / (self.speed * self.time_step) * (1.0 + 0.5 * RAMP))))
 
-    def run(self, strain: float = 0.1, *, frames: int = 50, on_step: Callable[[int], None] | None = None) -> BiaxialRecord:
-        """Crush the sample by ``strain`` of its height; ``frames`` of it are kept, evenly spaced."""
+    def run(
+        self,
+        strain: float = 0.1,
+        *,
+        frames: int = 50,
+        file: str | os.PathLike | None = None,
+        on_step: Callable[[int], None] | None = None,
+        interrupted: Callable[[], bool] | None = None,
+    ) -> BiaxialRecord:
+        """Crush the sample by ``strain`` of its height; ``frames`` of it are kept, evenly spaced.
+
+        ``file``, ``on_step`` and ``interrupted`` as in :func:`lmgcpy.experiment.trial.carry_out`.
+        """
         number(strain, "strain", above=0.0, maximum=0.9)
         whole(frames, "frames")
-        begin = clock.perf_counter()
         self._duration = strain * self.height / self.speed
-        sim = self.simulation = Simulation(self.box.scene, time_step=self.time_step, solver=self.solver)
+        sim = self.simulation = Simulation(
+            self.box.scene,
+            time_step=self.time_step,
+            solver=self.solver,
+            on_unconverged="ignore",
+            overlap="ignore",  # what the tolerance of the relaxation left
+        )
         count = self.step_count(strain)
-        record = self._empty_record(count)
-        every = max(1, count // frames) if frames else count + 1
-        for k in range(count):
-            report = sim.step()
-            self._enter(record, k, sim)
-            record.residual[k], record.iterations[k] = report.residual, report.iterations
-            record.interactions[k] = report.interactions
-            record.status.append(report.status)
-            if (k + 1) % every == 0:
-                record.frames.append(self._frame(sim, record.strain[k], record.top_force[k]))
-            if on_step:
-                on_step(k + 1)
-        record.seconds = clock.perf_counter() - begin
-        return record
+        with carry_out(
+            sim,
+            steps=count,
+            observe={"reactions": self.box.reactions, "size": self.box.size, "stress": self._stress},
+            every=max(1, count // frames) if frames else count + 1,
+            notes={
+                "experiment": "biaxial test",
+                "pressure": self.pressure,
+                "inertial_number": self.inertial_number,
+                "strain": strain,
+            },
+            file=file,
+            on_step=on_step,
+            interrupted=interrupted,
+        ) as run:
+            return self._record(run)
 
-    def _empty_record(self, count: int) -> BiaxialRecord:
-        def zeros(*shape: int) -> np.ndarray:
-            return np.zeros((count, *shape))
+    def _stress(self, sim: Simulation) -> np.ndarray:
+        """Weber stress of :data:`PARTS` [Pa], (3, 2, 2)."""
+        sigma = stress(sim)
+        wire = np.zeros((2, 2)) if self.law is None else sigma[self.law.NAME]
+        return np.stack([sigma["total"], sigma[Coulomb.NAME], wire])
 
+    def _record(self, run: KeptRun | Run) -> BiaxialRecord:
+        history = run.history[:]
+        left, right, bottom, top = run.observed["reactions"][:].T
+        size, sigma = run.observed["size"][:], run.observed["stress"][:]
+        strain = 1.0 - size[:, 1] / self.height
+        stored = history["stored"].sum(axis=1)
         return BiaxialRecord(
             law="none" if self.law is None else self.law.NAME,
             tolerance=self.solver.tolerance,
             inertial_number=self.inertial_number,
-            strain=zeros(),
-            reaction=zeros(),
-            top_force=zeros(),
-            lateral=zeros(),
-            size=zeros(2),
-            stress={part: zeros(2, 2) for part in ("total", "sand", "wire")},
-            residual=zeros(),
-            iterations=zeros(),
-            interactions=zeros(),
-            kinetic=zeros(),
-            stored=zeros(),
-            defect=zeros(),
-            status=[],
+            strain=strain,
+            reaction=bottom,
+            top_force=top,
+            lateral=0.5 * (left + right),
+            size=size,
+            stress={part: sigma[:, k] for k, part in enumerate(PARTS)},
+            residual=history["residual"],
+            iterations=history["iterations"],
+            interactions=history["interactions"],
+            kinetic=history["kinetic"],
+            stored=stored,
+            defect=history["defect"],
+            status=[STATUS[code] for code in history["status"]],
+            frames=[self._frame(run, k, strain[step - 1], top[step - 1]) for k, step in enumerate(run.steps) if step > 0],
+            seconds=float(history["step_seconds"].sum()),
         )
 
-    def _enter(self, record: BiaxialRecord, k: int, sim: Simulation) -> None:
-        reactions = self.box.reactions(sim)
-        sigma = stress(sim)
-        record.strain[k] = 1.0 - self.box.height / self.height
-        record.reaction[k] = reactions["bottom"]
-        record.top_force[k] = reactions["top"]
-        record.lateral[k] = 0.5 * (reactions["left"] + reactions["right"])
-        record.size[k] = self.box.width, self.box.height
-        record.stress["total"][k] = sigma["total"]
-        record.stress["sand"][k] = sigma["coulomb"]
-        if self.law is not None:
-            record.stress["wire"][k] = sigma[self.law.NAME]
-        record.kinetic[k] = sim.energy.kinetic
-        record.stored[k] = sum(sim.energy.stored.values())
-        record.defect[k] = sim.energy.defect
-
-    def _frame(self, sim: Simulation, strain: float, top_force: float) -> Frame:
-        net = sim.interactions
+    def _frame(self, run: KeptRun | Run, k: int, strain: float, top_force: float) -> Frame:
+        net, positions = run.interactions(k), run.positions[k]
         acting = net.force[:, 0] != 0.0
-        positions = sim.positions.copy()
         antagonist, candidate = net.antagonist[acting], net.candidate[acting]
-        start = positions[antagonist]
-        at_wall = antagonist >= len(self.box.particles)
-        start[at_wall] = positions[candidate[at_wall]] + net.lever[acting][at_wall, 0]
-        box = self.box
+        count = len(self.box.particles)
+        at_wall = (antagonist >= count)[:, None]
+        start = np.where(at_wall, positions[candidate] + net.lever[acting, 0], positions[antagonist])
+        walls = {name: positions[getattr(self.box, name).id] for name in WALLS}
         return Frame(
             strain=float(strain),
             top_force=float(top_force),
-            positions=positions[: len(box.particles)],
-            walls=np.array([box.left.position[0], box.right.position[0], box.bottom.position[1], box.top.position[1]]),
+            positions=positions[:count],
+            walls=np.array([walls["left"][0], walls["right"][0], walls["bottom"][1], walls["top"][1]]),
             lines=np.stack([start, positions[candidate]], axis=1),
             forces=net.force[acting, 0],
             in_wire=np.zeros(int(acting.sum()), dtype=bool) if self.law is None else net.law[acting] == self.law.NAME,

@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lmgcpy.errors import named_arguments, number, shown, whole
 from lmgcpy.laws import Law
 from lmgcpy.laws.coulomb import Coulomb
+from lmgcpy.sample.arguments import spheres
 from lmgcpy.scene.body import Disk, Wall, disk, wall
 from lmgcpy.scene.material import Material
 from lmgcpy.scene.scene import Scene
@@ -17,8 +19,10 @@ if TYPE_CHECKING:
     from lmgcpy.dynamics.simulation import Simulation
 
 GRAIN, PLATEN, LATERAL = "GRAIN", "PLATEN", "LATERAL"
+WALLS = ("left", "right", "bottom", "top")
 
 
+@named_arguments
 @dataclass(frozen=True)
 class Sample:
     """Particles in a box that starts at the origin; the first ``bead_count`` of them are the beads of a wire."""
@@ -33,6 +37,15 @@ class Sample:
     width: float
     height: float
     """Of the box [m]."""
+
+    def __post_init__(self):
+        positions, radii = spheres(self.positions, self.radii, 2, "the sample")
+        object.__setattr__(self, "positions", positions)
+        object.__setattr__(self, "radii", radii)
+        whole(self.bead_count, "bead_count of the sample", maximum=len(radii))
+        number(self.reference_gap, "reference_gap of the sample", unit="m")
+        number(self.width, "width of the sample", above=0.0, unit="m")
+        number(self.height, "height of the sample", above=0.0, unit="m")
 
     @property
     def diameter(self) -> float:
@@ -58,6 +71,8 @@ class Box2D:
         law: Law | None = None,
         reference_gap: str = "wire",
     ):
+        if not isinstance(sample, Sample):
+            raise TypeError(f"A box is for a Sample, such as lay_sample() makes, got {shown(sample)}.")
         self.scene = Scene(dimension=2)
         material = Material("sand", density=density)
         self.particles: list[Disk] = [
@@ -75,6 +90,8 @@ class Box2D:
         self.scene.see(GRAIN, PLATEN, Coulomb(friction=platen_friction))
         self.scene.see(GRAIN, LATERAL, Coulomb(friction=0.0))
         if law is not None:
+            if sample.bead_count < 2:
+                raise ValueError(f"A law links the beads of a wire, this sample has {sample.bead_count}: give law=None.")
             self._link(sample, law, reference_gap)
 
     def _link(self, sample: Sample, law: Law, reference_gap: str) -> None:
@@ -104,11 +121,20 @@ class Box2D:
         """Press the upper platen down by ``pressure`` [Pa] on its present width."""
         self.top.impose_force(y=lambda time: -pressure * self.width)
 
-    def reactions(self, sim: Simulation) -> dict[str, float]:
-        """Normal force with which the particles push each wall outward in the last step [N]."""
+    def reactions(self, sim: Simulation) -> np.ndarray:
+        """Normal force with which the particles push each of :data:`WALLS` outward in the last step [N], (4,)."""
         net = sim.interactions
-        named = {"bottom": self.bottom, "top": self.top, "left": self.left, "right": self.right}
-        return {name: float(net.force[net.antagonist == body.id, 0].sum()) for name, body in named.items()}
+        walls: list[Wall] = [getattr(self, name) for name in WALLS]
+        return np.array([net.force[net.antagonist == wall.id, 0].sum() for wall in walls])
+
+    def size(self, sim: Simulation) -> np.ndarray:
+        """Present width and height [m], (2,)."""
+        return np.array([self.width, self.height])
+
+    def penetration(self, sim: Simulation) -> float:
+        """Deepest overlap at a contact in the last step [m]."""
+        net = sim.interactions
+        return max(0.0, -float(net.gap[net.law == Coulomb.NAME].min(initial=0.0)))
 
     def sample(self, before: Sample) -> Sample:
         """The sample as it is now, moved so that its box starts at the origin."""

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import platform
-import time as clock
+import threading
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numba
 import numpy as np
 
-from lmgcpy.errors import closest, number, whole
+from lmgcpy.dynamics.interrupt import between_steps
+from lmgcpy.errors import closest, named_arguments, number, shown, whole
 from lmgcpy.experiment.biaxial import Biaxial, BiaxialRecord, Frame
 from lmgcpy.experiment.box_2d import Sample
 from lmgcpy.experiment.compaction import Compaction, compact
@@ -21,6 +24,9 @@ from lmgcpy.laws import Law
 from lmgcpy.laws.elastic import ElasticRod, ElasticWire
 from lmgcpy.laws.rigid import RigidRod, RigidWire
 from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
+
+if TYPE_CHECKING:
+    from lmgcpy.experiment.texsol_folder import StudyFolder
 
 DENSITY = 2600.0
 """Of the particles [kg/m^3]."""
@@ -35,6 +41,7 @@ LAWS: dict[str, Callable[[float], Law | None]] = {
 """What the beads may be linked by; "none" is sand."""
 
 
+@named_arguments
 @dataclass(frozen=True)
 class Study:
     """What to compute. Defaults are the paper's sample: 2000 particles of which 300 are wire beads.
@@ -59,6 +66,8 @@ class Study:
     threads: int = 2
 
     def __post_init__(self):
+        if not isinstance(self.laws, (tuple, list)):
+            raise TypeError(f"laws must be a tuple of names, got {shown(self.laws)}.")
         for law in self.laws:
             if law not in LAWS:
                 raise ValueError(f"The study has no law '{law}'{closest(law, LAWS)}")
@@ -72,6 +81,10 @@ class Study:
         number(self.strain, "strain", above=0.0, maximum=0.5)
         number(self.pressure, "pressure", above=0.0, unit="Pa")
         number(self.tolerance, "tolerance", above=0.0, maximum=1.0)
+        whole(self.max_iterations, "max_iterations", minimum=1)
+        number(self.friction, "friction", minimum=0.0)
+        number(self.platen_friction, "platen_friction", minimum=0.0)
+        number(self.inertial_number, "inertial_number", above=0.0, maximum=0.1)
         number(self.axial_rigidity, "axial_rigidity", above=0.0, unit="N")
         number(self.check_strain, "check_strain", minimum=0.0, maximum=0.5)
         whole(self.threads, "threads", minimum=1)
@@ -95,7 +108,11 @@ class Result:
     """By law."""
     checks: dict[str, BiaxialRecord]
     """The same at a ten times tighter tolerance, over the first part of the test."""
-    seconds: float
+
+    @property
+    def seconds(self) -> float:
+        """Time of the clock that the steps of all runs took [s]."""
+        return self.compaction.seconds + sum(run.seconds for run in [*self.records.values(), *self.checks.values()])
 
     @property
     def sample(self) -> Sample:
@@ -103,40 +120,79 @@ class Result:
         return self.compaction.sample
 
 
-def run_study(study: Study, stages: Stages | None = None) -> Result:
-    """Prepare the sample and run the tests, as many at once as there are threads."""
+def run_study(
+    study: Study, stages: Stages | None = None, folder: StudyFolder | None = None, *, resume: bool = False
+) -> Result:
+    """Prepare the sample and run the tests, as many at once as there are threads.
+
+    With a ``folder`` every run is kept in a file there; ``resume``: they are there in part already, and go on. Ctrl-C
+    (KeyboardInterrupt), or an error in one run, ends every run between two steps, with good files.
+    """
     stages = stages or Stages(quiet=True)
-    begin = clock.perf_counter()
-    with stages.stage("sample: wire laid, grains deposited", 1) as tick:
-        laid = lay_sample(study.grain_count, study.bead_count, seed=study.seed)
-        tick(1)
-    with stages.stage("relaxation to the pressure", 800) as tick:
-        compaction = compact(laid, pressure=study.pressure, density=DENSITY, on_step=tick)
+    failed = threading.Event()
 
-    def test(law: str, tighter: float, strain: float) -> BiaxialRecord:
-        biaxial = Biaxial(
-            compaction.sample,
-            LAWS[law](study.axial_rigidity),
-            pressure=study.pressure,
-            density=DENSITY,
-            friction=study.friction,
-            platen_friction=study.platen_friction,
-            inertial_number=study.inertial_number,
-            solver=study.solver(tighter),
-        )
-        label = f"biaxial test, {law}" + (f", tolerance / {tighter:g}" if tighter > 1.0 else "")
-        with stages.stage(label, biaxial.step_count(strain)) as tick:
-            return biaxial.run(strain, frames=0 if tighter > 1.0 else 100, on_step=tick)
+    def file(name: str) -> Path | None:
+        return None if folder is None else folder.run_file(name)
 
-    # the longest first, so that no thread waits for the last
-    check = min(study.check_strain, study.strain)
-    order = sorted(study.laws, key=lambda law: ("rod" not in law, "wire" not in law))
-    with ThreadPoolExecutor(study.threads) as pool:
-        tighter = {law: pool.submit(test, law, 10.0, check) for law in order if check > 0.0}
-        runs = {law: pool.submit(test, law, 1.0, study.strain) for law in order}
+    with between_steps() as pressed:
+
+        def interrupted() -> bool:
+            return pressed() or failed.is_set()
+
+        with stages.stage("sample: wire laid, grains deposited", 1) as tick:
+            laid = lay_sample(study.grain_count, study.bead_count, seed=study.seed)
+            tick(1)
+        if folder is not None and not resume:
+            folder.begin(study)
+        with stages.stage("relaxation to the pressure", 800) as tick:
+            compaction = compact(
+                laid,
+                pressure=study.pressure,
+                density=DENSITY,
+                file=file("compaction"),
+                on_step=tick,
+                interrupted=interrupted,
+            )
+
+        def test(law: str, tighter: float, strain: float) -> BiaxialRecord:
+            biaxial = Biaxial(
+                compaction.sample,
+                LAWS[law](study.axial_rigidity),
+                pressure=study.pressure,
+                density=DENSITY,
+                friction=study.friction,
+                platen_friction=study.platen_friction,
+                inertial_number=study.inertial_number,
+                solver=study.solver(tighter),
+            )
+            label = f"biaxial test, {law}" + (f", tolerance / {tighter:g}" if tighter > 1.0 else "")
+            name, frames = (f"{law}-tight", 0) if tighter > 1.0 else (law, 100)
+            try:
+                with stages.stage(label, biaxial.step_count(strain)) as tick:
+                    return biaxial.run(strain, frames=frames, file=file(name), on_step=tick, interrupted=interrupted)
+            except BaseException:
+                failed.set()
+                raise
+
+        # the longest first, so that no thread waits for the last
+        check = min(study.check_strain, study.strain)
+        order = sorted(study.laws, key=lambda law: ("rod" not in law, "wire" not in law))
+        with ThreadPoolExecutor(study.threads) as pool:
+            tighter = {law: pool.submit(test, law, 10.0, check) for law in order if check > 0.0}
+            runs = {law: pool.submit(test, law, 1.0, study.strain) for law in order}
+        _raise_first([*tighter.values(), *runs.values()])
+        if pressed():
+            raise KeyboardInterrupt
         checks = {law: tighter[law].result() for law in study.laws if check > 0.0}
         records = {law: runs[law].result() for law in study.laws}
-    return Result(study, compaction, records, checks, clock.perf_counter() - begin)
+    return Result(study, compaction, records, checks)
+
+
+def _raise_first(runs: Sequence[Future]) -> None:
+    """Raise what ended a study: an error before the interruptions that it caused."""
+    errors = [error for error in (run.exception() for run in runs) if error is not None]
+    for error in sorted(errors, key=lambda error: isinstance(error, KeyboardInterrupt)):
+        raise error
 
 
 # ------------------------------------------------------------------------------------------------------- conclusions

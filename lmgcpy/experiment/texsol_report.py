@@ -216,7 +216,7 @@ def _runs_part(result: Result) -> str:
             f"{record.interactions.mean():.0f} | {np.abs(record.defect).max():.1e} | "
             f"{100 * boundary_mismatch(record):.2f} % | {record.seconds:.0f} |"
         )
-    lines += ["", f"{result.seconds:.0f} s in all with {result.study.threads} threads; {versions()}."]
+    lines += ["", f"{result.seconds:.0f} s of steps in all, {result.study.threads} tests at once; {versions()}."]
     return "\n".join(lines)
 
 

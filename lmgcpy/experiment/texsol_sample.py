@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lmgcpy.errors import number, whole
+from lmgcpy.errors import named_arguments, number, whole
 from lmgcpy.experiment.box_2d import Sample
 from lmgcpy.sample import deposit, grading, wire_2d
 
@@ -12,6 +12,7 @@ SOLID_FRACTION = 0.79
 """Of a deposit around a wire; it sizes the box so that the sample comes out about square."""
 
 
+@named_arguments
 def lay_sample(
     grain_count: int = 1700,
     bead_count: int = 300,
@@ -49,7 +50,7 @@ def lay_sample(
     )
     if wire.cut:
         raise ValueError(
-            f"No place was found for a wire of {bead_count} beads among {grain_count} grains ({wire.cut}): "
+            f"No place was found for a wire of {bead_count} beads among {grain_count} grains, only for {wire.bead_count}: "
             "take fewer beads, more grains or another seed."
         )
     grains = deposit(radii, box=(side, None), obstacles=(wire.positions, wire.radii), method=method, seed=seed)

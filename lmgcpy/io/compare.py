@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.errors import number
+from lmgcpy.errors import named_arguments, number, shown
 from lmgcpy.io.run import Run, RunInteractions
 
 ENERGIES = ("kinetic", "loads", "drives", "defect", "work", "stored")
@@ -35,6 +35,7 @@ class Difference:
         return f"They differ in {self.quantity} {when}{size}{f': {self.where}' if self.where else '.'}"
 
 
+@named_arguments
 def compare(a: Run, b: Run, *, tolerance: float = 0.0) -> Difference | None:
     """The first difference of two runs, None where there is none.
 
@@ -42,6 +43,9 @@ def compare(a: Run, b: Run, *, tolerance: float = 0.0) -> Difference | None:
     must agree to the last bit, the solver's iterations and residuals as well. Impulses are compared by identity of the
     interactions. Times of the clock are not compared.
     """
+    for run in (a, b):
+        if not isinstance(run, Run):
+            raise TypeError(f"compare takes two runs, which lmgcpy.io.open_run(path) opens, got {shown(run)}.")
     number(tolerance, "tolerance", minimum=0.0)
     for what, mine, other in (
         ("dimension", a.dimension, b.dimension),
@@ -53,6 +57,9 @@ def compare(a: Run, b: Run, *, tolerance: float = 0.0) -> Difference | None:
     events = sorted([*_in_history(a, b, tolerance), *_in_frames(a, b, tolerance)], key=lambda found: (found[0], found[1]))
     if events:
         return events[0][2]
+    if list(a.observed) != list(b.observed):
+        told = " and ".join(", ".join(run.observed) or "nothing" for run in (a, b))
+        return Difference("what they observe", np.nan, 0, np.nan, np.nan, f"{told}; equal in what both do.")
     for what, mine, other in (("steps", len(a.history), len(b.history)), ("frames", a.frame_count, b.frame_count)):
         if mine != other:
             return Difference(
@@ -62,21 +69,28 @@ def compare(a: Run, b: Run, *, tolerance: float = 0.0) -> Difference | None:
 
 
 def _in_history(a: Run, b: Run, tolerance: float) -> Iterator[tuple[int, int, Difference]]:
-    """The first difference of each column of the history: (step, rank, what)."""
+    """The first difference of each column of the history and of each observation: (step, rank, what)."""
     count = min(len(a.history), len(b.history))
     mine, other = a.history[:count], b.history[:count]
     names = [name for name in (*ENERGIES, *SOLVER) if name in (mine.dtype.names or ())]
-    for rank, name in enumerate(("step", "time", *names)):
-        if tolerance > 0.0 and name in (*SOLVER, "defect"):
-            continue  # they say how the answer was found, and of round-off
-        x, y = mine[name].astype(float).reshape(count, -1), other[name].astype(float).reshape(count, -1)
-        by = np.abs(x - y).max(axis=1, initial=0.0)
-        largest = np.full(count, max(np.abs(x).max(initial=0.0), np.abs(y).max(initial=0.0)))
+    if tolerance > 0.0:  # these say how the answer was found, and of round-off
+        names = [name for name in names if name not in (*SOLVER, "defect")]
+    columns = [(f"{name} energy" if name in ("kinetic", "stored") else name, mine[name], other[name]) for name in names]
+    columns = [("step", mine["step"], other["step"]), ("time", mine["time"], other["time"]), *columns]
+    columns += [(name, a.observed[name][:count], b.observed[name][:count]) for name in a.observed if name in b.observed]
+    for rank, (quantity, x, y) in enumerate(columns):
+        if x.shape != y.shape:
+            yield 0, 20 + rank, Difference(f"shape of {quantity}", np.nan, 0, np.nan, np.nan, f"{x.shape} and {y.shape}.")
+            continue
+        x, y = x.astype(float).reshape(count, -1), y.astype(float).reshape(count, -1)
+        same = (x == y) | (np.isnan(x) & np.isnan(y))
+        with np.errstate(invalid="ignore"):
+            by = np.where(same, 0.0, np.abs(x - y)).max(axis=1, initial=0.0)
+        largest = max(np.abs(values[np.isfinite(values)]).max(initial=0.0) for values in (x, y))
         wrong = ~(by <= tolerance * largest)  # not finite: wrong
         if wrong.any():
             k = int(np.argmax(wrong))
-            quantity = f"{name} energy" if name in ("kinetic", "stored") else name
-            yield int(mine["step"][k]), 20 + rank, _difference(quantity, mine[k], by[k], largest[k])
+            yield int(mine["step"][k]), 20 + rank, _difference(quantity, mine[k], by[k], largest)
 
 
 def _in_frames(a: Run, b: Run, tolerance: float) -> Iterator[tuple[int, int, Difference]]:

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import json
 import os
+from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from lmgcpy.dynamics.simulation import Simulation
-from lmgcpy.errors import closest
+from lmgcpy.errors import closest, named_arguments, shown
 from lmgcpy.io import run_format as form
-from lmgcpy.io.recorder import RunRecorder
+from lmgcpy.io.observations import Observations, Observe
+from lmgcpy.io.recorder import RunRecorder, options
 from lmgcpy.io.run import Run
-from lmgcpy.scene.description import Functions, from_description
+from lmgcpy.scene.description import Functions, describe, from_description
 from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
 from lmgcpy.solve.gauss_seidel import GaussSeidel
 
@@ -18,35 +23,110 @@ SOLVERS = {solver.__name__: solver for solver in (GaussSeidel, AcceleratedGaussS
 """Solvers that a file may name."""
 
 
-def resume(path: str | os.PathLike, *, functions: Functions | None = None, solver: Any = None) -> Simulation:
+@named_arguments
+def resume(
+    path: str | os.PathLike, *, functions: Functions | None = None, observe: Observe | None = None, solver: Any = None
+) -> Simulation:
     """The simulation of a run file as it was at its last checkpoint; its runs go on in the same file.
 
     ``functions``: of time, imposed on components, which no file holds, by id of the body and name of the component:
-    ``{(3, "y"): f}``. ``solver``: for a run whose solver is not one of lmgcpy's, or to go on with another. Steps beyond
-    the last checkpoint, of a run that was killed, are made again. The answer is that of the run without the
-    interruption to the last bit, with the same versions on the same machine.
+    ``{(3, "y"): f}``; ``observe``: the functions of the simulation that the run observes, by name. ``solver``: for a run
+    whose solver is not one of lmgcpy's, or to go on with another. Steps beyond the last checkpoint, of a run that was
+    killed, are made again. The answer is that of the run without the interruption to the last bit, with the same
+    versions on the same machine.
 
     Raises what ``lmgcpy.io.open_run`` raises, PermissionError for a read-only file, BlockingIOError for one that is being
     written, ValueError for a function that is missing, LookupError for a law that is not registered.
     """
-    with Run(path) as run:
+    with _run_to_go_on(path) as run:
+        given = run.options
+        sim = Simulation(
+            from_description(run.scene, functions),
+            time_step=given["time_step"],
+            theta=given["theta"],
+            solver=_solver(path, given) if solver is None else solver,
+            on_unconverged=given["on_unconverged"],
+            overlap="ignore",  # of the scene's start, which was told when the run began
+        )
+        _go_on(sim, run, observe)
+    return sim
+
+
+@named_arguments
+def take_up(
+    sim: Simulation, path: str | os.PathLike, *, observe: Observe | None = None, notes: Mapping[str, Any] | None = None
+) -> None:
+    """Put a simulation, built as that of a run file was, where the file ends; its runs go on in the file.
+
+    For programs that build their scene anew each time they are started: functions of time need not be named.
+    ``observe`` and ``notes`` as they were given when the file was made. Raises what :func:`resume` raises, and
+    ValueError where the file is of another scene, of other options or of other notes, with what differs.
+    """
+    if not isinstance(sim, Simulation):
+        raise TypeError(f"sim must be a simulation that is at its start, got {shown(sim)}.")
+    with _run_to_go_on(path) as run:
+        there = {"notes": run.notes, "options": {name: run.options[name] for name in options(sim)}, "scene": run.scene}
+        here = {"notes": json.loads(json.dumps(dict(notes or {}))), "options": options(sim), "scene": describe(sim.scene)}
+        other = _first_difference(there, here)
+        if other:
+            raise ValueError(f"'{path}' is the file of another run: {other}. Name another file, or take that one away.")
+        _go_on(sim, run, observe)
+
+
+def _run_to_go_on(path: str | os.PathLike) -> Run:
+    """The run of a file that may be written."""
+    run = Run(path)
+    try:
         if not os.access(path, os.W_OK):
             raise PermissionError(f"The file '{path}' is read-only: change its permissions, or copy it, to go on with it.")
         form.Lock(path).release()
-        options, checkpoint = run.options, run.checkpoint()
-        with form.sentences_of_damage(path):
-            description = run.scene
-            about = form.read_tree(run._file["about"])
-    sim = Simulation(
-        from_description(description, functions),
-        time_step=options["time_step"],
-        theta=options["theta"],
-        solver=_solver(path, options) if solver is None else solver,
-        on_unconverged=options["on_unconverged"],
-    )
-    sim.restore(checkpoint)
-    sim.recorder = RunRecorder.going_on(path, about, description, sim.steps)
-    return sim
+    except BaseException:
+        run.close()
+        raise
+    return run
+
+
+def _go_on(sim: Simulation, run: Run, observe: Observe | None) -> None:
+    """Restore the last checkpoint and record what follows."""
+    columns = run.observed
+    observations = Observations(observe or {}, {name: np.dtype((c.dtype, c.shape[1:])) for name, c in columns.items()})
+    _same_names(run.path, list(columns), list(observations))
+    sim.restore(run.checkpoint())
+    sim.recorder = RunRecorder.going_on(run, sim.steps, observations)
+
+
+def _same_names(path: str, there: list[str], here: list[str]) -> None:
+    missing, strange = [n for n in there if n not in here], [n for n in here if n not in there]
+    if missing:
+        again = ", ".join(f'"{name}": f' for name in there)
+        raise ValueError(
+            f"'{path}' observes {', '.join(missing)} by functions of the simulation, which no file can hold. Give them "
+            f"again, from Python: lmgcpy.resume(path, observe={{{again}}})."
+        )
+    if strange:
+        raise ValueError(
+            f"observe names {', '.join(strange)}, which '{path}' does not observe; what a file observes is said when it is "
+            f"made. It observes {', '.join(there) or 'nothing'}."
+        )
+
+
+def _first_difference(there: Any, here: Any, where: str = "") -> str:
+    """Where two trees of dictionaries, arrays and plain values part, as a part of a sentence; empty if nowhere."""
+    if isinstance(there, list) and isinstance(here, list):
+        there, here = dict(enumerate(there)), dict(enumerate(here))
+    if isinstance(there, dict) and isinstance(here, dict):
+        for name in sorted(here.keys() | there.keys()):
+            what = f"{where} {name}".strip()
+            if name not in there or name not in here:
+                return f"there is {'no' if name not in there else 'a'} '{what}' in it"
+            different = _first_difference(there[name], here[name], what)
+            if different:
+                return different
+        return ""
+    if isinstance(there, np.ndarray) or isinstance(here, np.ndarray):
+        same = np.shape(there) == np.shape(here) and np.array_equal(there, here, equal_nan=True)
+        return "" if same else f"'{where}' is different"
+    return "" if there == here else f"'{where}' is {shown(there)} there and {shown(here)} here"
 
 
 def _solver(path: str | os.PathLike, options: dict[str, Any]) -> Any:

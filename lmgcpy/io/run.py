@@ -10,7 +10,10 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.dynamics.checkpoint import Checkpoint
+from lmgcpy.errors import named_arguments, place
 from lmgcpy.io import run_format as form
+from lmgcpy.io.rows import detection_positions
+from lmgcpy.scene.contactor import WallContactor
 from lmgcpy.solve.report import CONVERGED, STATUS
 
 
@@ -27,10 +30,36 @@ class RunInteractions:
     """At the detection configuration [m], (m,)."""
     normal: np.ndarray
     """From the antagonist to the candidate, (m, d)."""
+    point: np.ndarray
+    """Contact point at the detection configuration [m], (m, d)."""
+    lever: np.ndarray
+    """Contact point seen from the positions of the candidate and of the antagonist there [m], (m, 2, d)."""
     impulse: np.ndarray
     """In the local frame, normal first [N s], (m, d)."""
     force: np.ndarray
     """impulse / time step [N], (m, d)."""
+
+    @classmethod
+    def of(cls, net: np.ndarray, laws: list[str], detected: np.ndarray, time_step: float) -> RunInteractions:
+        """From rows of the file; ``detected``: positions of the bodies at the detection [m], (n, d)."""
+        candidate, antagonist = net["candidate"].astype(np.int64), net["antagonist"].astype(np.int64)
+        return cls(
+            law=np.array(laws or [""])[net["law"]],
+            candidate=candidate,
+            antagonist=antagonist,
+            gap=net["gap"],
+            normal=net["normal"],
+            point=net["point"],
+            lever=net["point"][:, None] - np.stack([detected[candidate], detected[antagonist]], axis=1),
+            impulse=net["impulse"],
+            force=net["impulse"] / time_step,
+        )
+
+    @property
+    def frame(self) -> np.ndarray:
+        """Rows n, t of the local frame, (m, d, d)."""
+        tangent = np.stack([-self.normal[:, 1], self.normal[:, 0]], axis=1)
+        return np.stack([self.normal, tangent], axis=1)
 
     def __len__(self) -> int:
         return len(self.gap)
@@ -79,6 +108,7 @@ class Column:
         return f"<{self.dtype} array of shape {self.shape}, in the file>"
 
 
+@named_arguments
 class Run:
     """A run file, also one that is still being written; f frames, s steps, n bodies, d dimensions, L laws.
 
@@ -86,7 +116,7 @@ class Run:
     """
 
     def __init__(self, path: str | os.PathLike):
-        self.path = os.fspath(path)
+        self.path = place(path, "path")
         self._file: Any = None
         self.refresh()
 
@@ -98,8 +128,8 @@ class Run:
             with form.sentences_of_damage(self.path):
                 self._about = form.read_tree(self._file["about"])
                 self._commit = form.read_commit(self._file)
-                for name, rows in self._commit.rows.items():
-                    if len(self._file[name]) < rows:
+                for name in form.growing_tables(self._file):
+                    if not form.has_rows(self._file, name, self._commit.rows(name)):
                         raise RuntimeError(f"'{name}' lacks entries")
                 self.dimension = int(form.read_tree(self._file["scene"])["dimension"])
         except BaseException:
@@ -130,9 +160,9 @@ class Run:
         table = self._table(name)
         if isinstance(part, str):
             kind = table.dtype[part]
-            shape = (self._commit.rows[name], *kind.shape)
+            shape = (self._commit.rows(name), *kind.shape)
             return Column(lambda key: self._table(name).fields(part)[key], shape, kind.base)
-        shape = (self._commit.rows[name], *np.empty(table.shape[1:])[part].shape)
+        shape = (self._commit.rows(name), *np.empty(table.shape[1:])[part].shape)
         return Column(lambda key: self._cut(self._table(name)[key], part), shape, table.dtype)
 
     @staticmethod
@@ -178,15 +208,10 @@ class Run:
         """Links and all candidates within alert of the step that ended with the frame; negative: from the end."""
         index = self._column("frames/index")[frame]
         net = self._table("interactions")[int(index["first"]) : int(index["first"] + index["count"])]
-        return RunInteractions(
-            law=np.array(self.laws or [""])[net["law"]],
-            candidate=net["candidate"].astype(np.int64),
-            antagonist=net["antagonist"].astype(np.int64),
-            gap=net["gap"],
-            normal=net["normal"],
-            impulse=net["impulse"],
-            force=net["impulse"] / self.options["time_step"],
-        )
+        theta, h = self.options["theta"], self.options["time_step"]
+        detected = detection_positions(self.positions[frame], self.velocities[frame], theta, h)
+        with form.sentences_of_damage(self.path):
+            return RunInteractions.of(net, self.laws, detected, h)
 
     # ------------------------------------------------------------------------------------------------------- history
 
@@ -214,13 +239,30 @@ class Run:
             energy[name] = {law: history[name][:, i] for i, law in enumerate(self.laws)}
         return energy
 
+    @property
+    def observed(self) -> dict[str, Column]:
+        """What the functions given as ``observe`` said after each step, by name, (s, ...) each."""
+        return {name: self._column(form.OBSERVED + name) for name in self._about.get("observed", ())}
+
     # --------------------------------------------------------------------------------------------------- description
 
     @property
     def scene(self) -> dict[str, Any]:
         """The scene as :func:`lmgcpy.scene.description.describe` tells it."""
-        self._table("scene")
-        return form.read_tree(self._file["scene"])
+        with form.sentences_of_damage(self.path):
+            return form.read_tree(self._table("scene"))
+
+    @property
+    def extent(self) -> np.ndarray:
+        """Radius of a circle around the position of each body that holds it [m], infinite for walls, (n,)."""
+        return self._table("scene/bodies/extent")[:]
+
+    @property
+    def wall_normals(self) -> dict[int, np.ndarray]:
+        """Outward normals of the walls by id of the body, (d,)."""
+        table = form.read_tree(self._table("scene/contactors"))
+        kinds = zip(table["body"].tolist(), table["kind"].tolist(), table["shape"], strict=True)
+        return {body: shape[: self.dimension] for body, kind, shape in kinds if table["kinds"][kind] == WallContactor.KIND}
 
     @property
     def laws(self) -> list[str]:
@@ -231,6 +273,11 @@ class Run:
     def options(self) -> dict[str, Any]:
         """Time step, theta, solver and its fields, how often frames are kept."""
         return self._about["options"]
+
+    @property
+    def notes(self) -> dict[str, Any]:
+        """What else was kept with the run by who recorded it."""
+        return self._about.get("notes", {})
 
     @property
     def versions(self) -> dict[str, str]:
@@ -263,6 +310,7 @@ class Run:
         )
 
 
+@named_arguments
 def open_run(path: str | os.PathLike) -> Run:
     """Open a run file to read; one that is being written as well.
 

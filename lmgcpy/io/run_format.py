@@ -8,6 +8,7 @@ One HDF5 file (readable from HDF5 1.10 on), nothing in it is ever executed:
     frames/positions, velocities    (frames, n, 3): x, y, angle
     interactions                    those of all frames, one after the other
     history                         a row a step: solver and energy
+    observed/...                    a row a step: what the user's functions said
     checkpoint/0, checkpoint/1      the state to go on from, written in turn
     commits                         two rows written in turn: how much of the tables above counts
 
@@ -33,7 +34,9 @@ import numpy as np
 from lmgcpy.contact.memory import Memory
 from lmgcpy.dynamics.checkpoint import Checkpoint
 from lmgcpy.dynamics.energy import Energy
-from lmgcpy.io.hdf5 import h5py
+from lmgcpy.errors import place, shown
+from lmgcpy.io.dead_file import DeadFile, is_dead
+from lmgcpy.io.hdf5 import cut_off, data_sets, h5py, write_new
 
 FORMAT = "lmgcpy run"
 VERSION = 1
@@ -42,13 +45,16 @@ LIBVER = ("v110", "v110")
 CHUNK = 1 << 16
 """Bytes of a chunk, about."""
 GROWING = ("frames/index", "frames/positions", "frames/velocities", "interactions", "history")
+"""Tables of every file; each observation has one more."""
+OBSERVED = "observed/"
 COMMIT = ("sequence", "frames", "interactions", "history", "closed", "checksum")
 
 INDEX = np.dtype([("time", "f8"), ("step", "i8"), ("first", "i8"), ("count", "i8")])
 
 
 def interaction_type(dimension: int) -> np.dtype:
-    """A row of ``interactions``: ids, code of the law, gap [m], normal, impulse in the local frame [N s]."""
+    """A row of ``interactions``: ids, code of the law, gap [m], normal, contact point [m], impulse in the local frame
+    [N s]."""
     vector = ("f8", (dimension,))
     return np.dtype(
         [
@@ -57,6 +63,7 @@ def interaction_type(dimension: int) -> np.dtype:
             ("law", "i2"),
             ("gap", "f8"),
             ("normal", *vector),
+            ("point", *vector),
             ("impulse", *vector),
         ]
     )
@@ -70,6 +77,21 @@ def history_type(law_count: int) -> np.dtype:
     return np.dtype(fields + [(name, "f8", (law_count,)) for name in ("work", "stored") if law_count])
 
 
+def growing_tables(file: Any) -> list[str]:
+    """Names of the tables that grow with the run."""
+    return [*GROWING, *(OBSERVED + name for name in file.get(OBSERVED[:-1], ()))]
+
+
+def has_rows(file: Any, name: str, rows: int) -> bool:
+    """Whether a growing table has so many rows, and the file does not end before the last of them."""
+    table = file[name]
+    if rows == 0 or len(table) < rows:
+        return rows == 0
+    chunk = (rows - 1) // table.chunks[0] * table.chunks[0]
+    place = table.id.get_chunk_info_by_coord((chunk, *(0,) * (table.ndim - 1)))
+    return place.byte_offset is not None and place.byte_offset + place.size <= file.id.get_filesize()
+
+
 # ----------------------------------------------------------------------------------------------------------- opening
 
 
@@ -78,6 +100,7 @@ def open_to_read(path: str | os.PathLike) -> Any:
 
     Raises FileNotFoundError, IsADirectoryError, PermissionError or ValueError with a sentence.
     """
+    path = place(path, "path")
     if not os.path.exists(path):
         raise FileNotFoundError(f"There is no file '{path}'.")
     if os.path.isdir(path):
@@ -90,16 +113,14 @@ def open_to_read(path: str | os.PathLike) -> Any:
         head = raw.read(48)
     if head[:8] != b"\x89HDF\r\n\x1a\n":
         raise ValueError(f"'{path}' is no HDF5 file, hence no lmgcpy run.")
-    # HDF5's shared mode does not look at the end of the file, and searches for ever in one that was cut. Of a file that
-    # was not closed the superblock may say more than was written, and what counts is there all the same.
+    # HDF5's shared mode does not look at the end of the file
     closed = len(head) == 48 and head[8] in (2, 3) and head[11] == 0
     if len(head) < 48 or (closed and os.path.getsize(path) < int.from_bytes(head[28:36], "little")):
         raise ValueError(f"'{path}' is truncated: its end is missing. Take it from where it is whole.")
     try:
-        try:
-            file = h5py().File(path, "r", swmr=True, locking=False)
-        except (OSError, ValueError):
-            file = h5py().File(path, "r", locking=False)  # files of others need not be of a kind that can be shared
+        if closed:
+            _look_through(path)
+        file = h5py().File(DeadFile(path), "r") if is_dead(path, head) else _open_shared(path)
     except (OSError, RuntimeError, ValueError, KeyError) as error:
         raise ValueError(f"'{path}' is truncated or damaged: HDF5 cannot open it ({error}).") from error
     try:
@@ -110,14 +131,34 @@ def open_to_read(path: str | os.PathLike) -> Any:
     return file
 
 
-def _check_format(path: str | os.PathLike, file: Any) -> None:
+def _look_through(path: str | os.PathLike) -> None:
+    """Read what tells where the data are; what is damaged there says so, where the shared mode would try again for ever."""
+
+    def look(name: str, item: Any) -> None:
+        if getattr(item, "chunks", None):
+            item.id.get_num_chunks()
+
+    with h5py().File(path, "r", locking=False) as file:
+        file.visititems(look)
+
+
+def _open_shared(path: str | os.PathLike) -> Any:
     try:
+        return h5py().File(path, "r", swmr=True, locking=False)
+    except (OSError, ValueError):
+        return h5py().File(path, "r", locking=False)  # files of others need not be of a kind that can be shared
+
+
+def _check_format(path: str | os.PathLike, file: Any) -> None:
+    with sentences_of_damage(path):
         written_by, version = file.attrs.get("format"), file.attrs.get("format_version")
-    except (OSError, RuntimeError) as error:
-        raise ValueError(f"'{path}' is truncated or damaged: {error}.") from error
-    if written_by != FORMAT or version is None:
+    if not isinstance(written_by, str) or written_by != FORMAT or version is None:
         raise ValueError(f"'{path}' is an HDF5 file, but no lmgcpy run.")
-    if int(version) > VERSION:
+    if not isinstance(version, (int, np.integer)) or version < 1:
+        raise ValueError(
+            f"'{path}' is of format version {shown(version)}, older than what lmgcpy reads (from 1 on): make the run anew."
+        )
+    if version > VERSION:
         raise ValueError(
             f"'{path}' is of format version {int(version)}; this lmgcpy reads up to {VERSION}: install a newer lmgcpy."
         )
@@ -143,6 +184,22 @@ def open_to_append(path: str | os.PathLike) -> Any:
     return h5.File(handle)
 
 
+@contextmanager
+def writing(path: str | os.PathLike):
+    """The file in writing mode, closed at the end; as it was where a write fails."""
+    file = open_to_append(path)
+    held = data_sets(file)
+    try:
+        yield file
+        file.flush()
+    except BaseException:
+        cut_off(file)
+        raise
+    finally:
+        held.clear()
+        file.close()
+
+
 class Lock:
     """Tells other processes that a file is being written; the system takes it back when the process ends.
 
@@ -161,10 +218,11 @@ class Lock:
             fcntl.flock(self._handle, fcntl.LOCK_SH | fcntl.LOCK_NB)
         except OSError as error:
             self.release()
-            raise BlockingIOError(
-                errno.EAGAIN,
-                f"The file '{name or path}' is being written by another run: wait for its end, or give another",
-            ) from error
+            busy = BlockingIOError(
+                f"The file '{name or path}' is being written by another run: wait for its end, or give another."
+            )
+            busy.errno = errno.EAGAIN
+            raise busy from error
 
     def release(self) -> None:
         """Let others write."""
@@ -189,7 +247,7 @@ def is_being_written(path: str | os.PathLike) -> bool:
 
 def check_target(path: str | os.PathLike, force: bool) -> None:
     """Whether a new file may be made there: FileExistsError, FileNotFoundError, PermissionError, IsADirectoryError."""
-    folder = Path(path).absolute().parent
+    folder = Path(place(path, "record")).absolute().parent
     if not folder.is_dir():
         raise FileNotFoundError(f"There is no folder '{folder}' to write '{path}' into: make it first.")
     if os.path.isdir(path):
@@ -208,23 +266,35 @@ def check_target(path: str | os.PathLike, force: bool) -> None:
 
 
 def create(
-    path: str | os.PathLike, about: Mapping[str, Any], description: Mapping[str, Any], checkpoint: Checkpoint
+    path: str | os.PathLike,
+    about: Mapping[str, Any],
+    description: Mapping[str, Any],
+    checkpoint: Checkpoint,
+    observed: Mapping[str, np.dtype],
 ) -> None:
-    """A file of a run of no frames yet, closed."""
+    """A file of a run of no frames yet, closed; ``observed``: types of the observations by name."""
     dimension, bodies, laws = int(description["dimension"]), len(checkpoint.positions), len(about["laws"])
-    with h5py().File(path, "w", libver=LIBVER, locking=False) as file:
+
+    def fill(file: Any) -> None:
         file.attrs["format"], file.attrs["format_version"] = FORMAT, VERSION
         write_tree(file.create_group("about"), about)
         write_tree(file.create_group("scene"), description)
-        types = (INDEX, None, None, interaction_type(dimension), history_type(laws))
-        for name, kind in zip(GROWING, types, strict=True):
-            shape = () if kind is not None else (bodies, 3)
-            size = np.dtype(kind or "f8").itemsize * int(np.prod(shape))
-            rows = max(1, min(1024, CHUNK // size))
-            file.create_dataset(name, (0, *shape), kind or "f8", maxshape=(None, *shape), chunks=(rows, *shape))
-        for slot in ("checkpoint/0", "checkpoint/1"):
-            _create_slot(file.create_group(slot), checkpoint, laws)
-        file.create_dataset("commits", data=np.zeros((2, len(COMMIT)), dtype=np.int64))
+        state = np.dtype(("f8", (bodies, 3)))
+        types = dict(zip(GROWING, (INDEX, state, state, interaction_type(dimension), history_type(laws)), strict=True))
+        types.update({OBSERVED + name: kind for name, kind in observed.items()})
+        for name, kind in types.items():
+            rows = max(1, min(1024, CHUNK // kind.itemsize))
+            layout = {"maxshape": (None, *kind.shape), "chunks": (rows, *kind.shape)}
+            file.create_dataset(name, (0, *kind.shape), kind.base, **layout)
+        _create_slots(file, checkpoint, laws)
+
+    write_new(path, fill, LIBVER)
+
+
+def _create_slots(file: Any, checkpoint: Checkpoint, laws: int) -> None:
+    for slot in ("checkpoint/0", "checkpoint/1"):
+        _create_slot(file.create_group(slot), checkpoint, laws)
+    file.create_dataset("commits", data=np.zeros((2, len(COMMIT)), dtype=np.int64))
 
 
 def _create_slot(group: Any, checkpoint: Checkpoint, laws: int) -> None:
@@ -280,11 +350,9 @@ class Commit:
     history: int = 0
     closed: bool = False
 
-    @property
-    def rows(self) -> dict[str, int]:
-        """Rows that count, by table."""
-        counts = (self.frames, self.frames, self.frames, self.interactions, self.history)
-        return dict(zip(GROWING, counts, strict=True))
+    def rows(self, table: str) -> int:
+        """How many rows of a growing table count."""
+        return self.history if table.startswith(OBSERVED) else getattr(self, table.split("/")[0])
 
 
 def write_commit(file: Any, commit: Commit) -> None:
@@ -411,19 +479,30 @@ def mend(path: str | os.PathLike, laws: list[str]) -> Lock:
     """
     beside = f"{os.fspath(path)}.mending"
     try:
-        with open_to_read(path) as file, h5py().File(beside, "w", libver=LIBVER, locking=False) as copy:
-            checkpoint, commit = read_checkpoint(file, laws)
-            for name, value in file.attrs.items():
-                copy.attrs[name] = value
-            for name in ("about", "scene"):
-                write_tree(copy.create_group(name), read_tree(file[name]))
-            for name, rows in commit.rows.items():
-                _copy_rows(file[name], copy, name, rows)
-            for slot in ("checkpoint/0", "checkpoint/1"):
-                _create_slot(copy.create_group(slot), checkpoint, len(laws))
-            copy.create_dataset("commits", data=np.zeros((2, len(COMMIT)), dtype=np.int64))
-            write_checkpoint(copy, checkpoint, commit, laws)
-            write_commit(copy, commit)
+        with open_to_read(path) as file:
+            with sentences_of_damage(path):
+                checkpoint, commit = read_checkpoint(file, laws)
+                trees = {name: read_tree(file[name]) for name in ("about", "scene")}
+                marks = dict(file.attrs.items())
+
+            def begin(copy: Any) -> None:
+                for name, value in marks.items():
+                    copy.attrs[name] = value
+                for name, tree in trees.items():
+                    write_tree(copy.create_group(name), tree)
+                for name in growing_tables(file):
+                    table = file[name]
+                    copy.create_dataset(
+                        name, (0, *table.shape[1:]), table.dtype, maxshape=table.maxshape, chunks=table.chunks
+                    )
+                _create_slots(copy, checkpoint, len(laws))
+
+            write_new(beside, begin, LIBVER)
+            with writing(beside) as copy:
+                for name in growing_tables(file):
+                    _copy_rows(path, file[name], copy[name], commit.rows(name))
+                write_checkpoint(copy, checkpoint, commit, laws)
+                write_commit(copy, commit)
         lock = Lock(beside, path)
         os.replace(beside, path)
     except BaseException:
@@ -433,10 +512,11 @@ def mend(path: str | os.PathLike, laws: list[str]) -> Lock:
     return lock
 
 
-def _copy_rows(source: Any, copy: Any, name: str, rows: int) -> None:
-    shape = (rows, *source.shape[1:])
-    target = copy.create_dataset(name, shape, source.dtype, maxshape=source.maxshape, chunks=source.chunks)
+def _copy_rows(path: str | os.PathLike, source: Any, target: Any, rows: int) -> None:
+    target.resize(rows, axis=0)
     block = 64 * source.chunks[0]
     for first in range(0, rows, block):
         part = slice(first, min(first + block, rows))
-        target[part] = source[part]
+        with sentences_of_damage(path):
+            values = source[part]
+        target[part] = values

@@ -8,13 +8,16 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from lmgcpy.errors import named_arguments, place, shown
 from lmgcpy.io.run import Run
 from lmgcpy.solve.report import STATUS
 
 BODIES = ("frame", "step", "time [s]", "body", "x [m]", "y [m]", "angle [rad]", "v_x [m/s]", "v_y [m/s]", "spin [rad/s]")
 NET = (
     *("frame", "step", "time [s]", "law", "candidate", "antagonist", "gap [m]"),
-    *("n_x", "n_y", "impulse_n [N s]", "impulse_t [N s]", "force_n [N]", "force_t [N]"),
+    *("n_x", "n_y", "x [m]", "y [m]", "impulse_n [N s]", "impulse_t [N s]", "force_n [N]", "force_t [N]"),
 )
 HISTORY = (
     *("step", "time [s]", "iterations", "residual", "status", "interactions", "seconds [s]", "step_seconds [s]"),
@@ -22,23 +25,31 @@ HISTORY = (
 )
 
 
+@named_arguments
 def export_csv(run: Run, folder: str | os.PathLike, *, force: bool = False) -> list[Path]:
-    """Write ``bodies.csv``, ``interactions.csv`` and ``history.csv`` into a folder; returns their paths.
+    """Write ``bodies.csv``, ``interactions.csv``, ``history.csv``, and ``observed.csv`` of a run that observes something,
+    into a folder; returns their paths.
 
     Raises FileExistsError where the folder holds something already, unless ``force``.
     """
-    target = Path(folder)
+    if not isinstance(run, Run):
+        raise TypeError(f"export_csv takes a run, which lmgcpy.io.open_run(path) opens, got {shown(run)}.")
+    target = Path(place(folder, "folder"))
     if target.exists() and not target.is_dir():
         raise FileExistsError(f"'{folder}' is a file: give the name of a folder.")
     if target.exists() and any(target.iterdir()) and not force:
         raise FileExistsError(f"The folder '{folder}' is not empty: give another, or force (--force) to write there.")
     target.mkdir(parents=True, exist_ok=True)
     by_law = [f"{name}:{law} [J]" for name in ("work", "stored") for law in run.laws]
-    return [
+    written = [
         _write(target / "bodies.csv", BODIES, _bodies(run)),
         _write(target / "interactions.csv", NET, _net(run)),
         _write(target / "history.csv", (*HISTORY, *by_law), _history(run)),
     ]
+    if run.observed:
+        columns = [f"{name}{_place(i)}" for name, column in run.observed.items() for i in np.ndindex(column.shape[1:])]
+        written.append(_write(target / "observed.csv", ("step", "time [s]", *columns), _observed(run)))
+    return written
 
 
 def _write(path: Path, head: tuple[str, ...], rows: Iterable[Iterable[Any]]) -> Path:
@@ -59,9 +70,9 @@ def _bodies(run: Run) -> Iterable[list[Any]]:
 def _net(run: Run) -> Iterable[list[Any]]:
     for frame, (step, time) in enumerate(zip(run.steps.tolist(), run.times.tolist(), strict=True)):
         net = run.interactions(frame)
-        columns = net.law, net.candidate, net.antagonist, net.gap, net.normal, net.impulse, net.force
-        for law, c, a, gap, n, r, f in zip(*(column.tolist() for column in columns), strict=True):
-            yield [frame, step, time, law, c, a, gap, *n, *r, *f]
+        columns = net.law, net.candidate, net.antagonist, net.gap, net.normal, net.point, net.impulse, net.force
+        for law, c, a, gap, n, p, r, f in zip(*(column.tolist() for column in columns), strict=True):
+            yield [frame, step, time, law, c, a, gap, *n, *p, *r, *f]
 
 
 def _history(run: Run) -> Iterable[list[Any]]:
@@ -69,3 +80,15 @@ def _history(run: Run) -> Iterable[list[Any]]:
         plain = [row[name].item() for name in row.dtype.names if name not in ("work", "stored")]
         plain[4] = STATUS[plain[4]]
         yield [*plain, *(value for name in ("work", "stored") if name in row.dtype.names for value in row[name].tolist())]
+
+
+def _place(index: tuple[int, ...]) -> str:
+    """Where in an array, as it is written after its name; empty for a number."""
+    return f"[{','.join(map(str, index))}]" if index else ""
+
+
+def _observed(run: Run) -> Iterable[list[Any]]:
+    rows = run.history[:]
+    columns = [column[:].reshape(len(rows), -1) for column in run.observed.values()]
+    for k, row in enumerate(rows):
+        yield [row["step"], row["time"], *(value for column in columns for value in column[k].tolist())]

@@ -6,7 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from lmgcpy.errors import named_arguments, numbers, shown
 
+
+@named_arguments
 def density(positions: Any, radii: Any, window: Any) -> float:
     """Solid fraction [-] of disks in a window: the area of the disks inside the rectangle over its own area.
 
@@ -18,8 +21,8 @@ def density(positions: Any, radii: Any, window: Any) -> float:
     Raises ValueError where shapes do not match, a radius is negative or the window is empty, TypeError for what are no
     numbers.
     """
-    centres = _numbers(positions, "positions")
-    sizes = _numbers(radii, "radii")
+    centres = numbers(positions, "positions")
+    sizes = numbers(radii, "radii")
     if centres.size == 0:
         centres = centres.reshape(0, 2)
     if centres.ndim != 2 or centres.shape[1] != 2 or sizes.shape != (len(centres),):
@@ -27,13 +30,14 @@ def density(positions: Any, radii: Any, window: Any) -> float:
             f"density is of disks: positions must have shape (n, 2) and radii (n,), got {centres.shape} and {sizes.shape}."
         )
     if (sizes < 0.0).any():
-        raise ValueError(f"radii must not be negative, but number {int(np.argmax(sizes < 0.0))} is {sizes.min()} [m].")
-    corners = _numbers(window, "window")
+        where = int(np.argmax(sizes < 0.0))
+        raise ValueError(f"radii must not be negative, but number {where} is {sizes[where]:g} m.")
+    corners = numbers(window, "window")
     if corners.shape != (2, 2):
-        raise ValueError(f"window must be two corners ((x0, y0), (x1, y1)) [m], got {window!r}.")
+        raise ValueError(f"window must be two corners ((x0, y0), (x1, y1)) [m], got {shown(window)}.")
     (x0, y0), (x1, y1) = corners
-    if not (x0 < x1 and y0 < y1):
-        raise ValueError(f"window must go from its lower left to its upper right corner, got {window!r}.")
+    if not (x0 < x1 and y0 < y1 and (x1 - x0) * (y1 - y0) > 0.0):
+        raise ValueError(f"window must go from its lower left to its upper right corner, got {shown(window)}.")
     return float(disk_area_in_rectangle(centres, sizes, x0, y0, x1, y1).sum() / ((x1 - x0) * (y1 - y0)))
 
 
@@ -45,8 +49,9 @@ def disk_area_in_rectangle(
     Q(x, y) is the disk's area left of x and below y. Exact to round-off, some 1e-16 of the disk's own area.
     """
     unit = np.where(radii > 0.0, radii, 1.0)
-    left, right = (x0 - centres[:, 0]) / unit, (x1 - centres[:, 0]) / unit
-    below, above = (y0 - centres[:, 1]) / unit, (y1 - centres[:, 1]) / unit
+    with np.errstate(over="ignore"):  # a disk that is next to nothing
+        left, right = (x0 - centres[:, 0]) / unit, (x1 - centres[:, 0]) / unit
+        below, above = (y0 - centres[:, 1]) / unit, (y1 - centres[:, 1]) / unit
     area = _quadrant(right, above) - _quadrant(left, above) - _quadrant(right, below) + _quadrant(left, below)
     return radii**2 * np.maximum(area, 0.0)
 
@@ -68,13 +73,3 @@ def _quadrant(a: np.ndarray, b: np.ndarray) -> np.ndarray:
         np.where(b > 0.0, 0.5 * np.pi + chord_a, 0.0),
     )
     return np.where(a * a + b * b < 1.0, inside, outside)
-
-
-def _numbers(values: Any, name: str) -> np.ndarray:
-    try:
-        array = np.asarray(values, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise TypeError(f"{name} must be numbers, got {values!r}.") from error
-    if not np.isfinite(array).all():
-        raise ValueError(f"{name} must be finite, but {np.count_nonzero(~np.isfinite(array))} numbers are not.")
-    return array

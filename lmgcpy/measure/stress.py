@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lmgcpy.errors import number
+from lmgcpy.dynamics.simulation import Simulation
+from lmgcpy.errors import named_arguments, number, numbers, shown
 
 if TYPE_CHECKING:
-    from lmgcpy.dynamics.simulation import Simulation
+    from lmgcpy.io.run import Run
 
 
-def stress(sim: Simulation, *, volume: float | None = None) -> dict[str, np.ndarray]:
-    """``sigma = -(1/V) sum f (x) l`` over the interactions of the last step [Pa], traction positive.
+@named_arguments
+def stress(sim: Simulation | Run, *, frame: int | None = None, volume: float | None = None) -> dict[str, np.ndarray]:
+    """``sigma = -(1/V) sum f (x) l`` over the interactions of a step [Pa], traction positive.
+
+    It is the last step of a simulation, or of an open run file the step that ended with ``frame``, by default the last.
 
     ``f`` is the force on the candidate, ``l`` the vector from the antagonist's centre to the candidate's; at a wall it
     starts, or ends, at the contact point. Returns ``{"total": (d, d), "<NAME>": (d, d), ...}``, one entry for each law
@@ -22,30 +26,48 @@ def stress(sim: Simulation, *, volume: float | None = None) -> dict[str, np.ndar
     ``volume`` [m^3, per metre of depth in 2D]: by default that of the box between two pairs of opposite walls; a scene
     without them raises ValueError, which asks for it.
     """
-    volume = box_volume(sim) if volume is None else number(volume, "volume", above=0.0)
-    net = sim.interactions
-    unbounded = ~np.isfinite(sim.model.extent)
+    net: Any
+    if isinstance(sim, Simulation):
+        if frame is not None:
+            raise TypeError("frame is for run files: a simulation knows its last step only.")
+        model = sim.model
+        net, positions, extent, normals = sim.interactions, sim.positions, model.extent, model.wall_normals
+        laws = [chain.law.NAME for chain in model.chains] + [row.law.NAME for row in model.rows]
+    elif hasattr(sim, "frame_count"):
+        k = -1 if frame is None else frame
+        net, positions, extent, normals = sim.interactions(k), sim.positions[k], sim.extent, sim.wall_normals
+        laws = sim.laws
+    else:
+        raise TypeError(
+            f"stress is of a simulation, the object that lmgcpy.Simulation(...) makes, or of a run file that "
+            f"lmgcpy.io.open_run opens, got {shown(sim)}."
+        )
+    d = positions.shape[1]
+    volume = box_volume(positions, normals) if volume is None else number(volume, "volume", above=0.0, unit=f"m^{d}")
+    unbounded = ~np.isfinite(extent)
     force = np.einsum("mk,mkd->md", net.force, net.frame)
     start = np.where(unbounded[net.antagonist, None], 0.0, net.lever[:, 1])
     end = np.where(unbounded[net.candidate, None], 0.0, net.lever[:, 0])
     branch = start - end
     dyads = -force[:, :, None] * branch[:, None, :] / volume
-    names = [chain.law.NAME for chain in sim.model.chains] + [row.law.NAME for row in sim.model.rows]
-    parts = {name: dyads[net.law == name].sum(axis=0) for name in dict.fromkeys(names)}
+    parts = {name: dyads[net.law == name].sum(axis=0) for name in dict.fromkeys(laws)}
     return {"total": dyads.sum(axis=0), **parts}
 
 
-def box_volume(sim: Simulation) -> float:
+def box_volume(positions: np.ndarray, wall_normals: dict[int, np.ndarray]) -> float:
     """Volume of the box between the walls [m^3, per metre of depth in 2D]: the product of the distances between walls
-    that face each other; ValueError unless there is one such pair in each direction, at right angles."""
-    walls = [(normal, sim.positions[body]) for body, normal in sim.model.wall_normals.items()]
+    that face each other; ValueError unless there is one such pair in each direction, at right angles.
+
+    ``positions``: of all bodies [m], (n, d); ``wall_normals``: outward normals, (d,), by id of the body.
+    """
+    walls = [(normal, positions[body]) for body, normal in wall_normals.items()]
     pairs = [
         (n, abs(float(np.dot(n, q - p))))
         for i, (n, p) in enumerate(walls)
         for m, q in walls[i + 1 :]
         if np.allclose(n, -m, atol=1e-12)
     ]
-    dimension = sim.model.dimension
+    dimension = positions.shape[1]
     directions = np.array([n for n, _ in pairs]).reshape(-1, dimension)
     if len(pairs) != dimension or not np.allclose(directions @ directions.T, np.eye(dimension), atol=1e-9):
         raise ValueError(
@@ -55,6 +77,10 @@ def box_volume(sim: Simulation) -> float:
     return float(np.prod([distance for _, distance in pairs]))
 
 
+@named_arguments
 def principal(sigma: np.ndarray) -> np.ndarray:
-    """Principal values of the symmetric part of a stress tensor, greatest (most tensile) first [Pa], (d,)."""
+    """Principal values of the symmetric part of a stress tensor (d, d), greatest (most tensile) first [Pa], (d,)."""
+    sigma = numbers(sigma, "a stress tensor")
+    if sigma.shape not in ((2, 2), (3, 3)):
+        raise ValueError(f"A stress tensor must have shape (2, 2) or (3, 3), got {sigma.shape}.")
     return np.linalg.eigvalsh(0.5 * (sigma + sigma.T))[::-1]

@@ -11,44 +11,34 @@ import numpy as np
 from lmgcpy import errors
 
 AXES = "xyz"
+WIDEST = 1e7
+"""How many of the coarsest bodies may lie side by side on the floor of a box."""
 
 
-def word(value: Any, name: str, known: Sequence[str]) -> str:
-    """One of the ``known`` words."""
-    if not isinstance(value, str):
-        raise TypeError(f"{name} must be one of {', '.join(map(repr, known))}, got {value!r}.")
-    if value not in known:
-        raise ValueError(f"unknown {name} '{value}'{errors.closest(value, known)}")
-    return value
-
-
-def numbers(values: Any, name: str) -> np.ndarray:
-    """A new contiguous array of finite floats."""
+def generator(seed: Any) -> np.random.Generator:
+    """The random numbers of a seed: a whole number, None, or a generator."""
     try:
-        array = np.array(values, dtype=np.float64, order="C")
+        return np.random.default_rng(seed)
     except (TypeError, ValueError) as error:
-        raise TypeError(f"{name} must be an array of numbers, got {values!r}.") from error
-    if not np.isfinite(array).all():
-        raise ValueError(f"{name} must be finite, but {np.count_nonzero(~np.isfinite(array))} of its numbers are not.")
-    return array
+        raise type(error)(f"seed must be a whole number of at least 0, or None, got {errors.shown(seed)}.") from error
 
 
 def radii(values: Any, name: str = "radii", least: int = 1) -> np.ndarray:
     """Radii [m], shape (n,), all above zero."""
-    array = numbers(values, name)
+    array = errors.numbers(values, name)
     if array.ndim != 1:
         raise ValueError(f"{name} must have shape (n,), got {array.shape}.")
     if len(array) < least:
         raise ValueError(f"{name} must hold at least {least} value, got {len(array)}.")
     if (array <= 0.0).any():
         where = int(np.argmax(array <= 0.0))
-        raise ValueError(f"{name} must be above zero, but number {where} is {array[where]} [m].")
+        raise ValueError(f"{name} must be above zero, but number {where} is {array[where]:g} m.")
     return array
 
 
 def spheres(positions: Any, sizes: Any, dimension: int, name: str) -> tuple[np.ndarray, np.ndarray]:
     """Positions [m], shape (n, dimension), and as many radii [m]."""
-    centres = numbers(positions, f"the positions of {name}")
+    centres = errors.numbers(positions, f"the positions of {name}")
     if centres.size == 0:
         centres = centres.reshape(0, dimension)
     if centres.ndim != 2 or centres.shape[1] != dimension:
@@ -66,7 +56,7 @@ def obstacles(value: Any, dimension: int) -> tuple[np.ndarray, np.ndarray]:
     if not isinstance(value, (tuple, list)) or len(value) != 2:
         raise TypeError(
             "obstacles must be a pair (positions, radii), such as (wire.positions, wire.radii), or None; "
-            f"got {type(value).__name__}."
+            f"got {errors.shown(value)}."
         )
     return spheres(value[0], value[1], dimension, "the obstacles")
 
@@ -75,7 +65,7 @@ def box(value: Any, *, dimensions: Sequence[int] = (2, 3), open_top: bool = True
     """Lengths of a box that starts at the origin [m]; the last one is infinite where ``None`` was given."""
     kinds = " or ".join(str(dimension) for dimension in dimensions)
     if not isinstance(value, (tuple, list, np.ndarray)):
-        raise TypeError(f"box must be a tuple of {kinds} lengths [m], got {value!r}.")
+        raise TypeError(f"box must be a tuple of {kinds} lengths [m], got {errors.shown(value)}.")
     if len(value) not in dimensions:
         raise ValueError(f"box must have {kinds} lengths [m], got {len(value)}.")
     lengths = []
@@ -91,11 +81,19 @@ def box(value: Any, *, dimensions: Sequence[int] = (2, 3), open_top: bool = True
     return tuple(lengths)
 
 
-def room(lengths: tuple[float, ...], coarsest: float, what: str) -> None:
-    """Refuse a box that is narrower than the coarsest body."""
+def room(lengths: tuple[float, ...], coarsest: float, what: str, *, widest: float = WIDEST) -> None:
+    """Refuse a box that is narrower than the coarsest body, or too wide to be divided into cells of its size: more than
+    ``widest`` of them side by side on its floor.
+    """
     for axis, length in enumerate(lengths):
         if length < 2.0 * coarsest * (1.0 - 1e-12):
             raise ValueError(
                 f"the box is too narrow for {what}: its length along {AXES[axis]} is {length:g} m, the diameter is "
                 f"{2.0 * coarsest:g} m. Widen the box or take smaller radii."
             )
+    side_by_side = math.prod(length / (2.0 * coarsest) for length in lengths[:-1])
+    if side_by_side > widest:
+        raise ValueError(
+            f"the box is too wide for {what}: {side_by_side:.1e} of them lie side by side, {widest:.0e} at the most can be "
+            "dealt with. Are its lengths and the radii both in metres?"
+        )

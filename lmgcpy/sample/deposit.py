@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from lmgcpy import errors
 from lmgcpy.sample import arguments
 from lmgcpy.sample.deposit_2d import deposit_2d
 from lmgcpy.sample.grid import grid_positions
@@ -15,6 +16,7 @@ METHODS = ("geometric", "grid")
 ORDERS = ("random", "given")
 
 
+@errors.named_arguments
 def deposit(
     radii: Any,
     *,
@@ -45,13 +47,13 @@ def deposit(
     Raises ValueError where the grains do not fit, saying how many did, and ValueError or TypeError where an argument
     makes no sense.
     """
-    method = arguments.word(method, "method", METHODS)
-    order = arguments.word(order, "order", ORDERS)
+    method = errors.one_of(method, "method", METHODS)
+    order = errors.one_of(order, "order", ORDERS)
     sizes = arguments.radii(radii)
     lengths = arguments.box(box)
     centres, obstacle_radii = arguments.obstacles(obstacles, len(lengths))
     arguments.room(lengths, float(sizes.max()), "the coarsest grain")
-    rng = np.random.default_rng(seed)
+    rng = arguments.generator(seed)
     if method == "grid":
         from lmgcpy.sample.settle import settle
 

@@ -12,6 +12,7 @@ from lmgcpy.sample import arguments
 WAYS = ("diameter", "mass")
 
 
+@errors.named_arguments
 def grading(
     grain_count: int,
     *,
@@ -41,23 +42,21 @@ def grading(
     Raises ValueError or TypeError where an argument makes no sense.
     """
     grain_count = errors.whole(grain_count, "grain_count", minimum=1)
-    dimension = errors.whole(dimension, "dimension", minimum=2)
-    if dimension > 3:
-        raise ValueError(f"dimension must be 2 or 3, got {dimension}.")
-    rng = np.random.default_rng(seed)
+    dimension = errors.whole(dimension, "dimension", minimum=2, maximum=3)
+    rng = arguments.generator(seed)
     probability = rng.permutation((np.arange(grain_count) + rng.random(grain_count)) / grain_count)
-    if not isinstance(by, (str, bytes)) and np.ndim(by) > 0:
+    if isinstance(by, (list, tuple, np.ndarray)):
         if minimum is not None or maximum is not None:
             raise ValueError("a size curve brings its own sizes: leave minimum and maximum out.")
         diameters, passing = _size_curve(by)
         return 0.5 * _by_mass(probability, diameters, passing, dimension)
-    by = arguments.word(by, "grading", WAYS)
+    by = errors.one_of(by, "by", WAYS)
     if minimum is None or maximum is None:
         raise ValueError(f"grading by {by} needs minimum and maximum, the smallest and the largest radius [m].")
     minimum = errors.number(minimum, "minimum", above=0.0, unit="m")
     maximum = errors.number(maximum, "maximum", above=0.0, unit="m")
     if minimum > maximum:
-        raise ValueError(f"minimum must not exceed maximum, got {minimum} and {maximum} [m].")
+        raise ValueError(f"minimum must not exceed maximum, got {minimum:g} m and {maximum:g} m.")
     if minimum == maximum:
         return np.full(grain_count, minimum)
     if by == "diameter":
@@ -69,7 +68,7 @@ def grading(
 
 def _size_curve(rows: Any) -> tuple[np.ndarray, np.ndarray]:
     """Diameters [m] and passing fractions of a size curve, checked."""
-    curve = arguments.numbers(rows, "the size curve")
+    curve = errors.numbers(rows, "the size curve")
     if curve.ndim != 2 or curve.shape[1] != 2 or len(curve) < 2:
         raise ValueError(
             f"a size curve must have two or more rows (diameter [m], passing fraction), got shape {curve.shape}."

@@ -10,6 +10,7 @@ from lmgcpy import errors
 from lmgcpy.sample import arguments
 
 
+@errors.named_arguments
 def grid_positions(
     radii: Any,
     *,
@@ -36,7 +37,7 @@ def grid_positions(
     dimension = len(lengths)
     centres, obstacle_radii = arguments.obstacles(obstacles, dimension)
     spacing = errors.number(spacing, "spacing", minimum=1.0)
-    order = arguments.word(order, "order", ("random", "given"))
+    order = errors.one_of(order, "order", ("random", "given"))
     coarsest = float(sizes.max())
     arguments.room(lengths, coarsest, "the coarsest grain")
     pitch = 2.0 * coarsest * spacing
@@ -47,7 +48,7 @@ def grid_positions(
     layer = np.stack(np.meshgrid(*(np.arange(count) + 0.5 for count in counts), indexing="ij"), axis=-1)
     layer = layer.reshape(-1, dimension - 1) * cell[:-1]
     half = 0.5 * cell
-    rng = np.random.default_rng(seed)
+    rng = arguments.generator(seed)
     sequence = rng.permutation(len(sizes)) if order == "random" else np.arange(len(sizes))
     positions = np.empty((len(sizes), dimension))
     placed, level = 0, 0

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from lmgcpy.dynamics.simulation import Simulation
+from lmgcpy.errors import named_arguments, whole
 from lmgcpy.laws.coulomb import Coulomb
+from lmgcpy.sample import arguments
 from lmgcpy.scene.body import disk, wall
 from lmgcpy.scene.scene import Scene
 from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
@@ -15,6 +17,7 @@ STILL = 0.01
 """Largest speed of a deposit at rest, in parts of that of a fall by the finest radius."""
 
 
+@named_arguments
 def settle(
     positions: np.ndarray,
     radii: np.ndarray,
@@ -28,10 +31,14 @@ def settle(
 
     Steps are such that a grain that has fallen through the whole sample moves by half the finest radius in one. Raises
     RuntimeError where the grains have not come to rest after ``max_steps``, and ValueError where they rest above the
-    top of the box.
+    top of the box or an argument makes no sense.
     """
-    if positions.shape[1] != 2:
-        raise NotImplementedError("Deposits by simulation are built in 2D only so far.")
+    lengths = arguments.box(box)
+    if len(lengths) != 2:
+        raise NotImplementedError("Deposits by simulation are built in 2D only so far: give a box of two lengths.")
+    positions, radii = arguments.spheres(positions, arguments.radii(radii), 2, "the grains")
+    obstacles = arguments.obstacles(obstacles, 2)
+    max_steps = whole(max_steps, "max_steps", minimum=1)
     finest = float(radii.min())
     scene = Scene(dimension=2, gravity=(0.0, -GRAVITY))
     for position, radius in zip(positions, radii, strict=True):
@@ -40,13 +47,13 @@ def settle(
         scene.add(disk(radius=radius, position=position, mass=1.0, color="OBSTACLE")).fix()
     scene.add(wall(point=(0.0, 0.0), normal=(0, 1)))
     scene.add(wall(point=(0.0, 0.0), normal=(1, 0)))
-    scene.add(wall(point=(box[0], 0.0), normal=(-1, 0)))
+    scene.add(wall(point=(lengths[0], 0.0), normal=(-1, 0)))
     law = Coulomb(friction=friction)
     scene.see("GRAIN", "GRAIN", law)
     scene.see("GRAIN", "WALL", law)
     if len(obstacles[1]):
         scene.see("GRAIN", "OBSTACLE", law)
-    height = float((positions[:, 1] + radii).max())
+    height = max(finest, float((positions[:, 1] + radii).max()))
     step = 0.5 * finest / float(np.sqrt(2.0 * GRAVITY * height))
     sim = Simulation(scene, time_step=step, solver=AcceleratedGaussSeidel(tolerance=1e-2, max_iterations=2000))
     still = STILL * float(np.sqrt(2.0 * GRAVITY * finest))
@@ -57,9 +64,14 @@ def settle(
         if float(np.abs(sim.velocities[:count]).max()) < still:
             break
         if sim.steps >= max_steps:
-            raise RuntimeError(f"The grains have not come to rest after {sim.steps} steps ({sim.time:g} s).")
+            raise RuntimeError(
+                f"The grains have not come to rest after {sim.steps} steps ({sim.time:g} s): allow more by max_steps, or "
+                "take method='geometric'."
+            )
     settled = sim.positions[:count].copy()
     top = float((settled[:, 1] + radii).max())
-    if box[-1] is not None and top > box[-1]:
-        raise ValueError(f"The grains rest up to {top:g} m, above the top of the box at {box[-1]:g} m.")
+    if top > lengths[-1]:
+        raise ValueError(
+            f"The grains rest up to {top:g} m, above the top of the box at {lengths[-1]:g} m: take fewer, or a higher box."
+        )
     return settled

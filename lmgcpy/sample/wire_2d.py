@@ -30,6 +30,7 @@ WALL = 2.0
 that would run into one turns along it; with 2 the strip beside the walls holds its share."""
 
 
+@errors.named_arguments
 def wire_2d(
     *,
     box: Any,
@@ -74,13 +75,15 @@ def wire_2d(
     choices = errors.whole(choices, "choices", minimum=1)
     theta_max = errors.number(theta_max, "theta_max", minimum=0.0, maximum=math.pi, unit="rad")
     arguments.room(lengths, radius, "a bead")
-    rng = np.random.default_rng(seed)
+    rng = arguments.generator(seed)
     if start is None:
         first = np.array([rng.uniform(radius, max(radius, length - radius)) for length in lengths])
     else:
         first = errors.vector(start, "start", 2)
         if (first < radius).any() or (first > np.subtract(lengths, radius)).any():
-            raise ValueError(f"start must leave the first bead, of radius {radius:g} m, inside the box, got {start!r}.")
+            raise ValueError(
+                f"start must leave the first bead, of radius {radius:g} m, inside the box, got {errors.shown(start)}."
+            )
     positions = np.empty((requested_count, 2))
     directions = np.empty(requested_count)
     positions[0] = first

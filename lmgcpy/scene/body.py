@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lmgcpy.errors import closest, number, vector
+from lmgcpy.errors import closest, named_arguments, number, shown, vector
 from lmgcpy.scene.contactor import Contactor, DiskContactor, WallContactor
 from lmgcpy.scene.material import Material
 
@@ -25,6 +25,7 @@ COMPONENTS = ("x", "y", "spin")
 Prescribed = float | Callable[[float], float]
 
 
+@named_arguments
 class Body(ABC):
     """A rigid body in 2D. Masses are per metre of depth [kg]; ``color`` is what the visibility table calls it.
 
@@ -33,15 +34,25 @@ class Body(ABC):
 
     def __init__(self, *, position: Any, color: str, velocity: Any = (0.0, 0.0), rotation: float = 0.0, spin: float = 0.0):
         what = type(self).__name__
-        if not isinstance(color, str) or not color:
-            raise TypeError(f"color of a {what} must be a word such as 'GRAIN', got {color!r}.")
+        self._state: State | None = None
         self.color = color
         self.id = -1
         self._position = np.append(vector(position, f"position of a {what}", 2), number(rotation, "rotation"))
         self._velocity = np.append(vector(velocity, f"velocity of a {what}", 2), number(spin, "spin"))
         self._velocities: dict[int, Prescribed] = {}
         self._forces: dict[int, Prescribed] = {}
-        self._state: State | None = None
+
+    @property
+    def color(self) -> str:
+        """What the visibility table calls the body."""
+        return self._color
+
+    @color.setter
+    def color(self, color: str) -> None:
+        self._refuse_compiled("set its color")
+        if not isinstance(color, str) or not color:
+            raise TypeError(f"color of a {type(self).__name__} must be a word such as 'GRAIN', got {shown(color)}.")
+        self._color = color
 
     @property
     @abstractmethod
@@ -109,8 +120,12 @@ class Body(ABC):
 
     def fix(self, *components: str) -> Body:
         """Hold the named components ("x", "y", "spin"), all of them without names, at rest; returns the body."""
+        for component in components:
+            if not isinstance(component, str):
+                raise TypeError(f"fix takes names of components, as in fix('x', 'y'), got {shown(component)}.")
         return self._drive("fix", dict.fromkeys(components or COMPONENTS, 0.0))
 
+    @named_arguments
     def impose_velocity(self, **components: Prescribed) -> Body:
         """Drive components x, y [m/s], spin [rad/s] by a number or a function of time [s]; returns the body."""
         return self._drive("impose_velocity", components)
@@ -122,6 +137,7 @@ class Body(ABC):
             self._velocities[component] = value
         return self
 
+    @named_arguments
     def impose_force(self, **components: Prescribed) -> Body:
         """Free components and load them: x, y [N], spin [N m], a number or a function of time [s]; returns the body."""
         for component, value in self._checked("impose_force", components):
@@ -142,8 +158,7 @@ class Body(ABC):
         )
 
     def _checked(self, call: str, components: dict[str, Prescribed]) -> list[tuple[int, Prescribed]]:
-        if self._state is not None:
-            raise RuntimeError(f"{self!r} is in a compiled scene, which cannot be edited: call {call} before Simulation.")
+        self._refuse_compiled(f"call {call}")
         if not components:
             raise TypeError(f"{call} needs a component, for example {call}(y=0.0).")
         checked: list[tuple[int, Prescribed]] = []
@@ -154,24 +169,29 @@ class Body(ABC):
             checked.append((COMPONENTS.index(name), value))
         return checked
 
+    def _refuse_compiled(self, what: str) -> None:
+        if self._state is not None:
+            raise RuntimeError(f"{self!r} is in a compiled scene, which cannot be edited: {what} before Simulation.")
+
     def __repr__(self) -> str:
         which = f"body {self.id}" if self.id >= 0 else "body not yet in a scene"
         x, y = self.position
         return f"<{type(self).__name__} '{self.color}', {which}, at ({x:g}, {y:g}) m>"
 
 
+@named_arguments
 class RigidBody(Body):
     """A body of given mass and inertia made of any contactors: a cluster of disks, or shapes of one's own."""
 
     def __init__(self, contactors: list, *, mass: float, inertia: float, **start: Any):
         super().__init__(**start)
-        if not contactors:
-            raise ValueError("A rigid body needs at least one contactor.")
+        if not isinstance(contactors, (list, tuple)) or not contactors:
+            raise TypeError(f"A rigid body needs a list of at least one contactor, got {shown(contactors)}.")
         self._contactors = []
         for item in contactors:
-            contactor, offset = item if isinstance(item, tuple) else (item, (0.0, 0.0))
+            contactor, offset = item if isinstance(item, tuple) and len(item) == 2 else (item, (0.0, 0.0))
             if not isinstance(contactor, Contactor):
-                raise TypeError(f"contactors must be Contactor objects or pairs (contactor, offset), got {item!r}.")
+                raise TypeError(f"contactors must be Contactor objects or pairs (contactor, offset), got {shown(item)}.")
             x, y = vector(offset, "offset of a contactor", 2)
             self._contactors.append((contactor, (float(x), float(y))))
         self._mass = number(mass, "mass of a rigid body", above=0.0, unit="kg")
@@ -190,6 +210,7 @@ class RigidBody(Body):
         return self._contactors
 
 
+@named_arguments
 class Disk(Body):
     """A disk: grain, bead. Its mass is that of its material, or ``mass`` [kg]; its inertia m R^2/2, or ``inertia``."""
 
@@ -205,7 +226,7 @@ class Disk(Body):
         super().__init__(**start)
         self._contactor = DiskContactor(radius)
         if material is not None and not isinstance(material, Material):
-            raise TypeError(f"material of a disk must be a lmgcpy.Material, got {material!r}.")
+            raise TypeError(f"material of a disk must be a lmgcpy.Material, got {shown(material)}.")
         if mass is None and material is None:
             raise TypeError("A disk needs a material= or a mass= [kg].")
         if mass is None:
@@ -238,6 +259,7 @@ class Disk(Body):
         return self.radius
 
 
+@named_arguments
 class Wall(Body):
     """The half-space behind a line. Every component is held unless freed by a load; it never turns."""
 
@@ -277,6 +299,7 @@ class Wall(Body):
         return super()._checked(call, components)
 
 
+@named_arguments
 def disk(
     *,
     radius: float,
@@ -301,6 +324,7 @@ def disk(
     )
 
 
+@named_arguments
 def wall(*, point: Any, normal: Any, color: str = "WALL", mass: float | None = None) -> Wall:
     """A half-space bounded by the line through ``point`` [m] with outward ``normal``; ``mass`` [kg] if it is loaded."""
     return Wall(point=point, normal=normal, color=color, mass=mass)

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.errors import number
+from lmgcpy.errors import number, numbers, shown
 from lmgcpy.laws import Law
 from lmgcpy.scene.body import Body
 
@@ -32,21 +32,15 @@ class Chain:
         if reference_gap is None:
             self.reference_gaps = self.start_gaps.copy()
         else:
-            try:
-                given = np.array(reference_gap, dtype=float)
-                self.reference_gaps = np.broadcast_to(given, self.start_gaps.shape).copy()
-            except (TypeError, ValueError) as error:
+            given = numbers(reference_gap, "reference_gap", "a number [m], one number a link, or None")
+            if given.shape not in ((), (1,), self.start_gaps.shape):
                 raise ValueError(
-                    f"reference_gap must be a number [m], {len(self.start_gaps)} numbers (one a link) or None, "
-                    f"got {reference_gap!r}."
-                ) from error
-        if not np.isfinite(self.reference_gaps).all():
-            raise ValueError(f"reference_gap must be finite, got {reference_gap!r}.")
-        too_short = self.reference_gaps + self.radius_sums < 0.0
-        if too_short.any():
-            raise ValueError(
-                f"reference_gap {self.reference_gaps[too_short][0]:g} m gives a link a negative length between centres."
-            )
+                    f"reference_gap must be a number [m], {len(self.start_gaps)} numbers (one a link) or None, got "
+                    f"{shown(reference_gap)}."
+                )
+            self.reference_gaps = np.broadcast_to(given, self.start_gaps.shape).copy()
+        self._refuse_no_length(self.start_gaps, "starts with no distance", "move one of them")
+        self._refuse_no_length(self.reference_gaps, "has no length at its reference", "give a larger reference_gap")
         self._refuse_blows()
 
     def _pairs(self) -> list[tuple[Body, Body]]:
@@ -60,6 +54,16 @@ class Chain:
     def path(self) -> np.ndarray:
         """Ids of the bodies along the chain; of a closed one the first comes again at the end."""
         return np.array([body.id for body in self._path], dtype=np.int64)
+
+    def _refuse_no_length(self, gaps: np.ndarray, what: str, remedy: str) -> None:
+        """Between centres that coincide a link has no direction."""
+        lengths = gaps + self.radius_sums
+        i = int(np.argmin(lengths))
+        if not lengths[i] > 0.0:
+            a, b = self._pairs()[i]
+            raise ValueError(
+                f"Link {i} of the chain {what} between the centres of {a!r} and {b!r}, {lengths[i]:g} m: {remedy}."
+            )
 
     def _refuse_blows(self) -> None:
         if "rigid" not in self.law.TRAITS or self.relaxation > 0.0:

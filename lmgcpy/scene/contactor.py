@@ -12,7 +12,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from lmgcpy.errors import number, vector
+from lmgcpy.errors import named_arguments, number, vector
 
 
 class Contactor(ABC):
@@ -42,6 +42,7 @@ class Contactor(ABC):
         """Polar second moment of area about the contactor's position [m^4]."""
 
 
+@named_arguments
 class DiskContactor(Contactor):
     """A disk of radius ``radius`` [m]."""
 

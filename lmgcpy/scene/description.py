@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from lmgcpy.errors import shown
 from lmgcpy.laws import Law, registry
 from lmgcpy.scene.body import COMPONENTS, Body, Disk, RigidBody, Wall
 from lmgcpy.scene.contactor import Contactor, DiskContactor, WallContactor
@@ -254,6 +255,8 @@ def _contactor(table: Mapping[str, Any], k: int) -> Contactor:
 
 
 def _impose(scene: Scene, conditions: Mapping[str, Any], functions: Functions) -> None:
+    if not isinstance(functions, Mapping):
+        raise TypeError(f"functions must be a dictionary such as {{(3, 'y'): f}}, got {shown(functions)}.")
     missing = []
     left = dict(functions)
     for body, component, loaded, function, value in zip(*(conditions[name] for name in CONDITION), strict=True):
@@ -265,7 +268,7 @@ def _impose(scene: Scene, conditions: Mapping[str, Any], functions: Functions) -
                 continue
             if not callable(what):
                 raise TypeError(
-                    f"functions[{int(body)}, '{COMPONENTS[component]}'] must be a function of time, got {what!r}."
+                    f"functions[{int(body)}, '{COMPONENTS[component]}'] must be a function of time, got {shown(what)}."
                 )
         target = scene.bodies[body]._forces if loaded else scene.bodies[body]._velocities
         target[int(component)] = what
@@ -278,8 +281,8 @@ def _impose(scene: Scene, conditions: Mapping[str, Any], functions: Functions) -
         )
     if left:
         raise ValueError(
-            f"functions names {sorted(left)}, where the run has no function of time; "
-            f"keys are (id of the body, component), for example (3, 'y')."
+            f"functions names {shown(list(left))}, where the run has no function of time; "
+            "keys are (id of the body, component), for example (3, 'y')."
         )
 
 

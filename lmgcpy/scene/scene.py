@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any, TypeVar
 
 import numpy as np
 
 from lmgcpy.contact.tables import ChainTable, ContactorTable, VisibilityRow
 from lmgcpy.dynamics.model import Drive, Model, State
-from lmgcpy.errors import closest, number, vector
+from lmgcpy.errors import LARGEST, closest, flag, named_arguments, number, shown, vector, whole
 from lmgcpy.laws import Law
 from lmgcpy.laws.registry import check_interface
 from lmgcpy.scene.body import Body, Wall
@@ -20,26 +21,37 @@ DEFAULT_ALERT = 0.2
 """Default alert distance, in radii of the smallest bounded contactor that the row of the table concerns."""
 
 
+@named_arguments
 class Scene:
     """Bodies, who sees whom under which law, chains, gravity [m/s^2]."""
 
     def __init__(self, *, dimension: int, gravity: Any = None):
-        if dimension not in (2, 3):
-            raise ValueError(f"dimension must be 2 or 3, got {dimension!r}.")
-        if dimension == 3:
+        self.dimension = whole(dimension, "dimension", minimum=2, maximum=3)
+        if self.dimension == 3:
             raise NotImplementedError("Scenes in dimension 3 are not built yet: this version computes in dimension 2.")
-        self.dimension = int(dimension)
-        self.gravity = np.zeros(2) if gravity is None else vector(gravity, "gravity", self.dimension)
+        self._compiled = False
+        self.gravity = (0.0, 0.0) if gravity is None else gravity
         self.bodies: list[Body] = []
         self.rows: list[tuple[str, str, Law, float | None]] = []
         self.chains: list[Chain] = []
-        self._compiled = False
 
+    @property
+    def gravity(self) -> np.ndarray:
+        """Acceleration of gravity [m/s^2], (d,)."""
+        return self._gravity
+
+    @gravity.setter
+    def gravity(self, gravity: Any) -> None:
+        self._editable("set gravity")
+        self._gravity = vector(gravity, "gravity", self.dimension)
+        self._gravity.flags.writeable = False
+
+    @named_arguments
     def add(self, body: SomeBody) -> SomeBody:
         """Add a body; returns it, with its id."""
         self._editable("add a body")
         if not isinstance(body, Body):
-            raise TypeError(f"Scene.add takes a body such as lmgcpy.disk(...), got {body!r}.")
+            raise TypeError(f"Scene.add takes a body such as lmgcpy.disk(...), got {shown(body)}.")
         if body.id >= 0:
             where = "this scene" if body.id < len(self.bodies) and self.bodies[body.id] is body else "another scene"
             raise ValueError(f"{body!r} is in {where} already: make a new body.")
@@ -47,6 +59,7 @@ class Scene:
         self.bodies.append(body)
         return body
 
+    @named_arguments
     def see(self, candidate: str, antagonist: str, law: Law, *, alert: float | None = None) -> None:
         """Let bodies of two colours meet under a law.
 
@@ -57,12 +70,13 @@ class Scene:
         self._editable("extend the visibility table")
         for color in (candidate, antagonist):
             if not isinstance(color, str) or not color:
-                raise TypeError(f"A colour is a word such as 'GRAIN', got {color!r}.")
+                raise TypeError(f"A colour is a word such as 'GRAIN', got {shown(color)}.")
         self._check_law(law, "contact", "see")
         if alert is not None:
             alert = number(alert, f"alert between '{candidate}' and '{antagonist}'", minimum=0.0, unit="m")
         self.rows.append((candidate, antagonist, law, alert))
 
+    @named_arguments
     def chain(
         self,
         bodies: Any,
@@ -84,14 +98,18 @@ class Scene:
         self._check_law(law, "link", "chain")
         if law.rows(self.dimension) != 1:
             raise TypeError(f"Law '{law.NAME}' has {law.rows(self.dimension)} components: a link acts along its line only.")
+        block_spin, closed = flag(block_spin, "block_spin"), flag(closed, "closed")
+        if isinstance(bodies, (str, Body)) or not isinstance(bodies, Iterable):
+            raise TypeError(f"A chain links a list of bodies, got {shown(bodies)}.")
         members = list(bodies)
         for body in members:
             if not isinstance(body, Body):
-                raise TypeError(f"A chain links bodies of the scene, got {body!r}.")
+                raise TypeError(f"A chain links bodies of the scene, got {shown(body)}.")
             if not (0 <= body.id < len(self.bodies) and self.bodies[body.id] is body):
                 raise ValueError(f"{body!r} is not in this scene: add it before it is chained.")
         if len(members) < (3 if closed else 2):
-            raise ValueError(f"A {'closed ' if closed else ''}chain needs at least {3 if closed else 2} bodies.")
+            least, kind = (3, "closed chain") if closed else (2, "chain")
+            raise ValueError(f"A {kind} needs at least {least} bodies, got {len(members)}.")
         if len({body.id for body in members}) < len(members):
             twice = next(body for i, body in enumerate(members) if body in members[:i])
             raise ValueError(f"{twice!r} is in the chain twice; closed=True links the last body to the first.")
@@ -109,7 +127,7 @@ class Scene:
     @staticmethod
     def _check_law(law: Law, applies_to: str, call: str) -> None:
         if not isinstance(law, Law):
-            raise TypeError(f"Scene.{call} takes a law such as lmgcpy.Coulomb(friction=0.3), got {law!r}.")
+            raise TypeError(f"Scene.{call} takes a law such as lmgcpy.Coulomb(friction=0.3), got {shown(law)}.")
         check_interface(type(law))
         if applies_to != law.APPLIES_TO:
             right = "see" if law.APPLIES_TO == "contact" else "chain"
@@ -118,12 +136,14 @@ class Scene:
     # ----------------------------------------------------------------------------------------------------- compile
 
     def compile(self) -> Model:
-        """The frozen model; bodies become views of its state. Called by ``Simulation``, once."""
+        """The frozen model, with imposed velocities at their values at the start. Called by ``Simulation``."""
         self._editable("compile the scene again")
         self._check_colors()
         positions = np.array([body._position for body in self.bodies]).reshape(-1, 3)
         velocities = np.array([body._velocity for body in self.bodies]).reshape(-1, 3)
         mass = np.array([(body.mass, body.mass, body.inertia) for body in self.bodies]).reshape(-1, 3)
+        contactors = self._contactors()
+        self._check_numbers(positions, velocities, mass, contactors)
         driven = [Drive(body.id, component, value) for body in self.bodies for component, value in body._velocities.items()]
         loads = [Drive(body.id, component, value) for body in self.bodies for component, value in body._forces.items()]
         inverse_mass = 1.0 / mass
@@ -133,14 +153,13 @@ class Scene:
                 driven += [Drive(body.id, k, 0.0) for k in held]
         for drive in driven:
             inverse_mass[drive.body, drive.component] = 0.0
+            velocities[drive.body, drive.component] = drive.at(0.0)
         weight = np.zeros_like(mass)
         for body in self.bodies:
             if body.gravity_acts:
                 weight[body.id, :2] = body.mass * self.gravity
         weight[inverse_mass == 0.0] = 0.0
-        contactors = self._contactors()
-        state = State(positions, velocities)
-        model = Model(
+        return Model(
             dimension=self.dimension,
             mass=mass,
             inverse_mass=inverse_mass,
@@ -161,12 +180,14 @@ class Scene:
             ],
             velocities=driven,
             forces=loads,
-            start=state,
+            start=State(positions, velocities),
         )
+
+    def hand_over(self, state: State) -> None:
+        """From now on the bodies are views of a simulation's state, and the scene cannot be edited."""
         self._compiled = True
         for body in self.bodies:
             body._state = state
-        return model
 
     def _check_colors(self) -> None:
         known = {body.color for body in self.bodies}
@@ -175,6 +196,24 @@ class Scene:
                 if color not in known and known:
                     hint = closest(color, known)
                     raise LookupError(f"No body has the colour '{color}' that the visibility table names{hint}")
+
+    def _check_numbers(self, positions: Any, velocities: Any, mass: Any, contactors: ContactorTable) -> None:
+        """Of what classes from elsewhere say of bodies and contactors, and of what was written into a body's arrays."""
+        bodies, of_contactors = np.arange(len(self.bodies)), contactors.body
+        radii = contactors.bounding_radius
+        for what, values, owner, bound, sound in (
+            ("position", positions, bodies, "finite", np.abs(positions) <= LARGEST),
+            ("velocity", velocities, bodies, "finite", np.abs(velocities) <= LARGEST),
+            ("mass and inertia", mass[:, 1:], bodies, "above 0", mass > 0.0),
+            ("offset of a contactor", contactors.offset, of_contactors, "finite", np.abs(contactors.offset) <= LARGEST),
+            ("shape of a contactor", contactors.shape, of_contactors, "finite", np.abs(contactors.shape) <= LARGEST),
+            ("bounding_radius of a contactor", radii, of_contactors, "above 0", radii > 0.0),
+        ):
+            wrong = ~sound.all(axis=tuple(range(1, sound.ndim)))
+            if wrong.any():
+                i = int(np.argmax(wrong))
+                body = self.bodies[owner[i]]
+                raise ValueError(f"The {what} of {body!r} must be {bound}, got {shown(values[i].tolist())}.")
 
     def _contactors(self) -> ContactorTable:
         items = [(body, contactor, offset) for body in self.bodies for contactor, offset in body.contactors]

@@ -38,7 +38,7 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.errors import number, whole
+from lmgcpy.errors import flag, named_arguments, number, whole
 from lmgcpy.jit import kernel
 from lmgcpy.solve.gauss_seidel import apply_impulses, begin, measure, sweep_groups, total_error
 from lmgcpy.solve.report import CONVERGED, NOT_FINITE, SPENT, STAGNATED
@@ -156,6 +156,7 @@ def accelerated_gauss_seidel(groups: Groups, s: System, free_velocity, guess, we
     return sweeps, residual, status
 
 
+@named_arguments
 @dataclass(frozen=True)
 class AcceleratedGaussSeidel:
     """Gauss-Seidel with momentum, for steps that take more than a few dozen sweeps; any law, wires as blocks.
@@ -172,8 +173,9 @@ class AcceleratedGaussSeidel:
     def __post_init__(self):
         number(self.tolerance, "tolerance", above=0.0, maximum=1.0)
         whole(self.max_iterations, "max_iterations", minimum=1)
+        flag(self.wire_blocks, "wire_blocks")
         if not number(self.momentum, "momentum", minimum=0.0) < 1.0:
-            raise ValueError(f"momentum must be in [0, 1), got {self.momentum}.")
+            raise ValueError(f"momentum must be in [0, 1), got {self.momentum:g}.")
 
     def solve(self, groups: Groups, system: Any, free_velocity: np.ndarray, guess: np.ndarray, **operator: Any):
         """Solve in place from the impulses ``guess``; returns (iterations, residual, status code).

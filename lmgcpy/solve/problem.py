@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lmgcpy.errors import closest
+from lmgcpy.errors import named_arguments, numbers, one_of, shown, whole
 from lmgcpy.laws import Law
 from lmgcpy.laws import get as law_of_name
 
@@ -34,6 +34,7 @@ def cone_of(law: type[Law]) -> int:
     return PULL if "pull" in law.TRAITS else BOTH
 
 
+@named_arguments
 @dataclass(frozen=True)
 class Problem:
     """A frozen problem of m interactions in dimension d; see the module's text."""
@@ -53,16 +54,36 @@ class Problem:
     """Impulses to start from [N s], (m, d)."""
 
     def __post_init__(self):
+        whole(self.dimension, "dimension of a problem", minimum=2, maximum=3)
+        if not (hasattr(self.W, "tobsr") and hasattr(self.W, "diagonal")):
+            raise TypeError(f"W of a problem must be a sparse array such as scipy.sparse.csr_array, got {shown(self.W)}.")
+        for name in ("q", "mu", "compliance", "guess"):
+            object.__setattr__(self, name, numbers(getattr(self, name), f"{name} of a problem"))
+        self._check_shapes()
+        numbers(self.W.data, "W of a problem")
+        contact = self.cones == CONTACT
+        diagonal = self.W.diagonal()[:: self.dimension]
+        for name, values, sound, bound in (
+            ("mu", self.mu, self.mu >= 0.0, "at least 0"),
+            ("compliance", self.compliance, self.compliance >= 0.0, "at least 0"),
+            ("W", diagonal, np.where(contact, diagonal > 0.0, diagonal >= 0.0), "above 0 on its diagonal"),
+        ):
+            if not sound.all():
+                i = int(np.argmin(sound))
+                law = self.laws[i]
+                raise ValueError(f"{name} of a problem must be {bound}, got {values[i]:g} for interaction {i} ('{law}').")
+
+    def _check_shapes(self) -> None:
+        if self.mu.ndim != 1:
+            raise ValueError(f"mu of a problem must have shape (m,), got {self.mu.shape}.")
         count, d = len(self.mu), self.dimension
-        if d not in (2, 3):
-            raise ValueError(f"dimension of a problem must be 2 or 3, got {d!r}.")
         shapes = {"W": (count * d, count * d), "q": (count * d,), "compliance": (count,), "guess": (count, d)}
         for name, shape in shapes.items():
-            if getattr(self, name).shape != shape:
-                got = getattr(self, name).shape
+            got = getattr(self, name).shape
+            if got != shape:
                 raise ValueError(f"{name} of a problem of {count} interactions must have shape {shape}, got {got}.")
-        if len(self.laws) != count:
-            raise ValueError(f"A problem of {count} interactions must name {count} laws, got {len(self.laws)}.")
+        if not isinstance(self.laws, (tuple, list)) or len(self.laws) != count:
+            raise ValueError(f"A problem of {count} interactions must name {count} laws, got {shown(self.laws)}.")
 
     @property
     def cones(self) -> np.ndarray:
@@ -101,6 +122,13 @@ class Solution:
     seconds: float
 
 
+def _check(problem: Any, call: str) -> None:
+    if not isinstance(problem, Problem):
+        raise TypeError(
+            f"{call} takes a problem, from lmgcpy.io.fclib.read(path) or Simulation.problem(), got {shown(problem)}."
+        )
+
+
 def react_alone(problem: Problem, free: np.ndarray, weight: np.ndarray) -> np.ndarray:
     """Impulses that satisfy the laws where W is ``weight`` times the identity and the free velocity ``free``, (m, d)."""
     cones = problem.cones
@@ -117,6 +145,7 @@ def react_alone(problem: Problem, free: np.ndarray, weight: np.ndarray) -> np.nd
     return impulse
 
 
+@named_arguments
 def residual(problem: Problem, impulses: Any, *, measure: str = "natural") -> float:
     """How far impulses (m, d) are from solving a problem.
 
@@ -124,11 +153,11 @@ def residual(problem: Problem, impulses: Any, *, measure: str = "natural") -> fl
     the error of the velocities relative to that of doing nothing. "fclib": ``|w0 r - P_K(w0 r - (u + mu |u_t| n))| / |q|``
     with ``w0`` the mean diagonal of W, the measure of published solvers; links have their own law's projection.
     """
-    r = np.asarray(impulses, dtype=float)
-    if r.shape != (len(problem.mu), problem.dimension):
-        raise ValueError(f"impulses must have shape {(len(problem.mu), problem.dimension)}, got {r.shape}.")
-    if measure not in MEASURES:
-        raise ValueError(f"There is no measure '{measure}'{closest(measure, MEASURES)}")
+    _check(problem, "residual")
+    one_of(measure, "measure", MEASURES)
+    r = numbers(impulses, "impulses")
+    if r.shape != problem.guess.shape:
+        raise ValueError(f"impulses must have shape {problem.guess.shape}, got {r.shape}.")
     if measure == "fclib":
         error, scale = _fclib_error(problem, r), float(np.linalg.norm(problem.q))
     else:
@@ -168,6 +197,7 @@ def project_on_cone(x: np.ndarray, mu: np.ndarray) -> np.ndarray:
     return np.where(inside[:, None], x, np.where(polar[:, None], 0.0, edge))
 
 
+@named_arguments
 def solve(problem: Problem, *, solver: Any = None, guess: Any = None) -> Solution:
     """Solve a problem, from ``guess`` (m, d) or the problem's own.
 
@@ -177,10 +207,13 @@ def solve(problem: Problem, *, solver: Any = None, guess: Any = None) -> Solutio
     from lmgcpy.solve.matrix_operator import DRIVER_NAMES, assemble_problem
     from lmgcpy.solve.report import STATUS
 
+    _check(problem, "solve")
     if problem.dimension != 2:
         raise NotImplementedError("Problems in dimension 3 can be read and measured, but not solved yet.")
     solver = GaussSeidel() if solver is None else solver
-    start = problem.guess if guess is None else np.array(guess, dtype=float)
+    if isinstance(solver, type) or not hasattr(solver, "wire_blocks") or not hasattr(solver, "solve"):
+        raise TypeError(f"solver must be a solver such as lmgcpy.GaussSeidel(), got {shown(solver)}.")
+    start = problem.guess if guess is None else numbers(guess, "guess")
     if start.shape != problem.guess.shape:
         raise ValueError(f"guess must have shape {problem.guess.shape}, got {start.shape}.")
     table, system, kernels = assemble_problem(problem, solver.wire_blocks)

@@ -1,5 +1,7 @@
 """The biaxial test: its boundary conditions, its measures, and what it must conserve."""
 
+import sys
+
 import numpy as np
 import pytest
 
@@ -85,6 +87,13 @@ def test_the_wire_stiffens_the_sand(records):
 def test_repetition_gives_the_same_bits(sample, records):
     again = Biaxial(sample, lm.RigidWire(), pressure=PRESSURE, density=DENSITY).run(0.02, frames=0)
     np.testing.assert_array_equal(again.reaction, records["rigid-wire"].reaction)
+
+
+def test_without_a_file_h5py_is_not_needed(sample, monkeypatch, tmp_path):
+    monkeypatch.setitem(sys.modules, "h5py", None)  # importing it fails
+    assert len(Biaxial(sample).run(0.001, frames=1).frames) == 1
+    with pytest.raises(ImportError, match="install h5py"):
+        Biaxial(sample).run(0.001, file=tmp_path / "test.h5")
 
 
 def test_rough_platens_narrow_the_ends(sample):

@@ -100,29 +100,6 @@ def test_frames_at_equal_force():
     assert (one.top_force, two.top_force) == (180.0, 140.5)
 
 
-@pytest.mark.parametrize(
-    ("wrong", "sentence"),
-    [
-        ({"laws": ("rigid-wir",)}, "no law 'rigid-wir'; did you mean 'rigid-wire'"),
-        ({"laws": ()}, "laws must name each law once"),
-        ({"laws": ("none", "none")}, "laws must name each law once"),
-        ({"grain_count": 3}, "grains must be at least 10"),
-        ({"bead_count": -1}, "beads must be at least 0"),
-        ({"bead_count": 1}, "beads must be at least 2"),
-        ({"strain": 0.0}, "strain must be above 0"),
-        ({"strain": 0.7}, "strain must be at most 0.5"),
-        ({"pressure": -1.0}, "pressure must be above 0"),
-        ({"pressure": float("nan")}, "pressure must be finite"),
-        ({"tolerance": 0.0}, "tolerance must be above 0"),
-        ({"axial_rigidity": -1.0}, "axial_rigidity must be above 0"),
-        ({"threads": 0}, "threads must be at least 1"),
-    ],
-)
-def test_wrong_studies_get_a_sentence(wrong, sentence):
-    with pytest.raises(ValueError, match=sentence):
-        Study(**wrong)
-
-
 @pytest.fixture(scope="module")
 def result():
     laws = ("none", "rigid-wire", "rigid-rod", "elastic-wire", "elastic-rod")

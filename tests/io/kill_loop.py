@@ -26,16 +26,17 @@ FUNCTIONS = {
     (21, "x"): lambda t: 30.0 * math.cos(7.0 * t),
     (44, "y"): lambda t: 0.3 * math.cos(20.0 * t),
 }
+OBSERVE = {"energy": lambda sim: sim.energy.mechanical, "places": lambda sim: sim.positions[:5]}
 SOLVER = lm.GaussSeidel(tolerance=1e-2)
 
 
 def begin(path):
     sim = lm.Simulation(mixed_scene(), time_step=1e-3, solver=SOLVER)
-    return sim.run(steps=STEPS, record=path, every=3, flush=0.0, force=True)
+    return sim.run(steps=STEPS, record=path, every=3, flush=0.0, force=True, observe=OBSERVE)
 
 
 def go_on(path):
-    sim = lm.resume(path, functions=FUNCTIONS)
+    sim = lm.resume(path, functions=FUNCTIONS, observe=OBSERVE)
     return sim.run(steps=STEPS - sim.steps)
 
 
@@ -48,6 +49,8 @@ def compare(path, whole, history):
         for frame in range(frames):
             assert np.array_equal(run.interactions(frame).impulse, whole.interactions(frame).impulse)
         assert np.array_equal(run.history[:]["residual"], history["residual"][:count])
+        for name, column in run.observed.items():
+            assert np.array_equal(column[:], whole.observed[name][:count])
         assert frames == 1 + count // 3, (frames, count)  # written and committed together
         assert abs(run.checkpoint().steps - count) <= 1
         return count

@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-import h5py
 import numpy as np
 import pytest
 import scipy.sparse as sparse
@@ -46,19 +45,6 @@ def test_nothing_is_overwritten(problem, tmp_path):
     with pytest.raises(FileExistsError, match="force=True"):
         lm.io.fclib.write(problem, path)
     lm.io.fclib.write(problem, path, force=True)
-
-
-def test_files_that_are_no_problems_get_a_sentence(tmp_path):
-    with pytest.raises(FileNotFoundError, match="There is no file"):
-        lm.io.fclib.read(tmp_path / "absent.h5")
-    text = tmp_path / "text.h5"
-    text.write_text("not HDF5")
-    with pytest.raises(ValueError, match="no HDF5 file"):
-        lm.io.fclib.read(text)
-    with h5py.File(tmp_path / "other.h5", "w") as file:
-        file["something"] = 1
-    with pytest.raises(ValueError, match="no FCLIB problem"):
-        lm.io.fclib.read(tmp_path / "other.h5")
 
 
 @needs_shared

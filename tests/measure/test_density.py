@@ -57,20 +57,3 @@ def test_lattice():
 
 def test_nothing():
     assert density([], [], ((0, 0), (1, 1))) == 0.0
-
-
-@pytest.mark.parametrize(
-    ("arguments", "kind", "sentence"),
-    [
-        (([[0.0, 0.0, 0.0]], [1.0], ((0, 0), (1, 1))), ValueError, "density is of disks"),
-        (([[0.0, 0.0]], [1.0, 2.0], ((0, 0), (1, 1))), ValueError, r"radii \(n,\)"),
-        (([[0.0, 0.0]], [-1.0], ((0, 0), (1, 1))), ValueError, "must not be negative"),
-        (([[0.0, np.nan]], [1.0], ((0, 0), (1, 1))), ValueError, "must be finite"),
-        (([[0.0, 0.0]], [1.0], ((0, 0), (0, 1))), ValueError, "lower left to its upper right"),
-        (([[0.0, 0.0]], [1.0], (0, 1)), ValueError, "two corners"),
-        ((["a"], [1.0], ((0, 0), (1, 1))), TypeError, "must be numbers"),
-    ],
-)
-def test_refusals(arguments, kind, sentence):
-    with pytest.raises(kind, match=sentence):
-        density(*arguments)

@@ -55,32 +55,3 @@ def test_order_is_random():
     """The radii come shuffled: no trend along the array (0.1 is 4.5 standard deviations of n = 2000)."""
     radii = grading(2000, minimum=0.005, maximum=0.010, seed=0)
     assert abs(np.corrcoef(np.arange(2000), radii)[0, 1]) < 0.1
-
-
-@pytest.mark.parametrize(
-    ("options", "kind", "sentence"),
-    [
-        ({"grain_count": 0}, ValueError, "grain_count must be at least 1"),
-        ({"grain_count": 2.5}, TypeError, "whole number"),
-        ({"minimum": None}, ValueError, "needs minimum and maximum"),
-        ({"minimum": 0.0}, ValueError, "minimum must be above 0"),
-        ({"minimum": 0.02}, ValueError, "must not exceed maximum"),
-        ({"maximum": "wide"}, TypeError, "maximum must be a number"),
-        ({"by": "diametre"}, ValueError, "did you mean 'diameter'"),
-        ({"by": 3}, TypeError, "grading must be one of"),
-        ({"dimension": 4}, ValueError, "2 or 3"),
-        ({"by": [[0.1, 0.0], [0.2, 1.0]]}, ValueError, "leave minimum and maximum out"),
-        ({"by": [[0.2, 0.0], [0.1, 1.0]], "minimum": None, "maximum": None}, ValueError, "increase from row to row"),
-        ({"by": [[0.1, 0.0], [0.2, 100.0]], "minimum": None, "maximum": None}, ValueError, "divided by 100"),
-        (
-            {"by": [[0.1, 0.0], [0.2, 0.5], [0.3, 0.4], [0.4, 1]], "minimum": None, "maximum": None},
-            ValueError,
-            "must not decrease",
-        ),
-        ({"by": [0.1, 0.2], "minimum": None, "maximum": None}, ValueError, "two or more rows"),
-    ],
-)
-def test_refusals(options, kind, sentence):
-    arguments = {"grain_count": 10, "minimum": 0.005, "maximum": 0.010} | options
-    with pytest.raises(kind, match=sentence):
-        grading(arguments.pop("grain_count"), **arguments)

@@ -107,25 +107,3 @@ def test_cut_at_once():
     wire = wire_2d(box=(0.02, 0.02), bead_radius=0.0075, interstice=0.021, bead_count=3)
     assert wire.bead_count == 1
     assert wire.cut
-
-
-@pytest.mark.parametrize(
-    ("options", "kind", "sentence"),
-    [
-        ({"box": (0.67, None)}, ValueError, "must be closed"),
-        ({"box": (0.67, 0.67, 0.67)}, ValueError, "must have 2 lengths"),
-        ({"box": 0.67}, TypeError, "box must be a tuple"),
-        ({"box": (0.67, -1.0)}, ValueError, "length of box along y"),
-        ({"box": (0.01, 0.67)}, ValueError, "too narrow for a bead"),
-        ({"bead_radius": 0.0}, ValueError, "bead_radius must be above 0"),
-        ({"interstice": -0.1}, ValueError, "interstice must be at least 0"),
-        ({"bead_count": 0}, ValueError, "bead_count must be at least 1"),
-        ({"theta_max": 4.0}, ValueError, "theta_max must be at most"),
-        ({"clearance": "no"}, TypeError, "clearance must be a number"),
-        ({"start": (0.0, 0.1)}, ValueError, "inside the box"),
-        ({"start": 0.1}, ValueError, "start must be 2 numbers"),
-    ],
-)
-def test_refusals(options, kind, sentence):
-    with pytest.raises(kind, match=sentence):
-        wire_2d(**(PAPER | options))

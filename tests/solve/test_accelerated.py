@@ -197,12 +197,3 @@ def test_one_sweep_without_momentum_is_one_of_gauss_seidel(name):
     fast = LARGE[name][0](AcceleratedGaussSeidel(tolerance=1e-12, max_iterations=1, momentum=0.0), **LARGE[name][1])
     assert plain.step().residual == pytest.approx(fast.step().residual, rel=1e-12)
     assert np.array_equal(plain.velocities, fast.velocities)
-
-
-def test_bounds():
-    with pytest.raises(ValueError, match="momentum"):
-        AcceleratedGaussSeidel(momentum=1.0)
-    with pytest.raises(ValueError, match="momentum"):
-        AcceleratedGaussSeidel(momentum=-0.1)
-    with pytest.raises(ValueError, match="tolerance"):
-        AcceleratedGaussSeidel(tolerance=0.0)

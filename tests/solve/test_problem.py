@@ -140,18 +140,6 @@ def test_projection_on_the_cone_is_the_nearest_point():
         assert np.linalg.norm(found - point) == pytest.approx(distance, abs=1e-6)
 
 
-def test_wrong_calls_get_a_sentence():
-    problem = one_contact([[2, 0], [0, 1]], [-4, 3], 0.5)
-    with pytest.raises(ValueError, match="did you mean 'natural'"):
-        lm.residual(problem, [[0, 0]], measure="naturel")
-    with pytest.raises(ValueError, match="impulses must have shape"):
-        lm.residual(problem, [0, 0])
-    with pytest.raises(ValueError, match="guess must have shape"):
-        lm.solve(problem, guess=[0.0])
-    with pytest.raises(ValueError, match="q of a problem of 1 interactions must have shape"):
-        one_contact([[2, 0], [0, 1]], [-4], 0.5)
-
-
 def test_no_interaction_is_solved():
     nothing = lm.Problem(sparse.csr_array((0, 0)), np.zeros(0), np.zeros(0), 2, (), np.zeros(0), np.zeros((0, 2)))
     solution = lm.solve(nothing)

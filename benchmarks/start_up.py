@@ -1,0 +1,48 @@
+"""What a user waits for before the first step: processes from start to end, least of several in turn.
+
+python benchmarks/start_up.py
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+import time
+
+from table import report
+
+RUNS = 7
+STEP = """
+import numpy as np
+import lmgcpy as lm
+from lmgcpy.experiment.biaxial import Biaxial
+from lmgcpy.experiment.box_2d import Sample
+
+positions = np.array([(x if y % 2 == 0 else 9 - x, y) for y in range(10) for x in range(10)]) * 0.02 + 0.01
+sample = Sample(positions, np.full(100, 0.0099), 15, 0.001, 0.2, 0.2)
+Biaxial(sample, lm.RigidWire(), friction=0.4, pressure=1e5, density=2600.0).run(1e-9, frames=0)
+"""
+"""The first step of a biaxial test: 85 grains, 15 beads of an inextensible wire, four walls."""
+
+
+def seconds(code: str, cache: str) -> float:
+    """Time of a process that runs the code."""
+    begin = time.perf_counter()
+    subprocess.run([sys.executable, "-c", code], check=True, env={**os.environ, "LMGCPY_CACHE_DIR": cache})
+    return time.perf_counter() - begin
+
+
+with tempfile.TemporaryDirectory() as cache:
+    first = seconds(STEP, cache)
+    codes = {"import numba": "import numba", "import lmgcpy": "import lmgcpy", "first step, cache filled": STEP}
+    times: dict[str, list[float]] = {name: [] for name in codes}
+    for _ in range(RUNS):
+        for name, code in codes.items():
+            times[name].append(seconds(code, cache))
+with tempfile.TemporaryDirectory() as cache:
+    warmup = seconds("from lmgcpy.cli import main; main(['warmup'])", cache)
+rows = [[name, f"{min(measured):.2f}"] for name, measured in times.items()]
+rows += [["first step, cache empty", f"{first:.1f}"], ["lmgcpy warmup, cache empty", f"{warmup:.1f}"]]
+report("start_up", ["process", "time [s]"], rows)

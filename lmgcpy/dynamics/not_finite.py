@@ -1,0 +1,76 @@
+"""Numbers that stop being finite in a step outside the solver: of which body or interaction, and when."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from lmgcpy.contact.detector import Group
+from lmgcpy.contact.narrow_phase import Interactions
+from lmgcpy.dynamics.assembly import StepProblem
+from lmgcpy.dynamics.diagnosis import interaction
+from lmgcpy.errors import LARGEST, shown
+
+POSITION = ("x [m]", "y [m]", "rotation [rad]")
+VELOCITY = ("velocity along x [m/s]", "velocity along y [m/s]", "spin [rad/s]")
+
+
+def check_bodies(values: np.ndarray, names: tuple[str, ...], when: str, time: float) -> None:
+    """FloatingPointError where one of the values (n, 3) of the bodies is not finite, or too large to be squared."""
+    if values.min(initial=0.0) >= -LARGEST and values.max(initial=0.0) <= LARGEST:  # not so for NaN
+        return
+    body, component = np.argwhere(~(np.abs(values) <= LARGEST))[0]
+    raise FloatingPointError(
+        f"In the step from t = {time:g} s a number stopped being finite: {names[component]} of body {body} is "
+        f"{values[body, component]:g} {when}. Look at what drives, loads and links this body."
+    )
+
+
+def check_detection(groups: list[Group], found: Interactions, time: float) -> None:
+    """FloatingPointError where the narrow phase of two contactors gave what is not finite."""
+    for what, values in (("gap", found.gap), ("normal or contact point", found.delassus)):
+        if not math.isfinite(values.sum()):
+            row = int(np.argmin(np.isfinite(values).reshape(len(values), -1).all(axis=1)))
+            law = next(group.law.NAME for group in groups if group.start <= row < group.stop)
+            raise FloatingPointError(
+                f"In the step from t = {time:g} s a number stopped being finite: the {what} of law '{law}' between bodies "
+                f"{found.candidate[row]} and {found.antagonist[row]}. Look at the narrow phase of their contactors."
+            )
+
+
+def check_impulses(problem: StepProblem, solver: object) -> None:
+    """FloatingPointError where a solver that says all is well gave what is not finite."""
+    impulse = problem.system.impulse
+    if not math.isfinite(impulse.sum()):
+        row = int(np.argmin(np.isfinite(impulse).all(axis=1)))
+        group = next(group for group in problem.groups if group.start <= row < group.stop)
+        raise FloatingPointError(
+            f"In the step from t = {problem.data.time:g} s a number stopped being finite: {type(solver).__name__} gave the "
+            f"impulse {shown(impulse[row].tolist())} to {interaction(problem, group, row)}. Take another solver."
+        )
+
+
+def check_energy(problem: StepProblem, group: Group, energy: float) -> None:
+    """FloatingPointError where the energy stored in a group is not finite; the law is asked again to find out where."""
+    if math.isfinite(energy):
+        return
+    data, law = problem.data, group.law
+    assert law.energy is not None
+    row: int = group.start
+    given: Any = energy  # an exception where Python has one and compiled code a NaN
+    for row in range(group.start, group.stop):
+        gap = float(data.gap[row] + data.time_step * data.after[row, 0])
+        parameters = tuple(group.parameters[row - group.start if len(group.parameters) > 1 else 0].tolist())
+        state = tuple(data.state[row, : len(law.states())].tolist())
+        try:
+            given = law.energy(gap, float(data.reference_gap[row]), parameters, state)
+        except (ArithmeticError, ValueError) as error:
+            given = error
+        if isinstance(given, Exception) or not math.isfinite(given):
+            break
+    raise FloatingPointError(
+        f"In the step from t = {data.time:g} s a number stopped being finite: energy of {interaction(problem, group, row)} "
+        f"returned {shown(given)}."
+    )

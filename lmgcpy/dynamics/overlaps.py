@@ -1,0 +1,41 @@
+"""Bodies that overlap before the first step: legal, as laws leave an old penetration alone, but rarely meant."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lmgcpy.contact.detector import Detector
+from lmgcpy.dynamics.model import Model
+
+SHARE = 0.05
+"""Overlaps up to this part of the smaller radius are not told. The relaxation of a sample at a solver's tolerance of 1e-2
+leaves overlaps of up to 3.5 % (measured on 70 to 2000 particles); a body laid in the wrong place overlaps by tenths."""
+
+
+def overlaps_at_start(model: Model) -> str | None:
+    """A sentence about the pairs that see each other and overlap at the start of a model, None where there are none.
+
+    It tells how many pairs of bodies overlap by more than :data:`SHARE` of the smaller radius (of the circle that holds
+    the contactor), and the worst: its bodies, depth, share of that radius, and law. Costs one detection.
+    """
+    if not model.rows:
+        return None
+    detector = Detector(model.contactors, model.rows, [], model.inverse_mass)
+    found = detector.detect(model.start.positions, 0.0)
+    pairs = np.concatenate([np.zeros((0, 2), np.int64), *(group.pairs for group in detector.groups)])[found.slot]
+    radius = model.contactors.bounding_radius[pairs].min(axis=1, initial=np.inf)
+    share = -found.gap / radius
+    deep = share > SHARE
+    if not deep.any():
+        return None
+    i = int(np.argmax(np.where(deep, share, 0.0)))
+    bodies = np.sort(np.column_stack([found.candidate[deep], found.antagonist[deep]]), axis=1)
+    count = len(np.unique(bodies, axis=0))
+    one, other = (f"body {model.contactors.body[k]} ('{model.contactors.color[k]}')" for k in pairs[i])
+    law = next(group.law.NAME for group in detector.groups if group.start <= i < group.stop)
+    return (
+        f"{count} {'pair of bodies overlaps' if count == 1 else 'pairs of bodies overlap'} at the start by more than "
+        f"{100.0 * SHARE:g} % of the smaller radius; the worst: {one} and {other} by {-found.gap[i]:.3g} m, "
+        f"{100.0 * share[i]:.3g} % of {radius[i]:.3g} m, under the law '{law}', which leaves an old penetration as it is. "
+        "Move the bodies, or say overlap='ignore'."
+    )

@@ -1,0 +1,69 @@
+"""Observations: what a user's functions say of the simulation after every step, kept with the run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from lmgcpy.dynamics.simulation import Simulation
+
+Observe = Mapping[str, Callable[["Simulation"], Any]]
+"""Functions of the simulation by name; each returns a number or an array, of the same shape at every step."""
+
+
+class Observations:
+    """Functions by name, and the type of what each returns, as a numpy type with its shape.
+
+    ``types``: by name, from a file; without it :meth:`probe` finds them.
+    """
+
+    def __init__(self, functions: Observe, types: Mapping[str, np.dtype] | None = None):
+        if not isinstance(functions, Mapping):
+            raise TypeError(f"observe must be functions of the simulation by name, got {functions!r}.")
+        for name, function in functions.items():
+            if not isinstance(name, str) or not name.isprintable() or name in ("", ".") or "/" in name:
+                raise ValueError(f"observe: {name!r} cannot be a name; take a word such as 'reaction', without '/'.")
+            if not callable(function):
+                raise TypeError(f"observe['{name}'] must be a function of the simulation, got {function!r}.")
+        self._functions = dict(functions)
+        self.types: dict[str, np.dtype] = dict(types or {})
+
+    def probe(self, sim: Simulation) -> None:
+        """Ask every function once, before the first step, for the type of what it returns.
+
+        Raises ValueError with a sentence where one fails, TypeError where it returns no numbers.
+        """
+        for name, function in self._functions.items():
+            try:
+                value = np.asarray(function(sim))
+            except Exception as error:
+                raise ValueError(
+                    f"observe['{name}'] fails before the first step, where its shape is asked for: "
+                    f"{type(error).__name__}: {error}. There may be no interactions yet; let it return NaN then."
+                ) from error
+            if value.dtype.kind not in "biuf" or not value.size:
+                raise TypeError(
+                    f"observe['{name}'] must return a number, or an array of numbers of the same shape at every step; "
+                    f"before the first it returned {value.tolist()!r}."
+                )
+            self.types[name] = np.dtype((value.dtype, value.shape))
+
+    def look(self, sim: Simulation) -> dict[str, np.ndarray]:
+        """What the functions say now; ValueError where shape or type are not those of before the first step."""
+        row = {}
+        for name, function in self._functions.items():
+            value, kind = np.asarray(function(sim)), self.types[name]
+            if value.shape != kind.shape or not np.can_cast(value.dtype, kind.base, "safe"):
+                raise ValueError(
+                    f"observe['{name}'] returned {value.dtype} of shape {value.shape} after step {sim.steps}, where its "
+                    f"table is of {kind.base} of shape {kind.shape}: let it return the same at every step, before the "
+                    "first as well (0.0, not 0)."
+                )
+            row[name] = value.astype(kind.base)
+        return row
+
+    def __iter__(self):
+        return iter(self._functions)

@@ -1,0 +1,108 @@
+"""What a run leaves step by step, as rows of the tables of :mod:`lmgcpy.io.run_format`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lmgcpy.errors import whole
+from lmgcpy.io import run_format as form
+from lmgcpy.io.observations import Observations
+from lmgcpy.solve.report import STATUS
+
+if TYPE_CHECKING:
+    from lmgcpy.dynamics.simulation import Simulation
+
+
+class Rows:
+    """Rows that were made and not yet taken: a history and the observations of every step, a frame ``every`` so many."""
+
+    def __init__(self, every: int, observations: Observations):
+        self.every = whole(every, "every", minimum=1)
+        self.observations = observations
+        self.latest: dict[str, np.ndarray] = {}
+        """What was observed after the last step."""
+        self.begin([], 2)
+
+    def begin(self, laws: list[str], dimension: int) -> None:
+        """Rows of a run with these laws, none yet."""
+        self.laws = laws
+        self.dimension = dimension
+        self.clear(0)
+
+    def clear(self, interactions: int) -> None:
+        """Forget the rows; so many interactions are in the table already."""
+        self.history: list[tuple] = []
+        self.observed: dict[str, list[np.ndarray]] = {name: [] for name in self.observations}
+        self.index: list[tuple] = []
+        self.positions: list[np.ndarray] = []
+        self.velocities: list[np.ndarray] = []
+        self.interactions: list[np.ndarray] = []
+        self.bytes = 0
+        self._interaction_count = interactions
+
+    def enter(self, sim: Simulation) -> None:
+        """A step was made."""
+        self.latest = self.observations.look(sim)
+        for name, value in self.latest.items():
+            self.observed[name].append(value)
+        self.history.append(self._history(sim))
+        self.bytes += 200 + sum(value.nbytes for value in self.latest.values())
+        if sim.steps % self.every == 0:
+            self.frame(sim)
+
+    def frame(self, sim: Simulation) -> None:
+        """Keep the state as it is now, with the interactions of the last step."""
+        net = self._net(sim)
+        self.index.append((sim.time, sim.steps, self._interaction_count, len(net)))
+        self.positions.append(sim.state.positions.copy())
+        self.velocities.append(sim.state.velocities.copy())
+        self.interactions.append(net)
+        self._interaction_count += len(net)
+        self.bytes += 2 * self.positions[-1].nbytes + net.nbytes
+
+    def tables(self) -> dict[str, Any]:
+        """The rows by name of their table."""
+        nothing = np.zeros(0, dtype=form.interaction_type(self.dimension))
+        return {
+            "frames/index": np.array(self.index, dtype=form.INDEX),
+            "frames/positions": self.positions,
+            "frames/velocities": self.velocities,
+            "interactions": np.concatenate(self.interactions or [nothing]),
+            "history": np.array(self.history, dtype=form.history_type(len(self.laws))),
+            **{form.OBSERVED + name: rows for name, rows in self.observed.items()},
+        }
+
+    def _history(self, sim: Simulation) -> tuple:
+        report, energy = sim.report, sim.energy
+        row: tuple[Any, ...] = (
+            *(sim.steps, sim.time, report.iterations, report.residual, STATUS.index(report.status), report.interactions),
+            *(report.seconds, report.step_seconds, energy.kinetic, energy.loads, energy.drives, energy.defect),
+        )
+        if self.laws:
+            work, stored = energy.interactions, energy.stored
+            row += ([work.get(law, 0.0) for law in self.laws], [stored.get(law, 0.0) for law in self.laws])
+        return row
+
+    def _net(self, sim: Simulation) -> np.ndarray:
+        view = sim.interactions
+        net = np.zeros(len(view), dtype=form.interaction_type(self.dimension))
+        if not len(view):
+            return net
+        for code, law in enumerate(self.laws):
+            net["law"][view.law == law] = code
+        for name in ("candidate", "antagonist", "gap", "normal", "impulse"):
+            net[name] = getattr(view, name)
+        # a wall has no centre that a lever could start from
+        from_wall = ~np.isfinite(sim.model.extent)[view.candidate]
+        seen_from = np.where(from_wall, view.antagonist, view.candidate)
+        lever = np.where(from_wall[:, None], view.lever[:, 1], view.lever[:, 0])
+        detected = detection_positions(sim.positions, sim.velocities, sim.theta, sim.time_step)
+        net["point"] = detected[seen_from] + lever
+        return net
+
+
+def detection_positions(positions: np.ndarray, velocities: np.ndarray, theta: float, time_step: float) -> np.ndarray:
+    """Where the bodies were at the detection of the step that ended here, ``q_m = q - theta h v`` [m], (n, d)."""
+    return positions - theta * time_step * velocities

@@ -1,0 +1,78 @@
+"""The Weber stress of a run file is that of the simulation that wrote it."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import lmgcpy as lm
+
+sys.path.insert(0, str(Path(__file__).parent.parent))
+from mixed_scene import mixed_scene
+
+
+def boxed():
+    """Twelve grains between four walls, pressed together from the side; two are tied."""
+    scene = lm.Scene(dimension=2, gravity=(0.0, -9.81))
+    grains = [
+        scene.add(lm.disk(radius=0.05, position=(0.06 + 0.105 * (i % 4), 0.052 + 0.105 * (i // 4)), mass=1.0))
+        for i in range(12)
+    ]
+    for point, normal in (((0, 0), (0, 1)), ((0, 0.4), (0, -1)), ((0, 0), (1, 0))):
+        scene.add(lm.wall(point=point, normal=normal))
+    scene.add(lm.wall(point=(0.44, 0), normal=(-1, 0), mass=5.0)).impose_force(x=-60.0)
+    scene.see("GRAIN", "GRAIN", lm.Coulomb(friction=0.3))
+    scene.see("WALL", "GRAIN", lm.Coulomb(friction=0.3))
+    scene.chain([grains[0], grains[5]], lm.RigidWire())
+    return scene
+
+
+@pytest.mark.parametrize(
+    ("scene", "volume"),
+    [
+        pytest.param(boxed, None, id="box whose volume is that between its walls, which are candidates"),
+        pytest.param(mixed_scene, 2.0, id="clusters, inclined and moving walls, links of all kinds"),
+    ],
+)
+@pytest.mark.parametrize("theta", [0.5, 0.8])
+def test_stress_of_a_frame_is_that_of_the_simulation_then(scene, volume, theta, tmp_path):
+    """Levers come from contact points and positions, each rounded: 1e-16 of places of 3 m, against levers of 0.05 m."""
+    path = tmp_path / "run.h5"
+    seen = {"stress": [], "lever": []}
+
+    def note(sim):
+        if sim.steps % 20 == 0:
+            seen["stress"].append(lm.measure.stress(sim, volume=volume))
+            seen["lever"].append(sim.interactions.lever)
+
+    sim = lm.Simulation(scene(), time_step=1e-3, theta=theta, on_unconverged="ignore")
+    sim.run(steps=100, record=path, every=20, until=note)
+    walls = ~np.isfinite(sim.model.extent)
+    with lm.io.open_run(path) as run:
+        assert not lm.measure.stress(run, frame=0, volume=volume)["total"].any()
+        for k, (stress, lever) in enumerate(zip(*seen.values(), strict=True), start=1):
+            mine = lm.measure.stress(run, frame=k, volume=volume)
+            assert mine.keys() == stress.keys()
+            size = np.abs(stress["total"]).max()
+            assert size > 1.0
+            for law, sigma in stress.items():
+                np.testing.assert_allclose(mine[law], sigma, rtol=0.0, atol=1e-13 * size)
+            net = run.interactions(k)
+            for side, body in enumerate((net.candidate, net.antagonist)):
+                off = ~walls[body]
+                np.testing.assert_allclose(net.lever[off, side], lever[off, side], rtol=0.0, atol=3e-15)
+        np.testing.assert_array_equal(lm.measure.stress(run, volume=volume)["total"], mine["total"])
+
+
+def test_wrong_sources_get_sentences(tmp_path):
+    sim = lm.Simulation(mixed_scene(), time_step=1e-3).run(steps=1, record=tmp_path / "run.h5")
+    with pytest.raises(TypeError, match="frame is for run files"):
+        lm.measure.stress(sim, frame=0, volume=1.0)
+    with pytest.raises(TypeError, match=r"of a simulation, .* or of a run file"):
+        lm.measure.stress("run.h5")
+    with lm.io.open_run(tmp_path / "run.h5") as run:
+        with pytest.raises(ValueError, match="Give volume="):
+            lm.measure.stress(run)
+        with pytest.raises(IndexError):
+            lm.measure.stress(run, frame=3, volume=1.0)

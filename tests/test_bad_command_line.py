@@ -1,0 +1,184 @@
+"""Wrong input on the command line: a non-zero exit, one sentence on standard error, and a traceback only if asked for.
+
+Rows are ``name: (command of the world w, words that the sentence holds ...)``; the world is that of ``test_bad_input.py``.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+from bad_input.world import World
+from click.testing import CliRunner
+
+import lmgcpy as lm
+from lmgcpy.cli import main
+
+
+@pytest.fixture
+def w(tmp_path, monkeypatch):
+    with World(tmp_path, monkeypatch) as world:
+        yield world
+
+
+def texsol(w, *options):
+    """A study of few grains, kept from running by what is wrong."""
+    return ["texsol", "--grains", "60", "--out", w.path("out"), *options]
+
+
+def study(w, text):
+    """A folder with the file of a study."""
+    w.path("out").mkdir()
+    (w.path("out") / "study.json").write_text(text)
+    return ["texsol", "--resume", "--out", w.path("out")]
+
+
+# fmt: off
+ROWS = {
+    "no such command": (lambda w: ["texsoll"],
+        "There is no command 'texsoll'; did you mean 'texsol'? Known: compare, export"),
+    "no such option before the command": (lambda w: ["--tracebak", "info", "x"],
+        "No such option", "--tracebak", "--traceback"),
+    "no such option": (lambda w: texsol(w, "--sed", "3"), "No such option", "--sed"),
+    "no file named": (lambda w: ["info"], "Missing argument 'FILE'."),
+    "laws misspelt": (lambda w: texsol(w, "--laws", "rigid-wir"),
+        "The study has no law 'rigid-wir'; did you mean 'rigid-wire'?"),
+    "no laws": (lambda w: texsol(w, "--laws", ""), "laws must name each law once, got none"),
+    "grains below zero": (lambda w: texsol(w, "--grains", "-5"), "grains must be at least 10, got -5"),
+    "grains in words": (lambda w: texsol(w, "--grains", "many"), "'--grains': 'many' is not a valid integer"),
+    "one bead": (lambda w: texsol(w, "--beads", "1"), "beads must be at least 2 for a wire, got 1"),
+    "beads without room": (lambda w: texsol(w, "--beads", "5000"),
+        "No place was found for a wire of 5000 beads among 60 grains"),
+    "no strain": (lambda w: texsol(w, "--strain", "0"), "strain must be above 0, got 0"),
+    "strain beyond all": (lambda w: texsol(w, "--strain", "120"), "strain must be at most 0.5, got 1.2"),
+    "strain NaN": (lambda w: texsol(w, "--strain", "nan"), "strain must be finite, got nan"),
+    "suction": (lambda w: texsol(w, "--pressure", "-1"), "pressure must be above 0 Pa, got -1000 Pa"),
+    "pressure NaN": (lambda w: texsol(w, "--pressure", "nan"), "pressure must be finite, got nan"),
+    "pressure infinite": (lambda w: texsol(w, "--pressure", "inf"), "pressure must be finite, got inf"),
+    "no tolerance": (lambda w: texsol(w, "--tolerance", "0"), "tolerance must be above 0, got 0"),
+    "too much tolerance": (lambda w: texsol(w, "--tolerance", "7"), "tolerance must be at most 1, got 7"),
+    "no rigidity": (lambda w: texsol(w, "--axial-rigidity", "0"), "axial_rigidity must be above 0 N, got 0 N"),
+    "friction below zero": (lambda w: texsol(w, "--platen-friction", "-1"),
+        "platen_friction must be at least 0, got -1"),
+    "no threads": (lambda w: texsol(w, "--threads", "0"), "threads must be at least 1, got 0"),
+    "seed below zero": (lambda w: texsol(w, "--seed", "-3"), "seed must be at least 0, got -3"),
+    "out is a file": (lambda w: ["texsol", "--out", w.text()], "'--out': Directory '", "run.h5' is a file."),
+    "out below a file": (lambda w: ["texsol", "--grains", "60", "--beads", "12", "--out", w.text() / "out"],
+        "run.h5/out", "cannot be used: not a directory"),
+    "out is not empty": (lambda w: ["texsol", "--out", w.text().parent],
+        "is not empty: give another by --out, or --force to write there"),
+    "nothing to resume": (lambda w: ["texsol", "--resume", "--out", w.path("out")],
+        "There is no study to go on with in '", "study.json' is missing"),
+    "resumed otherwise": (lambda w: texsol(w, "--resume"),
+        "--resume takes the study as it is in '", "leave out --grains"),
+    "study damaged": (lambda w: study(w, "{"), "study.json' is damaged"),
+    "study of another version": (
+        lambda w: study(w, '{"format": "lmgcpy texsol study", "study": {"laws": []}, "versions": {"lmgcpy": "0.0"}}'),
+        "study.json' is of lmgcpy 0.0"),
+    "warmup of no law": (lambda w: ["warmup", "--laws", "coulom"], "There is no law 'coulom'; did you mean 'coulomb'?"),
+    "info on nothing": (lambda w: ["info", w.path()], "There is no file '", "run.h5'."),
+    "info on a folder": (lambda w: ["info", w.folder], "is a folder, not a run file"),
+    "info on nothing in it": (lambda w: ["info", w.text(b"")], "is empty: no lmgcpy run"),
+    "info on text": (lambda w: ["info", w.text()], "is no HDF5 file, hence no lmgcpy run"),
+    "info on another program's": (lambda w: ["info", w.hdf5()], "is an HDF5 file, but no lmgcpy run"),
+    "info on half a file": (lambda w: ["info", w.cut(0.5)], "is truncated: its end is missing"),
+    "info on a file from the future": (lambda w: ["info", w.changed(format_version=99)],
+        "is of format version 99", "install a newer lmgcpy"),
+    "info on a file from before": (lambda w: ["info", w.changed(format_version=0)],
+        "is of format version 0, older than"),
+    "resume nothing": (lambda w: ["resume", w.path(), "--steps", "1"], "There is no file '"),
+    "resume without steps": (lambda w: ["resume", w.run_file()], "Missing option '--steps'."),
+    "resume steps in words": (lambda w: ["resume", w.run_file(), "--steps", "some"],
+        "'--steps': 'some' is not a valid integer"),
+    "resume steps back": (lambda w: ["resume", w.plain_run_file(), "--steps", "-1"],
+        "steps must be at least 0, got -1"),
+    "resume what has functions": (lambda w: ["resume", w.run_file(), "--steps", "1"],
+        "Functions of time, which no file can hold, gave the force along 'x'", "lmgcpy.resume(path, functions="),
+    "resume what is busy": (lambda w: w.lock() or ["resume", w.path(), "--steps", "1"],
+        "is being written by another run: wait for its end"),
+    "resume what is read-only": (lambda w: ["resume", w.read_only(w.plain_run_file()), "--steps", "1"],
+        "is read-only: change its permissions, or copy it"),
+    "resume onto a full disk": (lambda w: ["resume", w.full_disk(w.plain_run_file()), "--steps", "1"],
+        "could not be written on: 1000 bytes are left", "make room"),
+    "compare with nothing": (lambda w: ["compare", w.run_file(), w.path("b.h5")], "There is no file '", "b.h5'."),
+    "compare one": (lambda w: ["compare", w.run_file()], "Missing argument 'B'."),
+    "compare to NaN": (lambda w: ["compare", w.run_file(), w.path(), "--tolerance", "nan"],
+        "tolerance must be finite, got nan"),
+    "compare to less than nothing": (lambda w: ["compare", w.run_file(), w.path(), "--tolerance", "-1"],
+        "tolerance must be at least 0, got -1"),
+    "export to nowhere": (lambda w: ["export", w.run_file()], "Missing option '--csv'."),
+    "export into a file": (lambda w: ["export", w.run_file(), "--csv", w.path()],
+        "is a file: give the name of a folder"),
+    "export into a full folder": (lambda w: ["export", w.run_file(), "--csv", w.folder],
+        "is not empty: give another, or force (--force)"),
+}
+# fmt: on
+CLICKS = ("Missing", "No such option", "There is no command", "'--", "is not empty: give another by", "--resume takes")
+"""Beginnings and parts of sentences about the command line itself, to which a traceback has nothing to add."""
+
+
+def command(row, w):
+    return [str(word) for word in ROWS[row][0](w)]
+
+
+def assert_sentence(output, words):
+    *stages, told = output.splitlines()
+    assert told.startswith("Error: ")
+    assert all(line.startswith("sample: ") for line in stages)  # what was done before
+    for word in words:
+        assert word in told, told
+    assert told[-1] in ".?)", told
+    assert len(told) <= 500, told
+    assert "Traceback" not in told
+    assert "[Errno" not in told
+
+
+@pytest.mark.parametrize("row", ROWS)
+def test_a_mistake_gets_one_sentence(row, w):
+    done = CliRunner().invoke(main, command(row, w))
+    assert done.exit_code != 0
+    assert_sentence(done.output, ROWS[row][1:])
+    assert not any(path.name in ("summary.md", "study.new") for path in w.folder.rglob("*"))
+
+
+@pytest.mark.parametrize("row", [row for row in ROWS if not any(part in ROWS[row][1] for part in CLICKS)])
+def test_the_exception_itself_comes_if_it_is_asked_for(row, w):
+    done = CliRunner().invoke(main, ["--traceback", *command(row, w)])
+    assert done.exit_code == 1
+    assert isinstance(done.exception, (ValueError, TypeError, LookupError, OSError))
+    assert type(done.exception).__module__ == "builtins"
+
+
+def process(*words):
+    return subprocess.run([sys.executable, "-m", "lmgcpy.cli", *map(str, words)], capture_output=True, text=True)
+
+
+@pytest.mark.parametrize("row", ["laws misspelt", "info on text", "no such option", "resume what has functions"])
+def test_in_a_process_of_its_own(row, w):
+    done = process(*command(row, w))
+    assert done.returncode != 0
+    assert done.stdout == ""
+    assert_sentence(done.stderr, ROWS[row][1:])
+
+
+def test_the_traceback_of_a_process(w):
+    done = process("--traceback", "info", w.text())
+    assert done.returncode == 1
+    assert done.stderr.startswith("Traceback (most recent call last):")
+    assert done.stderr.splitlines()[-1].startswith("ValueError: '")
+
+
+def test_what_nobody_foresaw_is_an_error_of_lmgcpy(monkeypatch):
+    """Still one sentence, and one that asks for a report."""
+    monkeypatch.setattr(lm.io.run, "open_run", lambda path: {}["name"])
+    told = CliRunner().invoke(main, ["info", "x"]).output
+    assert_sentence(told, ["This is an error of lmgcpy: KeyError('name')", "--traceback"])
+
+
+def test_a_warning_is_a_sentence_too(w):
+    """Not converged steps, told without the line of the program."""
+    done = process("resume", w.unsolved_run_file(), "--steps", "1")
+    assert done.returncode == 0
+    assert done.stderr.startswith("Warning: 1 of 1 steps did not reach the solver's tolerance")
+    assert len(done.stderr.splitlines()) == 1

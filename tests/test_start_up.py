@@ -1,0 +1,304 @@
+"""What a user waits for before the first step: importing, loading compiled kernels, and that nothing is compiled twice.
+
+Times are seconds of the processor, the least of several processes in turn: on an otherwise idle machine they are those of
+the clock (docs/start_up.md), and on a busy one they say the same.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+
+import pytest
+
+import lmgcpy as lm
+from lmgcpy.cli_warmup import instances
+
+HERE = Path(__file__).parent
+
+
+def child(code, *arguments, check=True, **environment):
+    """A process of its own, warnings as errors; ``environment`` is added to this one's."""
+    command = [sys.executable, "-W", "error", "-c", textwrap.dedent(code), *map(str, arguments)]
+    environment = {**os.environ, **{name: str(value) for name, value in environment.items()}}
+    return subprocess.run(command, env=environment, check=check, capture_output=True, text=True)
+
+
+def processor_seconds() -> float:
+    """Of all child processes that have ended so far."""
+    times = os.times()
+    return times.children_user + times.children_system
+
+
+TELL = """
+import dataclasses, json
+from lmgcpy.jit import statistics
+print()
+print(json.dumps(dataclasses.asdict(statistics())))
+"""
+
+
+def kernels(code, *arguments, **environment):
+    """Kernels that a script took from the cache and that it compiled, and what it printed before."""
+    *printed, counted = child(textwrap.dedent(code) + TELL, *arguments, **environment).stdout.splitlines()
+    counted = json.loads(counted)
+    return set(counted["loaded"]), set(counted["compiled"]), printed
+
+
+# ------------------------------------------------------------------------------------------------------------ import
+
+
+def test_lmgcpy_costs_little_more_than_numba(tmp_path):
+    """At most 0.2 s, with the byte code written, as it is after an installation; measured: 0.06 s."""
+    with_byte_code = {"PYTHONDONTWRITEBYTECODE": "", "PYTHONPYCACHEPREFIX": tmp_path}
+    child("import lmgcpy", **with_byte_code)
+    seconds = {"numba": [], "lmgcpy": []}
+    for _ in range(5):
+        for module, measured in seconds.items():
+            begin = processor_seconds()
+            child(f"import {module}", **with_byte_code)
+            measured.append(processor_seconds() - begin)
+    assert min(seconds["lmgcpy"]) - min(seconds["numba"]) < 0.2, seconds
+
+
+# -------------------------------------------------------------------------------------------------- the second process
+
+TEXSOL = """
+import numba.core.event as event
+
+recorder = event.RecordingListener()
+event.register("numba:run_pass", recorder)
+
+import numpy as np
+import lmgcpy as lm
+from lmgcpy.experiment.biaxial import Biaxial
+from lmgcpy.experiment.box_2d import Sample
+
+# ten rows of ten, the first fifteen of them, to and fro, the beads of a wire
+positions = np.array([(x if y % 2 == 0 else 9 - x, y) for y in range(10) for x in range(10)]) * 0.02 + 0.01
+sample = Sample(positions, np.full(100, 0.0099), 15, 0.001, 0.2, 0.2)
+test = Biaxial(sample, lm.RigidWire(), friction=0.4, pressure=1e5, density=2600.0)
+test.run(1e-9, frames=0)
+print(test.simulation.steps, len(recorder.buffer), test.simulation.positions.tobytes().hex())
+"""
+"""The first step of a test like those of ``lmgcpy texsol``: disks, walls, Coulomb friction, an inextensible wire."""
+
+
+def test_a_second_process_compiles_nothing_and_is_at_its_first_step_within_two_seconds(tmp_path):
+    """Nothing: by numba's statistics of the cache, and by the passes of its compiler, thousands in the first process. The
+    step is the same to the last bit. Time is from the start of the interpreter to its end; measured: 0.7 s."""
+    directory = tmp_path / "not" / "there"
+    loaded, compiled, (first, _) = kernels(TEXSOL, LMGCPY_CACHE_DIR=directory)
+    assert not loaded
+    assert len(compiled) > 10
+    steps, passes, positions = first.split()
+    assert steps == "1"
+    assert int(passes) > 1000
+    seconds = []
+    for _ in range(3):
+        begin = processor_seconds()
+        again_loaded, again_compiled, (again, _) = kernels(TEXSOL, LMGCPY_CACHE_DIR=directory)
+        seconds.append(processor_seconds() - begin)
+        assert not again_compiled
+        assert again_loaded == compiled
+        assert again.split() == ["1", "0", positions]
+    assert min(seconds) < 2.0, seconds
+
+
+# ------------------------------------------------------------------------------------------------- trouble with the cache
+
+THREE_KERNELS = """
+import sys
+from numba import float64
+from lmgcpy.jit import kernel
+
+@kernel
+def first(x):
+    return x + 1.0
+
+@kernel
+def second(x):
+    return 2.0 * first(x)
+
+print("ready", flush=True)
+if len(sys.argv) > 1:
+    input()
+pointer = first.pointer(float64(float64))
+print(first(1.0), first(1), second(1.0), pointer.ctypes(1.0))
+"""
+
+
+def test_a_cache_directory_that_cannot_be_made_is_told_once(tmp_path):
+    """Below a regular file, where not even root can make one."""
+    (tmp_path / "file").write_text("")
+    done = child(
+        "import warnings; warnings.simplefilter('always')\n" + textwrap.dedent(THREE_KERNELS),
+        LMGCPY_CACHE_DIR=tmp_path / "file" / "cache",
+    )
+    assert done.stdout.split() == ["ready", "2.0", "2.0", "4.0", "2.0"]
+    assert done.stderr.count("Warning") == 1
+    assert "cannot keep compiled kernels in" in done.stderr
+    assert "Set LMGCPY_CACHE_DIR to a directory that can be written" in done.stderr
+
+
+def test_processes_that_start_at_once_on_an_empty_cache_all_work(tmp_path):
+    environment = {**os.environ, "LMGCPY_CACHE_DIR": str(tmp_path / "cache")}
+    command = [sys.executable, "-W", "error", "-c", THREE_KERNELS, "wait"]
+    group = [subprocess.Popen(command, env=environment, stdin=-1, stdout=-1, stderr=-1, text=True) for _ in range(4)]
+    try:
+        for process in group:
+            assert process.stdout.readline() == "ready\n"
+        for process in group:
+            process.stdin.write("go\n")
+            process.stdin.flush()
+        for process in group:
+            out, err = process.communicate(timeout=120)
+            assert err == ""
+            assert out.split() == ["2.0", "2.0", "4.0", "2.0"]
+    finally:
+        for process in group:
+            process.kill()
+    loaded, compiled, _ = kernels(THREE_KERNELS, **environment)
+    assert len(loaded) == 4
+    assert not compiled
+    assert len(list((tmp_path / "cache" / "kernels").iterdir())) == 4  # no file is left half-way
+
+
+# ------------------------------------------------------------------------------------------------------------- warm-up
+
+WARMUP = """
+import sys
+from lmgcpy.cli import main
+main(["warmup", *sys.argv[1:]], standalone_mode=False)
+"""
+
+
+@pytest.fixture(scope="module")
+def warm():
+    """All kernels that ``lmgcpy warmup`` leaves in the cache."""
+    loaded, compiled, printed = kernels(WARMUP)
+    count = len(loaded | compiled)
+    assert re.search(rf"^{count} kernels in .*: {len(compiled)} compiled, {count - len(compiled)} were there", printed[0])
+    return loaded | compiled
+
+
+def readme_script():
+    return re.search(r"<!-- script -->\n```python\n(.*?)```", (HERE.parent / "README.md").read_text(), re.S).group(1)
+
+
+STUDY = """
+import sys
+from lmgcpy.cli import main
+tiny = ["--grains", "40", "--beads", "8", "--strain", "0.2"]
+main(["texsol", "--quick", *tiny, "--out", sys.argv[1]], standalone_mode=False)
+"""
+
+MIXED = """
+import sys, warnings
+warnings.simplefilter("ignore")
+sys.path.insert(0, sys.argv[1])
+import lmgcpy as lm
+from mixed_scene import mixed_scene
+for solver in lm.GaussSeidel, lm.AcceleratedGaussSeidel:
+    for wire_blocks in True, False:
+        options = solver(max_iterations=20, wire_blocks=wire_blocks)
+        lm.Simulation(mixed_scene(), time_step=1e-3, solver=options).run(steps=30)
+"""
+
+
+@pytest.mark.parametrize("what", ["script of the README", "lmgcpy texsol --quick", "scene of everything"])
+def test_after_a_warmup_nothing_is_compiled(what, warm, tmp_path):
+    """The kernels of each, by fingerprint and signature, are among those of the warm-up."""
+    code, argument = {
+        "script of the README": (readme_script(), ""),
+        "lmgcpy texsol --quick": (STUDY, tmp_path / "study"),
+        "scene of everything": (MIXED, HERE),
+    }[what]
+    loaded, compiled, _ = kernels(code, argument)
+    assert not (loaded | compiled) - warm
+    assert not compiled
+
+
+def test_a_warmup_may_be_for_some_laws(warm):
+    loaded, compiled, _ = kernels(WARMUP, "--laws", "rigid-rod, signorini")
+    assert not compiled
+    assert loaded < warm
+    assert any(name.startswith("gauss_seidel-") for name in loaded)
+
+
+def test_a_warmup_that_cannot_be_ends_with_a_sentence(tmp_path):
+    """An unknown law; a directory that cannot be written."""
+    (tmp_path / "file").write_text("")
+    command = "import sys; from lmgcpy.cli import main; main(['warmup', '--laws', *sys.argv[1:]])"
+    told = child(command, "coulom", check=False)
+    assert told.returncode == 1
+    assert told.stderr.startswith("Error: There is no law 'coulom'; did you mean 'coulomb'? Known: coulomb, ")
+    told = child(command, "signorini", check=False, LMGCPY_CACHE_DIR=tmp_path / "file" / "cache")
+    assert told.returncode == 1
+    assert "Error: lmgcpy cannot keep compiled kernels in" in told.stderr
+    assert "Traceback" not in told.stderr
+
+
+def test_a_law_that_does_not_compile_does_not_keep_others_from_it():
+    code = """
+    import sys
+    import lmgcpy as lm
+    from lmgcpy.cli import main
+
+    class Broken(lm.Signorini):
+        NAME = "broken"
+
+        @staticmethod
+        def react(W, u, prepared):
+            return (no_such_name,)
+
+    lm.laws.register(Broken)
+    main([*sys.argv[1:], "warmup", "--laws", "broken,signorini"])
+    """
+    told = child(code, check=False)
+    assert told.returncode == 1
+    assert "kernels in" in told.stdout
+    assert "Error: Kernels of broken could not be compiled. Why: lmgcpy --traceback warmup --laws broken" in told.stderr
+    assert "Traceback" not in told.stderr
+
+
+class Fussy(lm.RigidRod):
+    """Two parameters that must be given together or not at all, and one without bounds."""
+
+    NAME = "fussy"
+    one = lm.Parameter("-", above=2.0, maximum=3.0, default=None)
+    other = lm.Parameter("-", maximum=-5.0, default=None)
+    third = lm.Parameter("-")
+
+    def validate(self):
+        if (self.one is None) != (self.other is None):
+            raise ValueError("one and other go together.")
+
+
+class Impossible(Fussy):
+    """No parameters will do."""
+
+    NAME = "impossible"
+
+    def validate(self):
+        raise ValueError("Never.")
+
+
+def test_a_law_is_tried_with_parameters_within_its_bounds():
+    """Coulomb's law without friction has one row, with friction two; elastic laws take one parameter of two."""
+    assert sorted(law.rows(2) for law in instances(lm.Coulomb)) == [1, 2]
+    assert len(instances(lm.ElasticWire)) == len(instances(lm.RigidRod)) == 1
+    (law,) = instances(Fussy)
+    assert (law.one, law.other, law.third) == (2.5, -5.0, 1.0)
+    with pytest.raises(ValueError, match=r"make a law 'impossible': Never\."):
+        instances(Impossible)
+
+
+def test_help_of_a_command_is_no_error():
+    done = child("from lmgcpy.cli import main; main(['warmup', '--help'])")
+    assert "--laws" in done.stdout
