@@ -8,16 +8,25 @@ from pathlib import Path
 import pytest
 
 DOCS = Path(__file__).parent.parent / "docs"
+
+
+def scripts(page):
+    """The Python blocks of a page, each a script of its own unless the page says that they are one."""
+    text = page.read_text()
+    blocks = re.findall(r"```python\n(.*?)```", text, re.S)
+    return ["\n".join(blocks)] if "<!-- one script -->" in text else blocks
+
+
 BLOCKS = [
     pytest.param(block, id=f"{page.stem}-{number}")
     for page in sorted(DOCS.glob("*.md"))
-    for number, block in enumerate(re.findall(r"```python\n(.*?)```", page.read_text(), re.S))
+    for number, block in enumerate(scripts(page))
 ]
 
 
 @pytest.mark.parametrize("block", BLOCKS)
-def test_block_runs(block):
-    done = subprocess.run([sys.executable, "-W", "error", "-c", block], capture_output=True, text=True)
+def test_block_runs(block, tmp_path):
+    done = subprocess.run([sys.executable, "-W", "error", "-c", block], capture_output=True, text=True, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
 
 

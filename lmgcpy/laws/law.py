@@ -27,7 +27,7 @@ REQUIRED = object()
 TRAITS = {
     "push": "the normal impulse is never negative",
     "pull": "the normal impulse is never positive",
-    "cone": "the tangential impulse is at most friction times the normal one",
+    "cone": "the tangential impulse is at most friction times the normal one, and sliding does not dilate",
     "dissipative": "with zero bias, the impulse never gives energy: r . u <= 0",
     "potential": "the impulse derives from the stored energy that `energy` returns",
     "rigid": "no compliance: an interaction that starts beyond its reference would be a blow",

@@ -8,11 +8,18 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from law_cases import magnitude, signed
 
 from lmgcpy.laws.coulomb import Coulomb, react_in_plane
 
-ROUND_OFF = 2.2e-16
+
+def magnitude(low, high):
+    """Positive numbers, uniform in the exponent, between ``low`` and ``high``."""
+    return st.floats(math.log(low), math.log(high)).map(lambda x: min(max(math.exp(x), low), high))
+
+
+def signed(low, high):
+    """Zero, or a number of either sign with a magnitude between ``low`` and ``high``."""
+    return st.tuples(st.sampled_from((-1.0, 0.0, 1.0)), magnitude(low, high)).map(math.prod)
 
 
 def natural_map_error(W, q, mu, r):

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import pytest
 
@@ -42,37 +40,6 @@ def test_values_is_a_copy():
     law = lm.Coulomb(friction=0.3)
     law.values["friction"] = 7.0
     assert law.friction == 0.3
-
-
-REFUSED = [
-    (lambda: lm.Coulomb(), TypeError, r"Law 'coulomb' needs friction \[-\]: Coulomb\(friction=\.\.\.\)"),
-    (lambda: lm.Coulomb(frction=0.3), TypeError, "no parameter 'frction'; did you mean 'friction'"),
-    (lambda: lm.Signorini(friction=0.3), TypeError, "no parameter 'friction'. Known: none"),
-    (lambda: lm.Coulomb(friction="0.3"), TypeError, "friction of law 'coulomb' must be a number, got '0.3'"),
-    (lambda: lm.Coulomb(friction=True), TypeError, "friction of law 'coulomb' must be a number"),
-    (lambda: lm.Coulomb(friction=None), TypeError, "friction of law 'coulomb' must be a number"),
-    (lambda: lm.Coulomb(friction=[0.1, 0.2]), TypeError, "friction of law 'coulomb' must be a number"),
-    (lambda: lm.Coulomb(friction=math.nan), ValueError, "friction of law 'coulomb' must be finite"),
-    (lambda: lm.Coulomb(friction=math.inf), ValueError, "friction of law 'coulomb' must be finite"),
-    (lambda: lm.Coulomb(friction=-0.1), ValueError, "friction of law 'coulomb' must be at least 0"),
-    (lambda: lm.Restitution(restitution=1.1), ValueError, "restitution of law 'restitution' must be at most 1"),
-    (lambda: lm.ElasticRod(stiffness=0.0), ValueError, "must be above 0 N/m, got 0 N/m"),
-    (lambda: lm.ElasticRod(stiffness="stiff"), TypeError, "stiffness of law 'elastic-rod' must be a number in N/m"),
-    (lambda: lm.ElasticRod(), ValueError, r"either stiffness \[N/m\] or axial_rigidity \[N\], one of the two"),
-    (lambda: lm.ElasticWire(stiffness=1.0, axial_rigidity=1.0), ValueError, "Law 'elastic-wire' takes either"),
-    (lambda: lm.VoigtRod(stiffness=1.0), ValueError, r"either viscosity \[N s/m\] or axial_viscosity \[N s\]"),
-    (
-        lambda: lm.VoigtWire(stiffness=1.0, viscosity=1.0, axial_viscosity=1.0),
-        ValueError,
-        "Law 'voigt-wire' takes either viscosity",
-    ),
-]
-
-
-@pytest.mark.parametrize(("make", "kind", "sentence"), REFUSED, ids=[str(i) for i in range(len(REFUSED))])
-def test_refused_with_a_sentence(make, kind, sentence):
-    with pytest.raises(kind, match=sentence):
-        make()
 
 
 def test_axial_rigidity_is_per_reference_length():

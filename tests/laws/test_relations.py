@@ -1,7 +1,7 @@
 """Every law that comes with lmgcpy against its line in the table of laws, stated here a second time.
 
 Each statement returns velocities [m/s] that vanish where the relation holds; the answer of ``react`` must bring them
-to round-off. They are differences of numbers of the size ``case.velocity_scale``, and solving a 2 x 2 block whose
+to round-off. They are differences of numbers of the size ``case.speed``, and solving a 2 x 2 block whose
 condition is at most 1e2 (coupling 0.99 between equal diagonals; scaling of the rows costs nothing) loses two digits:
 ``TOLERANCE`` is a hundred times 2.2e-16 for that, and a hundred for the handful of operations.
 """
@@ -9,15 +9,16 @@ condition is at most 1e2 (coupling 0.99 between equal diagonals; scaling of the 
 from __future__ import annotations
 
 import math
-from types import SimpleNamespace
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from built_in import INSTANCES, name
 from hypothesis import given
 from hypothesis import strategies as st
-from law_cases import LAWS, Case, cases
 
-import lmgcpy as lm
+from lmgcpy.testing.case import Case, Step
+from lmgcpy.testing.draw import cases
 
 TOLERANCE = 1e-12
 
@@ -51,7 +52,7 @@ def restitution(case):
     """Where g <= 0: 0 <= u_n + e min(u_n^-, 0)  _|_  r_n >= 0 and Coulomb's friction; else r = 0."""
     if case.gap > 0.0:
         return list(np.diag(case.W) * case.impulse)
-    rebound = case.law.restitution * min(case.before[0], 0.0)
+    rebound = case.law.restitution * min(case.steps[-1].before[0], 0.0)
     normal = complementarity(case.velocity[0] + rebound, case.W[0][0] * case.impulse[0])
     return [normal, *friction_violations(case, case.law.friction)]
 
@@ -108,7 +109,7 @@ def voigt_wire(case):
     beyond_force = per_compliance(case, min(r - min(voigt_force(case), 0.0), 0.0), *case.parameters)
     short_of_force = per_compliance(case, max(r - min(voigt_force(case), 0.0), 0.0), *case.parameters)
     elongation = elongation_rate(case)
-    round_off = TOLERANCE * case.velocity_scale
+    round_off = TOLERANCE * case.speed
     if elongation < -round_off:
         return [case.W[0][0] * r]
     if elongation > round_off:
@@ -129,46 +130,25 @@ RELATIONS = {
 }
 
 
-def test_every_law_of_the_package_has_its_relation_here():
-    own = {name for name, registration in lm.laws.registrations().items() if registration.distribution == "lmgcpy"}
-    assert own == set(RELATIONS)
-
-
-@pytest.mark.parametrize("name", RELATIONS)
+@pytest.mark.parametrize("law", INSTANCES, ids=name)
 @given(data=st.data())
-def test_react_solves_the_relation(name, data):
+def test_react_solves_the_relation(law, data):
     """W is any symmetric positive definite block; the sentence of the law's statement is its relation."""
-    case = data.draw(cases(LAWS[name]))
-    violations = RELATIONS[name](case)
-    assert np.abs(violations).max() <= TOLERANCE * case.velocity_scale
-
-
-CLOSED = {
-    "signorini": lm.Signorini(),
-    "coulomb": lm.Coulomb(friction=0.3),
-    "restitution": lm.Restitution(friction=0.3, restitution=0.5),
-    "rigid-rod": lm.RigidRod(),
-    "rigid-wire": lm.RigidWire(),
-    "elastic-rod": lm.ElasticRod(stiffness=1e3),
-    "elastic-wire": lm.ElasticWire(stiffness=1e3),
-    "voigt-rod": lm.VoigtRod(stiffness=1e3, viscosity=10.0),
-    "voigt-wire": lm.VoigtWire(stiffness=1e3, viscosity=10.0),
-}
+    case = data.draw(cases(law))
+    violations = RELATIONS[law.NAME](case)
+    assert np.abs(violations).max() <= TOLERANCE * case.speed
 
 
 @pytest.mark.parametrize("factor", [0.5, 0.999, 1.001, 2.0])
-@pytest.mark.parametrize("name", RELATIONS)
-def test_the_relation_rejects_a_wrong_impulse(name, factor):
+@pytest.mark.parametrize("law", INSTANCES, ids=name)
+def test_the_relation_rejects_a_wrong_impulse(law, factor):
     """So that the test above can fail: at an active interaction of speed 1 m/s, W = 2/kg, a wrong impulse shows."""
-    law = CLOSED[name]
     size = law.rows(2)
     q = (1.0 if law.APPLIES_TO == "link" else -1.0, 0.8)[:size]
     W = ((2.0, 0.5), (0.5, 1.0)) if size == 2 else ((2.0,),)
-    parameters = tuple(law.table(np.array([0.1]))[0])
-    prepared = law.prepare(0.0, 0.0, (0.0,) * size, 1e-2, parameters, ())
-    case = Case(law, W, q, 0.0, 0.0, (0.0,) * size, 1e-2, parameters, prepared)
-    assert np.abs(RELATIONS[name](case)).max() <= TOLERANCE
-    wrong = SimpleNamespace(**vars(case), impulse=factor * case.impulse)
-    wrong.velocity = np.array(q) + np.array(W) @ wrong.impulse
-    wrong.velocity_scale = case.velocity_scale
-    assert np.abs(RELATIONS[name](wrong)).max() > 1e-4
+    step = Step(gap=0.0, before=(0.0,) * size, W=W, q=q)
+    case = Case(law, time_step=1e-2, reference_gap=0.0, reference_length=0.1, birth=0.0, steps=(step,))
+    assert np.abs(RELATIONS[law.NAME](case)).max() <= TOLERANCE
+    wrong = replace(case)
+    vars(wrong)["impulse"] = tuple(factor * component for component in case.impulse)
+    assert np.abs(RELATIONS[law.NAME](wrong)).max() > 1e-4

@@ -1,0 +1,25 @@
+"""A conformance kit for authors of interaction laws, driven by hypothesis.
+
+    import lmgcpy.testing
+    from my_package import MyLaw
+
+    @lmgcpy.testing.conformance(MyLaw(strength=10.0))
+    def test_my_law(check):
+        check()
+
+and, in a script, ``print(lmgcpy.testing.report(MyLaw(strength=10.0)))``. ``PROPERTIES`` says what is looked at, and
+``docs/conformance.md`` what cannot be seen. ``import lmgcpy`` does not import it.
+"""
+
+try:
+    import hypothesis as _hypothesis  # noqa: F401
+except ImportError as error:
+    raise ImportError("lmgcpy.testing needs hypothesis and pytest: pip install lmgcpy[test]") from error
+
+# the order of the properties: from what everything rests on to what takes the longest
+from lmgcpy.testing import local_solve, traits, invariance, purity, compiled, runs  # noqa: F401, I001
+from lmgcpy.testing.answers import Nonconformance
+from lmgcpy.testing.conformance import Check, Finding, LawReport, conformance, report
+from lmgcpy.testing.property import PROPERTIES, Property
+
+__all__ = ["PROPERTIES", "Check", "Finding", "LawReport", "Nonconformance", "Property", "conformance", "report"]

@@ -1,0 +1,246 @@
+"""One interaction under a law: all that the law is given, step by step, and all that it answers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from lmgcpy.laws import Law
+from lmgcpy.testing.answers import Matrix, Nonconformance, Numbers, number, numbers, rows_of_numbers
+from lmgcpy.testing.units import Dimensions, dimensions
+
+LENGTH, VELOCITY, IMPULSE, ENERGY = dimensions("m"), dimensions("m/s"), dimensions("N s"), dimensions("J")
+INVERSE_MASS, TIME = dimensions("1/kg"), dimensions("s")
+
+
+@dataclass(frozen=True)
+class Step:
+    """What a time step asks of an interaction; the solve is of this interaction alone."""
+
+    gap: float
+    """At the detection configuration [m]."""
+    before: Numbers
+    """Relative velocity at the start of the step [m/s]."""
+    W: Matrix
+    """Local block of the Delassus operator [1/kg]."""
+    q: Numbers
+    """Relative velocity at the end of the step without impulse [m/s]."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """An interaction from its birth to the last of its steps, which is the one that is looked at."""
+
+    law: Law
+    time_step: float
+    reference_gap: float
+    reference_length: float
+    birth: float
+    """Time at which the interaction is new [s]."""
+    steps: tuple[Step, ...]
+
+    # ---------------------------------------------------------------------------------------------- what is given
+
+    @property
+    def gap(self) -> float:
+        """Of the last step [m]."""
+        return self.steps[-1].gap
+
+    @property
+    def W(self) -> Matrix:
+        """Of the last step [1/kg]."""
+        return self.steps[-1].W
+
+    @property
+    def q(self) -> Numbers:
+        """Of the last step [m/s]."""
+        return self.steps[-1].q
+
+    @cached_property
+    def size(self) -> int:
+        """Rows of the law."""
+        return self.law.rows(2)
+
+    @cached_property
+    def parameters(self) -> Numbers:
+        """As ``prepare`` gets them."""
+        return tuple(float(value) for value in self.law.table(np.array([self.reference_length]))[0])
+
+    # ------------------------------------------------------------------------------------------ what the law answers
+
+    def first_state(self, gap: float) -> Numbers:
+        """The state of the interaction if it is new at this gap."""
+        count = len(self.law.states())
+        if self.law.initial is None:
+            return (0.0,) * count
+        given = gap, self.reference_gap, self.birth, self.parameters
+        return numbers(self.law, "initial", count, "one for each state", *given)
+
+    def prepare(self, step: Step, state: Numbers) -> Numbers:
+        """The law's prepared numbers for a step."""
+        names = self.law.PREPARED
+        given = step.gap, self.reference_gap, step.before, self.time_step, self.parameters, state
+        return numbers(self.law, "prepare", len(names), "one for each name in PREPARED", *given, infinite=True)
+
+    def react(self, W: Matrix, u: Sequence[float], prepared: Numbers) -> Numbers:
+        """The law's impulse."""
+        return numbers(self.law, "react", self.size, "one for each row of the law", W, tuple(map(float, u)), prepared)
+
+    def commit(self, step: Step, impulse: Numbers, state: Numbers) -> Numbers:
+        """The state after a step that is solved by this impulse."""
+        return self.committed(step, velocity(step, impulse), impulse, state)
+
+    def committed(self, step: Step, u: Numbers, impulse: Numbers, state: Numbers) -> Numbers:
+        """The state after a step that ends with this velocity and this impulse."""
+        if self.law.commit is None:
+            return state
+        given = step.gap, self.reference_gap, u, impulse, self.time_step, self.parameters, state
+        return numbers(self.law, "commit", len(state), "one for each state", *given)
+
+    @cached_property
+    def history(self) -> tuple[Numbers, ...]:
+        """States before each of the steps."""
+        states = [self.first_state(self.steps[0].gap)]
+        for step in self.steps[:-1]:
+            states.append(self.commit(step, self.react(step.W, step.q, self.prepare(step, states[-1])), states[-1]))
+        return tuple(states)
+
+    @property
+    def state(self) -> Numbers:
+        """Before the last step."""
+        return self.history[-1]
+
+    @cached_property
+    def prepared(self) -> Numbers:
+        """For the last step."""
+        return self.prepare(self.steps[-1], self.state)
+
+    @cached_property
+    def impulse(self) -> Numbers:
+        """That solves the last step [N s]."""
+        return self.react(self.W, self.q, self.prepared)
+
+    @property
+    def velocity(self) -> Numbers:
+        """At the end of the last step, u = q + W r [m/s]."""
+        return velocity(self.steps[-1], self.impulse)
+
+    @property
+    def after(self) -> Numbers:
+        """State after the last step."""
+        return self.commit(self.steps[-1], self.impulse, self.state)
+
+    def slope(self, u: Sequence[float]) -> Matrix:
+        """The law's generalized derivative at the free velocity ``u`` [kg]."""
+        return rows_of_numbers(self.law, "slope", self.size, self.W, tuple(map(float, u)), self.prepared)
+
+    def energy(self, gap: float, state: Numbers | None = None) -> float:
+        """Stored at a gap [J], with the state before the last step unless another is given."""
+        held = self.state if state is None else state
+        return number(self.law, "energy", gap, self.reference_gap, self.parameters, held)
+
+    # ------------------------------------------------------------------------------------------------------ measures
+
+    @cached_property
+    def speed(self) -> float:
+        """Size of the terms that make up velocities [m/s]: round-off of u, and of the law's relation, is relative to it."""
+        step, h = self.steps[-1], self.time_step
+        terms = (
+            sum(map(abs, step.q)) + float(np.abs(step.W).sum(axis=0) @ np.abs(self.impulse)) + sum(map(abs, step.before))
+        )
+        terms += (abs(step.gap) + abs(self.reference_gap)) / h
+        for value, power in sizes(self.law, self.state):
+            if power in (LENGTH, VELOCITY):
+                terms += value / (h if power == LENGTH else 1.0)
+        bias = dict(zip(self.law.PREPARED, self.prepared, strict=True)).get("bias", 0.0)
+        return terms + (abs(bias) if math.isfinite(bias) else 0.0)
+
+    # ---------------------------------------------------------------------------------------------------- transforms
+
+    def with_diagonal(self) -> Case:
+        """The same with blocks of W that do not couple the rows."""
+        return replace(self, steps=tuple(replace(step, W=diagonal(np.diag(step.W).tolist())) for step in self.steps))
+
+    def mirrored(self) -> Case:
+        """The same with the tangent turned round."""
+
+        def turned(step: Step) -> Step:
+            W = tuple(turn(row) if i == 0 else tuple(-w for w in turn(row)) for i, row in enumerate(step.W))
+            return replace(step, before=turn(step.before), q=turn(step.q), W=W)
+
+        return replace(self, steps=tuple(turned(step) for step in self.steps))
+
+    def scaled(self, law: Law, length: float, time: float, mass: float) -> Case:
+        """The same in other units, under ``law``, which has its parameters in those."""
+
+        def of(power: Dimensions) -> float:
+            return power.factor(length, time, mass)
+
+        return Case(
+            law=law,
+            time_step=time * self.time_step,
+            reference_gap=length * self.reference_gap,
+            reference_length=length * self.reference_length,
+            birth=time * self.birth,
+            steps=tuple(
+                Step(
+                    gap=length * step.gap,
+                    before=tuple(of(VELOCITY) * v for v in step.before),
+                    W=tuple(tuple(of(INVERSE_MASS) * w for w in row) for row in step.W),
+                    q=tuple(of(VELOCITY) * v for v in step.q),
+                )
+                for step in self.steps
+            ),
+        )
+
+    # --------------------------------------------------------------------------------------------------------- words
+
+    def __str__(self) -> str:
+        step, law = self.steps[-1], self.law
+        link = f", reference gap {self.reference_gap!r} m, reference length {self.reference_length!r} m"
+        lines = [
+            f"law {law!r}, parameters {self.parameters}, time step {self.time_step!r} s",
+            f"gap {step.gap!r} m{link if law.APPLIES_TO == 'link' else ''}, velocity before {step.before} m/s",
+            f"W = {step.W} 1/kg, free velocity u = {step.q} m/s",
+        ]
+        try:
+            if law.states():
+                state = dict(zip(law.states(), self.state, strict=True))
+                lines.append(f"state {state} after {len(self.steps) - 1} steps since its birth at {self.birth!r} s")
+                lines += [f"  step {k}: {earlier}" for k, earlier in enumerate(self.steps[:-1], start=1)]
+            lines.append(f"prepared {dict(zip(law.PREPARED, self.prepared, strict=True))}")
+            lines.append(f"react(W, u) = {self.impulse} N s")
+        except Nonconformance:
+            pass
+        return "\n".join(f"    {line}" for line in lines)
+
+
+def velocity(step: Step, impulse: Numbers) -> Numbers:
+    """u = q + W r [m/s]."""
+    return tuple(q + sum(w * r for w, r in zip(row, impulse, strict=True)) for q, row in zip(step.q, step.W, strict=True))
+
+
+def diagonal(entries: Sequence[float]) -> Matrix:
+    """The matrix with this diagonal."""
+    return tuple(tuple(w if i == j else 0.0 for j in range(len(entries))) for i, w in enumerate(entries))
+
+
+def turn(vector: Numbers) -> Numbers:
+    """A vector with its tangential component turned round."""
+    return (vector[0], *(-component for component in vector[1:]))
+
+
+def sizes(law: Law, state: Numbers = ()) -> list[tuple[float, Dimensions]]:
+    """Sizes of the law's parameters, and of the numbers of a state, with their dimensions where these can be read."""
+    declared = [(law.values[name], of.unit) for name, of in law.parameters().items()]
+    declared += [(value, of.unit) for value, of in zip(state, law.states().values(), strict=False)]
+    found = []
+    for value, unit in declared:
+        with suppress(ValueError):
+            found.append((abs(value or 0.0), dimensions(unit)))
+    return found

@@ -1,0 +1,154 @@
+"""That a law compiled says what it says interpreted: the other properties are looked at interpreted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import numba
+import numpy as np
+
+from lmgcpy.jit import Kernel, kernel, row_reader
+from lmgcpy.laws import Law
+from lmgcpy.solve.law_kernels import as_floats, not_compiled, zeros
+from lmgcpy.testing.answers import Nonconformance, Numbers
+from lmgcpy.testing.case import Case, velocity
+from lmgcpy.testing.property import drawn
+
+react: Callable[..., Any] = lambda W, u, prepared: u  # noqa: E731  given by the specialisation, as what follows
+prepare: Callable[..., Any] = lambda gap, reference_gap, velocity, time_step, parameters, state: ()  # noqa: E731
+slope: Callable[..., Any] = lambda W, u, prepared: ((0.0,),)  # noqa: E731
+energy: Callable[..., Any] = lambda gap, reference_gap, parameters, state: 0.0  # noqa: E731
+initial: Callable[..., Any] = lambda gap, reference_gap, time, parameters: ()  # noqa: E731
+commit: Callable[..., Any] = lambda gap, reference_gap, velocity, impulse, time_step, parameters, state: ()  # noqa: E731
+read_parameters: Callable[..., Any] = lambda array, start: ()  # noqa: E731
+read_vector: Callable[..., Any] = lambda array, start: ()  # noqa: E731
+read_prepared: Callable[..., Any] = lambda array, start: ()  # noqa: E731
+read_state: Callable[..., Any] = lambda array, start: ()  # noqa: E731
+as_prepared: Callable[..., Any] = lambda row: ()  # noqa: E731
+as_state: Callable[..., Any] = lambda row: ()  # noqa: E731
+ROWS = PREPARED = STATE = 0
+SLOPE = COMMIT = False
+
+
+@kernel
+def evaluate(W, numbers, vectors, parameters, state, prepared, answer, slopes, first, after):
+    """Everything that a law computes for one interaction; returns its energy.
+
+    ``numbers``: gap, reference gap, time step, birth; ``vectors``: velocity before, free velocity, velocity and impulse
+    that ``commit`` is told. The other arrays are filled in.
+    """
+    gap, reference_gap, time_step, birth = numbers[0], numbers[1], numbers[2], numbers[3]
+    given = read_parameters(parameters, 0)
+    kept = read_state(state, 0)
+    row = as_prepared(prepare(gap, reference_gap, read_vector(vectors, 0), time_step, given, kept))
+    for k in range(PREPARED):
+        prepared[k] = row[k]
+    free = read_vector(vectors, ROWS)
+    if ROWS == 1:
+        block: Any = ((W[0, 0],),)
+        (answer[0],) = react(block, free, row)
+    else:
+        block = ((W[0, 0], W[0, 1]), (W[1, 0], W[1, 1]))
+        answer[0], answer[1] = react(block, free, row)
+    if SLOPE:
+        derivative = slope(block, free, row)
+        for i in range(ROWS):
+            for j in range(ROWS):
+                slopes[i, j] = derivative[i][j]
+    if STATE > 0:
+        new = as_state(initial(gap, reference_gap, birth, given))
+        for k in range(STATE):
+            first[k] = new[k]
+    if COMMIT:
+        end, push = read_vector(vectors, 2 * ROWS), read_vector(vectors, 3 * ROWS)
+        old = as_state(commit(gap, reference_gap, end, push, time_step, given, kept))
+        for k in range(STATE):
+            after[k] = old[k]
+    return float(energy(gap, reference_gap, given, kept))
+
+
+@cache
+def of_law(law: type[Law], rows: int, parameter_count: int) -> Kernel:
+    """The kernel above for a law; compiled at its first call."""
+    count = len(law.states())
+    return evaluate.specialise(
+        react=law.react,
+        prepare=law.prepare,
+        slope=law.slope or slope,
+        energy=law.energy or energy,
+        initial=law.initial or zeros(count),
+        commit=law.commit or commit,
+        read_parameters=row_reader(parameter_count),
+        read_vector=row_reader(rows),
+        read_prepared=row_reader(len(law.PREPARED)),
+        read_state=row_reader(count),
+        as_prepared=as_floats(len(law.PREPARED)),
+        as_state=as_floats(count),
+        ROWS=rows,
+        PREPARED=len(law.PREPARED),
+        STATE=count,
+        SLOPE=law.slope is not None,
+        COMMIT=law.commit is not None,
+    )
+
+
+def same(got: Any, expected: Any) -> bool:
+    """Equal up to fused multiplications, which a compiler may use: a few units of round-off."""
+    return np.allclose(got, expected, rtol=1e-13, atol=0.0, equal_nan=True)
+
+
+@drawn("compiled", "compiled = interpreted, up to round-off")
+def compiled(case: Case, draw: Any) -> str:
+    """All functions of the law, compiled as the solvers compile them, against Python's answers; a difference of W r of the
+    round-off of velocities is none. ``commit`` may stand at a threshold: there the answer for a velocity and an impulse
+    that differ by round-off will do."""
+    law, size, step = case.law, case.size, case.steps[-1]
+    told = case.velocity, case.impulse
+    prepared, answer, slopes = np.empty(len(law.PREPARED)), np.empty(size), np.zeros((size, size))
+    first, after = np.zeros(len(law.states())), np.array(case.state)
+    filled = [np.append(values, 0.0) for values in (case.parameters, case.state)]  # never empty
+    try:
+        stored = of_law(type(law), size, len(case.parameters))(
+            np.array(case.W),
+            np.array([step.gap, case.reference_gap, case.time_step, case.birth]),
+            np.concatenate([step.before, step.q, *told]),
+            *filled,
+            prepared,
+            answer,
+            slopes,
+            first,
+            after,
+        )
+    except numba.core.errors.NumbaError as error:
+        raise Nonconformance("compiled", str(not_compiled(type(law), error)), law) from error
+    except Exception as error:
+        return f"compiled, the law raised {error!r}; interpreted it did not."
+    if not same(prepared, case.prepared):
+        return f"prepare, compiled, gives {prepared.tolist()}, interpreted {case.prepared}."
+    if (np.diag(case.W) * np.abs(answer - case.impulse)).max() > 1e-12 * case.speed:
+        return f"react, compiled, gives {answer.tolist()} N s, interpreted {case.impulse} N s."
+    if law.slope is not None and not same(slopes, case.slope(case.q)):
+        return f"slope, compiled, gives {slopes.tolist()} kg, interpreted {case.slope(case.q)} kg."
+    if law.energy is not None and not same(stored, case.energy(case.gap)):
+        return f"energy, compiled, gives {stored!r} J, interpreted {case.energy(case.gap)!r} J."
+    new = case.first_state(step.gap)
+    if not same(first, new):
+        return f"initial, compiled, gives {first.tolist()}, interpreted {new}."
+    if law.commit is not None and not any(same(after, near) for near in commits_near(case)):
+        return f"commit, compiled, gives {after.tolist()}, interpreted {case.after}."
+    return ""
+
+
+def commits_near(case: Case) -> list[Numbers]:
+    """What ``commit`` answers to what it is told, and to that with a normal velocity or impulse off by round-off."""
+    step = case.steps[-1]
+    found = []
+    for sign in (0.0, 1.0, -1.0):
+        for k, part in enumerate((1e-14 * case.speed, 1e-14 * case.speed / case.W[0][0])):
+            shift = [0.0, 0.0]
+            shift[k] = sign * part
+            u, r = velocity(step, case.impulse), case.impulse
+            found.append(case.committed(step, (u[0] + shift[0], *u[1:]), (r[0] + shift[1], *r[1:]), case.state))
+    return found

@@ -1,0 +1,103 @@
+"""Properties of a law seen from elsewhere: in other units, and in a mirror."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from hypothesis import strategies as st
+
+from lmgcpy.laws import Law, Parameter, State
+from lmgcpy.testing.answers import Nonconformance
+from lmgcpy.testing.case import ENERGY, IMPULSE, Case, turn
+from lmgcpy.testing.draw import USUAL
+from lmgcpy.testing.property import ROUND_OFF, drawn, run_once, search, to_laws_with_tangent
+from lmgcpy.testing.units import Dimensions, dimensions
+
+# --------------------------------------------------------------------------------------------------------------- units
+
+FACTORS = [(16.0**length, 16.0**time, 16.0**mass) for length, time, mass in
+           ((1, 0, 0), (0, 1, 0), (0, 0, 1), (-2, 1, 0), (0, -2, 1), (3, 0, -1), (2, -3, -2))]  # fmt: skip
+"""Factors for lengths, times and masses. Powers of 16: with them products, quotients and square roots are scaled exactly,
+so that a law takes the same branch, and what differs is no round-off."""
+
+
+def declared_dimensions(law: Law) -> dict[str, Dimensions]:
+    """Dimensions of the law's parameters and states; Nonconformance for a unit that cannot be read."""
+    found = {}
+    declared: list[tuple[str, Parameter | State]] = [*law.parameters().items(), *law.states().items()]
+    for name, of in declared:
+        try:
+            found[name] = dimensions(of.unit)
+        except ValueError as error:
+            raise Nonconformance("units", f"'{name}': {error}", law) from None
+    return found
+
+
+@run_once("units", "lengths, times and masses in other units: the same answer in those units")
+def units(law: Law) -> str:
+    """Dimensional covariance: metres or millimetres, the same answer. Gap, velocities, time step and W are multiplied as
+    their units say, parameters as theirs; then impulses, states and energies must be multiplied as theirs are. A wrong
+    power of the time step, a length that is meant in millimetres and a hidden threshold show.
+
+    A 2D scene is per metre of depth. So units are read twice, as they stand and with one metre of every area as that depth
+    (a stress [Pa] times a length is then a force), and one of the readings must hold.
+    """
+    plain = declared_dimensions(law)
+    planar = {name: of.in_the_plane() for name, of in plain.items()}
+    try:
+        search(law, "units", lambda case, draw: other_units(case, draw, plain), USUAL, 100)
+    except Nonconformance:
+        if planar == plain:
+            raise
+        search(law, "units", lambda case, draw: other_units(case, draw, planar), USUAL, 100)
+    return ""
+
+
+def other_units(case: Case, draw: Any, declared: Mapping[str, Dimensions]) -> str:
+    """What is wrong with the answers to a case in other units."""
+    factors = draw(st.sampled_from(FACTORS))
+    values = {name: value for name, value in case.law.values.items() if value is not None}
+    try:
+        law = type(case.law)(**{name: value * declared[name].factor(*factors) for name, value in values.items()})
+    except ValueError:  # a bound of the parameter
+        return ""
+    scaled = case.scaled(law, *factors)
+    compared: list[tuple[str, str, float, float, float, Dimensions]] = []
+    for k, (given, got) in enumerate(zip(case.impulse, scaled.impulse, strict=True)):
+        compared.append((f"impulse[{k}]", "N s", given, got, case.speed / case.W[k][k], IMPULSE))
+    for (name, of), given, got in zip(case.law.states().items(), case.after, scaled.after, strict=True):
+        compared.append((f"state {name}", of.unit, given, got, 0.0, declared[name]))
+    if case.law.energy is not None:
+        stored = case.energy(case.gap)
+        compared.append(("energy", "J", stored, scaled.energy(scaled.gap), 0.0, ENERGY))
+    for what, unit, given, got, size, power in compared:
+        expected = given * power.factor(*factors)
+        if abs(got - expected) > 1e-9 * (abs(expected) + size * power.factor(*factors)):
+            length, time, mass = factors
+            return (
+                f"with lengths times {length:g}, times times {time:g}, masses times {mass:g}, {what} [{unit}] goes from "
+                f"{given!r} to {got!r}, expected {expected!r}: a power of the time step or of a length is wrong, a number "
+                "in the law has a hidden unit, or a parameter or state is declared with another unit than it has."
+            )
+    return ""
+
+
+# -------------------------------------------------------------------------------------------------------------- mirror
+
+
+@drawn("mirror", "the mirrored history has the mirrored answer: r_n as before, r_t turned round", to_laws_with_tangent)
+def mirror(case: Case, draw: Any) -> str:
+    """Frame indifference in the plane: with t turned round (u_t, W_nt and r_t change sign) from the birth of the
+    interaction on, the impulse is turned round as well. A number of the state must come back as it was or turned round,
+    which is seen, not declared. W is diagonal here, where laws have one answer."""
+    case = case.with_diagonal()
+    image = case.mirrored()
+    expected = turn(case.impulse)
+    for k, (got, wanted) in enumerate(zip(image.impulse, expected, strict=True)):
+        if case.W[k][k] * abs(got - wanted) > ROUND_OFF * case.speed:
+            return f"with the tangent turned round react gives {image.impulse} N s, expected {expected} N s."
+    for name, plain, mirrored in zip(case.law.states(), case.after, image.after, strict=True):
+        if abs(abs(plain) - abs(mirrored)) > 1e-9 * abs(plain):
+            return f"with the tangent turned round state {name} is {mirrored!r}, expected {plain!r} or {-plain!r}."
+    return ""

@@ -1,0 +1,239 @@
+"""Properties of ``prepare``, ``react``, ``slope`` and ``conic``: the local problem and its solution.
+
+A pair (u, r) satisfies a law where r = react(w I, u - w r), for any w > 0: the law *is* this relation. Errors are
+measured as velocities, ``w |r - r'|`` [m/s], as the solvers do.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from hypothesis import assume
+from hypothesis import strategies as st
+
+from lmgcpy.errors import shown
+from lmgcpy.laws import Law
+from lmgcpy.laws.registry import check_interface
+from lmgcpy.testing.answers import Nonconformance, Numbers
+from lmgcpy.testing.case import Case, diagonal
+from lmgcpy.testing.draw import USUAL, extreme, powers_of_ten
+from lmgcpy.testing.property import ROUND_OFF, drawn, run_once, search, to_laws_that_give, to_laws_with_tangent
+
+
+@run_once("interface", "functions, arguments, and counts of numbers are those of the interface of laws")
+def interface(law: Law) -> str:
+    """What the registry asks of a class; then rows, the table of parameters, equality, and a first call of everything."""
+    try:
+        check_interface(type(law))
+    except TypeError as error:
+        return str(error)
+    rows = law.rows(2)
+    if rows not in ((1, 2) if law.APPLIES_TO == "contact" else (1,)):
+        return (
+            f"rows(2) returned {rows!r}, expected 1{' or 2' if law.APPLIES_TO == 'contact' else ': links act along them'}."
+        )
+    table = law.table(np.array([0.1, 0.2, 0.3]))
+    if not isinstance(table, np.ndarray) or table.ndim != 2 or len(table) != 3 or not np.isfinite(table).all():
+        return f"table of three lengths returned {shown(table)}, expected finite numbers, an array of shape (3, k)."
+    given = {name: value for name, value in law.values.items() if value is not None}
+    if type(law)(**given) != law or hash(type(law)(**given)) != hash(law):
+        return f"{type(law).__name__}(**{given}) is another law than the one with these values: files could not name it."
+    search(law, "interface", counts, USUAL, 20)
+    return ""
+
+
+def counts(case: Case, draw: Any) -> str:
+    """What is wrong with kinds and counts of the numbers that the functions return, finite or not."""
+    try:
+        return call_everything(case, draw)
+    except Nonconformance as broken:
+        if broken.property == "finite":
+            return ""
+        raise
+
+
+def call_everything(case: Case, draw: Any) -> str:
+    """Counts and kinds of numbers are looked at by the calls themselves."""
+    _ = case.impulse, case.after
+    if case.law.slope is not None:
+        case.slope(case.q)
+    if case.law.energy is not None:
+        case.energy(case.gap)
+    return ""
+
+
+@drawn("finite", "no input within 12 decades to either side makes NaN, infinity or an exception", spread=extreme())
+def finite(case: Case, draw: Any) -> str:
+    """Impulse, state, slope and energy are finite; prepared numbers are no NaN. An infinite bias says "open"."""
+    return call_everything(case, draw)
+
+
+# ------------------------------------------------------------------------------------------------------ the local problem
+
+
+def error(case: Case, u: Sequence[float], r: Sequence[float], w: float) -> tuple[float, Numbers]:
+    """``w |r - r'|`` [m/s] and ``r' = react(w I, u - w r)``."""
+    again = case.react(diagonal([w] * case.size), [v - w * p for v, p in zip(u, r, strict=True)], case.prepared)
+    return w * max(abs(a - b) for a, b in zip(again, r, strict=True)), again
+
+
+def allowed(case: Case, r: Sequence[float], w: float) -> float:
+    """Round-off of :func:`error`: an error of u moves the answer by u / w; at large w it is that of the impulse."""
+    own = min(case.W[i][i] for i in range(case.size))
+    return ROUND_OFF * max(1.0, w / own) * (case.speed + w * sum(map(abs, r)))
+
+
+def satisfies(case: Case, w: float) -> str:
+    """What is wrong with the answer to a case at the weight ``w``.
+
+    A law may have several answers at a large weight (one that softens does), and then react may give another. That is
+    seen from small weights, where each of the answers must come back.
+    """
+    r, u = case.impulse, case.velocity
+    wrong, again = error(case, u, r, w)
+    if wrong <= allowed(case, r, w):
+        return ""
+    other = tuple(v + w * (b - a) for v, a, b in zip(u, r, again, strict=True))
+    small = [w * 1e-3, w * 1e-6]
+    if all(error(case, *pair, v)[0] <= allowed(case, pair[1], v) for pair in ((u, r), (other, again)) for v in small):
+        return ""
+    return (
+        f"with r = react(W, q) = {r} N s and u = q + W r = {u} m/s, at W = {case.W} 1/kg, react(w I, u - w r) at "
+        f"w = {w!r} 1/kg is {again} N s, off by {wrong:.3g} m/s; expected r again."
+    )
+
+
+@drawn("fixed-point", "with W = w I: react(w' I, u - w' r) = r for every w'")
+def fixed_point(case: Case, draw: Any) -> str:
+    """The law does not depend on the weight with which it is asked: ``r = react(w I, q)``, ``u = q + w r``, and then
+    ``react(w' I, u - w' r) = r`` for every w' > 0. The error measure of every solver rests on it."""
+    w = case.W[0][0]
+    last = replace(case.steps[-1], W=diagonal([w] * case.size))
+    case = replace(case, steps=(*case.steps[:-1], last))
+    return satisfies(case, w * draw(powers_of_ten(-4.0, 3.0)))
+
+
+@drawn("general-W", "with any W, coupled as well: react(w I, u - w r) = r", to_laws_with_tangent, examples=300)
+def general_delassus(case: Case, draw: Any) -> str:
+    """The local problem is solved exactly for every symmetric positive definite W: ``r = react(W, q)``, ``u = q + W r``,
+    and then ``react(w I, u - w r) = r``. Any of several answers will do."""
+    return satisfies(case, min(case.W[i][i] for i in range(case.size)) * draw(powers_of_ten(-4.0, 0.0)))
+
+
+# -------------------------------------------------------------------------------------------------------------- slope
+
+
+STRIDES = (1e-4, 1e-6, 1e-8)
+"""Strides of the differences, in parts of the size of velocities; a kink may hide within the larger ones."""
+
+
+@drawn(
+    "slope",
+    "slope = d react / d u, between the derivatives of both sides at a kink",
+    to_laws_that_give("slope"),
+    examples=200,
+)
+def slope(case: Case, draw: Any) -> str:
+    """``slope[i][j]`` lies between the two one-sided derivatives of ``r_i`` by ``u_j``, which are one where react is
+    smooth. It is looked at where it is asked, and at a kink between there and another velocity."""
+    points = [case.q]
+    j = draw(st.integers(0, case.size - 1))
+    shift = case.speed * draw(powers_of_ten(-3.0, 0.0))
+    for sign in (1.0, -1.0):
+        points += kink(case, case.q, moved(case.q, j, sign * shift), j)
+    for u in points:
+        told = wrong_slope(case, u)
+        if told:
+            return told
+    return ""
+
+
+def moved(u: Sequence[float], j: int, d: float) -> Numbers:
+    """``u`` with d added to component j."""
+    return (*u[:j], u[j] + d, *u[j + 1 :])
+
+
+def differences(case: Case, u: Sequence[float], j: int, d: float) -> tuple[np.ndarray, np.ndarray]:
+    """Derivatives of react by u_j to the left and to the right, from differences over ``d``."""
+    here, up, down = (np.array(case.react(case.W, v, case.prepared)) for v in (u, moved(u, j, d), moved(u, j, -d)))
+    return (here - down) / d, (up - here) / d
+
+
+def kink(case: Case, one: Numbers, other: Numbers, j: int) -> list[Numbers]:
+    """Where between two velocities the derivative of the first component that changes it does so; none where none does."""
+    d = STRIDES[1] * case.speed
+    if d == 0.0:
+        return []
+    low, high = differences(case, one, j, d)[1], differences(case, other, j, d)[1]
+    i = int(np.argmax(np.abs(high - low)))
+    if abs(high[i] - low[i]) <= 1e-3 / case.W[i][i]:
+        return []
+    for _ in range(60):
+        middle = moved(one, j, 0.5 * (other[j] - one[j]))
+        between = differences(case, middle, j, d)[1]
+        if abs(between[i] - low[i]) <= abs(between[i] - high[i]):
+            one = middle
+        else:
+            other = middle
+    return [one]
+
+
+def wrong_slope(case: Case, u: Numbers) -> str:
+    """What is wrong with the slope at ``u``."""
+    given = np.array(case.slope(u))
+    smallest = min(case.W[i][i] for i in range(case.size))
+    assume(case.speed > 0.0)
+    told = ""
+    for j in range(case.size):
+        for stride in STRIDES:
+            d = stride * case.speed
+            left, right = differences(case, u, j, d)
+            round_off = 1e-6 / smallest + 1e-14 * (case.speed / smallest + max(map(abs, case.impulse))) / d
+            low, high = np.minimum(left, right) - round_off, np.maximum(left, right) + round_off
+            if ((low <= given[:, j]) & (given[:, j] <= high)).all():
+                break
+            told = told or (
+                f"slope by component {j} is {given[:, j].tolist()} kg at u = {tuple(u)} m/s, expected to lie between the "
+                f"derivatives of react from the left and from the right, {left.tolist()} and {right.tolist()}."
+            )
+        else:
+            return told
+    return ""
+
+
+# --------------------------------------------------------------------------------------------------------- conic form
+
+
+@drawn("conic", "conic's bias, friction and compliance describe react", to_laws_that_give("conic"))
+def conic(case: Case, draw: Any) -> str:
+    """With b, mu, C of ``conic`` the answer satisfies ``0 <= u_n + b _|_ r_n >= 0`` and Coulomb's friction (contacts),
+    ``0 <= -(u_n + b + C r_n) _|_ -r_n >= 0`` (links that pull), or ``u_n + b + C r_n = 0``."""
+    law = case.law
+    columns = [np.array([value]) for value in case.prepared]
+    told = f"conic returned {shown(law.conic(columns))}"  # type: ignore[misc]
+    bias, friction, compliance = (float(np.asarray(value).ravel()[0]) for value in law.conic(columns))  # type: ignore[misc]
+    if not (friction >= 0.0 and compliance >= 0.0 and not math.isnan(bias)):
+        return f"{told}: expected a bias, a friction and a compliance of at least 0."
+    if law.APPLIES_TO == "contact" and compliance != 0.0:
+        return f"{told}: a contact in conic form has no compliance."
+    w = min(case.W[i][i] for i in range(case.size))
+    r, u = case.impulse, case.velocity
+    normal = -(u[0] - w * r[0] + bias) / (w + compliance)
+    if law.APPLIES_TO == "contact":
+        normal = max(normal, 0.0)
+    elif "pull" in law.TRAITS:
+        normal = min(normal, 0.0)
+    limit = friction * max(normal, 0.0)
+    tangential = [max(-limit, min(limit, p - v / w)) for p, v in itertools.islice(zip(r, u, strict=True), 1, None)]
+    if case.size == 1 and friction > 0.0:
+        return f"{told}, but the law has one row: no friction."
+    expected = (normal, *tangential)
+    wrong = w * max(abs(a - b) for a, b in zip(r, expected, strict=True))
+    if wrong <= allowed(case, r, w):
+        return ""
+    return f"{told}, bias, friction and compliance; with these r would be {expected} N s instead, {wrong:.3g} m/s away."

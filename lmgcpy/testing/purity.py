@@ -1,0 +1,114 @@
+"""That a law remembers nothing but its state."""
+
+from __future__ import annotations
+
+import types
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from lmgcpy.jit import Kernel
+from lmgcpy.laws import Law
+from lmgcpy.laws.registry import ARGUMENTS
+from lmgcpy.testing.answers import Nonconformance
+from lmgcpy.testing.case import Case
+from lmgcpy.testing.draw import USUAL, cases
+from lmgcpy.testing.property import run_once, search
+
+
+@run_once("purity", "the same call gives the same bits, in any order, and no global changes")
+def purity(law: Law) -> str:
+    """Functions of a law depend on their arguments alone: compiled, globals are constants; interpreted, a counter or a list
+    that they change would be another law at each call."""
+    before, told = variables_of(law), None
+    try:
+        search(law, "purity", lambda case, draw: asked_again(case, draw(cases(law))), USUAL, 30)
+    except Nonconformance as failure:
+        told = failure
+    now = variables_of(law)
+    for name, kept in now.items():
+        if kept != before.get(name):
+            return (
+                f"a call of the law's functions changed {name}: what is to be kept belongs in the state, see lmgcpy.State."
+            )
+    if told is not None:
+        raise told
+    return ""
+
+
+def asked_again(case: Case, other: Case) -> str:
+    """What is wrong with the answers to a case after another one was asked."""
+    first = answers(case)
+    answers(other)
+    again = answers(case)
+    for what, one, two in zip(("history", "prepare", "react", "commit", "slope", "energy"), first, again, strict=True):
+        if one != two:
+            return f"{what} gave {one}, and {two} when it was asked again: something beside the arguments enters."
+    return ""
+
+
+def answers(case: Case) -> tuple[Any, ...]:
+    """All that the law answers to a case, asked anew."""
+    case = replace(case)  # without what it answered before
+    slope = case.slope(case.q) if case.law.slope is not None else None
+    energy = case.energy(case.gap) if case.law.energy is not None else None
+    return case.history, case.prepared, case.impulse, case.after, slope, energy
+
+
+def variables_of(law: Law) -> dict[str, Any]:
+    """Contents of the global and closure variables that the law's functions, and what they call, may read or write."""
+    found: dict[str, Any] = {}
+    seen: set[int] = set()
+
+    def enter(name: str, value: Any, read: set[str]) -> None:
+        value = value.function if isinstance(value, Kernel) else getattr(value, "py_func", value)
+        if id(value) in seen:
+            return
+        if isinstance(value, types.FunctionType):
+            seen.add(id(value))
+            walk(value)
+        elif isinstance(value, types.ModuleType):
+            if value.__name__.split(".")[0] not in ("math", "numpy", "numba"):
+                for attribute in sorted(read & set(vars(value))):
+                    enter(f"{value.__name__}.{attribute}", getattr(value, attribute), read - {attribute})
+        else:
+            found[name] = content(value)
+
+    def walk(function: types.FunctionType) -> None:
+        read = {name for code in code_objects(function.__code__) for name in code.co_names}
+        for name in sorted(read & set(function.__globals__)):
+            enter(f"the global '{name}' of {function.__module__}", function.__globals__[name], read)
+        for name, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True):
+            enter(f"the variable '{name}' around {function.__qualname__}", cell.cell_contents, read)
+        for name, value in vars(function).items():
+            enter(f"the attribute '{name}' of {function.__qualname__}", value, read)
+        for value in function.__defaults__ or ():
+            enter(f"a default of {function.__qualname__}", value, read)
+
+    for name in ARGUMENTS:
+        if getattr(law, name) is not None:
+            enter(name, getattr(law, name), set())
+    return found
+
+
+def code_objects(code: types.CodeType) -> Iterator[types.CodeType]:
+    """A code object and those inside it."""
+    yield code
+    for constant in code.co_consts:
+        if isinstance(constant, types.CodeType):
+            yield from code_objects(constant)
+
+
+def content(value: Any) -> Any:
+    """Something to compare a variable by before and after."""
+    if isinstance(value, np.ndarray):
+        return value.tobytes()
+    if isinstance(value, Mapping):
+        return [(repr(key), content(item)) for key, item in value.items()]
+    if isinstance(value, (list, tuple, set)):
+        return [content(item) for item in value]
+    if isinstance(value, type):
+        return [(name, repr(item)) for name, item in vars(value).items() if not name.startswith("_")]
+    return repr(value), repr(getattr(value, "__dict__", None))
