@@ -5,5 +5,21 @@ from lmgcpy.sample.grading import grading
 from lmgcpy.sample.grid import grid_positions
 from lmgcpy.sample.wire import Wire
 from lmgcpy.sample.wire_2d import wire_2d
+from lmgcpy.sample.wire_3d import wire_3d
+from lmgcpy.sample.wire_content import axial_rigidity, bead_count, bead_mass, wire_content, wire_length
+from lmgcpy.sample.wires import Wires
 
-__all__ = ["Wire", "deposit", "grading", "grid_positions", "wire_2d"]
+__all__ = [
+    "Wire",
+    "Wires",
+    "axial_rigidity",
+    "bead_count",
+    "bead_mass",
+    "deposit",
+    "grading",
+    "grid_positions",
+    "wire_2d",
+    "wire_3d",
+    "wire_content",
+    "wire_length",
+]

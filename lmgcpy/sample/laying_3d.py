@@ -1,0 +1,191 @@
+"""The walk of :func:`lmgcpy.sample.wire_3d`, compiled: bead after bead by the rules of the paper's section 4."""
+
+# no `from __future__ import annotations`: the fingerprint of a kernel reads the fields of the named tuples it takes
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from lmgcpy.jit import kernel
+
+SKIRTED, REBOUNDED, SWITCHED = 1, 2, 4
+"""Bits that tell by which rules a bead was laid."""
+
+AHEAD = 100
+"""Links after which a wire that is to end at the top is to be back at its planned height. 10 would hold the height
+three times as well, but phi_up would vary twice as much and a box hold a sixth less wire."""
+
+RETREAT_LENGTH = 30
+"""Most beads given up at once."""
+
+
+class Rules(NamedTuple):
+    """Numbers of the rules; lengths [m], angles [rad]."""
+
+    link: float
+    """Distance between the centres of consecutive beads."""
+    theta_max: float
+    phi_max: float
+    skirting_max: float
+    rebound_max: float
+    raise_angle: float
+    """Raise angle at the start, or NaN where it is to lead to the top."""
+    switch: bool
+    trials: int
+    """Draws of a bead before its wire goes back."""
+    retreats: int
+    """Times a wire may go back before it is cut."""
+
+
+class Spheres(NamedTuple):
+    """Spheres [m] and the cells they lie in: lists by a hash of the cell, so that an empty box costs nothing."""
+
+    positions: np.ndarray
+    """Centres, (n, 3)."""
+    radii: np.ndarray
+    edge: float
+    """Of a cell, twice the largest distance of two centres in contact: a bead looks into eight cells at the most."""
+    first: np.ndarray
+    """Sphere put last into the cells of each hash, or -1; a power of two of them."""
+    following: np.ndarray
+    """Next sphere of the same hash, or -1, (n,)."""
+
+
+@kernel
+def lay(positions, theta, phi, phi_up, marks, counts, lengths, radius, rules, obstacle_positions, obstacle_radii, rng):
+    """Lay wires side by side, a bead of each in turn, from the first beads in ``positions``, (wires, beads, 3), on.
+
+    Fills ``theta``, ``phi``, ``phi_up`` and ``marks``, (wires, beads), and ``counts``, (wires,): the beads of each.
+    """
+    wire_count, bead_count, _ = positions.shape
+    beads = spheres(positions.reshape(-1, 3), np.full(wire_count * bead_count, radius), radius)
+    obstacles = spheres(obstacle_positions, obstacle_radii, radius)
+    for i in range(len(obstacle_radii)):
+        put(obstacles, i)
+    for wire in range(wire_count):
+        put(beads, wire * bead_count)
+        phi_up[wire, 0] = 0.0 if math.isnan(rules.raise_angle) else rules.raise_angle
+        counts[wire] = 1
+    planned_rises = (max(radius, lengths[2] - radius) - positions[:, 0, 2]) / max(1, bead_count - 1)
+    retreats = np.zeros(wire_count, np.int64)
+    for wanted in range(2, bead_count + 1):
+        for wire in range(wire_count):
+            while counts[wire] < wanted and retreats[wire] <= rules.retreats:
+                n = counts[wire]
+                bead = wire * bead_count + n
+                found, x, y, z, theta[wire, n], phi[wire, n], phi_up[wire, n], marks[wire, n] = place(
+                    beads, obstacles, bead, theta[wire, n - 1], phi_up[wire, n - 1], bead_count - n,
+                    planned_rises[wire], lengths, radius, rules, rng,
+                )  # fmt: skip
+                if found:
+                    positions[wire, n, 0], positions[wire, n, 1], positions[wire, n, 2] = x, y, z
+                    put(beads, bead)
+                    counts[wire] += 1
+                    continue
+                if retreats[wire] < rules.retreats:
+                    counts[wire] = max(1, n - 1 - retreats[wire] % RETREAT_LENGTH)
+                    for given_up in range(n - 1, counts[wire] - 1, -1):
+                        remove(beads, wire * bead_count + given_up)
+                retreats[wire] += 1
+
+
+def place(beads, obstacles, bead, theta_before, phi_up, links_left, planned_rise, lengths, radius, rules, rng):
+    """A place for a bead: (found, x, y, z, theta, phi, phi_up, mark).
+
+    ``links_left``: this one and those after it. ``planned_rise``: of one link, where the wire is to end at the top.
+    """
+    start = beads.positions[bead - 1]
+    lowest, highest = radius, max(radius, lengths[2] - radius)
+    to_top = math.isnan(rules.raise_angle)
+    if to_top:
+        # over the draws of phi_random the mean of sin(phi) is sin(phi_up) sin(phi_max) / phi_max
+        mean_rise = rules.link * (math.sin(rules.phi_max) / rules.phi_max if rules.phi_max > 0.0 else 1.0)
+        ahead = min(AHEAD, links_left)
+        aim = highest - (links_left - ahead) * planned_rise
+        phi_up = math.asin(max(-1.0, min(1.0, (aim - start[2]) / (ahead * mean_rise))))
+        # below this place the top would be out of reach of the beads that are left
+        lowest = max(lowest, highest - rules.link - (links_left - 1) * mean_rise)
+    phi_up_before = phi_up
+    turn, tilt, mark = rules.theta_max, rules.phi_max, 0
+    for _ in range(rules.trials):
+        theta = theta_before + rng.uniform(-turn, turn)
+        phi = phi_up + rng.uniform(-tilt, tilt)
+        x = start[0] + rules.link * math.cos(phi) * math.cos(theta)
+        y = start[1] + rules.link * math.cos(phi) * math.sin(theta)
+        z = start[2] + rules.link * math.sin(phi)
+        if x < radius or y < radius or x > lengths[0] - radius or y > lengths[1] - radius:
+            turn = rules.rebound_max
+            mark |= REBOUNDED
+        elif z < lowest or z > highest:
+            if rules.switch and not to_top:
+                phi_up = abs(phi_up) if z < lowest else -abs(phi_up)
+        elif meets(beads, x, y, z, radius, bead - 1) or meets(obstacles, x, y, z, radius, -1):
+            tilt = rules.skirting_max
+            mark |= SKIRTED
+        else:
+            if phi_up != phi_up_before:
+                mark |= SWITCHED
+            return True, x, y, z, theta, phi, phi_up, mark
+    return False, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0
+
+
+def spheres(positions, radii, radius):
+    """Spheres of which none is in its cell yet, to be met by one of ``radius``."""
+    largest = radius
+    for i in range(len(radii)):
+        largest = max(largest, radii[i])
+    hashes = 16
+    while hashes < 2 * len(radii):
+        hashes *= 2
+    return Spheres(
+        positions, radii, 2.0 * (radius + largest), np.full(hashes, -1, np.int64), np.full(len(radii), -1, np.int64)
+    )
+
+
+def put(those, i):
+    """Sphere i into its cell."""
+    x, y, z = those.positions[i]
+    h = hashed(cell(x, those.edge), cell(y, those.edge), cell(z, those.edge), those.first)
+    those.following[i] = those.first[h]
+    those.first[h] = i
+
+
+def remove(those, i):
+    """Sphere i out of its cell."""
+    x, y, z = those.positions[i]
+    h = hashed(cell(x, those.edge), cell(y, those.edge), cell(z, those.edge), those.first)
+    if those.first[h] == i:
+        those.first[h] = those.following[i]
+        return
+    before = those.first[h]
+    while those.following[before] != i:
+        before = those.following[before]
+    those.following[before] = those.following[i]
+
+
+def meets(those, x, y, z, radius, but):
+    """Whether a sphere at (x, y, z) meets any, except number ``but``."""
+    edge = those.edge
+    half = 0.5 * edge
+    for k in range(cell(z - half, edge), cell(z + half, edge) + 1):
+        for j in range(cell(y - half, edge), cell(y + half, edge) + 1):
+            for i in range(cell(x - half, edge), cell(x + half, edge) + 1):
+                other = those.first[hashed(i, j, k, those.first)]
+                while other >= 0:
+                    d_x = x - those.positions[other, 0]
+                    d_y = y - those.positions[other, 1]
+                    d_z = z - those.positions[other, 2]
+                    reach = radius + those.radii[other]
+                    if d_x * d_x + d_y * d_y + d_z * d_z < reach * reach and other != but:
+                        return True
+                    other = those.following[other]
+    return False
+
+
+def cell(x, edge):
+    return math.floor(x / edge)
+
+
+def hashed(i, j, k, first):
+    """Hash of a cell: large primes keep neighbours apart."""
+    return (i * 73856093 ^ j * 19349663 ^ k * 83492791) & (len(first) - 1)

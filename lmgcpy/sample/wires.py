@@ -1,0 +1,83 @@
+"""Wires as the generator in 3D lays them: their beads, wire after wire, and the rule by which each bead was laid."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from lmgcpy.sample.wire import Wire
+
+
+@dataclass(frozen=True, eq=False)
+class Wires(Wire):
+    """One wire or several, wire after wire; n beads in all. ``requested_count`` and ``length`` are those of all wires.
+
+    The first bead of a wire has no link behind it: its angles are zero.
+    """
+
+    wire_count: int
+    """Number of wires."""
+
+    wire: np.ndarray = field(repr=False)
+    """Wire to which each bead belongs, shape (n,), from 0 on."""
+
+    theta: np.ndarray = field(repr=False)
+    """Direction in the (x, y) plane of the link that leads to each bead [rad], shape (n,), turns added up."""
+
+    phi: np.ndarray = field(repr=False)
+    """Its angle to that plane [rad], shape (n,). The link is s (cos phi cos theta, cos phi sin theta, sin phi)."""
+
+    phi_up: np.ndarray = field(repr=False)
+    """The raise angle in force at each bead, with its sign [rad], shape (n,)."""
+
+    skirted: np.ndarray = field(repr=False)
+    """Whether phi_random was drawn from the wide range, as the bead met the chain or an obstacle; bool, shape (n,)."""
+
+    rebounded: np.ndarray = field(repr=False)
+    """Whether theta_random was drawn from the wide range, at a lateral face of the box; bool, shape (n,)."""
+
+    switched: np.ndarray = field(repr=False)
+    """Whether phi_up changed its sign, at the top or the bottom of the box; bool, shape (n,)."""
+
+    @property
+    def spacing(self) -> float:
+        """Distance between the centres of consecutive beads [m]."""
+        return self.interstice + 2.0 * float(self.radii[0])
+
+    @property
+    def chains(self) -> list[np.ndarray]:
+        """Beads of each wire in the order of the chain, as indices of ``positions``: links join these, no others."""
+        return [np.flatnonzero(self.wire == number) for number in range(self.wire_count)]
+
+    @property
+    def lengths(self) -> np.ndarray:
+        """Laid length of each wire [m], shape (wire_count,)."""
+        return (np.bincount(self.wire, minlength=self.wire_count) - 1) * self.spacing
+
+    @property
+    def length(self) -> float:
+        """Laid length of all wires [m]."""
+        return float(self.lengths.sum())
+
+    @property
+    def ends(self) -> np.ndarray:
+        """Centre of the last bead of each wire [m], shape (wire_count, 3): where it was cut, if it was."""
+        return np.array([self.positions[beads[-1]] for beads in self.chains])
+
+    @property
+    def cut_wires(self) -> np.ndarray:
+        """Numbers of the wires that were cut, as there was no place for their next bead."""
+        return np.flatnonzero(np.bincount(self.wire, minlength=self.wire_count) < self.requested_count // self.wire_count)
+
+    def __str__(self) -> str:
+        each = self.requested_count // self.wire_count
+        many = f"{self.wire_count} wires" if self.wire_count > 1 else "wire"
+        laid = f"{many} of {self.bead_count} beads, {self.length:.3g} m long"
+        for number in self.cut_wires[:3]:
+            count = np.count_nonzero(self.wire == number)
+            place = ", ".join(f"{x:.4g}" for x in self.ends[number])
+            which = f"wire {number}, {self.lengths[number]:.3g} m, " if self.wire_count > 1 else ""
+            laid += f"; {which}cut at ({place}) m: there was no place for bead {count + 1} of {each}"
+        more = len(self.cut_wires) - 3
+        return f"{laid}; {more} more cut" if more > 0 else laid
