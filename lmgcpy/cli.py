@@ -10,7 +10,7 @@ from pathlib import Path
 import click
 
 import lmgcpy
-from lmgcpy import cli_run, cli_warmup
+from lmgcpy import cli_laws, cli_run, cli_warmup
 from lmgcpy.errors import closest, shown
 
 EXPECTED = (ValueError, TypeError, LookupError, OSError, RuntimeError, FloatingPointError, ImportError, MemoryError)
@@ -185,7 +185,7 @@ def refuse_what_is_there(folder) -> None:
         )
 
 
-for command in (*cli_run.COMMANDS, cli_warmup.warmup):
+for command in (*cli_run.COMMANDS, *cli_laws.COMMANDS, cli_warmup.warmup):
     main.add_command(command)
 
 

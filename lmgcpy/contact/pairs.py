@@ -13,7 +13,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from lmgcpy.errors import closest
+from lmgcpy.errors import closest, shown
 
 
 @dataclass(frozen=True)
@@ -34,11 +34,18 @@ def register_pair(candidate: str, antagonist: str, narrow: Callable, *, central:
     ``central``: True only if for every position the contact point lies on the line along the normal through the centre
     of each of the two (for an unbounded contactor, which does not spin, this is not asked).
     """
+    if not inspect.isfunction(narrow):
+        raise TypeError(f"A narrow phase is a function of the positions and shapes of two contactors, got {shown(narrow)}.")
     expected = ("position_c", "shape_c", "position_a", "shape_a")
     got = tuple(inspect.signature(narrow).parameters)
     if got != expected:
         raise TypeError(f"A narrow phase takes ({', '.join(expected)}), {narrow.__qualname__} takes ({', '.join(got)}).")
     _pairs[candidate, antagonist] = Pair(narrow, central)
+
+
+def known_pairs() -> list[tuple[str, str]]:
+    """Kinds of contactors that can meet, each pair once."""
+    return list(_pairs)
 
 
 def find_pair(candidate: str, antagonist: str) -> Pair:
@@ -79,5 +86,61 @@ def disk_wall(position_c, shape_c, position_a, shape_a):
     return gap, (n_x, n_y), (position_c[0] - reach * n_x, position_c[1] - reach * n_y)
 
 
+def sphere_sphere(position_c, shape_c, position_a, shape_a):
+    """Two spheres of radii ``shape[0]`` [m]; with coincident centres the normal is upward."""
+    x = position_c[0] - position_a[0]
+    y = position_c[1] - position_a[1]
+    z = position_c[2] - position_a[2]
+    distance = math.sqrt(x * x + y * y + z * z)
+    gap = distance - shape_c[0] - shape_a[0]
+    n = (0.0, 0.0, 1.0)
+    if distance > 0.0:
+        n = (x / distance, y / distance, z / distance)
+    reach = shape_a[0] + 0.5 * gap
+    return gap, n, (position_a[0] + reach * n[0], position_a[1] + reach * n[1], position_a[2] + reach * n[2])
+
+
+def sphere_plane(position_c, shape_c, position_a, shape_a):
+    """A sphere of radius ``shape_c[0]`` and the half-space behind a plane with outward unit normal ``shape_a``."""
+    n = shape_a
+    x = position_c[0] - position_a[0]
+    y = position_c[1] - position_a[1]
+    z = position_c[2] - position_a[2]
+    distance = n[0] * x + n[1] * y + n[2] * z
+    gap = distance - shape_c[0]
+    reach = shape_c[0] + 0.5 * gap
+    return gap, n, (position_c[0] - reach * n[0], position_c[1] - reach * n[1], position_c[2] - reach * n[2])
+
+
+def sphere_cylinder(position_c, shape_c, position_a, shape_a):
+    """A sphere of radius ``shape_c[0]`` in a hollow cylinder: ``shape_a`` is the unit vector of its axis, and its radius.
+
+    On the axis the normal is any at right angles to it.
+    """
+    e_x, e_y, e_z, radius = shape_a
+    x = position_c[0] - position_a[0]
+    y = position_c[1] - position_a[1]
+    z = position_c[2] - position_a[2]
+    along = x * e_x + y * e_y + z * e_z
+    x -= along * e_x
+    y -= along * e_y
+    z -= along * e_z
+    distance = math.sqrt(x * x + y * y + z * z)
+    gap = radius - distance - shape_c[0]
+    if distance > 0.0:
+        n = (-x / distance, -y / distance, -z / distance)
+    elif abs(e_z) < 0.5:
+        length = math.sqrt(e_x * e_x + e_y * e_y)
+        n = (-e_y / length, e_x / length, 0.0)
+    else:
+        length = math.sqrt(e_y * e_y + e_z * e_z)
+        n = (0.0, -e_z / length, e_y / length)
+    reach = shape_c[0] + 0.5 * gap
+    return gap, n, (position_c[0] - reach * n[0], position_c[1] - reach * n[1], position_c[2] - reach * n[2])
+
+
 register_pair("disk", "disk", disk_disk, central=True)
 register_pair("disk", "wall", disk_wall, central=True)
+register_pair("sphere", "sphere", sphere_sphere, central=True)
+register_pair("sphere", "plane", sphere_plane, central=True)
+register_pair("sphere", "cylinder", sphere_cylinder, central=True)

@@ -16,7 +16,7 @@ from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
-from lmgcpy.errors import closest, number
+from lmgcpy.errors import closest, number, shown
 
 INTERFACE = 1
 """Version of what a law is here: its functions, their arguments, its class attributes. It grows when one of them changes
@@ -146,8 +146,14 @@ class Law(ABC):
         ``W``: a tuple of rows [1/kg], symmetric positive definite; ``u``: free velocity [m/s], a tuple.
         """
 
-    def __init__(self, **values: Any):
+    def __init__(self, *unnamed: Any, **values: Any):
         known = self.parameters()
+        if unnamed:
+            given = f"{next(iter(known), 'nothing')}=..." if known else ""
+            raise TypeError(
+                f"Law '{self.NAME}' takes its parameters by name, as in {type(self).__name__}({given}), got "
+                f"{shown(unnamed[0])}."
+            )
         for name in values:
             if name not in known:
                 raise TypeError(f"Law '{self.NAME}' has no parameter '{name}'{closest(name, known)}")

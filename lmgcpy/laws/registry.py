@@ -14,7 +14,7 @@ from typing import Any
 
 import pluggy
 
-from lmgcpy.errors import closest
+from lmgcpy.errors import closest, shown
 from lmgcpy.laws.law import INTERFACE, TRAITS, Law
 
 GROUP = "lmgcpy"
@@ -68,7 +68,9 @@ class Registry:
         """
         check_interface(law)
         taken = self._laws.get(law.NAME)
-        if taken is not None and taken.law is not law and not taken.distribution == distribution == "script":
+        if taken is not None and taken.law is law:
+            return law  # as it is there already
+        if taken is not None and not taken.distribution == distribution == "script":
             raise ValueError(
                 f"Law '{law.NAME}' is there twice: from {taken.distribution} ({taken.law.__qualname__}) and from "
                 f"{distribution} ({law.__qualname__}). Give one another NAME or uninstall one of the distributions."
@@ -102,6 +104,8 @@ class Registry:
 
     def get(self, name: str) -> type[Law]:
         """The law class of that name; LookupError names the closest match and the plug-ins that failed to load."""
+        if not isinstance(name, str):
+            raise TypeError(f"The name of a law is a word such as 'coulomb', got {shown(name)}.")
         self.load_plugins()
         if name in self._laws:
             return self._laws[name].law
@@ -122,7 +126,7 @@ class Registry:
 def check_interface(law: Any) -> None:
     """Raise TypeError with a sentence unless ``law`` is a complete :class:`Law` class."""
     if not (isinstance(law, type) and issubclass(law, Law)):
-        raise TypeError(f"A law is a subclass of lmgcpy.Law, got {law!r}.")
+        raise TypeError(f"A law is a subclass of lmgcpy.Law, got {shown(law)}.")
     where = f"Law class {law.__qualname__}"
     if law.INTERFACE != INTERFACE:
         raise TypeError(
