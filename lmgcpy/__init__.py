@@ -11,6 +11,7 @@ from lmgcpy.laws.rigid import RigidRod, RigidWire
 from lmgcpy.laws.signorini import Signorini
 from lmgcpy.laws.voigt import VoigtRod, VoigtWire
 from lmgcpy.scene.body import Body, Disk, RigidBody, Wall, disk, wall
+from lmgcpy.scene.body_3d import CylinderWall, Sphere, cylinder_wall, sphere
 from lmgcpy.scene.chain import Chain
 from lmgcpy.scene.contactor import Contactor, DiskContactor
 from lmgcpy.scene.material import Material
@@ -27,6 +28,7 @@ __all__ = [
     "Chain",
     "Contactor",
     "Coulomb",
+    "CylinderWall",
     "Disk",
     "DiskContactor",
     "ElasticRod",
@@ -44,12 +46,14 @@ __all__ = [
     "Signorini",
     "Simulation",
     "Solution",
+    "Sphere",
     "State",
     "VoigtRod",
     "VoigtWire",
     "Wall",
     "__version__",
     "contact",
+    "cylinder_wall",
     "disk",
     "io",
     "laws",
@@ -58,5 +62,6 @@ __all__ = [
     "resume",
     "sample",
     "solve",
+    "sphere",
     "wall",
 ]

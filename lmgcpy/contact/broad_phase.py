@@ -16,7 +16,8 @@ def _bin(positions, origin, cell, shape, order, first):
     for i in range(count):
         x = int((positions[i, 0] - origin[0]) / cell)
         y = int((positions[i, 1] - origin[1]) / cell)
-        home[i] = y * shape[0] + x
+        z = int((positions[i, 2] - origin[2]) / cell)
+        home[i] = (z * shape[1] + y) * shape[0] + x
         first[home[i] + 1] += 1
     for k in range(1, first.shape[0]):
         first[k] += first[k - 1]
@@ -34,17 +35,20 @@ def _near_pairs(positions, radius, reach, origin, cell, shape, order, first, pai
     for i in range(positions.shape[0]):
         x = int((positions[i, 0] - origin[0]) / cell)
         y = int((positions[i, 1] - origin[1]) / cell)
-        for cy in range(max(y - 1, 0), min(y + 2, shape[1])):
-            for cx in range(max(x - 1, 0), min(x + 2, shape[0])):
-                c = cy * shape[0] + cx
-                for k in range(first[c], first[c + 1]):
+        z = int((positions[i, 2] - origin[2]) / cell)
+        for cz in range(max(z - 1, 0), min(z + 2, shape[2])):
+            for cy in range(max(y - 1, 0), min(y + 2, shape[1])):
+                row = (cz * shape[1] + cy) * shape[0]
+                # cells side by side are one piece of the order
+                for k in range(first[row + max(x - 1, 0)], first[row + min(x + 2, shape[0])]):
                     j = order[k]
                     if j <= i:
                         continue
                     d_x = positions[i, 0] - positions[j, 0]
                     d_y = positions[i, 1] - positions[j, 1]
+                    d_z = positions[i, 2] - positions[j, 2]
                     d = radius[i] + radius[j] + reach
-                    if d_x * d_x + d_y * d_y <= d * d:
+                    if d_x * d_x + d_y * d_y + d_z * d_z <= d * d:
                         if found < capacity:
                             pairs[found, 0] = i
                             pairs[found, 1] = j
@@ -53,7 +57,9 @@ def _near_pairs(positions, radius, reach, origin, cell, shape, order, first, pai
 
 
 def near_pairs(positions: np.ndarray, radius: np.ndarray, reach: float) -> np.ndarray:
-    """Pairs (i < j) of circles whose surfaces are within ``reach`` [m], shape (p, 2), sorted.
+    """Pairs (i < j) of circles or spheres whose surfaces are within ``reach`` [m], shape (p, 2), sorted.
+
+    ``positions``: (n, d), d the dimension.
 
     The cells are as wide as the largest circle and the reach; a wide spread of radii in a dense sample makes them
     crowded, a sparse scene makes them wider, never more of them than there are circles.
@@ -61,15 +67,19 @@ def near_pairs(positions: np.ndarray, radius: np.ndarray, reach: float) -> np.nd
     count = len(positions)
     if count < 2:
         return np.zeros((0, 2), dtype=np.int64)
-    centres = np.ascontiguousarray(positions[:, :2])
+    d = positions.shape[1]
+    centres = np.zeros((count, 3))
+    centres[:, :d] = positions
     origin = centres.min(axis=0)
     extent = centres.max(axis=0) - origin
-    cell = 2.0 * radius.max() + reach
-    # no more cells than circles: wider cells where the scene is sparse
-    cell = max(cell, float(np.sqrt(extent[0] * extent[1] / count)), float(extent.max()) / count)
+    cell = 2.0 * float(radius.max()) + reach
+    # no more cells than circles, about: wider cells where the scene is sparse
+    sides = np.sort(extent)[::-1][:d]
+    for k in range(d):  # of a line, a sheet, a block
+        cell = max(cell, float(np.prod(sides[: k + 1]) / count) ** (1.0 / (k + 1)))
     shape = (extent / cell).astype(np.int64) + 1
     order = np.empty(count, np.int64)
-    first = np.empty(int(shape[0] * shape[1]) + 1, np.int64)
+    first = np.empty(int(np.prod(shape)) + 1, np.int64)
     _bin(centres, origin, cell, shape, order, first)
     pairs = np.empty((12 * count, 2), np.int64)
     while True:

@@ -13,16 +13,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from lmgcpy.contact import narrow_phase, narrow_phase_3d
 from lmgcpy.contact.broad_phase import near_pairs
 from lmgcpy.contact.memory import Memory
-from lmgcpy.contact.narrow_phase import (
-    Interactions,
-    detect_contacts,
-    detect_links,
-    empty_interactions,
-    farthest,
-    place_contactors,
-)
+from lmgcpy.contact.narrow_phase import Interactions, empty_interactions, farthest, place_contactors
 from lmgcpy.contact.pairs import Pair, find_pair
 from lmgcpy.contact.tables import ChainTable, ContactorTable, VisibilityRow
 from lmgcpy.jit import Kernel, row_reader
@@ -67,11 +61,13 @@ class Detector:
         rows: list[VisibilityRow],
         chains: list[ChainTable],
         inverse_mass: np.ndarray,
+        dimension: int = 2,
     ):
         self.contactors = contactors
         self.rows = rows
         self.chains = chains
         self.inverse_mass = inverse_mass
+        self._narrow = narrow_phase if dimension == 2 else narrow_phase_3d
         check_pairs(contactors, rows)
         bounded = np.isfinite(contactors.bounding_radius)
         self._bounded = np.flatnonzero(bounded)
@@ -88,12 +84,13 @@ class Detector:
         self._reach = 0.0
         self._listed_at: np.ndarray | None = None
         self.groups: list[Group] = []
-        self.memory = np.zeros((0, 2))
+        self.dimension = dimension
+        self.memory = np.zeros((0, dimension))
         laws = [row.law for row in rows] + [chain.law for chain in chains]
         self.state_names = list(dict.fromkeys(name for law in laws for name in law.states()))
         self._width = max((len(law.states()) for law in laws), default=0)
         self.state = np.zeros((0, self._width))
-        self._capacity = empty_interactions(0, True)
+        self._capacity = empty_interactions(0, True, dimension)
         self.rebuilds = 0
 
     def alert(self, row: VisibilityRow, travel: float) -> float:
@@ -109,7 +106,7 @@ class Detector:
         placed = self._place(bodies)
         widest = max((self.alert(row, travel) for row in self.rows), default=0.0)
         late = widest > self._reach - self._skin
-        if self._listed_at is None or late or 4.0 * farthest(placed, self._listed_at) > self._skin**2:
+        if self._listed_at is None or late or 4.0 * farthest(placed, self._listed_at, self.dimension) > self._skin**2:
             self._reach = (1.2 * widest if late else widest) + self._skin
             self._list_neighbours(placed)
         flat = placed.ravel()
@@ -117,7 +114,7 @@ class Detector:
         for group in self.groups:
             group.start = first
             if group.chain:
-                detect_links(
+                self._narrow.detect_links(
                     group.chain.bodies,
                     group.chain.radius_sum,
                     first,
@@ -147,14 +144,14 @@ class Detector:
         return self._capacity.cut(first)
 
     def remember(self, interactions: Interactions, impulse: np.ndarray, state: np.ndarray) -> None:
-        """Keep the impulses (m, 2) of the step for the next one's start, and the states (m, k) of the laws."""
+        """Keep the impulses (m, d) of the step for the next one's start, and the states (m, k) of the laws."""
         self.memory[:] = 0.0
         self.memory[interactions.slot] = impulse
         self.state[:] = np.nan
         self.state[interactions.slot] = state
 
     def recall(self, interactions: Interactions) -> np.ndarray:
-        """Impulses of the last step by identity, zero for new interactions, (m, 2)."""
+        """Impulses of the last step by identity, zero for new interactions, (m, d)."""
         return self.memory[interactions.slot]
 
     def recall_state(self, interactions: Interactions) -> np.ndarray:
@@ -231,8 +228,9 @@ class Detector:
         before = {self._identity(group): group for group in self.groups}
         self.rebuilds += 1
         self._listed_at = placed.copy()
-        near = near_pairs(placed[self._bounded], self.contactors.bounding_radius[self._bounded], self._reach)
-        near = self._bounded[near]
+        bounded = self._bounded
+        near = near_pairs(placed[bounded, : self.dimension], self.contactors.bounding_radius[bounded], self._reach)
+        near = bounded[near]
         groups = [Group(chain.law, True, chain=chain) for chain in self.chains]
         for row in self.rows:
             groups += self._groups_of_row(row, near)
@@ -240,7 +238,7 @@ class Detector:
         for group in groups:
             group.first_slot = slots
             slots += group.slots
-        memory = np.zeros((slots, 2))
+        memory = np.zeros((slots, self.dimension))
         state = np.full((slots, self._width), np.nan)
         for group in groups:
             old = before.get(self._identity(group))
@@ -251,7 +249,7 @@ class Detector:
         self.groups = groups
         self.memory = memory
         self.state = state
-        self._capacity = empty_interactions(slots, all(group.central for group in groups))
+        self._capacity = empty_interactions(slots, all(group.central for group in groups), self.dimension)
 
     @staticmethod
     def _identity(group: Group) -> tuple:
@@ -296,12 +294,12 @@ class Detector:
 
     def _kernel(self, kind_c: str, kind_a: str, pair: Pair, central: bool) -> Kernel:
         size = dict(zip(self.contactors.kind, self.contactors.shape_size, strict=True))
-        return detect_contacts.specialise(
+        return self._narrow.detect_contacts.specialise(
             narrow=pair.narrow,
             read_shape_c=row_reader(size[kind_c]),
             read_shape_a=row_reader(size[kind_a]),
             FLIPPED=pair.flipped,
-            CENTRAL=central,
+            **({"CENTRAL": central} if self.dimension == 2 else {}),
         )
 
 

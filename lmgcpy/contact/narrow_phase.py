@@ -18,10 +18,12 @@ class Interactions(NamedTuple):
     gap: np.ndarray
     """At the detection configuration [m], (m,)."""
     normal: np.ndarray
+    tangent: np.ndarray
     arm: np.ndarray
     lateral: np.ndarray
     delassus: np.ndarray
     coupling: np.ndarray
+    shear: np.ndarray
     slot: np.ndarray
     """Where the impulse of the interaction is remembered, (m,) int64."""
 
@@ -30,16 +32,20 @@ class Interactions(NamedTuple):
         return Interactions(*(a[:count] for a in self))
 
 
-def empty_interactions(capacity: int, central: bool) -> Interactions:
+def empty_interactions(capacity: int, central: bool, dimension: int) -> Interactions:
+    """Room for so many interactions; ``central``: whether all contact points lie between the centres."""
+    in_space = capacity if dimension == 3 else 0
     return Interactions(
         candidate=np.zeros(capacity, np.uint32),
         antagonist=np.zeros(capacity, np.uint32),
         gap=np.zeros(capacity),
-        normal=np.zeros((capacity, 2)),
+        normal=np.zeros((capacity, dimension)),
+        tangent=np.zeros((in_space, 3)),
         arm=np.zeros((capacity, 2)),
         lateral=np.zeros((0 if central else capacity, 2)),
-        delassus=np.zeros((capacity, 2)),
+        delassus=np.zeros((capacity, dimension)),
         coupling=np.zeros(capacity),
+        shear=np.zeros((in_space, 2)),
         slot=np.zeros(capacity, np.int64),
     )
 
@@ -176,11 +182,12 @@ def place_contactors(bodies, body, offset, result):
 
 
 @kernel
-def farthest(positions, before):
+def farthest(positions, before, dimension):
     """Square of the largest displacement."""
     largest = 0.0
     for i in range(positions.shape[0]):
         x = positions[i, 0] - before[i, 0]
         y = positions[i, 1] - before[i, 1]
-        largest = max(largest, x * x + y * y)
+        z = positions[i, 2] - before[i, 2] if dimension == 3 else 0.0
+        largest = max(largest, x * x + y * y + z * z)
     return largest

@@ -6,15 +6,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lmgcpy.contact.frames import local_frames
 from lmgcpy.dynamics.assembly import StepProblem
 from lmgcpy.solve.problem import Problem
+from lmgcpy.solve.system import System
 
 if TYPE_CHECKING:
     import scipy.sparse as sparse
 
 
 def as_problem(step: StepProblem, free_velocity: np.ndarray, guess: np.ndarray) -> Problem:
-    """``W = H^T M^-1 H`` and ``q = H^T v_free + biases`` of a step in 2D; ``guess``: the impulses it started from.
+    """``W = H^T M^-1 H`` and ``q = H^T v_free + biases`` of a step; ``guess``: the impulses it started from.
 
     Interactions that cannot act in this step, such as restitution across an open gap, are left out. Raises TypeError for
     a law that has no conic form.
@@ -37,15 +39,16 @@ def as_problem(step: StepProblem, free_velocity: np.ndarray, guess: np.ndarray) 
         names += [group.law.NAME] * (group.stop - group.start)
     acting = np.isfinite(bias)
     H = interaction_matrix(step)
-    H = H[np.repeat(acting, 2)]
+    d = step.space.dimension
+    H = H[np.repeat(acting, d)]
     W = (H @ sparse.diags_array(system.inverse_mass.ravel()) @ H.T).tocsr()
     q = H @ free_velocity.ravel()
-    q[::2] += bias[acting]
+    q[::d] += bias[acting]
     return Problem(
         W=sparse.csr_array(W),
         q=q,
         mu=friction[acting],
-        dimension=2,
+        dimension=d,
         laws=tuple(name for name, here in zip(names, acting, strict=True) if here),
         compliance=compliance[acting],
         guess=guess[acting],
@@ -53,11 +56,13 @@ def as_problem(step: StepProblem, free_velocity: np.ndarray, guess: np.ndarray) 
 
 
 def interaction_matrix(step: StepProblem) -> sparse.csr_array:
-    """``H^T``: relative velocities (u_n, u_t of each interaction) from those of the bodies, (2 m, 3 n)."""
+    """``H^T``: relative velocities (u_n, u_t(, u_s) of each interaction) from those of the bodies, (d m, k n)."""
     import scipy.sparse as sparse
 
     s = step.system
     count = len(s.candidate)
+    if step.space.dimension == 3:
+        return interaction_matrix_in_space(s)
     n_x, n_y = s.normal.T
     lateral = s.lateral if len(s.lateral) else np.zeros((count, 2))
     c, a = (3 * ids.astype(np.int64)[:, None] + np.arange(3) for ids in (s.candidate, s.antagonist))
@@ -68,3 +73,20 @@ def interaction_matrix(step: StepProblem) -> sparse.csr_array:
     rows = np.repeat(np.arange(2 * count), 6)
     shape = (2 * count, s.inverse_mass.size)
     return sparse.csr_array((values.ravel(), (rows, columns.ravel())), shape=shape)
+
+
+def interaction_matrix_in_space(s: System) -> sparse.csr_array:
+    """``H^T`` in 3D, (3 m, 6 n)."""
+    import scipy.sparse as sparse
+
+    count = len(s.candidate)
+    n, t, b = np.moveaxis(local_frames(s.normal), 1, 0)
+    nothing = np.zeros((count, 3))
+    rows = []
+    for along, turning in ((n, nothing), (t, -b), (b, t)):
+        rows.append(np.hstack([along, s.arm[:, :1] * turning, -along, s.arm[:, 1:] * turning]))
+    values = np.stack(rows, axis=1).reshape(3 * count, 12)
+    c, a = (6 * ids.astype(np.int64)[:, None] + np.arange(6) for ids in (s.candidate, s.antagonist))
+    columns = np.repeat(np.hstack([c, a]), 3, axis=0)
+    where = np.repeat(np.arange(3 * count), 12)
+    return sparse.csr_array((values.ravel(), (where, columns.ravel())), shape=(3 * count, s.inverse_mass.size))

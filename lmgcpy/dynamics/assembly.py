@@ -11,8 +11,9 @@ import numpy as np
 from lmgcpy.contact.detector import Group
 from lmgcpy.contact.narrow_phase import Interactions
 from lmgcpy.jit import Kernel
-from lmgcpy.solve.law_kernels import LawKernels, StepData, law_kernels, not_compiled, relative_velocities
+from lmgcpy.solve.law_kernels import LawKernels, StepData, law_kernels, not_compiled
 from lmgcpy.solve.report import Worst
+from lmgcpy.solve.space import SPACES, Space
 from lmgcpy.solve.system import Groups, System
 
 
@@ -25,13 +26,14 @@ class StepProblem:
     kernels: list[LawKernels]
     table: Groups
     data: StepData
+    space: Space
 
     def close(self, velocities: np.ndarray) -> None:
         """Enter the velocities (n, 3) with which the step ends and let the laws commit their states.
 
         Raises FloatingPointError where a state is not finite.
         """
-        relative_velocities(self.system, velocities, self.data.after)
+        self.space.relative_velocities(self.system, velocities, self.data.after)
         for group, kernels in zip(self.groups, self.kernels, strict=True):
             if kernels.commit is not None:
                 parameters = group.parameters.ravel()
@@ -71,10 +73,8 @@ def ask(group: Group, kernel: Kernel, functions: str, system: System, data: Step
 def group_kernels(group: Group, dimension: int, wire_blocks: bool, *, watched: bool = False) -> LawKernels:
     """The compiled kernels for a group as it is in this step."""
     block = group.chain is not None and wire_blocks and group.law.slope is not None
-    rows = group.law.rows(dimension)
-    return law_kernels(
-        type(group.law), group.parameters.shape[1], rows, group.central, group.diagonal, block, watched=watched
-    )
+    law, rows, parameter_count = type(group.law), group.law.rows(dimension), group.parameters.shape[1]
+    return law_kernels(law, dimension, parameter_count, rows, group.central, group.diagonal, block, watched=watched)
 
 
 def assemble(
@@ -92,11 +92,13 @@ def assemble(
 ) -> StepProblem:
     """Gather the groups that have interactions in this step and let each law prepare its numbers.
 
-    ``before`` and ``free_velocity``: velocities of the bodies at the start of the step and without impulses, (n, 3);
+    ``before`` and ``free_velocity``: velocities of the bodies at the start of the step and without impulses, (n, k);
     ``state``: of the laws, NaN for new interactions, (m, k), changed in place; ``work``: scratch of the wire blocks.
     """
+    dimension = interactions.normal.shape[1]
+    space = SPACES[dimension]
     groups = [group for group in groups if group.stop > group.start]
-    kernels = [group_kernels(group, 2, wire_blocks) for group in groups]
+    kernels = [group_kernels(group, space.dimension, wire_blocks) for group in groups]
     count = len(interactions.gap)
     offset = np.zeros(len(groups) + 1, dtype=np.int64)
     np.cumsum([len(group.law.PREPARED) * (group.stop - group.start) for group in groups], out=offset[1:])
@@ -104,12 +106,14 @@ def assemble(
         candidate=interactions.candidate,
         antagonist=interactions.antagonist,
         normal=interactions.normal,
+        tangent=interactions.tangent,
         arm=interactions.arm,
         lateral=interactions.lateral,
         delassus=interactions.delassus,
         coupling=interactions.coupling,
+        shear=interactions.shear,
         prepared=np.empty(int(offset[-1])),
-        impulse=np.zeros((count, 2)),
+        impulse=np.zeros((count, dimension)),
         velocity=free_velocity.copy(),
         inverse_mass=inverse_mass,
         work=work,
@@ -118,19 +122,25 @@ def assemble(
     data = StepData(
         gap=interactions.gap,
         reference_gap=np.zeros(count),
-        before=np.empty((count, 2)),
-        after=np.empty((count, 2)),
+        before=np.empty((count, dimension)),
+        after=np.empty((count, dimension)),
         state=state,
         time=time,
         time_step=time_step,
         at=np.zeros(1, dtype=np.int64),
     )
-    relative_velocities(system, before, data.before)
+    space.relative_velocities(system, before, data.before)
     for group, kernel, where in zip(groups, kernels, offset, strict=False):
         if group.chain:
             data.reference_gap[group.start : group.stop] = group.chain.reference_gap_at(time)
         arguments = group.start, group.stop, where, data, group.parameters.ravel(), system.prepared
         row = ask(group, kernel.prepare, "initial or prepare" if group.law.initial else "prepare", system, data, arguments)
+        if row <= -2:
+            c, a = system.candidate[-2 - row], system.antagonist[-2 - row]
+            raise FloatingPointError(
+                f"In the step from t = {time:g} s initial of law '{group.law.NAME}' between bodies {c} and {a} returned a "
+                "state that is not finite."
+            )
         if row >= 0:
             first = where + (row - group.start) * len(group.law.PREPARED)
             numbers = system.prepared[first : first + len(group.law.PREPARED)].tolist()
@@ -146,4 +156,4 @@ def assemble(
         stop=np.array([group.stop for group in groups], dtype=np.int64),
         offset=offset[:-1],
     )
-    return StepProblem(system, groups, kernels, table, data)
+    return StepProblem(system, groups, kernels, table, data, space)

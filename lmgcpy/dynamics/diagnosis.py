@@ -10,7 +10,7 @@ import numpy as np
 
 from lmgcpy.contact.detector import Group
 from lmgcpy.dynamics.assembly import StepProblem, group_kernels
-from lmgcpy.solve.law_kernels import relative_velocities
+from lmgcpy.solve.system import System
 
 
 class LawFault(Exception):
@@ -19,16 +19,13 @@ class LawFault(Exception):
 
 def fault_of_solve(problem: StepProblem, solver: Any, free_velocity: np.ndarray, guess: np.ndarray) -> str:
     """A sentence on the first thing that went wrong in the solve of a step; the solve is made again, watched."""
-    bodies = np.flatnonzero(~np.isfinite(free_velocity).all(axis=1))
-    if len(bodies):
-        return f"the velocity of body {bodies[0]} is not finite before the solver begins"
-    watched = [group_kernels(group, 2, solver.wire_blocks, watched=True) for group in problem.groups]
+    watched = [group_kernels(group, problem.space.dimension, solver.wire_blocks, watched=True) for group in problem.groups]
     table = problem.table._replace(
         sweep=np.array([kernels.sweep.address for kernels in watched], dtype=np.int64),
         error=np.array([kernels.error.address for kernels in watched], dtype=np.int64),
     )
     system = problem.system._replace(prepared=np.append(problem.system.prepared, -1.0))
-    solver.solve(table, system, free_velocity, guess)
+    solver.solve(table, system, free_velocity, guess, **problem.space.driver)
     start = int(system.prepared[-1])
     if start < 0:
         return "no law was asked: velocities, gaps or masses are too large for numbers of double precision"
@@ -42,12 +39,10 @@ def fault_of_solve(problem: StepProblem, solver: Any, free_velocity: np.ndarray,
 def asked(problem: StepProblem, group: Group, row: int, prepared: tuple[float, ...]) -> str:
     """What ``react`` and ``slope``, interpreted, say to the velocities as they are; LawFault where they raise."""
     system = problem.system
-    velocity = np.empty((len(system.candidate), 2))
-    relative_velocities(system, system.velocity, velocity)
-    size = group.law.rows(2)
-    w_nn, w_tt = system.delassus[row].tolist()
-    w_nt = 0.0 if size == 1 or group.diagonal else float(system.coupling[row])
-    W = np.array([[w_nn, w_nt], [w_nt, w_tt]])[:size, :size]
+    velocity = np.empty_like(system.impulse)
+    problem.space.relative_velocities(system, system.velocity, velocity)
+    size = group.law.rows(problem.space.dimension)
+    W = local_block(system, row, diagonal=group.diagonal or size == 1)[:size, :size]
     free = velocity[row, :size] - W @ system.impulse[row, :size]
     arguments = tuple(map(tuple, W.tolist())), tuple(free.tolist()), prepared
     said = []
@@ -62,6 +57,17 @@ def asked(problem: StepProblem, group: Group, row: int, prepared: tuple[float, .
         f"{interaction(problem, group, row)}: {' and '.join(said)} at W = {arguments[0]} 1/kg, u = {arguments[1]} m/s, "
         f"prepared {dict(zip(group.law.PREPARED, prepared, strict=True))}"
     )
+
+
+def local_block(system: System, row: int, *, diagonal: bool) -> np.ndarray:
+    """The local block of W of an interaction, (d, d)."""
+    W = np.diag(system.delassus[row])
+    if not diagonal:
+        W[0, 1] = W[1, 0] = system.coupling[row]
+        if len(W) == 3:
+            W[0, 2] = W[2, 0] = system.shear[row, 0]
+            W[1, 2] = W[2, 1] = system.shear[row, 1]
+    return W
 
 
 def interaction(problem: StepProblem, group: Group, row: int) -> str:

@@ -8,7 +8,6 @@ import numpy as np
 
 from lmgcpy.dynamics.assembly import StepProblem, ask
 from lmgcpy.dynamics.not_finite import check_energy
-from lmgcpy.solve.gauss_seidel import momentum
 
 
 @dataclass
@@ -54,7 +53,7 @@ class Energy:
         data = problem.data
         relative_mean = 0.5 * (data.before + data.after)
         received = np.empty_like(mean)
-        momentum(problem.system, received)
+        problem.space.momentum(problem.system, received)
         # impulses do work on driven components too, which their drives must bring up
         drives = -float(np.vdot(np.where(mass > 0.0, 0.0, received), mean))
         works: dict[str, float] = {}

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lmgcpy.contact.frames import local_frames
 from lmgcpy.contact.narrow_phase import Interactions
 from lmgcpy.dynamics.assembly import StepProblem
 
@@ -23,7 +24,7 @@ class InteractionView:
     gap: np.ndarray
     """At the detection configuration [m], (m,)."""
     frame: np.ndarray
-    """Rows n, t of the local frame, (m, d, d)."""
+    """Rows n, t(, s) of the local frame, (m, d, d)."""
     impulse: np.ndarray
     """In the local frame, normal first [N s], (m, d)."""
     force: np.ndarray
@@ -53,11 +54,11 @@ class InteractionView:
         names = [group.law.NAME for group in groups]
         counts = [group.stop - group.start for group in groups]
         normal = interactions.normal
-        tangent = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
+        frame = local_frames(normal)
         arm = interactions.arm
         lever = np.stack([-arm[:, :1] * normal, arm[:, 1:] * normal], axis=1)
         if len(interactions.lateral):
-            lever += interactions.lateral[:, :, None] * tangent[:, None, :]
+            lever += interactions.lateral[:, :, None] * frame[:, 1][:, None, :]
         state = {name: np.full(len(impulse), np.nan) for name in state_names}
         for group in groups:
             for k, name in enumerate(group.law.states()):
@@ -67,7 +68,7 @@ class InteractionView:
             candidate=interactions.candidate.astype(np.int64),
             antagonist=interactions.antagonist.astype(np.int64),
             gap=interactions.gap.copy(),
-            frame=np.stack([normal, tangent], axis=1),
+            frame=frame,
             impulse=impulse.copy(),
             force=impulse / problem.data.time_step,
             lever=lever,

@@ -10,6 +10,9 @@ import numpy as np
 from lmgcpy.contact.tables import ChainTable, ContactorTable, VisibilityRow
 from lmgcpy.errors import number, shown
 
+COMPONENTS = {2: ("x", "y", "spin"), 3: ("x", "y", "z", "spin_x", "spin_y", "spin_z")}
+"""Components of a body's velocity by dimension."""
+
 
 @dataclass(frozen=True)
 class Drive:
@@ -18,6 +21,7 @@ class Drive:
     body: int
     component: int
     value: float | Callable[[float], float]
+    dimension: int = 2
 
     def at(self, time: float) -> float:
         """Value at a time [s].
@@ -37,18 +41,18 @@ class Drive:
             raise FloatingPointError(str(error)) from error
 
     def _where(self, time: float) -> str:
-        return f"imposed on component {('x', 'y', 'spin')[self.component]} of body {self.body} at t = {time:g} s"
+        return f"imposed on component {COMPONENTS[self.dimension][self.component]} of body {self.body} at t = {time:g} s"
 
 
 @dataclass(frozen=True)
 class Model:
-    """Frozen description of a scene; n bodies, d dimensions, components (x, y, spin) in 2D."""
+    """Frozen description of a scene; n bodies, d dimensions, k components of a velocity."""
 
     dimension: int
     mass: np.ndarray
-    """Mass or inertia by component [kg, kg m^2], (n, 3); infinite where no mass was needed."""
+    """Mass or inertia by component [kg, kg m^2], (n, k); infinite where no mass was needed."""
     inverse_mass: np.ndarray
-    """Its inverse, zero where the component is driven, (n, 3)."""
+    """Its inverse, zero where the component is driven, (n, k)."""
     radius: np.ndarray
     """From the centre to the surface along a link [m], (n,); zero for what is no disk."""
     extent: np.ndarray
@@ -56,7 +60,7 @@ class Model:
     wall_normals: dict[int, np.ndarray]
     """Outward normals of the walls by row of the body, (d,)."""
     weight: np.ndarray
-    """Force of gravity by component [N], (n, 3)."""
+    """Force of gravity by component [N], (n, k)."""
     contactors: ContactorTable
     rows: list[VisibilityRow]
     chains: list[ChainTable]
@@ -70,7 +74,11 @@ class Model:
 
 @dataclass
 class State:
-    """Positions (x, y, angle) [m, m, rad] and velocities [m/s, m/s, rad/s], both (n, 3), and the time [s]."""
+    """Positions (n, 3), velocities (n, k), and the time [s].
+
+    In 2D (x, y, angle) [m, m, rad] and (v_x, v_y, spin); in 3D (x, y, z) and three components of the spin more: no
+    rotation is kept, as spheres look alike from all sides.
+    """
 
     positions: np.ndarray
     velocities: np.ndarray

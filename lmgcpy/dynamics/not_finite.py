@@ -13,12 +13,17 @@ from lmgcpy.dynamics.assembly import StepProblem
 from lmgcpy.dynamics.diagnosis import interaction
 from lmgcpy.errors import LARGEST, shown
 
-POSITION = ("x [m]", "y [m]", "rotation [rad]")
-VELOCITY = ("velocity along x [m/s]", "velocity along y [m/s]", "spin [rad/s]")
+POSITION = {2: ("x [m]", "y [m]", "rotation [rad]"), 3: ("x [m]", "y [m]", "z [m]")}
+"""Columns of the positions in words, by dimension."""
+VELOCITY = {
+    2: ("velocity along x [m/s]", "velocity along y [m/s]", "spin [rad/s]"),
+    3: tuple(f"{what} {k} [{unit}]" for what, unit in (("velocity along", "m/s"), ("spin about", "rad/s")) for k in "xyz"),
+}
+"""Columns of the velocities."""
 
 
 def check_bodies(values: np.ndarray, names: tuple[str, ...], when: str, time: float) -> None:
-    """FloatingPointError where one of the values (n, 3) of the bodies is not finite, or too large to be squared."""
+    """FloatingPointError where one of the values (n, k) of the bodies is not finite, or too large to be squared."""
     if values.min(initial=0.0) >= -LARGEST and values.max(initial=0.0) <= LARGEST:  # not so for NaN
         return
     body, component = np.argwhere(~(np.abs(values) <= LARGEST))[0]

@@ -114,11 +114,11 @@ class Simulation:
         self._free_mass = np.where(self.model.inverse_mass > 0.0, self.model.mass, 0.0)
         self.energy = Energy(kinetic=kinetic_energy(self._free_mass, self.state.velocities))
         model = self.model
-        self._detector = Detector(model.contactors, model.rows, model.chains, model.inverse_mass)
+        self._detector = Detector(model.contactors, model.rows, model.chains, model.inverse_mass, model.dimension)
         self._work = np.zeros((4, max((chain.link_count for chain in self.model.chains), default=0)))
         self._last: tuple[StepProblem, Interactions] | None = None
         self._free_velocity = np.zeros_like(self.state.velocities)
-        self._guess = np.zeros((0, 2))
+        self._guess = np.zeros((0, model.dimension))
         self.unconverged_steps = 0
         self.worst_residual = 0.0
         self.recorder: Recorder | None = None
@@ -240,18 +240,18 @@ class Simulation:
         cause removed the simulation goes on as if nothing had been. Only ``interactions`` are empty until then.
         """
         begin = clock.perf_counter()
-        h, state = self.time_step, self.state
+        h, d, state = self.time_step, self.model.dimension, self.state
         # the detector makes its lists anew, never in place, and remembers last of all
         before, start, detector = state.velocities.copy(), state.positions.copy(), copy(self._detector)
         try:
-            state.positions += (1.0 - self.theta) * h * before
+            state.positions += (1.0 - self.theta) * h * before[:, :3]
             force = self._force(state.time + 0.5 * h)
             free_velocity = before + h * self.model.inverse_mass * force
             for drive in self.model.velocities:
                 free_velocity[drive.body, drive.component] = drive.at(state.time + h)
-            check_bodies(free_velocity, VELOCITY, "without impulses", state.time)
-            check_bodies(state.positions, POSITION, "in its middle", state.time)
-            travel = h * float(np.sqrt(np.max(np.sum(before[:, :2] ** 2, axis=1), initial=0.0)))
+            check_bodies(free_velocity, VELOCITY[d], "without impulses", state.time)
+            check_bodies(state.positions, POSITION[d], "in its middle", state.time)
+            travel = h * float(np.sqrt(np.max(np.sum(before[:, :d] ** 2, axis=1), initial=0.0)))
             interactions = self._detector.detect(state.positions, travel)
             check_detection(self._detector.groups, interactions, state.time)
             problem = assemble(
@@ -267,10 +267,10 @@ class Simulation:
                 wire_blocks=self.solver.wire_blocks,
             )
             self._solve(problem, interactions, free_velocity)
-            check_bodies(problem.system.velocity, VELOCITY, "at its end", state.time)
+            check_bodies(problem.system.velocity, VELOCITY[d], "at its end", state.time)
             problem.close(problem.system.velocity)
             state.velocities[:] = problem.system.velocity
-            state.positions += self.theta * h * state.velocities
+            state.positions += self.theta * h * state.velocities[:, :3]
             self.energy.advance(problem, self._free_mass, force, before, state.velocities)
         except BaseException:
             state.velocities[:], state.positions[:], self._detector = before, start, detector
@@ -289,8 +289,8 @@ class Simulation:
         return self.report
 
     def _tell_of_far_moves(self, before: np.ndarray) -> None:
-        """Say once that a body moves by more than half its radius in a step, from its velocities (n, 3)."""
-        ways = self.time_step * np.hypot(before[:, 0], before[:, 1])
+        """Say once that a body moves by more than half its radius in a step, from its velocities (n, k)."""
+        ways = self.time_step * np.linalg.norm(before[:, : self.model.dimension], axis=1)
         excess = ways / self._half_radius
         body = int(np.argmax(excess))
         if excess[body] <= 1.0:
@@ -305,7 +305,7 @@ class Simulation:
         )
 
     def _force(self, time: float) -> np.ndarray:
-        """External forces on the free components at a time [N], (n, 3)."""
+        """External forces on the free components at a time [N], (n, k)."""
         force = self.model.weight.copy()
         for load in self.model.forces:
             force[load.body, load.component] += load.at(time)
@@ -316,7 +316,9 @@ class Simulation:
         start = clock.perf_counter()
         guess = self._guess = self._detector.recall(interactions)
         self._free_velocity = free_velocity
-        iterations, residual, status = self.solver.solve(problem.table, problem.system, free_velocity, guess)
+        iterations, residual, status = self.solver.solve(
+            problem.table, problem.system, free_velocity, guess, **problem.space.driver
+        )
         end = clock.perf_counter()
         self.report = Report(
             iterations=iterations,
@@ -397,17 +399,19 @@ class Simulation:
 
     @property
     def spins(self) -> np.ndarray:
-        """Angular velocities [rad/s], (n,), a view of the state."""
-        return self.state.velocities[:, 2]
+        """Angular velocities [rad/s], (n,) in 2D, (n, 3) in 3D, a view of the state."""
+        return self.state.velocities[:, 2 if self.model.dimension == 2 else slice(3, 6)]
 
     @property
     def rotations(self) -> np.ndarray:
-        """Angles turned [rad], (n,), a view of the state."""
+        """Angles turned [rad], (n,), a view of the state; in 3D none are kept (AttributeError)."""
+        if self.model.dimension == 3:
+            raise AttributeError("In 3D no rotations are kept: spheres look alike from all sides.")
         return self.state.positions[:, 2]
 
     @property
     def interactions(self) -> InteractionView:
-        """Links and all candidates within alert of the last step, copied; none before the first step and after one that failed."""
+        """Links and all candidates within alert of the last step, copied; none before it and after a step that failed."""
         if self._last is None:
             return InteractionView.empty(self.model.dimension, self._detector.state_names)
         problem, interactions = self._last

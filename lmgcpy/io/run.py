@@ -9,11 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from lmgcpy.contact.frames import local_frames
 from lmgcpy.dynamics.checkpoint import Checkpoint
 from lmgcpy.errors import named_arguments, place
 from lmgcpy.io import run_format as form
 from lmgcpy.io.rows import detection_positions
-from lmgcpy.scene.contactor import WallContactor
+from lmgcpy.scene.contactor import PlaneContactor, WallContactor
 from lmgcpy.solve.report import CONVERGED, STATUS
 
 
@@ -57,9 +58,8 @@ class RunInteractions:
 
     @property
     def frame(self) -> np.ndarray:
-        """Rows n, t of the local frame, (m, d, d)."""
-        tangent = np.stack([-self.normal[:, 1], self.normal[:, 0]], axis=1)
-        return np.stack([self.normal, tangent], axis=1)
+        """Rows n, t(, s) of the local frame, (m, d, d)."""
+        return local_frames(self.normal)
 
     def __len__(self) -> int:
         return len(self.gap)
@@ -196,13 +196,13 @@ class Run:
 
     @property
     def rotations(self) -> Column:
-        """Angles turned [rad], (f, n)."""
-        return self._column("frames/positions", np.s_[:, 2])
+        """Angles turned [rad], (f, n); in 3D none are kept: (f, n, 0)."""
+        return self._column("frames/positions", np.s_[:, 2] if self.dimension == 2 else np.s_[:, 3:])
 
     @property
     def spins(self) -> Column:
-        """Angular velocities [rad/s], (f, n)."""
-        return self._column("frames/velocities", np.s_[:, 2])
+        """Angular velocities [rad/s], (f, n), in 3D (f, n, 3)."""
+        return self._column("frames/velocities", np.s_[:, 2] if self.dimension == 2 else np.s_[:, 3:])
 
     def interactions(self, frame: int) -> RunInteractions:
         """Links and all candidates within alert of the step that ended with the frame; negative: from the end."""
@@ -261,8 +261,9 @@ class Run:
     def wall_normals(self) -> dict[int, np.ndarray]:
         """Outward normals of the walls by id of the body, (d,)."""
         table = form.read_tree(self._table("scene/contactors"))
+        flat = (WallContactor.KIND, PlaneContactor.KIND)
         kinds = zip(table["body"].tolist(), table["kind"].tolist(), table["shape"], strict=True)
-        return {body: shape[: self.dimension] for body, kind, shape in kinds if table["kinds"][kind] == WallContactor.KIND}
+        return {body: shape[: self.dimension] for body, kind, shape in kinds if table["kinds"][kind] in flat}
 
     @property
     def laws(self) -> list[str]:

@@ -5,7 +5,7 @@ One HDF5 file (readable from HDF5 1.10 on), nothing in it is ever executed:
     about, versions, options        JSON texts
     scene/...                       what :mod:`lmgcpy.scene.description` says, arrays and JSON texts
     frames/index                    time, step, first interaction and how many, a row a frame
-    frames/positions, velocities    (frames, n, 3): x, y, angle
+    frames/positions, velocities    (frames, n, 3): x, y, angle; in 3D x, y, z, and velocities with three spins more
     interactions                    those of all frames, one after the other
     history                         a row a step: solver and energy
     observed/...                    a row a step: what the user's functions said
@@ -279,8 +279,10 @@ def create(
         file.attrs["format"], file.attrs["format_version"] = FORMAT, VERSION
         write_tree(file.create_group("about"), about)
         write_tree(file.create_group("scene"), description)
-        state = np.dtype(("f8", (bodies, 3)))
-        types = dict(zip(GROWING, (INDEX, state, state, interaction_type(dimension), history_type(laws)), strict=True))
+        positions = np.dtype(("f8", (bodies, 3)))
+        velocities = np.dtype(("f8", checkpoint.velocities.shape))
+        kinds = INDEX, positions, velocities, interaction_type(dimension), history_type(laws)
+        types = dict(zip(GROWING, kinds, strict=True))
         types.update({OBSERVED + name: kind for name, kind in observed.items()})
         for name, kind in types.items():
             rows = max(1, min(1024, CHUNK // kind.itemsize))

@@ -14,11 +14,14 @@ from lmgcpy.errors import named_arguments, place, shown
 from lmgcpy.io.run import Run
 from lmgcpy.solve.report import STATUS
 
-BODIES = ("frame", "step", "time [s]", "body", "x [m]", "y [m]", "angle [rad]", "v_x [m/s]", "v_y [m/s]", "spin [rad/s]")
-NET = (
-    *("frame", "step", "time [s]", "law", "candidate", "antagonist", "gap [m]"),
-    *("n_x", "n_y", "x [m]", "y [m]", "impulse_n [N s]", "impulse_t [N s]", "force_n [N]", "force_t [N]"),
-)
+BODY = {
+    2: ("x [m]", "y [m]", "angle [rad]", "v_x [m/s]", "v_y [m/s]", "spin [rad/s]"),
+    3: (
+        *("x [m]", "y [m]", "z [m]", "v_x [m/s]", "v_y [m/s]", "v_z [m/s]"),
+        *("spin_x [rad/s]", "spin_y [rad/s]", "spin_z [rad/s]"),
+    ),
+}
+"""What is told of a body, by dimension."""
 HISTORY = (
     *("step", "time [s]", "iterations", "residual", "status", "interactions", "seconds [s]", "step_seconds [s]"),
     *("kinetic [J]", "loads [J]", "drives [J]", "defect [J]"),
@@ -42,14 +45,22 @@ def export_csv(run: Run, folder: str | os.PathLike, *, force: bool = False) -> l
     target.mkdir(parents=True, exist_ok=True)
     by_law = [f"{name}:{law} [J]" for name in ("work", "stored") for law in run.laws]
     written = [
-        _write(target / "bodies.csv", BODIES, _bodies(run)),
-        _write(target / "interactions.csv", NET, _net(run)),
+        _write(target / "bodies.csv", ("frame", "step", "time [s]", "body", *BODY[run.dimension]), _bodies(run)),
+        _write(target / "interactions.csv", interaction_columns(run.dimension), _net(run)),
         _write(target / "history.csv", (*HISTORY, *by_law), _history(run)),
     ]
     if run.observed:
         columns = [f"{name}{_place(i)}" for name, column in run.observed.items() for i in np.ndindex(column.shape[1:])]
         written.append(_write(target / "observed.csv", ("step", "time [s]", *columns), _observed(run)))
     return written
+
+
+def interaction_columns(dimension: int) -> tuple[str, ...]:
+    """Names of the columns of the table of interactions."""
+    axes, frame = "xyz"[:dimension], "nts"[:dimension]
+    named = [f"n_{k}" for k in axes] + [f"{k} [m]" for k in axes]
+    named += [f"impulse_{k} [N s]" for k in frame] + [f"force_{k} [N]" for k in frame]
+    return ("frame", "step", "time [s]", "law", "candidate", "antagonist", "gap [m]", *named)
 
 
 def _write(path: Path, head: tuple[str, ...], rows: Iterable[Iterable[Any]]) -> Path:
@@ -63,8 +74,9 @@ def _write(path: Path, head: tuple[str, ...], rows: Iterable[Iterable[Any]]) -> 
 def _bodies(run: Run) -> Iterable[list[Any]]:
     for frame, (step, time) in enumerate(zip(run.steps.tolist(), run.times.tolist(), strict=True)):
         columns = run.positions[frame], run.rotations[frame], run.velocities[frame], run.spins[frame]
-        for body, (x, angle, v, spin) in enumerate(zip(*(c.tolist() for c in columns), strict=True)):
-            yield [frame, step, time, body, *x, angle, *v, spin]
+        count = len(columns[0])
+        for body, numbers in enumerate(np.hstack([column.reshape(count, -1) for column in columns]).tolist()):
+            yield [frame, step, time, body, *numbers]
 
 
 def _net(run: Run) -> Iterable[list[Any]]:

@@ -12,33 +12,44 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lmgcpy.dynamics.model import COMPONENTS
 from lmgcpy.errors import closest, named_arguments, number, shown, vector
-from lmgcpy.scene.contactor import Contactor, DiskContactor, WallContactor
+from lmgcpy.scene.contactor import Contactor, DiskContactor, PlaneContactor, WallContactor
 from lmgcpy.scene.material import Material
 
 if TYPE_CHECKING:
     from lmgcpy.dynamics.model import State
 
-COMPONENTS = ("x", "y", "spin")
-"""Components of a body's velocity in 2D."""
+STILL: Any = object()
+"""Velocity or spin of a body of which none is given."""
 
 Prescribed = float | Callable[[float], float]
 
 
 @named_arguments
 class Body(ABC):
-    """A rigid body in 2D. Masses are per metre of depth [kg]; ``color`` is what the visibility table calls it.
+    """A rigid body. Masses are per metre of depth [kg] in 2D; ``color`` is what the visibility table calls it.
 
-    Subclasses give ``mass``, ``inertia`` and ``contactors``.
+    Subclasses give ``dimension``, ``mass``, ``inertia`` and ``contactors``. ``rotation`` is for 2D: in 3D none is kept.
     """
 
-    def __init__(self, *, position: Any, color: str, velocity: Any = (0.0, 0.0), rotation: float = 0.0, spin: float = 0.0):
-        what = type(self).__name__
+    dimension: int = 2
+    placed_by: str = "position"
+    """What the argument is called that says where the body is."""
+
+    def __init__(self, *, position: Any, color: str, velocity: Any = STILL, rotation: float = 0.0, spin: Any = STILL):
+        what, d = type(self).__name__, self.dimension
         self._state: State | None = None
         self.color = color
         self.id = -1
-        self._position = np.append(vector(position, f"position of a {what}", 2), number(rotation, "rotation"))
-        self._velocity = np.append(vector(velocity, f"velocity of a {what}", 2), number(spin, "spin"))
+        self._position = vector(position, f"{self.placed_by} of a {what}", d)
+        moving = vector(np.zeros(d) if velocity is STILL else velocity, f"velocity of a {what}", d)
+        if d == 2:
+            self._position = np.append(self._position, number(rotation, "rotation"))
+            self._velocity = np.append(moving, number(0.0 if spin is STILL else spin, "spin"))
+        else:
+            turning = vector(np.zeros(3) if spin is STILL else spin, f"spin of a {what}", 3)
+            self._velocity = np.append(moving, turning)
         self._velocities: dict[int, Prescribed] = {}
         self._forces: dict[int, Prescribed] = {}
 
@@ -57,16 +68,16 @@ class Body(ABC):
     @property
     @abstractmethod
     def mass(self) -> float:
-        """Mass per metre of depth [kg]; infinite where none is needed."""
+        """Mass [kg], per metre of depth in 2D; infinite where none is needed."""
 
     @property
     @abstractmethod
     def inertia(self) -> float:
-        """Moment of inertia about the centre, per metre of depth [kg m^2]."""
+        """Moment of inertia about the centre [kg m^2], per metre of depth in 2D, about every axis in 3D."""
 
     @property
     @abstractmethod
-    def contactors(self) -> list[tuple[Contactor, tuple[float, float]]]:
+    def contactors(self) -> list[tuple[Contactor, tuple[float, ...]]]:
         """Contactors, each with its offset from the centre in the frame of the body [m]."""
 
     @property
@@ -98,36 +109,45 @@ class Body(ABC):
 
     @property
     def position(self) -> np.ndarray:
-        """Position [m], (2,); of a wall, its point. A live view."""
-        return self._row(True)[:2]
+        """Position [m], (d,); of a wall, its point. A live view."""
+        return self._row(True)[: self.dimension]
 
     @property
     def rotation(self) -> float:
-        """Angle turned [rad]."""
+        """Angle turned [rad], in 2D."""
+        if self.dimension == 3:
+            raise AttributeError(f"{self!r} has no rotation: in 3D none is kept.")
         return float(self._row(True)[2])
 
     @property
     def velocity(self) -> np.ndarray:
-        """Velocity [m/s], (2,). A live view."""
-        return self._row(False)[:2]
+        """Velocity [m/s], (d,). A live view."""
+        return self._row(False)[: self.dimension]
 
     @property
-    def spin(self) -> float:
-        """Angular velocity [rad/s]."""
-        return float(self._row(False)[2])
+    def spin(self) -> Any:
+        """Angular velocity [rad/s]: a number in 2D, (3,) in 3D, a live view."""
+        turning = self._row(False)[self.dimension :]
+        return float(turning[0]) if self.dimension == 2 else turning
+
+    @property
+    def components(self) -> tuple[str, ...]:
+        """Names of the components of its velocity."""
+        return COMPONENTS[self.dimension]
 
     # -------------------------------------------------------------------------------------------------- conditions
 
     def fix(self, *components: str) -> Body:
-        """Hold the named components ("x", "y", "spin"), all of them without names, at rest; returns the body."""
+        """Hold the named components ("x", "y", "spin"; in 3D also "z", and "spin_x" …), all of them without names, at rest;
+        returns the body."""
         for component in components:
             if not isinstance(component, str):
                 raise TypeError(f"fix takes names of components, as in fix('x', 'y'), got {shown(component)}.")
-        return self._drive("fix", dict.fromkeys(components or COMPONENTS, 0.0))
+        return self._drive("fix", dict.fromkeys(components or self.components, 0.0))
 
     @named_arguments
     def impose_velocity(self, **components: Prescribed) -> Body:
-        """Drive components x, y [m/s], spin [rad/s] by a number or a function of time [s]; returns the body."""
+        """Drive components x, y, z [m/s], spin … [rad/s] by a number or a function of time [s]; returns the body."""
         return self._drive("impose_velocity", components)
 
     def _drive(self, call: str, components: dict[str, Prescribed]) -> Body:
@@ -139,21 +159,21 @@ class Body(ABC):
 
     @named_arguments
     def impose_force(self, **components: Prescribed) -> Body:
-        """Free components and load them: x, y [N], spin [N m], a number or a function of time [s]; returns the body."""
+        """Free components and load them: x, y, z [N], spin … [N m], numbers or functions of time [s]; returns the body."""
         for component, value in self._checked("impose_force", components):
             if component in self._velocities:
                 raise ValueError(self._twice(component, "driven by impose_velocity or fix", "loaded"))
-            if not math.isfinite(self.mass if component < 2 else self.inertia):
+            if not math.isfinite(self.mass if component < self.dimension else self.inertia):
                 raise ValueError(
-                    f"{self!r} has no {'mass' if component < 2 else 'inertia'}: give it one where it is made, "
-                    f"so that a load on {COMPONENTS[component]} can move it."
+                    f"{self!r} has no {'mass' if component < self.dimension else 'inertia'}: give it one where it is made, "
+                    f"so that a load on {self.components[component]} can move it."
                 )
             self._forces[component] = value
         return self
 
     def _twice(self, component: int, already: str, now: str) -> str:
         return (
-            f"Component {COMPONENTS[component]} of {self!r} is {already} already and cannot be {now} as well: "
+            f"Component {self.components[component]} of {self!r} is {already} already and cannot be {now} as well: "
             "choose one of the two."
         )
 
@@ -163,10 +183,11 @@ class Body(ABC):
             raise TypeError(f"{call} needs a component, for example {call}(y=0.0).")
         checked: list[tuple[int, Prescribed]] = []
         for name, value in components.items():
-            if name not in COMPONENTS:
-                raise ValueError(f"{call}: a body in 2D has no component '{name}'{closest(name, COMPONENTS)}")
+            if name not in self.components:
+                hint = closest(name, self.components)
+                raise ValueError(f"{call}: a body in {self.dimension}D has no component '{name}'{hint}")
             value = value if callable(value) else number(value, f"{call}({name}=...)")
-            checked.append((COMPONENTS.index(name), value))
+            checked.append((self.components.index(name), value))
         return checked
 
     def _refuse_compiled(self, what: str) -> None:
@@ -175,8 +196,8 @@ class Body(ABC):
 
     def __repr__(self) -> str:
         which = f"body {self.id}" if self.id >= 0 else "body not yet in a scene"
-        x, y = self.position
-        return f"<{type(self).__name__} '{self.color}', {which}, at ({x:g}, {y:g}) m>"
+        place = ", ".join(f"{x:g}" for x in self.position)
+        return f"<{type(self).__name__} '{self.color}', {which}, at ({place}) m>"
 
 
 @named_arguments
@@ -187,7 +208,7 @@ class RigidBody(Body):
         super().__init__(**start)
         if not isinstance(contactors, (list, tuple)) or not contactors:
             raise TypeError(f"A rigid body needs a list of at least one contactor, got {shown(contactors)}.")
-        self._contactors = []
+        self._contactors: list[tuple[Contactor, tuple[float, ...]]] = []
         for item in contactors:
             contactor, offset = item if isinstance(item, tuple) and len(item) == 2 else (item, (0.0, 0.0))
             if not isinstance(contactor, Contactor):
@@ -206,7 +227,7 @@ class RigidBody(Body):
         return self._inertia
 
     @property
-    def contactors(self) -> list[tuple[Contactor, tuple[float, float]]]:
+    def contactors(self) -> list[tuple[Contactor, tuple[float, ...]]]:
         return self._contactors
 
 
@@ -251,7 +272,7 @@ class Disk(Body):
         return self._inertia
 
     @property
-    def contactors(self) -> list[tuple[Contactor, tuple[float, float]]]:
+    def contactors(self) -> list[tuple[Contactor, tuple[float, ...]]]:
         return [(self._contactor, (0.0, 0.0))]
 
     @property
@@ -261,16 +282,19 @@ class Disk(Body):
 
 @named_arguments
 class Wall(Body):
-    """The half-space behind a line. Every component is held unless freed by a load; it never turns."""
+    """The half-space behind a line, in 3D a plane. Every component is held unless freed by a load; it never turns."""
+
+    placed_by = "point"
 
     def __init__(self, *, point: Any, normal: Any, mass: float | None = None, **start: Any):
+        self.dimension = 3 if hasattr(point, "__len__") and len(point) == 3 else 2
         super().__init__(position=point, **start)
-        self._contactor = WallContactor(normal)
+        self._contactor = WallContactor(normal) if self.dimension == 2 else PlaneContactor(normal)
         self._mass = math.inf if mass is None else number(mass, "mass of a wall", above=0.0, unit="kg")
 
     @property
     def normal(self) -> np.ndarray:
-        """Outward unit normal, (2,)."""
+        """Outward unit normal, (d,)."""
         return self._contactor.normal
 
     @property
@@ -282,8 +306,8 @@ class Wall(Body):
         return math.inf
 
     @property
-    def contactors(self) -> list[tuple[Contactor, tuple[float, float]]]:
-        return [(self._contactor, (0.0, 0.0))]
+    def contactors(self) -> list[tuple[Contactor, tuple[float, ...]]]:
+        return [(self._contactor, (0.0,) * self.dimension)]
 
     @property
     def gravity_acts(self) -> bool:
@@ -294,8 +318,10 @@ class Wall(Body):
         return True
 
     def _checked(self, call: str, components: dict[str, Prescribed]) -> list[tuple[int, Prescribed]]:
-        if "spin" in components and (call == "impose_force" or components["spin"] != 0.0):
-            raise ValueError("A wall does not turn: drive or load its components x and y.")
+        turns = [name for name in components if name in self.components[self.dimension :]]
+        if turns and (call == "impose_force" or any(components[name] != 0.0 for name in turns)):
+            names = " and ".join(self.components[: self.dimension])
+            raise ValueError(f"A wall does not turn: drive or load its components {names}.")
         return super()._checked(call, components)
 
 
@@ -326,5 +352,6 @@ def disk(
 
 @named_arguments
 def wall(*, point: Any, normal: Any, color: str = "WALL", mass: float | None = None) -> Wall:
-    """A half-space bounded by the line through ``point`` [m] with outward ``normal``; ``mass`` [kg] if it is loaded."""
+    """A half-space bounded by the line, in 3D the plane, through ``point`` [m] with outward ``normal``; ``mass`` [kg] if
+    it is loaded."""
     return Wall(point=point, normal=normal, color=color, mass=mass)

@@ -48,7 +48,7 @@ class Chain:
 
     def lengths(self) -> np.ndarray:
         """Present distances between the centres [m], (links,)."""
-        return np.array([np.hypot(*(b.position - a.position)) for a, b in self._pairs()])
+        return np.array([np.linalg.norm(b.position - a.position) for a, b in self._pairs()])
 
     @property
     def path(self) -> np.ndarray:

@@ -16,7 +16,7 @@ from lmgcpy.errors import named_arguments, number, vector
 
 
 class Contactor(ABC):
-    """A shape in the frame of its body, in 2D; areas and moments are per metre of depth."""
+    """A shape in the frame of its body; areas and moments are those of 2D, per metre of depth."""
 
     KIND: ClassVar[str]
     """Name by which narrow phases are registered."""
@@ -77,12 +77,70 @@ class WallContactor(Contactor):
     bounding_radius = math.inf
 
     def __init__(self, normal):
-        direction = vector(normal, "normal of a wall", 2)
-        length = float(np.hypot(*direction))
-        if length == 0.0:
-            raise ValueError("normal of a wall must not be zero: it points from the wall into the free space.")
-        self.normal = direction / length
+        self.normal = direction(normal, "normal of a wall", 2)
 
     @property
     def shape(self) -> tuple[float, ...]:
         return (float(self.normal[0]), float(self.normal[1]))
+
+
+def direction(value, name: str, dimension: int) -> np.ndarray:
+    """A unit vector, (dimension,); ValueError where the given one is zero."""
+    given = vector(value, name, dimension)
+    length = float(np.linalg.norm(given))
+    if length == 0.0:
+        raise ValueError(f"{name} must not be zero: it is a direction.")
+    return given / length
+
+
+class InSpace(Contactor):
+    """A shape in 3D, which has no area and no moment of its own."""
+
+    area = 0.0
+    second_moment = 0.0
+
+
+class SphereContactor(InSpace):
+    """A sphere of radius ``radius`` [m]."""
+
+    KIND = "sphere"
+
+    def __init__(self, radius: float):
+        self.radius = number(radius, "radius of a sphere", above=0.0, unit="m")
+
+    @property
+    def shape(self) -> tuple[float, ...]:
+        return (self.radius,)
+
+    @property
+    def bounding_radius(self) -> float:
+        return self.radius
+
+
+class PlaneContactor(InSpace):
+    """The half-space behind a plane through the contactor's position with the outward ``normal``."""
+
+    KIND = "plane"
+    bounding_radius = math.inf
+
+    def __init__(self, normal):
+        self.normal = direction(normal, "normal of a wall whose point has 3 numbers", 3)
+
+    @property
+    def shape(self) -> tuple[float, ...]:
+        return tuple(self.normal.tolist())
+
+
+class CylinderContactor(InSpace):
+    """All that is outside a cylinder of radius ``radius`` [m] around ``axis`` through the contactor's position."""
+
+    KIND = "cylinder"
+    bounding_radius = math.inf
+
+    def __init__(self, axis, radius: float):
+        self.axis = direction(axis, "axis of a cylinder", 3)
+        self.radius = number(radius, "radius of a cylinder", above=0.0, unit="m")
+
+    @property
+    def shape(self) -> tuple[float, ...]:
+        return (*self.axis.tolist(), self.radius)

@@ -13,14 +13,29 @@ from typing import Any
 
 import numpy as np
 
+from lmgcpy.dynamics.model import COMPONENTS
 from lmgcpy.errors import shown
 from lmgcpy.laws import Law, registry
-from lmgcpy.scene.body import COMPONENTS, Body, Disk, RigidBody, Wall
-from lmgcpy.scene.contactor import Contactor, DiskContactor, WallContactor
+from lmgcpy.scene.body import Body, Disk, RigidBody, Wall
+from lmgcpy.scene.body_3d import CylinderWall, Sphere
+from lmgcpy.scene.contactor import (
+    Contactor,
+    CylinderContactor,
+    DiskContactor,
+    PlaneContactor,
+    SphereContactor,
+    WallContactor,
+)
 from lmgcpy.scene.material import Material
 from lmgcpy.scene.scene import Scene
 
-KINDS: dict[type[Body], str] = {Disk: "disk", Wall: "wall", RigidBody: "rigid"}
+KINDS: dict[type[Body], str] = {
+    Disk: "disk",
+    Wall: "wall",
+    RigidBody: "rigid",
+    Sphere: "sphere",
+    CylinderWall: "cylinder",
+}
 """Bodies that come back as what they were; others come back as :class:`RecordedBody`."""
 
 Functions = Mapping[tuple[int, str], Callable[[float], float]]
@@ -52,7 +67,7 @@ class RecordedBody(Body):
     extent = 0.0
     gravity_acts = True
     held_by_default = False
-    contactors: list[tuple[Contactor, tuple[float, float]]] = []  # noqa: RUF012
+    contactors: list[tuple[Contactor, tuple[float, ...]]] = []  # noqa: RUF012
 
 
 def describe(scene: Scene) -> dict[str, Any]:
@@ -85,7 +100,7 @@ def describe(scene: Scene) -> dict[str, Any]:
             "color": color,
             "material": np.array([_place(getattr(body, "material", None), materials) for body in bodies], dtype=np.int64),
             "position": np.array([body._position for body in bodies]).reshape(-1, 3),
-            "velocity": np.array([body._velocity for body in bodies]).reshape(-1, 3),
+            "velocity": np.array([body._velocity for body in bodies]).reshape(-1, len(COMPONENTS[scene.dimension])),
             "mass": np.array([body.mass for body in bodies], dtype=float),
             "inertia": np.array([body.inertia for body in bodies], dtype=float),
             "link_radius": np.array([body.link_radius for body in bodies], dtype=float),
@@ -159,7 +174,8 @@ def functions_of_time(description: Mapping[str, Any]) -> list[tuple[int, str]]:
     """Where functions of time were imposed, by id of the body and name of the component."""
     conditions = description["conditions"]
     places = zip(conditions["body"], conditions["component"], conditions["function"], strict=True)
-    return [(int(body), COMPONENTS[component]) for body, component, function in places if function]
+    names = COMPONENTS[description["dimension"]]
+    return [(int(body), names[component]) for body, component, function in places if function]
 
 
 # ------------------------------------------------------------------------------------------------------------- there
@@ -202,33 +218,38 @@ def _make_law(name: str, distribution: str, parameters: Mapping[str, float | Non
 def _add_bodies(scene: Scene, description: Mapping[str, Any]) -> None:
     bodies, table = description["bodies"], description["contactors"]
     materials = [Material(**material) for material in description["materials"]]
-    of_body: list[list[tuple[Contactor, tuple[float, float]]]] = [[] for _ in bodies["mass"]]
+    of_body: list[list[tuple[Contactor, tuple[float, ...]]]] = [[] for _ in bodies["mass"]]
     for k, body in enumerate(table["body"]):
         of_body[body].append((_contactor(table, k), tuple(table["offset"][k].tolist())))
     for i, contactors in enumerate(of_body):
         position, velocity = bodies["position"][i], bodies["velocity"][i]
-        start: dict[str, Any] = {
-            "color": bodies["colors"][bodies["color"][i]],
-            "velocity": velocity[:2],
-            "spin": float(velocity[2]),
-            "rotation": float(position[2]),
-        }
+        d = scene.dimension
+        start: dict[str, Any] = {"color": bodies["colors"][bodies["color"][i]], "velocity": velocity[:d]}
+        start |= {"spin": float(velocity[2]), "rotation": float(position[2])} if d == 2 else {"spin": velocity[3:]}
         mass, inertia = float(bodies["mass"][i]), float(bodies["inertia"][i])
         kind = bodies["kinds"][bodies["kind"][i]]
         made: Body
         if kind == "wall":
             contactor = contactors[0][0]
             held = None if mass == math.inf else mass
-            made = Wall(point=position[:2], normal=contactor.shape, mass=held, **start)
+            made = Wall(point=position[:d], normal=contactor.shape, mass=held, **start)
             made._contactor = contactor  # type: ignore[assignment]
         elif kind == "disk":
             radius = contactors[0][0].shape[0]
             made = Disk(radius=radius, mass=mass, inertia=inertia, position=position[:2], **start)
             made.material = materials[bodies["material"][i]] if bodies["material"][i] >= 0 else None
+        elif kind == "sphere":
+            radius = contactors[0][0].shape[0]
+            made = Sphere(radius=radius, mass=mass, inertia=inertia, position=position, **start)
+            made.material = materials[bodies["material"][i]] if bodies["material"][i] >= 0 else None
+        elif kind == "cylinder":
+            shape, held = contactors[0][0].shape, None if mass == math.inf else mass
+            made = CylinderWall(point=position, axis=shape[:3], radius=shape[3], mass=held, **start)
+            made._contactor = contactors[0][0]  # type: ignore[assignment]
         elif kind == "rigid":
             made = RigidBody(contactors, mass=mass, inertia=inertia, position=position[:2], **start)
         else:
-            made = RecordedBody(position=position[:2], **start)
+            made = RecordedBody(position=position[:d], **start)
             vars(made).update(
                 mass=mass,
                 inertia=inertia,
@@ -246,10 +267,16 @@ def _contactor(table: Mapping[str, Any], k: int) -> Contactor:
     shape = tuple(table["shape"][k, : table["shape_size"][k]].tolist())
     if kind == DiskContactor.KIND:
         return DiskContactor(shape[0])
-    if kind == WallContactor.KIND:
-        wall = WallContactor(shape)
+    if kind in (WallContactor.KIND, PlaneContactor.KIND):
+        wall = WallContactor(shape) if kind == WallContactor.KIND else PlaneContactor(shape)
         wall.normal = np.array(shape)  # not normalised again: to the last bit
         return wall
+    if kind == SphereContactor.KIND:
+        return SphereContactor(shape[0])
+    if kind == CylinderContactor.KIND:
+        cylinder = CylinderContactor(shape[:3], shape[3])
+        cylinder.axis = np.array(shape[:3])
+        return cylinder
     sizes = (float(table[name][k]) for name in ("bounding_radius", "area", "second_moment"))
     return RecordedContactor(kind, shape, *sizes)
 
@@ -262,14 +289,13 @@ def _impose(scene: Scene, conditions: Mapping[str, Any], functions: Functions) -
     for body, component, loaded, function, value in zip(*(conditions[name] for name in CONDITION), strict=True):
         what: Any = float(value)
         if function:
-            what = left.pop((int(body), COMPONENTS[component]), None)
+            name = COMPONENTS[scene.dimension][component]
+            what = left.pop((int(body), name), None)
             if what is None:
-                missing.append((scene.bodies[body], int(body), COMPONENTS[component], "force" if loaded else "velocity"))
+                missing.append((scene.bodies[body], int(body), name, "force" if loaded else "velocity"))
                 continue
             if not callable(what):
-                raise TypeError(
-                    f"functions[{int(body)}, '{COMPONENTS[component]}'] must be a function of time, got {shown(what)}."
-                )
+                raise TypeError(f"functions[{int(body)}, '{name}'] must be a function of time, got {shown(what)}.")
         target = scene.bodies[body]._forces if loaded else scene.bodies[body]._velocities
         target[int(component)] = what
     if missing:

@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from lmgcpy.contact.tables import ChainTable, ContactorTable, VisibilityRow
-from lmgcpy.dynamics.model import Drive, Model, State
+from lmgcpy.dynamics.model import COMPONENTS, Drive, Model, State
 from lmgcpy.errors import LARGEST, closest, flag, named_arguments, number, shown, vector, whole
 from lmgcpy.laws import Law
 from lmgcpy.laws.registry import check_interface
@@ -27,10 +27,8 @@ class Scene:
 
     def __init__(self, *, dimension: int, gravity: Any = None):
         self.dimension = whole(dimension, "dimension", minimum=2, maximum=3)
-        if self.dimension == 3:
-            raise NotImplementedError("Scenes in dimension 3 are not built yet: this version computes in dimension 2.")
         self._compiled = False
-        self.gravity = (0.0, 0.0) if gravity is None else gravity
+        self.gravity = (0.0,) * self.dimension if gravity is None else gravity
         self.bodies: list[Body] = []
         self.rows: list[tuple[str, str, Law, float | None]] = []
         self.chains: list[Chain] = []
@@ -52,6 +50,8 @@ class Scene:
         self._editable("add a body")
         if not isinstance(body, Body):
             raise TypeError(f"Scene.add takes a body such as lmgcpy.disk(...), got {shown(body)}.")
+        if body.dimension != self.dimension:
+            raise ValueError(f"{body!r} is of dimension {body.dimension}, this scene of dimension {self.dimension}.")
         if body.id >= 0:
             where = "this scene" if body.id < len(self.bodies) and self.bodies[body.id] is body else "another scene"
             raise ValueError(f"{body!r} is in {where} already: make a new body.")
@@ -116,7 +116,7 @@ class Scene:
         chain = Chain(members, law, reference_gap, relaxation=relaxation, closed=closed)
         if block_spin:
             for body in members:
-                body.fix("spin")
+                body.fix(*body.components[self.dimension :])
         self.chains.append(chain)
         return chain
 
@@ -140,24 +140,25 @@ class Scene:
         self._editable("compile the scene again")
         self._check_colors()
         positions = np.array([body._position for body in self.bodies]).reshape(-1, 3)
-        velocities = np.array([body._velocity for body in self.bodies]).reshape(-1, 3)
-        mass = np.array([(body.mass, body.mass, body.inertia) for body in self.bodies]).reshape(-1, 3)
+        d, count = self.dimension, len(COMPONENTS[self.dimension])
+        velocities = np.array([body._velocity for body in self.bodies]).reshape(-1, count)
+        mass = np.array([[body.mass] * d + [body.inertia] * (count - d) for body in self.bodies]).reshape(-1, count)
         contactors = self._contactors()
         self._check_numbers(positions, velocities, mass, contactors)
-        driven = [Drive(body.id, component, value) for body in self.bodies for component, value in body._velocities.items()]
-        loads = [Drive(body.id, component, value) for body in self.bodies for component, value in body._forces.items()]
+        driven = [Drive(body.id, k, value, d) for body in self.bodies for k, value in body._velocities.items()]
+        loads = [Drive(body.id, k, value, d) for body in self.bodies for k, value in body._forces.items()]
         inverse_mass = 1.0 / mass
         for body in self.bodies:
             if body.held_by_default:
-                held = [k for k in range(3) if k not in body._velocities and k not in body._forces]
-                driven += [Drive(body.id, k, 0.0) for k in held]
+                held = [k for k in range(count) if k not in body._velocities and k not in body._forces]
+                driven += [Drive(body.id, k, 0.0, d) for k in held]
         for drive in driven:
             inverse_mass[drive.body, drive.component] = 0.0
             velocities[drive.body, drive.component] = drive.at(0.0)
         weight = np.zeros_like(mass)
         for body in self.bodies:
             if body.gravity_acts:
-                weight[body.id, :2] = body.mass * self.gravity
+                weight[body.id, :d] = body.mass * self.gravity
         weight[inverse_mass == 0.0] = 0.0
         return Model(
             dimension=self.dimension,
@@ -223,7 +224,7 @@ class Scene:
             row[: len(shape)] = shape
         return ContactorTable(
             body=np.array([body.id for body, _, _ in items], dtype=np.int64),
-            offset=np.array([offset for _, _, offset in items], dtype=float).reshape(-1, 2),
+            offset=np.array([offset for _, _, offset in items], dtype=float).reshape(-1, self.dimension),
             kind=[contactor.KIND for _, contactor, _ in items],
             color=[body.color for body, _, _ in items],
             shape=table,

@@ -171,8 +171,8 @@ class AcceleratedGaussSeidel:
     momentum: float = 0.97
 
     def __post_init__(self):
-        number(self.tolerance, "tolerance", above=0.0, maximum=1.0)
-        whole(self.max_iterations, "max_iterations", minimum=1)
+        object.__setattr__(self, "tolerance", number(self.tolerance, "tolerance", above=0.0, maximum=1.0))
+        object.__setattr__(self, "max_iterations", whole(self.max_iterations, "max_iterations", minimum=1))
         flag(self.wire_blocks, "wire_blocks")
         if not number(self.momentum, "momentum", minimum=0.0) < 1.0:
             raise ValueError(f"momentum must be in [0, 1), got {self.momentum:g}.")

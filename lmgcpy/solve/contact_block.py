@@ -70,6 +70,16 @@ def push(i, s, d_n, d_t):
         s.velocity[a, 2] -= s.inverse_mass[a, 2] * s.arm[i, 1] * d_t
 
 
+def normal_velocity(i, s):
+    """u_n of link ``i``."""
+    return relative_velocity(i, s)[0]
+
+
+def push_normal(i, s, d):
+    """Add a normal impulse to link ``i``."""
+    push(i, s, d, 0.0)
+
+
 def sweep(start, stop, offset, s: System):
     """Update the impulses of a group one after another."""
     for k in range(start, stop):
@@ -127,3 +137,44 @@ def error(start, stop, offset, s: System):
             s.worst[0] = square
             s.worst[1] = i
     return total
+
+
+def momentum(s, result):
+    """``H r``: what the impulses give to the bodies [N s, N m s], into ``result`` (n, 3)."""
+    result[:, :] = 0.0
+    for i in range(s.candidate.shape[0]):
+        c = s.candidate[i]
+        a = s.antagonist[i]
+        r_n = s.impulse[i, 0]
+        r_t = s.impulse[i, 1]
+        if r_n == 0.0 and r_t == 0.0:
+            continue
+        x = s.normal[i, 0] * r_n - s.normal[i, 1] * r_t
+        y = s.normal[i, 1] * r_n + s.normal[i, 0] * r_t
+        spin_c = -s.arm[i, 0] * r_t
+        spin_a = -s.arm[i, 1] * r_t
+        if s.lateral.shape[0] > 0:
+            spin_c -= s.lateral[i, 0] * r_n
+            spin_a += s.lateral[i, 1] * r_n
+        result[c, 0] += x
+        result[c, 1] += y
+        result[c, 2] += spin_c
+        result[a, 0] -= x
+        result[a, 1] -= y
+        result[a, 2] += spin_a
+
+
+def relative_velocities(s, velocity, result):
+    """(u_n, u_t) of every interaction for the velocities of the bodies, into ``result`` (m, 2)."""
+    for i in range(s.candidate.shape[0]):
+        c = s.candidate[i]
+        a = s.antagonist[i]
+        x = velocity[c, 0] - velocity[a, 0]
+        y = velocity[c, 1] - velocity[a, 1]
+        spin_c = velocity[c, 2]
+        spin_a = velocity[a, 2]
+        u_n = s.normal[i, 0] * x + s.normal[i, 1] * y
+        if s.lateral.shape[0] > 0:
+            u_n += s.lateral[i, 1] * spin_a - s.lateral[i, 0] * spin_c
+        result[i, 0] = u_n
+        result[i, 1] = s.normal[i, 0] * y - s.normal[i, 1] * x - s.arm[i, 0] * spin_c - s.arm[i, 1] * spin_a

@@ -14,8 +14,9 @@ from llvmlite import ir
 from numba.core import types
 from numba.extending import intrinsic
 
-from lmgcpy.errors import number, whole
+from lmgcpy.errors import flag, named_arguments, number, whole
 from lmgcpy.jit import kernel
+from lmgcpy.solve.contact_block import momentum
 from lmgcpy.solve.report import CONVERGED, NOT_FINITE, SPENT, STAGNATED
 from lmgcpy.solve.system import Groups, System
 
@@ -74,32 +75,6 @@ def round_off(s):
         for k in range(s.velocity.shape[1]):
             fastest = max(fastest, abs(s.velocity[b, k]))
     return 4.0 * 2.0**-52 * fastest * np.sqrt(s.impulse.shape[0])
-
-
-@kernel
-def momentum(s: System, result):
-    """``H r``: what the impulses give to the bodies [N s, N m s], into ``result`` (n, 3)."""
-    result[:, :] = 0.0
-    for i in range(s.candidate.shape[0]):
-        c = s.candidate[i]
-        a = s.antagonist[i]
-        r_n = s.impulse[i, 0]
-        r_t = s.impulse[i, 1]
-        if r_n == 0.0 and r_t == 0.0:
-            continue
-        x = s.normal[i, 0] * r_n - s.normal[i, 1] * r_t
-        y = s.normal[i, 1] * r_n + s.normal[i, 0] * r_t
-        spin_c = -s.arm[i, 0] * r_t
-        spin_a = -s.arm[i, 1] * r_t
-        if s.lateral.shape[0] > 0:
-            spin_c -= s.lateral[i, 0] * r_n
-            spin_a += s.lateral[i, 1] * r_n
-        result[c, 0] += x
-        result[c, 1] += y
-        result[c, 2] += spin_c
-        result[a, 0] -= x
-        result[a, 1] -= y
-        result[a, 2] += spin_a
 
 
 def apply_impulses(free_velocity, s):
@@ -174,6 +149,7 @@ def gauss_seidel(groups: Groups, s: System, free_velocity, guess, tolerance, max
     return sweeps, residual, status
 
 
+@named_arguments
 @dataclass(frozen=True)
 class GaussSeidel:
     """Gauss-Seidel, the standard method of the field, with every wire solved as one block.
@@ -187,8 +163,9 @@ class GaussSeidel:
     wire_blocks: bool = True
 
     def __post_init__(self):
-        number(self.tolerance, "tolerance", above=0.0, maximum=1.0)
-        whole(self.max_iterations, "max_iterations", minimum=1)
+        object.__setattr__(self, "tolerance", number(self.tolerance, "tolerance", above=0.0, maximum=1.0))
+        object.__setattr__(self, "max_iterations", whole(self.max_iterations, "max_iterations", minimum=1))
+        flag(self.wire_blocks, "wire_blocks")
 
     def solve(self, groups: Groups, system: Any, free_velocity: np.ndarray, guess: np.ndarray, **operator: Any):
         """Solve in place from the impulses ``guess``; returns (iterations, residual, status code).
@@ -196,5 +173,5 @@ class GaussSeidel:
         ``operator``: functions that stand in for those on bodies, for a problem with an assembled W.
         """
         return gauss_seidel.specialise(**operator)(
-            groups, system, free_velocity, guess, float(self.tolerance), int(self.max_iterations)
+            groups, system, free_velocity, guess, self.tolerance, self.max_iterations
         )

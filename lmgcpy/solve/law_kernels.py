@@ -12,8 +12,9 @@ import numpy as np
 
 from lmgcpy.jit import Kernel, kernel, may_raise, row_reader
 from lmgcpy.laws import Law
-from lmgcpy.solve import contact_block, wire_block
+from lmgcpy.solve import wire_block
 from lmgcpy.solve.gauss_seidel import group_signature
+from lmgcpy.solve.space import SPACES
 from lmgcpy.solve.system import System
 from lmgcpy.solve.watched import finite_matrix, finite_vector, guard, noting_reader
 
@@ -40,9 +41,9 @@ class StepData(NamedTuple):
     reference_gap: np.ndarray
     """[m], (m,); zero for contacts."""
     before: np.ndarray
-    """Relative velocities at the start of the step [m/s], (m, 2)."""
+    """Relative velocities at the start of the step [m/s], (m, d)."""
     after: np.ndarray
-    """The same at its end, (m, 2); filled in when it is solved."""
+    """The same at its end, (m, d); filled in when it is solved."""
     state: np.ndarray
     """What the laws keep, (m, k) with k the longest of the scene; NaN beyond a law's own."""
     time: float
@@ -61,7 +62,8 @@ def parameters_of(i, start, parameters):
 @kernel
 def prepare_group(start, stop, offset, data: StepData, parameters, prepared):
     """Call the law's ``prepare`` for the interactions of one group, and ``initial`` for those that have no state yet;
-    returns the row of the first one prepared with a NaN, or -1: ``max`` and comparisons could hide it from the solver."""
+    returns the row i of the first one prepared with a NaN, -2 - i of the first whose ``initial`` gave one, or -1: ``max``
+    and comparisons could hide it from the solver."""
     before = data.before.ravel()
     states = data.state.ravel()
     width = data.state.shape[1]
@@ -71,9 +73,11 @@ def prepare_group(start, stop, offset, data: StepData, parameters, prepared):
         if STATE > 0 and np.isnan(data.state[i, 0]):
             first = as_state(initial(data.gap[i], data.reference_gap[i], data.time, given))
             for k in range(STATE):
+                if np.isnan(first[k]):
+                    return -2 - i
                 data.state[i, k] = first[k]
         state = read_state(states, i * width)
-        local = read_local(before, 2 * i)
+        local = read_local(before, data.before.shape[1] * i)
         numbers = as_prepared(prepare(data.gap[i], data.reference_gap[i], local, data.time_step, given, state))
         for k in range(PREPARED):
             prepared[offset + (i - start) * PREPARED + k] = numbers[k]
@@ -93,8 +97,8 @@ def commit_group(start, stop, data: StepData, impulse, parameters):
     for i in range(start, stop):
         data.at[0] = i
         given = parameters_of(i, start, parameters)
-        local = read_local(after, 2 * i)
-        push = read_local(impulses, 2 * i)
+        local = read_local(after, data.after.shape[1] * i)
+        push = read_local(impulses, data.after.shape[1] * i)
         state = read_state(states, i * width)
         new = as_state(commit(data.gap[i], data.reference_gap[i], local, push, data.time_step, given, state))
         for k in range(STATE):
@@ -118,32 +122,17 @@ def stored_energy(start, stop, data: StepData, parameters):
     return total
 
 
-@kernel
-def relative_velocities(s: System, velocity, result):
-    """(u_n, u_t) of every interaction for the velocities of the bodies, into ``result`` (m, 2)."""
-    for i in range(s.candidate.shape[0]):
-        c = s.candidate[i]
-        a = s.antagonist[i]
-        x = velocity[c, 0] - velocity[a, 0]
-        y = velocity[c, 1] - velocity[a, 1]
-        spin_c = velocity[c, 2]
-        spin_a = velocity[a, 2]
-        u_n = s.normal[i, 0] * x + s.normal[i, 1] * y
-        if s.lateral.shape[0] > 0:
-            u_n += s.lateral[i, 1] * spin_a - s.lateral[i, 0] * spin_c
-        result[i, 0] = u_n
-        result[i, 1] = s.normal[i, 0] * y - s.normal[i, 1] * x - s.arm[i, 0] * spin_c - s.arm[i, 1] * spin_a
-
-
 SYSTEM_TYPE = numba.typeof(
     System(
         candidate=np.zeros(0, np.uint32),
         antagonist=np.zeros(0, np.uint32),
         normal=np.zeros((0, 2)),
+        tangent=np.zeros((0, 3)),
         arm=np.zeros((0, 2)),
         lateral=np.zeros((0, 2)),
         delassus=np.zeros((0, 2)),
         coupling=np.zeros(0),
+        shear=np.zeros((0, 2)),
         prepared=np.zeros(0),
         impulse=np.zeros((0, 2)),
         velocity=np.zeros((0, 3)),
@@ -167,6 +156,7 @@ class LawKernels:
 
 def law_kernels(
     law: type[Law],
+    dimension: int,
     parameter_count: int,
     rows: int,
     central: bool,
@@ -177,13 +167,14 @@ def law_kernels(
 ) -> LawKernels:
     """Kernels for groups of a law (``chain``: the links of one wire as a block, which needs the law's ``slope``);
     ``watched``: see :func:`group_kernels`."""
-    sweep, error = group_kernels(law, rows, diagonal, chain, SYSTEM_TYPE, {"CENTRAL": central}, watched=watched)
+    sweep, error = group_kernels(law, dimension, rows, diagonal, chain, SYSTEM_TYPE, {"CENTRAL": central}, watched=watched)
     functions = law.prepare, law.energy, law.initial, law.commit
     return LawKernels(sweep, error, *_step_kernels(functions, len(law.PREPARED), len(law.states()), parameter_count, rows))
 
 
 def group_kernels(
     law: type[Law],
+    dimension: int,
     rows: int,
     diagonal: bool,
     chain: bool,
@@ -200,7 +191,8 @@ def group_kernels(
     # keyed by the functions, not by the class: a script that redefines a law gets the new one
     functions = law.react, law.slope if chain else None
     try:
-        return _group_kernels(*functions, len(law.PREPARED), rows, diagonal, system_type, tuple(names.items()), watched)
+        given = len(law.PREPARED), dimension, rows, diagonal, system_type, tuple(names.items()), watched
+        return _group_kernels(*functions, *given)
     except numba.core.errors.NumbaError as error:
         raise not_compiled(law, error) from error
 
@@ -210,6 +202,7 @@ def _group_kernels(
     react: Callable,
     slope: Callable | None,
     prepared_count: int,
+    dimension: int,
     rows: int,
     diagonal: bool,
     system_type: Any,
@@ -230,10 +223,10 @@ def _group_kernels(
         "DIAGONAL": diagonal,
         **dict(names),
     }
-    sweep = Kernel(contact_block.sweep, meaning)
+    space = SPACES[dimension]
+    sweep, error = Kernel(space.sweep, meaning), Kernel(space.error, meaning)
     if slope is not None:
-        sweep = Kernel(wire_block.sweep, {**meaning, "slope": slope})
-    error = Kernel(contact_block.error, meaning)
+        sweep = Kernel(wire_block.sweep, {**space.link, **meaning, "slope": slope})
     if guarded:
         sweep, error = (Kernel(guard, {"body": kernel}) for kernel in (sweep, error))
     signature = group_signature(system_type)

@@ -25,23 +25,25 @@ STANDARD: dict[int, type[Law]] = {CONTACT: Coulomb, PULL: ElasticWire, BOTH: Ela
 
 
 class MatrixSystem(NamedTuple):
-    """Arrays of a problem in 2D; m interactions."""
+    """Arrays of a problem in dimension d; m interactions."""
 
     first: np.ndarray
     """Where the blocks of a block column begin, (m + 1,) int64."""
     row: np.ndarray
     """Row of each block, (blocks,) int64."""
     block: np.ndarray
-    """Blocks of W, (blocks, 2, 2)."""
+    """Blocks of W, (blocks, d, d)."""
     delassus: np.ndarray
-    """Diagonal of the local blocks (W_nn, W_tt) [1/kg], (m, 2)."""
+    """Diagonal of the local blocks (W_nn, W_tt, W_ss) [1/kg], (m, d)."""
     coupling: np.ndarray
     """W_nt of a contact; of a link, the entry of W between it and the next link of its wire, (m,)."""
+    shear: np.ndarray
+    """(W_ns, W_ts) of a contact in 3D, (m, 2); (0, 2) in 2D."""
     prepared: np.ndarray
     impulse: np.ndarray
-    """(r_n, r_t) [N s], (m, 2)."""
+    """(r_n, r_t, r_s) [N s], (m, d)."""
     velocity: np.ndarray
-    """Relative velocities under the present impulses [m/s], (m, 2)."""
+    """Relative velocities under the present impulses [m/s], (m, d)."""
     work: np.ndarray
     worst: np.ndarray
 
@@ -66,9 +68,50 @@ def apply_impulses(free_velocity, s):
         push(np.uintp(i), s, s.impulse[i, 0], s.impulse[i, 1])
 
 
-TEMPLATE_NAMES = {"relative_velocity": relative_velocity, "push": push}
-"""What the templates of the groups are specialised with."""
-DRIVER_NAMES = {"apply_impulses": apply_impulses}
+def relative_velocity_3d(i, s):
+    """(u_n, u_t, u_s) of interaction ``i``."""
+    return s.velocity[i, 0], s.velocity[i, 1], s.velocity[i, 2]
+
+
+def push_3d(i, s, d_n, d_t, d_s):
+    """Add an impulse to interaction ``i`` and to the velocities that it reaches."""
+    for k in range(s.first[i], s.first[i + np.uintp(1)]):
+        j = s.row[k]
+        for c in range(3):
+            s.velocity[j, c] += s.block[k, c, 0] * d_n + s.block[k, c, 1] * d_t + s.block[k, c, 2] * d_s
+
+
+def normal_velocity_3d(i, s):
+    """u_n of link ``i``."""
+    return s.velocity[i, 0]
+
+
+def push_normal_3d(i, s, d):
+    """Add a normal impulse to link ``i``."""
+    push_3d(i, s, d, 0.0, 0.0)
+
+
+def apply_impulses_3d(free_velocity, s):
+    """``u = q + W r``."""
+    s.velocity[:, :] = free_velocity
+    for i in range(s.impulse.shape[0]):
+        push_3d(np.uintp(i), s, s.impulse[i, 0], s.impulse[i, 1], s.impulse[i, 2])
+
+
+TEMPLATE_NAMES: dict[int, dict[str, Any]] = {
+    2: {"relative_velocity": relative_velocity, "push": push},
+    3: {
+        "relative_velocity": relative_velocity_3d,
+        "push": push_3d,
+        "normal_velocity": normal_velocity_3d,
+        "push_normal": push_normal_3d,
+    },
+}
+"""What the templates of the groups are specialised with, by dimension."""
+DRIVER_NAMES: dict[int, dict[str, Any]] = {
+    2: {"apply_impulses": apply_impulses},
+    3: {"apply_impulses": apply_impulses_3d},
+}
 """What the kernels of solvers are specialised with."""
 
 
@@ -84,12 +127,16 @@ def _runs(problem: Problem, link_links: np.ndarray) -> list[tuple[int, int]]:
 
 def assemble_problem(problem: Problem, wire_blocks: bool) -> tuple[Groups, MatrixSystem, list[Any]]:
     """Groups and system of a problem, and what must stay alive while they are used."""
-    count = len(problem.mu)
-    columns = problem.W.T.tobsr(blocksize=(2, 2)) if count else problem.W.T.tobsr(blocksize=(1, 1))
-    diagonal = problem.W.diagonal().reshape(-1, 2)
-    normal = 2 * np.arange(count)
+    count, d = len(problem.mu), problem.dimension
+    columns = problem.W.T.tobsr(blocksize=(d, d)) if count else problem.W.T.tobsr(blocksize=(1, 1))
+    diagonal = problem.W.diagonal().reshape(-1, d)
+    normal = d * np.arange(count)
     following = np.asarray(problem.W[normal[:-1], normal[1:]]).ravel() if count > 1 else np.zeros(0)
-    tangential = np.asarray(problem.W[normal, normal + 1]).ravel() if count else np.zeros(0)
+
+    def local(i: int, j: int) -> np.ndarray:
+        return np.asarray(problem.W[normal + i, normal + j]).ravel() if count else np.zeros(0)
+
+    tangential = local(0, 1)
     runs = _runs(problem, following)
     cones = problem.cones
     coupling = np.where(cones == CONTACT, tangential, 0.0)
@@ -100,12 +147,13 @@ def assemble_problem(problem: Problem, wire_blocks: bool) -> tuple[Groups, Matri
     system = MatrixSystem(
         first=columns.indptr.astype(np.int64),
         row=columns.indices.astype(np.int64),
-        block=np.ascontiguousarray(columns.data.transpose(0, 2, 1)) if count else np.zeros((0, 2, 2)),
+        block=np.ascontiguousarray(columns.data.transpose(0, 2, 1)) if count else np.zeros((0, d, d)),
         delassus=np.ascontiguousarray(diagonal),
         coupling=coupling,
+        shear=np.column_stack([local(0, 2), local(1, 2)]) if d == 3 else np.zeros((0, 2)),
         prepared=np.column_stack([np.zeros(count), second]).ravel(),
-        impulse=np.zeros((count, 2)),
-        velocity=np.zeros((count, 2)),
+        impulse=np.zeros((count, d)),
+        velocity=np.zeros((count, d)),
         work=np.zeros((4, max((stop - start for start, stop in runs), default=0))),
         worst=np.zeros(2),
     )
@@ -113,10 +161,10 @@ def assemble_problem(problem: Problem, wire_blocks: bool) -> tuple[Groups, Matri
     for start, stop in runs:
         law = STANDARD[int(cones[start])]
         contact = cones[start] == CONTACT
-        rows = 2 if contact and problem.mu[start:stop].any() else 1
+        rows = d if contact and problem.mu[start:stop].any() else 1
         chain = wire_blocks and not contact
-        diagonal_only = not (contact and coupling[start:stop].any())
-        kernels.append(group_kernels(law, rows, diagonal_only, chain, numba.typeof(system), TEMPLATE_NAMES))
+        diagonal_only = not (contact and (coupling[start:stop].any() or system.shear[start:stop].any()))
+        kernels.append(group_kernels(law, d, rows, diagonal_only, chain, numba.typeof(system), TEMPLATE_NAMES[d]))
     table = Groups(
         sweep=np.array([sweep.address for sweep, _ in kernels], dtype=np.int64),
         error=np.array([error.address for _, error in kernels], dtype=np.int64),

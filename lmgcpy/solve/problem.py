@@ -201,15 +201,13 @@ def project_on_cone(x: np.ndarray, mu: np.ndarray) -> np.ndarray:
 def solve(problem: Problem, *, solver: Any = None, guess: Any = None) -> Solution:
     """Solve a problem, from ``guess`` (m, d) or the problem's own.
 
-    ``solver``: such as ``lmgcpy.GaussSeidel(tolerance=1e-8)``. In dimension 2 so far.
+    ``solver``: such as ``lmgcpy.GaussSeidel(tolerance=1e-8)``.
     """
     from lmgcpy.solve.gauss_seidel import GaussSeidel
     from lmgcpy.solve.matrix_operator import DRIVER_NAMES, assemble_problem
     from lmgcpy.solve.report import STATUS
 
     _check(problem, "solve")
-    if problem.dimension != 2:
-        raise NotImplementedError("Problems in dimension 3 can be read and measured, but not solved yet.")
     solver = GaussSeidel() if solver is None else solver
     if isinstance(solver, type) or not hasattr(solver, "wire_blocks") or not hasattr(solver, "solve"):
         raise TypeError(f"solver must be a solver such as lmgcpy.GaussSeidel(), got {shown(solver)}.")
@@ -217,8 +215,9 @@ def solve(problem: Problem, *, solver: Any = None, guess: Any = None) -> Solutio
     if start.shape != problem.guess.shape:
         raise ValueError(f"guess must have shape {problem.guess.shape}, got {start.shape}.")
     table, system, kernels = assemble_problem(problem, solver.wire_blocks)
+    operator = DRIVER_NAMES[problem.dimension]
     begin = clock.perf_counter()
-    iterations, _, status = solver.solve(table, system, problem.q.reshape(-1, 2).copy(), start, **DRIVER_NAMES)
+    iterations, _, status = solver.solve(table, system, problem.q.reshape(-1, problem.dimension).copy(), start, **operator)
     seconds = clock.perf_counter() - begin
     del kernels  # the table holds their addresses, which end with them
     impulses = system.impulse

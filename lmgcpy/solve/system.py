@@ -12,14 +12,18 @@ import numpy as np
 
 
 class System(NamedTuple):
-    """Arrays of one step in 2D; m interactions, n bodies. Velocities are (v_x, v_y, spin) [m/s, m/s, rad/s]."""
+    """Arrays of one step in dimension d; m interactions, n bodies, k components of a body's velocity: (v_x, v_y, spin)
+    [m/s, m/s, rad/s] in 2D, (v_x, v_y, v_z, spin_x, spin_y, spin_z) in 3D. The frame is (n, t) in 2D, t being n turned by
+    +90 degrees, and (n, t, s = n x t) in 3D."""
 
     candidate: np.ndarray
     """Row of the candidate body, (m,) uint32."""
     antagonist: np.ndarray
     """Row of the antagonist body, (m,) uint32."""
     normal: np.ndarray
-    """From the antagonist to the candidate, (m, 2); the tangent is it turned by +90 degrees."""
+    """From the antagonist to the candidate, (m, d)."""
+    tangent: np.ndarray
+    """Of the frame in 3D, (m, 3); (0, 3) in 2D."""
     arm: np.ndarray
     """(m, 2): distance along the normal from the candidate's and the antagonist's centre to the contact point [m],
     both positive towards it; the part of the levers that turns spin into tangential velocity."""
@@ -27,17 +31,19 @@ class System(NamedTuple):
     """(m, 2), or (0, 2) where every pair is central: tangential coordinate of the contact point seen from the
     candidate's and the antagonist's centre [m]; the part of the levers that turns spin into normal velocity."""
     delassus: np.ndarray
-    """Diagonal of the local block (W_nn, W_tt) [1/kg], (m, 2)."""
+    """Diagonal of the local block (W_nn, W_tt, W_ss) [1/kg], (m, d)."""
     coupling: np.ndarray
     """(m,) [1/kg]: W_nt of a contact; of a link, the entry of W between it and the next link of its chain."""
+    shear: np.ndarray
+    """(W_ns, W_ts) of a contact in 3D [1/kg], (m, 2); (0, 2) in 2D."""
     prepared: np.ndarray
     """What the laws' ``prepare`` returned, row by row of each group, flat."""
     impulse: np.ndarray
-    """(r_n, r_t) [N s], (m, 2)."""
+    """(r_n, r_t, r_s) [N s], (m, d)."""
     velocity: np.ndarray
-    """Velocities of the bodies under the present impulses, (n, 3)."""
+    """Velocities of the bodies under the present impulses, (n, k)."""
     inverse_mass: np.ndarray
-    """Inverse masses and inertias by component [1/kg], zero where driven, (n, 3)."""
+    """Inverse masses and inertias by component [1/kg], zero where driven, (n, k)."""
     work: np.ndarray
     """Scratch of the wire blocks, (4, longest chain)."""
     worst: np.ndarray

@@ -29,7 +29,7 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.solve.contact_block import push, relative_velocity
+from lmgcpy.solve.contact_block import normal_velocity, push_normal
 from lmgcpy.solve.system import System
 
 react: Callable[..., Any] = lambda W, u, prepared: u  # noqa: E731  given by the specialisation
@@ -63,7 +63,7 @@ def residual(start, count, offset, weight, s):
             s.work[1, k] = 0.0
             continue
         prepared = read(s.prepared, offset + k * PREPARED)
-        u_n, _ = relative_velocity(i, s)
+        u_n = normal_velocity(i, s)
         r = s.impulse[i, 0]
         free = (u_n - w * r,)
         (new,) = react(((w,),), free, prepared)
@@ -142,7 +142,7 @@ def move(start, count, s):
         d = s.work[0, k]
         if d != 0.0:
             s.impulse[i, 0] += d
-            push(i, s, d, 0.0)
+            push_normal(i, s, d)
 
 
 def relax(start, count, offset, s):
@@ -153,11 +153,11 @@ def relax(start, count, offset, s):
         if w == 0.0:
             continue
         prepared = read(s.prepared, offset + k * PREPARED)
-        u_n, _ = relative_velocity(i, s)
+        u_n = normal_velocity(i, s)
         r = s.impulse[i, 0]
         (new,) = react(((w,),), (u_n - w * r,), prepared)
         s.impulse[i, 0] = new
-        push(i, s, new - r, 0.0)
+        push_normal(i, s, new - r)
 
 
 def sweep(start, stop, offset, s: System):

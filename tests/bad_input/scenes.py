@@ -110,7 +110,7 @@ ROWS: dict[str, tuple] = {
     "normal NaN": (lambda w: wall(normal=(nan, 1)), ValueError, "normal of a wall must be finite, got (nan, 1)"),
     "normal in space": (lambda w: wall(normal=(0, 0, 1)), ValueError,
         "normal of a wall must be 2 numbers in dimension 2"),
-    "point in words": (lambda w: wall(point="origin"), TypeError, "position of a Wall must be 2 numbers, got 'origin'"),
+    "point in words": (lambda w: wall(point="origin"), TypeError, "point of a Wall must be 2 numbers, got 'origin'"),
     "mass of a wall": (lambda w: wall(mass=-2.0), ValueError, "mass of a wall must be above 0 kg, got -2 kg"),
     "radius of a contactor": (lambda w: lm.DiskContactor(-0.1), ValueError,
         "radius of a disk must be above 0 m, got -0.1 m"),

@@ -11,7 +11,7 @@ from lmgcpy.contact.broad_phase import near_pairs
 def all_pairs(positions, radius, reach):
     """The pairs within reach, by looking at every pair."""
     i, j = np.triu_indices(len(positions), 1)
-    distance = np.hypot(*(positions[i] - positions[j]).T)
+    distance = np.linalg.norm(positions[i] - positions[j], axis=1)
     near = distance <= radius[i] + radius[j] + reach
     return np.stack([i[near], j[near]], axis=1)
 
@@ -71,7 +71,12 @@ def test_nothing_to_pair(count):
     assert near_pairs(np.zeros((count, 2)), np.ones(count), 1.0).shape == (0, 2)
 
 
-def test_further_columns_are_not_read():
-    """Positions come as (x, y, angle)."""
-    positions = np.array([[0.0, 0.0, 7.0], [1.0, 0.0, -50.0]])
-    assert near_pairs(positions, np.full(2, 0.5), 0.0).tolist() == [[0, 1]]
+@pytest.mark.parametrize("flat", [(), (2,), (0, 1)])
+@pytest.mark.parametrize("seed", range(3))
+def test_random_spheres(seed, flat):
+    """In space, in a plane, and on a line along z: the box has no volume in the last two."""
+    rng = np.random.default_rng(seed)
+    positions = rng.uniform(-4.0, 4.0, (300, 3)) * (8.0 if len(flat) == 2 else 1.0)
+    positions[:, list(flat)] = 0.5
+    for reach in (0.0, 0.1, 3.0):
+        assert check(positions, rng.uniform(0.1, 0.6, 300), reach) > 20

@@ -1,0 +1,131 @@
+"""Bodies of 3D: spheres, and cylinders seen from inside."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from lmgcpy.errors import named_arguments, number, shown
+from lmgcpy.scene.body import Body
+from lmgcpy.scene.contactor import Contactor, CylinderContactor, SphereContactor
+from lmgcpy.scene.material import Material
+
+
+@named_arguments
+class Sphere(Body):
+    """A sphere: grain, bead. Its mass is that of its material, or ``mass`` [kg]; its inertia 2/5 m R^2, or ``inertia``."""
+
+    dimension = 3
+
+    def __init__(
+        self,
+        *,
+        radius: float,
+        material: Material | None = None,
+        mass: float | None = None,
+        inertia: float | None = None,
+        **start: Any,
+    ):
+        super().__init__(**start)
+        self._contactor = SphereContactor(radius)
+        if material is not None and not isinstance(material, Material):
+            raise TypeError(f"material of a sphere must be a lmgcpy.Material, got {shown(material)}.")
+        if mass is None and material is None:
+            raise TypeError("A sphere needs a material= or a mass= [kg].")
+        if mass is None:
+            assert material is not None
+            mass = material.density * 4.0 / 3.0 * math.pi * self.radius**3
+        self._mass = number(mass, "mass of a sphere", above=0.0, unit="kg")
+        own = 0.4 * self._mass * self.radius**2
+        self._inertia = number(own if inertia is None else inertia, "inertia of a sphere", above=0.0, unit="kg m^2")
+        self.material = material
+
+    @property
+    def radius(self) -> float:
+        """Radius [m]."""
+        return self._contactor.radius
+
+    @property
+    def mass(self) -> float:
+        return self._mass
+
+    @property
+    def inertia(self) -> float:
+        return self._inertia
+
+    @property
+    def contactors(self) -> list[tuple[Contactor, tuple[float, ...]]]:
+        return [(self._contactor, (0.0, 0.0, 0.0))]
+
+    @property
+    def link_radius(self) -> float:
+        return self.radius
+
+
+@named_arguments
+class CylinderWall(Body):
+    """A hollow cylinder, seen from inside. Every component is held unless freed by a load; it never turns."""
+
+    dimension = 3
+    placed_by = "point"
+
+    def __init__(self, *, point: Any, axis: Any, radius: float, mass: float | None = None, **start: Any):
+        super().__init__(position=point, **start)
+        self._contactor = CylinderContactor(axis, radius)
+        self._mass = math.inf if mass is None else number(mass, "mass of a cylinder", above=0.0, unit="kg")
+
+    @property
+    def radius(self) -> float:
+        """Radius [m]."""
+        return self._contactor.radius
+
+    @property
+    def mass(self) -> float:
+        return self._mass
+
+    @property
+    def inertia(self) -> float:
+        return math.inf
+
+    @property
+    def contactors(self) -> list[tuple[Contactor, tuple[float, ...]]]:
+        return [(self._contactor, (0.0, 0.0, 0.0))]
+
+    @property
+    def gravity_acts(self) -> bool:
+        return False
+
+    @property
+    def held_by_default(self) -> bool:
+        return True
+
+
+@named_arguments
+def sphere(
+    *,
+    radius: float,
+    position: Any,
+    material: Material | None = None,
+    color: str = "GRAIN",
+    velocity: Any = (0.0, 0.0, 0.0),
+    spin: Any = (0.0, 0.0, 0.0),
+    mass: float | None = None,
+    inertia: float | None = None,
+) -> Sphere:
+    """A sphere of ``radius`` [m] at ``position`` [m]; ``mass`` [kg] and ``inertia`` [kg m^2] override the material's."""
+    return Sphere(
+        radius=radius,
+        position=position,
+        material=material,
+        color=color,
+        velocity=velocity,
+        spin=spin,
+        mass=mass,
+        inertia=inertia,
+    )
+
+
+@named_arguments
+def cylinder_wall(*, point: Any, axis: Any, radius: float, color: str = "WALL", mass: float | None = None) -> CylinderWall:
+    """A hollow cylinder of ``radius`` [m] around ``axis`` through ``point`` [m]; ``mass`` [kg] if it is loaded."""
+    return CylinderWall(point=point, axis=axis, radius=radius, color=color, mass=mass)
