@@ -103,10 +103,10 @@ def residual_by_hand(candidate, antagonist, normal, delassus, bias, compliance, 
             gradient = -1.0 / (w + compliance[i])
             new = free * gradient
         work[0, i] = new - r
-        if gradient != work[1, i]:
+        if abs(gradient - work[1, i]) > 1e-9 * abs(gradient) or (gradient == 0.0 and abs(new - r) > 1e-9 * abs(new)):
             changed = True
         work[1, i] = gradient
-        merit += (w * (new - r)) ** 2
+        merit += (w * (new - r)) ** 2 + 0.0 * gradient
     return merit, changed
 
 
