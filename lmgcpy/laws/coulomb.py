@@ -57,22 +57,28 @@ def slide_at(slowness, w_nn, q_n, coupling, shear, free):
 
 
 def react_in_space(W, q_n, q_t, q_s, friction):
-    """Impulse (r_n, r_t, r_s) of ``0 <= u_n _|_ r_n >= 0``, ``|r_t| <= mu r_n``, opposing ``u_t``, for ``u = q + W r``.
-
-    Statuses are tried in the order open, stick, slide. A contact that slides has ``u_t = -l r_t``, l > 0: as l grows from
-    0, where it sticks, ``|r_t| - mu r_n`` goes from above zero to ``mu q_n / W_nn < 0``, so that for every symmetric
-    positive definite ``W`` there is a root, by bisection safeguarding the secant. Where W couples n strongly with t there
-    may be several; the bracket's is taken.
-    """
-    (w_nn, w_nt, w_ns), (_, w_tt, w_ts), (_, _, w_ss) = W
+    """Impulse (r_n, r_t, r_s) of ``0 <= u_n _|_ r_n >= 0``, ``|r_t| <= mu r_n``, opposing ``u_t``, for ``u = q + W r``."""
     if q_n >= 0.0:
         return (0.0, 0.0, 0.0)
+    (w_nn, w_nt, w_ns), (_, w_tt, w_ts), (_, _, w_ss) = W
     if w_nt == 0.0 and w_ns == 0.0 and w_ts == 0.0 and w_tt == w_ss:
         r_n = -q_n / w_nn
         limit = friction * r_n
         length = math.sqrt(q_t * q_t + q_s * q_s) / w_tt
         factor = -1.0 / w_tt if length <= limit else -limit / (length * w_tt)
         return (r_n, factor * q_t, factor * q_s)
+    return react_to_full_block(W, q_n, q_t, q_s, friction)
+
+
+def react_to_full_block(W, q_n, q_t, q_s, friction):
+    """The same for ``q_n < 0`` and any symmetric positive definite block; a function of its own, so that the compiler can
+    make :func:`react_in_space` part of the sweep.
+
+    Statuses are tried in the order open, stick, slide. A contact that slides has ``u_t = -l r_t``, l > 0: as l grows from
+    0, where it sticks, ``|r_t| - mu r_n`` goes from above zero to ``mu q_n / W_nn < 0``, so that for every block there is a
+    root, by regula falsi in a bracket. Where W couples n strongly with t there may be several; the bracket's is taken.
+    """
+    (w_nn, w_nt, w_ns), (_, w_tt, w_ts), (_, _, w_ss) = W
     coupling = (w_nt, w_ns)
     shear = (w_tt - w_nt * w_nt / w_nn, w_ts - w_nt * w_ns / w_nn, w_ss - w_ns * w_ns / w_nn)
     free = (q_t - w_nt * q_n / w_nn, q_s - w_ns * q_n / w_nn)
