@@ -1,4 +1,4 @@
-"""Solid fraction in a window, from the exact areas of disks cut by a rectangle."""
+"""Solid fraction in a window, from the exact areas of disks cut by a rectangle, or volumes of spheres cut by a box."""
 
 from __future__ import annotations
 
@@ -7,38 +7,46 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.errors import named_arguments, numbers, shown
+from lmgcpy.measure.sphere_in_box import sphere_volume_in_box
 
 
 @named_arguments
 def density(positions: Any, radii: Any, window: Any) -> float:
-    """Solid fraction [-] of disks in a window: the area of the disks inside the rectangle over its own area.
+    """Solid fraction [-] in a window: the area of the disks inside the rectangle over its own area; in 3D the volumes.
 
-    The disks are assumed not to overlap: what two of them share is counted twice.
+    The disks or spheres are assumed not to overlap: what two of them share is counted twice.
 
-    ``positions`` [m], shape (n, 2); ``radii`` [m], shape (n,); ``window`` the corners ((x0, y0), (x1, y1)) [m], lower
-    left and upper right.
+    ``positions`` [m], shape (n, d); ``radii`` [m], shape (n,); ``window`` the corners ((x0, y0), (x1, y1)) [m], lower
+    left and upper right, in 3D ((x0, y0, z0), (x1, y1, z1)).
 
     Raises ValueError where shapes do not match, a radius is negative or the window is empty, TypeError for what are no
     numbers.
     """
     centres = numbers(positions, "positions")
     sizes = numbers(radii, "radii")
-    if centres.size == 0:
-        centres = centres.reshape(0, 2)
-    if centres.ndim != 2 or centres.shape[1] != 2 or sizes.shape != (len(centres),):
+    corners = numbers(window, "window")
+    if corners.shape not in ((2, 2), (2, 3)):
         raise ValueError(
-            f"density is of disks: positions must have shape (n, 2) and radii (n,), got {centres.shape} and {sizes.shape}."
+            f"window must be two corners ((x0, y0), (x1, y1)) [m], got {shown(window)}; of three coordinates each in 3D."
+        )
+    dimension = corners.shape[1]
+    if centres.size == 0:
+        centres = centres.reshape(0, dimension)
+    if centres.ndim != 2 or centres.shape[1] != dimension or sizes.shape != (len(centres),):
+        raise ValueError(
+            f"density is of {'disks' if dimension == 2 else 'spheres'} in a window of {dimension} coordinates: positions "
+            f"must have shape (n, {dimension}) and radii (n,), got {centres.shape} and {sizes.shape}."
         )
     if (sizes < 0.0).any():
         where = int(np.argmax(sizes < 0.0))
         raise ValueError(f"radii must not be negative, but number {where} is {sizes[where]:g} m.")
-    corners = numbers(window, "window")
-    if corners.shape != (2, 2):
-        raise ValueError(f"window must be two corners ((x0, y0), (x1, y1)) [m], got {shown(window)}.")
-    (x0, y0), (x1, y1) = corners
-    if not (x0 < x1 and y0 < y1 and (x1 - x0) * (y1 - y0) > 0.0):
+    low, high = corners
+    size = float(np.prod(high - low))
+    if not ((low < high).all() and size > 0.0):
         raise ValueError(f"window must go from its lower left to its upper right corner, got {shown(window)}.")
-    return float(disk_area_in_rectangle(centres, sizes, x0, y0, x1, y1).sum() / ((x1 - x0) * (y1 - y0)))
+    if dimension == 3:
+        return float(sphere_volume_in_box(centres, sizes, low, high).sum() / size)
+    return float(disk_area_in_rectangle(centres, sizes, *low, *high).sum() / size)
 
 
 def disk_area_in_rectangle(
