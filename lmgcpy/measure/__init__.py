@@ -1,6 +1,7 @@
-"""What is measured on a sample: density, and Weber stress by law."""
+"""What is measured on a sample: density, Weber stress by law, the contact network."""
 
 from lmgcpy.measure.density import density
+from lmgcpy.measure.network import Network, network
 from lmgcpy.measure.stress import principal, stress
 
-__all__ = ["density", "principal", "stress"]
+__all__ = ["Network", "density", "network", "principal", "stress"]

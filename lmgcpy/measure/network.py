@@ -1,0 +1,64 @@
+"""The contact network of a sample: coordination, rattlers, fabric."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lmgcpy.dynamics.simulation import Simulation
+from lmgcpy.errors import named_arguments, shown
+
+CARRYING = 2
+"""Contacts that a body needs at the least to carry a force on; one with fewer is a rattler."""
+
+
+@dataclass(frozen=True)
+class Network:
+    """Who pushes whom in a step; links are not part of it. d dimensions."""
+
+    pairs: np.ndarray
+    """Ids of candidate and antagonist of each contact between bodies that carry force, walls included, (c, 2)."""
+    coordination: float
+    """Mean number of contacts of a body that is no rattler, those at walls included; 0 where there is none."""
+    rattlers: np.ndarray
+    """Ids of the bodies that carry no force, (r,)."""
+    fabric: np.ndarray
+    """Mean of n (x) n over the contacts, of trace 1, (d, d); zero without contacts."""
+
+    def __repr__(self) -> str:
+        return (
+            f"<Network of {len(self.pairs)} contacts: coordination {self.coordination:.3g}, {len(self.rattlers)} rattlers>"
+        )
+
+
+@named_arguments
+def network(sim: Simulation) -> Network:
+    """The contact network of the last step of a simulation.
+
+    A contact counts where its normal impulse is above zero. Bodies with fewer than two contacts are rattlers; their
+    contacts are left out, which may make rattlers of others, and so on until none is left: this is for samples that are
+    pressed together, as under gravity a body may rest on a single contact. Walls are no bodies here, but contacts at them
+    count.
+    """
+    if not isinstance(sim, Simulation):
+        raise TypeError(f"network is of a simulation, the object that lmgcpy.Simulation(...) makes, got {shown(sim)}.")
+    net = sim.interactions
+    links = {chain.law.NAME for chain in sim.model.chains}
+    acting = (net.impulse[:, 0] > 0.0) & ~np.isin(net.law, list(links))
+    pairs, normal = np.column_stack([net.candidate, net.antagonist])[acting], net.normal[acting]
+    grain = np.isfinite(sim.model.extent)
+    while True:
+        contacts = np.bincount(pairs.ravel(), minlength=len(grain))
+        loose = grain & (contacts < CARRYING)
+        kept = ~loose[pairs].any(axis=1)
+        if kept.all():
+            break
+        pairs, normal = pairs[kept], normal[kept]
+    carrying = grain & ~loose
+    return Network(
+        pairs=pairs,
+        coordination=float(contacts[carrying].mean()) if carrying.any() else 0.0,
+        rattlers=np.flatnonzero(loose),
+        fabric=np.einsum("ci,cj->ij", normal, normal) / max(len(normal), 1),
+    )

@@ -1,0 +1,68 @@
+"""Coordination, rattlers and fabric of packings that are known."""
+
+import numpy as np
+import pytest
+
+import lmgcpy as lm
+
+
+def column(count, extra=()):
+    """Spheres on top of each other on a floor, and others."""
+    scene = lm.Scene(dimension=3, gravity=(0.0, 0.0, -9.81))
+    for k in range(count):
+        scene.add(lm.sphere(radius=0.1, position=(0.0, 0.0, 0.1 + 0.2 * k), mass=1.0))
+    for place in extra:
+        scene.add(lm.sphere(radius=0.1, position=place, mass=1.0))
+    scene.add(lm.wall(point=(0, 0, 0), normal=(0, 0, 1)))
+    scene.see("GRAIN", "GRAIN", lm.Coulomb(friction=0.3))
+    scene.see("GRAIN", "WALL", lm.Coulomb(friction=0.3))
+    return lm.Simulation(scene, time_step=1e-3).run(steps=1)
+
+
+def test_a_column_under_its_own_weight_is_all_rattlers_from_the_top_down():
+    """The top one has one contact only; without it the next has one; none carries a force on to something else."""
+    found = lm.measure.network(column(4))
+    assert found.rattlers.tolist() == [0, 1, 2, 3]
+    assert found.coordination == 0.0
+    assert np.array_equal(found.fabric, np.zeros((3, 3)))
+
+
+def box(law_between=None):
+    """A square lattice of 5 x 5 disks pressed by two walls against two others, and a loose disk in a hole of it."""
+    scene = lm.Scene(dimension=2)
+    disks = [
+        scene.add(lm.disk(radius=0.1, position=(0.1 + 0.2 * i, 0.1 + 0.2 * j), mass=1.0))
+        for j in range(5)
+        for i in range(5)
+    ]
+    scene.add(lm.disk(radius=0.02, position=(0.2, 0.2), mass=1.0))
+    scene.add(lm.wall(point=(0, 0), normal=(0, 1)))
+    scene.add(lm.wall(point=(0, 0), normal=(1, 0)))
+    scene.add(lm.wall(point=(1, 0), normal=(-1, 0), mass=1.0)).impose_force(x=-10.0)
+    scene.add(lm.wall(point=(0, 1), normal=(0, -1), mass=1.0, color="LID")).impose_force(y=-10.0)
+    for color in ("WALL", "LID"):
+        scene.see("GRAIN", color, lm.Signorini())
+    scene.see("GRAIN", "GRAIN", lm.Signorini())
+    if law_between is not None:
+        scene.chain(disks[:3], law_between)
+    return lm.Simulation(scene, time_step=1e-3).run(steps=1)
+
+
+@pytest.mark.parametrize("links", [None, lm.RigidRod()])
+def test_a_square_lattice_has_four_contacts_each(links):
+    """25 disks with 4 contacts each, walls included: 40 among themselves and 20 at walls; half of the normals along each
+    axis. Links that push are no contacts: two of the contacts may lose their force to them."""
+    found = lm.measure.network(box(links))
+    assert found.rattlers.tolist() == [25]
+    lost = 0 if links is None else 60 - len(found.pairs)
+    assert 0 <= lost <= 2
+    assert len(found.pairs) == 60 - lost
+    assert found.coordination == pytest.approx((100 - 2 * lost) / 25)
+    assert np.trace(found.fabric) == pytest.approx(1.0)
+    if links is None:
+        assert found.fabric == pytest.approx(0.5 * np.eye(2), abs=1e-12)
+
+
+def test_what_is_no_simulation_is_refused():
+    with pytest.raises(TypeError, match="network is of a simulation"):
+        lm.measure.network(3)
