@@ -34,13 +34,13 @@ def deposit(
         without friction: grains placed before, obstacles, the floor and the walls. Nothing overlaps by more than 1e-10
         of the finest radius. No path is asked for by which a grain could have fallen there: overhangs are filled and
         fine grains find the holes left below, so that a wide grading (ratio 10) holds more of its fine grains at the
-        bottom; with ratios up to some 3 no such trend is seen in 2D. After Taboada's pre-processor.
+        bottom; with ratios up to some 3 in 2D, and 2 in 3D, no such trend is seen. After Taboada's pre-processor.
         Measured for 1700 grains, diameters uniform by number with ratio 2, in a box of 0.67 m: solid fraction 0.827
         (0.825 to 0.829 over 20 seeds) one coarsest diameter away from walls, floor and top, in 20 ms; 0.786, beads
         included, around a wire of 300 beads, where a void is left below each bead that hangs over.
-        For 10 000 spheres in a box as high as wide, in the same kind of window: 0.612 with ratio 1.2 (0.611 to 0.613
-        over 5 seeds), 0.640 with ratio 2, 0.664 with ratio 5, each in a second; 100 000 take five to ten. Equal spheres
-        begin as a crystal on the floor, some five layers high, and come to 0.607.
+        For 10 000 spheres in a box as high as wide, in the same kind of window: 0.612 with ratio 1.2 (0.612 to 0.613
+        over 5 seeds), 0.640 with ratio 2, 0.663 with ratio 5, each in a second; 100 000 take 4 to 10 s. Equal spheres
+        begin as a crystal on the floor, some five layers high, and come to 0.606.
     ``method="grid"``
         a loose grid of grains, in 2D brought down by a simulation under gravity: slow, but a state of mechanics. In 3D
         it is the loose grid itself, see :func:`lmgcpy.sample.grid_positions`, for a simulation to start from.

@@ -81,8 +81,8 @@ def helix(bead_count, bead_radius, box):
 
 @pytest.mark.parametrize("seed", range(5))
 def test_dense_sand(seed):
-    """0.57 is asked of nearly equal grains. Measured with ratio 1.2 over these seeds: 0.609 to 0.614, with 10 000 grains
-    0.6116 to 0.6129."""
+    """0.57 is asked of nearly equal grains. Measured with ratio 1.2 over these seeds: 0.610 to 0.612, with 10 000 grains
+    0.6119 to 0.6131."""
     count = 10_000 if seed < 2 else 3000
     radii = grading(count, minimum=0.0045, maximum=0.0054, dimension=3, seed=seed)
     box = cube(radii)
@@ -97,7 +97,7 @@ def test_dense_sand(seed):
 
 @pytest.mark.parametrize(("ratio", "least"), [(2.0, 0.63), (5.0, 0.65)])
 def test_wide_grading(ratio, least):
-    """Measured over five seeds: 0.636 to 0.638 with ratio 2, 0.655 to 0.657 with ratio 5."""
+    """Measured over five seeds: 0.635 to 0.638 with ratio 2, 0.654 to 0.658 with ratio 5."""
     radii = grading(3000, minimum=0.002, maximum=0.002 * ratio, dimension=3, seed=1)
     box = cube(radii)
     positions = deposit(radii, box=box, order="given")
@@ -108,7 +108,7 @@ def test_wide_grading(ratio, least):
 
 def test_around_a_wire():
     """Beads of a fifth of the grains' size are supports like any other, and none is run through. Solid fraction, beads
-    included: 0.606 measured."""
+    included, over four seeds: 0.598 to 0.600; grains that touch the wire: 216 to 254."""
     radii = grading(2000, minimum=0.004, maximum=0.006, dimension=3, seed=0)
     box = cube(radii)
     beads = helix(800, 0.001, box)
@@ -116,13 +116,13 @@ def test_around_a_wire():
     positions, sizes = np.vstack((beads, grains)), np.append(np.full(800, 0.001), radii)
     assert overlap(positions, sizes, box, 800) < OVERLAP
     assert unsupported(positions, sizes, box, 800) == 0
-    assert inner_density(positions, sizes, box, slice(800, None)) > 0.59
+    assert inner_density(positions, sizes, box, slice(800, None)) > 0.595
     touched = cKDTree(beads).query(grains)[0] < 0.001 + radii + 1e-12
     assert touched.sum() > 100
 
 
 def test_fast():
-    """10 000 spheres in under 20 s are asked; 0.4 s are measured, 0.5 s around 5000 beads; 5 s are for a busy machine."""
+    """10 000 spheres in under 20 s are asked; 0.4 s are measured, 0.9 s around 5000 beads; 5 s are for a busy machine."""
     radii = grading(10_000, minimum=0.0045, maximum=0.0054, dimension=3, seed=0)
     box = cube(radii)
     wire = helix(5000, 0.0008, box), np.full(5000, 0.0008)
