@@ -75,7 +75,7 @@ def fill(bed: Bed, obstacle_count, height):
     for disk in range(obstacle_count, len(bed.x)):
         r = bed.radius[disk]
         x, y, count = lowest_place(r, bed, pockets, count)
-        if y + r > height + bed.tolerance:
+        if y == np.inf or y + r > height + bed.tolerance:  # infinite: there is no pocket left
             return disk - obstacle_count
         bed.x[disk], bed.y[disk] = x, y
         enter(disk, bed)
