@@ -28,30 +28,38 @@ DIAGONAL = True
 """Whether all local blocks of W are diagonal."""
 
 
+def cross(n_x, n_y, n_z, t_x, t_y, t_z):
+    """``n x t``."""
+    return n_y * t_z - n_z * t_y, n_z * t_x - n_x * t_z, n_x * t_y - n_y * t_x
+
+
 def relative_velocity(i, s):
     """(u_n, u_t, u_s) of interaction ``i`` at the contact point, candidate minus antagonist."""
+    return relative_velocity_for(s.velocity, i, s)
+
+
+def relative_velocity_for(velocity, i, s):
+    """The same for other velocities of the bodies, (n, 6)."""
     c = s.candidate[i]
     a = s.antagonist[i]
     n_x = s.normal[i, 0]
     n_y = s.normal[i, 1]
     n_z = s.normal[i, 2]
-    v_x = s.velocity[c, 0] - s.velocity[a, 0]
-    v_y = s.velocity[c, 1] - s.velocity[a, 1]
-    v_z = s.velocity[c, 2] - s.velocity[a, 2]
+    v_x = velocity[c, 0] - velocity[a, 0]
+    v_y = velocity[c, 1] - velocity[a, 1]
+    v_z = velocity[c, 2] - velocity[a, 2]
     u_n = n_x * v_x + n_y * v_y + n_z * v_z
     if ROWS == 1:
         return u_n, 0.0, 0.0
     arm_c = s.arm[i, 0]
     arm_a = s.arm[i, 1]
-    w_x = arm_c * s.velocity[c, 3] + arm_a * s.velocity[a, 3]
-    w_y = arm_c * s.velocity[c, 4] + arm_a * s.velocity[a, 4]
-    w_z = arm_c * s.velocity[c, 5] + arm_a * s.velocity[a, 5]
+    w_x = arm_c * velocity[c, 3] + arm_a * velocity[a, 3]
+    w_y = arm_c * velocity[c, 4] + arm_a * velocity[a, 4]
+    w_z = arm_c * velocity[c, 5] + arm_a * velocity[a, 5]
     t_x = s.tangent[i, 0]
     t_y = s.tangent[i, 1]
     t_z = s.tangent[i, 2]
-    s_x = n_y * t_z - n_z * t_y
-    s_y = n_z * t_x - n_x * t_z
-    s_z = n_x * t_y - n_y * t_x
+    s_x, s_y, s_z = cross(n_x, n_y, n_z, t_x, t_y, t_z)
     u_t = t_x * v_x + t_y * v_y + t_z * v_z - (s_x * w_x + s_y * w_y + s_z * w_z)
     u_s = s_x * v_x + s_y * v_y + s_z * v_z + (t_x * w_x + t_y * w_y + t_z * w_z)
     return u_n, u_t, u_s
@@ -71,9 +79,7 @@ def push(i, s, d_n, d_t, d_s):
         t_x = s.tangent[i, 0]
         t_y = s.tangent[i, 1]
         t_z = s.tangent[i, 2]
-        s_x = n_y * t_z - n_z * t_y
-        s_y = n_z * t_x - n_x * t_z
-        s_z = n_x * t_y - n_y * t_x
+        s_x, s_y, s_z = cross(n_x, n_y, n_z, t_x, t_y, t_z)
         d_x += t_x * d_t + s_x * d_s
         d_y += t_y * d_t + s_y * d_s
         d_z += t_z * d_t + s_z * d_s
@@ -185,9 +191,7 @@ def momentum(s, result):
         t_x = s.tangent[i, 0]
         t_y = s.tangent[i, 1]
         t_z = s.tangent[i, 2]
-        s_x = n_y * t_z - n_z * t_y
-        s_y = n_z * t_x - n_x * t_z
-        s_z = n_x * t_y - n_y * t_x
+        s_x, s_y, s_z = cross(n_x, n_y, n_z, t_x, t_y, t_z)
         impulse = (
             n_x * r_n + t_x * r_t + s_x * r_s,
             n_y * r_n + t_y * r_t + s_y * r_s,
@@ -204,29 +208,7 @@ def momentum(s, result):
 def relative_velocities(s, velocity, result):
     """(u_n, u_t, u_s) of every interaction for the velocities of the bodies, into ``result`` (m, 3)."""
     for i in range(s.candidate.shape[0]):
-        c = s.candidate[i]
-        a = s.antagonist[i]
-        n_x = s.normal[i, 0]
-        n_y = s.normal[i, 1]
-        n_z = s.normal[i, 2]
-        t_x = s.tangent[i, 0]
-        t_y = s.tangent[i, 1]
-        t_z = s.tangent[i, 2]
-        s_x = n_y * t_z - n_z * t_y
-        s_y = n_z * t_x - n_x * t_z
-        s_z = n_x * t_y - n_y * t_x
-        u_n = 0.0
-        u_t = 0.0
-        u_s = 0.0
-        for k, n, t, b in ((0, n_x, t_x, s_x), (1, n_y, t_y, s_y), (2, n_z, t_z, s_z)):
-            v = velocity[c, k] - velocity[a, k]
-            w = s.arm[i, 0] * velocity[c, 3 + k] + s.arm[i, 1] * velocity[a, 3 + k]
-            u_n += n * v
-            u_t += t * v - b * w
-            u_s += b * v + t * w
-        result[i, 0] = u_n
-        result[i, 1] = u_t
-        result[i, 2] = u_s
+        result[i, 0], result[i, 1], result[i, 2] = relative_velocity_for(velocity, i, s)
 
 
 def normal_velocity(i, s):
