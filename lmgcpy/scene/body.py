@@ -231,9 +231,11 @@ class RigidBody(Body):
         return self._contactors
 
 
-@named_arguments
-class Disk(Body):
-    """A disk: grain, bead. Its mass is that of its material, or ``mass`` [kg]; its inertia m R^2/2, or ``inertia``."""
+class Round(Body):
+    """A disk or a sphere; subclasses make its contactor and say what it weighs and how it resists turning."""
+
+    what: str
+    """What it is called in sentences."""
 
     def __init__(
         self,
@@ -245,18 +247,33 @@ class Disk(Body):
         **start: Any,
     ):
         super().__init__(**start)
-        self._contactor = DiskContactor(radius)
+        self._contactor = self._shape(radius)
         if material is not None and not isinstance(material, Material):
-            raise TypeError(f"material of a disk must be a lmgcpy.Material, got {shown(material)}.")
+            raise TypeError(f"material of a {self.what} must be a lmgcpy.Material, got {shown(material)}.")
         if mass is None and material is None:
-            raise TypeError("A disk needs a material= or a mass= [kg].")
+            raise TypeError(f"A {self.what} needs a material= or a mass= [kg].")
         if mass is None:
             assert material is not None
-            mass = material.density * self._contactor.area
-        self._mass = number(mass, "mass of a disk", above=0.0, unit="kg")
-        half = self._contactor.second_moment / self._contactor.area
-        self._inertia = number(self._mass * half if inertia is None else inertia, "inertia of a disk", above=0.0)
+            mass = material.density * self._volume
+        self._mass = number(mass, f"mass of a {self.what}", above=0.0, unit="kg")
+        own = self._mass * self._turning if inertia is None else inertia
+        self._inertia = number(own, f"inertia of a {self.what}", above=0.0)
         self.material = material
+
+    @staticmethod
+    @abstractmethod
+    def _shape(radius: float) -> Any:
+        """Its contactor."""
+
+    @property
+    @abstractmethod
+    def _volume(self) -> float:
+        """Volume, in 2D area [m^3, m^2]."""
+
+    @property
+    @abstractmethod
+    def _turning(self) -> float:
+        """Inertia over mass [m^2]."""
 
     @property
     def radius(self) -> float:
@@ -273,11 +290,27 @@ class Disk(Body):
 
     @property
     def contactors(self) -> list[tuple[Contactor, tuple[float, ...]]]:
-        return [(self._contactor, (0.0, 0.0))]
+        return [(self._contactor, (0.0,) * self.dimension)]
 
     @property
     def link_radius(self) -> float:
         return self.radius
+
+
+@named_arguments
+class Disk(Round):
+    """A disk: grain, bead. Its mass is that of its material, or ``mass`` [kg]; its inertia m R^2/2, or ``inertia``."""
+
+    what = "disk"
+    _shape = DiskContactor
+
+    @property
+    def _volume(self) -> float:
+        return self._contactor.area
+
+    @property
+    def _turning(self) -> float:
+        return self._contactor.second_moment / self._contactor.area
 
 
 @named_arguments

@@ -5,61 +5,27 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from lmgcpy.errors import named_arguments, number, shown
-from lmgcpy.scene.body import Body
+from lmgcpy.errors import named_arguments, number
+from lmgcpy.scene.body import Body, Round
 from lmgcpy.scene.contactor import Contactor, CylinderContactor, SphereContactor
 from lmgcpy.scene.material import Material
 
 
 @named_arguments
-class Sphere(Body):
+class Sphere(Round):
     """A sphere: grain, bead. Its mass is that of its material, or ``mass`` [kg]; its inertia 2/5 m R^2, or ``inertia``."""
 
     dimension = 3
-
-    def __init__(
-        self,
-        *,
-        radius: float,
-        material: Material | None = None,
-        mass: float | None = None,
-        inertia: float | None = None,
-        **start: Any,
-    ):
-        super().__init__(**start)
-        self._contactor = SphereContactor(radius)
-        if material is not None and not isinstance(material, Material):
-            raise TypeError(f"material of a sphere must be a lmgcpy.Material, got {shown(material)}.")
-        if mass is None and material is None:
-            raise TypeError("A sphere needs a material= or a mass= [kg].")
-        if mass is None:
-            assert material is not None
-            mass = material.density * 4.0 / 3.0 * math.pi * self.radius**3
-        self._mass = number(mass, "mass of a sphere", above=0.0, unit="kg")
-        own = 0.4 * self._mass * self.radius**2
-        self._inertia = number(own if inertia is None else inertia, "inertia of a sphere", above=0.0, unit="kg m^2")
-        self.material = material
+    what = "sphere"
+    _shape = SphereContactor
 
     @property
-    def radius(self) -> float:
-        """Radius [m]."""
-        return self._contactor.radius
+    def _volume(self) -> float:
+        return 4.0 / 3.0 * math.pi * self.radius**3
 
     @property
-    def mass(self) -> float:
-        return self._mass
-
-    @property
-    def inertia(self) -> float:
-        return self._inertia
-
-    @property
-    def contactors(self) -> list[tuple[Contactor, tuple[float, ...]]]:
-        return [(self._contactor, (0.0, 0.0, 0.0))]
-
-    @property
-    def link_radius(self) -> float:
-        return self.radius
+    def _turning(self) -> float:
+        return 0.4 * self.radius**2
 
 
 @named_arguments
