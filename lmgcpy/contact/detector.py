@@ -1,8 +1,8 @@
 """Detection: from the positions at the middle of a step to its interactions, in canonical order.
 
 Chains come first, in the order in which they were made, then contacts by row of the visibility table and kind of
-contactor pair, and within those by ids. The list of neighbours is made anew only when something has moved by half the
-skin; what it yields does not depend on when that was. The impulse of an interaction is kept by its place in the list of
+contactor pair, and within those by ids. The list of neighbours is made anew only when something has moved as far as it
+may; what it yields does not depend on when that was. The impulse of an interaction is kept by its place in the list of
 neighbours, hence by identity: both contactors, and the row or the chain. So is the state of laws that have one; it lives
 as long as the interaction does, from the first step within alert to the last.
 """
@@ -15,12 +15,15 @@ import numpy as np
 
 from lmgcpy.contact import narrow_phase, narrow_phase_3d
 from lmgcpy.contact.broad_phase import near_pairs
-from lmgcpy.contact.memory import Memory
+from lmgcpy.contact.memory import Memory, carry, recall
 from lmgcpy.contact.narrow_phase import Interactions, empty_interactions, farthest, place_contactors
-from lmgcpy.contact.pairs import Pair, find_pair
+from lmgcpy.contact.neighbours import KindPair, Surroundings, kind_pairs, neighbours
 from lmgcpy.contact.tables import ChainTable, ContactorTable, VisibilityRow
-from lmgcpy.jit import Kernel, row_reader
+from lmgcpy.jit import Kernel
 from lmgcpy.laws import Law
+
+STEPS_A_LIST = 4
+"""For so many steps at the greatest speed a list of neighbours is meant to last."""
 
 
 @dataclass
@@ -31,9 +34,9 @@ class Group:
     central: bool
     chain: ChainTable | None = None
     row: VisibilityRow | None = None
-    pairs: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), np.int64))
+    pairs: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), np.int32))
     kernel: Kernel | None = None
-    kinds: tuple[str, str] | None = None
+    kinds: KindPair | None = None
     first_slot: int = 0
     start: int = 0
     stop: int = 0
@@ -50,6 +53,11 @@ class Group:
     def slots(self) -> int:
         """How many interactions the group may have."""
         return self.chain.link_count if self.chain else len(self.pairs)
+
+    @property
+    def identity(self) -> tuple[int, int]:
+        """What makes it the same group in another list: the chain, or the row and the kinds."""
+        return id(self.chain or self.row), id(self.kinds)
 
 
 class Detector:
@@ -69,27 +77,28 @@ class Detector:
         self.inverse_mass = inverse_mass
         self._narrow = narrow_phase if dimension == 2 else narrow_phase_3d
         check_pairs(contactors, rows)
-        bounded = np.isfinite(contactors.bounding_radius)
-        self._bounded = np.flatnonzero(bounded)
-        self._unbounded = np.flatnonzero(~bounded)
+        self._bounded: np.ndarray = np.isfinite(contactors.bounding_radius)
         self._free: np.ndarray = inverse_mass.max(axis=1, initial=0.0) > 0.0
         self._in_place = not contactors.offset.any() and np.array_equal(contactors.body, np.arange(len(inverse_mass)))
         self._shapes = np.ascontiguousarray(contactors.shape).ravel()
         self._stride = contactors.shape.shape[1]
-        self._kind = np.array(contactors.kind, dtype=object)
-        self._color = np.array(contactors.color, dtype=object)
-        radii = contactors.bounding_radius[bounded]
+        self._kinds = [kind_pairs(contactors, row) for row in rows]
+        self._offset_colors = {
+            contactors.color[k] for k in np.flatnonzero(contactors.offset.any(axis=1)).tolist()
+        }
+        radii = contactors.bounding_radius[self._bounded]
         self._largest = float(radii.max()) if len(radii) else 0.0
         self._skin = max([0.2 * float(radii.min()) if len(radii) else 0.0, *(row.alert for row in rows)])
         self._reach = 0.0
         self._listed_at: np.ndarray | None = None
         self.groups: list[Group] = []
         self.dimension = dimension
-        self.memory = np.zeros((0, dimension))
         laws = [row.law for row in rows] + [chain.law for chain in chains]
         self.state_names = list(dict.fromkeys(name for law in laws for name in law.states()))
         self._width = max((len(law.states()) for law in laws), default=0)
-        self.state = np.zeros((0, self._width))
+        self._slots = np.zeros(0, np.int32)
+        self._impulses = np.zeros((0, dimension))
+        self._states = np.zeros((0, self._width))
         self._capacity = empty_interactions(0, True, dimension)
         self.rebuilds = 0
 
@@ -105,9 +114,10 @@ class Detector:
         """
         placed = self._place(bodies)
         widest = max((self.alert(row, travel) for row in self.rows), default=0.0)
-        late = widest > self._reach - self._skin
-        if self._listed_at is None or late or 4.0 * farthest(placed, self._listed_at, self.dimension) > self._skin**2:
-            self._reach = (1.2 * widest if late else widest) + self._skin
+        if self._out_of_date(placed, widest):
+            # lists that last longer hold more pairs, which every step looks at
+            skin = max(self._skin, min(2.0 * STEPS_A_LIST * travel, 0.5 * self._largest))
+            self._reach = widest + skin
             self._list_neighbours(placed)
         flat = placed.ravel()
         first = 0
@@ -145,36 +155,39 @@ class Detector:
 
     def remember(self, interactions: Interactions, impulse: np.ndarray, state: np.ndarray) -> None:
         """Keep the impulses (m, d) of the step for the next one's start, and the states (m, k) of the laws."""
-        self.memory[:] = 0.0
-        self.memory[interactions.slot] = impulse
-        self.state[:] = np.nan
-        self.state[interactions.slot] = state
+        self._slots, self._impulses, self._states = interactions.slot.copy(), impulse, state
 
     def recall(self, interactions: Interactions) -> np.ndarray:
         """Impulses of the last step by identity, zero for new interactions, (m, d)."""
-        return self.memory[interactions.slot]
+        known = np.zeros((len(interactions.slot), self.dimension))
+        recall(interactions.slot, self._slots, self._impulses, known)
+        return known
 
     def recall_state(self, interactions: Interactions) -> np.ndarray:
         """States of the laws by identity, (m, k), k the longest; NaN for new interactions and for laws with fewer."""
-        return self.state[interactions.slot]
+        known = np.full((len(interactions.slot), self._width), np.nan)
+        recall(interactions.slot, self._slots, self._states, known)
+        return known
 
     def give_memory(self) -> Memory:
         """Impulses of the last step and states by identity, and what the list of neighbours came from, as copies."""
-        acting = self.memory.view(np.int64).any(axis=1)  # bits: minus zero is kept as well
-        kept = np.flatnonzero(acting | ~np.isnan(self.state).all(axis=1))
-        identity = np.empty((len(self.memory), 3), dtype=np.int64)
+        acting = self._impulses.view(np.int64).any(axis=1)  # bits: minus zero is kept as well
+        kept = np.flatnonzero(acting | ~np.isnan(self._states).all(axis=1))
+        slots = self._slots[kept]
+        identity = np.empty((len(kept), 3), dtype=np.int64)
         for group in self.groups:
-            mine = identity[group.first_slot : group.first_slot + group.slots]
+            first, last = np.searchsorted(slots, [group.first_slot, group.first_slot + group.slots])
+            mine, places = identity[first:last], slots[first:last] - group.first_slot
             mine[:, 0] = self._table(group)
             if group.chain:
-                mine[:, 1] = np.arange(group.slots)
+                mine[:, 1] = places
                 mine[:, 2] = -1
             else:
-                mine[:, 1:] = group.pairs
+                mine[:, 1:] = group.pairs[places]
         return Memory(
-            identity=identity[kept],
-            impulse=self.memory[kept],
-            state=self.state[kept],
+            identity=identity,
+            impulse=self._impulses[kept],
+            state=self._states[kept],
             listed=self._listed_at is not None,
             listed_at=np.zeros((len(self.contactors.body), 3)) if self._listed_at is None else self._listed_at.copy(),
             reach=self._reach,
@@ -183,33 +196,34 @@ class Detector:
 
     def take_memory(self, memory: Memory) -> None:
         """Go on from a memory; ValueError where it holds interactions that this scene cannot have."""
-        if not memory.listed:
-            return
         self._reach = memory.reach
-        self._list_neighbours(memory.listed_at)
+        self._listed_at = None
+        self.groups = []
+        if memory.listed:
+            self._list_neighbours(memory.listed_at)
         self.rebuilds = memory.rebuilds
-        self.memory[:] = 0.0
-        self.state[:] = np.nan
+        slots = np.full(len(memory.identity), -1)
         base = len(self.contactors.body)
-        found = 0
         for group in self.groups:
             mine = memory.identity[:, 0] == self._table(group)
             first, second = memory.identity[mine, 1:].T
             if group.chain:
                 place, here = first, (first >= 0) & (first < group.slots)
             else:
-                keys = group.pairs[:, 0] * base + group.pairs[:, 1]
+                keys = group.pairs[:, 0].astype(np.int64) * base + group.pairs[:, 1]
                 place = np.searchsorted(keys, first * base + second)
                 here = place < len(keys)
                 here[here] = keys[place[here]] == (first * base + second)[here]
-            self.memory[group.first_slot + place[here]] = memory.impulse[mine][here]
-            self.state[group.first_slot + place[here]] = memory.state[mine][here]
-            found += int(here.sum())
-        if found < len(memory.identity):
+            slots[np.flatnonzero(mine)[here]] = group.first_slot + place[here]
+        strange = int((slots < 0).sum())
+        if strange:
             raise ValueError(
-                f"{len(memory.identity) - found} of {len(memory.identity)} remembered impulses belong to interactions "
+                f"{strange} of {len(slots)} remembered impulses belong to interactions "
                 "that this scene does not have: the memory is of another scene."
             )
+        order = np.argsort(slots, kind="stable")
+        self._slots = slots[order].astype(np.int32)
+        self._impulses, self._states = memory.impulse[order], memory.state[order]
 
     def _table(self, group: Group) -> int:
         """Place of the group's chain or row among chains and rows."""
@@ -223,84 +237,67 @@ class Detector:
         place_contactors(bodies, self.contactors.body, self.contactors.offset, placed)
         return placed
 
+    def _out_of_date(self, placed: np.ndarray, widest: float) -> bool:
+        """Whether a pair may be within the ``widest`` alert distance that the list does not have."""
+        if self._listed_at is None or widest > self._reach:
+            return True
+        if 4.0 * farthest(placed, self._listed_at, self.dimension) > (self._reach - widest) ** 2:
+            return True
+        # of what has no bounds the smallest turn moves far things
+        turned = self.dimension == 2 and (placed[:, 2] != self._listed_at[:, 2])[~self._bounded].any()
+        return bool(turned)
+
     def _list_neighbours(self, placed: np.ndarray) -> None:
         """Make the groups and their lists of neighbours anew and carry impulses and states over."""
-        before = {self._identity(group): group for group in self.groups}
         self.rebuilds += 1
         self._listed_at = placed.copy()
-        bounded = self._bounded
+        bounded = np.flatnonzero(self._bounded)
         near = near_pairs(placed[bounded, : self.dimension], self.contactors.bounding_radius[bounded], self._reach)
-        near = bounded[near]
+        if len(bounded) < len(placed):
+            near = bounded.astype(np.int32)[near]
+        around = Surroundings(near, placed, self._reach, self.contactors, self._bounded, self._free)
         groups = [Group(chain.law, True, chain=chain) for chain in self.chains]
-        for row in self.rows:
-            groups += self._groups_of_row(row, near)
+        for row, kinds in zip(self.rows, self._kinds, strict=True):
+            groups += [group for pair in kinds if (group := self._group(row, pair, around)).slots]
         slots = 0
         for group in groups:
             group.first_slot = slots
             slots += group.slots
-        memory = np.zeros((slots, self.dimension))
-        state = np.full((slots, self._width), np.nan)
-        for group in groups:
-            old = before.get(self._identity(group))
-            if old is not None:
-                new_slots, old_slots = self._common_slots(group, old)
-                memory[new_slots] = self.memory[old_slots]
-                state[new_slots] = self.state[old_slots]
+        self._carry_over(groups, slots)
         self.groups = groups
-        self.memory = memory
-        self.state = state
-        self._capacity = empty_interactions(slots, all(group.central for group in groups), self.dimension)
+        central = all(group.central for group in groups)
+        if len(self._capacity.gap) < slots or (not central and len(self._capacity.lateral) < slots):
+            self._capacity = empty_interactions(slots + slots // 8, central, self.dimension)
 
-    @staticmethod
-    def _identity(group: Group) -> tuple:
-        return (id(group.chain), id(group.row), group.kinds)
+    def _group(self, row: VisibilityRow, kinds: KindPair, around: Surroundings) -> Group:
+        """The group of one row of the visibility table and two kinds of contactor."""
+        pairs = neighbours(row, kinds, around)
+        if len(pairs) == 0:
+            return Group(row.law, True, row=row)
+        central = kinds.pair.central and self._offset_colors.isdisjoint((row.candidate, row.antagonist))
+        names = {"CENTRAL": central} if self.dimension == 2 else {}
+        kernel = self._narrow.detect_contacts.specialise(**kinds.meaning, **names)
+        return Group(row.law, central, row=row, pairs=pairs, kernel=kernel, kinds=kinds)
 
-    def _common_slots(self, new: Group, old: Group) -> tuple[np.ndarray, np.ndarray]:
-        """Slots of the interactions that a group has in the new list and in the old one."""
-        if new.chain:
-            links = np.arange(new.slots)
-            return new.first_slot + links, old.first_slot + links
-        base = len(self.contactors.body)
-        new_keys = new.pairs[:, 0] * base + new.pairs[:, 1]
-        old_keys = old.pairs[:, 0] * base + old.pairs[:, 1]
-        _, in_new, in_old = np.intersect1d(new_keys, old_keys, assume_unique=True, return_indices=True)
-        return new.first_slot + in_new, old.first_slot + in_old
-
-    def _groups_of_row(self, row: VisibilityRow, near: np.ndarray) -> list[Group]:
-        """Groups of one row of the visibility table, by kinds of contactor; the first body is the candidate."""
-        candidates = np.flatnonzero(self._color == row.candidate)
-        antagonists = np.flatnonzero(self._color == row.antagonist)
-        walls_c = np.intersect1d(candidates, self._unbounded)
-        walls_a = np.intersect1d(antagonists, self._unbounded)
-        free_c = np.setdiff1d(candidates, walls_c)
-        free_a = np.setdiff1d(antagonists, walls_a)
-        parts = [near, near[:, ::-1]]
-        parts += [_all_pairs(free_c, walls_a), _all_pairs(walls_c, free_a)]
-        pairs = np.concatenate(parts)
-        pairs = pairs[np.isin(pairs[:, 0], candidates) & np.isin(pairs[:, 1], antagonists)]
-        first, second = self.contactors.body[pairs].T
-        in_order = first < second if row.candidate == row.antagonist else first != second
-        pairs = pairs[in_order & (self._free[first] | self._free[second])]
-        kinds = sorted({(c, a) for c, a in zip(self._kind[pairs[:, 0]], self._kind[pairs[:, 1]], strict=True)})
-        groups = []
-        for kind_c, kind_a in kinds:
-            mine = pairs[(self._kind[pairs[:, 0]] == kind_c) & (self._kind[pairs[:, 1]] == kind_a)]
-            mine = mine[np.lexsort((mine[:, 1], mine[:, 0]))]
-            pair = find_pair(kind_c, kind_a)
-            central = pair.central and not self.contactors.offset[np.union1d(candidates, antagonists)].any()
-            detect = self._kernel(kind_c, kind_a, pair, central)
-            groups.append(Group(row.law, central, row=row, pairs=mine, kernel=detect, kinds=(kind_c, kind_a)))
-        return groups
-
-    def _kernel(self, kind_c: str, kind_a: str, pair: Pair, central: bool) -> Kernel:
-        size = dict(zip(self.contactors.kind, self.contactors.shape_size, strict=True))
-        return self._narrow.detect_contacts.specialise(
-            narrow=pair.narrow,
-            read_shape_c=row_reader(size[kind_c]),
-            read_shape_a=row_reader(size[kind_a]),
-            FLIPPED=pair.flipped,
-            **({"CENTRAL": central} if self.dimension == 2 else {}),
-        )
+    def _carry_over(self, groups: list[Group], slots: int) -> None:
+        """From the slots of the present list to those of another, of so many slots."""
+        before = {group.identity: group for group in self.groups}
+        source = np.full(slots, -1, np.int32)
+        """Where in the memory each new slot is, or -1."""
+        for group in groups:
+            old = before.get(group.identity)
+            if old is None:
+                continue
+            first, last = np.searchsorted(self._slots, [old.first_slot, old.first_slot + old.slots])
+            mine = source[group.first_slot : group.first_slot + group.slots]
+            places = self._slots[first:last] - old.first_slot
+            if group.chain:
+                mine[places] = np.arange(first, last)
+            else:
+                carry(old.pairs, places, group.pairs, first, mine)
+        self._slots = np.flatnonzero(source >= 0).astype(np.int32)
+        kept = source[self._slots]
+        self._impulses, self._states = self._impulses[kept], self._states[kept]
 
 
 def check_pairs(contactors: ContactorTable, rows: list[VisibilityRow]) -> None:
@@ -320,8 +317,3 @@ def check_pairs(contactors: ContactorTable, rows: list[VisibilityRow]) -> None:
                         f"Law '{row.law.NAME}' is for contacts {pairs}, but "
                         f"'{row.candidate}' sees '{row.antagonist}' with a {c} and a {a}: give them another law."
                     )
-
-
-def _all_pairs(candidates: np.ndarray, antagonists: np.ndarray) -> np.ndarray:
-    c, a = np.meshgrid(candidates, antagonists, indexing="ij")
-    return np.stack([c.ravel(), a.ravel()], axis=1).astype(np.int64)

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lmgcpy.jit import kernel
+
 
 @dataclass(frozen=True)
 class Memory:
@@ -30,3 +32,30 @@ class Memory:
     """Distance between surfaces up to which pairs are in the list [m]."""
     rebuilds: int
     """How many lists were made so far."""
+
+
+@kernel
+def recall(slots, known, values, result):
+    """Rows of ``values`` that belong to the slots ``known``, into ``result`` where its ``slots`` are the same; both
+    ascend."""
+    k = 0
+    for i in range(slots.shape[0]):
+        while k < known.shape[0] and known[k] < slots[i]:
+            k += 1
+        if k < known.shape[0] and known[k] == slots[i]:
+            for column in range(values.shape[1]):
+                result[i, column] = values[k, column]
+
+
+@kernel
+def carry(old, places, new, first, source):
+    """Where the pairs ``old[places]`` are among the ``new`` ones, both sorted: ``first`` and what follows are written there
+    into ``source``."""
+    k = 0
+    for p in range(places.shape[0]):
+        c = old[places[p], 0]
+        a = old[places[p], 1]
+        while k < new.shape[0] and (new[k, 0] < c or (new[k, 0] == c and new[k, 1] < a)):
+            k += 1
+        if k < new.shape[0] and new[k, 0] == c and new[k, 1] == a:
+            source[k] = first + p

@@ -25,7 +25,7 @@ class Interactions(NamedTuple):
     coupling: np.ndarray
     shear: np.ndarray
     slot: np.ndarray
-    """Where the impulse of the interaction is remembered, (m,) int64."""
+    """Place of the interaction in the list of neighbours, ascending, (m,) int32."""
 
     def cut(self, count: int) -> Interactions:
         """The first ``count`` interactions, as views."""
@@ -46,7 +46,7 @@ def empty_interactions(capacity: int, central: bool, dimension: int) -> Interact
         delassus=np.zeros((capacity, dimension)),
         coupling=np.zeros(capacity),
         shear=np.zeros((in_space, 2)),
-        slot=np.zeros(capacity, np.int64),
+        slot=np.zeros(capacity, np.int32),
     )
 
 

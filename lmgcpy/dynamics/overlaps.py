@@ -22,7 +22,7 @@ def overlaps_at_start(model: Model) -> str | None:
         return None
     detector = Detector(model.contactors, model.rows, [], model.inverse_mass, model.dimension)
     found = detector.detect(model.start.positions, 0.0)
-    pairs = np.concatenate([np.zeros((0, 2), np.int64), *(group.pairs for group in detector.groups)])[found.slot]
+    pairs = np.concatenate([np.zeros((0, 2), np.int32), *(group.pairs for group in detector.groups)])[found.slot]
     radius = model.contactors.bounding_radius[pairs].min(axis=1, initial=np.inf)
     share = -found.gap / radius
     deep = share > SHARE

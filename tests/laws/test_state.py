@@ -139,5 +139,5 @@ def test_a_scene_without_states_pays_nothing():
     scene.add(lm.wall(point=(0, 0), normal=(0, 1)))
     scene.see("GRAIN", "WALL", lm.Signorini())
     sim = lm.Simulation(scene, time_step=1e-3).run(steps=2)
-    assert sim._detector.state.size == 0
+    assert sim._detector.give_memory().state.size == 0
     assert sim.interactions.state == {}

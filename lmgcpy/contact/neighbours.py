@@ -1,0 +1,172 @@
+"""Lists of neighbours: the pairs of contactors that a row of the visibility table concerns, by kinds of contactor.
+
+Everything here is O(n): pairs come sorted from the grid and stay so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from lmgcpy.contact.broad_phase import by_first
+from lmgcpy.contact.pairs import Pair, find_pair
+from lmgcpy.contact.tables import ContactorTable, VisibilityRow
+from lmgcpy.jit import kernel, row_reader
+
+narrow: Callable[..., Any] = lambda position_c, shape_c, position_a, shape_a: (0.0, (0.0, 1.0), (0.0, 0.0))  # noqa: E731
+"""The pair's narrow phase, given by the specialisation, like the names below."""
+read_position: Callable[..., Any] = row_reader(3)
+read_shape_c: Callable[..., Any] = row_reader(1)
+read_shape_a: Callable[..., Any] = row_reader(1)
+FLIPPED = False
+"""The candidate is the narrow phase's antagonist."""
+
+
+@dataclass(frozen=True)
+class KindPair:
+    """The contactors of one row of the visibility table that are of one kind each."""
+
+    candidate: str
+    antagonist: str
+    is_candidate: np.ndarray
+    """Which contactors may be candidates, (k,) bool."""
+    is_antagonist: np.ndarray
+    """Which contactors may be antagonists, (k,) bool."""
+    shape_sizes: tuple[int, int]
+    """How many numbers the shapes of the two kinds have."""
+
+    @property
+    def pair(self) -> Pair:
+        """How the kinds meet; LookupError if nobody has told."""
+        return find_pair(self.candidate, self.antagonist)
+
+    @property
+    def meaning(self) -> dict[str, Any]:
+        """What kernels that ask the narrow phase are specialised with."""
+        size_c, size_a = self.shape_sizes
+        readers = {"read_shape_c": row_reader(size_c), "read_shape_a": row_reader(size_a)}
+        return {"narrow": self.pair.narrow, "FLIPPED": self.pair.flipped, **readers}
+
+
+def kind_pairs(contactors: ContactorTable, row: VisibilityRow) -> list[KindPair]:
+    """The pairs of kinds that a row may bring together, sorted."""
+    kind, color = np.array(contactors.kind, dtype=str), np.array(contactors.color, dtype=str)
+    candidate, antagonist = color == row.candidate, color == row.antagonist
+    size = dict(zip(contactors.kind, contactors.shape_size, strict=True))
+    return [
+        KindPair(c, a, candidate & (kind == c), antagonist & (kind == a), (size[c], size[a]))
+        for c in np.unique(kind[candidate]).tolist()
+        for a in np.unique(kind[antagonist]).tolist()
+    ]
+
+
+@kernel
+def _choose(near, is_candidate, is_antagonist, same, body, free, chosen):
+    """Write the near pairs of two kinds as (candidate, antagonist); returns (how many, whether all are as they were near).
+
+    ``same``: the colours are the same, and the candidate is the contactor of the lower body.
+    """
+    count = 0
+    in_order = True
+    for p in range(near.shape[0]):
+        for turned in range(2):
+            c = near[p, turned]
+            a = near[p, 1 - turned]
+            if not (is_candidate[c] and is_antagonist[a]):
+                continue
+            if body[c] == body[a] or (same and body[c] > body[a]) or not (free[body[c]] or free[body[a]]):
+                continue
+            chosen[count, 0] = c
+            chosen[count, 1] = a
+            count += 1
+            in_order = in_order and turned == 0
+    return count, in_order
+
+
+@kernel
+def _choose_unbounded(candidates, antagonists, same, body, free, reach, contactors, shapes, stride, chosen):
+    """Write the pairs whose gap is within ``reach``, sorted; returns how many there are, more than fit included."""
+    count = 0
+    for k in range(candidates.shape[0]):
+        c = candidates[k]
+        for j in range(antagonists.shape[0]):
+            a = antagonists[j]
+            if body[c] == body[a] or (same and body[c] > body[a]) or not (free[body[c]] or free[body[a]]):
+                continue
+            position_c = read_position(contactors, 3 * c)
+            position_a = read_position(contactors, 3 * a)
+            shape_c = read_shape_c(shapes, stride * c)
+            shape_a = read_shape_a(shapes, stride * a)
+            if FLIPPED:
+                gap, _, _ = narrow(position_a, shape_a, position_c, shape_c)
+            else:
+                gap, _, _ = narrow(position_c, shape_c, position_a, shape_a)
+            if gap > reach:
+                continue
+            if count < chosen.shape[0]:
+                chosen[count, 0] = c
+                chosen[count, 1] = a
+            count += 1
+    return count
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What lists are made from; k contactors, n bodies."""
+
+    near: np.ndarray
+    """Pairs of bounded contactors within reach, (p, 2), sorted."""
+    placed: np.ndarray
+    """Positions (x, y, angle) or (x, y, z) of the contactors, (k, 3)."""
+    reach: float
+    """Distance between surfaces up to which a pair is a neighbour [m]."""
+    contactors: ContactorTable
+    bounded: np.ndarray
+    """Which contactors are bounded, (k,) bool."""
+    free: np.ndarray
+    """Which bodies have a component that is not held, (n,) bool."""
+
+
+def neighbours(row: VisibilityRow, kinds: KindPair, around: Surroundings) -> np.ndarray:
+    """The pairs (candidate, antagonist) of one row and two kinds, (p, 2) int32, sorted.
+
+    Bounded contactors come from the near pairs; a contactor without bounds is looked at with every bounded one.
+    """
+    same = row.candidate == row.antagonist
+    body, free = around.contactors.body, around.free
+    chosen = np.empty((len(around.near), 2), np.int32)
+    count, in_order = _choose(around.near, kinds.is_candidate, kinds.is_antagonist, same, body, free, chosen)
+    pairs = chosen[:count]
+    if not in_order:
+        pairs = by_first(pairs, len(body))
+    for c_bounded in (True, False):
+        candidates = np.flatnonzero(kinds.is_candidate & (around.bounded == c_bounded))
+        antagonists = np.flatnonzero(kinds.is_antagonist & (around.bounded != c_bounded))
+        if len(candidates) and len(antagonists):
+            more = _against_unbounded(candidates, antagonists, same, kinds, around)
+            pairs = _merged(pairs, more) if len(pairs) and len(more) else (more if len(more) else pairs)
+    return pairs
+
+
+def _against_unbounded(
+    candidates: np.ndarray, antagonists: np.ndarray, same: bool, kinds: KindPair, around: Surroundings
+) -> np.ndarray:
+    contactors = around.contactors
+    choose = _choose_unbounded.specialise(**kinds.meaning)
+    chosen = np.empty((len(candidates) + len(antagonists), 2), np.int32)
+    shapes, stride = np.ascontiguousarray(contactors.shape).ravel(), contactors.shape.shape[1]
+    given = candidates, antagonists, same, contactors.body, around.free, around.reach, around.placed.ravel(), shapes, stride
+    count = choose(*given, chosen)
+    if count > len(chosen):
+        chosen = np.empty((count, 2), np.int32)
+        choose(*given, chosen)
+    return chosen[:count]
+
+
+def _merged(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Two lists of pairs as one, sorted: of kinds that have contactors with and without bounds."""
+    pairs = np.concatenate([one, other])
+    return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
