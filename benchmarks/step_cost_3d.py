@@ -90,7 +90,14 @@ def measure(name: str, scene: lm.Scene, steps: int) -> list:
 
 
 if __name__ == "__main__":
-    header = ["scene", "bodies", "interactions a body", "lists a step", "step [ms]", "solver, an interaction and sweep [ns]"]
+    header = [
+        "scene",
+        "bodies",
+        "interactions a body",
+        "lists a step",
+        "step [ms]",
+        "solver, an interaction and sweep [ns]",
+    ]
     header += ["step, an interaction and sweep [ns]", "detection (goal 20 %)", "all but the solver"]
     rows = []
     for count in COUNTS:

@@ -33,46 +33,51 @@ def _bin(positions, radius, origin, cell, shape, order, first, ordered):
 
 
 @kernel
-def _near_pairs(positions, radius, reach, origin, cell, shape, order, first, ordered, pairs):
-    """Write the pairs (lower, higher) whose surfaces are within ``reach``, by the higher; returns how many there are, more
-    than fit included."""
+def _near_pairs(reach, origin, cell, shape, order, first, ordered, pairs):
+    """Write the pairs (lower, higher) whose surfaces are within ``reach``, cell by cell; returns how many there are, more
+    than fit included. Each point looks at those after it in its own cell and in the half of the cells around that come
+    later."""
     found = 0
     capacity = pairs.shape[0]
-    for i in range(positions.shape[0]):
-        x = int((positions[i, 0] - origin[0]) / cell)
-        y = int((positions[i, 1] - origin[1]) / cell)
-        z = int((positions[i, 2] - origin[2]) / cell)
-        for cz in range(max(z - 1, 0), min(z + 2, shape[2])):
-            for cy in range(max(y - 1, 0), min(y + 2, shape[1])):
+    for i in range(order.shape[0]):
+        p_x = ordered[i, 0]
+        p_y = ordered[i, 1]
+        p_z = ordered[i, 2]
+        x = int((p_x - origin[0]) / cell)
+        y = int((p_y - origin[1]) / cell)
+        z = int((p_z - origin[2]) / cell)
+        left = max(x - 1, 0)
+        right = min(x + 2, shape[0])
+        for cz in range(z, min(z + 2, shape[2])):
+            for cy in range(y if cz == z else max(y - 1, 0), min(y + 2, shape[1])):
                 row = (cz * shape[1] + cy) * shape[0]
                 # cells side by side are one piece of the order
-                for k in range(first[row + max(x - 1, 0)], first[row + min(x + 2, shape[0])]):
-                    if order[k] >= i:
-                        continue
-                    d_x = positions[i, 0] - ordered[k, 0]
-                    d_y = positions[i, 1] - ordered[k, 1]
-                    d_z = positions[i, 2] - ordered[k, 2]
-                    d = radius[i] + ordered[k, 3] + reach
+                begin = i + 1 if cz == z and cy == y else first[row + left]
+                for k in range(begin, first[row + right]):
+                    d_x = p_x - ordered[k, 0]
+                    d_y = p_y - ordered[k, 1]
+                    d_z = p_z - ordered[k, 2]
+                    d = ordered[i, 3] + ordered[k, 3] + reach
                     if d_x * d_x + d_y * d_y + d_z * d_z <= d * d:
                         if found < capacity:
-                            pairs[found, 0] = order[k]
-                            pairs[found, 1] = i
+                            pairs[found, 0] = min(order[i], order[k])
+                            pairs[found, 1] = max(order[i], order[k])
                         found += 1
     return found
 
 
 @kernel
-def _by_first(pairs, first, result):
-    """Counting sort of pairs by the first of the two, those of one first in the order in which they come; ``first``: room
-    for one number more than there are contactors."""
+def _sort_by(column, pairs, first, result):
+    """Counting sort of pairs by one of the two, those that agree in it as they come; ``first``: room for one number more
+    than there are contactors."""
     first[:] = 0
     for p in range(pairs.shape[0]):
-        first[pairs[p, 0] + 1] += 1
+        first[pairs[p, column] + 1] += 1
     for k in range(1, first.shape[0]):
         first[k] += first[k - 1]
     for p in range(pairs.shape[0]):
-        place = first[pairs[p, 0]]
-        first[pairs[p, 0]] += 1
+        place = first[pairs[p, column]]
+        first[pairs[p, column]] += 1
         result[place, 0] = pairs[p, 0]
         result[place, 1] = pairs[p, 1]
 
@@ -80,8 +85,16 @@ def _by_first(pairs, first, result):
 def by_first(pairs: np.ndarray, count: int) -> np.ndarray:
     """Pairs (p, 2) of ``count`` contactors sorted by the first of the two, otherwise in the order in which they come."""
     result = np.empty_like(pairs)
-    _by_first(pairs, np.empty(count + 1, np.int64), result)
+    _sort_by(0, pairs, np.empty(count + 1, np.int64), result)
     return result
+
+
+def sorted_pairs(pairs: np.ndarray, count: int) -> np.ndarray:
+    """Pairs (p, 2) of ``count`` contactors sorted by the first, then by the second; ``pairs`` is used as scratch."""
+    first, result = np.empty(count + 1, np.int64), np.empty_like(pairs)
+    _sort_by(1, pairs, first, result)
+    _sort_by(0, result, first, pairs)
+    return pairs
 
 
 def near_pairs(positions: np.ndarray, radius: np.ndarray, reach: float) -> np.ndarray:
@@ -112,7 +125,7 @@ def near_pairs(positions: np.ndarray, radius: np.ndarray, reach: float) -> np.nd
     _bin(centres, radius, origin, cell, shape, order, first, ordered)
     pairs = np.empty((12 * count, 2), np.int32)  # room that is not used costs nothing
     while True:
-        found = _near_pairs(centres, radius, reach, origin, cell, shape, order, first, ordered, pairs)
+        found = _near_pairs(reach, origin, cell, shape, order, first, ordered, pairs)
         if found <= len(pairs):
-            return by_first(pairs[:found], count)
+            return sorted_pairs(pairs[:found].copy(), count)
         pairs = np.empty((found, 2), np.int32)

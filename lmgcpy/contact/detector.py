@@ -18,6 +18,7 @@ from lmgcpy.contact.broad_phase import near_pairs
 from lmgcpy.contact.memory import Memory, carry, recall
 from lmgcpy.contact.narrow_phase import Interactions, empty_interactions, farthest, place_contactors
 from lmgcpy.contact.neighbours import KindPair, Surroundings, kind_pairs, neighbours
+from lmgcpy.contact.room import room
 from lmgcpy.contact.tables import ChainTable, ContactorTable, VisibilityRow
 from lmgcpy.jit import Kernel
 from lmgcpy.laws import Law
@@ -83,9 +84,7 @@ class Detector:
         self._shapes = np.ascontiguousarray(contactors.shape).ravel()
         self._stride = contactors.shape.shape[1]
         self._kinds = [kind_pairs(contactors, row) for row in rows]
-        self._offset_colors = {
-            contactors.color[k] for k in np.flatnonzero(contactors.offset.any(axis=1)).tolist()
-        }
+        self._offset_colors = {contactors.color[k] for k in np.flatnonzero(contactors.offset.any(axis=1)).tolist()}
         radii = contactors.bounding_radius[self._bounded]
         self._largest = float(radii.max()) if len(radii) else 0.0
         self._skin = max([0.2 * float(radii.min()) if len(radii) else 0.0, *(row.alert for row in rows)])
@@ -99,7 +98,10 @@ class Detector:
         self._slots = np.zeros(0, np.int32)
         self._impulses = np.zeros((0, dimension))
         self._states = np.zeros((0, self._width))
-        self._capacity = empty_interactions(0, True, dimension)
+        kinds_of_mass = [inverse_mass[:, :dimension], inverse_mass[:, dimension:]]
+        alike = all((part == part[:, :1]).all() for part in kinds_of_mass)
+        self._plain = dimension == 3 and not chains and alike
+        self._capacity = empty_interactions(0, True, dimension, plain=self._plain)
         self.rebuilds = 0
 
     def alert(self, row: VisibilityRow, travel: float) -> float:
@@ -155,17 +157,19 @@ class Detector:
 
     def remember(self, interactions: Interactions, impulse: np.ndarray, state: np.ndarray) -> None:
         """Keep the impulses (m, d) of the step for the next one's start, and the states (m, k) of the laws."""
-        self._slots, self._impulses, self._states = interactions.slot.copy(), impulse, state
+        self._slots = room(len(interactions.slot), dtype=np.int32)
+        self._slots[:] = interactions.slot
+        self._impulses, self._states = impulse, state
 
     def recall(self, interactions: Interactions) -> np.ndarray:
         """Impulses of the last step by identity, zero for new interactions, (m, d)."""
-        known = np.zeros((len(interactions.slot), self.dimension))
+        known = room(len(interactions.slot), self.dimension, fill=0.0)
         recall(interactions.slot, self._slots, self._impulses, known)
         return known
 
     def recall_state(self, interactions: Interactions) -> np.ndarray:
         """States of the laws by identity, (m, k), k the longest; NaN for new interactions and for laws with fewer."""
-        known = np.full((len(interactions.slot), self._width), np.nan)
+        known = room(len(interactions.slot), self._width, fill=np.nan)
         recall(interactions.slot, self._slots, self._states, known)
         return known
 
@@ -267,7 +271,7 @@ class Detector:
         self.groups = groups
         central = all(group.central for group in groups)
         if len(self._capacity.gap) < slots or (not central and len(self._capacity.lateral) < slots):
-            self._capacity = empty_interactions(slots + slots // 8, central, self.dimension)
+            self._capacity = empty_interactions(slots + slots // 8, central, self.dimension, plain=self._plain)
 
     def _group(self, row: VisibilityRow, kinds: KindPair, around: Surroundings) -> Group:
         """The group of one row of the visibility table and two kinds of contactor."""

@@ -32,21 +32,22 @@ class Interactions(NamedTuple):
         return Interactions(*(a[:count] for a in self))
 
 
-def empty_interactions(capacity: int, central: bool, dimension: int) -> Interactions:
-    """Room for so many interactions; ``central``: whether all contact points lie between the centres."""
+def empty_interactions(capacity: int, central: bool, dimension: int, *, plain: bool = False) -> Interactions:
+    """Room for so many interactions; ``central``: whether all contact points lie between the centres; ``plain``: whether
+    there is nothing but contacts in 3D with diagonal blocks of W."""
     in_space = capacity if dimension == 3 else 0
     return Interactions(
-        candidate=np.zeros(capacity, np.uint32),
-        antagonist=np.zeros(capacity, np.uint32),
-        gap=np.zeros(capacity),
-        normal=np.zeros((capacity, dimension)),
-        tangent=np.zeros((in_space, 3)),
-        arm=np.zeros((capacity, 2)),
-        lateral=np.zeros((0 if central else capacity, 2)),
-        delassus=np.zeros((capacity, dimension)),
-        coupling=np.zeros(capacity),
-        shear=np.zeros((in_space, 2)),
-        slot=np.zeros(capacity, np.int32),
+        candidate=np.empty(capacity, np.uint32),
+        antagonist=np.empty(capacity, np.uint32),
+        gap=np.empty(capacity),
+        normal=np.empty((capacity, dimension)),
+        tangent=np.empty((in_space, 3)),
+        arm=np.empty((capacity, 2)),
+        lateral=np.zeros((0 if central else capacity, 2)),  # of links, which come first and do not write it
+        delassus=np.empty((capacity, dimension)),
+        coupling=np.empty(0 if plain else capacity),
+        shear=np.empty((0 if plain else in_space, 2)),
+        slot=np.empty(capacity, np.int32),
     )
 
 

@@ -57,9 +57,10 @@ def local_block(i, c, a, inverse_mass, result):
         result.delassus[i, 0] = w
         result.delassus[i, 1] = w + j_x
         result.delassus[i, 2] = w + j_x
-        result.coupling[i] = 0.0
-        result.shear[i, 0] = 0.0
-        result.shear[i, 1] = 0.0
+        if result.shear.shape[0] > 0:
+            result.coupling[i] = 0.0
+            result.shear[i, 0] = 0.0
+            result.shear[i, 1] = 0.0
         return True
     n_x = result.normal[i, 0]
     n_y = result.normal[i, 1]

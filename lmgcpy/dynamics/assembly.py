@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numba
@@ -10,6 +10,7 @@ import numpy as np
 
 from lmgcpy.contact.detector import Group
 from lmgcpy.contact.narrow_phase import Interactions
+from lmgcpy.contact.room import room
 from lmgcpy.jit import Kernel
 from lmgcpy.solve.law_kernels import LawKernels, StepData, law_kernels, not_compiled
 from lmgcpy.solve.report import Worst
@@ -28,23 +29,25 @@ class StepProblem:
     data: StepData
     space: Space
 
-    def close(self, velocities: np.ndarray) -> None:
-        """Enter the velocities (n, 3) with which the step ends and let the laws commit their states.
+    def close(self, velocities: np.ndarray) -> StepProblem:
+        """The problem with the relative velocities for those (n, k) with which the step ends; the laws commit their states.
 
         Raises FloatingPointError where a state is not finite.
         """
-        self.space.relative_velocities(self.system, velocities, self.data.after)
+        data = self.data._replace(after=room(*self.data.before.shape))
+        self.space.relative_velocities(self.system, velocities, data.after)
         for group, kernels in zip(self.groups, self.kernels, strict=True):
             if kernels.commit is not None:
                 parameters = group.parameters.ravel()
-                arguments = group.start, group.stop, self.data, self.system.impulse, parameters
-                row = ask(group, kernels.commit, "commit", self.system, self.data, arguments)
+                arguments = group.start, group.stop, data, self.system.impulse, parameters
+                row = ask(group, kernels.commit, "commit", self.system, data, arguments)
                 if row >= 0:
                     raise FloatingPointError(
                         f"In the step from t = {self.data.time:g} s commit of law '{group.law.NAME}' between bodies "
                         f"{self.system.candidate[row]} and {self.system.antagonist[row]} returned a state that is not "
                         "finite."
                     )
+        return replace(self, data=data)
 
     def worst(self) -> Worst | None:
         """The interaction that the error kernels left as the worst."""
@@ -112,8 +115,8 @@ def assemble(
         delassus=interactions.delassus,
         coupling=interactions.coupling,
         shear=interactions.shear,
-        prepared=np.empty(int(offset[-1])),
-        impulse=np.zeros((count, dimension)),
+        prepared=room(int(offset[-1])),
+        impulse=room(count, dimension, fill=0.0),
         velocity=free_velocity.copy(),
         inverse_mass=inverse_mass,
         work=work,
@@ -121,9 +124,9 @@ def assemble(
     )
     data = StepData(
         gap=interactions.gap,
-        reference_gap=np.zeros(count),
-        before=np.empty((count, dimension)),
-        after=np.empty((count, dimension)),
+        reference_gap=room(count, fill=0.0),
+        before=room(count, dimension),
+        after=np.empty((0, dimension)),
         state=state,
         time=time,
         time_step=time_step,

@@ -111,9 +111,8 @@ class Simulation:
         self.state: State = self.model.start
         self.steps = 0
         self.report = Report()
-        self._free_mass = np.where(self.model.inverse_mass > 0.0, self.model.mass, 0.0)
-        self.energy = Energy(kinetic=kinetic_energy(self._free_mass, self.state.velocities))
         model = self.model
+        self.energy = Energy(kinetic=kinetic_energy(model.mass, model.inverse_mass, self.state.velocities))
         self._detector = Detector(model.contactors, model.rows, model.chains, model.inverse_mass, model.dimension)
         self._work = np.zeros((4, max((chain.link_count for chain in self.model.chains), default=0)))
         self._last: tuple[StepProblem, Interactions] | None = None
@@ -242,7 +241,8 @@ class Simulation:
         begin = clock.perf_counter()
         h, d, state = self.time_step, self.model.dimension, self.state
         # the detector makes its lists anew, never in place, and remembers last of all
-        before, start, detector = state.velocities.copy(), state.positions.copy(), copy(self._detector)
+        before, start, detector = state.velocities, state.positions.copy(), copy(self._detector)
+        self._last, self._guess = None, self._guess[:0].copy()  # the arrays of the step before make room
         try:
             state.positions += (1.0 - self.theta) * h * before[:, :3]
             force = self._force(state.time + 0.5 * h)
@@ -268,14 +268,15 @@ class Simulation:
             )
             self._solve(problem, interactions, free_velocity)
             check_bodies(problem.system.velocity, VELOCITY[d], "at its end", state.time)
-            problem.close(problem.system.velocity)
-            state.velocities[:] = problem.system.velocity
-            state.positions += self.theta * h * state.velocities[:, :3]
-            self.energy.advance(problem, self._free_mass, force, before, state.velocities)
+            problem = problem.close(problem.system.velocity)
+            state.positions += self.theta * h * problem.system.velocity[:, :3]
+            self.energy.advance(problem, self.model.mass, force, before, problem.system.velocity)
         except BaseException:
-            state.velocities[:], state.positions[:], self._detector = before, start, detector
-            self._last = None
+            state.positions[:], self._detector = start, detector
             raise
+        if travel > self._far:
+            self._tell_of_far_moves(before)
+        state.velocities[:] = problem.system.velocity
         self._detector.remember(interactions, problem.system.impulse, problem.data.state)
         state.time += h
         self.steps += 1
@@ -284,8 +285,6 @@ class Simulation:
         if self.report.status != STATUS[CONVERGED]:
             self.unconverged_steps += 1
             self.worst_residual = max(self.worst_residual, self.report.residual)
-        if travel > self._far:
-            self._tell_of_far_moves(before)
         return self.report
 
     def _tell_of_far_moves(self, before: np.ndarray) -> None:
@@ -305,7 +304,9 @@ class Simulation:
         )
 
     def _force(self, time: float) -> np.ndarray:
-        """External forces on the free components at a time [N], (n, k)."""
+        """External forces on the free components at a time [N], (n, k); not to be written to."""
+        if not self.model.forces:
+            return self.model.weight
         force = self.model.weight.copy()
         for load in self.model.forces:
             force[load.body, load.component] += load.at(time)

@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from threading import Lock
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -24,6 +26,27 @@ STILL: Any = object()
 """Velocity or spin of a body of which none is given."""
 
 Prescribed = float | Callable[[float], float]
+UNSAID: Mapping[int, Prescribed] = MappingProxyType({})
+"""Conditions of a body of which none were given: one for all, as most have none."""
+
+
+class Starts:
+    """Rows of nine numbers, in which bodies keep where and how they start: an array of one's own would take 120 bytes."""
+
+    def __init__(self) -> None:
+        self.block, self.taken = np.empty((0, 9)), 0
+        self._lock = Lock()
+
+    def take(self) -> tuple[np.ndarray, int]:
+        """A block and a row in it that nobody has."""
+        with self._lock:
+            if self.taken == len(self.block):
+                self.block, self.taken = np.zeros((256, 9)), 0
+            self.taken += 1
+            return self.block, self.taken - 1
+
+
+_starts = Starts()
 
 
 @named_arguments
@@ -32,6 +55,8 @@ class Body(ABC):
 
     Subclasses give ``dimension``, ``mass``, ``inertia`` and ``contactors``. ``rotation`` is for 2D: in 3D none is kept.
     """
+
+    __slots__ = ("_block", "_color", "_forces", "_row", "_state", "_velocities", "id")  # there may be a hundred thousand
 
     dimension: int = 2
     placed_by: str = "position"
@@ -42,16 +67,17 @@ class Body(ABC):
         self._state: State | None = None
         self.color = color
         self.id = -1
-        self._position = vector(position, f"{self.placed_by} of a {what}", d)
+        at = vector(position, f"{self.placed_by} of a {what}", d)
         moving = vector(np.zeros(d) if velocity is STILL else velocity, f"velocity of a {what}", d)
+        turned: Any = number(rotation, "rotation") if d == 2 else ()
         if d == 2:
-            self._position = np.append(self._position, number(rotation, "rotation"))
-            self._velocity = np.append(moving, number(0.0 if spin is STILL else spin, "spin"))
+            turning: Any = number(0.0 if spin is STILL else spin, "spin")
         else:
             turning = vector(np.zeros(3) if spin is STILL else spin, f"spin of a {what}", 3)
-            self._velocity = np.append(moving, turning)
-        self._velocities: dict[int, Prescribed] = {}
-        self._forces: dict[int, Prescribed] = {}
+        self._block, self._row = _starts.take()
+        start = np.hstack([at, turned, moving, turning])
+        self._block[self._row, : len(start)] = start
+        self._velocities = self._forces = UNSAID
 
     @property
     def color(self) -> str:
@@ -102,7 +128,17 @@ class Body(ABC):
 
     # ------------------------------------------------------------------------------------------------------- state
 
-    def _row(self, positions: bool) -> np.ndarray:
+    @property
+    def _position(self) -> np.ndarray:
+        """(x, y, angle) or (x, y, z) at the start."""
+        return self._block[self._row, :3]
+
+    @property
+    def _velocity(self) -> np.ndarray:
+        """Velocities and spins at the start."""
+        return self._block[self._row, 3 : 3 + len(self.components)]
+
+    def _now(self, positions: bool) -> np.ndarray:
         if self._state is None:
             return self._position if positions else self._velocity
         return (self._state.positions if positions else self._state.velocities)[self.id]
@@ -110,24 +146,24 @@ class Body(ABC):
     @property
     def position(self) -> np.ndarray:
         """Position [m], (d,); of a wall, its point. A live view."""
-        return self._row(True)[: self.dimension]
+        return self._now(True)[: self.dimension]
 
     @property
     def rotation(self) -> float:
         """Angle turned [rad], in 2D."""
         if self.dimension == 3:
             raise AttributeError(f"{self!r} has no rotation: in 3D none is kept.")
-        return float(self._row(True)[2])
+        return float(self._now(True)[2])
 
     @property
     def velocity(self) -> np.ndarray:
         """Velocity [m/s], (d,). A live view."""
-        return self._row(False)[: self.dimension]
+        return self._now(False)[: self.dimension]
 
     @property
     def spin(self) -> Any:
         """Angular velocity [rad/s]: a number in 2D, (3,) in 3D, a live view."""
-        turning = self._row(False)[self.dimension :]
+        turning = self._now(False)[self.dimension :]
         return float(turning[0]) if self.dimension == 2 else turning
 
     @property
@@ -154,7 +190,7 @@ class Body(ABC):
         for component, value in self._checked(call, components):
             if component in self._forces:
                 raise ValueError(self._twice(component, "loaded by impose_force", "driven"))
-            self._velocities[component] = value
+            self._condition(component, value, loaded=False)
         return self
 
     @named_arguments
@@ -168,8 +204,14 @@ class Body(ABC):
                     f"{self!r} has no {'mass' if component < self.dimension else 'inertia'}: give it one where it is made, "
                     f"so that a load on {self.components[component]} can move it."
                 )
-            self._forces[component] = value
+            self._condition(component, value, loaded=True)
         return self
+
+    def _condition(self, component: int, value: Prescribed, *, loaded: bool) -> None:
+        if loaded:
+            self._forces = {**self._forces, component: value}
+        else:
+            self._velocities = {**self._velocities, component: value}
 
     def _twice(self, component: int, already: str, now: str) -> str:
         return (
@@ -234,6 +276,8 @@ class RigidBody(Body):
 class Round(Body):
     """A disk or a sphere; subclasses make its contactor and say what it weighs and how it resists turning."""
 
+    __slots__ = ("_contactor", "_inertia", "_mass", "material")
+
     what: str
     """What it is called in sentences."""
 
@@ -257,7 +301,8 @@ class Round(Body):
             mass = material.density * self._volume
         self._mass = number(mass, f"mass of a {self.what}", above=0.0, unit="kg")
         own = self._mass * self._turning if inertia is None else inertia
-        self._inertia = number(own, f"inertia of a {self.what}", above=0.0)
+        own = number(own, f"inertia of a {self.what}", above=0.0)
+        self._inertia = None if inertia is None else own
         self.material = material
 
     @staticmethod
@@ -286,7 +331,7 @@ class Round(Body):
 
     @property
     def inertia(self) -> float:
-        return self._inertia
+        return self._mass * self._turning if self._inertia is None else self._inertia
 
     @property
     def contactors(self) -> list[tuple[Contactor, tuple[float, ...]]]:
@@ -300,6 +345,8 @@ class Round(Body):
 @named_arguments
 class Disk(Round):
     """A disk: grain, bead. Its mass is that of its material, or ``mass`` [kg]; its inertia m R^2/2, or ``inertia``."""
+
+    __slots__ = ()
 
     what = "disk"
     _shape = DiskContactor

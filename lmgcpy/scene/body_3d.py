@@ -15,6 +15,8 @@ from lmgcpy.scene.material import Material
 class Sphere(Round):
     """A sphere: grain, bead. Its mass is that of its material, or ``mass`` [kg]; its inertia 2/5 m R^2, or ``inertia``."""
 
+    __slots__ = ()
+
     dimension = 3
     what = "sphere"
     _shape = SphereContactor

@@ -18,6 +18,8 @@ from lmgcpy.errors import named_arguments, number, vector
 class Contactor(ABC):
     """A shape in the frame of its body; areas and moments are those of 2D, per metre of depth."""
 
+    __slots__ = ()
+
     KIND: ClassVar[str]
     """Name by which narrow phases are registered."""
 
@@ -46,6 +48,7 @@ class Contactor(ABC):
 class DiskContactor(Contactor):
     """A disk of radius ``radius`` [m]."""
 
+    __slots__ = ("radius",)
     KIND = "disk"
 
     def __init__(self, radius: float):
@@ -96,6 +99,8 @@ def direction(value, name: str, dimension: int) -> np.ndarray:
 class InSpace(Contactor):
     """A shape in 3D, which has no area and no moment of its own."""
 
+    __slots__ = ()
+
     area = 0.0
     second_moment = 0.0
 
@@ -103,6 +108,7 @@ class InSpace(Contactor):
 class SphereContactor(InSpace):
     """A sphere of radius ``radius`` [m]."""
 
+    __slots__ = ("radius",)
     KIND = "sphere"
 
     def __init__(self, radius: float):

@@ -296,8 +296,7 @@ def _impose(scene: Scene, conditions: Mapping[str, Any], functions: Functions) -
                 continue
             if not callable(what):
                 raise TypeError(f"functions[{int(body)}, '{name}'] must be a function of time, got {shown(what)}.")
-        target = scene.bodies[body]._forces if loaded else scene.bodies[body]._velocities
-        target[int(component)] = what
+        scene.bodies[body]._condition(int(component), what, loaded=bool(loaded))
     if missing:
         told = "; ".join(f"the {how} along '{name}' of {body!r}" for body, _, name, how in missing)
         again = ", ".join(f'({body}, "{name}"): f' for _, body, name, _ in missing)

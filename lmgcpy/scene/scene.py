@@ -142,7 +142,9 @@ class Scene:
         positions = np.array([body._position for body in self.bodies]).reshape(-1, 3)
         d, count = self.dimension, len(COMPONENTS[self.dimension])
         velocities = np.array([body._velocity for body in self.bodies]).reshape(-1, count)
-        mass = np.array([[body.mass] * d + [body.inertia] * (count - d) for body in self.bodies]).reshape(-1, count)
+        mass = np.empty((len(self.bodies), count))
+        mass[:, :d] = np.fromiter((body.mass for body in self.bodies), float)[:, None]
+        mass[:, d:] = np.fromiter((body.inertia for body in self.bodies), float)[:, None]
         contactors = self._contactors()
         self._check_numbers(positions, velocities, mass, contactors)
         driven = [Drive(body.id, k, value, d) for body in self.bodies for k, value in body._velocities.items()]
@@ -217,19 +219,32 @@ class Scene:
                 raise ValueError(f"The {what} of {body!r} must be {bound}, got {shown(values[i].tolist())}.")
 
     def _contactors(self) -> ContactorTable:
-        items = [(body, contactor, offset) for body in self.bodies for contactor, offset in body.contactors]
-        shapes = [contactor.shape for _, contactor, _ in items]
-        table = np.zeros((len(items), max((len(shape) for shape in shapes), default=1)))
-        for row, shape in zip(table, shapes, strict=True):
-            row[: len(shape)] = shape
+        owners: list[int] = []
+        kinds, colors, sizes, radii = [], [], [], []
+        numbers: list[float] = []
+        offsets: list[float] = []
+        for body in self.bodies:
+            for contactor, offset in body.contactors:
+                shape = contactor.shape
+                owners.append(body.id)
+                kinds.append(contactor.KIND)
+                colors.append(body.color)
+                sizes.append(len(shape))
+                numbers += shape
+                offsets += offset
+                radii.append(contactor.bounding_radius)
+        widest = max(sizes, default=1)
+        table = np.zeros((len(owners), widest))
+        table[np.arange(widest) < np.array(sizes, dtype=int)[:, None]] = numbers
+        from_centre = np.array(offsets, dtype=float).reshape(-1, self.dimension)
         return ContactorTable(
-            body=np.array([body.id for body, _, _ in items], dtype=np.int64),
-            offset=np.array([offset for _, _, offset in items], dtype=float).reshape(-1, self.dimension),
-            kind=[contactor.KIND for _, contactor, _ in items],
-            color=[body.color for body, _, _ in items],
+            body=np.array(owners, dtype=np.int64),
+            offset=from_centre if from_centre.any() else np.broadcast_to(0.0, from_centre.shape),
+            kind=kinds,
+            color=colors,
             shape=table,
-            shape_size=[len(shape) for shape in shapes],
-            bounding_radius=np.array([contactor.bounding_radius for _, contactor, _ in items]),
+            shape_size=sizes,
+            bounding_radius=np.array(radii, dtype=float),
         )
 
     @staticmethod

@@ -43,7 +43,7 @@ class StepData(NamedTuple):
     before: np.ndarray
     """Relative velocities at the start of the step [m/s], (m, d)."""
     after: np.ndarray
-    """The same at its end, (m, d); filled in when it is solved."""
+    """The same at its end, (m, d); (0, d) until it is solved."""
     state: np.ndarray
     """What the laws keep, (m, k) with k the longest of the scene; NaN beyond a law's own."""
     time: float

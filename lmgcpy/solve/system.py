@@ -33,9 +33,10 @@ class System(NamedTuple):
     delassus: np.ndarray
     """Diagonal of the local block (W_nn, W_tt, W_ss) [1/kg], (m, d)."""
     coupling: np.ndarray
-    """(m,) [1/kg]: W_nt of a contact; of a link, the entry of W between it and the next link of its chain."""
+    """(m,) [1/kg]: W_nt of a contact; of a link, the entry of W between it and the next link of its chain. In 3D (0,) where
+    there are no links and all blocks are diagonal."""
     shear: np.ndarray
-    """(W_ns, W_ts) of a contact in 3D [1/kg], (m, 2); (0, 2) in 2D."""
+    """(W_ns, W_ts) of a contact in 3D [1/kg], (m, 2); (0, 2) in 2D and where ``coupling`` is empty."""
     prepared: np.ndarray
     """What the laws' ``prepare`` returned, row by row of each group, flat."""
     impulse: np.ndarray
