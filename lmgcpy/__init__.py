@@ -18,12 +18,14 @@ from lmgcpy.scene.material import Material
 from lmgcpy.scene.scene import Scene
 from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
 from lmgcpy.solve.gauss_seidel import GaussSeidel
+from lmgcpy.solve.newton import Auto, Newton
 from lmgcpy.solve.problem import Problem, Solution, residual, solve
 
 __version__ = "0.1.0"
 
 __all__ = [
     "AcceleratedGaussSeidel",
+    "Auto",
     "Body",
     "Chain",
     "Contactor",
@@ -36,6 +38,7 @@ __all__ = [
     "GaussSeidel",
     "Law",
     "Material",
+    "Newton",
     "Parameter",
     "Problem",
     "Restitution",

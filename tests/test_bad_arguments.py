@@ -159,6 +159,9 @@ CALLS = {
     "AcceleratedGaussSeidel": (lm.AcceleratedGaussSeidel, {},
         {"tolerance": [*POSITIVE, 1.1], "max_iterations": [*COUNT, 0], "wire_blocks": FLAG,
          "momentum": [*FRACTION, 1.0]}),
+    **{solver.__name__: (solver, {}, {"tolerance": [*POSITIVE, 1.1], "max_iterations": [*COUNT, 0],
+                                      "max_factorisations": COUNT, "wire_blocks": FLAG})
+       for solver in (lm.Auto, lm.Newton)},
     "GaussSeidel": (lm.GaussSeidel, {}, {"tolerance": [*POSITIVE, 1.1], "max_iterations": [*COUNT, 0]}),
     "Problem": (lm.Problem, parts_of_a_problem(),
         {"W": [*THING, np.eye(4), sparse.csr_array((4, 4)), sparse.csr_array(np.diag([1.0, 1.0, nan, 1.0]))],

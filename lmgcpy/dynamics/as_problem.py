@@ -8,14 +8,14 @@ import numpy as np
 
 from lmgcpy.contact.frames import local_frames
 from lmgcpy.dynamics.assembly import StepProblem
-from lmgcpy.solve.problem import Problem
+from lmgcpy.solve.problem import Conic, Problem
 from lmgcpy.solve.system import System
 
 if TYPE_CHECKING:
     import scipy.sparse as sparse
 
 
-def as_problem(step: StepProblem, free_velocity: np.ndarray, guess: np.ndarray) -> Problem:
+def as_problem(step: StepProblem, free_velocity: np.ndarray, guess: np.ndarray) -> Conic:
     """``W = H^T M^-1 H`` and ``q = H^T v_free + biases`` of a step; ``guess``: the impulses it started from.
 
     Interactions that cannot act in this step, such as restitution across an open gap, are left out. Raises TypeError for
@@ -44,7 +44,7 @@ def as_problem(step: StepProblem, free_velocity: np.ndarray, guess: np.ndarray) 
     W = (H @ sparse.diags_array(system.inverse_mass.ravel()) @ H.T).tocsr()
     q = H @ free_velocity.ravel()
     q[::d] += bias[acting]
-    return Problem(
+    problem = Problem(
         W=sparse.csr_array(W),
         q=q,
         mu=friction[acting],
@@ -53,6 +53,7 @@ def as_problem(step: StepProblem, free_velocity: np.ndarray, guess: np.ndarray) 
         compliance=compliance[acting],
         guess=guess[acting],
     )
+    return Conic(problem, acting)
 
 
 def interaction_matrix(step: StepProblem) -> sparse.csr_array:

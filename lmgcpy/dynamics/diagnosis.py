@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from lmgcpy.contact.detector import Group
 from lmgcpy.dynamics.assembly import StepProblem, group_kernels
+from lmgcpy.solve.problem import Conic
+from lmgcpy.solve.solver import Solver
 from lmgcpy.solve.system import System
 
 
@@ -17,7 +18,9 @@ class LawFault(Exception):
     """Carries the sentence about a law's fault and the exception that the law raised, if it did."""
 
 
-def fault_of_solve(problem: StepProblem, solver: Any, free_velocity: np.ndarray, guess: np.ndarray) -> str:
+def fault_of_solve(
+    problem: StepProblem, solver: Solver, free_velocity: np.ndarray, guess: np.ndarray, conic: Callable[[], Conic]
+) -> str:
     """A sentence on the first thing that went wrong in the solve of a step; the solve is made again, watched."""
     watched = [group_kernels(group, problem.space.dimension, solver.wire_blocks, watched=True) for group in problem.groups]
     table = problem.table._replace(
@@ -25,7 +28,7 @@ def fault_of_solve(problem: StepProblem, solver: Any, free_velocity: np.ndarray,
         error=np.array([kernels.error.address for kernels in watched], dtype=np.int64),
     )
     system = problem.system._replace(prepared=np.append(problem.system.prepared, -1.0))
-    solver.solve(table, system, free_velocity, guess, **problem.space.driver)
+    solver.solve(table, system, free_velocity, guess, conic=conic, **problem.space.driver)
     start = int(system.prepared[-1])
     if start < 0:
         return "no law was asked: velocities, gaps or masses are too large for numbers of double precision"

@@ -26,10 +26,10 @@ from lmgcpy.dynamics.model import Model, State
 from lmgcpy.dynamics.not_finite import POSITION, VELOCITY, check_bodies, check_detection, check_impulses
 from lmgcpy.dynamics.overlaps import overlaps_at_start
 from lmgcpy.errors import flag, named_arguments, number, one_of, place, shown, whole
-from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
-from lmgcpy.solve.gauss_seidel import GaussSeidel
-from lmgcpy.solve.problem import Problem
+from lmgcpy.solve.newton import Auto
+from lmgcpy.solve.problem import Conic, Problem
 from lmgcpy.solve.report import CONVERGED, NOT_FINITE, STATUS, Report
+from lmgcpy.solve.solver import Solver, check_solver
 
 log = logging.getLogger("lmgcpy")
 REACTIONS = ("warn", "stop", "ignore")
@@ -61,7 +61,7 @@ class Simulation:
     """Steps a scene through time.
 
     ``time_step`` h [s]; ``theta`` in [0.5, 1] of the time stepping, 0.5 is of second order in free motion and keeps the
-    energy; ``solver``: of the problem of each step, ``AcceleratedGaussSeidel()`` if none is given. The scene is compiled
+    energy; ``solver``: of the problem of each step, ``Auto()`` if none is given. The scene is compiled
     and cannot be edited any more; its bodies become views of the simulation's state.
 
     ``on_unconverged``: what ``run`` does about steps that the solver did not solve to its tolerance: "warn" (one
@@ -88,15 +88,14 @@ class Simulation:
         *,
         time_step: float,
         theta: float = 0.5,
-        solver: AcceleratedGaussSeidel | GaussSeidel | None = None,
+        solver: Solver | None = None,
         on_unconverged: str = "warn",
         overlap: str = "warn",
     ):
         self.time_step = number(time_step, "time_step", above=0.0, unit="s")
         self.theta = number(theta, "theta", minimum=0.5, maximum=1.0)
-        self.solver = AcceleratedGaussSeidel() if solver is None else solver
-        if isinstance(solver, type) or not hasattr(self.solver, "wire_blocks") or not hasattr(self.solver, "solve"):
-            raise TypeError(f"solver must be a solver such as lmgcpy.GaussSeidel(), got {shown(solver)}.")
+        self.solver: Solver = Auto() if solver is None else solver
+        check_solver(self.solver)
         self.on_unconverged = one_of(on_unconverged, "on_unconverged", REACTIONS)
         one_of(overlap, "overlap", REACTIONS)
         if isinstance(scene, type) or not hasattr(scene, "compile") or not hasattr(scene, "hand_over"):
@@ -317,27 +316,32 @@ class Simulation:
         start = clock.perf_counter()
         guess = self._guess = self._detector.recall(interactions)
         self._free_velocity = free_velocity
-        iterations, residual, status = self.solver.solve(
-            problem.table, problem.system, free_velocity, guess, **problem.space.driver
+        outcome = self.solver.solve(
+            problem.table, problem.system, free_velocity, guess, conic=self._conic(problem), **problem.space.driver
         )
         end = clock.perf_counter()
         self.report = Report(
-            iterations=iterations,
-            residual=residual,
-            status=STATUS[status],
+            iterations=outcome.iterations,
+            factorisations=outcome.factorisations,
+            residual=outcome.residual,
+            status=STATUS[outcome.status],
             worst=problem.worst(),
             interactions=len(interactions.gap),
             seconds=end - start,
         )
-        if status == NOT_FINITE:
+        if outcome.status == NOT_FINITE:
             raise self._fault(problem)
         check_impulses(problem, self.solver)
+
+    def _conic(self, problem: StepProblem) -> Callable[[], Conic]:
+        """Makes the step in conic form, for a solver that needs it."""
+        return lambda: as_problem(problem, self._free_velocity, self._guess)
 
     def _fault(self, problem: StepProblem) -> Exception:
         """What to raise where a step has no finite result."""
         when = f"In the step from t = {self.state.time:g} s"
         try:
-            what = fault_of_solve(problem, self.solver, self._free_velocity, self._guess)
+            what = fault_of_solve(problem, self.solver, self._free_velocity, self._guess, self._conic(problem))
         except LawFault as fault:
             error = RuntimeError(f"{when} {fault}.")
             error.__cause__ = fault.__cause__
@@ -425,7 +429,7 @@ class Simulation:
         """
         if self._last is None:
             raise RuntimeError("There is no step yet to make a problem of: call step() or run() first.")
-        return as_problem(self._last[0], self._free_velocity, self._guess)
+        return self._conic(self._last[0])().problem
 
     def __repr__(self) -> str:
         return (

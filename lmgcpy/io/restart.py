@@ -18,8 +18,9 @@ from lmgcpy.io.run import Run
 from lmgcpy.scene.description import Functions, describe, from_description
 from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
 from lmgcpy.solve.gauss_seidel import GaussSeidel
+from lmgcpy.solve.newton import Auto, Newton
 
-SOLVERS = {solver.__name__: solver for solver in (GaussSeidel, AcceleratedGaussSeidel)}
+SOLVERS = {solver.__name__: solver for solver in (GaussSeidel, AcceleratedGaussSeidel, Newton, Auto)}
 """Solvers that a file may name."""
 
 

@@ -33,6 +33,7 @@ Tasora (2015) ACM Trans. Graph. 34(3). Control of the damping: measured here.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -41,7 +42,9 @@ import numpy as np
 from lmgcpy.errors import flag, named_arguments, number, whole
 from lmgcpy.jit import kernel
 from lmgcpy.solve.gauss_seidel import apply_impulses, begin, measure, sweep_groups, total_error
+from lmgcpy.solve.problem import Conic
 from lmgcpy.solve.report import CONVERGED, NOT_FINITE, SPENT, STAGNATED
+from lmgcpy.solve.solver import Outcome
 from lmgcpy.solve.system import Groups, System
 
 GROWTH = 2.0
@@ -177,11 +180,22 @@ class AcceleratedGaussSeidel:
         if not number(self.momentum, "momentum", minimum=0.0) < 1.0:
             raise ValueError(f"momentum must be in [0, 1), got {self.momentum:g}.")
 
-    def solve(self, groups: Groups, system: Any, free_velocity: np.ndarray, guess: np.ndarray, **operator: Any):
-        """Solve in place from the impulses ``guess``; returns (iterations, residual, status code).
+    def solve(
+        self,
+        groups: Groups,
+        system: Any,
+        free_velocity: np.ndarray,
+        guess: np.ndarray,
+        *,
+        conic: Callable[[], Conic] | None = None,
+        **operator: Any,
+    ) -> Outcome:
+        """Solve in place from the impulses ``guess``.
 
-        ``operator``: functions that stand in for those on bodies, for a problem with an assembled W.
+        ``conic`` is for other solvers; ``operator``: functions that stand in for those on bodies, for a problem with an
+        assembled W.
         """
         weight = system.delassus[:, : system.impulse.shape[1]].ravel()
         limits = float(self.tolerance), int(self.max_iterations), float(self.momentum)
-        return accelerated_gauss_seidel.specialise(**operator)(groups, system, free_velocity, guess, weight, *limits)
+        solve = accelerated_gauss_seidel.specialise(**operator)
+        return Outcome(*solve(groups, system, free_velocity, guess, weight, *limits))

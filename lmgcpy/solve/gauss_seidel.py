@@ -6,6 +6,7 @@ no call per interaction, and nothing to compile anew when another set of laws co
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,7 +18,9 @@ from numba.extending import intrinsic
 from lmgcpy.errors import flag, named_arguments, number, whole
 from lmgcpy.jit import kernel
 from lmgcpy.solve.contact_block import momentum
+from lmgcpy.solve.problem import Conic
 from lmgcpy.solve.report import CONVERGED, NOT_FINITE, SPENT, STAGNATED
+from lmgcpy.solve.solver import Outcome
 from lmgcpy.solve.system import Groups, System
 
 
@@ -167,11 +170,20 @@ class GaussSeidel:
         object.__setattr__(self, "max_iterations", whole(self.max_iterations, "max_iterations", minimum=1))
         flag(self.wire_blocks, "wire_blocks")
 
-    def solve(self, groups: Groups, system: Any, free_velocity: np.ndarray, guess: np.ndarray, **operator: Any):
-        """Solve in place from the impulses ``guess``; returns (iterations, residual, status code).
+    def solve(
+        self,
+        groups: Groups,
+        system: Any,
+        free_velocity: np.ndarray,
+        guess: np.ndarray,
+        *,
+        conic: Callable[[], Conic] | None = None,
+        **operator: Any,
+    ) -> Outcome:
+        """Solve in place from the impulses ``guess``.
 
-        ``operator``: functions that stand in for those on bodies, for a problem with an assembled W.
+        ``conic`` is for other solvers; ``operator``: functions that stand in for those on bodies, for a problem with an
+        assembled W.
         """
-        return gauss_seidel.specialise(**operator)(
-            groups, system, free_velocity, guess, self.tolerance, self.max_iterations
-        )
+        solve = gauss_seidel.specialise(**operator)
+        return Outcome(*solve(groups, system, free_velocity, guess, self.tolerance, self.max_iterations))

@@ -12,13 +12,14 @@ from __future__ import annotations
 
 import time as clock
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from lmgcpy.errors import named_arguments, numbers, one_of, shown, whole
 from lmgcpy.laws import Law
 from lmgcpy.laws import get as law_of_name
+from lmgcpy.solve.solver import Solver, check_solver
 
 if TYPE_CHECKING:
     import scipy.sparse as sparse
@@ -107,6 +108,14 @@ class Problem:
         return f"<Problem in {self.dimension}D: {by_law or 'no interaction'}, {self.W.nnz} entries of W>"
 
 
+class Conic(NamedTuple):
+    """A step in conic form."""
+
+    problem: Problem
+    acting: np.ndarray
+    """Which interactions of the step are in the problem, (m,) bool."""
+
+
 @dataclass(frozen=True)
 class Solution:
     """What a solver made of a problem."""
@@ -119,6 +128,9 @@ class Solution:
     """``natural``, computed from the problem as it stands."""
     status: str
     iterations: int
+    """Sweeps."""
+    factorisations: int
+    """Newton steps."""
     seconds: float
 
 
@@ -198,26 +210,27 @@ def project_on_cone(x: np.ndarray, mu: np.ndarray) -> np.ndarray:
 
 
 @named_arguments
-def solve(problem: Problem, *, solver: Any = None, guess: Any = None) -> Solution:
+def solve(problem: Problem, *, solver: Solver | None = None, guess: Any = None) -> Solution:
     """Solve a problem, from ``guess`` (m, d) or the problem's own.
 
-    ``solver``: such as ``lmgcpy.GaussSeidel(tolerance=1e-8)``.
+    ``solver``: such as ``lmgcpy.Newton(tolerance=1e-10)``; ``lmgcpy.Auto()`` if none is given.
     """
-    from lmgcpy.solve.gauss_seidel import GaussSeidel
     from lmgcpy.solve.matrix_operator import DRIVER_NAMES, assemble_problem
+    from lmgcpy.solve.newton import Auto
     from lmgcpy.solve.report import STATUS
 
     _check(problem, "solve")
-    solver = GaussSeidel() if solver is None else solver
-    if isinstance(solver, type) or not hasattr(solver, "wire_blocks") or not hasattr(solver, "solve"):
-        raise TypeError(f"solver must be a solver such as lmgcpy.GaussSeidel(), got {shown(solver)}.")
+    solver = Auto() if solver is None else solver
+    check_solver(solver)
     start = problem.guess if guess is None else numbers(guess, "guess")
     if start.shape != problem.guess.shape:
         raise ValueError(f"guess must have shape {problem.guess.shape}, got {start.shape}.")
     table, system, kernels = assemble_problem(problem, solver.wire_blocks)
     operator = DRIVER_NAMES[problem.dimension]
     begin = clock.perf_counter()
-    iterations, _, status = solver.solve(table, system, problem.q.reshape(-1, problem.dimension).copy(), start, **operator)
+    free_velocity = problem.q.reshape(-1, problem.dimension).copy()
+    all_act = np.ones(len(problem.mu), dtype=bool)
+    outcome = solver.solve(table, system, free_velocity, start, conic=lambda: Conic(problem, all_act), **operator)
     seconds = clock.perf_counter() - begin
     del kernels  # the table holds their addresses, which end with them
     impulses = system.impulse
@@ -225,7 +238,8 @@ def solve(problem: Problem, *, solver: Any = None, guess: Any = None) -> Solutio
         impulses=impulses,
         velocities=problem.velocities(impulses),
         residual=residual(problem, impulses),
-        status=STATUS[status],
-        iterations=iterations,
+        status=STATUS[outcome.status],
+        iterations=outcome.iterations,
+        factorisations=outcome.factorisations,
         seconds=seconds,
     )

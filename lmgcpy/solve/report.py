@@ -25,12 +25,14 @@ class Worst:
 class Report:
     """How the last step was solved.
 
-    ``iterations``: sweeps; ``residual``: ``|e(r)| / |e(0)|``, the error relative to that of doing nothing; ``status``:
-    "converged", "budget spent", "stagnated" or "not finite"; ``worst``: the worst interaction, None where there is
-    none; ``interactions``: how many there were; ``seconds``: of the solver; ``step_seconds``: of the whole step.
+    ``iterations``: sweeps; ``factorisations``: Newton steps; ``residual``: ``|e(r)| / |e(0)|``, the error relative to that
+    of doing nothing; ``status``: "converged", "budget spent", "stagnated" or "not finite"; ``worst``: the worst interaction,
+    None where there is none; ``interactions``: how many there were; ``seconds``: of the solver; ``step_seconds``: of the
+    whole step.
     """
 
     iterations: int = 0
+    factorisations: int = 0
     residual: float = 0.0
     status: str = "converged"
     worst: Worst | None = None
@@ -40,7 +42,8 @@ class Report:
 
     def __str__(self) -> str:
         worst = f"; worst: {self.worst}" if self.worst else ""
+        newton = f" and {self.factorisations} Newton steps" if self.factorisations else ""
         return (
-            f"{self.status} after {self.iterations} iterations at a residual of {self.residual:.2e} over "
+            f"{self.status} after {self.iterations} sweeps{newton} at a residual of {self.residual:.2e} over "
             f"{self.interactions} interactions in {self.seconds:.4f} s{worst}"
         )

@@ -48,7 +48,7 @@ def test_a_spent_budget_is_told_with_the_worst_interaction(budget):
     assert report.worst.error > 0.0
     pairs = zip(sim.interactions.candidate, sim.interactions.antagonist, strict=True)
     assert (report.worst.candidate, report.worst.antagonist) in set(pairs)
-    assert f"budget spent after {budget} iterations" in str(report)
+    assert f"budget spent after {budget} sweeps" in str(report)
     assert f"worst: coulomb between bodies {report.worst.candidate} and {report.worst.antagonist}" in str(report)
 
 

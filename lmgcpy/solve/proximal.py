@@ -1,0 +1,101 @@
+"""The proximal point method with semi-smooth Newton steps: for the last digits, and for what sweeps hardly move.
+
+The problem is solved as a sequence of proximal problems (see ``active_set``), each centred at the solution of the one
+before (Rockafellar 1976, SIAM J. Control Optim. 14). With a small ``epsilon`` the sequence converges fast, also along
+directions in which W is singular or nearly so, as the self-stresses of a jammed sample or of rods are; but the smaller it
+is, the more statuses change from one solution to the next, and the Newton steps find their way only where few do. So
+``epsilon`` is what a trust region is elsewhere: it falls after a success, by the more the fewer steps that took, and rises
+after a failure; after a failure it comes back to that value by halves of the way (on a logarithmic scale) only.
+
+A Newton step is not damped: with the statuses of the solution it is exact, whatever it started from, and statuses that
+change wildly are the sign of an ``epsilon`` that is too small. A proximal problem need not be solved well: an error of
+:data:`LOOSE` times that of the problem itself is enough.
+
+Friction that is not associated makes the problem non-monotone; then convergence is not proved. Measured on what is said to
+be hard: docs/solvers.md.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from lmgcpy.solve.active_set import ActiveSet, Status
+
+FIRST = 1e-4
+"""epsilon to start with."""
+FALL = (10.0, 4.0, 4.0, 2.0, 2.0, 2.0)
+"""epsilon is divided by this after a success that took 1, 2, 3 ... Newton steps; a proximal problem gets no more steps."""
+RISE = 10.0
+LEAST, MOST = 1e-14, 1.0
+LOOSE = 0.3
+"""A proximal problem is solved where its error is so much of that of the problem itself."""
+WORSE = 3.0
+"""A solution of a proximal problem may have so many times the residual of its centre: the way to the solution of a locked
+sample is not downhill all along."""
+WILD = 100
+"""Changes of status after a first Newton step from which no second is tried."""
+PATIENCE = 30
+"""Factorisations within which the least residual must halve."""
+
+
+class Attempt(NamedTuple):
+    """The best impulses found (m, d), their residual, and how many matrices were factorised."""
+
+    impulses: np.ndarray
+    residual: float
+    factorisations: int
+
+
+def proximal_newton(active: ActiveSet, start: np.ndarray, tolerance: float, most: int) -> Attempt:
+    """Go on from the impulses ``start`` (m, d) until the residual is at most ``tolerance``, ``most`` matrices have been
+    factorised, or nothing is gained any more."""
+    r = best = start
+    residual = least = active.residual(r)
+    epsilon, failed = FIRST, 0.0
+    done = milestone_at = 0
+    milestone = least
+    while least > tolerance and done < most and done - milestone_at < PATIENCE:
+        found, steps = proximal_solution(active, r, epsilon, tolerance, most - done)
+        done += steps
+        reached = np.inf if found is None else active.residual(found)
+        if found is not None and reached < WORSE * residual:
+            r, residual = found, reached
+            if residual < least:
+                best, least = r, residual
+            if least < 0.5 * milestone:
+                milestone, milestone_at = least, done
+            lower = epsilon / FALL[steps - 1]
+            if 0.0 < failed < epsilon:
+                lower = max(lower, float(np.sqrt(epsilon * failed)))
+            failed *= 0.5
+            epsilon = max(lower, LEAST)
+        elif epsilon >= MOST:
+            break
+        else:
+            failed, epsilon = epsilon, min(RISE * epsilon, MOST)
+    return Attempt(best, least, done)
+
+
+def proximal_solution(
+    active: ActiveSet, centre: np.ndarray, epsilon: float, tolerance: float, most: int
+) -> tuple[np.ndarray | None, int]:
+    """(solution (m, d) of the proximal problem, or None where Newton's method fails; matrices factorised)."""
+    _, status = active.error(centre, epsilon, centre)
+    fewest = np.inf
+    steps = min(len(FALL), most)
+    for step in range(1, steps + 1):
+        try:
+            r = active.newton(status, epsilon, centre)
+        except RuntimeError:  # singular to round-off
+            return None, step
+        error, there = active.error(r, epsilon, centre)
+        enough = max(LOOSE * active.residual(r), 0.1 * tolerance) * active.nothing
+        if np.linalg.norm(error) <= enough:
+            return r, step
+        changes = Status.changes(status, there)
+        if changes > 2 * fewest + 3 or (step == 1 and changes > WILD):
+            return None, step
+        fewest, status = min(fewest, changes), there
+    return None, steps
