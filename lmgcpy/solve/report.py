@@ -26,9 +26,9 @@ class Report:
     """How the last step was solved.
 
     ``iterations``: sweeps; ``factorisations``: Newton steps; ``residual``: ``|e(r)| / |e(0)|``, the error relative to that
-    of doing nothing; ``status``: "converged", "budget spent", "stagnated" or "not finite"; ``worst``: the worst interaction,
-    None where there is none; ``interactions``: how many there were; ``seconds``: of the solver; ``step_seconds``: of the
-    whole step.
+    of doing nothing; ``status``: "converged", "budget spent", "stagnated" or "not finite"; ``worst``: the worst
+    interaction, None where there is none; ``interactions``: how many there were; ``seconds``: of the solver;
+    ``step_seconds``: of the whole step.
     """
 
     iterations: int = 0
