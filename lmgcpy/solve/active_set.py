@@ -37,6 +37,9 @@ PIVOT = 1e-3
 """A diagonal pivot is taken where it is at least so much of the largest entry of its column: the matrix is nearly that of
 a symmetric positive definite one, and fill grows with other choices."""
 
+LARGE = 1e12
+"""Impulses beyond so many times what would cancel ``e(0)`` leave less than four digits of a velocity."""
+
 
 class Status(NamedTuple):
     """Where every interaction stands."""
@@ -100,6 +103,11 @@ class ActiveSet:
     def residual(self, r: np.ndarray) -> float:
         """``|e(r)| / |e(0)|``, zero where ``e(0)`` is."""
         return float(np.linalg.norm(self.error(r)[0])) / self.nothing if self.nothing > 0.0 else 0.0
+
+    def lost(self, r: np.ndarray) -> bool:
+        """Whether impulses are so large that velocities of the size of ``e(0)`` are lost to round-off beside ``w r``: on the
+        way to infinity, as in a problem that has no solution."""
+        return float(np.abs(self.weight[:, None] * r).max(initial=0.0)) > LARGE * self.nothing
 
     def newton(self, status: Status, epsilon: float, centre: np.ndarray) -> np.ndarray:
         """The impulses that satisfy the proximal problem with these statuses, (m, d).

@@ -115,14 +115,23 @@ DRIVER_NAMES: dict[int, dict[str, Any]] = {
 """What the kernels of solvers are specialised with."""
 
 
-def _runs(problem: Problem, link_links: np.ndarray) -> list[tuple[int, int]]:
-    """Rows (start, stop) of interactions that one kernel call solves: contacts, or the links of one wire."""
-    cones = problem.cones
-    same = cones[1:] == cones[:-1]
-    wire = (cones[1:] == CONTACT) | (link_links != 0.0)
-    cuts = np.flatnonzero(~(same & wire)) + 1
-    bounds = [0, *cuts.tolist(), len(cones)] if len(cones) else [0]
-    return list(pairwise(bounds))
+def _runs(problem: Problem) -> list[tuple[int, int]]:
+    """Rows (start, stop) of interactions that one kernel call solves: contacts, or the links of one wire.
+
+    Links are one wire as long as each meets the one before it and none of those before that.
+    """
+    d, cones, W = problem.dimension, problem.cones, problem.W.tocsr()
+    bounds = [0] if len(cones) else []
+    for i in range(1, len(cones)):
+        same = cones[i] == cones[i - 1]
+        if cones[i] != CONTACT and same:
+            row = slice(W.indptr[d * i], W.indptr[d * i + 1])
+            met = W.indices[row][W.data[row] != 0.0]
+            met = met[(met >= d * bounds[-1]) & (met < d * i) & (met % d == 0)]
+            same = met.tolist() == [d * (i - 1)]
+        if not same:
+            bounds.append(i)
+    return list(pairwise([*bounds, len(cones)]))
 
 
 def assemble_problem(problem: Problem, wire_blocks: bool) -> tuple[Groups, MatrixSystem, list[Any]]:
@@ -137,7 +146,7 @@ def assemble_problem(problem: Problem, wire_blocks: bool) -> tuple[Groups, Matri
         return np.asarray(problem.W[normal + i, normal + j]).ravel() if count else np.zeros(0)
 
     tangential = local(0, 1)
-    runs = _runs(problem, following)
+    runs = _runs(problem)
     cones = problem.cones
     coupling = np.where(cones == CONTACT, tangential, 0.0)
     for start, stop in runs:

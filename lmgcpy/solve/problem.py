@@ -96,11 +96,17 @@ class Problem:
         """``W r + q`` [m/s], (m, d)."""
         return (self.W @ np.asarray(impulses, dtype=float).ravel() + self.q).reshape(-1, self.dimension)
 
+    @property
+    def rows(self) -> np.ndarray:
+        """Which components of an impulse may be other than zero, (m, d) bool."""
+        rows = np.repeat(((self.cones == CONTACT) & (self.mu > 0.0))[:, None], self.dimension, axis=1)
+        rows[:, 0] = True
+        return rows
+
     def local_weight(self) -> np.ndarray:
         """Mean diagonal of each local block, over the rows that the law has [1/kg], (m,)."""
         diagonal = self.W.diagonal().reshape(-1, self.dimension)
-        one_row = (self.cones != CONTACT) | (self.mu == 0.0)
-        return np.where(one_row, diagonal[:, 0], diagonal.mean(axis=1))
+        return np.where(self.rows[:, 1], diagonal.mean(axis=1), diagonal[:, 0])
 
     def __repr__(self) -> str:
         names, counts = np.unique(np.array(self.laws, dtype=str), return_counts=True)
@@ -225,6 +231,7 @@ def solve(problem: Problem, *, solver: Solver | None = None, guess: Any = None) 
     start = problem.guess if guess is None else numbers(guess, "guess")
     if start.shape != problem.guess.shape:
         raise ValueError(f"guess must have shape {problem.guess.shape}, got {start.shape}.")
+    start = np.where(problem.rows, start, 0.0)
     table, system, kernels = assemble_problem(problem, solver.wire_blocks)
     operator = DRIVER_NAMES[problem.dimension]
     begin = clock.perf_counter()

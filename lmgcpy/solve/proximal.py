@@ -59,7 +59,7 @@ def proximal_newton(active: ActiveSet, start: np.ndarray, tolerance: float, most
     while least > tolerance and done < most and done - milestone_at < PATIENCE:
         found, steps = proximal_solution(active, r, epsilon, tolerance, most - done)
         done += steps
-        reached = np.inf if found is None else active.residual(found)
+        reached = np.inf if found is None or active.lost(found) else active.residual(found)
         if found is not None and reached < WORSE * residual:
             r, residual = found, reached
             if residual < least:

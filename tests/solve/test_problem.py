@@ -144,3 +144,39 @@ def test_no_interaction_is_solved():
     nothing = lm.Problem(sparse.csr_array((0, 0)), np.zeros(0), np.zeros(0), 2, (), np.zeros(0), np.zeros((0, 2)))
     solution = lm.solve(nothing)
     assert (solution.status, solution.residual) == ("converged", 0.0)
+
+
+def star_of_wires():
+    """Three wires meet at one bead, pulled apart: every one of them meets both others, so that they are no chain."""
+    directions = np.array([[0.0, 1.0], [np.sqrt(0.75), -0.5], [-np.sqrt(0.75), -0.5]])
+    H = np.zeros((6, 8))
+    for i, n in enumerate(directions):  # the bead is the last body
+        H[2 * i, 2 * i : 2 * i + 2], H[2 * i, 6:] = n, -n
+    speeds = np.array([0.0, 1.0, 0.5, 0.0, -0.2, -0.4, 0.3, 0.1])
+    mass = np.repeat([1.0, 3.0, 0.2, 0.5], 2)
+    W = sparse.csr_array((H / mass) @ H.T)
+    return lm.Problem(W, H @ speeds, np.zeros(3), 2, ("rigid-wire",) * 3, np.zeros(3), np.zeros((3, 2)))
+
+
+@pytest.mark.parametrize("solver", [lm.GaussSeidel(tolerance=1e-12), lm.Newton(tolerance=1e-12)], ids=["sweeps", "newton"])
+def test_wires_that_meet_at_one_bead(solver):
+    """As if they were one chain, sweeps would leave their coupling out and diverge. All three are taut: u = 0."""
+    problem = star_of_wires()
+    solution = lm.solve(problem, solver=solver)
+    assert solution.status == "converged"
+    expected = -np.linalg.solve(problem.W.toarray()[::2, ::2], problem.q[::2])
+    taut = expected < 0.0
+    assert taut.sum() >= 2
+    if taut.all():
+        np.testing.assert_allclose(solution.impulses[:, 0], expected, rtol=1e-10)
+    assert (solution.impulses[:, 0] <= 0.0).all()
+    assert lm.residual(problem, solution.impulses) <= 1e-12
+
+
+def test_friction_in_the_guess_of_a_smooth_contact_is_left_out():
+    """The tangential impulse of a frictionless contact is no unknown: kept, it would move what nothing measures."""
+    W = sparse.csr_array(np.array([[2.0, 0.3], [0.3, 3.0]]))
+    problem = lm.Problem(W, np.array([-1.0, 0.4]), np.zeros(1), 2, ("coulomb",), np.zeros(1), np.zeros((1, 2)))
+    solution = lm.solve(problem, guess=np.array([[0.2, 5.0]]))
+    np.testing.assert_allclose(solution.impulses, [[0.5, 0.0]], rtol=1e-12)
+    assert lm.residual(problem, solution.impulses) <= 1e-12
