@@ -105,8 +105,8 @@ class ActiveSet:
         return float(np.linalg.norm(self.error(r)[0])) / self.nothing if self.nothing > 0.0 else 0.0
 
     def lost(self, r: np.ndarray) -> bool:
-        """Whether impulses are so large that velocities of the size of ``e(0)`` are lost to round-off beside ``w r``: on the
-        way to infinity, as in a problem that has no solution."""
+        """Whether impulses are so large that velocities of the size of ``e(0)`` are lost to round-off beside ``w r``: on
+        the way to infinity, as in a problem that has no solution."""
         return float(np.abs(self.weight[:, None] * r).max(initial=0.0)) > LARGE * self.nothing
 
     def newton(self, status: Status, epsilon: float, centre: np.ndarray) -> np.ndarray:

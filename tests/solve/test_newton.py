@@ -225,7 +225,7 @@ def stacked(solver, law, height=40):
     "law", [lm.Coulomb(friction=0.3), lm.Restitution(friction=0.3, restitution=0.5)], ids=lambda x: x.NAME
 )
 def test_simulation_with_newton_steps(law):
-    """The foot of a stack carries its weight to the last digits; for restitution open contacts are left out and come back."""
+    """The foot of a stack carries its weight to the last digits; restitution leaves open contacts out of the problem."""
     sim = stacked(lm.Newton(tolerance=1e-12), law)
     sim.step()
     assert sim.report.status == "converged"

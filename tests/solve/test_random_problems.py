@@ -1,4 +1,4 @@
-"""What must hold of the answer to any problem: drawn ones of a few bodies, in plane and space, solved by the default solver.
+"""What must hold of the answer to any problem: drawn ones of a few bodies, in plane and space.
 
 Velocities are unique where nothing rubs, as then the step is a strictly convex problem of the bodies' velocities; what
 compares two answers is drawn without friction, what concerns one answer with any friction.
