@@ -1,5 +1,8 @@
 """lmgcpy: Non Smooth Contact Dynamics of rigid bodies, with interaction laws of your own."""
 
+import importlib
+from typing import TYPE_CHECKING, Any
+
 from lmgcpy import contact, io, laws, measure, sample
 from lmgcpy.dynamics.simulation import Simulation
 from lmgcpy.io.restart import resume
@@ -20,6 +23,9 @@ from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
 from lmgcpy.solve.gauss_seidel import GaussSeidel
 from lmgcpy.solve.newton import Auto, Newton
 from lmgcpy.solve.problem import Problem, Solution, residual, solve
+
+if TYPE_CHECKING:
+    from lmgcpy import view
 
 __version__ = "0.1.0"
 
@@ -66,5 +72,13 @@ __all__ = [
     "sample",
     "solve",
     "sphere",
+    "view",
     "wall",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """``lmgcpy.view``, which is imported when it is first asked for: most runs look at nothing."""
+    if name == "view":
+        return importlib.import_module("lmgcpy.view")
+    raise AttributeError(f"module 'lmgcpy' has no attribute '{name}'")

@@ -113,16 +113,22 @@ def compare(a: Path, b: Path, tolerance: float) -> None:
 
 @click.command()
 @click.argument("file", type=FILE)
-@click.option("--csv", "folder", type=FILE, required=True, help="Folder to write the tables into.")
+@click.option("--csv", type=FILE, help="Folder to write tables of text into.")
+@click.option("--vtk", type=FILE, help="Folder to write files for ParaView into.")
 @click.option("--force", is_flag=True, help="Write into a folder that is not empty.")
-def export(file: Path, folder: Path, force: bool) -> None:
-    """A run as tables of text."""
+def export(file: Path, csv: Path | None, vtk: Path | None, force: bool) -> None:
+    """A run as tables of text, or as files for ParaView."""
     from lmgcpy.io.run import open_run
     from lmgcpy.io.tables import export_csv
+    from lmgcpy.io.vtk import export_vtk
 
+    if csv is None and vtk is None:
+        raise click.UsageError("Say where to export to: --csv FOLDER, --vtk FOLDER, or both")
     with open_run(file) as run:
-        for path in export_csv(run, folder, force=force):
-            click.echo(path)
+        written = [] if csv is None else export_csv(run, csv, force=force)
+        written += [] if vtk is None else export_vtk(run, vtk, force=force)
+    for path in written:
+        click.echo(path)
 
 
 COMMANDS = (info, resume, compare, export)

@@ -17,10 +17,15 @@ import scipy.sparse as sparse
 
 import lmgcpy as lm
 from lmgcpy.experiment.biaxial import Biaxial
-from lmgcpy.experiment.box_2d import Sample
+from lmgcpy.experiment.box import Sample
+from lmgcpy.experiment.column_sample import lay_column
+from lmgcpy.experiment.column_study import ColumnStudy
 from lmgcpy.experiment.compaction import compact
 from lmgcpy.experiment.texsol_2d import Study
+from lmgcpy.experiment.texsol_3d import Study3D
 from lmgcpy.experiment.texsol_sample import lay_sample
+from lmgcpy.experiment.texsol_sample_3d import lay_sample_3d
+from lmgcpy.experiment.triaxial import Triaxial
 from lmgcpy.sample.settle import settle
 
 ROOT = Path(lm.__file__).parent
@@ -84,7 +89,12 @@ def problem():
 
 def sample():
     places = [[0.1, 0.1], [0.3, 0.1], [0.5, 0.1]]
-    return Sample(positions=places, radii=[0.05] * 3, bead_count=2, reference_gap=0.1, width=0.6, height=0.2)
+    return Sample(positions=places, radii=[0.05] * 3, wires=(2,), reference_gap=0.1, box=(0.6, 0.2))
+
+
+def sample_in_space():
+    places = [[0.1, 0.1, 0.1], [0.3, 0.1, 0.1], [0.5, 0.1, 0.1]]
+    return Sample(positions=places, radii=[0.05] * 3, wires=(2,), reference_gap=0.1, box=(0.6, 0.2, 0.2))
 
 
 def links(**more):
@@ -96,11 +106,30 @@ def biaxial_run(**more):
     return Biaxial(sample()).run(**{"strain": 0.1, **more})
 
 
+COMPRESSION = {
+    "sample": THING, "law": [*optional(THING), lm.RigidRod, lm.Signorini()], "pressure": POSITIVE, "density": POSITIVE,
+    "friction": NOT_NEGATIVE, "platen_friction": NOT_NEGATIVE, "inertial_number": [*POSITIVE, 0.2],
+    "axis": [*optional(CHOICE), "w"], "time_step": optional(POSITIVE),
+}  # fmt: skip
+STUDY = {
+    "laws": [3, "none", (), ("none", "none"), ("nothing such",)], "grain_count": [*COUNT, 9],
+    "bead_count": [*COUNT, 1], "seed": COUNT, "strain": [*POSITIVE, 0.6], "pressure": POSITIVE,
+    "tolerance": [*POSITIVE, 1.1], "max_iterations": [*COUNT, 0], "friction": NOT_NEGATIVE,
+    "platen_friction": NOT_NEGATIVE, "inertial_number": [*POSITIVE, 0.2], "axial_rigidity": POSITIVE,
+    "check_strain": [*NOT_NEGATIVE, 0.6], "threads": [*COUNT, 0],
+}  # fmt: skip
+
+
 IN_SPACE = [*NO_ARRAY, None, 1.0, [1.0], [1.0, 2.0], [1.0, 2.0, 3.0, 4.0], [[1.0, 2.0, 3.0]], (0.0, nan, 0.0)]
 START = {"velocity": VECTOR, "rotation": NUMBER, "spin": NUMBER, "color": WORD}
 SETTLED = {"positions": [[0.1, 0.1]], "radii": [0.01], "box": (0.3, None), "obstacles": None}
 WIRE = {"box": (0.67, 0.67), "bead_radius": 0.0075, "interstice": 0.021, "bead_count": 9}
 OBSTACLES = ["text", 3.0, object(), [1.0], (1.0, 2.0), ([[nan, 0.0]], [1.0]), ([[0.0, 0.0]], [0.0]), ([[0.0, 0.0]], ["a"])]
+PANEL = {
+    "source": THING, "what": optional(CHOICE), "frame": optional(COUNT), "grains": optional(CHOICE),
+    "wires": optional(CHOICE), "opacity": optional(FRACTION), "clip": optional(CHOICE), "section": optional(CHOICE),
+    "camera": optional(CHOICE), "title": [3, True, object(), nan], "limits": optional(VECTOR), "force": optional(POSITIVE),
+}  # fmt: skip
 
 # fmt: off
 CALLS = {
@@ -227,28 +256,44 @@ CALLS = {
     "io.take_up": (lm.io.take_up, {"sim": simulation(), "path": "absent.h5"}, {"sim": THING, "path": PATH}),
     "io.compare": (lm.io.compare, {"a": None, "b": None}, {"a": THING, "b": THING}),
     "io.export_csv": (lm.io.export_csv, {"run": None, "folder": "out"}, {"run": THING}),
+    "io.export_vtk": (lm.io.export_vtk, {"run": None, "folder": "out"}, {"run": THING}),
     "io.fclib.read": (lm.io.fclib.read, {"path": "absent.h5"}, {"path": PATH}),
     "io.fclib.write": (lm.io.fclib.write, {"problem": problem(), "path": "/no/such/folder/p.h5"},
         {"problem": THING, "path": PATH}),
-    "Study": (Study, {},
-        {"laws": [3, "none", (), ("none", "none"), ("nothing such",)], "grain_count": [*COUNT, 9],
-         "bead_count": [*COUNT, 1], "seed": COUNT, "strain": [*POSITIVE, 0.6], "pressure": POSITIVE,
-         "tolerance": [*POSITIVE, 1.1], "max_iterations": [*COUNT, 0], "friction": NOT_NEGATIVE,
-         "platen_friction": NOT_NEGATIVE, "inertial_number": [*POSITIVE, 0.2], "axial_rigidity": POSITIVE,
-         "check_strain": [*NOT_NEGATIVE, 0.6], "threads": [*COUNT, 0]}),
+    "view.check": (lm.view.check, {"source": scene()},
+        {"source": THING, "frame": optional(COUNT), "overlap": NOT_NEGATIVE, "excess": NOT_NEGATIVE}),
+    "view.render": (lm.view.render, {"source": scene(), "path": "a.png", "size": (20, 20)},
+        {**PANEL, "path": PATH, "size": optional([*VECTOR, (15, 20)]), "columns": [*optional(COUNT), 0],
+         "frames_per_second": [*POSITIVE, 101.0]}),
+    "view.show": (lm.view.show, {"source": scene()}, PANEL),
+    "view.plot": (lm.view.plot, {"runs": None, "path": "a.png"}, {"runs": THING}),
+    "Study": (Study, {}, STUDY),
+    "Study3D": (Study3D, {},
+        {**STUDY, "laws": [*STUDY["laws"], ("rigid-rod",)], "axes": [3, "z", (), ("z", "z"), ("w",)],
+         "wires": [*COUNT, 0]}),
+    "ColumnStudy": (ColumnStudy, {},
+        {"contents": [3, "0.1", None, (), (0.1, 0.1), (0.0,), (-0.1,), (11.0,), (nan,), ("much",)],
+         "grain_count": [*COUNT, 9], "aspect": [*POSITIVE, 0.05, 21.0], "friction": NOT_NEGATIVE, "diameter": POSITIVE,
+         "bead_diameter": [*POSITIVE, 0.04, 0.5], "seed": COUNT, "refinements": [*COUNT, 21],
+         "tolerance": [*POSITIVE, 1.5], "max_iterations": [*COUNT, 0], "travel": [*POSITIVE, 5.0], "threads": [*COUNT, 0]}),
+    "lay_column": (lay_column, {"grain_count": 12, "content": 1.0, "aspect": 1.0},
+        {"grain_count": [*COUNT, 9], "content": [*NOT_NEGATIVE, 11.0], "aspect": [*POSITIVE, 0.05, 21.0],
+         "diameter": POSITIVE, "bead_diameter": [*POSITIVE, 0.04, 0.5], "seed": COUNT}),
     "lay_sample": (lay_sample, {"grain_count": 20, "bead_count": 0},
         {"grain_count": [*COUNT, 9], "bead_count": [*COUNT, 1], "minimum": POSITIVE, "maximum": POSITIVE, "seed": SEED,
          "method": CHOICE}),
+    "lay_sample_3d": (lay_sample_3d, {"grain_count": 20, "bead_count": 0},
+        {"grain_count": [*COUNT, 9], "bead_count": [*COUNT, 1], "wires": [*COUNT, 0], "minimum": POSITIVE,
+         "maximum": POSITIVE, "density": POSITIVE, "seed": SEED}),
     "Sample": (Sample, vars(sample()),
-        {"positions": [*ARRAY, [[0.1]]], "radii": [*ARRAY, [0.0], [-1.0]], "bead_count": [*COUNT, 4],
-         "reference_gap": NUMBER, "width": POSITIVE, "height": POSITIVE}),
+        {"positions": [*ARRAY, [[0.1]]], "radii": [*ARRAY, [0.0], [-1.0]],
+         "wires": [3, "two", None, (1,), (4,), ("two",)], "reference_gap": NUMBER,
+         "box": [*ARRAY, (1.0,), (0.0, 1.0), (1.0, 1.0, 1.0)], "bead_mass": optional(POSITIVE)}),
     "compact": (compact, {"sample": lay_sample(30, 0), "pressure": 1e5, "density": 2600.0, "max_steps": 5},
-        {"sample": THING, "pressure": POSITIVE, "density": POSITIVE, "friction": NOT_NEGATIVE,
-         "solver": [*optional(THING), lm.GaussSeidel], "max_steps": [*COUNT, 0]}),
-    "Biaxial": (Biaxial, {"sample": sample()},
-        {"sample": THING, "law": [*optional(THING), lm.RigidRod, lm.Signorini()], "pressure": POSITIVE,
-         "density": POSITIVE, "friction": NOT_NEGATIVE, "platen_friction": NOT_NEGATIVE,
-         "inertial_number": [*POSITIVE, 0.2], "time_step": optional(POSITIVE)}),
+        {"sample": THING, "pressure": POSITIVE, "density": POSITIVE, "friction": NOT_NEGATIVE, "drag": NOT_NEGATIVE,
+         "time_step": optional(POSITIVE), "solver": [*optional(THING), lm.GaussSeidel], "max_steps": [*COUNT, 0]}),
+    "Biaxial": (Biaxial, {"sample": sample()}, COMPRESSION),
+    "Triaxial": (Triaxial, {"sample": sample_in_space()}, COMPRESSION),
     "Biaxial.run": (biaxial_run, {}, {"strain": [*POSITIVE, 1.0], "frames": COUNT}),
 }
 # fmt: on
@@ -270,12 +315,14 @@ CALLED = {
     "sigma": ["stress"],
     "a": ["compare"],
     "b": ["compare"],
-    "run": ["export_csv"],
+    "run": ["export_csv", "export_vtk"],
     "sample": ["Sample"],
     "grain_count": ["grain"],
     "bead_count": ["bead"],
     "positions": ["positions"],
     "radii": ["radii", "positions"],
+    "axes": ["axes", "axis"],
+    "box": ["box", "positions"],
 }
 """Words one of which names an argument in a sentence, where it is not its own name."""
 
@@ -288,6 +335,7 @@ EXEMPT = {
     "State": "of authors of laws",
     "Solution": "a result",
     "measure.Network": "a result",
+    "view.Layout": "a result",
     "sample.Wire": "a result",
     "sample.Wires": "a result",
     "laws.Law": "see Law",
@@ -315,10 +363,15 @@ EXEMPT_ARGUMENTS = {
     ("io.compare", "tolerance"): "in tests/bad_input",
     ("measure.stress", "frame"): "of run files: in tests/measure",
     ("Biaxial", "solver"): "of its simulation",
+    ("Triaxial", "solver"): "of its simulation",
     **dict.fromkeys((("compact", name) for name in ("file", "on_step", "interrupted")), "of the studies"),
     **dict.fromkeys((("Biaxial.run", name) for name in ("file", "on_step", "interrupted")), "of the studies"),
     ("io.export_csv", "folder"): "in tests/bad_input",
     ("io.export_csv", "force"): "in tests/io",
+    ("io.export_vtk", "folder"): "as of io.export_csv",
+    ("io.export_vtk", "force"): "in tests/io",
+    ("view.plot", "path"): "in tests/view/test_curves.py",
+    ("view.plot", "what"): "in tests/view/test_curves.py",
     ("io.fclib.write", "force"): "in tests/bad_input",
 }
 
@@ -360,9 +413,12 @@ def refusal(call, arguments):
 
 
 @pytest.mark.filterwarnings("ignore:In the step to")  # three particles are no sample
-@pytest.mark.parametrize("name", [name for name in CASES if not name.startswith("io.") and name != "resume"])
-def test_what_is_called_rightly_is_accepted(name):
-    """So that it is the wrong value that is refused; files are opened in other tests."""
+@pytest.mark.parametrize(
+    "name", [name for name in CASES if not name.startswith(("io.", "resume", "view.show", "view.plot"))]
+)
+def test_what_is_called_rightly_is_accepted(name, tmp_path, monkeypatch):
+    """So that it is the wrong value that is refused; files are opened in other tests, windows in none."""
+    monkeypatch.chdir(tmp_path)
     call, right, _ = CASES[name]
     assert refusal(call, right) is None
 
@@ -403,7 +459,8 @@ def test_an_argument_that_there_is_not_is_named_with_the_closest(name):
 
 def public():
     """Public callables by name, from the front door and the modules behind it."""
-    for module, prefix in ((lm, ""), (lm.sample, "sample."), (lm.measure, "measure."), (lm.io, "io."), (lm.laws, "laws.")):
+    parts = (lm.sample, lm.measure, lm.io, lm.laws, lm.view)
+    for module, prefix in ((lm, ""), *((part, part.__name__.removeprefix("lmgcpy.") + ".") for part in parts)):
         for name in module.__all__:
             if callable(getattr(module, name)):
                 yield prefix + name, getattr(module, name)

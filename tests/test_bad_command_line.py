@@ -34,6 +34,17 @@ def study(w, text):
     return ["texsol", "--resume", "--out", w.path("out")]
 
 
+def column(w, *options):
+    """Columns of few grains, kept from falling by what is wrong."""
+    return ["column", "--grains", "60", "--out", w.path("out"), *options]
+
+
+def no_display(w):
+    """The machine has none from now on."""
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        w.patch.delenv(name, raising=False)
+
+
 # fmt: off
 ROWS = {
     "no such command": (lambda w: ["texsoll"],
@@ -63,6 +74,12 @@ ROWS = {
         "platen_friction must be at least 0, got -1"),
     "no threads": (lambda w: texsol(w, "--threads", "0"), "threads must be at least 1, got 0"),
     "seed below zero": (lambda w: texsol(w, "--seed", "-3"), "seed must be at least 0, got -3"),
+    "four dimensions": (lambda w: texsol(w, "--dimension", "4"), "'--dimension': '4' is not one of '2', '3'"),
+    "rods in 3D": (lambda w: texsol(w, "--dimension", "3", "--laws", "rigid-rod"),
+        "laws of the study in 3D cannot be 'rigid-rod'", "Take rigid-wire or elastic-wire."),
+    "axes in 2D": (lambda w: texsol(w, "--axes", "x"), "A study in 2D has no --axes: add --dimension 3"),
+    "axes misspelt": (lambda w: texsol(w, "--dimension", "3", "--axes", "up"),
+        "The study has no axis 'up'", "Known: x, y, z."),
     "out is a file": (lambda w: ["texsol", "--out", w.text()], "'--out': Directory '", "run.h5' is a file."),
     "out below a file": (lambda w: ["texsol", "--grains", "60", "--beads", "12", "--out", w.text() / "out"],
         "run.h5/out", "cannot be used: not a directory"),
@@ -76,6 +93,27 @@ ROWS = {
     "study of another version": (
         lambda w: study(w, '{"format": "lmgcpy texsol study", "study": {"laws": []}, "versions": {"lmgcpy": "0.0"}}'),
         "study.json' is of lmgcpy 0.0"),
+    "column of few grains": (lambda w: column(w, "--grains", "5"), "grains must be at least 10, got 5"),
+    "column of no content": (lambda w: column(w, "--contents", ","), "contents must name each content once, got none"),
+    "column of contents in words": (lambda w: column(w, "--contents", "0.1,much"),
+        "'--contents': '0.1,much' is not numbers by commas, such as 0.1,0.4"),
+    "column of one content twice": (lambda w: column(w, "--contents", "0.1,0.10"),
+        "contents must name each content once, got 0.1, 0.1"),
+    "column of next to no wire": (lambda w: column(w, "--contents", "0.001"),
+        "A wire content of 0.001 is too little for a column of 60 grains"),
+    "column with thick wire": (lambda w: column(w, "--bead", "0.5"), "bead_diameter must be at most 0.45, got 0.5"),
+    "column of flat aspect": (lambda w: column(w, "--aspect", "0"), "aspect must be at least 0.1, got 0"),
+    "column of no size": (lambda w: column(w, "--diameter", "0"), "diameter must be above 0 m"),
+    "column in great steps": (lambda w: column(w, "--travel", "9"), "travel must be at most 4, got 9"),
+    "column out is not empty": (lambda w: ["column", "--out", w.text().parent],
+        "is not empty: give another by --out, or --force to write there"),
+    "column with nothing to resume": (lambda w: ["column", "--resume", "--out", w.path("out")],
+        "There is no study to go on with in '", "lmgcpy column --out"),
+    "column resumed otherwise": (lambda w: column(w, "--resume"),
+        "--resume takes the study as it is in '", "leave out --grains"),
+    "column resumed in a study of another kind": (
+        lambda w: ["column", *study(w, '{"format": "lmgcpy texsol study", "study": {}, "versions": {"lmgcpy": "0"}}')[1:]],
+        "study.json' is of another kind of study, 'lmgcpy texsol study': give another folder"),
     "warmup of no law": (lambda w: ["warmup", "--laws", "coulom"], "There is no law 'coulom'; did you mean 'coulomb'?"),
     "info on nothing": (lambda w: ["info", w.path()], "There is no file '", "run.h5'."),
     "info on a folder": (lambda w: ["info", w.folder], "is a folder, not a run file"),
@@ -107,14 +145,49 @@ ROWS = {
         "tolerance must be finite, got nan"),
     "compare to less than nothing": (lambda w: ["compare", w.run_file(), w.path(), "--tolerance", "-1"],
         "tolerance must be at least 0, got -1"),
-    "export to nowhere": (lambda w: ["export", w.run_file()], "Missing option '--csv'."),
+    "export to nowhere": (lambda w: ["export", w.run_file()], "Say where to export to: --csv FOLDER, --vtk FOLDER, or"),
+    "export to ParaView into a full folder": (lambda w: ["export", w.run_file(), "--vtk", w.folder],
+        "is not empty: give another, or force (--force)"),
+    "render nothing": (lambda w: ["render"], "Missing argument 'FILES...'."),
+    "render what is not there": (lambda w: ["render", w.path()], "There is no file '"),
+    "render what is unknown": (lambda w: ["render", w.run_file(), "--what", "grain"],
+        "what cannot be 'grain'; did you mean 'grains'?"),
+    "render no such frame": (lambda w: ["render", w.run_file(), "--frame", "7"], "has one frame, 0, got frame 7."),
+    "render into no picture": (lambda w: ["render", w.run_file(), "--out", w.path("a.bmp")],
+        "must end in .png or, for a moving picture, in .gif"),
+    "render from half a direction": (lambda w: ["render", w.run_file(), "--camera", "1,2"],
+        "'--camera': '1,2' is not 3 numbers by commas, such as 1,-1,1"),
+    "render on half a scale": (lambda w: ["render", w.run_file(), "--limits", "1"],
+        "'--limits': '1' is not 2 numbers by commas, such as 0,1.5"),
+    "render at no plane": (lambda w: ["render", w.run_file(), "--section", "y=middle"],
+        "'--section': 'y=middle' is no plane such as y or y=0.1"),
+    "render a plane in space of the plane": (lambda w: ["render", w.run_file(), "--section", "y"], "section is for 3D"),
+    "render panels that do not match": (
+        lambda w: ["render", w.run_file(), "--frame", "0", "--frame", "1", *["--camera", "x"] * 3],
+        "frame has 2, camera has 3"),
+    "view without a display": (lambda w: no_display(w) or ["view", w.run_file()],
+        "There is no display to open a window on"),
+    "plot nothing": (lambda w: ["plot"], "Missing argument 'FILES...'."),
+    "plot what is unknown": (lambda w: ["plot", w.run_file(), "--what", "strain"],
+        "what cannot be 'strain'", "Known: deviator, energy"),
+    "plot a reaction without a wall": (lambda w: ["plot", w.run_file(), "--out", w.path("a.png")], "has no wall"),
+    "plot into no picture": (lambda w: ["plot", w.run_file(), "--out", w.path("a.bmp")],
+        "path must end in .png, .svg, .pdf"),
     "export into a file": (lambda w: ["export", w.run_file(), "--csv", w.path()],
         "is a file: give the name of a folder"),
     "export into a full folder": (lambda w: ["export", w.run_file(), "--csv", w.folder],
         "is not empty: give another, or force (--force)"),
 }
 # fmt: on
-CLICKS = ("Missing", "No such option", "There is no command", "'--", "is not empty: give another by", "--resume takes")
+CLICKS = (
+    "Say where",
+    "Missing",
+    "No such option",
+    "There is no command",
+    "'--",
+    "is not empty: give another by",
+    "--resume takes",
+)
 """Beginnings and parts of sentences about the command line itself, to which a traceback has nothing to add."""
 
 

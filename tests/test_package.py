@@ -25,7 +25,7 @@ def test_public_names_are_there():
 def test_import_is_lean_and_compiles_nothing():
     fresh(
         "import sys, lmgcpy\n"
-        "for heavy in ('scipy.sparse', 'matplotlib', 'pyvista', 'vtk', 'h5py', 'tqdm', 'click'):\n"
+        "for heavy in ('scipy.sparse', 'matplotlib', 'pyvista', 'vtk', 'h5py', 'tqdm', 'click', 'lmgcpy.view'):\n"
         "    assert heavy not in sys.modules, heavy\n"
         "from lmgcpy.jit import Kernel\n"
         "import gc\n"

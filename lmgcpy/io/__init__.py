@@ -1,9 +1,23 @@
 """Files."""
 
+from typing import TYPE_CHECKING, Any
+
 from lmgcpy.io import fclib
 from lmgcpy.io.compare import compare
 from lmgcpy.io.restart import take_up
 from lmgcpy.io.run import Run, open_run
 from lmgcpy.io.tables import export_csv
 
-__all__ = ["Run", "compare", "export_csv", "fclib", "open_run", "take_up"]
+if TYPE_CHECKING:
+    from lmgcpy.io.vtk import export_vtk
+
+__all__ = ["Run", "compare", "export_csv", "export_vtk", "fclib", "open_run", "take_up"]
+
+
+def __getattr__(name: str) -> Any:
+    """``export_vtk``, which is imported when it is first asked for, with all that draws."""
+    if name == "export_vtk":
+        from lmgcpy.io.vtk import export_vtk
+
+        return export_vtk
+    raise AttributeError(f"module 'lmgcpy.io' has no attribute '{name}'")

@@ -37,12 +37,7 @@ def export_csv(run: Run, folder: str | os.PathLike, *, force: bool = False) -> l
     """
     if not isinstance(run, Run):
         raise TypeError(f"export_csv takes a run, which lmgcpy.io.open_run(path) opens, got {shown(run)}.")
-    target = Path(place(folder, "folder"))
-    if target.exists() and not target.is_dir():
-        raise FileExistsError(f"'{folder}' is a file: give the name of a folder.")
-    if target.exists() and any(target.iterdir()) and not force:
-        raise FileExistsError(f"The folder '{folder}' is not empty: give another, or force (--force) to write there.")
-    target.mkdir(parents=True, exist_ok=True)
+    target = folder_for(folder, force)
     by_law = [f"{name}:{law} [J]" for name in ("work", "stored") for law in run.laws]
     written = [
         _write(target / "bodies.csv", ("frame", "step", "time [s]", "body", *BODY[run.dimension]), _bodies(run)),
@@ -53,6 +48,17 @@ def export_csv(run: Run, folder: str | os.PathLike, *, force: bool = False) -> l
         columns = [f"{name}{_place(i)}" for name, column in run.observed.items() for i in np.ndindex(column.shape[1:])]
         written.append(_write(target / "observed.csv", ("step", "time [s]", *columns), _observed(run)))
     return written
+
+
+def folder_for(folder: str | os.PathLike, force: bool) -> Path:
+    """A folder to write into, made if there is none; FileExistsError where it holds something already, unless ``force``."""
+    target = Path(place(folder, "folder"))
+    if target.exists() and not target.is_dir():
+        raise FileExistsError(f"'{folder}' is a file: give the name of a folder.")
+    if target.exists() and any(target.iterdir()) and not force:
+        raise FileExistsError(f"The folder '{folder}' is not empty: give another, or force (--force) to write there.")
+    target.mkdir(parents=True, exist_ok=True)
+    return target
 
 
 def interaction_columns(dimension: int) -> tuple[str, ...]:

@@ -1,0 +1,11 @@
+"""Pictures of scenes, simulations and runs by pyvista, and curves of runs by matplotlib.
+
+Importing this imports neither: they are loaded when the first picture is made. ``pip install lmgcpy[view]`` brings
+pyvista.
+"""
+
+from lmgcpy.view.curves import plot
+from lmgcpy.view.layout import Layout, check
+from lmgcpy.view.pictures import render, show
+
+__all__ = ["Layout", "check", "plot", "render", "show"]

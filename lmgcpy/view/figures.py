@@ -1,4 +1,4 @@
-"""Figures of the biaxial study, after figures 3 to 5 of the paper.
+"""Figures of the mechanical tests, after figures 3 to 5 of the paper.
 
 Nothing here touches matplotlib's global state, so that it works without a display and from threads.
 """
@@ -7,26 +7,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+from lmgcpy.view.palette import BEAD, CONTACT, CURVES, PUSHING, SAND, WIRE
+from lmgcpy.view.recorded import Tested
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from lmgcpy.experiment.biaxial import BiaxialRecord, Frame
-    from lmgcpy.experiment.box_2d import Sample
-
-SAND, CONTACT, WIRE, PUSHING = "#d9cba3", "#b2182b", "#1b4f9c", "#e08214"
-"""Grains, contact reactions, wires in tension, rods in compression."""
-CURVES = {
-    "none": "#8c6d31",
-    "rigid-wire": "#1b4f9c",
-    "rigid-rod": "#b2182b",
-    "elastic-wire": "#35978f",
-    "elastic-rod": "#762a83",
-}
+    from lmgcpy.experiment.biaxial import Frame
 
 
 def new_figure(width: float = 7.0, height: float = 4.6) -> Figure:
@@ -37,32 +29,31 @@ def new_figure(width: float = 7.0, height: float = 4.6) -> Figure:
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write a figure as PNG."""
+    """Write a figure: as PNG, or as what the path ends in."""
     figure.savefig(path, dpi=160)
 
 
-def reaction_figure(records: Sequence[BiaxialRecord]) -> Figure:
-    """Support reaction against crushing percentage, one curve a law (fig. 3): running means, and faintly the steps.
+def reaction_figure(records: Sequence[Tested], names: Sequence[str] | None = None) -> Figure:
+    """Support reaction against crushing percentage, one curve a test (fig. 3): running means, and faintly the steps.
 
-    Where one law bears many times what another does, a second panel shows all on a logarithmic scale, and the first one
-    keeps to those that compare.
+    Where one bears many times what another does, a second panel shows all on a logarithmic scale, and the first one
+    keeps to those that compare. ``names``: of the tests, by default those of their laws.
     """
-    tops = {record.law: float(record.smooth(record.reaction).max()) for record in records}
-    limit = 3.0 * min(tops.values())
-    two = max(tops.values()) > 2.0 * limit
+    names = names_of(records) if names is None else names
+    tops = [float(record.smooth(record.reaction).max()) for record in records]
+    limit = 3.0 * min(tops)
+    two = max(tops) > 2.0 * limit
     figure = new_figure(11.0 if two else 7.0)
-    comparable = [record for record in records if not two or tops[record.law] <= 2.0 * limit]
+    comparable = [k for k, top in enumerate(tops) if not two or top <= 2.0 * limit]
     panels = figure.subplots(1, 2 if two else 1, squeeze=False)[0]
-    for axes, shown in zip(panels, (comparable, records), strict=False):
-        for record in shown:
-            color = CURVES.get(record.law)
-            percent = 100.0 * record.strain
-            (line,) = axes.plot(percent, 1e-3 * record.smooth(record.reaction), color=color, label=name_of(record.law))
-            axes.plot(percent, 1e-3 * record.reaction, color=line.get_color(), linewidth=0.4, alpha=0.35)
+    for axes, shown in zip(panels, (comparable, range(len(records))), strict=False):
+        for k in shown:
+            draw_curve(axes, records[k], 1e-3 * records[k].reaction, names[k], color_of(records, k))
         axes.set_xlabel("crushing [%]")
         axes.set_xlim(left=0.0)
-    panels[0].set_ylabel("support reaction [kN per m of depth]")
-    panels[0].set_ylim(0.0, 1.15e-3 * max(tops[record.law] for record in comparable))
+    flat = records[0].size.shape[1] == 2
+    panels[0].set_ylabel("support reaction " + ("[kN per m of depth]" if flat else "[kN]"))
+    panels[0].set_ylim(0.0, 1.15e-3 * max(tops[k] for k in comparable))
     if two:
         panels[0].set_title("laws that compare", fontsize="medium")
         panels[1].set_title("all, on a logarithmic scale", fontsize="medium")
@@ -71,32 +62,77 @@ def reaction_figure(records: Sequence[BiaxialRecord]) -> Figure:
     return figure
 
 
-def stress_figure(record: BiaxialRecord) -> Figure:
-    """Principal stresses of the Weber tensor against crushing: total, wire part, sand part (fig. 5); traction positive."""
-    figure = new_figure()
-    axes = figure.subplots()
-    percent = 100.0 * record.strain
-    for part, color, label in (
-        ("total", "black", "TexSol"),
-        ("sand", CURVES["none"], "sand part"),
-        ("wire", WIRE, "wire part"),
-    ):
-        values = 1e-3 * principal_series(record, part)
-        axes.plot(percent, values[:, 0], color=color, linestyle="--", label=f"{label}, greater")
-        axes.plot(percent, values[:, 1], color=color, label=f"{label}, smaller")
-    axes.axhline(0.0, color="grey", linewidth=0.5)
-    axes.set_xlabel("crushing [%]")
-    axes.set_ylabel("principal stress, traction positive [kPa]")
-    axes.set_xlim(left=0.0)
-    axes.set_title(f"Weber stress with {name_of(record.law)}")
-    axes.legend(frameon=False, fontsize="small", ncols=3)
+def deviator_figure(records: Sequence[Tested], names: Sequence[str] | None = None) -> Figure:
+    """Deviator of the Weber stress and change of volume against crushing percentage, one curve a test."""
+    names = names_of(records) if names is None else names
+    figure = new_figure(7.0, 6.4)
+    above, below = figure.subplots(2, 1, sharex=True)
+    for k, record in enumerate(records):
+        color = color_of(records, k)
+        draw_curve(above, record, 1e-3 * deviator(record.stress["total"]), names[k], color)
+        volume = np.prod(record.size, axis=1)
+        below.plot(100.0 * record.strain, 100.0 * (volume / volume[0] - 1.0), color=color, label=names[k])
+    above.set_ylabel("deviator [kPa]")
+    above.set_ylim(bottom=0.0)
+    below.set_ylabel("change of volume, dilation positive [%]")
+    below.axhline(0.0, color="grey", linewidth=0.5)
+    below.set_xlabel("crushing [%]")
+    below.set_xlim(left=0.0)
+    above.legend(frameon=False)
     return figure
 
 
-def principal_series(record: BiaxialRecord, part: str) -> np.ndarray:
-    """Principal values of the running mean of a part of the stress, greater first [Pa], (s, 2)."""
-    sigma = record.smooth(record.stress[part])
-    return np.linalg.eigvalsh(0.5 * (sigma + sigma.transpose(0, 2, 1)))[:, ::-1]
+def stress_figure(*records: Tested, names: Sequence[str] | None = None) -> Figure:
+    """Greatest and smallest principal value of the Weber stress against crushing: total, wire part, sand part (fig. 5);
+    traction positive. A panel a test."""
+    names = names_of(records) if names is None else names
+    figure = new_figure(7.0 * len(records))
+    panels = figure.subplots(1, len(records), squeeze=False, sharey=True)[0]
+    for axes, record, name in zip(panels, records, names, strict=True):
+        smooth = {part: record.smooth(sigma) for part, sigma in record.stress.items()}
+        draw_principal(axes, 100.0 * record.strain, smooth)
+        axes.set_xlabel("crushing [%]")
+        axes.set_xlim(left=0.0)
+        axes.set_title(f"Weber stress with {name}")
+        axes.legend(frameon=False, fontsize="small", ncols=3)
+    panels[0].set_ylabel("principal stress, traction positive [kPa]")
+    return figure
+
+
+def draw_principal(axes: Axes, abscissa: np.ndarray, stress: dict[str, np.ndarray]) -> None:
+    """Greatest and smallest principal value of each part [Pa] over the abscissa, in kPa; without a wire only the whole."""
+    parts = [("total", "black", "whole sample"), ("sand", CURVES["none"], "sand part"), ("wire", WIRE, "wire part")]
+    for part, color, label in parts if stress["wire"].any() else parts[:1]:
+        values = 1e-3 * principal_values(stress[part])
+        axes.plot(abscissa, values[:, 0], color=color, linestyle="--", label=f"{label}, greatest")
+        axes.plot(abscissa, values[:, -1], color=color, label=f"{label}, smallest")
+    axes.axhline(0.0, color="grey", linewidth=0.5)
+
+
+def draw_curve(axes: Axes, record: Tested, values: np.ndarray, name: str, color: str | None) -> None:
+    """The running mean of something against crushing, and faintly its steps."""
+    percent = 100.0 * record.strain
+    (line,) = axes.plot(percent, record.smooth(values), color=color, label=name)
+    axes.plot(percent, values, color=line.get_color(), linewidth=0.4, alpha=0.35)
+
+
+def principal_values(stress: np.ndarray) -> np.ndarray:
+    """Principal values of the symmetric part of stresses (s, d, d), greatest first [Pa], (s, d)."""
+    return np.linalg.eigvalsh(0.5 * (stress + stress.transpose(0, 2, 1)))[:, ::-1]
+
+
+def deviator(stress: np.ndarray) -> np.ndarray:
+    """Deviators of stresses (s, d, d) [Pa], (s,): in 2D the difference of the principal values; in 3D
+    ``sqrt(3/2 s:s)``, which is that difference in a triaxial test."""
+    values = principal_values(stress)
+    spread = values - values.mean(axis=1, keepdims=True)
+    factor = 2.0 if stress.shape[1] == 2 else 1.5
+    return np.sqrt(factor * (spread**2).sum(axis=1))
+
+
+def principal_series(record: Tested, part: str) -> np.ndarray:
+    """Principal values of the running mean of a part of the stress, greatest first [Pa], (s, d)."""
+    return principal_values(record.smooth(record.stress[part]))
 
 
 def chains_figure(left: tuple[str, Frame], right: tuple[str, Frame], radii: np.ndarray, bead_count: int) -> Figure:
@@ -114,7 +150,7 @@ def chains_figure(left: tuple[str, Frame], right: tuple[str, Frame], radii: np.n
             _draw_forces(axes, frame.lines[chosen], frame.forces[chosen] / unit, color)
         _draw_box(axes, *frame.walls)
         axes.set_title(
-            f"{title} at {100 * frame.strain:.1f} % crushing, {1e-3 * frame.top_force:.0f} kN/m on top", fontsize="medium"
+            f"{title}\n{100 * frame.strain:.1f} % crushing, {1e-3 * frame.top_force:.0f} kN/m on top", fontsize="medium"
         )
         axes.set_aspect("equal")
         axes.set_axis_off()
@@ -122,13 +158,13 @@ def chains_figure(left: tuple[str, Frame], right: tuple[str, Frame], radii: np.n
     return figure
 
 
-def sample_figure(sample: Sample) -> Figure:
-    """The sample, its wire drawn through the beads."""
+def sample_figure(sample: Any) -> Figure:
+    """The sample in 2D, its wires drawn through the beads."""
     figure = new_figure(6.0, 6.2)
     axes = figure.subplots()
     _draw_particles(axes, sample.positions, sample.radii, sample.bead_count, faint=False)
-    wire = sample.positions[: sample.bead_count]
-    axes.plot(wire[:, 0], wire[:, 1], color=WIRE, linewidth=0.8)
+    for chain in sample.chains:
+        axes.plot(*sample.positions[chain].T, color=WIRE, linewidth=0.8)
     _draw_box(axes, 0.0, sample.width, 0.0, sample.height)
     axes.set_title(f"{len(sample.radii)} particles, {sample.bead_count} of them beads of the wire", fontsize="medium")
     axes.set_aspect("equal")
@@ -141,11 +177,22 @@ def name_of(law: str) -> str:
     return "sand (no law)" if law == "none" else law.replace("-", " ")
 
 
+def names_of(records: Sequence[Tested]) -> list[str]:
+    """Tests by the names of their laws."""
+    return [name_of(record.law) for record in records]
+
+
+def color_of(records: Sequence[Tested], k: int) -> str | None:
+    """That of the law of a test; None, so that matplotlib chooses, where another test has the same law."""
+    law = records[k].law
+    return CURVES.get(law) if sum(record.law == law for record in records) == 1 else f"C{k}"
+
+
 def _draw_particles(axes: Axes, positions: np.ndarray, radii: np.ndarray, bead_count: int, faint: bool) -> None:
     from matplotlib.collections import EllipseCollection
 
     colors = np.array([SAND] * len(radii), dtype=object)
-    colors[:bead_count] = "#9ab7dd"
+    colors[:bead_count] = BEAD
     size = 2.0 * radii
     disks = EllipseCollection(
         size,

@@ -6,10 +6,13 @@ import numpy as np
 
 import lmgcpy as lm
 from lmgcpy.experiment.biaxial import Biaxial
-from lmgcpy.experiment.box_2d import Sample
+from lmgcpy.experiment.box import Sample
 from lmgcpy.experiment.compaction import compact
 from lmgcpy.experiment.texsol_2d import Study
+from lmgcpy.experiment.texsol_3d import Study3D
 from lmgcpy.experiment.texsol_sample import lay_sample
+from lmgcpy.experiment.texsol_sample_3d import lay_sample_3d
+from lmgcpy.experiment.triaxial import Triaxial
 from lmgcpy.sample.settle import settle
 
 nan, inf = math.nan, math.inf
@@ -40,8 +43,13 @@ def density(**more):
 
 
 def sample(**more):
-    parts = {"positions": [[0.1, 0.1], [0.3, 0.1], [0.5, 0.1]], "radii": [0.05] * 3, "bead_count": 2}
-    return Sample(**{**parts, "reference_gap": 0.1, "width": 0.6, "height": 0.2, **more})
+    parts = {"positions": [[0.1, 0.1], [0.3, 0.1], [0.5, 0.1]], "radii": [0.05] * 3, "wires": (2,)}
+    return Sample(**{**parts, "reference_gap": 0.1, "box": (0.6, 0.2), **more})
+
+
+def in_space():
+    places = np.column_stack([sample().positions, np.full(3, 0.1)])
+    return sample(positions=places, box=(0.6, 0.2, 0.2))
 
 
 # fmt: off
@@ -179,14 +187,38 @@ ROWS: dict[str, tuple] = {
     "sample of a long wire": (lambda w: lay_sample(50, 5000), ValueError,
         "No place was found for a wire of 5000 beads among 50 grains"),
     "sample short of radii": (lambda w: sample(radii=[0.05]), ValueError, "3 positions and 1 radii"),
-    "sample of more beads than particles": (lambda w: sample(bead_count=9), ValueError,
-        "bead_count of the sample must be at most 3, got 9"),
-    "sample without width": (lambda w: sample(width=0.0), ValueError, "width of the sample must be above 0 m, got 0 m"),
+    "sample of more beads than particles": (lambda w: sample(wires=(9,)), ValueError,
+        "beads of all wires of the sample must be at most 3, got 9"),
+    "sample with a wire of one bead": (lambda w: sample(wires=(1,)), ValueError,
+        "beads of one of the wires of the sample must be at least 2, got 1"),
+    "sample without width": (lambda w: sample(box=(0.0, 0.2)), ValueError,
+        "size of the box of the sample along x must be above 0 m, got 0 m"),
+    "sample in a box of four sizes": (lambda w: sample(box=(1.0, 1.0, 1.0, 1.0)), ValueError,
+        "box of the sample must be its 2 or 3 sizes [m]"),
+    "sample on a plane in space": (lambda w: sample(box=(0.6, 0.2, 0.2)), ValueError, "shape (n, 3), got (3, 2)"),
     "compaction by suction": (lambda w: compact(sample(), pressure=-1e5, density=2600.0), ValueError,
         "pressure must be above 0 Pa, got -100000 Pa"),
     "compaction of nothing": (lambda w: compact("sand", pressure=1e5, density=2600.0), TypeError,
         "takes a Sample", "got 'sand'"),
-    "biaxial test of nothing": (lambda w: Biaxial("sand"), TypeError, "A box is for a Sample", "got 'sand'"),
+    "compaction in honey of no drag": (lambda w: compact(sample(), pressure=1e5, density=2600.0, drag=-1.0), ValueError,
+        "drag must be at least 0, got -1"),
+    "biaxial test of nothing": (lambda w: Biaxial("sand"), TypeError, "A biaxial test is for a Sample", "got 'sand'"),
+    "biaxial test in space": (lambda w: Biaxial(in_space()), ValueError,
+        "A biaxial test takes a sample of dimension 2, this one is of dimension 3."),
+    "triaxial test on a plane": (lambda w: Triaxial(sample()), ValueError,
+        "A triaxial test takes a sample of dimension 3, this one is of dimension 2."),
+    "triaxial test along no axis": (lambda w: Triaxial(in_space(), axis="w"), ValueError,
+        "axis cannot be 'w'. Known: x, y, z."),
+    "sample in 3D of a wire without room": (lambda w: lay_sample_3d(40, 5000), ValueError,
+        "No place was found for 5000 beads of wire among 40 grains"),
+    "sample in 3D of three wires of four beads": (lambda w: lay_sample_3d(40, 4, wires=3), ValueError,
+        "beads must be 0 (sand alone) or at least 2 for each wire, got 4 for 3."),
+    "study in 3D with rods": (lambda w: Study3D(laws=("rigid-rod",)), ValueError,
+        "laws of the study in 3D cannot be 'rigid-rod'", "Take rigid-wire or elastic-wire."),
+    "study in 3D along no axis": (lambda w: Study3D(axes=()), ValueError, "axes must name each axis once, got none"),
+    "study in 3D along an axis that there is not": (lambda w: Study3D(axes=("w",)), ValueError,
+        "The study has no axis 'w'. Known: x, y, z."),
+    "study in 3D without wires": (lambda w: Study3D(wires=0), ValueError, "wires must be at least 1, got 0"),
     "biaxial test under a law's name": (lambda w: Biaxial(sample(), "rigid-wire"), TypeError,
         "law of the wire must be", "got 'rigid-wire'"),
     "biaxial test under a law of contacts": (lambda w: Biaxial(sample(), lm.Signorini()), TypeError,

@@ -1,11 +1,13 @@
 """Pictures show what they must: pixels of the wire's colour where the wire is, lines as wide as the force."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
 from lmgcpy.experiment.biaxial import Frame
-from lmgcpy.experiment.box_2d import Sample
+from lmgcpy.experiment.box import Sample
 from lmgcpy.view import figures
 
 
@@ -56,6 +58,19 @@ def test_chains_are_as_wide_as_the_force_and_the_wire_has_its_color(frame):
     assert strong / weak == pytest.approx(3.0, rel=0.1)
 
 
+@pytest.mark.parametrize("height", [1.0, 2.0])
+def test_titles_of_force_chains_keep_to_their_half(frame, height):
+    """Also over a slender sample, which is narrower than its title."""
+    tall = replace(frame, walls=np.array([0.0, 1.0, 0.0, height]))
+    figure = figures.chains_figure(("elastic wire", tall), ("elastic rod", tall), np.full(3, 0.05), 2)
+    pixels(figure)
+    left, right = (axes.title.get_window_extent() for axes in figure.axes)
+    width = figure.bbox.width
+    assert left.x0 > 0.02 * width
+    assert left.x1 < 0.5 * width < right.x0
+    assert right.x1 < 0.98 * width
+
+
 def test_compressed_rods_have_a_color_of_their_own(frame):
     pushed = Frame(
         frame.strain, frame.top_force, frame.positions, frame.walls, frame.lines, np.abs(frame.forces), frame.in_wire
@@ -67,7 +82,7 @@ def test_compressed_rods_have_a_color_of_their_own(frame):
 
 def test_sample_shows_the_wire():
     beads = np.array([[0.1, 0.5], [0.5, 0.5], [0.9, 0.5]])
-    sample = Sample(np.vstack([beads, [[0.5, 0.9]]]), np.full(4, 0.05), 3, 0.3, 1.0, 1.0)
+    sample = Sample(np.vstack([beads, [[0.5, 0.9]]]), np.full(4, 0.05), (3,), 0.3, (1.0, 1.0))
     image = pixels(figures.sample_figure(sample))
     height = image.shape[0]
     middle = np.s_[int(0.3 * height) : int(0.7 * height), :]

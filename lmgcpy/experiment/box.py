@@ -1,0 +1,233 @@
+"""A sample in its box, in 2D and 3D: two walls across each axis, platens across one and lateral walls across the others."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lmgcpy.errors import named_arguments, number, numbers, shown, whole
+from lmgcpy.laws import Law
+from lmgcpy.laws.coulomb import Coulomb
+from lmgcpy.measure.network import network
+from lmgcpy.sample.arguments import AXES, spheres
+from lmgcpy.scene.body import Wall, disk, wall
+from lmgcpy.scene.body_3d import sphere
+from lmgcpy.scene.material import Material
+from lmgcpy.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from lmgcpy.dynamics.simulation import Simulation
+
+GRAIN, PLATEN, LATERAL = "GRAIN", "PLATEN", "LATERAL"
+
+
+@named_arguments
+@dataclass(frozen=True)
+class Sample:
+    """Particles in a box that starts at the origin, in d dimensions; the first of them are the beads of wires."""
+
+    positions: np.ndarray
+    """[m], (n, d)."""
+    radii: np.ndarray
+    """[m], (n,)."""
+    wires: tuple[int, ...]
+    """Beads of each wire, wire after wire; none for sand alone."""
+    reference_gap: float
+    """Greatest gap between consecutive beads [m]."""
+    box: np.ndarray
+    """Sizes of the box [m], (d,)."""
+    bead_mass: float | None = None
+    """Mass of a bead [kg]; None: that of a grain of its size."""
+
+    def __post_init__(self):
+        box = numbers(self.box, "box of the sample", "its 2 or 3 sizes [m]")
+        if box.shape not in ((2,), (3,)):
+            raise ValueError(f"box of the sample must be its 2 or 3 sizes [m], got {shown(self.box)}.")
+        positions, radii = spheres(self.positions, self.radii, len(box), "the sample")
+        for axis, size in zip(AXES, box, strict=False):
+            number(size, f"size of the box of the sample along {axis}", above=0.0, unit="m")
+        if not isinstance(self.wires, (tuple, list)):
+            raise TypeError(f"wires of the sample must be a tuple, the beads of each, got {shown(self.wires)}.")
+        wires = tuple(whole(beads, "beads of one of the wires of the sample", minimum=2) for beads in self.wires)
+        whole(sum(wires), "beads of all wires of the sample", maximum=len(radii))
+        number(self.reference_gap, "reference_gap of the sample", unit="m")
+        if self.bead_mass is not None:
+            number(self.bead_mass, "bead_mass of the sample", above=0.0, unit="kg")
+        for name, value in (("positions", positions), ("radii", radii), ("wires", wires), ("box", box)):
+            object.__setattr__(self, name, value)
+
+    @property
+    def dimension(self) -> int:
+        """2 or 3."""
+        return len(self.box)
+
+    @property
+    def bead_count(self) -> int:
+        """Beads of all wires."""
+        return sum(self.wires)
+
+    @property
+    def chains(self) -> list[np.ndarray]:
+        """Particles that are the beads of each wire, in the order of the wire."""
+        ends = np.cumsum(self.wires, dtype=np.int64)
+        return [np.arange(end - beads, end) for end, beads in zip(ends, self.wires, strict=True)]
+
+    @property
+    def width(self) -> float:
+        """Size of the box along x [m]."""
+        return float(self.box[0])
+
+    @property
+    def height(self) -> float:
+        """Size of the box along its last axis [m]."""
+        return float(self.box[-1])
+
+    @property
+    def diameter(self) -> float:
+        """Mean diameter of the particles [m]; beads finer than every grain do not count: they ride in the pores."""
+        grains = self.radii[self.bead_count :]
+        fine = len(grains) and self.radii[: self.bead_count].max(initial=0.0) < grains.min()
+        return 2.0 * float((grains if fine else self.radii).mean())
+
+
+class Box:
+    """The scene of a sample in its box, without gravity; boundary conditions are the caller's.
+
+    Platens stand across ``axis``, by default the last one; ``friction`` between particles, ``platen_friction`` at the
+    platens; lateral walls are smooth. ``law`` links the beads of each wire, None leaves them grains like others;
+    ``reference_gap``: "wire" takes the sample's, widened where a link is built longer, "built" the present gaps;
+    ``block_spin``: of linked beads, which otherwise roll and let the wire slip through as if there were no friction. The
+    mass of a wall is a tenth of the sample's.
+    """
+
+    def __init__(
+        self,
+        sample: Sample,
+        *,
+        density: float,
+        friction: float,
+        platen_friction: float = 0.0,
+        law: Law | None = None,
+        reference_gap: str = "wire",
+        block_spin: bool = False,
+        axis: int | None = None,
+    ):
+        if not isinstance(sample, Sample):
+            raise TypeError(f"A box is for a Sample, such as lay_sample() makes, got {shown(sample)}.")
+        d = self.dimension = sample.dimension
+        self.axis = d - 1 if axis is None else axis
+        self.lateral = [k for k in range(d) if k != self.axis]
+        """Axes across which the lateral walls stand."""
+        self.diameter = sample.diameter
+        self.scene = Scene(dimension=d)
+        self.particles = self._add_particles(sample, Material("sand", density=density))
+        self.mass = sum(particle.mass for particle in self.particles)
+        self.walls: list[tuple[Wall, Wall]] = [None] * d  # type: ignore[list-item]
+        """The lower and the upper wall across each axis."""
+        for k in (self.axis, *self.lateral):
+            self.walls[k] = self._add_walls(k, float(sample.box[k]), PLATEN if k == self.axis else LATERAL)
+        self.scene.see(GRAIN, GRAIN, Coulomb(friction=friction))
+        self.scene.see(GRAIN, PLATEN, Coulomb(friction=platen_friction))
+        self.scene.see(GRAIN, LATERAL, Coulomb(friction=0.0))
+        if law is not None:
+            if not sample.wires:
+                raise ValueError("A law links the beads of a wire, this sample has none: give law=None.")
+            self._link(sample, law, reference_gap, block_spin)
+
+    def _add_particles(self, sample: Sample, material: Material) -> list:
+        make = disk if self.dimension == 2 else sphere
+        masses = [sample.bead_mass] * sample.bead_count + [None] * (len(sample.radii) - sample.bead_count)
+        return [
+            self.scene.add(make(radius=radius, position=position, material=material, color=GRAIN, mass=mass))
+            for position, radius, mass in zip(sample.positions, sample.radii, masses, strict=True)
+        ]
+
+    def _add_walls(self, axis: int, size: float, color: str) -> tuple[Wall, Wall]:
+        normal = np.eye(self.dimension)[axis]
+        share = 0.1 * self.mass
+        low = self.scene.add(wall(point=np.zeros(self.dimension), normal=normal, color=color, mass=share))
+        return low, self.scene.add(wall(point=size * normal, normal=-normal, color=color, mass=share))
+
+    def _link(self, sample: Sample, law: Law, reference_gap: str, block_spin: bool) -> None:
+        for chain in sample.chains:
+            beads, radii = sample.positions[chain], sample.radii[chain]
+            built = np.linalg.norm(np.diff(beads, axis=0), axis=1) - radii[1:] - radii[:-1]
+            # a relaxed wire is longer than its reference by what the solver's tolerance left
+            reference = built if reference_gap == "built" else np.maximum(sample.reference_gap, built)
+            members = [self.particles[bead] for bead in chain]
+            self.scene.chain(members, law, reference_gap=reference, block_spin=block_spin)
+
+    # ------------------------------------------------------------------------------------------------------- the walls
+
+    @property
+    def sizes(self) -> np.ndarray:
+        """Present distances of opposite walls [m], (d,)."""
+        return np.array([high.position[k] - low.position[k] for k, (low, high) in enumerate(self.walls)])
+
+    def area(self, axis: int) -> float:
+        """Present area of a wall across the axis [m^2], in 2D its length [m]."""
+        return float(np.prod(np.delete(self.sizes, axis)))
+
+    def load_laterally(self, pressure: float) -> None:
+        """Press the lateral walls inward by ``pressure`` [Pa] on their present area."""
+        for k in self.lateral:
+            low, high = self.walls[k]
+            self._load(low, k, pressure)
+            self._load(high, k, -pressure)
+
+    def load_top(self, pressure: float) -> None:
+        """Press the upper platen down by ``pressure`` [Pa] on its present area."""
+        self._load(self.walls[self.axis][1], self.axis, -pressure)
+
+    def drive_top(self, speed: Callable[[float], float]) -> None:
+        """Move the upper platen down at a ``speed`` [m/s], a function of time [s]."""
+        self.walls[self.axis][1].impose_velocity(**{AXES[self.axis]: lambda time: -speed(time)})
+
+    def _load(self, wall: Wall, axis: int, pressure: float) -> None:
+        wall.impose_force(**{AXES[axis]: lambda time: pressure * self.area(axis)})
+
+    # ------------------------------------------------------------------------------------------------ what is observed
+
+    def reactions(self, sim: Simulation) -> np.ndarray:
+        """Normal force with which the particles push each wall outward in the last step [N], (2 d,): the lower and the
+        upper wall across x, then across y …"""
+        net = sim.interactions
+        return np.array([net.force[net.antagonist == wall.id, 0].sum() for pair in self.walls for wall in pair])
+
+    def size(self, sim: Simulation) -> np.ndarray:
+        """Present sizes of the box [m], (d,)."""
+        return self.sizes
+
+    def penetration(self, sim: Simulation) -> float:
+        """Deepest overlap at a contact in the last step [m]."""
+        net = sim.interactions
+        return max(0.0, -float(net.gap[net.law == Coulomb.NAME].min(initial=0.0)))
+
+    def unbalanced(self, sim: Simulation) -> float:
+        """Mean over the particles of the resultant force of their interactions [N]."""
+        net = sim.interactions
+        force = np.einsum("mk,mkd->md", net.force, net.frame)
+        count = len(sim.positions)
+        resultant = [
+            np.bincount(net.candidate, of_axis, count) - np.bincount(net.antagonist, of_axis, count) for of_axis in force.T
+        ]
+        return float(np.linalg.norm(resultant, axis=0)[: len(self.particles)].mean())
+
+    def network(self, sim: Simulation) -> np.ndarray:
+        """Contact network of the last step: coordination, rattlers' share of the particles, fabric, (2 + d^2,)."""
+        net = network(sim)
+        return np.array([net.coordination, len(net.rattlers) / len(self.particles), *net.fabric.ravel()])
+
+    def sample(self, before: Sample) -> Sample:
+        """The sample as it is now, moved so that its box starts at the origin."""
+        origin = np.array([low.position[k] for k, (low, _) in enumerate(self.walls)])
+        positions = np.array([particle.position for particle in self.particles]) - origin
+        return Sample(positions, before.radii, before.wires, before.reference_gap, self.sizes, before.bead_mass)
+
+
+def characteristic_time(diameter: float, density: float, pressure: float) -> float:
+    """``d sqrt(rho/p)``: the time in which the pressure moves a grain by its size [s]."""
+    return float(diameter * np.sqrt(density / pressure))

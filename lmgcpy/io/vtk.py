@@ -1,0 +1,169 @@
+"""A run for ParaView: bodies, acting forces, wires and walls as VTK's polygonal data, frame by frame."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lmgcpy.errors import named_arguments, shown
+from lmgcpy.io.run import Run, RunInteractions
+from lmgcpy.io.tables import folder_for
+from lmgcpy.io.vtk_data import add_arrays, add_words, polygonal_data, write
+from lmgcpy.view.boundary import FACETS, cylinder_polygons, wall_polygons
+from lmgcpy.view.drawing import in_space
+from lmgcpy.view.quantities import coordination
+from lmgcpy.view.snapshot import Snapshot, acting_lines, snapshot
+
+MISSING = "Files for ParaView are written by VTK, which is not installed: pip install lmgcpy[view]."
+PARTS = ("bodies", "forces", "wires", "walls")
+"""What a run is told in: a series of files each."""
+
+
+@named_arguments
+def export_vtk(run: Run, folder: str | os.PathLike, *, force: bool = False) -> list[Path]:
+    """Write a run into a folder for ParaView; returns the paths of the series to open, .pvd files.
+
+    * ``bodies.pvd``: a point for each disk or sphere, with ``body``, ``radius`` [m], ``velocity`` [m/s], ``spin`` [rad/s],
+      ``mass`` [kg], ``coordination``, ``color`` (its word is in the field ``color_names``); shapes from elsewhere are the
+      circles that hold them;
+    * ``forces.pvd``: a line for each contact or link that acts, between the centres, at a wall from the contact point,
+      with ``force``, the vector that acts on the candidate [N], ``normal_force`` (pushing positive) and ``tension`` [N],
+      ``candidate``, ``antagonist``, ``gap`` [m], ``law`` (its name is in the field ``law_names``);
+    * ``wires.pvd``: a line for each link, with ``tension`` [N], ``excess`` (over its reference length, relative),
+      ``chain``, ``link``, ``law``, and at its points ``radius`` [m], ``velocity`` and ``length``, of wire up to there [m];
+    * ``walls.pvd``: lines and planes, cut to the sample, with ``body``.
+
+    Raises FileExistsError where the folder holds something already, unless ``force``; ImportError without VTK.
+    """
+    if not isinstance(run, Run):
+        raise TypeError(f"export_vtk takes a run, which lmgcpy.io.open_run(path) opens, got {shown(run)}.")
+    try:
+        import vtkmodules.vtkIOXML  # noqa: F401
+    except ImportError as error:
+        raise ImportError(MISSING) from error
+    target = folder_for(folder, force)
+    series: dict[str, list[tuple[float, str]]] = {part: [] for part in PARTS}
+    for frame, time in enumerate(run.times.tolist()):
+        moment, net = snapshot(run, frame), run.interactions(frame)
+        made = {
+            "bodies": bodies(moment),
+            "forces": forces(moment, net, run.laws),
+            "wires": wires(moment, net, run.laws),
+            "walls": walls(moment),
+        }
+        for part, data in made.items():
+            name = f"{part}-{frame:05d}.vtp"
+            write(data, target / name)
+            series[part].append((time, name))
+    return [write_series(target / f"{part}.pvd", files) for part, files in series.items()]
+
+
+def write_series(path: Path, files: list[tuple[float, str]]) -> Path:
+    """A .pvd file: which file shows which time [s]."""
+    rows = [f'    <DataSet timestep="{time!r}" group="" part="0" file="{name}"/>' for time, name in files]
+    body = "\n".join(["  <Collection>", *rows, "  </Collection>"])
+    path.write_text(f'<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n{body}\n</VTKFile>\n')
+    return path
+
+
+# ------------------------------------------------------------------------------------------------------------- parts
+
+
+def bodies(moment: Snapshot) -> Any:
+    """Disks and spheres."""
+    rounds = moment.rounds
+    count = len(rounds.body)
+    data = polygonal_data(rounds.position, "verts", np.arange(count)[:, None])
+    body = rounds.body
+    spins = moment.spins if moment.dimension == 3 else moment.spins[:, None] * np.array([0.0, 0.0, 1.0])
+    arrays = {
+        "body": body,
+        "radius": rounds.shape[:, 0],
+        "velocity": in_space(moment.velocities)[body],
+        "spin": spins[body],
+        "mass": moment.scene["bodies"]["mass"][body],
+        "coordination": coordination(moment)[1][body].astype(np.int64),
+        "color": moment.scene["bodies"]["color"][body],
+    }
+    add_arrays(data.GetPointData(), arrays)
+    add_words(data, "color_names", moment.scene["bodies"]["colors"])
+    return data
+
+
+def forces(moment: Snapshot, net: RunInteractions, laws: list[str]) -> Any:
+    """Contacts and links that act."""
+    start, end = acting_lines(moment)
+    acting = net.force.any(axis=1)
+    count = int(acting.sum())
+    points = np.stack([start[acting], end[acting]], axis=1).reshape(-1, moment.dimension)
+    data = polygonal_data(points, "lines", np.arange(2 * count).reshape(-1, 2))
+    link = np.arange(len(net)) < moment.link_count
+    arrays = {
+        "force": in_space(np.einsum("mk,mkd->md", net.force, net.frame)),
+        "normal_force": net.force[:, 0],
+        "tension": np.where(link, np.maximum(-net.force[:, 0], 0.0), 0.0),
+        "candidate": net.candidate,
+        "antagonist": net.antagonist,
+        "gap": net.gap,
+        "law": codes(net.law, laws),
+    }
+    add_arrays(data.GetCellData(), {name: values[acting] for name, values in arrays.items()})
+    add_words(data, "law_names", laws)
+    return data
+
+
+def wires(moment: Snapshot, net: RunInteractions, laws: list[str]) -> Any:
+    """Links of the chains."""
+    assert moment.forces is not None
+    paths = [chain.path for chain in moment.chains]
+    body = np.concatenate([np.zeros(0, np.int64), *paths])
+    cells, along = [np.zeros((0, 2), np.int64)], [np.zeros(0)]
+    first = 0
+    for path in paths:
+        point = first + np.arange(len(path))
+        first += len(path)
+        cells.append(np.column_stack([point[:-1], point[1:]]))
+        steps = np.linalg.norm(np.diff(moment.positions[path], axis=0), axis=1)
+        along.append(np.concatenate([[0.0], np.cumsum(steps)]))
+    link = np.concatenate(cells)
+    length = np.linalg.norm(np.diff(moment.positions[body][link], axis=1)[:, 0], axis=1)
+    reference = np.concatenate([np.zeros(0), *(chain.reference for chain in moment.chains)])
+    data = polygonal_data(moment.positions[body], "lines", link)
+    points = {
+        "radius": moment.scene["bodies"]["link_radius"][body],
+        "velocity": in_space(moment.velocities)[body],
+        "length": np.concatenate(along),
+    }
+    add_arrays(data.GetPointData(), points)
+    law_of_chain = [moment.scene["laws"][k]["name"] for k in moment.scene["chains"]["law"].tolist()]
+    counts = [len(chain.reference) for chain in moment.chains]
+    arrays = {
+        "tension": np.maximum(-moment.forces.link, 0.0),
+        "excess": length / reference - 1.0,
+        "chain": np.repeat(np.arange(len(paths)), counts),
+        "link": np.concatenate([np.zeros(0, np.int64), *map(np.arange, counts)]),
+        "law": np.repeat(codes(np.array(law_of_chain or [""]), laws)[: len(paths)], counts),
+    }
+    add_arrays(data.GetCellData(), arrays)
+    add_words(data, "law_names", laws)
+    return data
+
+
+def walls(moment: Snapshot) -> Any:
+    """Lines and planes, and facets of cylinders."""
+    pieces = [(body, piece) for body, piece in zip(moment.walls.body, wall_polygons(moment), strict=True) if len(piece)]
+    pieces += [(moment.cylinders.body[k // FACETS], facet) for k, facet in enumerate(cylinder_polygons(moment))]
+    points = np.concatenate([np.zeros((0, 3)), *(piece for _, piece in pieces)])
+    first = np.cumsum([0, *(len(piece) for _, piece in pieces)])
+    cells = [np.arange(first[i], first[i + 1]) for i in range(len(pieces))]
+    data = polygonal_data(points, "lines" if moment.dimension == 2 else "polys", cells)
+    add_arrays(data.GetCellData(), {"body": np.array([body for body, _ in pieces], dtype=np.int64)})
+    return data
+
+
+def codes(names: np.ndarray, known: list[str]) -> np.ndarray:
+    """Places of names in a list, (k,)."""
+    return np.array([known.index(name) if name in known else -1 for name in names.tolist()], dtype=np.int64)

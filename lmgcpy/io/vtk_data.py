@@ -1,0 +1,60 @@
+"""Points, cells and arrays as VTK's polygonal data, and their files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lmgcpy.view.drawing import in_space
+
+
+def polygonal_data(points: np.ndarray, kind: str, cells: Any) -> Any:
+    """Points [m], (p, d), and cells that name them, of a kind: "verts", "lines" or "polys"."""
+    from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
+    from vtkmodules.vtkCommonCore import vtkPoints
+    from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
+
+    places = vtkPoints()
+    places.SetData(numpy_to_vtk(np.ascontiguousarray(in_space(points)), deep=True))
+    offsets = np.cumsum([0, *map(len, cells)]).astype(np.int64)
+    members = np.concatenate([np.zeros(0, np.int64), *cells]).astype(np.int64)
+    array = vtkCellArray()
+    array.SetData(numpy_to_vtkIdTypeArray(offsets, deep=True), numpy_to_vtkIdTypeArray(members, deep=True))
+    data = vtkPolyData()
+    data.SetPoints(places)
+    {"verts": data.SetVerts, "lines": data.SetLines, "polys": data.SetPolys}[kind](array)
+    return data
+
+
+def add_arrays(attributes: Any, arrays: dict[str, np.ndarray]) -> None:
+    """Arrays at points or cells by name."""
+    from vtkmodules.util.numpy_support import numpy_to_vtk
+
+    for name, values in arrays.items():
+        array = numpy_to_vtk(np.ascontiguousarray(values), deep=True)
+        array.SetName(name)
+        attributes.AddArray(array)
+
+
+def add_words(data: Any, name: str, words: list[str]) -> None:
+    """Words that codes stand for."""
+    from vtkmodules.vtkCommonCore import vtkStringArray
+
+    array = vtkStringArray()
+    array.SetName(name)
+    for word in words:
+        array.InsertNextValue(word)
+    data.GetFieldData().AddArray(array)
+
+
+def write(data: Any, path: Path) -> None:
+    """Write a .vtp file; OSError where that fails."""
+    from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
+
+    writer = vtkXMLPolyDataWriter()
+    writer.SetFileName(str(path))
+    writer.SetInputData(data)
+    if not writer.Write() or writer.GetErrorCode():
+        raise OSError(f"'{path}' could not be written: make room, or give another folder.")

@@ -1,0 +1,128 @@
+"""Walls, which have no end, as the polygons and lines that bound what is drawn."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lmgcpy.view.drawing import in_space
+from lmgcpy.view.snapshot import Snapshot
+
+MARGIN = 0.06
+"""By how much of the sample's diagonal a wall that no other ends reaches beyond it."""
+FAR = 1.0
+"""A wall farther than so many diagonals is not drawn."""
+FACETS = 72
+"""Of a cylinder."""
+
+
+def frame_of(moment: Snapshot) -> np.ndarray:
+    """Low and high corner of what is bounded, with the walls that are near it, and a margin [m], (2, d)."""
+    rounds = moment.rounds
+    if not len(rounds.position):
+        walls = moment.walls.position
+        middle = walls.mean(axis=0) if len(walls) else np.zeros(moment.dimension)
+        return np.stack([middle - 1.0, middle + 1.0])
+    radius = rounds.shape[:, :1]
+    box = np.stack([(rounds.position - radius).min(axis=0), (rounds.position + radius).max(axis=0)])
+    diagonal = float(np.linalg.norm(box[1] - box[0]))
+    reached = box.copy()
+    for point, normal in zip(moment.walls.position, moment.walls.shape, strict=True):
+        nearest = np.where(normal > 0.0, box[0], box[1])
+        away = float((nearest - point) @ normal)
+        if 0.0 < away <= FAR * diagonal:
+            foot = nearest - away * normal
+            reached = np.stack([np.minimum(reached[0], foot), np.maximum(reached[1], foot)])
+    return reached + MARGIN * diagonal * np.array([[-1.0], [1.0]])
+
+
+def wall_polygons(moment: Snapshot) -> list[np.ndarray]:
+    """The part of each line or plane that bounds the others' outside [m]: (2, 3) in 2D, (v, 3) in 3D.
+
+    A large piece of the wall is cut by the frame of the sample and by every other wall.
+    """
+    low, high = frame_of(moment)
+    points, normals = moment.walls.position, moment.walls.shape
+    axes = np.eye(moment.dimension)
+    limits = [(axes[k], low) for k in range(len(axes))] + [(-axes[k], high) for k in range(len(axes))]
+    size = float(np.linalg.norm(high - low))
+    found = []
+    for i, (point, normal) in enumerate(zip(points, normals, strict=True)):
+        foot = 0.5 * (low + high)
+        foot = foot - ((foot - point) @ normal) * normal
+        if moment.dimension == 2:
+            along = np.array([-normal[1], normal[0]])
+            piece = np.stack([foot - size * along, foot + size * along])
+        else:
+            one, other = across(normal)
+            piece = foot + size * np.array([one + other, other - one, -one - other, one - other])
+        others = [(normals[k], points[k]) for k in range(len(normals)) if k != i and abs(normals[k] @ normal) < 1.0 - 1e-9]
+        for direction, through in (*limits, *others):
+            piece = cut(piece, direction, through)
+        if len(piece) >= moment.dimension:
+            found.append(in_space(piece))
+        else:
+            found.append(np.zeros((0, 3)))
+    return found
+
+
+def cylinder_polygons(moment: Snapshot) -> list[np.ndarray]:
+    """Facets of the hollow cylinders, as long as the sample [m], (4, 3) each."""
+    if not len(moment.cylinders.body):
+        return []
+    low, high = frame_of(moment)
+    corners = np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[-1], high[-1])])
+    angle = np.linspace(0.0, 2.0 * np.pi, FACETS + 1)
+    found = []
+    for point, shape in zip(moment.cylinders.position, moment.cylinders.shape, strict=True):
+        axis, radius = shape[:3], shape[3]
+        one, other = across(axis)
+        ring = point + radius * (np.cos(angle)[:, None] * one + np.sin(angle)[:, None] * other)
+        reach = (corners - point) @ axis
+        below, above = reach.min(), reach.max()
+        for wall, normal in zip(moment.walls.position, moment.walls.shape, strict=True):
+            if normal @ axis > 1.0 - 1e-9:
+                below = max(below, (wall - point) @ axis)
+            elif normal @ axis < -1.0 + 1e-9:
+                above = min(above, (wall - point) @ axis)
+        bottom, top = ring + below * axis, ring + above * axis
+        found += list(np.stack([bottom[:-1], bottom[1:], top[1:], top[:-1]], axis=1))
+    return found
+
+
+def across(axis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Two unit vectors at right angles to a unit vector and to each other, (3,) each."""
+    least = np.eye(3)[int(np.argmin(np.abs(axis)))]
+    one = np.cross(axis, least)
+    one /= np.linalg.norm(one)
+    return one, np.cross(axis, one)
+
+
+def cut(piece: np.ndarray, direction: np.ndarray, through: np.ndarray) -> np.ndarray:
+    """The part of a convex polygon (v, d), or of a line (2, d), that is ahead of ``through``, seen along ``direction``."""
+    if not len(piece):
+        return piece
+    ahead = (piece - through) @ direction
+    size = float(np.abs(piece - through).max()) or 1.0
+    ahead[np.abs(ahead) < 1e-12 * size] = 0.0
+    kept = []
+    closed = len(piece) > 2
+    for i in range(len(piece) if closed else len(piece) - 1):
+        j = (i + 1) % len(piece)
+        if ahead[i] >= 0.0:
+            kept.append(piece[i])
+        if ahead[i] * ahead[j] < 0.0:
+            kept.append(piece[i] + ahead[i] / (ahead[i] - ahead[j]) * (piece[j] - piece[i]))
+    if not closed and ahead[-1] >= 0.0:
+        kept.append(piece[-1])
+    return np.array(kept).reshape(-1, piece.shape[1])
+
+
+def edges(polygons: list[np.ndarray]) -> np.ndarray:
+    """Edges of polygons, and lines as they are [m], (k, 2, 3)."""
+    pieces = [np.zeros((0, 2, 3))]
+    for polygon in polygons:
+        if len(polygon) == 2:
+            pieces.append(polygon[None])
+        elif len(polygon):
+            pieces.append(np.stack([polygon, np.roll(polygon, -1, axis=0)], axis=1))
+    return np.concatenate(pieces)

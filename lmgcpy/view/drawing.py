@@ -1,0 +1,133 @@
+"""What is drawn, as arrays: balls, tubes, sheets and lines in space, each with its paint.
+
+A flat drawing has its coordinates in the plane, z = 0; what is of a higher ``level`` lies over what is of a lower one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from lmgcpy.view.quantities import Limits, Quantity
+
+
+@dataclass(frozen=True)
+class Paint:
+    """One colour, one colour an item, or values of a quantity; k items."""
+
+    color: str = ""
+    """One for all, as '#rrggbb'."""
+    values: np.ndarray | None = None
+    """Of the quantity, (k,), or RGB, (k, 3) uint8."""
+    quantity: Quantity | None = None
+
+    def take(self, chosen: np.ndarray) -> Paint:
+        """The paint of some of the items."""
+        return self if self.values is None else replace(self, values=self.values[chosen])
+
+    def rgb(self, count: int, limits: dict[Quantity, Limits]) -> np.ndarray:
+        """Colours, (count, 3) uint8."""
+        if self.values is None:
+            return np.tile(rgb(self.color), (count, 1))
+        if self.quantity is None:
+            return self.values
+        return self.quantity.colors(self.values, limits[self.quantity])
+
+
+def rgb(color: str) -> np.ndarray:
+    """'#rrggbb' as three bytes."""
+    return np.frombuffer(bytes.fromhex(color[1:]), dtype=np.uint8)
+
+
+@dataclass(frozen=True)
+class Balls:
+    """Spheres, in a flat drawing disks; k of them."""
+
+    centres: np.ndarray
+    """[m], (k, 3)."""
+    radii: np.ndarray
+    """[m], (k,)."""
+    paint: Paint
+    opacity: float = 1.0
+    rim: bool = False
+    """Whether a disk has a darker edge."""
+    level: int = 0
+
+    def take(self, chosen: np.ndarray) -> Balls:
+        """Some of the balls."""
+        return replace(self, centres=self.centres[chosen], radii=self.radii[chosen], paint=self.paint.take(chosen))
+
+
+@dataclass(frozen=True)
+class Tubes:
+    """Straight pieces with round ends; k of them."""
+
+    starts: np.ndarray
+    ends: np.ndarray
+    """[m], (k, 3)."""
+    radii: np.ndarray
+    """[m], (k,), or forces [N], which a scale makes thick."""
+    paint: Paint
+    by_force: bool = False
+    level: int = 1
+
+    def take(self, chosen: np.ndarray) -> Tubes:
+        """Some of the tubes."""
+        return replace(
+            self,
+            starts=self.starts[chosen],
+            ends=self.ends[chosen],
+            radii=self.radii[chosen],
+            paint=self.paint.take(chosen),
+        )
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """All that one panel shows."""
+
+    flat: bool
+    balls: list[Balls]
+    tubes: list[Tubes]
+    walls: list[np.ndarray]
+    """Polygons [m], (v, 3) each; pieces of line, v = 2, in a flat drawing."""
+    lines: np.ndarray
+    """Thin lines: edges of walls [m], (k, 2, 3)."""
+    ground: list[np.ndarray]
+    """Polygons that are filled: walls on which things lie [m], (v, 3) each."""
+    grain: float
+    """Mean radius of the grains [m]."""
+    time: float | None = None
+    """[s]; None of a scene."""
+    legend: list[tuple[str, str]] = field(default_factory=list)
+    """What the plain colours mean: label and colour."""
+
+    def bounds(self) -> np.ndarray:
+        """Corners of a box that holds everything [m], (k, 3)."""
+        points = [np.zeros((0, 3)), *self.walls, self.lines.reshape(-1, 3)]
+        for balls in self.balls:
+            points += [balls.centres - balls.radii[:, None], balls.centres + balls.radii[:, None]]
+        for tubes in self.tubes:
+            points += [tubes.starts, tubes.ends]
+        cloud = np.concatenate(points)
+        if not len(cloud):
+            return np.zeros((1, 3))
+        low, high = cloud.min(axis=0), cloud.max(axis=0)
+        return np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
+
+    def paints(self) -> list[Paint]:
+        """Paints of all that is round."""
+        return [*(balls.paint for balls in self.balls), *(tubes.paint for tubes in self.tubes)]
+
+    def forces(self) -> np.ndarray:
+        """Sizes of the forces that are drawn [N]."""
+        return np.abs(np.concatenate([np.zeros(0), *(tubes.radii for tubes in self.tubes if tubes.by_force)]))
+
+
+def in_space(points: np.ndarray) -> np.ndarray:
+    """Points (..., d) with a third coordinate, zero in 2D."""
+    points = np.asarray(points, dtype=float)
+    if points.shape[-1] == 3:
+        return points
+    return np.concatenate([points, np.zeros((*points.shape[:-1], 1))], axis=-1)

@@ -1,0 +1,171 @@
+"""Pictures: into a file without a display, or in a window."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lmgcpy.errors import named_arguments, number, place, shown, vector, whole
+from lmgcpy.view.film import Film
+from lmgcpy.view.painter import Painter, has_display, load_pyvista
+from lmgcpy.view.style import OPTIONS
+
+SIZE, SIZE_OF_GIF = (1000, 900), (600, 540)
+"""Of a panel at the most [pixels]."""
+
+
+@named_arguments
+def render(
+    source: Any,
+    path: str | os.PathLike,
+    *,
+    what: Any = None,
+    frame: Any = None,
+    grains: Any = None,
+    wires: Any = None,
+    opacity: Any = None,
+    clip: Any = None,
+    section: Any = None,
+    camera: Any = None,
+    title: Any = None,
+    limits: Any = None,
+    force: float | None = None,
+    size: Any = None,
+    columns: int | None = None,
+    frames_per_second: float = 20.0,
+) -> Path:
+    """Draw a scene, a simulation or a run into a PNG file, or a run into an animated GIF; no display is needed.
+
+    ``source``: a Scene, a Simulation, or a run that ``lmgcpy.io.open_run`` opened, of which ``frame`` is shown, by default
+    the last (negative: from the end). A ``path`` that ends in .gif shows all frames of a run, or those of a ``range``
+    that is given as ``frame``, ``frames_per_second`` of them. Returns the path.
+
+    ``what``, by default "layout" of a scene and "grains" of the others:
+
+    * "layout": before a run. Wires as tubes, grains translucent where there are wires, and in red what :func:`check`
+      finds: bodies that overlap and links longer than their reference;
+    * "grains": grains by speed;
+    * "forces": force chains as tubes as thick as the normal force: contacts in red, wires in tension in blue, links in
+      compression in orange.
+
+    Any of these can be told how to show bodies and wires:
+
+    * ``grains``, what their colour means: "speed", "spin", "rotation" (2D), "coordination", "radius", "layer" (height at
+      the start), "color" (that of the visibility table), "plain", or "hidden";
+    * ``wires``: "length" (of arc, along each chain), "tension", "layer", "plain" or "hidden";
+    * ``opacity`` of the grains in [0, 1];
+    * ``clip``: an axis "x", "y", "z" or a pair (axis, coordinate [m]), by default the middle: the grains on the near side
+      of this plane are left out;
+    * ``section``, the same in 3D: what the plane cuts, flat: disks of the grains, and wires and forces beside it;
+    * ``camera`` in 3D: "isometric", "x", "y", "z", or the direction (x, y, z) from which one looks, in parallel projection;
+    * ``title``: a line above, by default the time of what has one;
+    * ``limits``: (low, high) of the colour scale, of the grains if they have one, else of the wires; by default from the
+      smallest to the largest value, of speeds, spins and rotations up to their 99 % quantile;
+    * ``force`` [N]: the force that is drawn half as thick as a mean grain, by default the 99.9 % quantile of those drawn.
+
+    **Panels.** ``source``, ``what``, ``frame``, ``grains``, ``wires``, ``opacity``, ``clip``, ``section``, ``camera`` and
+    ``title`` may be lists of one length, one entry a panel: panels stand side by side, ``columns`` of them in a row (by
+    default all), at one scale of lengths, colours and forces. Examples::
+
+        lm.view.render(scene, "wire.png", grains="hidden", camera=["isometric", "x"])
+        lm.view.render([sand, texsol], "chains.png", what="forces", title=["sand", "TexSol"])
+        lm.view.render(run, "before-after.png", grains="layer", frame=[0, -1])
+        lm.view.render(run, "fall.gif")
+
+    ``size``: pixels (width, height) that no panel exceeds, by default (1000, 900), of a moving picture (600, 540).
+
+    Raises ImportError where pyvista is missing, with how to install it; OSError without any OpenGL; ValueError, TypeError
+    for what cannot be drawn.
+    """
+    target = Path(place(path, "path"))
+    moving = target.suffix.lower() == ".gif"
+    if not moving and target.suffix.lower() != ".png":
+        raise ValueError(f"path must end in .png or, for a moving picture, in .gif, got '{target}'.")
+    if target.is_dir() or not target.parent.is_dir():
+        wrong = "is a folder" if target.is_dir() else f"cannot be written: there is no folder '{target.parent}'"
+        raise FileNotFoundError(f"'{target}' {wrong}. Give the path of a file in a folder that is there.")
+    size = _size(size, moving)
+    if columns is not None:
+        columns = whole(columns, "columns", minimum=1)
+    number(frames_per_second, "frames_per_second", above=0.0, maximum=100.0)
+    words = dict(zip(OPTIONS, (what, grains, wires, opacity, clip, section, camera, title), strict=True))
+    load_pyvista()
+    film = Film(source, frame, words, moving=moving, limits=limits, force=force, size=size, columns=columns)
+    painter = Painter(off_screen=True)
+    try:
+        if moving:
+            _write_gif(film, painter, target, frames_per_second)
+        else:
+            _write_png(film.plate(painter, 0), target)
+    finally:
+        painter.close()
+    return target
+
+
+@named_arguments
+def show(
+    source: Any,
+    *,
+    what: Any = None,
+    frame: int | None = None,
+    grains: Any = None,
+    wires: Any = None,
+    opacity: Any = None,
+    clip: Any = None,
+    section: Any = None,
+    camera: Any = None,
+    title: Any = None,
+    limits: Any = None,
+    force: float | None = None,
+) -> None:
+    """Show a scene, a simulation or a run in a window, which the mouse turns, or in a notebook.
+
+    Arguments as in :func:`render`, for one panel. Returns when the window is closed. Raises OSError where there is no
+    display.
+    """
+    given = (what, grains, wires, opacity, clip, section, camera, title)
+    for name, value in zip((*OPTIONS, "source", "frame"), (*given, source, frame), strict=True):
+        if isinstance(value, (list, range)):
+            raise TypeError(f"show has one panel: {name} must not be a list, got {shown(value)}.")
+    film = Film(source, frame, dict(zip(OPTIONS, given, strict=True)), moving=False, limits=limits, force=force, size=SIZE)
+    painter = Painter(off_screen=False)
+    if not (painter.plotter.notebook or has_display()):
+        painter.close()
+        raise OSError("There is no display to open a window on: make a file by lmgcpy.view.render(source, 'a.png').")
+    film.show(painter)
+
+
+def _size(size: Any, moving: bool) -> tuple[int, int]:
+    if size is None:
+        return SIZE_OF_GIF if moving else SIZE
+    width, height = vector(size, "size", 2)
+    return whole(int(width), "the width in size", minimum=16, maximum=20_000), whole(
+        int(height), "the height in size", minimum=16, maximum=20_000
+    )
+
+
+def _write_png(pixels: np.ndarray, path: Path) -> None:
+    from PIL import Image
+
+    Image.fromarray(pixels).save(path, optimize=True)
+
+
+def _write_gif(film: Film, painter: Painter, path: Path, frames_per_second: float) -> None:
+    """All pictures with one palette, which the first, the middle and the last give, so that nothing flickers."""
+    from PIL import Image
+
+    count = film.frame_count
+    some = [film.plate(painter, k) for k in sorted({0, count // 2, count - 1})]
+    palette = Image.fromarray(np.concatenate(some)).quantize(255)
+    palette.putpalette([*(palette.getpalette() or [])[: 3 * 255], 255, 255, 255])  # white stays white
+
+    def pictures() -> Iterator[Image.Image]:
+        for k in range(count):
+            yield Image.fromarray(film.plate(painter, k)).quantize(palette=palette, dither=Image.Dither.NONE)
+
+    first, *rest = pictures()
+    first.save(path, save_all=True, append_images=rest, duration=1000.0 / frames_per_second, loop=0, optimize=False)

@@ -1,0 +1,142 @@
+"""What colours mean: quantities of bodies and of links, their values, units and colour maps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from lmgcpy.view.snapshot import Forces, Snapshot
+
+Limits = tuple[float, float]
+
+LAYERS = 12
+"""Bands of colour by which layers are told apart."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A quantity and its colours. ``scale``: from the smallest to the largest value ("range"), from 0 ("zero"), or as far
+    to both sides of 0 ("both"). ``bands``: how many steps of colour, 0 for a smooth scale. ``outliers``: the part of the
+    values that may lie beyond the end of the scale, which has their colour."""
+
+    label: str
+    colormap: str
+    scale: str = "range"
+    bands: int = 0
+    outliers: float = 0.0
+
+    def limits(self, values: np.ndarray) -> Limits:
+        """Ends of the colour scale for these values."""
+        if not len(values):
+            return 0.0, 0.0
+        if self.scale == "range":
+            return float(values.min()), float(values.max())
+        high = float(np.quantile(np.abs(values), 1.0 - self.outliers))
+        return (-high if self.scale == "both" else 0.0), high
+
+    def colors(self, values: np.ndarray, limits: Limits) -> np.ndarray:
+        """RGB of each value, (k, 3) uint8."""
+        low, high = limits
+        share = (values - low) / (high - low) if high > low else np.zeros(len(values))
+        return (255.0 * self.map()(np.clip(share, 0.0, 1.0))[:, :3] + 0.5).astype(np.uint8)
+
+    def map(self):
+        """The matplotlib colour map."""
+        from matplotlib import colormaps
+
+        whole = colormaps[self.colormap]
+        return whole.resampled(self.bands) if self.bands else whole
+
+
+SPEED = Quantity("speed [m/s]", "viridis", "zero", outliers=0.01)
+SPIN = Quantity("spin [rad/s]", "coolwarm", "both", outliers=0.01)
+SPIN_IN_SPACE = Quantity("spin [rad/s]", "viridis", "zero", outliers=0.01)
+ROTATION = Quantity("angle turned [rad]", "coolwarm", "both", outliers=0.01)
+COORDINATION = Quantity("contacts that push", "YlGnBu", "zero")
+RADIUS = Quantity("radius [m]", "cividis")
+LAYER = Quantity("height at the start [m]", "Spectral_r", "range", LAYERS)
+LENGTH = Quantity("length of wire [m]", "plasma", "zero")
+TENSION = {2: Quantity("tension [N/m]", "plasma", "zero"), 3: Quantity("tension [N]", "plasma", "zero")}
+
+
+def speed(moment: Snapshot) -> tuple[Quantity, np.ndarray]:
+    """Speeds of the bodies [m/s], (n,)."""
+    return SPEED, np.linalg.norm(moment.velocities, axis=1)
+
+
+def spin(moment: Snapshot) -> tuple[Quantity, np.ndarray]:
+    """Angular velocities [rad/s], in 3D their size, (n,)."""
+    if moment.dimension == 2:
+        return SPIN, moment.spins
+    return SPIN_IN_SPACE, np.linalg.norm(moment.spins, axis=1)
+
+
+def rotation(moment: Snapshot) -> tuple[Quantity, np.ndarray]:
+    """Angles turned since the start [rad], (n,); ValueError in 3D."""
+    if moment.rotations is None:
+        raise ValueError("grains cannot be 'rotation' in 3D, where no rotation is kept: ask for 'spin'.")
+    return ROTATION, moment.rotations - moment.scene["bodies"]["position"][:, 2]
+
+
+def coordination(moment: Snapshot) -> tuple[Quantity, np.ndarray]:
+    """Contacts that push, walls included, of each body, (n,)."""
+    forces = acting(moment, "grains='coordination'")
+    contacts = slice(moment.link_count, None)
+    pushing = forces.normal[contacts] > 0.0
+    pairs = np.column_stack([forces.candidate, forces.antagonist])[contacts][pushing]
+    return COORDINATION, np.bincount(pairs.ravel(), minlength=len(moment.positions)).astype(float)
+
+
+def radius(moment: Snapshot) -> tuple[Quantity, np.ndarray]:
+    """Radii of the circles that hold the bodies [m], (n,)."""
+    return RADIUS, moment.scene["bodies"]["extent"]
+
+
+def layer(moment: Snapshot) -> tuple[Quantity, np.ndarray]:
+    """Heights of the bodies at the start [m], (n,)."""
+    return LAYER, moment.start[:, -1]
+
+
+GRAINS: dict[str, Callable[[Snapshot], tuple[Quantity, np.ndarray]]] = {
+    "speed": speed,
+    "spin": spin,
+    "rotation": rotation,
+    "coordination": coordination,
+    "radius": radius,
+    "layer": layer,
+}
+"""Quantities of bodies by their name."""
+
+
+def arc_length(moment: Snapshot) -> tuple[Quantity, np.ndarray]:
+    """Length of wire up to the middle of each link, chain by chain [m], (l,)."""
+    lengths = [np.linalg.norm(np.diff(moment.positions[chain.path], axis=0), axis=1) for chain in moment.chains]
+    return LENGTH, np.concatenate([np.cumsum(length) - 0.5 * length for length in lengths] or [np.zeros(0)])
+
+
+def tension(moment: Snapshot) -> tuple[Quantity, np.ndarray]:
+    """Tensions of the links [N], zero where they push, (l,)."""
+    return TENSION[moment.dimension], np.maximum(-acting(moment, "wires='tension'").link, 0.0)
+
+
+def height_laid(moment: Snapshot) -> tuple[Quantity, np.ndarray]:
+    """Heights of the middles of the links at the start [m], (l,)."""
+    heights = [moment.start[chain.path, -1] for chain in moment.chains]
+    return LAYER, np.concatenate([0.5 * (h[1:] + h[:-1]) for h in heights] or [np.zeros(0)])
+
+
+WIRES: dict[str, Callable[[Snapshot], tuple[Quantity, np.ndarray]]] = {
+    "length": arc_length,
+    "tension": tension,
+    "layer": height_laid,
+}
+"""Quantities of links by their name."""
+
+
+def acting(moment: Snapshot, what: str) -> Forces:
+    """The forces of the moment; ValueError where no step was made yet."""
+    if moment.forces is None:
+        raise ValueError(f"{what} shows the forces of a step, and none was made yet: run a Simulation of the scene first.")
+    return moment.forces

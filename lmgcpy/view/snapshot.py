@@ -1,0 +1,252 @@
+"""One moment of a scene, a simulation or a run as arrays: what every picture is drawn from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from lmgcpy.dynamics.simulation import Simulation
+from lmgcpy.errors import shown, whole
+from lmgcpy.scene.contactor import (
+    CylinderContactor,
+    DiskContactor,
+    PlaneContactor,
+    SphereContactor,
+    WallContactor,
+)
+from lmgcpy.scene.description import describe
+from lmgcpy.scene.scene import Scene
+
+ROUND = (DiskContactor.KIND, SphereContactor.KIND)
+FLAT = (WallContactor.KIND, PlaneContactor.KIND)
+
+
+@dataclass(frozen=True)
+class Contactors:
+    """Contactors of one family where they are now; k of them."""
+
+    body: np.ndarray
+    """Ids of their bodies, (k,)."""
+    position: np.ndarray
+    """[m], (k, d)."""
+    shape: np.ndarray
+    """Numbers of their shapes, (k, widest)."""
+
+
+@dataclass(frozen=True)
+class Chain:
+    """Links between consecutive bodies of ``path``, of a closed chain the first again at its end; l of them."""
+
+    path: np.ndarray
+    """Ids of the bodies, (l + 1,)."""
+    reference: np.ndarray
+    """Reference distances of the centres [m], (l,)."""
+
+
+@dataclass(frozen=True)
+class Forces:
+    """What acted in the last step at contacts and links; m of them, links first, chain by chain."""
+
+    candidate: np.ndarray
+    antagonist: np.ndarray
+    """Ids, (m,)."""
+    normal: np.ndarray
+    """Normal force, pushing positive [N], (m,)."""
+    lever: np.ndarray
+    """Contact point seen from the candidate and from the antagonist [m], (m, 2, d)."""
+    link: np.ndarray
+    """Normal force of each link of the chains [N], (l,)."""
+
+    @classmethod
+    def of(cls, net: Any, links: int) -> Forces:
+        """From interactions, the first of them ``links``; in a run's first frame, before the first step, none acts."""
+        normal = net.force[:, 0]
+        return cls(net.candidate, net.antagonist, normal, net.lever, normal[:links] if len(net) else np.zeros(links))
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """One moment; n bodies, d dimensions. ``scene`` is what :func:`lmgcpy.scene.description.describe` tells."""
+
+    scene: Mapping[str, Any]
+    time: float | None
+    """[s]; None of a scene."""
+    positions: np.ndarray
+    """[m], (n, d)."""
+    rotations: np.ndarray | None
+    """Angles turned [rad], (n,); None in 3D."""
+    velocities: np.ndarray
+    """[m/s], (n, d)."""
+    spins: np.ndarray
+    """[rad/s], (n,), in 3D (n, 3)."""
+    forces: Forces | None
+    """None where no step was made yet."""
+
+    @property
+    def dimension(self) -> int:
+        """2 or 3."""
+        return int(self.scene["dimension"])
+
+    @property
+    def start(self) -> np.ndarray:
+        """Positions at the start [m], (n, d)."""
+        return self.scene["bodies"]["position"][:, : self.dimension]
+
+    @cached_property
+    def colors(self) -> np.ndarray:
+        """Words by which the visibility table calls the bodies, (n,)."""
+        bodies = self.scene["bodies"]
+        return np.array(bodies["colors"] or [""])[bodies["color"]]
+
+    @cached_property
+    def chains(self) -> list[Chain]:
+        """The chains of the scene."""
+        table, radius = self.scene["chains"], self.scene["bodies"]["link_radius"]
+        members = np.split(table["bodies"], np.cumsum(table["body_count"]))
+        gaps = np.split(table["reference_gaps"], np.cumsum(table["link_count"]))
+        found = []
+        for path, gap, closed in zip(members, gaps, table["closed"], strict=False):
+            path = np.append(path, path[0]) if closed else path
+            found.append(Chain(path, gap + radius[path[:-1]] + radius[path[1:]]))
+        return found
+
+    @cached_property
+    def link_count(self) -> int:
+        """Links of all chains: the first of the interactions."""
+        return links_of(self.scene)
+
+    @cached_property
+    def beads(self) -> np.ndarray:
+        """Whether a body is part of a chain, (n,)."""
+        part = np.zeros(len(self.positions), dtype=bool)
+        part[self.scene["chains"]["bodies"]] = True
+        return part
+
+    @cached_property
+    def rounds(self) -> Contactors:
+        """Disks and spheres, and for shapes from elsewhere the circles that hold them; the radius [m] is their shape."""
+        table = self.scene["contactors"]
+        chosen = np.isfinite(table["bounding_radius"])
+        return self._contactors(chosen, table["bounding_radius"][:, None])
+
+    @cached_property
+    def walls(self) -> Contactors:
+        """Lines and planes; their outward normal is their shape."""
+        return self._contactors(self._of_kind(FLAT), self.scene["contactors"]["shape"][:, : self.dimension])
+
+    @cached_property
+    def cylinders(self) -> Contactors:
+        """Hollow cylinders; axis and radius [m] are their shape."""
+        return self._contactors(self._of_kind((CylinderContactor.KIND,)), self.scene["contactors"]["shape"])
+
+    @cached_property
+    def unbounded(self) -> np.ndarray:
+        """Whether a body has no bounds, (n,)."""
+        table = self.scene["contactors"]
+        without = np.zeros(len(self.positions), dtype=bool)
+        without[table["body"][~np.isfinite(table["bounding_radius"])]] = True
+        return without
+
+    def _of_kind(self, kinds: tuple[str, ...]) -> np.ndarray:
+        table = self.scene["contactors"]
+        return np.array([kind in kinds for kind in table["kinds"]] or [False])[table["kind"]]
+
+    def _contactors(self, chosen: np.ndarray, shape: np.ndarray) -> Contactors:
+        table = self.scene["contactors"]
+        body, offset = table["body"][chosen], table["offset"][chosen]
+        if self.rotations is not None:
+            c, s = np.cos(self.rotations[body]), np.sin(self.rotations[body])
+            offset = np.column_stack([c * offset[:, 0] - s * offset[:, 1], s * offset[:, 0] + c * offset[:, 1]])
+        return Contactors(body, self.positions[body] + offset, shape[chosen])
+
+
+def acting_lines(moment: Snapshot) -> tuple[np.ndarray, np.ndarray]:
+    """Ends of the line along which each interaction acts [m], (m, d) each: centres; of what has no bounds the contact
+    point."""
+    forces = moment.forces
+    assert forces is not None
+    c, a = forces.candidate, forces.antagonist
+    from_candidate = moment.positions[c] + forces.lever[:, 0]
+    from_antagonist = moment.positions[a] + forces.lever[:, 1]
+    start = np.where(moment.unbounded[a, None], from_candidate, moment.positions[a])
+    end = np.where(moment.unbounded[c, None], from_antagonist, moment.positions[c])
+    return start, end
+
+
+def snapshot(source: Any, frame: Any = None) -> Snapshot:
+    """The present moment of a Scene or a Simulation, or a ``frame`` of an open run, by default the last.
+
+    Raises TypeError for what is none of these, ValueError for a frame that there is not.
+    """
+    if isinstance(source, (Scene, Simulation)) and frame is not None:
+        raise TypeError(f"frame is for run files: a {type(source).__name__} is drawn as it is now.")
+    if isinstance(source, Scene):
+        return _of_scene(source)
+    if isinstance(source, Simulation):
+        return _of_simulation(source)
+    if not hasattr(source, "frame_count"):
+        raise TypeError(
+            "What is drawn is a Scene, a Simulation, or a run that lmgcpy.io.open_run(path) opened, "
+            f"got {shown(source)} as source."
+        )
+    return _of_run(source, frame_number(source, frame))
+
+
+def frame_number(run: Any, frame: Any) -> int:
+    """Number of a frame, counted from the start; None is the last."""
+    count = run.frame_count
+    if count == 0:
+        raise ValueError(f"There is no frame in '{run.path}' yet: wait until the run has written its first.")
+    k = whole(-1 if frame is None else frame, "frame", minimum=-(2**62))
+    if not -count <= k < count:
+        known = f"{count} frames, 0 to {count - 1}" if count > 1 else "one frame, 0"
+        raise ValueError(f"'{run.path}' has {known}, got frame {k}.")
+    return k % count
+
+
+def _of_scene(scene: Scene) -> Snapshot:
+    d, bodies = scene.dimension, scene.bodies
+    return Snapshot(
+        scene=describe(scene),
+        time=None,
+        positions=np.array([body.position for body in bodies], dtype=float).reshape(-1, d),
+        rotations=np.array([body.rotation for body in bodies], dtype=float) if d == 2 else None,
+        velocities=np.array([body.velocity for body in bodies], dtype=float).reshape(-1, d),
+        spins=np.array([body.spin for body in bodies], dtype=float).reshape((-1,) if d == 2 else (-1, 3)),
+        forces=None,
+    )
+
+
+def _of_simulation(sim: Simulation) -> Snapshot:
+    scene = describe(sim.scene)
+    return Snapshot(
+        scene=scene,
+        time=sim.time,
+        positions=sim.positions.copy(),
+        rotations=sim.rotations.copy() if sim.model.dimension == 2 else None,
+        velocities=sim.velocities.copy(),
+        spins=sim.spins.copy(),
+        forces=Forces.of(sim.interactions, links_of(scene)) if sim.steps else None,
+    )
+
+
+def _of_run(run: Any, frame: int) -> Snapshot:
+    scene = run.scene
+    return Snapshot(
+        scene=scene,
+        time=float(run.times[frame]),
+        positions=run.positions[frame],
+        rotations=run.rotations[frame] if run.dimension == 2 else None,
+        velocities=run.velocities[frame],
+        spins=run.spins[frame],
+        forces=Forces.of(run.interactions(frame), links_of(scene)),
+    )
+
+
+def links_of(scene: Mapping[str, Any]) -> int:
+    """Links of all chains of a scene's description."""
+    return int(scene["chains"]["link_count"].sum())

@@ -1,0 +1,94 @@
+"""What a user asks a panel to show, checked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from lmgcpy.errors import number, one_of, shown, vector
+from lmgcpy.view.quantities import GRAINS, WIRES
+
+AXES = ("x", "y", "z")
+SUITABLE = {"layout": ("plain", "length"), "grains": ("speed", "plain"), "forces": ("plain", "plain")}
+"""Pictures, and what grains and wires show in each if nothing is said."""
+OPTIONS = ("what", "grains", "wires", "opacity", "clip", "section", "camera", "title")
+"""What can be said of each panel."""
+
+Plane = tuple[int, float | None]
+"""Number of the axis and coordinate [m], None for the middle."""
+
+
+@dataclass(frozen=True)
+class Style:
+    """How one panel shows its source."""
+
+    what: str
+    grains: str
+    wires: str
+    opacity: float | None
+    """None: as translucent as the sample needs."""
+    clip: Plane | None
+    section: Plane | None
+    direction: tuple[float, float, float]
+    """From which one looks, a unit vector; (0, 0, 1) on a flat picture."""
+    title: str | None
+    """None: the time, where there is one."""
+
+
+def style_of(options: Mapping[str, Any], *, dimension: int, is_scene: bool) -> Style:
+    """A style from a user's words by :data:`OPTIONS`, of which None is what suits the picture.
+
+    Sentences for what cannot be (TypeError, ValueError).
+    """
+    what, grains, wires, opacity, clip, section, camera, title = (options[name] for name in OPTIONS)
+    what = one_of(("layout" if is_scene else "grains") if what is None else what, "what", SUITABLE)
+    grains = one_of(SUITABLE[what][0] if grains is None else grains, "grains", (*GRAINS, "color", "plain", "hidden"))
+    wires = one_of(SUITABLE[what][1] if wires is None else wires, "wires", (*WIRES, "plain", "hidden"))
+    if opacity is not None:
+        opacity = number(opacity, "opacity", minimum=0.0, maximum=1.0)
+    if title is not None and not isinstance(title, str):
+        raise TypeError(f"title must be a line of text, got {shown(title)}.")
+    for name, value in (("clip", clip), ("section", section), ("camera", camera)):
+        if value is not None and dimension == 2:
+            raise ValueError(f"{name} is for 3D: a picture in 2D shows everything, from the front. Leave it out.")
+    if section is not None and camera is not None:
+        raise ValueError("camera is of no use with section, which is seen at right angles: leave out one of the two.")
+    flat = dimension == 2 or section is not None
+    return Style(
+        what=what,
+        grains=grains,
+        wires=wires,
+        opacity=opacity,
+        clip=_plane(clip, "clip"),
+        section=_plane(section, "section"),
+        direction=(0.0, 0.0, 1.0) if flat else _direction("isometric" if camera is None else camera),
+        title=title,
+    )
+
+
+def _plane(value: Any, name: str) -> Plane | None:
+    if value is None:
+        return None
+    if isinstance(value, str):
+        return AXES.index(one_of(value, name, AXES)), None
+    if not isinstance(value, tuple) or len(value) != 2:
+        raise TypeError(f"{name} must be an axis such as 'y', or with a coordinate as ('y', 0.1), got {shown(value)}.")
+    axis, at = value
+    return AXES.index(one_of(axis, f"the axis of {name}", AXES)), number(at, f"the coordinate of {name}", unit="m")
+
+
+def _direction(camera: Any) -> tuple[float, float, float]:
+    """Unit vector towards the eye: along x one looks from its far end, along y from its near end, as maps have it."""
+    named = {"isometric": (1.0, -1.0, 1.0), "x": (1.0, 0.0, 0.0), "y": (0.0, -1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+    if isinstance(camera, str):
+        given = np.array(named[one_of(camera, "camera", named)])
+    else:
+        given = vector(camera, "camera, where it is a direction,", 3)
+    length = float(np.linalg.norm(given))
+    if length == 0.0:
+        raise ValueError("camera must not be zero: it is the direction from which one looks.")
+    x, y, z = (given / length).tolist()
+    return x, y, z

@@ -1,0 +1,321 @@
+"""Pictures show what they must: pixels of the right colour where things are, as thick as the force."""
+
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from PIL import Image
+from seen import hanging, like, pile, pixels, reddish, wire_in_a_box
+
+import lmgcpy as lm
+from lmgcpy.view.camera import Camera, View
+from lmgcpy.view.compose import compose
+from lmgcpy.view.painter import Painter
+from lmgcpy.view.palette import CONTACT, SAND, WIRE
+from lmgcpy.view.plate import TITLE
+from lmgcpy.view.snapshot import snapshot
+from lmgcpy.view.style import OPTIONS, style_of
+
+SIZE = (300, 300)
+
+
+def where(source, points, image, top=0, **options):
+    """Pixels of points in a picture of one panel without a title: the projection again, from the documented rule."""
+    moment = snapshot(source)
+    style = style_of({**dict.fromkeys(OPTIONS), **options}, dimension=moment.dimension, is_scene=moment.time is None)
+    view = View.of(Camera.looking(style.direction), compose(moment, style).bounds())
+    scale = min(SIZE[0] / view.width, SIZE[1] / view.height)
+    points = np.asarray(points, dtype=float)
+    at = view.pixels(np.pad(points, ((0, 0), (0, 3 - points.shape[1]))), scale)
+    return image[top + at[:, 1].astype(int), at[:, 0].astype(int)], scale
+
+
+@pytest.mark.parametrize("camera", ["x", "y", "z", "isometric", (1.0, -2.0, 0.5)])
+def test_the_wire_is_where_it_is_projected_to(camera, tmp_path):
+    """Blue along the middle of every link, however lit, and nowhere 0.1 m above it."""
+    scene, out = wire_in_a_box(), tmp_path / "a.png"
+    options = {"grains": "hidden", "wires": "plain", "camera": camera}
+    lm.view.render(scene, out, size=SIZE, **options)
+    image = pixels(out)
+    middles = np.array([[0.2 + 0.2 * i, 0.5, 0.3] for i in range(4)])
+    on, _ = where(scene, middles, image, **options)
+    on = on.astype(int)
+    assert (on[:, 2] > 2 * on[:, 0]).all()
+    assert (on[:, 2] > 60).all()
+    if camera != "z":
+        off, _ = where(scene, middles + np.array([0.0, 0.0, 0.1]), image, **options)
+        assert not like(off[None], WIRE, 60).any()
+
+
+def test_disks_have_their_colour_and_their_size(tmp_path):
+    """Area of the middle ball of a pile, by its colour: pi R^2 within the darker edge."""
+    out = tmp_path / "a.png"
+    sim = pile(3)
+    lm.view.render(sim, out, grains="plain", size=SIZE, title="")
+    image = pixels(out)
+    (centre,), scale = where(sim, [[0.0, 1.5]], image, grains="plain")
+    assert like(centre[None, None], SAND, 3).all()
+    shown = like(image, SAND, 3).sum()
+    assert shown == pytest.approx(3 * np.pi * ((0.5 - 0.07 * 0.5) * scale) ** 2, rel=0.02)
+
+
+def test_overlaps_and_long_links_are_red_where_they_are(tmp_path):
+    scene, out = wire_in_a_box(overlap=0.3, stretch=1.25), tmp_path / "a.png"
+    lm.view.render(scene, out, size=SIZE, camera="y")
+    image = pixels(out)
+    places = [[0.3, 0.5, 0.7], [0.47, 0.5, 0.7], [0.2, 0.5, 0.3], [0.8, 0.5, 0.3]]
+    found, _ = where(scene, places, image, camera="y")
+    assert reddish(found[None]).all()
+    sound = tmp_path / "b.png"
+    lm.view.render(wire_in_a_box(), sound, size=SIZE, camera="y")
+    assert not reddish(pixels(sound)).any()
+
+
+def test_thickness_grows_with_the_force(tmp_path):
+    """Across the three contacts of a pile of equal balls: 3, 2 and 1 times the same width."""
+    sim, out = pile(3), tmp_path / "a.png"
+    lm.view.render(sim, out, what="forces", grains="hidden", size=(900, 900), title="")
+    image = pixels(out)
+    red = like(image, CONTACT, 60)
+    rows = np.flatnonzero(red.any(axis=1))
+    height = rows[-1] - rows[0]  # from the floor to the top ball's centre, 2.5 m
+    widths = [red[int(rows[-1] - height * y / 2.5)].sum() for y in (0.25, 1.0, 2.0)]
+    # widths are whole pixels: the thinnest line has some 15 of them
+    np.testing.assert_allclose(np.array(widths) / widths[2], [3.0, 2.0, 1.0], rtol=0.08)
+
+
+def test_two_panels_share_one_scale_of_forces(tmp_path):
+    """The same pile under three times the gravity has lines three times as wide beside it, not on its own."""
+    light, out = pile(1), tmp_path / "a.png"
+    scene = lm.Scene(dimension=2, gravity=(0.0, -30.0))
+    scene.add(lm.disk(radius=0.5, position=(0.0, 0.5), mass=0.1))
+    scene.add(lm.wall(point=(0.0, 0.0), normal=(0.0, 1.0)))
+    scene.see("GRAIN", "WALL", lm.Coulomb(friction=0.3))
+    heavy = lm.Simulation(scene, time_step=1e-3, solver=lm.GaussSeidel(tolerance=1e-12))
+    heavy.step()
+    lm.view.render([heavy, light], out, what="forces", grains="hidden", size=(400, 400), title="")
+    red = like(pixels(out), CONTACT, 60)
+    width = red.shape[1] // 2
+    row = np.flatnonzero(red[:, :width].any(axis=1)).mean().astype(int)
+    assert red[row, :width].sum() == pytest.approx(3.0 * red[row, width:].sum(), rel=0.08)
+
+
+def test_tension_is_blue_and_pushing_red(tmp_path):
+    for name, sim in (("hang", hanging(3)), ("pile", pile(3))):
+        lm.view.render(sim, tmp_path / f"{name}.png", what="forces", size=SIZE)
+    hang, pushed = pixels(tmp_path / "hang.png"), pixels(tmp_path / "pile.png")
+    assert like(hang, WIRE).sum() > 50
+    assert like(hang, CONTACT).sum() == 0
+    assert like(pushed, CONTACT).sum() > 50
+    assert like(pushed, WIRE).sum() == 0
+
+
+def test_what_is_inside_is_seen_through_the_grains(tmp_path):
+    """A wire behind a screen of grains: blue through them, hidden by opaque ones."""
+    scene = lm.Scene(dimension=3)
+    beads = [scene.add(lm.sphere(radius=0.05, position=(0.2 * i, 0.0, 0.0), mass=1.0, color="BEAD")) for i in range(10)]
+    for i in range(10):
+        for j in range(-3, 4):
+            scene.add(lm.sphere(radius=0.1, position=(0.2 * i, -0.5, 0.2 * j), mass=1.0))
+    scene.see("BEAD", "BEAD", lm.Signorini())
+    scene.chain(beads, lm.RigidWire())
+    blue = {}
+    for opacity in (None, 1.0):
+        lm.view.render(scene, tmp_path / "a.png", wires="plain", camera="y", opacity=opacity, size=SIZE)
+        image = pixels(tmp_path / "a.png").astype(int)[:-60]  # without the legend
+        blue[opacity] = (image[..., 2] > image[..., 0] + 20).sum()
+    assert blue[None] > 200
+    assert blue[1.0] < 0.2 * blue[None]
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_of_two_translucent_balls_the_near_one_tells_more(side, tmp_path):
+    """A sand-coloured one before a bluish one, and the other way round: half of the near, a quarter of the far."""
+    scene = lm.Scene(dimension=3)
+    for color, y in (("A", -1.0), ("B", 1.0)):
+        scene.add(lm.sphere(radius=0.5, position=(0.0, y, 0.0), mass=1.0, color=color))
+    how = {"grains": "color", "opacity": 0.5, "camera": (0.0, side, 0.0), "title": ""}
+    lm.view.render(scene, tmp_path / "a.png", size=SIZE, **how)
+    ((red, _, blue),), _ = where(scene, [[0.0, 0.0, 0.0]], pixels(tmp_path / "a.png").astype(int), **how)
+    assert (red > blue) == (side < 0.0)
+
+
+def test_a_moving_picture_moves(tmp_path):
+    """A falling ball: a frame for each of the run's, at one scale, and it goes down as it should."""
+    scene = lm.Scene(dimension=2, gravity=(0.0, -10.0))
+    scene.add(lm.disk(radius=0.1, position=(0.0, 1.0), mass=1.0))
+    scene.add(lm.wall(point=(0.0, 0.0), normal=(0.0, 1.0)))
+    lm.Simulation(scene, time_step=1e-2).run(steps=40, record=tmp_path / "fall.h5", every=10)
+    with lm.io.open_run(tmp_path / "fall.h5") as run:
+        out = lm.view.render(run, tmp_path / "fall.gif", grains="plain", size=(200, 200), frames_per_second=10.0)
+        some = lm.view.render(run, tmp_path / "some.gif", grains="plain", frame=range(0, 5, 2), size=(100, 100))
+    heights = []
+    with Image.open(out) as image:
+        assert image.n_frames == 5
+        assert image.info["duration"] == 100
+        for k in range(5):
+            image.seek(k)
+            found = like(np.asarray(image.convert("RGB")), SAND, 12)
+            heights.append(np.flatnonzero(found.any(axis=1)).mean())
+    drops = np.diff(heights)
+    # 0.05, 0.15, 0.25, 0.35 m: in proportion to 1, 3, 5, 7, to a pixel
+    np.testing.assert_allclose(drops, drops.sum() * np.array([1, 3, 5, 7]) / 16, atol=1.5)
+    with Image.open(some) as image:
+        assert image.n_frames == 3
+
+
+def test_colours_of_all_frames_are_on_one_scale(tmp_path):
+    """Three panels of a run, of which the scale is the fastest frame's: up to the 99 % quantile of speeds 0 and 1 m/s."""
+    scene = lm.Scene(dimension=2)
+    scene.add(lm.disk(radius=0.4, position=(0.0, 0.0), mass=1.0))
+    fast = scene.add(lm.disk(radius=0.4, position=(1.0, 0.0), mass=1.0))
+    fast.impose_velocity(x=lambda t: 100.0 * t)
+    lm.Simulation(scene, time_step=1e-3).run(steps=10, record=tmp_path / "a.h5", every=5)
+    with lm.io.open_run(tmp_path / "a.h5") as run:
+        lm.view.render(run, tmp_path / "a.png", frame=[2, 1, 0], size=SIZE, title="")
+        image = pixels(tmp_path / "a.png")
+    from lmgcpy.view.quantities import SPEED
+
+    for speed, count in ((0.0, 4), (0.5, 1), (1.0, 1)):
+        (color,) = SPEED.colors(np.array([speed]), (0.0, 0.99))
+        shown = (np.abs(image.astype(int) - color) <= 3).all(axis=2).sum()
+        one = np.pi * (0.36 * SIZE[0] / 2.0) ** 2
+        assert 0.5 * count * one < shown < 2.0 * count * one, (speed, shown, one)
+
+
+def test_panels_in_rows(tmp_path):
+    """Four panels of one size, two a row: as wide as two, and twice as high."""
+    sim = pile(2)
+    for count, columns in ((2, None), (4, 2)):
+        out = tmp_path / f"{count}.png"
+        lm.view.render([sim] * count, out, grains="plain", size=(100, 100), title="", columns=columns)
+    two, four = pixels(tmp_path / "2.png"), pixels(tmp_path / "4.png")
+    assert four.shape == (2 * two.shape[0], two.shape[1], 3)
+    np.testing.assert_array_equal(four[: two.shape[0]], two)
+    np.testing.assert_array_equal(four[two.shape[0] :], two)
+
+
+def test_what_is_written_has_room(tmp_path):
+    """A narrow panel with a long title, a legend and a note: the text ends before the picture does."""
+    lm.view.render(pile(3), tmp_path / "a.png", what="forces", title="a pile of three balls at rest", size=(60, 60))
+    ink = (pixels(tmp_path / "a.png") < 200).any(axis=2)
+    assert ink[:TITLE].any()
+    assert ink[-30:].any()
+    assert not ink[:, :3].any()
+    assert not ink[:, -3:].any()
+
+
+def test_titles_take_a_line(tmp_path):
+    sim = pile(2)
+    heights = []
+    for title in ("", None, "a pile"):
+        lm.view.render(sim, tmp_path / "a.png", title=title, size=SIZE)
+        heights.append(pixels(tmp_path / "a.png").shape[0])
+    assert heights == [heights[0], heights[0] + TITLE, heights[0] + TITLE]
+
+
+def test_many_spheres_are_one_actor(tmp_path):
+    """So that 10 000 stay interactive: one vertex each, in one mapper."""
+    scene = lm.Scene(dimension=3)
+    for position in np.random.default_rng(0).uniform(0.0, 1.0, (10_000, 3)):
+        scene.add(lm.sphere(radius=0.01, position=position, mass=1.0))
+    scene.see("GRAIN", "OTHER", lm.Signorini())
+    moment = snapshot(scene)
+    style = style_of(dict.fromkeys(OPTIONS), dimension=3, is_scene=True)
+    painter = Painter(off_screen=True)
+    painter.draw(compose(moment, style), {}, 0.0, np.array([0.0, 0.0, 1.0]))
+    (actor,) = painter.plotter.actors.values()
+    assert actor.GetMapper().GetInput().GetNumberOfPoints() == 10_000
+    painter.close()
+
+
+def test_nothing_is_said_without_a_display(tmp_path):
+    """VTK's words about an X server that there is not are for its developers."""
+    code = (
+        "import lmgcpy as lm\nscene = lm.Scene(dimension=2)\n"
+        "scene.add(lm.disk(radius=1.0, position=(0, 0), mass=1.0))\n"
+        "lm.view.render(scene, 'a.png', size=(50, 50))\n"
+        "try:\n    lm.view.show(scene)\nexcept OSError as error:\n    print(error)\n"
+    )
+    bare = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, cwd=tmp_path, env=bare
+    )
+    assert done.stderr == ""
+    assert done.stdout.startswith("There is no display to open a window on")
+    assert (tmp_path / "a.png").exists()
+
+
+def test_without_opengl_a_sentence_and_not_a_crash(tmp_path):
+    """Mesa's EGL hidden: a machine that has OSMesa draws all the same."""
+    code = (
+        "import lmgcpy as lm\nscene = lm.Scene(dimension=2)\n"
+        "scene.add(lm.disk(radius=1.0, position=(0, 0), mass=1.0))\n"
+        "try:\n    lm.view.render(scene, 'a.png', size=(50, 50))\n"
+        "except OSError as error:\n    print(error)\n"
+    )
+    bare = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
+    bare["__EGL_VENDOR_LIBRARY_FILENAMES"] = str(tmp_path / "none.json")
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=tmp_path, env=bare)
+    assert done.returncode == 0
+    assert done.stderr == ""
+    assert (tmp_path / "a.png").exists() != done.stdout.startswith("No OpenGL was found to draw with")
+
+
+# ---------------------------------------------------------------------------------------------------------- sentences
+
+
+def test_without_pyvista_a_sentence(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyvista", None)
+    for call in (lambda: lm.view.render(pile(1), tmp_path / "a.png"), lambda: lm.view.show(pile(1))):
+        with pytest.raises(ImportError, match=r"pip install lmgcpy\[view\]\."):
+            call()
+    assert not list(tmp_path.iterdir())
+
+
+WRONG = {
+    "suffix": ({"path": "a.jpg"}, "must end in .png or, for a moving picture, in .gif"),
+    "folder": ({"path": "no/such/a.png"}, "there is no folder 'no/such'"),
+    "what": ({"what": "grain"}, "what cannot be 'grain'; did you mean 'grains'?"),
+    "forces": ({"what": "forces"}, "run a Simulation of the scene first"),
+    "grains": ({"grains": "sped"}, "grains cannot be 'sped'; did you mean 'speed'?"),
+    "wires": ({"wires": "tensions"}, "wires cannot be 'tensions'; did you mean 'tension'?"),
+    "rotation": ({"grains": "rotation"}, "in 3D, where no rotation is kept: ask for 'spin'"),
+    "camera": ({"camera": "front"}, "camera cannot be 'front'"),
+    "camera of nothing": ({"camera": (0.0, 0.0, 0.0)}, "camera must not be zero"),
+    "section and camera": ({"section": "y", "camera": "x"}, "leave out one of the two"),
+    "clip": ({"clip": ("w", 0.1)}, "the axis of clip cannot be 'w'"),
+    "limits of nothing": ({"grains": "plain", "wires": "plain", "limits": (0.0, 1.0)}, "this picture has none"),
+    "limits": ({"limits": (1.0, 0.0)}, "low below high"),
+    "force": ({"force": 1.0}, "say what='forces', or leave it out"),
+    "frame": ({"frame": 0}, "frame is for run files"),
+    "panels": ({"camera": ["x", "y"], "title": ["a", "b", "c"]}, "camera has 2, title has 3"),
+    "no panels": ({"camera": []}, "camera has 0"),
+    "standing gif": ({"path": "a.gif"}, "A .gif moves"),
+    "title": ({"title": 3}, "title must be a line of text, got 3."),
+    "size": ({"size": (0, 100)}, "the width in size must be at least 16, got 0."),
+}
+
+
+@pytest.mark.parametrize("row", WRONG)
+def test_what_cannot_be_drawn_gets_a_sentence(row, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    options, words = WRONG[row]
+    with pytest.raises((ValueError, TypeError, FileNotFoundError)) as caught:
+        lm.view.render(wire_in_a_box(), **{"path": "a.png", **options})
+    assert words in str(caught.value)
+    assert str(caught.value)[-1] in ".?"
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", ["clip", "section", "camera"])
+def test_space_is_not_for_the_plane(name, tmp_path):
+    with pytest.raises(ValueError, match=f"{name} is for 3D"):
+        lm.view.render(pile(1), tmp_path / "a.png", **{name: "y"})
+
+
+def test_a_window_has_one_panel():
+    with pytest.raises(TypeError, match=r"show has one panel: camera must not be a list"):
+        lm.view.show(wire_in_a_box(), camera=["x", "y"])
