@@ -13,7 +13,7 @@ from table import report
 
 import lmgcpy as lm
 from lmgcpy.experiment.biaxial import Biaxial
-from lmgcpy.experiment.box_2d import Box2D
+from lmgcpy.experiment.box import Box
 from lmgcpy.experiment.compaction import compact
 from lmgcpy.experiment.texsol_2d import DENSITY
 from lmgcpy.experiment.texsol_sample import lay_sample
@@ -47,7 +47,7 @@ def main() -> None:
             biaxial.run(strain, frames=0)
             name = "sand" if law is None else law.NAME
             rows.append(count(f"{name}, {100 * strain:g} %", biaxial.simulation.problem()))
-    box = Box2D(laid, density=DENSITY, friction=0.0, law=lm.RigidWire())
+    box = Box(laid, density=DENSITY, friction=0.0, law=lm.RigidWire())
     box.load_laterally(PRESSURE)
     box.load_top(PRESSURE)
     sim = lm.Simulation(

@@ -18,10 +18,10 @@ STEP = """
 import numpy as np
 import lmgcpy as lm
 from lmgcpy.experiment.biaxial import Biaxial
-from lmgcpy.experiment.box_2d import Sample
+from lmgcpy.experiment.box import Sample
 
 positions = np.array([(x if y % 2 == 0 else 9 - x, y) for y in range(10) for x in range(10)]) * 0.02 + 0.01
-sample = Sample(positions, np.full(100, 0.0099), 15, 0.001, 0.2, 0.2)
+sample = Sample(positions, np.full(100, 0.0099), (15,), 0.001, (0.2, 0.2))
 Biaxial(sample, lm.RigidWire(), friction=0.4, pressure=1e5, density=2600.0).run(1e-9, frames=0)
 """
 """The first step of a biaxial test: 85 grains, 15 beads of an inextensible wire, four walls."""

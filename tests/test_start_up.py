@@ -77,11 +77,11 @@ event.register("numba:run_pass", recorder)
 import numpy as np
 import lmgcpy as lm
 from lmgcpy.experiment.biaxial import Biaxial
-from lmgcpy.experiment.box_2d import Sample
+from lmgcpy.experiment.box import Sample
 
 # ten rows of ten, the first fifteen of them, to and fro, the beads of a wire
 positions = np.array([(x if y % 2 == 0 else 9 - x, y) for y in range(10) for x in range(10)]) * 0.02 + 0.01
-sample = Sample(positions, np.full(100, 0.0099), 15, 0.001, 0.2, 0.2)
+sample = Sample(positions, np.full(100, 0.0099), (15,), 0.001, (0.2, 0.2))
 test = Biaxial(sample, lm.RigidWire(), friction=0.4, pressure=1e5, density=2600.0)
 test.run(1e-9, frames=0)
 print(test.simulation.steps, len(recorder.buffer), test.simulation.positions.tobytes().hex())

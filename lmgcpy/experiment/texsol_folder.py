@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Callable
 from dataclasses import asdict, fields
 from pathlib import Path
 
 from lmgcpy.experiment.texsol_2d import Study
+from lmgcpy.experiment.texsol_3d import Study3D
+from lmgcpy.experiment.texsol_tests import TexSolStudy
 from lmgcpy.io.recorder import versions
 from lmgcpy.io.run_format import is_being_written
 
 FORMAT = "lmgcpy texsol study"
+STUDIES: dict[int, Callable[..., TexSolStudy]] = {kind.DIMENSION: kind for kind in (Study, Study3D)}
+"""By dimension."""
 
 
 class StudyFolder:
@@ -35,7 +40,7 @@ class StudyFolder:
         """Whether it holds a study that is not complete."""
         return self.study_file.exists() and not self.summary.exists()
 
-    def begin(self, study: Study) -> None:
+    def begin(self, study: TexSolStudy) -> None:
         """Make the folder and write the study; the runs of a former study are taken away.
 
         Raises BlockingIOError where one of these is under way.
@@ -47,12 +52,12 @@ class StudyFolder:
         for file in [*former, self.summary]:
             file.unlink(missing_ok=True)
         (self.path / "runs").mkdir(parents=True, exist_ok=True)
-        about = {"format": FORMAT, "study": asdict(study), "versions": versions()}
+        about = {"format": FORMAT, "dimension": study.DIMENSION, "study": asdict(study), "versions": versions()}
         beside = self.study_file.with_suffix(".new")
         beside.write_text(json.dumps(about, indent=2) + "\n", encoding="utf-8")
         os.replace(beside, self.study_file)
 
-    def read(self) -> Study:
+    def read(self) -> TexSolStudy:
         """The study that the folder holds.
 
         Raises FileNotFoundError where there is none; ValueError where its file is damaged or of another version.
@@ -67,9 +72,10 @@ class StudyFolder:
             about = json.loads(self.study_file.read_text(encoding="utf-8"))
             given = dict(about["study"]) if about["format"] == FORMAT else {}
             made_with = about["versions"]["lmgcpy"]
+            kind = STUDIES[about.get("dimension", 2)]
         except (ValueError, KeyError, TypeError) as error:
             raise ValueError(f"'{self.study_file}' is damaged ({error}). {anew}") from error
-        known = {field.name for field in fields(Study)}
+        known = {field.name for field in fields(kind)}  # type: ignore[arg-type]
         if known != given.keys():
             raise ValueError(
                 f"'{self.study_file}' is of lmgcpy {made_with}, whose studies have other fields than those of this version "
@@ -77,6 +83,6 @@ class StudyFolder:
                 "anew by --force without --resume."
             )
         try:
-            return Study(**{**given, "laws": tuple(given["laws"])})
+            return kind(**{name: tuple(value) if isinstance(value, list) else value for name, value in given.items()})
         except (TypeError, ValueError) as error:
             raise ValueError(f"'{self.study_file}' is damaged: {error} {anew}") from error

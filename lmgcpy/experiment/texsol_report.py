@@ -2,23 +2,15 @@
 
 from __future__ import annotations
 
-import csv
-from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
 
 import lmgcpy.view.figures as figures
 from lmgcpy.experiment.biaxial import BiaxialRecord
-from lmgcpy.experiment.texsol_2d import (
-    Result,
-    column,
-    compression_in_links,
-    deviation,
-    frames_at_equal_force,
-    stiffening,
-    versions,
-)
+from lmgcpy.experiment.report_files import ReportFolder
+from lmgcpy.experiment.texsol_2d import column, compression_in_links, frames_at_equal_force, stiffening
+from lmgcpy.experiment.texsol_tests import Result, deviation, versions
 
 NEAR_ZERO = 0.2
 """A principal stress below this part of the other counts as near zero."""
@@ -26,32 +18,20 @@ NEAR_ZERO = 0.2
 
 def write_report(result: Result, out: Path) -> list[Path]:
     """Write everything into the folder ``out``, which is made; returns the files."""
-    out.mkdir(parents=True, exist_ok=True)
+    report = ReportFolder(out)
     records = list(result.records.values())
     sand = result.records.get("none")
     wires = [record for record in records if record.law != "none"]
-    written = []
-
-    def figure(name: str, drawn) -> None:
-        figures.save(drawn, out / name)
-        written.append(out / name)
-
-    def table(name: str, header: Iterable[str], rows: Iterable[Iterable]) -> None:
-        with (out / name).open("w", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file)
-            writer.writerow(header)
-            writer.writerows(rows)
-        written.append(out / name)
-
-    figure("sample.png", figures.sample_figure(result.sample))
-    table("reaction.csv", *_reaction_table(records))
-    figure("reaction.png", figures.reaction_figure(records))
-    table("stress.csv", *_stress_table(records))
+    report.figure("sample.png", figures.sample_figure(result.sample))
+    report.table("reaction.csv", *_reaction_table(records))
+    report.figure("reaction.png", figures.reaction_figure(records))
+    report.table("stress.csv", *_stress_table(records))
     shown = next((record for record in wires if record.law == "rigid-wire"), wires[0] if wires else None)
     if shown is not None:
-        figure("stress.png", figures.stress_figure(shown))
-    for record in wires if sand is not None else ():
-        assert sand is not None
+        report.figure("stress.png", figures.stress_figure(shown))
+    for record in wires:
+        if sand is None:
+            break
         with_wire, without = frames_at_equal_force(record, sand)
         drawn = figures.chains_figure(
             (figures.name_of(record.law), with_wire),
@@ -59,10 +39,9 @@ def write_report(result: Result, out: Path) -> list[Path]:
             result.sample.radii,
             result.sample.bead_count,
         )
-        figure(f"chains-{record.law}.png", drawn)
-    (out / "summary.md").write_text(summary(result), encoding="utf-8")
-    written.append(out / "summary.md")
-    return written
+        report.figure(f"chains-{record.law}.png", drawn)
+    report.text("summary.md", summary(result))
+    return report.written
 
 
 def _reaction_table(records: list[BiaxialRecord]) -> tuple[list[str], list[list]]:
@@ -131,7 +110,7 @@ def _sample_part(result: Result) -> str:
     return (
         f"{len(sample.radii)} particles, {sample.bead_count} of them beads of one wire, seed {study.seed}, in "
         f"{sample.width:.3f} m x {sample.height:.3f} m, relaxed without friction to {1e-3 * study.pressure:g} kPa in "
-        f"{relaxed.steps} steps ({rest}: loads balanced to {100 * relaxed.imbalance:.1f} %, deepest overlap "
+        f"{relaxed.steps} steps ({rest}: loads balanced to {100 * relaxed.unrest.imbalance:.1f} %, deepest overlap "
         f"{relaxed.penetration:.1e} m). Solid fraction one coarsest diameter from the walls: "
         f"**{relaxed.solid_fraction:.3f}**. Test: friction {study.friction:g}, at the platens {study.platen_friction:g}, "
         f"{100 * study.strain:g} % of crushing, no gravity."

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from lmgcpy.errors import named_arguments, number, whole
-from lmgcpy.experiment.box_2d import Sample
+from lmgcpy.experiment.box import Sample
 from lmgcpy.sample import deposit, grading, wire_2d
 
 SOLID_FRACTION = 0.79
@@ -59,4 +59,4 @@ def lay_sample(
 
 def _in_box(positions: np.ndarray, radii: np.ndarray, bead_count: int, gap: float, width: float) -> Sample:
     height = float((positions[:, 1] + radii).max())
-    return Sample(positions, radii, bead_count, gap, width, height)
+    return Sample(positions, radii, (bead_count,) if bead_count else (), gap, np.array([width, height]))

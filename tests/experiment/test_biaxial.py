@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 import lmgcpy as lm
-from lmgcpy.experiment.biaxial import RAMP, Biaxial
-from lmgcpy.experiment.box_2d import characteristic_time
+from lmgcpy.experiment.biaxial import Biaxial
+from lmgcpy.experiment.box import characteristic_time
 from lmgcpy.experiment.compaction import compact
+from lmgcpy.experiment.compression import RAMP
 from lmgcpy.experiment.texsol_sample import lay_sample
 
 PRESSURE, DENSITY = 1e5, 2600.0
@@ -103,7 +104,7 @@ def test_rough_platens_narrow_the_ends(sample):
         biaxial = Biaxial(sample, pressure=PRESSURE, density=DENSITY, platen_friction=platen_friction)
         biaxial.run(0.005, frames=0)
         net = biaxial.simulation.interactions
-        return np.abs(net.force[net.antagonist == biaxial.box.top.id, 1]).sum()
+        return np.abs(net.force[net.antagonist == biaxial.box.walls[1][1].id, 1]).sum()
 
     assert shear(0.0) == 0.0
     assert shear(0.5) > 0.0

@@ -10,12 +10,12 @@ from lmgcpy.experiment.texsol_2d import (
     Study,
     column,
     compression_in_links,
-    deviation,
     frames_at_equal_force,
     run_study,
     stiffening,
 )
 from lmgcpy.experiment.texsol_report import summary, write_report
+from lmgcpy.experiment.texsol_tests import deviation
 
 STRAIN = np.linspace(0.0002, 0.1, 500)
 

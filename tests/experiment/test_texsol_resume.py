@@ -108,7 +108,7 @@ def test_files_change_no_bit(whole):
     result = run_study(study)
     again = run_study(study, folder=StudyFolder(whole), resume=True)
     assert result.compaction.steps == again.compaction.steps == 452
-    assert result.compaction.imbalance == again.compaction.imbalance
+    assert result.compaction.unrest == again.compaction.unrest
     assert np.array_equal(result.sample.positions, again.sample.positions)
     for mine, other in ((result.records, again.records), (result.checks, again.checks)):
         for law, record in mine.items():

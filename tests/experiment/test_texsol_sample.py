@@ -42,7 +42,7 @@ def test_relaxation_is_dense_at_rest_and_free_of_overlap(laid, compaction):
     assert compaction.solid_fraction == inner_solid_fraction(compaction.sample)
     # the solver's tolerance of 1e-2 leaves overlaps; a hundredth of a radius is what it is trusted for
     assert compaction.penetration < 1e-2 * laid.radii.min() * 2
-    assert compaction.imbalance < 0.02
+    assert compaction.unrest.imbalance < 0.02
 
 
 def test_relaxation_keeps_the_wire_within_its_length(laid, compaction):

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 
 import lmgcpy as lm
 from lmgcpy.experiment.biaxial import Biaxial, BiaxialRecord
-from lmgcpy.experiment.box_2d import Sample
+from lmgcpy.experiment.box import Sample
 from lmgcpy.experiment.compaction import compact
 from lmgcpy.experiment.texsol_sample import lay_sample
 

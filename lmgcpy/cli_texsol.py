@@ -1,0 +1,125 @@
+"""The command ``lmgcpy texsol``: the paper's study in 2D, and its continuation in 3D."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import click
+
+FIELDS = {"grains": "grain_count", "beads": "bead_count"}
+"""Fields of a study by option, where they are not called alike."""
+IN_SPACE = {"wires", "axes"}
+"""Options of 3D."""
+
+
+def field_value(option: str, value: Any) -> Any:
+    """An option as a study takes it."""
+    if option in ("laws", "axes"):
+        return tuple(word.strip() for word in value.split(",") if word.strip())
+    return value * {"strain": 0.01, "pressure": 1e3}.get(option, 1)
+
+
+@click.command()
+@click.option("--dimension", type=click.Choice(["2", "3"]), default="2", help="Of the sample.")
+@click.option("--laws", show_default="none,rigid-wire,rigid-rod; 3D: without the rods", help="Of the wire, by commas.")
+@click.option("--grains", type=int, show_default="1700; 3D: 6500", help="Grains of sand.")
+@click.option("--beads", type=int, show_default="300; 3D: 3500", help="Beads of the wire.")
+@click.option("--wires", type=int, show_default="1", help="3D: wires that share the beads.")
+@click.option("--axes", show_default="z,x", help="3D: axes along which the sample is compressed, by commas; z is upright.")
+@click.option("--seed", type=int, show_default="0", help="Of the random sample.")
+@click.option("--strain", type=float, show_default="10; 3D: 15", help="Crushing to reach [%].")
+@click.option("--pressure", type=float, show_default="100", help="On the lateral walls [kPa].")
+@click.option("--tolerance", type=float, show_default="0.003", help="Residual at which a step is solved.")
+@click.option("--axial-rigidity", type=float, show_default="1e7; 3D: 120", help="EA of the elastic laws [N].")
+@click.option("--platen-friction", type=float, show_default="0", help="Coefficient of friction at the platens.")
+@click.option("--threads", type=int, show_default="2", help="Tests that run at once.")
+@click.option("--quick", is_flag=True, help="A small sample and less crushing, for a look.")
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path, file_okay=False),
+    show_default="texsol; 3D: texsol-3d",
+    help="Folder to write.",
+)
+@click.option("--force", is_flag=True, help="Write into a folder that is not empty.")
+@click.option(
+    "--resume", is_flag=True, help="Go on with the interrupted study in the folder; takes no other option but --threads."
+)
+def texsol(dimension: str, quick: bool, out: Path | None, force: bool, resume: bool, **options: Any) -> None:
+    """The paper's study: compression of sand and of wire-reinforced sand.
+
+    Prepares a sample, crushes it once per law, and writes tables, figures and a summary, and beside them the runs as run
+    files. In 2D biaxial tests (section 3 of the paper); in 3D triaxial tests of a sample with the wire in layers, across
+    and along them (section 4). Interrupted by Ctrl-C, or killed, it goes on by --resume.
+    """
+    from lmgcpy.experiment.stages import Stages
+    from lmgcpy.experiment.texsol_folder import StudyFolder
+
+    given = {name: value for name, value in options.items() if value is not None}
+    out = out or Path("texsol" if dimension == "2" else "texsol-3d")
+    folder = StudyFolder(out)
+    if resume:
+        strange = {"quick": quick, "force": force, **{name: name != "threads" for name in given}}
+        study = study_to_resume(folder, [name for name, there in strange.items() if there], given)
+    else:
+        study = new_study(int(dimension), given, quick)
+        if not force:
+            refuse_what_is_there(folder)
+    try:
+        written = carry_out(study, Stages(), folder, resume)
+    except KeyboardInterrupt:
+        click.echo(f"Interrupted; go on with: lmgcpy texsol --resume --out {out}", err=True)
+        sys.exit(130)
+    for path in written:
+        click.echo(path)
+    click.echo(folder.summary.read_text(encoding="utf-8"), nl=False)
+
+
+def carry_out(study: Any, stages: Any, folder: Any, resume: bool) -> list[Path]:
+    """Compute and report; the files written."""
+    if study.DIMENSION == 2:
+        from lmgcpy.experiment.texsol_2d import run_study
+        from lmgcpy.experiment.texsol_report import write_report
+
+        return write_report(run_study(study, stages, folder, resume=resume), folder.path)
+    from lmgcpy.experiment.texsol_3d import run_study_3d
+    from lmgcpy.experiment.texsol_report_3d import write_report_3d
+
+    return write_report_3d(run_study_3d(study, stages, folder, resume=resume), folder)
+
+
+def new_study(dimension: int, given: dict[str, Any], quick: bool) -> Any:
+    """The study that the options ask for; the quick one keeps every option that the user gave."""
+    from lmgcpy.experiment.texsol_folder import STUDIES
+
+    strange = sorted(IN_SPACE & given.keys())
+    if dimension == 2 and strange:
+        options = " and ".join("--" + name for name in strange)
+        raise ValueError(f"A study in 2D has no {options}: add --dimension 3, or leave that out.")
+    fields = {FIELDS.get(name, name): field_value(name, value) for name, value in given.items()}
+    study = STUDIES[dimension](**fields)
+    return replace(study.quick(), **fields) if quick else study
+
+
+def study_to_resume(folder: Any, strange: list[str], given: dict[str, Any]) -> Any:
+    """The study that the folder holds, with as many threads as the user says."""
+    if strange:
+        options = ", ".join("--" + name.replace("_", "-") for name in sorted(strange))
+        raise click.UsageError(f"--resume takes the study as it is in '{folder.study_file}': leave out {options}.")
+    study = folder.read()
+    return replace(study, threads=given["threads"]) if "threads" in given else study
+
+
+def refuse_what_is_there(folder: Any) -> None:
+    """Keep a folder that is not empty from being written into."""
+    if folder.interrupted:
+        raise click.ClickException(
+            f"The folder '{folder.path}' holds an interrupted study: go on with lmgcpy texsol --resume --out "
+            f"{folder.path}, or begin anew by --force."
+        )
+    if folder.path.exists() and any(folder.path.iterdir()):
+        raise click.ClickException(
+            f"The folder '{folder.path}' is not empty: give another by --out, or --force to write there."
+        )

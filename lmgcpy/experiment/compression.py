@@ -1,0 +1,228 @@
+"""Compression of a sample in its box, biaxial or triaxial: imposed velocity on top, pressure on the lateral walls."""
+
+from __future__ import annotations
+
+import os
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from lmgcpy.dynamics.simulation import Simulation
+from lmgcpy.errors import named_arguments, number, one_of, shown, whole
+from lmgcpy.experiment.box import Box, Sample, characteristic_time
+from lmgcpy.experiment.trial import carry_out
+from lmgcpy.io.kept import KeptRun
+from lmgcpy.io.observations import Observe
+from lmgcpy.io.run import Run
+from lmgcpy.laws import Law
+from lmgcpy.laws.coulomb import Coulomb
+from lmgcpy.measure.stress import stress
+from lmgcpy.sample.arguments import AXES
+from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
+from lmgcpy.solve.gauss_seidel import GaussSeidel
+from lmgcpy.solve.report import STATUS
+
+RAMP = 0.02
+"""Part of the test in which the platen takes up its velocity, so that it starts without a shock."""
+PARTS = ("total", "sand", "wire")
+"""Parts of the Weber stress."""
+
+
+@dataclass(kw_only=True)
+class CompressionRecord:
+    """What a test in d dimensions measured, step by step; forces in 2D per metre of depth."""
+
+    law: str
+    tolerance: float
+    inertial_number: float
+    strain: np.ndarray
+    """Crushing, (s,)."""
+    reaction: np.ndarray
+    """Support reaction below [N], (s,)."""
+    top_force: np.ndarray
+    """Force on the upper platen [N], (s,)."""
+    size: np.ndarray
+    """Sizes of the box [m], (s, d)."""
+    stress: dict[str, np.ndarray]
+    """Weber stress of :data:`PARTS` [Pa], (s, d, d) each."""
+    residual: np.ndarray
+    iterations: np.ndarray
+    interactions: np.ndarray
+    kinetic: np.ndarray
+    """Kinetic energy of the free components [J], (s,)."""
+    stored: np.ndarray
+    """Energy in elastic links [J], (s,)."""
+    defect: np.ndarray
+    """What the energy identity of the step leaves [J], (s,)."""
+    status: list[str]
+    seconds: float = 0.0
+    """Time of the clock that the steps took [s]."""
+
+    @property
+    def unconverged(self) -> int:
+        """Steps that did not reach the tolerance."""
+        return sum(status != STATUS[0] for status in self.status)
+
+    def smooth(self, values: np.ndarray, width: float = 0.0025) -> np.ndarray:
+        """Running mean over ``width`` of strain along the first axis."""
+        if len(values) < 3:
+            return values
+        count = max(1, round(width / float(np.mean(np.diff(self.strain)))))
+        sums = np.cumsum(np.concatenate([np.zeros((1, *values.shape[1:])), values]), axis=0)
+        index = np.arange(len(values))
+        low, high = np.maximum(index - count // 2, 0), np.minimum(index + count // 2 + 1, len(values))
+        return (sums[high] - sums[low]) / (high - low).reshape(-1, *[1] * (values.ndim - 1))
+
+
+@named_arguments
+class Compression(ABC):
+    """A test of a sample, ready to run.
+
+    ``law`` links the beads (None: sand). The upper platen across ``axis``, a word such as "y", by default the last axis,
+    goes down at ``v = I H sqrt(p/rho)/d``, which makes the inertial number ``I = v d sqrt(rho/p)/H`` of the test;
+    ``time_step`` [s] is by default a fifth of ``d sqrt(rho/p)``. A rigid or elastic rod keeps the gaps at the start of the
+    test as its reference, a wire the sample's reference gap.
+    """
+
+    NAME: str
+    DIMENSION: int
+    BLOCK_SPIN: bool
+    """Whether linked beads are kept from rolling."""
+
+    def __init__(
+        self,
+        sample: Sample,
+        law: Law | None = None,
+        *,
+        pressure: float = 1e5,
+        density: float = 2600.0,
+        friction: float = 0.4,
+        platen_friction: float = 0.0,
+        inertial_number: float = 1e-3,
+        axis: str | None = None,
+        time_step: float | None = None,
+        solver: AcceleratedGaussSeidel | GaussSeidel | None = None,
+    ):
+        if not isinstance(sample, Sample):
+            raise TypeError(f"A {self.NAME} is for a Sample, such as lay_sample() makes, got {shown(sample)}.")
+        if sample.dimension != self.DIMENSION:
+            raise ValueError(
+                f"A {self.NAME} takes a sample of dimension {self.DIMENSION}, this one is of dimension {sample.dimension}."
+            )
+        self.pressure = number(pressure, "pressure", above=0.0, unit="Pa")
+        number(friction, "friction", minimum=0.0)
+        number(platen_friction, "platen_friction", minimum=0.0)
+        self.inertial_number = number(inertial_number, "inertial_number", above=0.0, maximum=0.1)
+        self.law = law
+        if law is not None and not isinstance(law, Law):
+            raise TypeError(f"law of the wire must be a law such as lmgcpy.RigidWire(), or None, got {shown(law)}.")
+        unilateral = law is not None and "pull" in law.TRAITS
+        axes = AXES[: self.DIMENSION]
+        self.axis = axes.index(one_of(axes[-1] if axis is None else axis, "axis", axes))
+        self.box = Box(
+            sample,
+            density=density,
+            friction=friction,
+            platen_friction=platen_friction,
+            law=law,
+            reference_gap="wire" if unilateral else "built",
+            block_spin=self.BLOCK_SPIN,
+            axis=self.axis,
+        )
+        moment = characteristic_time(sample.diameter, density, pressure)
+        self.start = sample.box
+        self.height = float(sample.box[self.axis])
+        self.speed = inertial_number * self.height / moment
+        self.time_step = 0.2 * moment if time_step is None else number(time_step, "time_step", above=0.0, unit="s")
+        self.solver = solver or AcceleratedGaussSeidel(tolerance=1e-2, max_iterations=20_000)
+        self.bead_count = sample.bead_count
+        self._duration = 1.0
+        self.box.load_laterally(self.pressure)
+        self.box.drive_top(lambda time: self.speed * min(1.0, time / (RAMP * self._duration)))
+        self.simulation: Simulation | None = None
+
+    def step_count(self, strain: float) -> int:
+        """Steps that a test to this strain takes."""
+        return max(1, int(np.ceil(strain * self.height / (self.speed * self.time_step) * (1.0 + 0.5 * RAMP))))
+
+    def run(
+        self,
+        strain: float = 0.1,
+        *,
+        frames: int = 50,
+        file: str | os.PathLike | None = None,
+        on_step: Callable[[int], None] | None = None,
+        interrupted: Callable[[], bool] | None = None,
+    ) -> Any:
+        """Crush the sample by ``strain`` of its height and return the record; ``frames`` are kept, evenly spaced.
+
+        ``file``, ``on_step`` and ``interrupted`` as in :func:`lmgcpy.experiment.trial.carry_out`.
+        """
+        number(strain, "strain", above=0.0, maximum=0.9)
+        whole(frames, "frames")
+        self._duration = strain * self.height / self.speed
+        sim = self.simulation = Simulation(
+            self.box.scene,
+            time_step=self.time_step,
+            solver=self.solver,
+            on_unconverged="ignore",
+            overlap="ignore",  # what the tolerance of the relaxation left
+        )
+        count = self.step_count(strain)
+        with carry_out(
+            sim,
+            steps=count,
+            observe=self.observed(),
+            every=max(1, count // frames) if frames else count + 1,
+            notes={
+                "experiment": self.NAME,
+                "axis": AXES[self.axis],
+                "pressure": self.pressure,
+                "inertial_number": self.inertial_number,
+                "strain": strain,
+            },
+            file=file,
+            on_step=on_step,
+            interrupted=interrupted,
+        ) as run:
+            return self.record(run)
+
+    def observed(self) -> Observe:
+        """What is kept of every step."""
+        return {"reactions": self.box.reactions, "size": self.box.size, "stress": self._stress}
+
+    @abstractmethod
+    def record(self, run: KeptRun | Run) -> CompressionRecord:
+        """What a run measured."""
+
+    def _stress(self, sim: Simulation) -> np.ndarray:
+        """Weber stress of :data:`PARTS` [Pa], (3, d, d)."""
+        sigma = stress(sim)
+        wire = np.zeros((self.DIMENSION, self.DIMENSION)) if self.law is None else sigma[self.law.NAME]
+        return np.stack([sigma["total"], sigma[Coulomb.NAME], wire])
+
+    def measured(self, run: KeptRun | Run) -> dict[str, Any]:
+        """The fields of a :class:`CompressionRecord`."""
+        history, size, sigma = run.history[:], run.observed["size"][:], run.observed["stress"][:]
+        low, high = run.observed["reactions"][:, 2 * self.axis : 2 * self.axis + 2].T
+        return {
+            "law": "none" if self.law is None else self.law.NAME,
+            "tolerance": self.solver.tolerance,
+            "inertial_number": self.inertial_number,
+            "strain": 1.0 - size[:, self.axis] / self.height,
+            "reaction": low,
+            "top_force": high,
+            "size": size,
+            "stress": {part: sigma[:, k] for k, part in enumerate(PARTS)},
+            "residual": history["residual"],
+            "iterations": history["iterations"],
+            "interactions": history["interactions"],
+            "kinetic": history["kinetic"],
+            "stored": history["stored"].sum(axis=1),
+            "defect": history["defect"],
+            "status": [STATUS[code] for code in history["status"]],
+            "seconds": float(history["step_seconds"].sum()),
+        }

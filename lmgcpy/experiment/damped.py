@@ -1,0 +1,29 @@
+"""A simulation in a viscous medium: the drag that brings a sample to rest without hammering it."""
+
+from __future__ import annotations
+
+import math
+
+from lmgcpy.dynamics.simulation import Simulation
+from lmgcpy.solve.report import Report
+
+
+class DampedSimulation(Simulation):
+    """Before every step all velocities decay by ``exp(-h / drag_time)``: the exact answer to a drag ``-(m / drag_time) v``.
+
+    The impulses of the step, and with them what is at rest in the end, do not know of it. ``drag_time`` [s].
+    """
+
+    def __init__(self, scene, *, drag_time: float, **options):
+        super().__init__(scene, **options)
+        self._kept = math.exp(-self.time_step / drag_time)
+
+    def step(self) -> Report:
+        """Make one step, see :meth:`lmgcpy.Simulation.step`."""
+        before = self.state.velocities.copy()
+        self.state.velocities *= self._kept
+        try:
+            return super().step()
+        except BaseException:
+            self.state.velocities[:] = before
+            raise

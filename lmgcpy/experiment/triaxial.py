@@ -1,0 +1,77 @@
+"""Triaxial compression of a 3D sample: imposed velocity on one platen, pressure on the four lateral walls."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lmgcpy.experiment.compression import Compression, CompressionRecord
+from lmgcpy.io.kept import KeptRun
+from lmgcpy.io.observations import Observe
+from lmgcpy.io.run import Run
+from lmgcpy.sample.arguments import AXES
+
+
+@dataclass(kw_only=True)
+class TriaxialRecord(CompressionRecord):
+    """What a triaxial test measured, step by step. Pressures are positive, Weber stresses are traction positive."""
+
+    axis: str
+    """Along which the sample was compressed."""
+    axial: np.ndarray
+    """Mean pressure on the platens [Pa], (s,)."""
+    lateral: np.ndarray
+    """Mean pressures on the two pairs of lateral walls [Pa], (s, 2)."""
+    volume_change: np.ndarray
+    """Relative to the volume at the start, dilation positive, (s,)."""
+    coordination: np.ndarray
+    """Mean number of contacts of a particle that is no rattler, (s,)."""
+    fabric: np.ndarray
+    """Mean of n (x) n over the contacts that carry force, (s, 3, 3)."""
+    penetration: np.ndarray
+    """Deepest overlap [m], (s,)."""
+
+    @property
+    def deviator(self) -> np.ndarray:
+        """q: pressure on the platens, less that on the lateral walls [Pa], (s,)."""
+        return self.axial - self.lateral.mean(axis=1)
+
+    @property
+    def mean_pressure(self) -> np.ndarray:
+        """p: a third of the platens' pressure and two thirds of the lateral walls' [Pa], (s,)."""
+        return (self.axial + 2.0 * self.lateral.mean(axis=1)) / 3.0
+
+
+class Triaxial(Compression):
+    """A triaxial test: :class:`Compression` of a 3D sample, along "x", "y" or "z".
+
+    Linked beads are kept from rolling: beads finer than the grains would turn between them like the balls of a bearing,
+    and the wire would slip through the sand whatever its friction.
+    """
+
+    NAME = "triaxial test"
+    DIMENSION = 3
+    BLOCK_SPIN = True
+
+    def observed(self) -> Observe:
+        """What is kept of every step."""
+        return {**super().observed(), "network": self.box.network, "penetration": self.box.penetration}
+
+    def record(self, run: KeptRun | Run) -> TriaxialRecord:
+        """What a run measured."""
+        measured = self.measured(run)
+        size, net = measured["size"], run.observed["network"][:]
+        area = np.stack([np.prod(np.delete(size, k, axis=1), axis=1) for k in range(3)], axis=1)
+        forces = run.observed["reactions"][:].reshape(-1, 3, 2).mean(axis=2)
+        pressure = forces / area
+        return TriaxialRecord(
+            **measured,
+            axis=AXES[self.axis],
+            axial=pressure[:, self.axis],
+            lateral=pressure[:, self.box.lateral],
+            volume_change=np.prod(size, axis=1) / np.prod(self.start) - 1.0,
+            coordination=net[:, 0],
+            fabric=net[:, 2:].reshape(-1, 3, 3),
+            penetration=run.observed["penetration"][:],
+        )
