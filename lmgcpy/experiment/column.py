@@ -1,0 +1,246 @@
+"""A column of sand, with or without wire: poured into a mould, settled, released from it."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from lmgcpy.dynamics.simulation import Simulation
+from lmgcpy.errors import named_arguments, number, shown
+from lmgcpy.experiment.column_measure import front, holding
+from lmgcpy.experiment.column_sample import SAND_DENSITY, Laid, glued_grains
+from lmgcpy.experiment.trial import carry_out
+from lmgcpy.laws.coulomb import Coulomb
+from lmgcpy.laws.rigid import RigidWire
+from lmgcpy.scene.body import wall
+from lmgcpy.scene.body_3d import sphere
+from lmgcpy.scene.material import Material
+from lmgcpy.scene.scene import Scene
+from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
+from lmgcpy.solve.gauss_seidel import GaussSeidel
+
+GRAVITY = 9.81
+GRAIN, GROUND, MOULD = "GRAIN", "GROUND", "MOULD"
+REST = 1e-3
+"""Kinetic energy over weight times mean grain diameter below which a column is at rest, if it stays so for half a
+time unit: a mean speed of 4 % of that of a fall by a radius, 7 % of a diameter in that time."""
+LEAST, POUR, RELEASE = 2.0, 4.0, 8.0
+"""Time units that a release takes at the least, and that pour and release may take."""
+FRAMES = 16
+"""Frames of a release that takes all its time."""
+
+
+@dataclass(frozen=True)
+class State:
+    """Where the particles of a column are, and how they move; n of them, beads first."""
+
+    positions: np.ndarray
+    """[m], (n, 3)."""
+    velocities: np.ndarray
+    """[m/s], (n, 3)."""
+    spins: np.ndarray
+    """[rad/s], (n, 3)."""
+
+
+@dataclass(frozen=True)
+class Course:
+    """How a pour or a release went, step by step; s of them."""
+
+    time: np.ndarray
+    """Since its start [s], (s,)."""
+    spread: np.ndarray
+    """Radii that hold 95 % and 99 % of the grains' mass, and the front [m], (s, 3)."""
+    height: np.ndarray
+    """Level below which 99 % of the grains' mass lies, and top of the highest grain, over the ground [m], (s, 2)."""
+    motion: np.ndarray
+    """Kinetic energy over weight times mean grain diameter, (s,)."""
+    tension: np.ndarray
+    """Greatest and mean tension of the links [N], (s, 2)."""
+    residual: np.ndarray
+    iterations: np.ndarray
+    unconverged: int
+    """Steps that did not reach the tolerance."""
+    end: State
+    at_rest: bool
+    """Whether it ended by coming to rest."""
+    seconds: float
+    """Time of the clock that the steps took [s]."""
+
+
+class Column:
+    """The scene of a column on its rough ground, in its mould or out of it, from a state or as laid.
+
+    The ground is a plane in which grains are stuck half-way, out to ``reach`` [m] from the axis: on a bare plane spheres
+    roll away for ever. Everything has the same ``friction``, but the mould is smooth: it shall bear no weight. Beads do not
+    spin: free ones would roll, and the wire slip through the sand as if there were no friction.
+    """
+
+    def __init__(
+        self, laid: Laid, *, friction: float, reach: float, mould: bool, state: State | None = None, seed: int = 0
+    ):
+        if not isinstance(laid, Laid):
+            raise TypeError(f"A column is of what lay_column() lays, got {shown(laid)}.")
+        sample = laid.sample
+        self.laid = laid
+        self.grains = slice(sample.bead_count, len(sample.radii))
+        self.scene = Scene(dimension=3, gravity=(0.0, 0.0, -GRAVITY))
+        start = state or State(sample.positions, np.zeros_like(sample.positions), np.zeros_like(sample.positions))
+        self._add_particles(start)
+        self._add_ground(glued_grains(laid.mould, reach, laid.diameter, seed))
+        law = Coulomb(friction=friction)
+        self.scene.see(GRAIN, GRAIN, law)
+        self.scene.see(GRAIN, GROUND, law)
+        if mould:
+            self._add_mould(laid.mould.side)
+            self.scene.see(GRAIN, MOULD, Coulomb(friction=0.0))
+        self._masses = np.array([body.mass for body in self.scene.bodies[: len(sample.radii)]])
+        self._link_count = max(sample.bead_count - 1, 0)
+
+    def _add_particles(self, start: State) -> None:
+        sample, sand = self.laid.sample, Material("sand", density=SAND_DENSITY)
+        bodies = []
+        for i, radius in enumerate(sample.radii.tolist()):
+            bead = i < sample.bead_count
+            body = sphere(
+                radius=radius,
+                position=start.positions[i],
+                velocity=start.velocities[i],
+                spin=start.spins[i],
+                material=None if bead else sand,
+                mass=sample.bead_mass if bead else None,
+                color=GRAIN,
+            )
+            bodies.append(self.scene.add(body))
+        for beads in sample.chains:
+            chain = [bodies[i] for i in beads]
+            between = np.linalg.norm(np.diff(start.positions[beads], axis=0), axis=1)
+            built = between - sample.radii[beads[:-1]] - sample.radii[beads[1:]]
+            # the tolerance leaves links a trifle long; to pull them right at once would be a blow
+            self.scene.chain(chain, RigidWire(), reference_gap=np.maximum(sample.reference_gap, built), block_spin=True)
+
+    def _add_ground(self, glued: tuple[np.ndarray, np.ndarray]) -> None:
+        for place, radius in zip(*glued, strict=True):
+            self.scene.add(sphere(radius=radius, position=place, mass=1.0, color=GROUND)).fix()
+        self.scene.add(wall(point=(0.0, 0.0, -0.5 * self.laid.diameter), normal=(0, 0, 1), color=GROUND))
+
+    def _add_mould(self, side: float) -> None:
+        for point, normal in (
+            ((0, 0, 0), (1, 0, 0)),
+            ((side, 0, 0), (-1, 0, 0)),
+            ((0, 0, 0), (0, 1, 0)),
+            ((0, side, 0), (0, -1, 0)),
+        ):
+            self.scene.add(wall(point=point, normal=normal, color=MOULD))
+
+    # --------------------------------------------------------------------------------------------------- measurements
+
+    def spread(self, sim: Simulation) -> np.ndarray:
+        """As :attr:`Course.spread`, now."""
+        distance = np.linalg.norm(sim.positions[self.grains, :2] - self.laid.mould.axis, axis=1)
+        mass = self._masses[self.grains]
+        radii = self.laid.sample.radii[self.grains]
+        held = [holding(share, distance, mass) for share in (0.95, 0.99)]
+        return np.array([*held, front(distance, radii, self.laid.diameter)])
+
+    def height(self, sim: Simulation) -> np.ndarray:
+        """As :attr:`Course.height`, now."""
+        z, radii = sim.positions[self.grains, 2], self.laid.sample.radii[self.grains]
+        return np.array([holding(0.99, z, self._masses[self.grains]), float((z + radii).max())])
+
+    def motion(self, sim: Simulation) -> float:
+        """As :attr:`Course.motion`, now."""
+        speeds = sim.velocities[: len(self._masses)]
+        kinetic = 0.5 * float(self._masses @ np.sum(speeds**2, axis=1))
+        return kinetic / (float(self._masses.sum()) * GRAVITY * self.laid.diameter)
+
+    def tension(self, sim: Simulation) -> np.ndarray:
+        """As :attr:`Course.tension`, now."""
+        pull = -sim.interactions.force[: self._link_count, 0]  # links come first
+        return np.array([pull.max(), pull.mean()]) if len(pull) else np.zeros(2)
+
+    def state(self, sim: Simulation) -> State:
+        """Of the particles, copied."""
+        n = len(self._masses)
+        return State(sim.positions[:n].copy(), sim.velocities[:n].copy(), sim.spins[:n].copy())
+
+
+@named_arguments
+def let_go(
+    column: Column,
+    *,
+    duration: float,
+    least: float = 0.0,
+    travel: float = 0.5,
+    solver: AcceleratedGaussSeidel | GaussSeidel | None = None,
+    frames: int = FRAMES,
+    name: str = "column",
+    file: str | os.PathLike | None = None,
+    on_step: Callable[[int], None] | None = None,
+    interrupted: Callable[[], bool] | None = None,
+) -> Course:
+    """Let a column move until it is at rest, for ``least`` [s] at the least and ``duration`` [s] at the most.
+
+    In one step a grain that has fallen through the whole height moves by ``travel`` radii of a bead. Rest: see
+    :data:`REST`. ``frames`` are kept in that time. ``name`` is that of the run in its notes; ``file``, ``on_step`` and
+    ``interrupted`` as in :func:`lmgcpy.experiment.trial.carry_out`.
+    """
+    number(duration, "duration", above=0.0, unit="s")
+    number(least, "least", minimum=0.0, maximum=duration, unit="s")
+    step, window = time_step(column.laid, travel), half_a_unit(column.laid, travel)
+    sim = Simulation(
+        column.scene,
+        time_step=step,
+        solver=solver or AcceleratedGaussSeidel(tolerance=1e-2, max_iterations=200),
+        on_unconverged="ignore",
+        overlap="ignore",  # what the tolerance of the pour left
+    )
+    count = max(1, math.ceil(duration / step))
+
+    def at_rest(rows: Mapping[str, np.ndarray]) -> bool:
+        motion = rows["motion"]
+        return sim.steps * step >= least and len(motion) >= window and float(motion[-window:].max()) < REST
+
+    with carry_out(
+        sim,
+        steps=count,
+        observe={name: getattr(column, name) for name in ("spread", "height", "motion", "tension")},
+        every=max(1, count // frames),
+        notes={"experiment": name},
+        rule=at_rest,
+        window=window,
+        file=file,
+        on_step=on_step,
+        interrupted=interrupted,
+    ) as run:
+        history = run.history[:]
+        rows = {name: column[:] for name, column in run.observed.items()}
+    return Course(
+        time=history["time"],
+        residual=history["residual"],
+        iterations=history["iterations"],
+        unconverged=int(np.count_nonzero(history["status"])),
+        end=column.state(sim),
+        at_rest=at_rest(rows),
+        seconds=float(history["step_seconds"].sum()),
+        **rows,
+    )
+
+
+def time_unit(laid: Laid) -> float:
+    """sqrt(H/g) of the mould's sand [s]: the same with wire and without."""
+    return math.sqrt(laid.mould.height / GRAVITY)
+
+
+def time_step(laid: Laid, travel: float) -> float:
+    """[s]; see :func:`let_go`."""
+    number(travel, "travel", above=0.0, maximum=10.0)
+    return travel * laid.bead_radius / math.sqrt(2.0 * GRAVITY * float(laid.sample.box[2]))
+
+
+def half_a_unit(laid: Laid, travel: float) -> int:
+    """Steps in half a time unit, over which rest is judged."""
+    return max(1, math.ceil(0.5 * time_unit(laid) / time_step(laid, travel)))

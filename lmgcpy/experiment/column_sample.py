@@ -1,0 +1,180 @@
+"""What a column is made of: sand in a square mould, a wire in layers across its height, and the ground below."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from lmgcpy.errors import named_arguments, number, whole
+from lmgcpy.experiment.box import Sample
+from lmgcpy.sample import bead_count, deposit, grading, wire_3d
+from lmgcpy.sample.wire_content import DTEX
+from lmgcpy.sample.wire_content import bead_mass as mass_of_a_bead
+
+SAND_DENSITY = 2600.0
+"""Of the grains [kg/m^3]."""
+THREAD_DENSITY = 1380.0
+"""Of the thread, polyester [kg/m^3]."""
+SOLID_FRACTION = 0.6
+"""Of poured sand; it sizes the mould, and says what volume of sand the content of wire refers to."""
+SPREAD = 0.2
+"""Diameters of the grains are uniform between 1 - SPREAD and 1 + SPREAD times their mean: enough for disorder."""
+SPACING = 0.5
+"""Between the centres of two beads, in mean grain diameters: a link passes a grain's surface at 1 % of its diameter from
+the arc that it stands for."""
+GROUND_COVER = 0.8
+"""Part of the ground that the glued grains cover."""
+
+
+@dataclass(frozen=True)
+class Mould:
+    """A square mould, open above; its sand comes up to ``height``."""
+
+    side: float
+    """[m]"""
+    height: float
+    """Of the sand at :data:`SOLID_FRACTION` [m]."""
+
+    @classmethod
+    def of(cls, grain_volume: float, aspect: float) -> Mould:
+        """For grains of this volume [m^3] and an ``aspect`` height / radius."""
+        volume = grain_volume / SOLID_FRACTION
+        side = (volume * math.sqrt(math.pi) / aspect) ** (1.0 / 3.0)
+        return cls(side, volume / side**2)
+
+    @property
+    def radius(self) -> float:
+        """Of a circle of the same area [m]: what is called the radius of the column."""
+        return self.side / math.sqrt(math.pi)
+
+    @property
+    def axis(self) -> np.ndarray:
+        """Middle of its ground (x, y) [m]."""
+        return np.full(2, 0.5 * self.side)
+
+    @property
+    def volume(self) -> float:
+        """Of the sand in it [m^3]."""
+        return self.side**2 * self.height
+
+
+@dataclass(frozen=True)
+class Laid:
+    """A column before it settles."""
+
+    mould: Mould
+    sample: Sample
+    """Beads first; its box reaches to the highest grain."""
+    diameter: float
+    """Mean diameter of the grains [m]."""
+    bead_radius: float
+    """Also where no wire was laid: time steps are by it [m]."""
+    wire_length: float
+    """Laid [m]."""
+    wire_cut: bool
+    """Whether the wire had to end before its length was laid, for want of room."""
+
+    @property
+    def content(self) -> float:
+        """Of wire as laid: length times the mean grain diameter squared, over the volume of the sand [-]."""
+        return self.wire_length * self.diameter**2 / self.mould.volume
+
+    @property
+    def linear_density(self) -> float:
+        """Of the wire [dtex]; 0 without one."""
+        sample = self.sample
+        return 0.0 if sample.bead_mass is None else sample.bead_mass / (SPACING * self.diameter) / DTEX
+
+    @property
+    def content_by_weight(self) -> float:
+        """Mass of the wire over that of the sand [-]."""
+        sand = SAND_DENSITY * 4.0 / 3.0 * math.pi * float(np.sum(self.sample.radii[self.sample.bead_count :] ** 3))
+        return self.linear_density * DTEX * self.wire_length / sand
+
+
+@named_arguments
+def lay_column(
+    *,
+    grain_count: int = 1000,
+    content: float = 0.0,
+    aspect: float = 2.0,
+    diameter: float = 5e-4,
+    bead_diameter: float = 0.3,
+    seed: int = 0,
+) -> Laid:
+    """Lay one wire from below upward in a square mould and deposit the grains around it; not yet settled.
+
+    ``content`` of wire: its length times the mean grain ``diameter`` [m] squared, over the volume of the sand. ``aspect``:
+    height of the sand over the radius of the circle that has the mould's area. ``bead_diameter`` in mean grain diameters.
+    The grains and the mould do not depend on the content. The wire reaches up to the surface: it is laid twice, the
+    second time as high as the deposit around the first one came.
+
+    Raises ValueError where the wire is too short to reach from the ground to the surface; one that finds no room for
+    all its length is cut.
+    """
+    whole(grain_count, "grains", minimum=10)
+    number(content, "content", minimum=0.0, maximum=10.0)
+    number(aspect, "aspect", minimum=0.1, maximum=20.0)
+    number(diameter, "diameter", above=0.0, unit="m")
+    number(bead_diameter, "bead_diameter", minimum=0.05, maximum=0.45)  # beads further apart than their diameter
+    whole(seed, "seed")
+    radii = sand(grain_count, diameter, seed)
+    mould = Mould.of(4.0 / 3.0 * math.pi * float(np.sum(radii**3)), aspect)
+    bead_radius, spacing = 0.5 * bead_diameter * diameter, SPACING * diameter
+    interstice = spacing - 2.0 * bead_radius
+    height, obstacles, wire = mould.height, None, None
+    if content > 0.0:
+        count = bead_count(length=content * mould.volume / diameter**2, spacing=spacing)
+        if (count - 1) * spacing < 2.0 * height:
+            raise ValueError(
+                f"A wire content of {content:g} is too little for a column of {grain_count} grains: its {count - 1} links "
+                f"are no longer than {(count - 1) * spacing / height:.1f} times its height. Take more wire or more grains."
+            )
+        for _ in range(2):
+            wire = wire_3d(
+                box=(mould.side, mould.side, height),
+                bead_radius=bead_radius,
+                interstice=interstice,
+                bead_count=count,
+                seed=seed,
+            )
+            obstacles = (wire.positions, wire.radii)
+            grains = deposit(radii, box=(mould.side, mould.side, None), obstacles=obstacles, seed=seed)
+            height = float((grains[:, 2] + radii).max()) - 0.5 * diameter
+    else:
+        grains = deposit(radii, box=(mould.side, mould.side, None), seed=seed)
+    top = float((grains[:, 2] + radii).max())
+    box = np.array([mould.side, mould.side, top])
+    if wire is None:
+        return Laid(mould, Sample(grains, radii, (), interstice, box), diameter, bead_radius, 0.0, False)
+    dtex = 0.25 * math.pi * (2.0 * bead_radius) ** 2 * THREAD_DENSITY / DTEX
+    sample = Sample(
+        positions=np.vstack([wire.positions, grains]),
+        radii=np.concatenate([wire.radii, radii]),
+        wires=(wire.bead_count,),
+        reference_gap=interstice,
+        box=box,
+        bead_mass=mass_of_a_bead(linear_density_dtex=dtex, spacing=spacing),
+    )
+    return Laid(mould, sample, diameter, bead_radius, wire.length, wire.cut)
+
+
+def sand(grain_count: int, diameter: float, seed: int) -> np.ndarray:
+    """Radii of the grains [m], (n,)."""
+    mean = 0.5 * diameter
+    return grading(grain_count, minimum=(1.0 - SPREAD) * mean, maximum=(1.0 + SPREAD) * mean, dimension=3, seed=seed)
+
+
+def glued_grains(mould: Mould, reach: float, diameter: float, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """A rough ground: a layer of the sand's grains that are stuck to it, their tops at z = 0, around the mould's axis.
+
+    Centres [m], (n, 3), and radii [m], (n,), of those within ``reach`` [m] of the axis.
+    """
+    mean_section = 0.25 * math.pi * diameter**2 * (1.0 + SPREAD**2 / 3.0)
+    radii = sand(max(1, round(GROUND_COVER * (2.0 * reach) ** 2 / mean_section)), diameter, seed)
+    places = deposit(radii, box=(2.0 * reach, None), seed=seed)
+    inside = np.linalg.norm(places - reach, axis=1) <= reach
+    radii = radii[inside]
+    return np.column_stack([places[inside] - reach + mould.axis, -radii]), radii
