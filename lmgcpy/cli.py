@@ -8,7 +8,7 @@ import warnings
 import click
 
 import lmgcpy
-from lmgcpy import cli_column, cli_laws, cli_run, cli_texsol, cli_view, cli_warmup
+from lmgcpy import cli_column, cli_laws, cli_run, cli_solve, cli_texsol, cli_view, cli_warmup
 from lmgcpy.errors import closest, shown
 
 EXPECTED = (ValueError, TypeError, LookupError, OSError, RuntimeError, FloatingPointError, ImportError, MemoryError)
@@ -75,6 +75,7 @@ for command in (
     cli_texsol.texsol,
     cli_column.column,
     *cli_run.COMMANDS,
+    *cli_solve.COMMANDS,
     *cli_laws.COMMANDS,
     *cli_view.COMMANDS,
     cli_warmup.warmup,

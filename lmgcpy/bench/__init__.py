@@ -1,0 +1,1 @@
+"""Speed against error: problems, references, work-precision and performance profiles (``lmgcpy bench``)."""

@@ -1,0 +1,128 @@
+"""The frontier of speed against error: every solver at every tolerance on every problem.
+
+Each solve starts from the problem's guess. A solver that misses a tolerance is not asked for smaller ones. Kernels are
+compiled and modules imported before anything is timed; solves shorter than :data:`SHORT` are repeated, and the median of
+their times counts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from statistics import median
+
+import numpy as np
+import scipy.sparse as sparse
+
+from lmgcpy.bench.case import Case
+from lmgcpy.bench.reference import Reference, make_reference, sweep_budget
+from lmgcpy.laws.coulomb import Coulomb
+from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
+from lmgcpy.solve.by_name import SOLVERS, AnySolver
+from lmgcpy.solve.gauss_seidel import GaussSeidel
+from lmgcpy.solve.newton import Newton
+from lmgcpy.solve.problem import Problem, Solution, solve
+
+TOLERANCES = tuple(10.0**-k for k in range(1, 11))
+UPDATES = 1e8
+"""Updates of interactions (sweeps times interactions) that a solve may make, see ``sweep_budget``."""
+FACTORISATIONS = 200
+"""Newton steps that a solve may make."""
+SHORT, REPEATS = 0.2, 5
+"""Solves of less time [s] are made so many times."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """One solver at one tolerance on one problem."""
+
+    problem: str
+    solver: str
+    tolerance: float
+    status: str
+    residual: float
+    """``natural``."""
+    error: float
+    """Of the relative velocities, relative to that of doing nothing."""
+    sweeps: int
+    newton_steps: int
+    updates: int
+    """Sweeps times interactions."""
+    seconds: float
+    repeats: int
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A problem with its reference and all that was run on it."""
+
+    name: str
+    family: str
+    dimension: int
+    interactions: int
+    reference: Reference
+    runs: tuple[Run, ...]
+
+    def best(self, solver: str, target: float) -> Run | None:
+        """The fastest of a solver's runs with an error of at most ``target``; None where there is none."""
+        there = [run for run in self.runs if run.solver == solver and run.error <= target]
+        return min(there, key=lambda run: run.seconds, default=None)
+
+
+def judge(case: Case, solvers: Iterable[str] = tuple(SOLVERS)) -> Judged | None:
+    """Run every solver on a problem; None where in its solution no impulse changes anything."""
+    warm(case.problem)
+    reference = make_reference(case)
+    if reference is None:
+        return None
+    runs = tuple(run for solver in solvers for run in descend(case, solver, reference))
+    return Judged(case.name, case.family, case.problem.dimension, case.interactions, reference, runs)
+
+
+def descend(case: Case, name: str, reference: Reference) -> Iterator[Run]:
+    """One solver's runs, from the loosest tolerance to the first that it misses."""
+    for tolerance in TOLERANCES:
+        solver = within_budget(SOLVERS[name](tolerance=tolerance), case.problem)
+        solution, seconds, repeats = timed(case.problem, solver)
+        yield Run(
+            problem=case.name,
+            solver=name,
+            tolerance=tolerance,
+            status=solution.status,
+            residual=solution.residual,
+            error=reference.error(solution.velocities),
+            sweeps=solution.iterations,
+            newton_steps=solution.factorisations,
+            updates=solution.iterations * case.interactions,
+            seconds=seconds,
+            repeats=repeats,
+        )
+        if solution.status != "converged":
+            return
+
+
+def within_budget(solver: AnySolver, problem: Problem) -> AnySolver:
+    """The solver with the budget of a benchmark, which is the same for all."""
+    sweeps = sweep_budget(problem, UPDATES)
+    if isinstance(solver, (GaussSeidel, AcceleratedGaussSeidel)):
+        return replace(solver, max_iterations=sweeps)
+    return replace(solver, max_iterations=sweeps, max_factorisations=FACTORISATIONS)
+
+
+def timed(problem: Problem, solver: AnySolver) -> tuple[Solution, float, int]:
+    """(solution, median of the solver's times [s], how many)."""
+    solution = solve(problem, solver=solver)
+    seconds = [solution.seconds]
+    if solution.seconds < SHORT:
+        seconds += [solve(problem, solver=solver).seconds for _ in range(REPEATS - 1)]
+    return solution, median(seconds), len(seconds)
+
+
+def warm(problem: Problem) -> None:
+    """Compile or load every kernel that the problem needs, and import what Newton steps do."""
+    for kind in SOLVERS.values():
+        solve(problem, solver=kind(tolerance=1e-15, max_iterations=1))
+    coupled = sparse.csr_array(np.eye(4) + 0.3 * np.ones((4, 4)))  # so that a sweep is not enough
+    two = (Coulomb.NAME,) * 2
+    tiny = Problem(coupled, np.array([-1.0, 0.1] * 2), np.full(2, 0.3), 2, two, np.zeros(2), np.zeros((2, 2)))
+    solve(tiny, solver=Newton(tolerance=1e-16, max_iterations=200, max_factorisations=2))

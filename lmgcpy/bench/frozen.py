@@ -1,0 +1,101 @@
+"""Frozen steps: one step of a small run of sand or TexSol, with the impulses of the step before as its guess.
+
+Samples are made on the spot from fixed seeds; the runs that lead to the step are solved to 1e-3, so that a step is what a
+simulation meets and not what a solver of the comparison left.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from lmgcpy.bench.case import Case
+from lmgcpy.dynamics.simulation import Simulation
+from lmgcpy.experiment.biaxial import Biaxial
+from lmgcpy.experiment.compaction import compact
+from lmgcpy.experiment.texsol_sample import lay_sample
+from lmgcpy.laws.coulomb import Coulomb
+from lmgcpy.laws.elastic import ElasticWire
+from lmgcpy.laws.rigid import RigidRod, RigidWire
+from lmgcpy.sample import deposit, grading, wire_3d
+from lmgcpy.scene.body import wall
+from lmgcpy.scene.body_3d import sphere
+from lmgcpy.scene.material import Material
+from lmgcpy.scene.scene import Scene
+from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
+
+DENSITY, PRESSURE = 2600.0, 1e5
+"""Of the grains [kg/m^3], and on the lateral walls of a biaxial test [Pa]."""
+RUN = AcceleratedGaussSeidel(tolerance=1e-3, max_iterations=3000)
+"""Solver of the runs that lead to a step."""
+STRAINS = (0.002, 0.02)
+"""Crushing at which steps of the biaxial test are taken."""
+WIRES = (RigidWire(), RigidRod(), ElasticWire(axial_rigidity=1e7))
+
+
+def in_the_plane(grains: int = 340, beads: int = 60) -> Iterator[Case]:
+    """Steps of biaxial tests on one compacted sample: sand, and TexSol with each law of its wire."""
+    sample = compact(lay_sample(grains, beads, seed=0), pressure=PRESSURE, density=DENSITY).sample
+    for law in (None, *WIRES):
+        for strain in STRAINS:
+            biaxial = Biaxial(sample, law, pressure=PRESSURE, density=DENSITY, solver=RUN)
+            biaxial.run(strain, frames=0)
+            assert biaxial.simulation is not None
+            name = "sand" if law is None else law.NAME
+            yield Case(f"biaxial-{name}-{100 * strain:g}%", "biaxial 2D", biaxial.simulation.problem())
+
+
+def in_space(grains: int = 300, beads: int = 300) -> Iterator[Case]:
+    """A box of spheres, without and with a wire laid through it, when gravity has just begun and later."""
+    for wire in (False, True):
+        sim = box_of_spheres(grains, beads if wire else 0, seed=0)
+        for steps in (2, 60):
+            sim.run(steps=steps - sim.steps)
+            yield Case(f"box-{'texsol' if wire else 'sand'}-step-{steps}", "box 3D", sim.problem())
+
+
+def packings(sizes: tuple[int, ...] = (1000, 3000)) -> Iterator[Case]:
+    """Deposits of spheres, ten steps after gravity has begun."""
+    for count in sizes:
+        yield Case(f"packing-{count}", "packings", box_of_spheres(count, 0, seed=1).run(steps=10).problem())
+
+
+def box_of_spheres(grains: int, beads: int, *, seed: int) -> Simulation:
+    """Grains of 8 to 10 mm deposited in an open box about as high as wide, around a wire of ``beads`` beads of 1.6 mm."""
+    side = 0.01 * max(3.0, round(grains ** (1.0 / 3.0)))
+    radii = grading(grains, minimum=0.004, maximum=0.005, by="diameter", seed=seed)
+    obstacles = None
+    if beads:
+        thread = wire_3d(
+            box=(side, side, 0.8 * side),
+            bead_radius=8e-4,
+            interstice=4e-4,
+            bead_count=beads,
+            theta_max=0.4,
+            phi_max=0.15,
+            seed=0,
+        )
+        obstacles = (thread.positions, thread.radii)
+    places = deposit(radii, box=(side, side, None), obstacles=obstacles, seed=seed)
+    scene = Scene(dimension=3, gravity=(0.5, 0.3, -9.81))
+    sand = Material("sand", density=DENSITY)
+    for radius, place in zip(radii, places, strict=True):
+        scene.add(sphere(radius=radius, position=place, material=sand))
+    if obstacles is not None:
+        line = [
+            scene.add(sphere(radius=radius, position=place, mass=2e-6, color="BEAD"))
+            for place, radius in zip(*obstacles, strict=True)
+        ]
+        scene.chain(line, RigidWire(), reference_gap=5e-4)
+    for axis in range(3):
+        for end in (0.0, side) if axis < 2 else (0.0,):
+            point, normal = np.zeros(3), np.zeros(3)
+            point[axis], normal[axis] = end, 1.0 if end == 0.0 else -1.0
+            scene.add(wall(point=point, normal=normal))
+    pairs = [("GRAIN", "GRAIN"), ("GRAIN", "WALL")]
+    if beads:
+        pairs += [("GRAIN", "BEAD"), ("BEAD", "WALL"), ("BEAD", "BEAD")]
+    for one, other in pairs:
+        scene.see(one, other, Coulomb(friction=0.4))
+    return Simulation(scene, time_step=2e-4, solver=RUN, on_unconverged="ignore", overlap="ignore")

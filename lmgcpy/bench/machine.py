@@ -1,0 +1,31 @@
+"""What a benchmark ran on."""
+
+from __future__ import annotations
+
+import os
+import platform
+from pathlib import Path
+
+import numba
+import numpy as np
+import scipy
+
+import lmgcpy
+
+
+def machine() -> str:
+    """Processor, system and versions in one line."""
+    model = platform.processor() or platform.machine()
+    info = Path("/proc/cpuinfo")
+    if info.exists():
+        lines = [line for line in info.read_text().splitlines() if line.startswith("model name")]
+        model = lines[0].split(":")[1].strip() + f", {len(lines)} cores" if lines else model
+    return (
+        f"{model}; {platform.system()}; Python {platform.python_version()}, numpy {np.__version__}, "
+        f"scipy {scipy.__version__}, numba {numba.__version__}, lmgcpy {lmgcpy.__version__}"
+    )
+
+
+def load() -> str:
+    """Processes that wanted to run in the last minute, for judging times; "unknown" where the system does not tell."""
+    return f"{os.getloadavg()[0]:.1f}" if hasattr(os, "getloadavg") else "unknown"

@@ -1,0 +1,117 @@
+"""What solvers are judged by: two solutions of a problem by different ways, and how far they are apart.
+
+Impulses are not unique where contacts are hyperstatic, velocities are in practice: errors are those of the relative
+velocities, ``|u - u_ref| / |q - u_ref|``, relative to the error of doing nothing, as the residual is. The distance of the
+two references bounds what can be said: an error is judged where it is more than :data:`MARGIN` times as large. With
+friction a problem may have several solutions; then the distance says that, too.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from lmgcpy.bench.case import Case
+from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
+from lmgcpy.solve.newton import Auto, Newton
+from lmgcpy.solve.problem import Problem, residual, solve
+
+MARGIN = 10.0
+LOOSEST, TIGHTEST = 1e-6, 1e-13
+"""Residual that a reference is first asked for, and the least one."""
+ENOUGH = 1e-9
+"""Residual of a reference; where it is missed other ways are tried."""
+APART = 1e-5
+"""Distance of two solutions that differ: a residual of :data:`ENOUGH` times what the slowest mode makes of it is less."""
+UPDATES = 2e8
+"""Updates of interactions that sweeps get to make a reference."""
+
+
+@dataclass(frozen=True)
+class Reference:
+    """Relative velocities that a problem's solvers are judged by, and by what they were found."""
+
+    velocities: np.ndarray
+    """[m/s], (m, d)."""
+    scale: float
+    """``|q - velocities|`` [m/s]: what the impulses change."""
+    ways: tuple[str, str]
+    residuals: tuple[float, float]
+    """Of the two references, ``natural``."""
+    distance: float
+    """Of the two in velocity, relative to the scale."""
+
+    @property
+    def two_solutions(self) -> bool:
+        """Whether both solve the problem to the last digits, and differ all the same: friction allows that."""
+        return max(self.residuals) <= ENOUGH and self.distance > APART
+
+    @property
+    def floor(self) -> float:
+        """Errors below it are not judged."""
+        return MARGIN * self.distance
+
+    def error(self, velocities: np.ndarray) -> float:
+        """Error of relative velocities (m, d), relative to that of doing nothing."""
+        return float(np.linalg.norm(velocities - self.velocities)) / self.scale
+
+
+def make_reference(case: Case) -> Reference | None:
+    """Two references; None where in the solution no impulse changes anything, so that there is no error to tell.
+
+    Sweeps and Newton's method first; where one of them does not come to a residual of :data:`ENOUGH`, Newton's method from
+    another start and ``Auto`` are tried as well, and the two with the least residuals stand. Extended precision stands
+    before all.
+    """
+    problem = case.problem
+    found = {"sweeps": by_sweeps(problem), "Newton": descent(problem, Newton(), problem.guess)}
+    residuals = {way: residual(problem, impulses) for way, impulses in found.items()}
+    if max(residuals.values()) > ENOUGH and case.exact is None:
+        found["Newton from another start"] = descent(problem, Newton(), another_start(found["Newton"]))
+        found["Auto"] = descent(problem, Auto(), problem.guess)
+        residuals = {way: residual(problem, impulses) for way, impulses in found.items()}
+    one, other = sorted(found, key=lambda way: residuals[way])[:2]
+    if case.exact is not None:
+        one, other = "extended precision", one
+        found[one], residuals[one] = case.exact, residual(problem, case.exact)
+    velocities, others = problem.velocities(found[one]), problem.velocities(found[other])
+    scale = float(np.linalg.norm(problem.q.reshape(velocities.shape) - velocities))
+    if scale == 0.0:
+        return None
+    distance = float(np.linalg.norm(velocities - others)) / scale
+    return Reference(velocities, scale, (one, other), (residuals[one], residuals[other]), distance)
+
+
+def by_sweeps(problem: Problem) -> np.ndarray:
+    """Impulses of accelerated sweeps, as far as they get within :data:`UPDATES`, (m, d)."""
+    most = sweep_budget(problem, UPDATES)
+    return solve(problem, solver=AcceleratedGaussSeidel(tolerance=TIGHTEST, max_iterations=most)).impulses
+
+
+def descent(problem: Problem, solver: Newton | Auto, start: np.ndarray) -> np.ndarray:
+    """Impulses of a solver: to a residual of :data:`LOOSEST`, then a tenth of it, and so on as far as it gets, (m, d).
+
+    Asked for the least residual at once it would look for what round-off may not allow.
+    """
+    best, least = start, np.inf
+    solver = replace(solver, tolerance=LOOSEST, max_iterations=20_000, max_factorisations=400)
+    while True:
+        solution = solve(problem, solver=solver, guess=best)
+        if solution.residual < least:
+            best, least = solution.impulses, solution.residual
+        tolerance = 0.1 * min(solver.tolerance, solution.residual)
+        if solution.status != "converged" or tolerance < TIGHTEST:
+            return best
+        solver = replace(solver, tolerance=tolerance, max_iterations=1000, max_factorisations=60)
+
+
+def another_start(impulses: np.ndarray) -> np.ndarray:
+    """Random impulses of the mean size of those given, (m, d)."""
+    size = float(np.sqrt(np.mean(impulses**2)))
+    return np.random.default_rng(0).normal(0.0, size, impulses.shape)
+
+
+def sweep_budget(problem: Problem, updates: float) -> int:
+    """Sweeps that make so many updates of interactions, within 1000 and 50 000."""
+    return int(np.clip(updates / max(len(problem.mu), 1), 1000, 50_000))

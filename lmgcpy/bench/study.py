@@ -1,0 +1,82 @@
+"""The whole comparison: problems one by one, each judged and told, and the report."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import chain
+from pathlib import Path
+
+from lmgcpy.bench.case import Case, from_folder
+from lmgcpy.bench.chains import chains
+from lmgcpy.bench.frontier import judge
+from lmgcpy.bench.frozen import in_space, in_the_plane, packings
+from lmgcpy.bench.machine import load
+from lmgcpy.bench.report import write_report
+from lmgcpy.errors import closest, whole
+from lmgcpy.experiment.stages import Stages
+from lmgcpy.solve.by_name import SOLVERS
+
+FAMILIES = ("chains", "2d", "3d", "packings")
+"""What is made on the spot."""
+
+
+@dataclass(frozen=True)
+class Bench:
+    """What is compared on what."""
+
+    folders: tuple[Path, ...] = ()
+    """With problems of the user, FCLIB files."""
+    families: tuple[str, ...] = FAMILIES
+    packing_sizes: tuple[int, ...] = (1000,)
+    """Spheres of each packing."""
+    solvers: tuple[str, ...] = tuple(SOLVERS)
+    quick: bool = False
+    """Small problems of every family, for a look."""
+
+    def __post_init__(self):
+        known_words(self.families, FAMILIES, "families")
+        known_words(self.solvers, SOLVERS, "solvers")
+        if not self.solvers:
+            raise ValueError(f"solvers must name one at least, of {', '.join(SOLVERS)}.")
+        if not self.folders and not self.families:
+            raise ValueError("There is nothing to solve: name a folder with problems, or families to make.")
+        for size in self.packing_sizes:
+            whole(size, "spheres of a packing", minimum=10)
+
+    def cases(self) -> Iterator[Case]:
+        """All problems, made as they are asked for."""
+        make = {
+            "chains": lambda: chains((10, 100)) if self.quick else chains(),
+            "2d": lambda: in_the_plane(60, 12) if self.quick else in_the_plane(),
+            "3d": lambda: in_space(40, 60) if self.quick else in_space(),
+            "packings": lambda: packings((100,) if self.quick else self.packing_sizes),
+        }
+        made = [make[family]() for family in self.families]
+        return chain(*[from_folder(folder) for folder in self.folders], *made)
+
+
+def known_words(words: Sequence[str], known: Sequence[str] | dict, name: str) -> None:
+    """ValueError for a word that is not known, or twice there."""
+    for word in words:
+        if word not in known:
+            raise ValueError(f"{name} cannot be {word!r}{closest(word, known)}")
+    if len(set(words)) < len(words):
+        raise ValueError(f"{name} must name each once, got {', '.join(words)}.")
+
+
+def run_bench(bench: Bench, out: Path, stages: Stages) -> list[Path]:
+    """Judge every problem and write the report into a folder; returns the paths of its files, the page last."""
+    before = load()
+    judged, left_out = [], []
+    for case in bench.cases():
+        with stages.stage(f"{case.name}, {case.interactions} interactions", 1) as tick:
+            result = judge(case, bench.solvers)
+            tick(1)
+        if result is None:
+            left_out.append(case.name)
+        else:
+            judged.append(result)
+    if not judged:
+        raise ValueError(f"No impulse changes anything in these problems: {', '.join(left_out)}.")
+    return write_report(judged, left_out, bench.solvers, out, before)

@@ -1,0 +1,163 @@
+"""Commands on problems of one step: ``solve`` a file, ``bench`` many."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from lmgcpy.errors import one_of, system_error
+
+if TYPE_CHECKING:
+    from lmgcpy.solve.problem import Problem
+    from lmgcpy.solve.until import Solved
+
+FILE = click.Path(path_type=Path)
+
+
+@click.command()
+@click.argument("file", type=FILE)
+@click.option("--solver", "name", default="auto", help="auto, newton, accelerated or gauss-seidel.")
+@click.option("--tolerance", type=float, default=1e-6, help="Error at which the problem is solved, in the measure.")
+@click.option("--max-iterations", type=int, default=None, help="Sweeps at the most.  [default: the solver's]")
+@click.option("--measure", default="natural", help="Of the error: natural (the residual) or fclib (of published solvers).")
+@click.option("--out", type=FILE, default=None, help="HDF5 file to write with the impulses and velocities.")
+@click.option("--force", is_flag=True, help="Replace that file if it exists.")
+def solve(
+    file: Path, name: str, tolerance: float, max_iterations: int | None, measure: str, out: Path | None, force: bool
+) -> None:
+    """Solve the frictional-contact problem in FILE (FCLIB's local layout, HDF5).
+
+    The problem is one step of any program: u = W r + q with a law for each interaction. Exit code 0: solved to the
+    tolerance, 1: not.
+    """
+    from lmgcpy.io import fclib
+    from lmgcpy.solve.by_name import SOLVERS
+    from lmgcpy.solve.problem import MEASURES, residual
+    from lmgcpy.solve.until import solve_until
+
+    kind = SOLVERS[one_of(name, "solver", SOLVERS)]
+    one_of(measure, "measure", MEASURES)
+    solver = kind(tolerance=tolerance)
+    if max_iterations is not None:
+        solver = replace(solver, max_iterations=max_iterations)
+    if out is not None:
+        refuse_to_replace(out, force)
+    problem = fclib.read(file)
+    solve_until(problem, replace(solver, max_iterations=1))  # loads or compiles the kernels: times are of the solver alone
+    solved = solve_until(problem, solver, measure=measure)
+    errors = {each: residual(problem, solved.impulses, measure=each) for each in MEASURES}
+    for line in report(file, problem, name, solver, measure, solved, errors):
+        click.echo(line)
+    if out is not None:
+        about = {"file": str(file), "solver": name, "tolerance": solver.tolerance, "measure": measure}
+        write_solution(out, problem, solved, {**about, **{f"error_{each}": error for each, error in errors.items()}})
+        click.echo(f"{out}: impulses and velocities")
+    if solved.status != "converged":
+        sys.exit(1)
+
+
+def report(
+    file: Path, problem: Problem, name: str, solver: Any, measure: str, solved: Solved, errors: dict[str, float]
+) -> list[str]:
+    """The lines of ``lmgcpy solve``."""
+    import numpy as np
+
+    d, mu = problem.dimension, problem.mu
+    names, counts = np.unique(np.array(problem.laws, dtype=str), return_counts=True)
+    by_law = ", ".join(f"{count} {law}" for law, count in zip(names, counts, strict=True)) or "none"
+    acting = np.count_nonzero(np.any(solved.impulses != 0.0, axis=1))
+    start = "the guess in the file" if problem.guess.any() else "nothing"
+    friction = f", friction {mu.min():g} to {mu.max():g}" if len(mu) and mu.any() else ""
+    return [
+        f"{file}: {len(mu)} interactions in {d}D",
+        f"  laws      {by_law}{friction}",
+        f"  W         {d * len(mu)} rows, {problem.W.nnz} entries",
+        f"  solver    {name}, from {start}, to {solver.tolerance:g} ({measure})",
+        f"  status    {solved.status} after {solved.iterations} sweeps and {solved.factorisations} Newton steps in "
+        f"{solved.seconds:.3g} s",
+        "  error     " + ", ".join(f"{each} {error:.3g}" for each, error in errors.items()),
+        f"  acting    {acting} of {len(mu)} interactions carry an impulse",
+    ]
+
+
+def refuse_to_replace(out: Path, force: bool) -> None:
+    """Errors of the place to write, before the work is done."""
+    if out.is_dir():
+        raise IsADirectoryError(f"'{out}' is a folder: give --out the name of a file.")
+    if not out.absolute().parent.is_dir():
+        raise FileNotFoundError(f"There is no folder '{out.absolute().parent}' to write '{out}' into: make it first.")
+    if out.exists() and not force:
+        raise FileExistsError(f"The file '{out}' exists: give another by --out, or --force to replace it.")
+
+
+def write_solution(out: Path, problem: Problem, solved: Solved, about: dict[str, Any]) -> None:
+    """Group ``solution`` of FCLIB: ``r`` [N s] and ``u`` [m/s], (m d,) each, with what is known of them as attributes."""
+    from lmgcpy.io.hdf5 import write_new
+    from lmgcpy.io.recorder import versions
+
+    def fill(into: Any) -> None:
+        group = into.create_group("solution")
+        group["r"] = solved.impulses.ravel()
+        group["u"] = problem.velocities(solved.impulses).ravel()
+        counts = {"sweeps": solved.iterations, "newton_steps": solved.factorisations, "seconds": solved.seconds}
+        group.attrs.update({**about, "status": solved.status, **counts})
+        group.attrs.update({f"version_{name}": version for name, version in versions().items()})
+
+    try:
+        write_new(out, fill, libver=("earliest", "v110"))
+    except OSError as error:
+        raise system_error(f"'{out}' could not be written", error, "Make room, or give another place.") from error
+
+
+@click.command()
+@click.argument("folders", type=FILE, nargs=-1)
+@click.option("--out", type=click.Path(path_type=Path, file_okay=False), required=True, help="Folder to write.")
+@click.option(
+    "--make",
+    default="chains,2d,3d,packings",
+    help="Families of problems to make, by commas; none: only those of the folders.",
+)
+@click.option("--spheres", default="1000", help="Sizes of the packings, by commas; 50000 takes hours.")
+@click.option("--solvers", default="gauss-seidel,accelerated,newton,auto", help="Solvers to compare, by commas.")
+@click.option("--quick", is_flag=True, help="Small problems of every family, for a look.")
+@click.option("--force", is_flag=True, help="Write into a folder that is not empty.")
+def bench(folders: tuple[Path, ...], out: Path, make: str, spheres: str, solvers: str, quick: bool, force: bool) -> None:
+    """Speed against error: every solver at tolerances from 1e-1 to 1e-10 on the problems in FOLDERS and on some made here.
+
+    Folders hold FCLIB files. Errors are true errors of the velocities, by two references each. Writes tables, figures and
+    the page frontier.md.
+    """
+    from lmgcpy.bench.study import Bench, run_bench
+    from lmgcpy.experiment.stages import Stages
+
+    families = () if make.strip() == "none" else words(make)
+    study = Bench(folders, families, sizes(spheres), words(solvers), quick)
+    if out.exists() and any(out.iterdir()) and not force:
+        raise FileExistsError(f"The folder '{out}' is not empty: give another by --out, or --force to write there.")
+    try:
+        written = run_bench(study, out, Stages())
+    except KeyboardInterrupt:
+        click.echo("Interrupted; nothing is written.", err=True)
+        sys.exit(130)
+    for path in written:
+        click.echo(path)
+
+
+def words(text: str) -> tuple[str, ...]:
+    """Words between commas."""
+    return tuple(word.strip() for word in text.split(",") if word.strip())
+
+
+def sizes(text: str) -> tuple[int, ...]:
+    """Whole numbers between commas, or a sentence (ValueError)."""
+    try:
+        return tuple(int(word) for word in words(text))
+    except ValueError:
+        raise ValueError(f"--spheres takes whole numbers by commas, got '{text}'.") from None
+
+
+COMMANDS = (solve, bench)

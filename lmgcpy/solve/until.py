@@ -1,0 +1,55 @@
+"""Solving until either measure of the error is small enough: solvers themselves stop by the natural one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from lmgcpy.solve.by_name import AnySolver
+from lmgcpy.solve.problem import Problem, residual, solve
+
+ROUNDS = 12
+"""Solves in a row at the most; each asks for a natural residual at least three times smaller than the one before."""
+
+
+@dataclass(frozen=True)
+class Solved:
+    """The impulses of the last of some solves in a row, and what they cost together."""
+
+    impulses: np.ndarray
+    """[N s], (m, d)."""
+    status: str
+    error: float
+    """In the measure asked for."""
+    iterations: int
+    factorisations: int
+    seconds: float
+
+
+def solve_until(problem: Problem, solver: AnySolver, *, measure: str = "natural") -> Solved:
+    """Solve until ``residual(problem, impulses, measure=measure) <= solver.tolerance``.
+
+    Where the natural residual is small enough and the other measure is not yet, the solve goes on from its impulses, with
+    a smaller tolerance. The status is "converged" where the measure asked for is within tolerance, whatever the solver
+    says of its own.
+    """
+    tolerance, guess = solver.tolerance, problem.guess
+    sweeps = factorisations = 0
+    seconds = 0.0
+    for _ in range(ROUNDS):
+        solution = solve(problem, solver=replace(solver, tolerance=tolerance), guess=guess)
+        sweeps += solution.iterations
+        factorisations += solution.factorisations
+        seconds += solution.seconds
+        guess, status = solution.impulses, solution.status
+        error = residual(problem, guess, measure=measure)
+        if error <= solver.tolerance:
+            status = "converged"
+        if error <= solver.tolerance or status != "converged":
+            break
+        tolerance = solution.residual * min(0.3, 0.5 * solver.tolerance / error)
+        status = "budget spent"
+        if not tolerance > 0.0:
+            break
+    return Solved(guess, status, error, sweeps, factorisations, seconds)
