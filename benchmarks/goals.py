@@ -71,6 +71,7 @@ def samples(folder: Path) -> None:
         for label, solver in (
             ("Auto", lm.Auto(tolerance=1e-6, max_iterations=100_000, max_factorisations=400)),
             ("Newton", lm.Newton(tolerance=1e-6, max_iterations=100_000)),
+            ("accelerated", lm.AcceleratedGaussSeidel(tolerance=1e-6, max_iterations=100_000)),
             ("Gauss-Seidel", lm.GaussSeidel(tolerance=1e-6, max_iterations=100_000)),
         ):
             solution, seconds, _ = timed(problem, solver)

@@ -140,8 +140,8 @@ def bench(folders: tuple[Path, ...], out: Path, make: str, spheres: str, solvers
         raise FileExistsError(f"The folder '{out}' is not empty: give another by --out, or --force to write there.")
     try:
         written = run_bench(study, out, Stages())
-    except KeyboardInterrupt:
-        click.echo("Interrupted; nothing is written.", err=True)
+    except KeyboardInterrupt as interrupt:
+        click.echo(str(interrupt), err=True)
         sys.exit(130)
     for path in written:
         click.echo(path)

@@ -43,6 +43,9 @@ def no_display(w):
     """The machine has none from now on."""
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         w.patch.delenv(name, raising=False)
+def bench(w, *options):
+    """A comparison on problems of the user's alone."""
+    return ["bench", "--make", "none", "--out", w.path("out"), *options]
 
 
 # fmt: off
@@ -173,6 +176,46 @@ ROWS = {
     "plot a reaction without a wall": (lambda w: ["plot", w.run_file(), "--out", w.path("a.png")], "has no wall"),
     "plot into no picture": (lambda w: ["plot", w.run_file(), "--out", w.path("a.bmp")],
         "path must end in .png, .svg, .pdf"),
+    "solve nothing": (lambda w: ["solve", w.path()], "There is no file '", "run.h5'."),
+    "solve a folder": (lambda w: ["solve", w.folder], "is a folder, not a file of a problem"),
+    "solve text": (lambda w: ["solve", w.text()], "is no HDF5 file, or is damaged"),
+    "solve a run": (lambda w: ["solve", w.run_file()], "is no FCLIB problem: "),
+    "solve by nobody": (lambda w: ["solve", w.problem_file(), "--solver", "newtn"],
+        "solver cannot be 'newtn'; did you mean 'newton'? Known: accelerated, auto, gauss-seidel, newton."),
+    "solve in no measure": (lambda w: ["solve", w.problem_file(), "--measure", "natral"],
+        "measure cannot be 'natral'; did you mean 'natural'?"),
+    "solve to nothing": (lambda w: ["solve", w.problem_file(), "--tolerance", "0"], "tolerance must be above 0, got 0"),
+    "solve to NaN": (lambda w: ["solve", w.problem_file(), "--tolerance", "nan"], "tolerance must be finite, got nan"),
+    "solve to anything": (lambda w: ["solve", w.problem_file(), "--tolerance", "2"], "tolerance must be at most 1, got 2"),
+    "solve without a sweep": (lambda w: ["solve", w.problem_file(), "--max-iterations", "0"],
+        "max_iterations must be at least 1, got 0"),
+    "solve sweeps in words": (lambda w: ["solve", w.problem_file(), "--max-iterations", "many"],
+        "'--max-iterations': 'many' is not a valid integer"),
+    "solve onto a file": (lambda w: ["solve", w.problem_file(), "--out", w.text()],
+        "exists: give another by --out, or --force to replace it"),
+    "solve onto a folder": (lambda w: ["solve", w.problem_file(), "--out", w.folder], "is a folder: give --out the name"),
+    "solve into no folder": (lambda w: ["solve", w.problem_file(), "--out", w.path("no") / "s.h5"],
+        "There is no folder '", "make it first"),
+    "bench to nowhere": (lambda w: ["bench"], "Missing option '--out'."),
+    "bench of no folder": (lambda w: bench(w, w.path("no")), "There is no folder '", "no' with problems to solve"),
+    "bench of a folder without problems": (lambda w: bench(w, (w.path("empty").mkdir(), w.path("empty"))[1]),
+        "There is no problem in the folder '", "no file ends in .h5 or .hdf5"),
+    "bench of what is no problem": (lambda w: bench(w, w.text().parent), "is no HDF5 file, or is damaged"),
+    "bench of nothing": (lambda w: bench(w), "There is nothing to solve: name a folder with problems, or families"),
+    "bench of no family": (lambda w: ["bench", "--make", "chain", "--out", w.path("out")],
+        "families cannot be 'chain'; did you mean 'chains'? Known: 2d, 3d, chains, packings."),
+    "bench of a family twice": (lambda w: ["bench", "--make", "2d,2d", "--out", w.path("out")],
+        "families must name each once, got 2d, 2d."),
+    "bench by nobody": (lambda w: bench(w, w.folder, "--solvers", "autoo"),
+        "solvers cannot be 'autoo'; did you mean 'auto'?"),
+    "bench by none": (lambda w: bench(w, w.folder, "--solvers", ","), "solvers must name one at least"),
+    "bench of spheres in words": (lambda w: bench(w, w.folder, "--spheres", "1e3"),
+        "--spheres takes whole numbers by commas, got '1e3'."),
+    "bench of few spheres": (lambda w: bench(w, w.folder, "--spheres", "3"),
+        "spheres of a packing must be at least 10, got 3"),
+    "bench into what is not empty": (lambda w: ["bench", "--out", w.text().parent],
+        "is not empty: give another by --out, or --force to write there"),
+    "bench onto a file": (lambda w: ["bench", "--out", w.text()], "'--out': Directory '", "run.h5' is a file."),
     "export into a file": (lambda w: ["export", w.run_file(), "--csv", w.path()],
         "is a file: give the name of a folder"),
     "export into a full folder": (lambda w: ["export", w.run_file(), "--csv", w.folder],

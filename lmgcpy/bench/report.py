@@ -80,8 +80,8 @@ def how_to_read(left_out: Sequence[str]) -> list[str]:
 def profile_words() -> str:
     return (
         "Part of the problems on which a solver reaches the error within so many times the time of the fastest one. "
-        f"Problems with fewer than {SMALLEST} interactions, and those whose references do not tell such an error, are left out; "
-        f"times below {1e3 * OVERHEAD:g} ms count as that."
+        f"Problems with fewer than {SMALLEST} interactions, and those whose references do not tell such an error, are left "
+        f"out; times below {1e3 * OVERHEAD:g} ms count as that."
     )
 
 

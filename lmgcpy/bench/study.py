@@ -9,7 +9,7 @@ from pathlib import Path
 
 from lmgcpy.bench.case import Case, from_folder
 from lmgcpy.bench.chains import chains
-from lmgcpy.bench.frontier import judge
+from lmgcpy.bench.frontier import Judged, judge
 from lmgcpy.bench.frozen import in_space, in_the_plane, packings
 from lmgcpy.bench.machine import load
 from lmgcpy.bench.report import write_report
@@ -66,17 +66,26 @@ def known_words(words: Sequence[str], known: Sequence[str] | dict, name: str) ->
 
 
 def run_bench(bench: Bench, out: Path, stages: Stages) -> list[Path]:
-    """Judge every problem and write the report into a folder; returns the paths of its files, the page last."""
+    """Judge every problem and write the report into a folder; returns the paths of its files, the page last.
+
+    Interrupted, it writes what it has, and raises KeyboardInterrupt with a sentence that says so.
+    """
     before = load()
-    judged, left_out = [], []
-    for case in bench.cases():
-        with stages.stage(f"{case.name}, {case.interactions} interactions", 1) as tick:
-            result = judge(case, bench.solvers)
-            tick(1)
-        if result is None:
-            left_out.append(case.name)
-        else:
-            judged.append(result)
+    judged: list[Judged] = []
+    left_out: list[str] = []
+    try:
+        for case in bench.cases():
+            with stages.stage(f"{case.name}, {case.interactions} interactions", 1) as tick:
+                result = judge(case, bench.solvers)
+                tick(1)
+            if result is None:
+                left_out.append(case.name)
+            else:
+                judged.append(result)
+    except KeyboardInterrupt:
+        if judged:
+            write_report(judged, left_out, bench.solvers, out, before)
+        raise KeyboardInterrupt(f"Interrupted: the report is of {len(judged)} problems.") from None
     if not judged:
         raise ValueError(f"No impulse changes anything in these problems: {', '.join(left_out)}.")
     return write_report(judged, left_out, bench.solvers, out, before)

@@ -103,6 +103,11 @@ class World:
             file.attrs.update(attributes)
         return self.path()
 
+    def problem_file(self):
+        """A problem of two interactions."""
+        lm.io.fclib.write(problem(), self.path("problem.h5"))
+        return self.path("problem.h5")
+
     def text(self, content=b"no such thing"):
         self.path().write_bytes(content)
         return self.path()

@@ -1,0 +1,169 @@
+"""``lmgcpy solve`` and ``lmgcpy bench``: what they write and say. Wrong input is in ``test_bad_command_line.py``."""
+
+import csv
+from dataclasses import replace
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+import scipy.sparse as sparse
+from click.testing import CliRunner
+
+import lmgcpy as lm
+from lmgcpy.bench.figures import COLOURS
+from lmgcpy.cli import main
+from lmgcpy.solve.until import solve_until
+
+
+def run(*arguments):
+    return CliRunner().invoke(main, [str(argument) for argument in arguments])
+
+
+def problem(count=24, seed=0):
+    """Contacts between neighbours of a line of equal bodies, thrown together."""
+    rng = np.random.default_rng(seed)
+    H = sparse.lil_array((2 * count, 3 * (count + 1)))
+    for i in range(count):
+        a, c = 3 * i, 3 * (i + 1)
+        H[2 * i, c], H[2 * i, a] = 1.0, -1.0
+        H[2 * i + 1, c + 1], H[2 * i + 1, a + 1] = 1.0, -1.0
+        H[2 * i + 1, c + 2], H[2 * i + 1, a + 2] = -0.5, -0.5
+    H = H.tocsr()
+    W = sparse.csr_array(H @ H.T)
+    q = rng.normal(-0.3, 1.0, 2 * count)
+    laws = ("coulomb",) * count
+    return lm.Problem(W, q, np.full(count, 0.4), 2, laws, np.zeros(count), np.zeros((count, 2)))
+
+
+@pytest.fixture
+def file(tmp_path):
+    path = tmp_path / "problem.h5"
+    lm.io.fclib.write(problem(), path)
+    return path
+
+
+@pytest.mark.parametrize("solver", ["auto", "newton", "accelerated", "gauss-seidel"])
+def test_solve_writes_a_solution(file, tmp_path, solver):
+    """Both errors are recomputed from what the file holds."""
+    out = tmp_path / "solution.h5"
+    done = run("solve", file, "--solver", solver, "--tolerance", "1e-9", "--out", out)
+    assert done.exit_code == 0, done.output
+    assert "24 interactions in 2D" in done.output
+    assert "24 coulomb" in done.output
+    assert "converged after" in done.output
+    given = problem()
+    with h5py.File(out) as written:
+        group = written["solution"]
+        r, u = group["r"][:].reshape(-1, 2), group["u"][:]
+        about = dict(group.attrs)
+    assert about["status"] == "converged"
+    assert about["solver"] == solver
+    natural = lm.residual(given, r)
+    assert natural <= 1e-9
+    assert about["error_natural"] == pytest.approx(natural, rel=1e-12)
+    assert about["error_fclib"] == pytest.approx(lm.residual(given, r, measure="fclib"), rel=1e-12)
+    assert f"natural {natural:.3g}" in done.output
+    np.testing.assert_array_equal(u, given.W @ r.ravel() + given.q)
+
+
+def test_exit_code_of_what_is_not_solved(file, tmp_path):
+    """And what was reached is written all the same."""
+    out = tmp_path / "solution.h5"
+    done = run("solve", file, "--solver", "gauss-seidel", "--tolerance", "1e-12", "--max-iterations", "2", "--out", out)
+    assert done.exit_code == 1
+    assert "budget spent after 2 sweeps" in done.output
+    with h5py.File(out) as written:
+        assert written["solution"].attrs["status"] == "budget spent"
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no device that is always full")
+def test_a_full_disk_is_told_after_the_result(file):
+    done = run("solve", file, "--out", "/dev/full", "--force")
+    assert done.exit_code == 1
+    assert "converged after" in done.output
+    assert "Error: '/dev/full' could not be written: No space left on device. Make room, or give another" in done.output
+
+
+def test_the_measure_of_published_solvers_is_kept():
+    """Where friction is large the natural residual may be within tolerance and the other not yet: the solve goes on."""
+    given = replace(problem(seed=2), mu=np.full(24, 300.0))
+    solver = lm.GaussSeidel(tolerance=0.1)
+    once = lm.solve(given, solver=solver)
+    assert once.residual <= 0.1 < lm.residual(given, once.impulses, measure="fclib")
+    solved = solve_until(given, solver, measure="fclib")
+    assert solved.status == "converged"
+    assert lm.residual(given, solved.impulses, measure="fclib") == solved.error <= 0.1
+    assert solved.iterations > once.iterations
+
+
+@pytest.fixture(scope="module")
+def benched(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("bench")
+    (folder / "mine").mkdir()
+    for seed in range(3):
+        lm.io.fclib.write(problem(seed=seed), folder / "mine" / f"line-{seed}.h5")
+    done = run("bench", folder / "mine", "--make", "none", "--out", folder / "out")
+    return done, folder / "out"
+
+
+def test_bench_of_a_folder(benched):
+    done, out = benched
+    assert done.exit_code == 0, done.output
+    with (out / "runs.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert {row["problem"] for row in rows} == {"line-0", "line-1", "line-2"}
+    assert {row["solver"] for row in rows} == set(COLOURS)
+    assert {row["family"] for row in rows} == {"mine"}
+    for row in rows:
+        assert int(row["updates"]) == 24 * int(row["sweeps"])
+        assert float(row["seconds"]) > 0.0
+    with (out / "references.csv").open() as file:
+        assert len(list(csv.DictReader(file))) == 3
+    page = (out / "frontier.md").read_text()
+    for word in ("line-0", "profiles.png", "work-mine.png", "numpy", "Load of the machine"):
+        assert word in page
+
+
+def test_interrupted_bench_writes_what_it_has(tmp_path, monkeypatch):
+    """Ctrl-C while the third problem is judged: a report of two, and the exit code of an interrupted command."""
+    from lmgcpy.bench import study
+
+    judge, count = study.judge, [0]
+
+    def interrupted(*arguments):
+        count[0] += 1
+        if count[0] == 3:
+            raise KeyboardInterrupt
+        return judge(*arguments)
+
+    monkeypatch.setattr(study, "judge", interrupted)
+    out = tmp_path / "out"
+    done = run("bench", "--make", "chains", "--quick", "--solvers", "gauss-seidel", "--out", out)
+    assert done.exit_code == 130
+    assert "Interrupted: the report is of 2 problems." in done.output
+    with (out / "references.csv").open() as file:
+        assert len(list(csv.DictReader(file))) == 2
+
+
+def test_bench_draws_every_solver(benched):
+    """Each solver's colour is in both pictures, in more points than a legend has."""
+    from matplotlib.colors import to_rgb
+    from matplotlib.image import imread
+
+    _, out = benched
+    for name in ("work-mine.png", "profiles.png"):
+        pixels = imread(out / name)[..., :3]
+        for colour in COLOURS.values():
+            assert (np.abs(pixels - to_rgb(colour)).max(axis=-1) < 0.01).sum() > 200, (name, colour)
+
+
+def test_quick_bench_of_what_is_made(tmp_path):
+    done = run("bench", "--make", "chains,packings", "--quick", "--solvers", "gauss-seidel,auto", "--out", tmp_path / "out")
+    assert done.exit_code == 0, done.output
+    page = (tmp_path / "out" / "frontier.md").read_text()
+    for word in ("hanging-100-tip-1e+06", "packing-100", "extended precision"):
+        assert word in page
+    again = run("bench", "--make", "chains", "--quick", "--out", tmp_path / "out")
+    assert again.exit_code == 1
+    assert "is not empty" in again.output
