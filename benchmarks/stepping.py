@@ -15,13 +15,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from lmgcpy.experiment.box_2d import Sample
 from scipy.integrate import solve_ivp
 from table import report
 
 import lmgcpy as lm
 from lmgcpy.bench.machine import load
 from lmgcpy.experiment.biaxial import Biaxial, BiaxialRecord
-from lmgcpy.experiment.box_2d import Sample
 from lmgcpy.experiment.compaction import compact
 from lmgcpy.experiment.texsol_sample import lay_sample
 
@@ -125,7 +125,11 @@ def orders() -> None:
             exact = errors.max() < 1e-10  # round-off
             order = "exact" if exact else f"{np.log2(errors[-2] / errors[-1]):.2f}"
             rows.append([name, theta, *(f"{error:.1e}" for error in errors), order])
-    report("stepping_orders", ["case", "theta", *(f"error at h = 1/{steps} s" for steps in STEPS), "order of the last two"], rows)
+    report(
+        "stepping_orders",
+        ["case", "theta", *(f"error at h = 1/{steps} s" for steps in STEPS), "order of the last two"],
+        rows,
+    )
 
 
 def main() -> None:

@@ -43,6 +43,8 @@ def no_display(w):
     """The machine has none from now on."""
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         w.patch.delenv(name, raising=False)
+
+
 def bench(w, *options):
     """A comparison on problems of the user's alone."""
     return ["bench", "--make", "none", "--out", w.path("out"), *options]
