@@ -1,0 +1,59 @@
+"""All hard cases, in the order of the table."""
+
+from __future__ import annotations
+
+import compaction
+import limits
+import stacks
+import wires
+from case import Case
+
+SWEEPS = "its budget of 10 000 sweeps a step is spent"
+
+CASES = [
+    Case(
+        "rigid wire thrown taut by a heavy tip",
+        wires.thrown,
+        tolerance=1e-10,
+        others="tensions 87 to 89 % wrong",
+        long=True,
+    ),
+    Case(
+        "elastic wire, h²k/m from 1e-4 to 1e10",
+        wires.elastic,
+        tolerance=1e-12,
+        others="explode (the paper's)",
+        long=True,
+    ),
+    Case("capstan", wires.capstan, tolerance=1e-10, fails={"GaussSeidel": SWEEPS}, long=True),
+    Case("whip of tapered rods", wires.whip, tolerance=1e-12, long=True),
+    Case("pendulum of ten rods", wires.pendulum, tolerance=1e-12, long=True),
+    Case("column of spheres under 1e4 times its mass", stacks.column, tolerance=1e-8, fails={"GaussSeidel": SWEEPS}),
+    Case("disk in a wedge", stacks.wedge, tolerance=1e-8),
+    Case("arch of stones", stacks.arch, tolerance=1e-9),
+    Case(
+        "boulder on grains of a thousandth",
+        stacks.boulder,
+        tolerance=1e-8,
+        fails={"GaussSeidel": "it stagnates: a billionth of the way a sweep"},
+    ),
+    Case("column crushed between plates", limits.crushed, tolerance=1e-6),
+    Case("friction 0, 0.3 and 10", limits.friction_of_any_size, tolerance=1e-10),
+    Case("over-determined wheel of rods", limits.wheel, tolerance=1e-10, long=True),
+    Case("column of rods in a sample", limits.rod_column, tolerance=1e-9, others="reaction jumps (the paper's)"),
+    Case("degenerate geometry", limits.degenerate, tolerance=1e-10),
+    Case("microns to kilometres", limits.units, tolerance=1e-12, long=True),
+    Case(
+        "compaction of 10 000 spheres, smooth",
+        compaction.smooth,
+        tolerance=1e-8,
+        fails={"GaussSeidel": SWEEPS},
+        others="LMGC90: 2 321 sweeps to 1e-4, 1e-6 not in 3 000",
+    ),
+    Case(
+        "compaction of 300 spheres, friction 0.3",
+        compaction.rough,
+        tolerance=1e-8,
+        fails=dict.fromkeys(("GaussSeidel", "Newton", "Auto"), "sweeps and Newton steps stagnate above 1e-5"),
+    ),
+]
