@@ -121,7 +121,7 @@ class Box:
         self.axis = d - 1 if axis is None else axis
         self.lateral = [k for k in range(d) if k != self.axis]
         """Axes across which the lateral walls stand."""
-        self.diameter = sample.diameter
+        self.diameter, self.bead_count = sample.diameter, sample.bead_count
         self.scene = Scene(dimension=d)
         self.particles = self._add_particles(sample, Material("sand", density=density))
         self.mass = sum(particle.mass for particle in self.particles)
@@ -217,9 +217,12 @@ class Box:
         return float(np.linalg.norm(resultant, axis=0)[: len(self.particles)].mean())
 
     def network(self, sim: Simulation) -> np.ndarray:
-        """Contact network of the last step: coordination, rattlers' share of the particles, fabric, (2 + d^2,)."""
+        """Contact network of the last step: coordination, rattlers' share of the grains, fabric, (2 + d^2,). Beads are held
+        by their wire and do not count as rattlers."""
         net = network(sim)
-        return np.array([net.coordination, len(net.rattlers) / len(self.particles), *net.fabric.ravel()])
+        grains = len(self.particles) - self.bead_count
+        loose = int((net.rattlers >= self.bead_count).sum())
+        return np.array([net.coordination, loose / max(1, grains), *net.fabric.ravel()])
 
     def sample(self, before: Sample) -> Sample:
         """The sample as it is now, moved so that its box starts at the origin."""

@@ -29,6 +29,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 PICTURES = ("columns.png", "inside.png")
+LASTING = 0.1
+"""Over which tensions are averaged, in time units."""
 CAMERA = (0.4, -1.0, 0.35)
 """From which the columns are looked at."""
 USUAL = (100.0, 200.0)
@@ -102,8 +104,8 @@ def _columns_table(result: ColumnResult) -> tuple[list[str], list[list]]:
                 *(f"{value:.6g}" for value in (*end.spread[-1], fall.grown_radius)),
                 "yes" if fall.stands else "no",
                 "yes" if end.at_rest else "no",
-                f"{end.tension[:, 0].max():.4g}",
-                f"{end.tension[:, 0].max() / grain_weight(result):.4g}",
+                f"{lasting_tension(fall)[:, 0].max():.4g}",
+                f"{lasting_tension(fall)[:, 0].max() / grain_weight(result):.4g}",
             ]
         )
     return header, rows
@@ -142,6 +144,16 @@ def solid_fraction(fall: Fall) -> float:
     return 0.99 * 4.0 / 3.0 * math.pi * float(np.sum(radii**3)) / settled_volume(fall)
 
 
+def lasting_tension(fall: Fall) -> np.ndarray:
+    """Greatest and mean tension of the links during the release, running means over :data:`LASTING` [N], (s, 2).
+
+    In a step in which the wire snaps taut the force is an impulse over the time step, a number of the step's as well.
+    """
+    tension, time = fall.release.tension, fall.release.time
+    count = min(len(time), max(1, round(LASTING * time_unit(fall.laid) / time[0])))
+    return np.column_stack([np.convolve(column, np.full(count, 1.0 / count), mode="same") for column in tension.T])
+
+
 # ----------------------------------------------------------------------------------------------------------- pictures
 
 
@@ -162,7 +174,7 @@ def course_figure(result: ColumnResult) -> Figure:
         ):
             axes.plot(time, np.concatenate([[first], values]) / first, color=color, label=label)
         if fall.content > 0.0:
-            tension.plot(time[1:], course.tension[:, 0] / weight, color=color, linewidth=0.8, label=label)
+            tension.plot(time[1:], lasting_tension(fall)[:, 0] / weight, color=color, linewidth=1.0)
     height.axhline(KEPT_HEIGHT, color="grey", linewidth=0.6, linestyle="--")
     radius.axhline(KEPT_RADIUS, color="grey", linewidth=0.6, linestyle="--")
     height.set_ylim(bottom=0.0)
@@ -268,7 +280,7 @@ def _columns_part(result: ColumnResult) -> str:
             f"| {fall.laid.content:.3g}{' (cut)' if fall.laid.wire_cut else ''} | {linear_content(fall):.3g} | "
             f"{100 * fall.laid.content_by_weight:.2g} | {fall.laid.sample.bead_count} | {solid_fraction(fall):.3f} | "
             f"{fall.kept_height:.2f} | {held[0]:.2f} | {held[1]:.2f} | {held[2]:.2f} | {fall.grown_radius:.2f} | "
-            f"{'yes' if fall.stands else 'no'} | {fall.release.tension[:, 0].max() / grain_weight(result):.0f} |"
+            f"{'yes' if fall.stands else 'no'} | {lasting_tension(fall)[:, 0].max() / grain_weight(result):.0f} |"
         )
     if any(fall.laid.wire_cut for fall in result.falls):
         lines += ["", "Cut: no room was left for the rest of the wire that was asked for; no more can be laid."]
@@ -295,16 +307,15 @@ def _dry_part(result: ColumnResult) -> str:
 
 def _wire_part(result: ColumnResult) -> str:
     wired = [fall for fall in result.falls if fall.content > 0.0]
-    unit = time_unit(result.dry.laid)
-    lines = ["## The tension in the wire", ""]
+    unit, weight = time_unit(result.dry.laid), grain_weight(result)
+    lines = ["## The tension in the wire", "", f"Averaged over {LASTING:g} time units:", ""]
     for fall in wired:
-        pull = fall.release.tension
+        pull = lasting_tension(fall)
         when = int(np.argmax(pull[:, 0]))
-        weight = grain_weight(result)
         lines.append(
             f"* {words(fall.content)}: at the most {pull[when, 0]:.2g} N, {pull[when, 0] / weight:.0f} weights of a grain, "
-            f"{fall.release.time[when] / unit:.1f} time units after the release; {pull[:, 1].max() / weight:.1f} weights "
-            f"in the mean over the links when that is greatest, {pull[-1, 1] / weight:.1f} at the end."
+            f"{fall.release.time[when] / unit:.1f} time units after the release; in the mean over the links up to "
+            f"{pull[:, 1].max() / weight:.1f} weights, at the end {fall.release.tension[-1, 1] / weight:.1f}."
         )
     thread = wired[0].laid.linear_density
     lines += ["", f"The wire is a thread of {thread:.3g} dtex, as heavy as polyester of the diameter of its beads."]

@@ -56,7 +56,7 @@ class Compaction:
     coordination: float
     """Mean number of contacts of a particle that is no rattler."""
     rattlers: float
-    """Share of the particles that carry no force; the wire's links are no contacts, loose beads count."""
+    """Share of the grains that carry no force."""
     fabric: np.ndarray
     """Mean of n (x) n over the contacts, (d, d)."""
     penetration: float

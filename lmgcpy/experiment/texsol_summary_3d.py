@@ -64,8 +64,8 @@ def _sample_part(result: Result) -> str:
         f"{100 * left.force:.1f} % of p d², kinetic energy {left.kinetic:.0e} p d³ a particle, volume steady to "
         f"{left.volume_change:.0e}, deepest overlap {100 * overlap:.2f} % of a mean grain's radius).\n\n"
         f"Solid fraction one coarsest diameter from the walls **{relaxed.solid_fraction:.3f}**, coordination "
-        f"**{relaxed.coordination:.2f}**, {100 * relaxed.rattlers:.0f} % rattlers (loose beads among them), fabric {fabric} "
-        "along x, y, z.\n\n"
+        f"**{relaxed.coordination:.2f}**, {100 * relaxed.rattlers:.1f} % of the grains rattlers; fabric along x, y, z: "
+        f"{fabric}.\n\n"
         f"Tests: friction {study.friction:g}, at the platens {study.platen_friction:g}, inertial number "
         f"{study.inertial_number:g}, {100 * study.strain:g} % of crushing, no gravity. z is across the layers."
     )
