@@ -52,7 +52,7 @@ def row(name: str, changed: str, record: BiaxialRecord) -> list:
 
 
 def samples() -> None:
-    sample = compact(lay_sample(250, 44, seed=0), pressure=PRESSURE, density=DENSITY).sample
+    sample = compact(lay_sample(170, 30, seed=0), pressure=PRESSURE, density=DENSITY).sample
     rows = []
     for law in (None, lm.RigidWire()):
         name = "sand" if law is None else law.NAME

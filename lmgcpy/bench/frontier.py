@@ -15,7 +15,7 @@ import numpy as np
 import scipy.sparse as sparse
 
 from lmgcpy.bench.case import Case
-from lmgcpy.bench.reference import Reference, make_reference, sweep_budget
+from lmgcpy.bench.reference import ENOUGH, Reference, make_reference, sweep_budget
 from lmgcpy.laws.coulomb import Coulomb
 from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
 from lmgcpy.solve.by_name import SOLVERS, AnySolver
@@ -26,7 +26,7 @@ from lmgcpy.solve.problem import Problem, Solution, solve
 TOLERANCES = tuple(10.0**-k for k in range(1, 11))
 UPDATES = 1e8
 """Updates of interactions (sweeps times interactions) that a solve may make, see ``sweep_budget``."""
-FACTORISATIONS = 200
+FACTORISATIONS = 100
 """Newton steps that a solve may make."""
 SHORT, REPEATS = 0.2, 5
 """Solves of less time [s] are made so many times."""
@@ -75,28 +75,32 @@ def judge(case: Case, solvers: Iterable[str] = tuple(SOLVERS)) -> Judged | None:
     reference = make_reference(case)
     if reference is None:
         return None
-    runs = tuple(run for solver in solvers for run in descend(case, solver, reference))
+    made = [pair for solver in solvers for pair in descend(case, solver)]
+    reference = reference.with_solutions(velocities for run, velocities in made if run.residual <= ENOUGH)
+    runs = tuple(replace(run, error=reference.error(velocities)) for run, velocities in made)
     return Judged(case.name, case.family, case.problem.dimension, case.interactions, reference, runs)
 
 
-def descend(case: Case, name: str, reference: Reference) -> Iterator[Run]:
-    """One solver's runs, from the loosest tolerance to the first that it misses."""
+def descend(case: Case, name: str) -> Iterator[tuple[Run, np.ndarray]]:
+    """One solver's runs, their errors not told yet, and velocities (m, d): from the loosest tolerance to the first that it
+    misses."""
     for tolerance in TOLERANCES:
         solver = within_budget(SOLVERS[name](tolerance=tolerance), case.problem)
         solution, seconds, repeats = timed(case.problem, solver)
-        yield Run(
+        run = Run(
             problem=case.name,
             solver=name,
             tolerance=tolerance,
             status=solution.status,
             residual=solution.residual,
-            error=reference.error(solution.velocities),
+            error=np.nan,
             sweeps=solution.iterations,
             newton_steps=solution.factorisations,
             updates=solution.iterations * case.interactions,
             seconds=seconds,
             repeats=repeats,
         )
+        yield run, solution.velocities
         if solution.status != "converged":
             return
 

@@ -46,7 +46,7 @@ def in_the_plane(grains: int = 340, beads: int = 60) -> Iterator[Case]:
             yield Case(f"biaxial-{name}-{100 * strain:g}%", "biaxial 2D", biaxial.simulation.problem())
 
 
-def in_space(grains: int = 300, beads: int = 300) -> Iterator[Case]:
+def in_space(grains: int = 200, beads: int = 200) -> Iterator[Case]:
     """A box of spheres, without and with a wire laid through it, when gravity has just begun and later."""
     for wire in (False, True):
         sim = box_of_spheres(grains, beads if wire else 0, seed=0)

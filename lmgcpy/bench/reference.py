@@ -2,12 +2,16 @@
 
 Impulses are not unique where contacts are hyperstatic, velocities are in practice: errors are those of the relative
 velocities, ``|u - u_ref| / |q - u_ref|``, relative to the error of doing nothing, as the residual is. The distance of the
-two references bounds what can be said: an error is judged where it is more than :data:`MARGIN` times as large. With
-friction a problem may have several solutions; then the distance says that, too.
+two references bounds what can be said: an error is judged where it is more than :data:`MARGIN` times as large.
+
+With friction a problem may have several solutions, different in velocity. Where both references solve it to the last digits
+and differ, an error is the distance to the nearest of all solutions found, by whichever solver, and what is judged is
+above :data:`MARGIN` times :data:`APART`.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -30,12 +34,12 @@ UPDATES = 2e8
 
 @dataclass(frozen=True)
 class Reference:
-    """Relative velocities that a problem's solvers are judged by, and by what they were found."""
+    """What a problem's solvers are judged by, and how it was found."""
 
-    velocities: np.ndarray
-    """[m/s], (m, d)."""
+    solutions: tuple[np.ndarray, ...]
+    """Relative velocities of the first reference, and of every other solution where there are several [m/s], (m, d)."""
     scale: float
-    """``|q - velocities|`` [m/s]: what the impulses change."""
+    """``|q - u|`` of the first reference [m/s]: what the impulses change."""
     ways: tuple[str, str]
     residuals: tuple[float, float]
     """Of the two references, ``natural``."""
@@ -50,11 +54,15 @@ class Reference:
     @property
     def floor(self) -> float:
         """Errors below it are not judged."""
-        return MARGIN * self.distance
+        return MARGIN * (APART if self.two_solutions else self.distance)
 
     def error(self, velocities: np.ndarray) -> float:
         """Error of relative velocities (m, d), relative to that of doing nothing."""
-        return float(np.linalg.norm(velocities - self.velocities)) / self.scale
+        return min(float(np.linalg.norm(velocities - solution)) for solution in self.solutions) / self.scale
+
+    def with_solutions(self, found: Iterable[np.ndarray]) -> Reference:
+        """The same with further solutions, (m, d) each, if the problem has several."""
+        return replace(self, solutions=(*self.solutions, *found)) if self.two_solutions else self
 
 
 def make_reference(case: Case) -> Reference | None:
@@ -80,7 +88,8 @@ def make_reference(case: Case) -> Reference | None:
     if scale == 0.0:
         return None
     distance = float(np.linalg.norm(velocities - others)) / scale
-    return Reference(velocities, scale, (one, other), (residuals[one], residuals[other]), distance)
+    reference = Reference((velocities,), scale, (one, other), (residuals[one], residuals[other]), distance)
+    return reference.with_solutions([others])
 
 
 def by_sweeps(problem: Problem) -> np.ndarray:
@@ -95,7 +104,7 @@ def descent(problem: Problem, solver: Newton | Auto, start: np.ndarray) -> np.nd
     Asked for the least residual at once it would look for what round-off may not allow.
     """
     best, least = start, np.inf
-    solver = replace(solver, tolerance=LOOSEST, max_iterations=20_000, max_factorisations=400)
+    solver = replace(solver, tolerance=LOOSEST, max_iterations=20_000, max_factorisations=200)
     while True:
         solution = solve(problem, solver=solver, guess=best)
         if solution.residual < least:

@@ -13,7 +13,7 @@ from lmgcpy.bench.figures import performance_profiles, work_precision
 from lmgcpy.bench.frontier import Judged, Run
 from lmgcpy.bench.machine import load, machine
 from lmgcpy.bench.profile import OVERHEAD, SMALLEST, Profile, profile
-from lmgcpy.bench.reference import MARGIN, Reference
+from lmgcpy.bench.reference import APART, MARGIN, Reference
 from lmgcpy.view.figures import save
 
 TARGETS = (1e-2, 1e-4, 1e-6)
@@ -70,7 +70,8 @@ def how_to_read(left_out: Sequence[str]) -> list[str]:
         'above it, and with "?" otherwise; in a figure they lie in the shaded part. Times are of the solver alone, warm, '
         "from the guess that came with the problem; hollow marks are runs that missed their tolerance. Every run is in "
         "runs.csv, every reference in references.csv. With friction a problem may have several solutions: where both "
-        "references solve it to the last digits and differ, the table says so."
+        "references solve it to the last digits and differ, the table says so, an error is the distance to the nearest of "
+        f"all solutions found, and errors are judged above {MARGIN * APART:g}."
     ]
     if left_out:
         lines += ["", f"Left out, as no impulse changes anything in them: {', '.join(left_out)}."]

@@ -9,7 +9,7 @@ from lmgcpy.bench.case import Case
 from lmgcpy.bench.chains import chains
 from lmgcpy.bench.frontier import TOLERANCES, Judged, Run, judge
 from lmgcpy.bench.profile import OVERHEAD, profile
-from lmgcpy.bench.reference import ENOUGH, Reference, make_reference
+from lmgcpy.bench.reference import APART, ENOUGH, MARGIN, Reference, make_reference
 from lmgcpy.solve.by_name import SOLVERS
 
 
@@ -46,7 +46,7 @@ def test_extended_precision_stands_before_all():
     made = next(chains((10,), (1.0,)))
     reference = make_reference(made)
     assert reference.ways[0] == "extended precision"
-    np.testing.assert_array_equal(reference.velocities, made.problem.velocities(made.exact))
+    np.testing.assert_array_equal(reference.solutions[0], made.problem.velocities(made.exact))
     assert reference.distance < 1e-12
 
 
@@ -60,10 +60,20 @@ def test_a_problem_in_which_nothing_acts_has_no_error():
 
 def test_references_that_differ_say_why():
     """Two solutions to the last digits are two solutions; one of them found badly is that."""
-    u = np.zeros((1, 2))
+    u = (np.zeros((1, 2)),)
     assert Reference(u, 1.0, ("a", "b"), (1e-12, 1e-11), 1e-2).two_solutions
     assert not Reference(u, 1.0, ("a", "b"), (1e-12, 1e-4), 1e-2).two_solutions
     assert not Reference(u, 1.0, ("a", "b"), (1e-12, 1e-11), 1e-9).two_solutions
+
+
+def test_of_several_solutions_the_nearest_counts():
+    one, other = np.zeros((1, 2)), np.ones((1, 2))
+    several = Reference((one,), 2.0, ("a", "b"), (1e-12, 1e-11), 1e-2).with_solutions([other])
+    assert several.error(np.array([[1.0, 1.5]])) == 0.25
+    assert several.floor == MARGIN * APART
+    single = Reference((one,), 2.0, ("a", "b"), (1e-12, 1e-11), 1e-9).with_solutions([other])
+    assert single.error(other) == pytest.approx(2.0**0.5 / 2.0)
+    assert single.floor == MARGIN * 1e-9
 
 
 def test_runs_are_what_they_say(case, judged):
@@ -91,7 +101,7 @@ def test_error_falls_with_the_tolerance(judged):
 
 def problem_of(name, seconds, floor=0.0, interactions=100):
     """A judged problem in which each solver has one run: (seconds, error)."""
-    reference = Reference(np.zeros((1, 2)), 1.0, ("a", "b"), (0.0, 0.0), 0.1 * floor)
+    reference = Reference((np.zeros((1, 2)),), 1.0, ("a", "b"), (0.0, 0.0), 0.1 * floor)
     runs = tuple(
         Run(name, solver, 1e-3, "converged", 0.0, error, 1, 0, 1, time, 1) for solver, (time, error) in seconds.items()
     )
