@@ -101,7 +101,7 @@ def test_error_falls_with_the_tolerance(judged):
 
 def problem_of(name, seconds, floor=0.0, interactions=100):
     """A judged problem in which each solver has one run: (seconds, error)."""
-    reference = Reference((np.zeros((1, 2)),), 1.0, ("a", "b"), (0.0, 0.0), 0.1 * floor)
+    reference = Reference((np.zeros((1, 2)),), 1.0, ("a", "b"), (0.0, 1e-6), 0.1 * floor)
     runs = tuple(
         Run(name, solver, 1e-3, "converged", 0.0, error, 1, 0, 1, time, 1) for solver, (time, error) in seconds.items()
     )
