@@ -8,8 +8,6 @@ import stacks
 import wires
 from case import Case
 
-SWEEPS = "its budget of 10 000 sweeps a step is spent"
-
 CASES = [
     Case(
         "rigid wire thrown taut by a heavy tip",
@@ -25,10 +23,15 @@ CASES = [
         others="explode (the paper's)",
         long=True,
     ),
-    Case("capstan", wires.capstan, tolerance=1e-10, fails={"GaussSeidel": SWEEPS}, long=True),
+    Case("capstan", wires.capstan, tolerance=1e-10, fails={"GaussSeidel": "at mu = 1 it stagnates at 1e-3"}),
     Case("whip of tapered rods", wires.whip, tolerance=1e-12, long=True),
     Case("pendulum of ten rods", wires.pendulum, tolerance=1e-12, long=True),
-    Case("column of spheres under 1e4 times its mass", stacks.column, tolerance=1e-8, fails={"GaussSeidel": SWEEPS}),
+    Case(
+        "column of spheres under 1e4 times its mass",
+        stacks.column,
+        tolerance=1e-8,
+        fails={"GaussSeidel": "it stagnates at 0.1"},
+    ),
     Case("disk in a wedge", stacks.wedge, tolerance=1e-8),
     Case("arch of stones", stacks.arch, tolerance=1e-9),
     Case(
@@ -47,7 +50,7 @@ CASES = [
         "compaction of 10 000 spheres, smooth",
         compaction.smooth,
         tolerance=1e-8,
-        fails={"GaussSeidel": SWEEPS},
+        fails={"GaussSeidel": "its 10 000 sweeps leave 2e-7"},
         others="LMGC90: 2 321 sweeps to 1e-4, 1e-6 not in 3 000",
     ),
     Case(

@@ -232,7 +232,7 @@ def forty(solver) -> Result:
     watch = Watch(lm.Simulation(scene, time_step=1e-3, solver=solver, on_unconverged="ignore"))
     force = watch.step().interactions.force[:, 0]
     assert len(force) == count
-    return watch.result(Number("forty on one", float(np.abs(force / load - 1.0).max()), 1e-8))
+    return watch.result(Number("forty on one", float(np.abs(force / load - 1.0).max()), 1e-9))
 
 
 def lonely(bodies: int, dimension: int, solver) -> Result:
