@@ -70,6 +70,7 @@ def law_kernels(law: type[Law]) -> None:
         sim = lm.Simulation(scene(instance), time_step=1e-3, solver=solver, on_unconverged="ignore").run(steps=2)
         if law.conic is not None:
             lm.solve(sim.problem(), solver=solver)
+        sim.restore(sim.checkpoint())  # lists of neighbours made anew, and impulses carried over
 
 
 def instances(law: type[Law]) -> list[Law]:

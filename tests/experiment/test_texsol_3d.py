@@ -35,7 +35,7 @@ from lmgcpy.experiment.triaxial import TriaxialRecord
 STRAIN = np.linspace(0.0002, 0.1, 500)
 OPTIONS = {"dimension": 3, "laws": "none,rigid-wire", "grains": 30, "beads": 24, "strain": 0.4, "tolerance": 0.01}
 TINY = ["texsol", *(str(word) for name, value in OPTIONS.items() for word in (f"--{name}", value))]
-RUNS = ("compaction", "none-z", "none-x", "none-z-tight", "rigid-wire-z", "rigid-wire-x", "rigid-wire-z-tight")
+RUNS = ("compaction", "none-z", "none-x", "rigid-wire-z", "rigid-wire-x")
 
 
 def record(deviator, law="rigid-wire", axis="z", lateral=1e5, wire=(0.0, 0.0, 0.0)):
@@ -151,7 +151,7 @@ def test_the_study_writes_what_it_promises(whole):
 
 def test_the_summary_answers_the_questions_and_says_why_there_are_no_pictures(whole):
     text = (whole / "summary.md").read_text()
-    for heading in ("The sand", "strengthens the sand", "anisotropic", "Principal stresses", "The runs", "the solver's"):
+    for heading in ("The sand", "strengthens the sand", "anisotropic", "Principal stresses", "The runs"):
         assert heading in text
     assert "km/m³" in text
     assert "nan" not in text.lower()
