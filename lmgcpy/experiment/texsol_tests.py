@@ -53,6 +53,8 @@ class TexSolStudy(ABC):
     DIMENSION: ClassVar[int]
     WIRE_BLOCKS: ClassVar[bool] = True
     """Whether the solver takes a wire as one block."""
+    MOMENTUM: ClassVar[float] = AcceleratedGaussSeidel.momentum
+    """Bound of the solver's momentum."""
 
     laws: tuple[str, ...]
     grain_count: int
@@ -105,7 +107,10 @@ class TexSolStudy(ABC):
     def solver(self, tighter: float = 1.0) -> AcceleratedGaussSeidel:
         """Solver of the tests, at a tolerance divided by ``tighter``."""
         return AcceleratedGaussSeidel(
-            tolerance=self.tolerance / tighter, max_iterations=self.max_iterations, wire_blocks=self.WIRE_BLOCKS
+            tolerance=self.tolerance / tighter,
+            max_iterations=self.max_iterations,
+            wire_blocks=self.WIRE_BLOCKS,
+            momentum=self.MOMENTUM,
         )
 
     def options(self, tighter: float = 1.0) -> dict[str, Any]:
