@@ -64,6 +64,11 @@ class Kernel:
             _in_use.append(self._dispatcher)
         return self._dispatcher
 
+    def make_ready(self, *arguments: Any) -> None:
+        """Load or compile what a call with such arguments needs; nothing is run."""
+        dispatcher: Any = self.dispatcher
+        dispatcher.compile(tuple(map(dispatcher.typeof_pyval, arguments)))
+
     def specialise(self, **names: Any) -> Kernel:
         """The same kernel with the global ``names`` replaced: functions or constants, known to the compiler.
 

@@ -180,8 +180,8 @@ main(["warmup", *sys.argv[1:]], standalone_mode=False)
 
 @pytest.fixture(scope="module")
 def warm():
-    """All kernels that ``lmgcpy warmup`` leaves in the cache."""
-    loaded, compiled, printed = kernels(WARMUP)
+    """All kernels that ``lmgcpy warmup --dimension 2`` leaves in the cache."""
+    loaded, compiled, printed = kernels(WARMUP, "--dimension", "2")
     count = len(loaded | compiled)
     assert re.search(rf"^{count} kernels in .*: {len(compiled)} compiled, {count - len(compiled)} were there", printed[0])
     return loaded | compiled
@@ -225,10 +225,32 @@ def test_after_a_warmup_nothing_is_compiled(what, warm, tmp_path):
 
 
 def test_a_warmup_may_be_for_some_laws(warm):
-    loaded, compiled, _ = kernels(WARMUP, "--laws", "rigid-rod, signorini")
+    loaded, compiled, _ = kernels(WARMUP, "--laws", "rigid-rod, signorini", "--dimension", "2")
     assert not compiled
     assert loaded < warm
     assert any(name.startswith("gauss_seidel-") for name in loaded)
+
+
+IN_SPACE = """
+import lmgcpy as lm
+scene = lm.Scene(dimension=3, gravity=(0.0, 0.0, -9.81))
+for x in (0.1, 0.3, 0.5):
+    scene.add(lm.sphere(radius=0.1, position=(x, 0.0, 0.1), mass=1.0, velocity=(15.0, 0.0, 0.0)))
+scene.add(lm.wall(point=(0, 0, 0), normal=(0, 0, 1)))
+scene.see("GRAIN", "GRAIN", lm.Coulomb(friction=0.3))
+scene.see("GRAIN", "WALL", lm.Coulomb(friction=0.3))
+sim = lm.Simulation(scene, time_step=1e-3).run(steps=4)
+print(sim.positions.tobytes().hex())
+"""
+
+
+def test_after_a_warmup_in_three_dimensions_a_second_process_compiles_nothing():
+    loaded, compiled, _ = kernels(WARMUP, "--dimension", "3", "--laws", "coulomb")
+    warm = loaded | compiled
+    loaded, compiled, printed = kernels(IN_SPACE)
+    assert not compiled
+    assert loaded < warm
+    assert kernels(IN_SPACE)[1:] == (set(), printed)
 
 
 def test_a_warmup_that_cannot_be_ends_with_a_sentence(tmp_path):
@@ -258,7 +280,7 @@ def test_a_law_that_does_not_compile_does_not_keep_others_from_it():
             return (no_such_name,)
 
     lm.laws.register(Broken)
-    main([*sys.argv[1:], "warmup", "--laws", "broken,signorini"])
+    main([*sys.argv[1:], "warmup", "--laws", "broken,signorini", "--dimension", "2"])
     """
     told = child(code, check=False)
     assert told.returncode == 1

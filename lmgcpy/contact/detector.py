@@ -2,9 +2,12 @@
 
 Chains come first, in the order in which they were made, then contacts by row of the visibility table and kind of
 contactor pair, and within those by ids. The list of neighbours is made anew only when something has moved as far as it
-may; what it yields does not depend on when that was. The impulse of an interaction is kept by its place in the list of
-neighbours, hence by identity: both contactors, and the row or the chain. So is the state of laws that have one; it lives
-as long as the interaction does, from the first step within alert to the last.
+may; what it yields does not depend on when that was. In large scenes interactions are sorted by place instead of by ids
+(:mod:`lmgcpy.contact.slabs`), that of the bodies when the list was made.
+
+The impulse of an interaction is kept by its place in the list of neighbours, hence by identity: both contactors, and the
+row or the chain. So is the state of laws that have one; it lives as long as the interaction does, from the first step
+within alert to the last.
 """
 
 from __future__ import annotations
@@ -19,6 +22,14 @@ from lmgcpy.contact.memory import Memory, carry, recall
 from lmgcpy.contact.narrow_phase import Interactions, empty_interactions, farthest, place_contactors
 from lmgcpy.contact.neighbours import KindPair, Surroundings, kind_pairs, neighbours
 from lmgcpy.contact.room import room
+from lmgcpy.contact.slabs import (
+    EVERYWHERE,
+    NOWHERE,
+    Slabs,
+    is_large,
+    partition,
+    sort_pairs,
+)
 from lmgcpy.contact.tables import ChainTable, ContactorTable, VisibilityRow
 from lmgcpy.jit import Kernel
 from lmgcpy.laws import Law
@@ -36,6 +47,14 @@ class Group:
     chain: ChainTable | None = None
     row: VisibilityRow | None = None
     pairs: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), np.int32))
+    rank: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
+    """Places of the pairs, taken by ids, in ``pairs``: the same order unless the scene is partitioned."""
+    cuts: np.ndarray | None = None
+    """Where in ``pairs`` each slab begins, and what belongs to none, and the end; None without slabs."""
+    rows: np.ndarray | None = None
+    """Where among the interactions they begin, as ``cuts``."""
+    walls: int = -1
+    """0 or 1 where the candidates or antagonists are walls: held ones, in the slabs."""
     kernel: Kernel | None = None
     kinds: KindPair | None = None
     first_slot: int = 0
@@ -86,11 +105,15 @@ class Detector:
         self._kinds = [kind_pairs(contactors, row) for row in rows]
         self._offset_colors = {contactors.color[k] for k in np.flatnonzero(contactors.offset.any(axis=1)).tolist()}
         radii = contactors.bounding_radius[self._bounded]
+        self._partitioned = is_large(len(radii))
         self._largest = float(radii.max()) if len(radii) else 0.0
+        self._usual = float(np.quantile(radii, 0.95)) if len(radii) else 0.0
         self._skin = max([0.2 * float(radii.min()) if len(radii) else 0.0, *(row.alert for row in rows)])
         self._reach = 0.0
         self._listed_at: np.ndarray | None = None
         self.groups: list[Group] = []
+        self.place: np.ndarray | None = None
+        """Place of each body in the order of the sweep, (n,); None without slabs."""
         self.dimension = dimension
         laws = [row.law for row in rows] + [chain.law for chain in chains]
         self.state_names = list(dict.fromkeys(name for law in laws for name in law.states()))
@@ -153,6 +176,9 @@ class Detector:
                     self._capacity,
                 )
             group.stop = first
+            if group.cuts is not None:
+                slots = self._capacity.slot[group.start : first]
+                group.rows = group.start + np.searchsorted(slots, group.first_slot + group.cuts)
         return self._capacity.cut(first)
 
     def remember(self, interactions: Interactions, impulse: np.ndarray, state: np.ndarray) -> None:
@@ -214,10 +240,11 @@ class Detector:
             if group.chain:
                 place, here = first, (first >= 0) & (first < group.slots)
             else:
-                keys = group.pairs[:, 0].astype(np.int64) * base + group.pairs[:, 1]
+                keys = (group.pairs[:, 0].astype(np.int64) * base + group.pairs[:, 1])[group.rank]
                 place = np.searchsorted(keys, first * base + second)
                 here = place < len(keys)
                 here[here] = keys[place[here]] == (first * base + second)[here]
+                place[here] = group.rank[place[here]]
             slots[np.flatnonzero(mine)[here]] = group.first_slot + place[here]
         strange = int((slots < 0).sum())
         if strange:
@@ -260,9 +287,11 @@ class Detector:
         if len(bounded) < len(placed):
             near = bounded.astype(np.int32)[near]
         around = Surroundings(near, placed, self._reach, self.contactors, self._bounded, self._free)
+        slabs = self._cut_slabs(placed) if self._partitioned else None
+        self.place = None if slabs is None else slabs.place
         groups = [Group(chain.law, True, chain=chain) for chain in self.chains]
         for row, kinds in zip(self.rows, self._kinds, strict=True):
-            groups += [group for pair in kinds if (group := self._group(row, pair, around)).slots]
+            groups += [group for pair in kinds if (group := self._group(row, pair, around, slabs)).slots]
         slots = 0
         for group in groups:
             group.first_slot = slots
@@ -273,7 +302,19 @@ class Detector:
         if len(self._capacity.gap) < slots or (not central and len(self._capacity.lateral) < slots):
             self._capacity = empty_interactions(slots + slots // 8, central, self.dimension, plain=self._plain)
 
-    def _group(self, row: VisibilityRow, kinds: KindPair, around: Surroundings) -> Group:
+    def _cut_slabs(self, placed: np.ndarray) -> Slabs:
+        """The partition of the bodies, by their first contactor."""
+        bodies, first = np.unique(self.contactors.body[self._bounded], return_index=True)
+        centres = placed[self._bounded, : self.dimension][first]
+        count, of_bounded, place_of_bounded = partition(centres, 2.0 * self._usual + self._reach)
+        slab = np.where(self._free, EVERYWHERE, NOWHERE).astype(np.int32)
+        slab[bodies] = of_bounded
+        place = np.empty(len(slab), np.int32)
+        place[slab < 0] = np.arange(len(bodies), len(slab))
+        place[bodies] = place_of_bounded
+        return Slabs(count, slab, place)
+
+    def _group(self, row: VisibilityRow, kinds: KindPair, around: Surroundings, slabs: Slabs | None) -> Group:
         """The group of one row of the visibility table and two kinds of contactor."""
         pairs = neighbours(row, kinds, around)
         if len(pairs) == 0:
@@ -281,7 +322,19 @@ class Detector:
         central = kinds.pair.central and self._offset_colors.isdisjoint((row.candidate, row.antagonist))
         names = {"CENTRAL": central} if self.dimension == 2 else {}
         kernel = self._narrow.detect_contacts.specialise(**kinds.meaning, **names)
-        return Group(row.law, central, row=row, pairs=pairs, kernel=kernel, kinds=kinds)
+        group = Group(row.law, central, row=row, pairs=pairs, kernel=kernel, kinds=kinds)
+        if slabs is None:
+            group.rank = np.arange(len(pairs), dtype=np.int32)
+            return group
+        for side, mine in enumerate((kinds.is_candidate, kinds.is_antagonist)):
+            if not (mine & self._bounded).any():
+                group.walls = side
+        group.rank, group.cuts = np.empty(len(pairs), np.int32), np.empty(slabs.count + 2, np.int64)
+        where = slabs.count, slabs.slab, slabs.place
+        sort_pairs(pairs, self.contactors.body, *where, group.walls, group.rank, group.cuts)
+        group.pairs = np.empty_like(pairs)
+        group.pairs[group.rank] = pairs
+        return group
 
     def _carry_over(self, groups: list[Group], slots: int) -> None:
         """From the slots of the present list to those of another, of so many slots."""
@@ -293,12 +346,13 @@ class Detector:
             if old is None:
                 continue
             first, last = np.searchsorted(self._slots, [old.first_slot, old.first_slot + old.slots])
+            remembered = np.full(old.slots, -1, np.int32)
+            remembered[self._slots[first:last] - old.first_slot] = np.arange(first, last)
             mine = source[group.first_slot : group.first_slot + group.slots]
-            places = self._slots[first:last] - old.first_slot
             if group.chain:
-                mine[places] = np.arange(first, last)
+                mine[:] = remembered
             else:
-                carry(old.pairs, places, group.pairs, first, mine)
+                carry(old.pairs, old.rank, remembered, group.pairs, group.rank, mine)
         self._slots = np.flatnonzero(source >= 0).astype(np.int32)
         kept = source[self._slots]
         self._impulses, self._states = self._impulses[kept], self._states[kept]

@@ -48,14 +48,20 @@ def recall(slots, known, values, result):
 
 
 @kernel
-def carry(old, places, new, first, source):
-    """Where the pairs ``old[places]`` are among the ``new`` ones, both sorted: ``first`` and what follows are written there
-    into ``source``."""
+def carry(old, old_rank, remembered, new, new_rank, source):
+    """From the places of one list of pairs to those of another: what is ``remembered`` at a pair of the old one, if not
+    below zero, goes into ``source`` at the same pair of the new one. ``rank``: places of the pairs taken by ids."""
     k = 0
-    for p in range(places.shape[0]):
-        c = old[places[p], 0]
-        a = old[places[p], 1]
-        while k < new.shape[0] and (new[k, 0] < c or (new[k, 0] == c and new[k, 1] < a)):
+    for p in range(old_rank.shape[0]):
+        place = old_rank[p]
+        if remembered[place] < 0:
+            continue
+        c = old[place, 0]
+        a = old[place, 1]
+        while k < new_rank.shape[0]:
+            there = new_rank[k]
+            if new[there, 0] > c or (new[there, 0] == c and new[there, 1] >= a):
+                if new[there, 0] == c and new[there, 1] == a:
+                    source[there] = remembered[place]
+                break
             k += 1
-        if k < new.shape[0] and new[k, 0] == c and new[k, 1] == a:
-            source[k] = first + p

@@ -27,7 +27,7 @@ def as_problem(step: StepProblem, free_velocity: np.ndarray, guess: np.ndarray) 
     count = len(system.candidate)
     bias, friction, compliance = np.zeros(count), np.zeros(count), np.zeros(count)
     names: list[str] = []
-    for group, where in zip(step.groups, step.table.offset, strict=True):
+    for group, where in zip(step.groups, step.offset, strict=True):
         if group.law.conic is None:
             raise TypeError(
                 f"Law '{group.law.NAME}' has no conic form, so that this step cannot be written as a problem of its own."

@@ -11,6 +11,7 @@ import numpy as np
 from lmgcpy.contact.detector import Group
 from lmgcpy.contact.narrow_phase import Interactions
 from lmgcpy.contact.room import room
+from lmgcpy.dynamics.schedule import schedule
 from lmgcpy.jit import Kernel
 from lmgcpy.solve.law_kernels import LawKernels, StepData, law_kernels, not_compiled
 from lmgcpy.solve.report import Worst
@@ -26,6 +27,8 @@ class StepProblem:
     groups: list[Group]
     kernels: list[LawKernels]
     table: Groups
+    offset: np.ndarray
+    """Where the numbers of each group begin in ``System.prepared``."""
     data: StepData
     space: Space
 
@@ -77,7 +80,8 @@ def group_kernels(group: Group, dimension: int, wire_blocks: bool, *, watched: b
     """The compiled kernels for a group as it is in this step."""
     block = group.chain is not None and wire_blocks and group.law.slope is not None
     law, rows, parameter_count = type(group.law), group.law.rows(dimension), group.parameters.shape[1]
-    return law_kernels(law, dimension, parameter_count, rows, group.central, group.diagonal, block, watched=watched)
+    walls = group.walls if group.cuts is not None else -1
+    return law_kernels(law, dimension, parameter_count, rows, group.central, group.diagonal, block, walls, watched=watched)
 
 
 def assemble(
@@ -152,11 +156,5 @@ def assemble(
                 f"and {system.antagonist[row]} returned {dict(zip(group.law.PREPARED, numbers, strict=True))} at a gap of "
                 f"{data.gap[row]:g} m."
             )
-    table = Groups(
-        sweep=np.array([kernel.sweep.address for kernel in kernels], dtype=np.int64),
-        error=np.array([kernel.error.address for kernel in kernels], dtype=np.int64),
-        start=np.array([group.start for group in groups], dtype=np.int64),
-        stop=np.array([group.stop for group in groups], dtype=np.int64),
-        offset=offset[:-1],
-    )
-    return StepProblem(system, groups, kernels, table, data, space)
+    table = schedule(groups, kernels, offset[:-1])
+    return StepProblem(system, groups, kernels, table, offset[:-1], data, space)

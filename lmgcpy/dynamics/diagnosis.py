@@ -9,6 +9,7 @@ import numpy as np
 
 from lmgcpy.contact.detector import Group
 from lmgcpy.dynamics.assembly import StepProblem, group_kernels
+from lmgcpy.dynamics.schedule import schedule
 from lmgcpy.solve.problem import Conic
 from lmgcpy.solve.solver import Solver
 from lmgcpy.solve.system import System
@@ -23,19 +24,16 @@ def fault_of_solve(
 ) -> str:
     """A sentence on the first thing that went wrong in the solve of a step; the solve is made again, watched."""
     watched = [group_kernels(group, problem.space.dimension, solver.wire_blocks, watched=True) for group in problem.groups]
-    table = problem.table._replace(
-        sweep=np.array([kernels.sweep.address for kernels in watched], dtype=np.int64),
-        error=np.array([kernels.error.address for kernels in watched], dtype=np.int64),
-    )
+    table = schedule(problem.groups, watched, problem.offset)
     system = problem.system._replace(prepared=np.append(problem.system.prepared, -1.0))
     solver.solve(table, system, free_velocity, guess, conic=conic, **problem.space.driver)
     start = int(system.prepared[-1])
     if start < 0:
         return "no law was asked: velocities, gaps or masses are too large for numbers of double precision"
-    g = int(np.searchsorted(problem.table.offset, start, side="right")) - 1
+    g = int(np.searchsorted(problem.offset, start, side="right")) - 1
     group = problem.groups[g]
     width = len(group.law.PREPARED)
-    row = group.start + (start - int(problem.table.offset[g])) // max(width, 1)
+    row = group.start + (start - int(problem.offset[g])) // max(width, 1)
     return asked(replace(problem, system=system), group, row, tuple(system.prepared[start : start + width].tolist()))
 
 

@@ -52,8 +52,8 @@ class Energy:
         Raises FloatingPointError where a stored energy is not finite, with nothing entered.
         """
         data, system = problem.data, problem.system
-        received = np.empty_like(after)
-        problem.space.momentum(system, received)
+        received = np.zeros_like(after)
+        problem.space.momentum(0, len(system.candidate), -1, system, received)
         # impulses do work on driven components too, which their drives must bring up
         drives = -total(
             lambda inverse, got, v, w: np.where(inverse > 0.0, 0.0, got) @ (0.5 * (v + w)),

@@ -39,14 +39,28 @@ from typing import Any
 
 import numpy as np
 
+from lmgcpy.contact.room import room
 from lmgcpy.errors import flag, named_arguments, number, whole
 from lmgcpy.jit import kernel
-from lmgcpy.solve.gauss_seidel import apply_impulses, begin, measure, sweep_groups, total_error
+from lmgcpy.solve.by_address import read
+from lmgcpy.solve.gauss_seidel import (
+    OWN,
+    apply_impulses,
+    begin,
+    measure,
+    part,
+    sweep_groups,
+    total_error,
+    work,
+)
 from lmgcpy.solve.problem import Conic
 from lmgcpy.solve.report import CONVERGED, NOT_FINITE, SPENT, STAGNATED
 from lmgcpy.solve.solver import Outcome
-from lmgcpy.solve.system import Groups, System
+from lmgcpy.solve.system import Groups
+from lmgcpy.solve.team import Iterates, Team, lead, share_chunks
 
+STEP, EXTRAPOLATE, KEEP, TAKE_BEST, START, *_ = OWN
+"""Kinds of work beyond those of plain Gauss-Seidel."""
 GROWTH = 2.0
 """A step of so many times the least one since the last restart drops the momentum."""
 RECOVERY = 0.997
@@ -57,19 +71,18 @@ MOST_DAMPING = 0.5
 """The momentum that is always allowed never did harm."""
 
 
-def step_size(weight, x, y):
-    """``|w (x - y)|`` [m/s]; four sums, so that no addition waits for the one before (5 % of a sweep)."""
+def squares(weight, x, y):
+    """``|w (x - y)|^2`` [m^2/s^2]; four sums, so that no addition waits for the one before (5 % of a sweep)."""
     a = b = c = d = 0.0
-    count = x.shape[0]
-    whole_fours = count - count % 4
-    for i in range(0, whole_fours, 4):
+    fours = weight.shape[0] - weight.shape[0] % 4
+    for i in range(0, fours, 4):
         a += (weight[i] * (x[i] - y[i])) ** 2
         b += (weight[i + 1] * (x[i + 1] - y[i + 1])) ** 2
         c += (weight[i + 2] * (x[i + 2] - y[i + 2])) ** 2
         d += (weight[i + 3] * (x[i + 3] - y[i + 3])) ** 2
-    for i in range(whole_fours, count):
+    for i in range(fours, weight.shape[0]):
         a += (weight[i] * (x[i] - y[i])) ** 2
-    return np.sqrt(a + b + c + d)
+    return a + b + c + d
 
 
 def extrapolate(x, last, beta):
@@ -80,28 +93,64 @@ def extrapolate(x, last, beta):
         last[i] = here
 
 
+def copy(x, y):
+    """``y <- x``."""
+    for i in range(x.shape[0]):
+        y[i] = x[i]
+
+
+def own_work(kind, task, job):
+    """What is done to the iterates, a part of each."""
+    step = read(job)
+    own = step.iterates
+    impulse = step.s.impulse.reshape(-1)
+    velocity = step.s.velocity.reshape(-1)
+    first, last = part(task, impulse.shape[0], step.chunks)
+    low, high = part(task, velocity.shape[0], step.chunks)
+    here = impulse[first:last]
+    if kind == STEP:
+        step.partial[task, 0] = squares(own.weight[first:last], here, own.start[first:last])
+    elif kind == EXTRAPOLATE:
+        extrapolate(here, own.last_impulse[first:last], step.beta[0])
+        copy(here, own.start[first:last])
+        extrapolate(velocity[low:high], own.last_velocity[low:high], step.beta[0])
+    elif kind == KEEP:
+        copy(here, own.best_impulse[first:last])
+    elif kind == TAKE_BEST:
+        copy(own.best_impulse[first:last], here)
+    else:
+        copy(here, own.best_impulse[first:last])
+        copy(here, own.last_impulse[first:last])
+        copy(here, own.start[first:last])
+        copy(velocity[low:high], own.last_velocity[low:high])
+
+
+def step_size(team):
+    """``|w (x - y)|`` [m/s] of the last sweep."""
+    share_chunks(STEP, team)
+    total = 0.0
+    for task in range(team.chunks):
+        total += team.partial[task, 0]
+    return np.sqrt(total)
+
+
 @kernel
-def accelerated_gauss_seidel(groups: Groups, s: System, free_velocity, guess, weight, tolerance, max_iterations, momentum):
+def accelerated_gauss_seidel(team: Team, tolerance, max_iterations, momentum_bound):
     """Sweep with momentum until ``|e(r)| <= tolerance |e(0)|``; returns (sweeps, residual, status).
 
-    ``weight``: diagonal of W, flat as the impulses. The error is measured after sweeps 1, 2, 3 ..., then at intervals
-    of an eighth of the sweeps done and where the size of the step promises success. Without success the best impulses
-    measured are returned. Stagnation: the last three quarters of the sweeps, and 4000, gained less than 1 %.
+    The error is measured after sweeps 1, 2, 3 ..., then at intervals of an eighth of the sweeps done and where the size of
+    the step promises success. Without success the best impulses measured are returned. Stagnation: the last three quarters
+    of the sweeps, and 4000, gained less than 1 %.
     """
-    nothing, residual, done, status = begin(groups, s, free_velocity, guess, tolerance)
+    nothing, residual, done, status = begin(team, tolerance)
     if done:
         return 0, residual, status
 
-    impulse = s.impulse.reshape(-1)
-    velocity = s.velocity.reshape(-1)
-    start = impulse.copy()  # of the sweep
-    last_impulse = impulse.copy()  # results of the sweep before
-    last_velocity = velocity.copy()
-    best_impulse = impulse.copy()
+    share_chunks(START, team)
     best = np.inf
     milestone = residual
     milestone_sweep = 0
-    damping = 1.0 - momentum
+    damping = 1.0 - momentum_bound
     run = 0  # slow sweeps since the last restart
     previous = np.inf  # step
     least = np.inf  # step since then
@@ -111,16 +160,16 @@ def accelerated_gauss_seidel(groups: Groups, s: System, free_velocity, guess, we
     check = 1
     status = SPENT
     while sweeps < max_iterations:
-        if not sweep_groups(groups, s):
+        if not sweep_groups(team):
             status = NOT_FINITE
             break
         sweeps += 1
-        step = step_size(weight, impulse, start)
+        step = step_size(team)
         promising = ratio * step <= tolerance and sweeps >= measured + 8
         if sweeps >= check or promising or sweeps == max_iterations:
             measured = sweeps
             check = sweeps + 1 + sweeps // 8
-            residual = measure(groups, s, free_velocity, nothing, tolerance)
+            residual = measure(team, nothing, tolerance)
             if residual <= tolerance:
                 status = CONVERGED
                 break
@@ -130,7 +179,7 @@ def accelerated_gauss_seidel(groups: Groups, s: System, free_velocity, guess, we
             ratio = residual / step
             if residual < best:
                 best = residual
-                best_impulse[:] = impulse
+                share_chunks(KEEP, team)
             if best < 0.99 * milestone:
                 milestone = best
                 milestone_sweep = sweeps
@@ -147,15 +196,14 @@ def accelerated_gauss_seidel(groups: Groups, s: System, free_velocity, guess, we
             run = 0
             least = step
         else:
-            damping = max(1.0 - momentum, RECOVERY * damping)
+            damping = max(1.0 - momentum_bound, RECOVERY * damping)
             least = min(least, step)
-        extrapolate(impulse, last_impulse, beta)
-        extrapolate(velocity, last_velocity, beta)
-        start[:] = impulse
+        team.beta[0] = beta
+        share_chunks(EXTRAPOLATE, team)
     if status != CONVERGED and status != NOT_FINITE:
-        impulse[:] = best_impulse
-        apply_impulses(free_velocity, s)
-        residual = total_error(groups, s) / nothing
+        share_chunks(TAKE_BEST, team)
+        apply_impulses(team)
+        residual = total_error(team) / nothing
     return sweeps, residual, status
 
 
@@ -188,14 +236,16 @@ class AcceleratedGaussSeidel:
         guess: np.ndarray,
         *,
         conic: Callable[[], Conic] | None = None,
+        threads: int = 1,
         **operator: Any,
     ) -> Outcome:
         """Solve in place from the impulses ``guess``.
 
-        ``conic`` is for other solvers; ``operator``: functions that stand in for those on bodies, for a problem with an
-        assembled W.
+        ``conic`` is for other solvers; ``threads``: how many may work on a partitioned scene; ``operator``: functions that
+        stand in for those on bodies in the plane.
         """
-        weight = system.delassus[:, : system.impulse.shape[1]].ravel()
+        count, weight = system.impulse.size, system.delassus[:, : system.impulse.shape[1]].ravel()
+        iterates = Iterates(room(count), room(count), room(system.velocity.size), room(count), weight)
         limits = float(self.tolerance), int(self.max_iterations), float(self.momentum)
-        solve = accelerated_gauss_seidel.specialise(**operator)
-        return Outcome(*solve(groups, system, free_velocity, guess, weight, *limits))
+        step, task = (groups, system, free_velocity, guess), work.specialise(own_work=own_work, **operator)
+        return Outcome(*lead(accelerated_gauss_seidel, task, step, iterates, threads, *limits))

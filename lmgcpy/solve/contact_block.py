@@ -26,6 +26,8 @@ CENTRAL = True
 """Whether the contact point lies on the line along the normal through both centres."""
 DIAGONAL = True
 """Whether all local blocks of W are diagonal."""
+WALLS = -1
+"""0 or 1 where the candidates or antagonists are held walls, which other threads see and nobody writes to."""
 
 
 def relative_velocity(i, s):
@@ -58,16 +60,20 @@ def push(i, s, d_n, d_t):
     if ROWS == 2:
         d_x -= n_y * d_t
         d_y += n_x * d_t
-    s.velocity[c, 0] += s.inverse_mass[c, 0] * d_x
-    s.velocity[c, 1] += s.inverse_mass[c, 1] * d_y
-    s.velocity[a, 0] -= s.inverse_mass[a, 0] * d_x
-    s.velocity[a, 1] -= s.inverse_mass[a, 1] * d_y
-    if not CENTRAL:
-        s.velocity[c, 2] -= s.inverse_mass[c, 2] * (s.arm[i, 0] * d_t + s.lateral[i, 0] * d_n)
-        s.velocity[a, 2] += s.inverse_mass[a, 2] * (s.lateral[i, 1] * d_n - s.arm[i, 1] * d_t)
-    elif ROWS == 2:
-        s.velocity[c, 2] -= s.inverse_mass[c, 2] * s.arm[i, 0] * d_t
-        s.velocity[a, 2] -= s.inverse_mass[a, 2] * s.arm[i, 1] * d_t
+    if WALLS != 0:
+        s.velocity[c, 0] += s.inverse_mass[c, 0] * d_x
+        s.velocity[c, 1] += s.inverse_mass[c, 1] * d_y
+        if not CENTRAL:
+            s.velocity[c, 2] -= s.inverse_mass[c, 2] * (s.arm[i, 0] * d_t + s.lateral[i, 0] * d_n)
+        elif ROWS == 2:
+            s.velocity[c, 2] -= s.inverse_mass[c, 2] * s.arm[i, 0] * d_t
+    if WALLS != 1:
+        s.velocity[a, 0] -= s.inverse_mass[a, 0] * d_x
+        s.velocity[a, 1] -= s.inverse_mass[a, 1] * d_y
+        if not CENTRAL:
+            s.velocity[a, 2] += s.inverse_mass[a, 2] * (s.lateral[i, 1] * d_n - s.arm[i, 1] * d_t)
+        elif ROWS == 2:
+            s.velocity[a, 2] -= s.inverse_mass[a, 2] * s.arm[i, 1] * d_t
 
 
 def normal_velocity(i, s):
@@ -139,10 +145,10 @@ def error(start, stop, offset, s: System):
     return total
 
 
-def momentum(s, result):
-    """``H r``: what the impulses give to the bodies [N s, N m s], into ``result`` (n, 3)."""
-    result[:, :] = 0.0
-    for i in range(s.candidate.shape[0]):
+def momentum(start, stop, walls, s, result):
+    """Add ``H r``, what the impulses of some interactions give to the bodies [N s, N m s], to ``result`` (n, 3); not to
+    candidates (``walls`` 0) or antagonists (1) that are held walls."""
+    for i in range(start, stop):
         c = s.candidate[i]
         a = s.antagonist[i]
         r_n = s.impulse[i, 0]
@@ -156,12 +162,14 @@ def momentum(s, result):
         if s.lateral.shape[0] > 0:
             spin_c -= s.lateral[i, 0] * r_n
             spin_a += s.lateral[i, 1] * r_n
-        result[c, 0] += x
-        result[c, 1] += y
-        result[c, 2] += spin_c
-        result[a, 0] -= x
-        result[a, 1] -= y
-        result[a, 2] += spin_a
+        if walls != 0:
+            result[c, 0] += x
+            result[c, 1] += y
+            result[c, 2] += spin_c
+        if walls != 1:
+            result[a, 0] -= x
+            result[a, 1] -= y
+            result[a, 2] += spin_a
 
 
 def relative_velocities(s, velocity, result):

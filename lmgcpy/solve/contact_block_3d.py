@@ -26,6 +26,8 @@ ROWS = 3
 """1 where the impulse is normal only."""
 DIAGONAL = True
 """Whether all local blocks of W are diagonal."""
+WALLS = -1
+"""0 or 1 where the candidates or antagonists are held walls, which other threads see and nobody writes to."""
 
 
 def cross(n_x, n_y, n_z, t_x, t_y, t_z):
@@ -89,18 +91,22 @@ def push(i, s, d_n, d_t, d_s):
         m_z = t_z * d_s - s_z * d_t
         arm_c = s.arm[i, 0]
         arm_a = s.arm[i, 1]
-        s.velocity[c, 3] += s.inverse_mass[c, 3] * (arm_c * m_x)
-        s.velocity[c, 4] += s.inverse_mass[c, 4] * (arm_c * m_y)
-        s.velocity[c, 5] += s.inverse_mass[c, 5] * (arm_c * m_z)
-        s.velocity[a, 3] += s.inverse_mass[a, 3] * (arm_a * m_x)
-        s.velocity[a, 4] += s.inverse_mass[a, 4] * (arm_a * m_y)
-        s.velocity[a, 5] += s.inverse_mass[a, 5] * (arm_a * m_z)
-    s.velocity[c, 0] += s.inverse_mass[c, 0] * d_x
-    s.velocity[c, 1] += s.inverse_mass[c, 1] * d_y
-    s.velocity[c, 2] += s.inverse_mass[c, 2] * d_z
-    s.velocity[a, 0] -= s.inverse_mass[a, 0] * d_x
-    s.velocity[a, 1] -= s.inverse_mass[a, 1] * d_y
-    s.velocity[a, 2] -= s.inverse_mass[a, 2] * d_z
+        if WALLS != 0:
+            s.velocity[c, 3] += s.inverse_mass[c, 3] * (arm_c * m_x)
+            s.velocity[c, 4] += s.inverse_mass[c, 4] * (arm_c * m_y)
+            s.velocity[c, 5] += s.inverse_mass[c, 5] * (arm_c * m_z)
+        if WALLS != 1:
+            s.velocity[a, 3] += s.inverse_mass[a, 3] * (arm_a * m_x)
+            s.velocity[a, 4] += s.inverse_mass[a, 4] * (arm_a * m_y)
+            s.velocity[a, 5] += s.inverse_mass[a, 5] * (arm_a * m_z)
+    if WALLS != 0:
+        s.velocity[c, 0] += s.inverse_mass[c, 0] * d_x
+        s.velocity[c, 1] += s.inverse_mass[c, 1] * d_y
+        s.velocity[c, 2] += s.inverse_mass[c, 2] * d_z
+    if WALLS != 1:
+        s.velocity[a, 0] -= s.inverse_mass[a, 0] * d_x
+        s.velocity[a, 1] -= s.inverse_mass[a, 1] * d_y
+        s.velocity[a, 2] -= s.inverse_mass[a, 2] * d_z
 
 
 def sweep(start, stop, offset, s: System):
@@ -174,10 +180,10 @@ def error(start, stop, offset, s: System):
     return total
 
 
-def momentum(s, result):
-    """``H r``: what the impulses give to the bodies [N s, N m s], into ``result`` (n, 6)."""
-    result[:, :] = 0.0
-    for i in range(s.candidate.shape[0]):
+def momentum(start, stop, walls, s, result):
+    """Add ``H r``, what the impulses of some interactions give to the bodies [N s, N m s], to ``result`` (n, 6); not to
+    candidates (``walls`` 0) or antagonists (1) that are held walls."""
+    for i in range(start, stop):
         r_n = s.impulse[i, 0]
         r_t = s.impulse[i, 1]
         r_s = s.impulse[i, 2]
@@ -198,11 +204,14 @@ def momentum(s, result):
             n_z * r_n + t_z * r_t + s_z * r_s,
         )
         moment = (t_x * r_s - s_x * r_t, t_y * r_s - s_y * r_t, t_z * r_s - s_z * r_t)
-        for k in range(3):
-            result[c, k] += impulse[k]
-            result[a, k] -= impulse[k]
-            result[c, 3 + k] += s.arm[i, 0] * moment[k]
-            result[a, 3 + k] += s.arm[i, 1] * moment[k]
+        if walls != 0:
+            for k in range(3):
+                result[c, k] += impulse[k]
+                result[c, 3 + k] += s.arm[i, 0] * moment[k]
+        if walls != 1:
+            for k in range(3):
+                result[a, k] -= impulse[k]
+                result[a, 3 + k] += s.arm[i, 1] * moment[k]
 
 
 def relative_velocities(s, velocity, result):

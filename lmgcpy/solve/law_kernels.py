@@ -149,9 +149,15 @@ class LawKernels:
 
     sweep: Any
     error: Any
+    beside_walls: Any
+    """The sweep for contacts with held walls in the slabs of a partitioned scene, None where there are none."""
     prepare: Kernel
     energy: Kernel | None
     commit: Kernel | None
+
+    def sweep_in_slab(self, walls: int) -> Any:
+        """The sweep; ``walls`` (0, 1) for contacts whose candidates, or antagonists, are held walls."""
+        return self.sweep if walls < 0 else self.beside_walls
 
 
 def law_kernels(
@@ -162,14 +168,20 @@ def law_kernels(
     central: bool,
     diagonal: bool,
     chain: bool,
+    walls: int = -1,
     *,
     watched: bool = False,
 ) -> LawKernels:
-    """Kernels for groups of a law (``chain``: the links of one wire as a block, which needs the law's ``slope``);
-    ``watched``: see :func:`group_kernels`."""
-    sweep, error = group_kernels(law, dimension, rows, diagonal, chain, SYSTEM_TYPE, {"CENTRAL": central}, watched=watched)
+    """Kernels for groups of a law (``chain``: the links of one wire as a block, which needs the law's ``slope``; ``walls``:
+    0 or 1 where the candidates or antagonists of the group's slabs are held walls); ``watched``: see
+    :func:`group_kernels`."""
+    given, names = (law, dimension, rows, diagonal, chain, SYSTEM_TYPE), {"CENTRAL": central}
+    sweep, error = group_kernels(*given, names, watched=watched)
+    beside = group_kernels(*given, {**names, "WALLS": walls}, watched=watched)[0] if walls >= 0 else None
     functions = law.prepare, law.energy, law.initial, law.commit
-    return LawKernels(sweep, error, *_step_kernels(functions, len(law.PREPARED), len(law.states()), parameter_count, rows))
+    return LawKernels(
+        sweep, error, beside, *_step_kernels(functions, len(law.PREPARED), len(law.states()), parameter_count, rows)
+    )
 
 
 def group_kernels(

@@ -61,10 +61,9 @@ def push(i, s, d_n, d_t):
         s.velocity[j, 1] += s.block[k, 1, 0] * d_n + s.block[k, 1, 1] * d_t
 
 
-def apply_impulses(free_velocity, s):
-    """``u = q + W r``."""
-    s.velocity[:, :] = free_velocity
-    for i in range(s.impulse.shape[0]):
+def add_impulses(start, stop, walls, s, velocity):
+    """Add ``W r`` of some interactions."""
+    for i in range(start, stop):
         push(np.uintp(i), s, s.impulse[i, 0], s.impulse[i, 1])
 
 
@@ -91,11 +90,19 @@ def push_normal_3d(i, s, d):
     push_3d(i, s, d, 0.0, 0.0)
 
 
-def apply_impulses_3d(free_velocity, s):
-    """``u = q + W r``."""
-    s.velocity[:, :] = free_velocity
-    for i in range(s.impulse.shape[0]):
+def add_impulses_3d(start, stop, walls, s, velocity):
+    """Add ``W r`` of some interactions."""
+    for i in range(start, stop):
         push_3d(np.uintp(i), s, s.impulse[i, 0], s.impulse[i, 1], s.impulse[i, 2])
+
+
+def begin_free(first, last, s, free_velocity):
+    """``u = q``."""
+    s.velocity[first:last] = free_velocity[first:last]
+
+
+def leave(first, last, s, free_velocity):
+    """Nothing is left to do."""
 
 
 TEMPLATE_NAMES: dict[int, dict[str, Any]] = {
@@ -109,8 +116,8 @@ TEMPLATE_NAMES: dict[int, dict[str, Any]] = {
 }
 """What the templates of the groups are specialised with, by dimension."""
 DRIVER_NAMES: dict[int, dict[str, Any]] = {
-    2: {"apply_impulses": apply_impulses},
-    3: {"apply_impulses": apply_impulses_3d},
+    2: {"clear": begin_free, "momentum": add_impulses, "combine": leave},
+    3: {"clear": begin_free, "momentum": add_impulses_3d, "combine": leave},
 }
 """What the kernels of solvers are specialised with."""
 
@@ -174,11 +181,11 @@ def assemble_problem(problem: Problem, wire_blocks: bool) -> tuple[Groups, Matri
         chain = wire_blocks and not contact
         diagonal_only = not (contact and (coupling[start:stop].any() or system.shear[start:stop].any()))
         kernels.append(group_kernels(law, d, rows, diagonal_only, chain, numba.typeof(system), TEMPLATE_NAMES[d]))
-    table = Groups(
-        sweep=np.array([sweep.address for sweep, _ in kernels], dtype=np.int64),
-        error=np.array([error.address for _, error in kernels], dtype=np.int64),
-        start=np.array([start for start, _ in runs], dtype=np.int64),
-        stop=np.array([stop for _, stop in runs], dtype=np.int64),
-        offset=np.array([2 * start for start, _ in runs], dtype=np.int64),
+    table = Groups.in_order(
+        sweep=[sweep.address for sweep, _ in kernels],
+        error=[error.address for _, error in kernels],
+        start=[start for start, _ in runs],
+        stop=[stop for _, stop in runs],
+        offset=[2 * start for start, _ in runs],
     )
     return table, system, kernels

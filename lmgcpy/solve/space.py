@@ -25,7 +25,7 @@ class Space:
     driver: dict[str, Any]
     """What the kernels of solvers are specialised with."""
     momentum: Kernel
-    """``(s, result)``: what the impulses give to the bodies."""
+    """``(start, stop, walls, s, result)``: adds what impulses give to the bodies."""
     relative_velocities: Kernel
     """``(s, velocity, result)``: relative velocities of all interactions for the velocities of the bodies."""
 

@@ -6,7 +6,7 @@ Delassus operator is never assembled: kernels work on the velocities of the bodi
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -50,16 +50,41 @@ class System(NamedTuple):
     worst: np.ndarray
     """(2,): largest single error that the error kernels met [m/s], and the row of its interaction."""
 
+    def moved(self, place: np.ndarray, free_velocity: np.ndarray) -> tuple[System, np.ndarray]:
+        """The same with each body at its ``place``, (n,), and the velocities without impulses (n, k) likewise."""
+        order = np.argsort(place)
+        free = free_velocity[order]
+        bodies = {"velocity": free.copy(), "inverse_mass": self.inverse_mass[order]}
+        rows = {"candidate": place[self.candidate], "antagonist": place[self.antagonist]}
+        return self._replace(**bodies, **{name: row.astype(np.uint32) for name, row in rows.items()}), free
+
 
 class Groups(NamedTuple):
-    """Where the groups stand in a :class:`System`, and which kernels solve them; (g,) int64 each."""
+    """Where the groups stand in a :class:`System`, in what order they are swept, and which kernels solve them; int64.
+
+    They are listed piece by piece, (p,) each: a piece is a group, or in a partitioned scene what it has in one slab. Pieces
+    one after another are a task, which one thread does; tasks of a phase touch no body in common that they write to.
+    """
 
     sweep: np.ndarray
-    """Address of the kernel that updates the impulses of a group."""
+    """Address of the kernel that updates the impulses of a piece."""
     error: np.ndarray
-    """Address of the kernel that measures the error of a group."""
+    """Address of the kernel that measures the error of a piece."""
     start: np.ndarray
     stop: np.ndarray
-    """Rows of the group's interactions."""
+    """Rows of the piece's interactions."""
     offset: np.ndarray
     """Where its numbers begin in ``System.prepared``."""
+    walls: np.ndarray
+    """0 or 1 where the candidates or antagonists are held walls and are not to be written to; else -1."""
+    task: np.ndarray
+    """First piece of each task, and the end."""
+    phase: np.ndarray
+    """First task of each phase, and the end."""
+
+    @classmethod
+    def in_order(cls, sweep: Any, error: Any, start: Any, stop: Any, offset: Any) -> Groups:
+        """Groups that are swept one after another by one thread."""
+        sweep, error, start, stop, offset = (np.array(c, dtype=np.int64) for c in (sweep, error, start, stop, offset))
+        walls, task, phase = np.full(len(sweep), -1), np.array([0, len(sweep)]), np.array([0, 1])
+        return cls(sweep, error, start, stop, offset, walls, task, phase)

@@ -1,0 +1,67 @@
+"""In what order the groups of a step are swept, and what threads may do side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from lmgcpy.contact.detector import Group
+from lmgcpy.solve.law_kernels import LawKernels
+from lmgcpy.solve.system import Groups
+
+Piece = tuple[int, int, int, bool]
+"""Group, first row, row after the last, whether it is in a slab."""
+
+
+def schedule(groups: list[Group], kernels: list[LawKernels], offset: np.ndarray) -> Groups:
+    """The groups one after another; those of a partitioned scene (:mod:`lmgcpy.contact.slabs`) in four phases: chains side
+    by side if no body is in two of them, even slabs, odd slabs, and what is in no slab.
+
+    ``offset``: where the numbers of each group begin in ``System.prepared``.
+    """
+    if all(group.cuts is None for group in groups):
+        start, stop = [group.start for group in groups], [group.stop for group in groups]
+        return Groups.in_order([k.sweep.address for k in kernels], [k.error.address for k in kernels], start, stop, offset)
+    pieces: list[Piece] = []
+    task, phase = [0], [0]
+    for tasks in _phases(groups):
+        for found in tasks:
+            if found:
+                pieces += found
+                task.append(len(pieces))
+        if len(task) - 1 > phase[-1]:
+            phase.append(len(task) - 1)
+    table = np.array(pieces, dtype=np.int64).reshape(-1, 4)
+    of = table[:, 0].tolist()
+    walls = [groups[g].walls if inside else -1 for g, _, _, inside in pieces]
+    width = np.array([len(group.law.PREPARED) for group in groups])
+    first = np.array([group.start for group in groups])
+    return Groups(
+        sweep=np.array([kernels[g].sweep_in_slab(wall).address for g, wall in zip(of, walls, strict=True)], np.int64),
+        error=np.array([kernels[g].error.address for g in of], np.int64),
+        start=table[:, 1].copy(),
+        stop=table[:, 2].copy(),
+        offset=np.asarray(offset)[of] + width[of] * (table[:, 1] - first[of]),
+        walls=np.array(walls, np.int64),
+        task=np.array(task),
+        phase=np.array(phase),
+    )
+
+
+def _phases(groups: list[Group]) -> Iterator[list[list[Piece]]]:
+    """The tasks of each phase, each a list of pieces; some may be empty."""
+    chains = [[(g, group.start, group.stop, False)] for g, group in enumerate(groups) if group.chain]
+    bodies = [np.unique(group.chain.bodies) for group in groups if group.chain]
+    apart = len(np.unique(np.concatenate([np.zeros(0, int), *bodies]))) == sum(map(len, bodies))
+    yield chains if apart else [[piece for chain in chains for piece in chain]]
+    rows = {g: group.rows.tolist() for g, group in enumerate(groups) if group.rows is not None}
+    slabs = max(map(len, rows.values())) - 2
+    for parity in (0, 1):
+        yield [_cut(rows, slab, inside=True) for slab in range(parity, slabs, 2)]
+    yield [_cut(rows, slabs, inside=False)]
+
+
+def _cut(rows: dict[int, list[int]], slab: int, *, inside: bool) -> list[Piece]:
+    """What the groups have in one slab."""
+    return [(g, cut[slab], cut[slab + 1], inside) for g, cut in rows.items() if cut[slab + 1] > cut[slab]]

@@ -1,0 +1,98 @@
+"""Functions and named tuples known by their addresses, in compiled code.
+
+What is called by address is compiled by itself, once, and the caller need not know the types of what it hands on: the
+driver of a solver is one piece of machine code for 2D, 3D and assembled problems. (Handed over by value, the three hundred
+numbers of a step's arrays cost the compiler a second at every call.)
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+from functools import cache
+from typing import Any
+
+from llvmlite import ir
+from numba.core import cgutils, types
+from numba.extending import intrinsic
+
+ROOM = 1024
+"""Words of memory for a named tuple of arrays."""
+_POINTER = ir.IntType(8).as_pointer()
+
+
+def _bare(context, builder, kind: Any, value):
+    """A tuple whose arrays own nothing: who wrote it keeps them alive, and no counting is done where it is read."""
+    if isinstance(kind, (types.NamedTuple, types.NamedUniTuple)):
+        for k, member in enumerate(kind.types):
+            part = _bare(context, builder, member, builder.extract_value(value, k))
+            value = builder.insert_value(value, part, k)
+    elif isinstance(kind, types.Array):
+        array = context.make_array(kind)(context, builder, value)
+        array.meminfo = cgutils.get_null_value(array.meminfo.type)
+        array.parent = cgutils.get_null_value(array.parent.type)
+        value = array._getvalue()
+    return value
+
+
+def _write(typing_context, address, value):
+    """``*address = value``, of arrays and numbers."""
+
+    def generate(context, builder, signature, arguments):
+        model = context.data_model_manager[value]
+        data = model.as_data(builder, arguments[1])
+        assert context.get_abi_sizeof(data.type) <= 8 * ROOM
+        builder.store(data, builder.inttoptr(arguments[0], data.type.as_pointer()))
+        return context.get_dummy_value()
+
+    return types.void(types.int64, value), generate
+
+
+def _read(typing_context, pointer):
+    """``*pointer``, which :data:`write` wrote."""
+
+    def generate(context, builder, signature, arguments):
+        model = context.data_model_manager[signature.return_type]
+        typed = builder.bitcast(arguments[0], model.get_data_type().as_pointer())
+        value = model.load_from_data_pointer(builder, typed)
+        return _bare(context, builder, signature.return_type, value)
+
+    return pointer.dtype(pointer), generate
+
+
+def _call_work(typing_context, address, kind, task, job):
+    """``double work(int64 kind, int64 task, void *job)`` at an address."""
+
+    def generate(context, builder, signature, arguments):
+        whole = ir.IntType(64)
+        function = ir.FunctionType(ir.DoubleType(), [whole, whole, _POINTER])
+        place = builder.inttoptr(arguments[3], _POINTER)
+        return builder.call(builder.inttoptr(arguments[0], function.as_pointer()), [*arguments[1:3], place])
+
+    return types.float64(types.int64, types.int64, types.int64, types.int64), generate
+
+
+def _call_at(typing_context, address):
+    """``int f()`` at an address."""
+
+    def generate(context, builder, signature, arguments):
+        function = ir.FunctionType(ir.IntType(32), [])
+        return builder.call(builder.inttoptr(arguments[0], function.as_pointer()), [])
+
+    return types.int32(types.int64), generate
+
+
+write: Any = intrinsic(_write)
+read: Any = intrinsic(_read)
+call_work: Any = intrinsic(_call_work)
+call_at: Any = intrinsic(_call_at)
+
+
+@cache
+def giving_way() -> int:
+    """Address of the system's function by which a thread lets others run."""
+    library: Any = ctypes.WinDLL("kernel32") if os.name == "nt" else ctypes.CDLL(None)  # type: ignore[attr-defined]
+    function = library.SwitchToThread if os.name == "nt" else library.sched_yield
+    address = ctypes.cast(function, ctypes.c_void_p).value
+    assert address is not None
+    return address

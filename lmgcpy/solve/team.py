@@ -1,0 +1,209 @@
+"""Work on one step shared by threads, with the bits of one thread.
+
+A sweep is a few phases one after another, a phase some tasks that touch no number in common, and who does a task cannot
+be seen in the result: sums are kept by task and added in their order. One thread leads: it runs the solver and offers
+every phase of more than one task; the others help. All that an offer says is in one number, the ticket, and to claim a
+task is to add one to it, at once, if it is still as it was read: so nobody can work on a phase that is over. The leader
+takes tasks as well and waits for none that nobody has claimed; helpers that are late, or that the system does not let
+run, cost nothing. Threads are started for each solve and end with it (0.1 ms): nothing is left behind that a fork, a
+second simulation in another thread or the end of the process would have to care about.
+"""
+
+from __future__ import annotations
+
+import threading
+from functools import cache
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+from numba.core import types
+
+from lmgcpy.jit import Kernel, kernel
+from lmgcpy.solve.atomic import add, exchange, load, store
+from lmgcpy.solve.by_address import ROOM, call_at, call_work, giving_way, write
+from lmgcpy.solve.system import Groups, System
+
+TICKET, DONE, HELPERS = 0, 8, 16
+"""Entries of ``Team.words``, far enough from each other to be in different lines of the cache."""
+STOP = 255
+"""Kind of the last offer."""
+PATIENCE = 5000
+"""Looks at a number that does not change before other processes are given way."""
+
+
+class Team(NamedTuple):
+    """What the threads have in common; the same types for every solver and kind of body, so that what leads them is
+    compiled once."""
+
+    words: np.ndarray
+    """(24,) int64: the ticket (turn, kind of work, end of the tasks, next task), how many tasks are done, how many help."""
+    partial: np.ndarray
+    """What each task found: a sum, and of errors the worst with its row, (tasks, 3)."""
+    beta: np.ndarray
+    """(1,): the momentum of the next extrapolation."""
+    phase: np.ndarray
+    """First task of each phase, and the end."""
+    worst: np.ndarray
+    """(2,): where the largest error and its row are told."""
+    chunks: int
+    """Into so many parts whole arrays are cut."""
+    rows: int
+    """How many interactions there are."""
+    work: int
+    """Address of what does a task: ``work(kind, task, job)``."""
+    job: int
+    """Address of the :class:`Job` as this thread has it."""
+    give_way: int
+    """Address of the system's function."""
+
+
+class Iterates(NamedTuple):
+    """Arrays of a solver beside impulses and velocities, flat; empty for plain Gauss-Seidel."""
+
+    start: np.ndarray
+    """Impulses from which the sweep started."""
+    last_impulse: np.ndarray
+    last_velocity: np.ndarray
+    """Results of the sweep before."""
+    best_impulse: np.ndarray
+    weight: np.ndarray
+    """Diagonal of W."""
+
+
+class Job(NamedTuple):
+    """A step to be solved, for one thread: ``s.worst`` and ``s.work`` are its own."""
+
+    groups: Groups
+    s: System
+    free_velocity: np.ndarray
+    guess: np.ndarray
+    iterates: Iterates
+    partial: np.ndarray
+    beta: np.ndarray
+    """As in :class:`Team`."""
+    chunks: int
+
+
+@kernel
+def lay(job, address):
+    """Write the job to an address, where the work finds it."""
+    write(address, job)
+
+
+def ticket(turn, kind, last, task):
+    """An offer as one number."""
+    return (turn << 40) | (kind << 32) | (last << 16) | task
+
+
+def share(kind, first, last, team):
+    """Have the tasks ``first`` to ``last`` of a kind of work done, by this thread and those that help."""
+    words = team.words
+    if last - first < 2 or words[HELPERS] == 0:
+        for task in range(first, last):
+            call_work(team.work, kind, task, team.job)
+        return
+    store(words, DONE, 0)
+    turn = ((load(words, TICKET) >> 40) + 1) & 0x7FFFFF
+    store(words, TICKET, ticket(turn, kind, last, first))
+    while claim_one(team):
+        pass
+    looks = 0
+    while load(words, DONE) < last - first:
+        looks += 1
+        if looks > PATIENCE:
+            call_at(team.give_way)
+
+
+def share_phases(kind, team):
+    """Have a kind of work done for all interactions."""
+    for f in range(team.phase.shape[0] - 1):
+        share(kind, team.phase[f], team.phase[f + 1], team)
+
+
+def share_chunks(kind, team):
+    """Have a kind of work done for whole arrays."""
+    share(kind, np.int64(0), team.chunks, team)
+
+
+def claim_one(team):
+    """Do one task of the offer, if one is left; returns whether the offer may hold more."""
+    words = team.words
+    offer = load(words, TICKET)
+    task = offer & 0xFFFF
+    if task >= (offer >> 16) & 0xFFFF:
+        return False
+    if exchange(words, TICKET, offer, offer + 1):
+        call_work(team.work, (offer >> 32) & 0xFF, task, team.job)
+        add(words, DONE, 1)
+    return True
+
+
+@kernel
+def help_out(team: Team):
+    """Do tasks as they are offered, until the last offer."""
+    words = team.words
+    looks = 0
+    while (load(words, TICKET) >> 32) & 0xFF != STOP:
+        if claim_one(team):
+            looks = 0
+        else:
+            looks += 1
+            if looks > PATIENCE:
+                call_at(team.give_way)
+
+
+@cache
+def work_address(work: Kernel, job_type: types.Type) -> int:
+    """Address of the compiled work; it stays for as long as the process."""
+    pointer = work.pointer(types.float64(types.int64, types.int64, types.CPointer(job_type)))
+    _alive.append(pointer)
+    return pointer.address
+
+
+_alive: list[Any] = []
+
+
+def lead(
+    solver: Kernel,
+    work: Kernel,
+    step: tuple[Groups, Any, np.ndarray, np.ndarray],
+    iterates: Iterates,
+    threads: int,
+    *arguments: Any,
+) -> Any:
+    """``solver(team, *arguments)`` on a step (groups, system, velocities without impulses, guess) with so many threads.
+
+    A scene without a partition has one task and one chunk, and no use for more than one.
+    """
+    groups, system, free_velocity, guess = step
+    tasks = len(groups.task) - 1
+    chunks = max(int(np.diff(groups.phase).max(initial=1)), 1)
+    words = np.zeros(24, dtype=np.int64)
+    words[HELPERS] = threads - 1 if chunks > 1 else 0
+    partial, beta = np.zeros((max(tasks, chunks), 3)), np.zeros(1)
+    job = Job(groups, system, free_velocity, guess, iterates, partial, beta, chunks)
+    own = [job]
+    for _ in range(int(words[HELPERS])):
+        own.append(job._replace(s=system._replace(worst=np.zeros(8)[:2], work=np.empty_like(system.work))))
+    places = np.empty((len(own), ROOM), dtype=np.int64)
+    addresses = [place.ctypes.data for place in places]
+    for mine, address in zip(own, addresses, strict=True):
+        lay(mine, address)
+    address = work_address(work, numba.typeof(job))
+    team = Team(
+        words, partial, beta, groups.phase, system.worst, chunks, len(system.impulse), address, addresses[0], giving_way()
+    )
+    if len(own) == 1:
+        return solver(team, *arguments)
+    solver.make_ready(team, *arguments)  # or helpers would spend the compiler's time looking for work
+    help_out.make_ready(team)
+    helpers = [threading.Thread(target=help_out, args=(team._replace(job=address),)) for address in addresses[1:]]
+    for thread in helpers:
+        thread.start()
+    try:
+        return solver(team, *arguments)
+    finally:
+        words[TICKET] = STOP << 32
+        for thread in helpers:
+            thread.join()
