@@ -81,4 +81,6 @@ def __getattr__(name: str) -> Any:
     """``lmgcpy.view``, which is imported when it is first asked for: most runs look at nothing."""
     if name == "view":
         return importlib.import_module("lmgcpy.view")
-    raise AttributeError(f"module 'lmgcpy' has no attribute '{name}'")
+    from lmgcpy.errors import closest
+
+    raise AttributeError(f"lmgcpy has no '{name}'{closest(name, __all__)}")

@@ -51,7 +51,7 @@ class Contents(click.ParamType):
     "--resume", is_flag=True, help="Go on with the interrupted study in the folder; takes no other option but --threads."
 )
 def column(quick: bool, out: Path, force: bool, resume: bool, **options: Any) -> None:
-    """Columns of sand, without and with wire, poured into a mould and released from it.
+    """Columns of sand, without and with wire, released from a mould.
 
     Tells how far each runs out, how high it remains, and from which content of wire on it stands, if it does. Writes
     tables, figures, a picture and a summary, and beside them the runs as run files. Interrupted by Ctrl-C, or killed, it

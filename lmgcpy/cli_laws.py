@@ -21,7 +21,10 @@ from lmgcpy.laws.law import REQUIRED
 @click.option("--check", is_flag=True, help="Run the conformance kit on the law NAME and print its report.")
 @click.option("--set", "given", multiple=True, metavar="PARAMETER=VALUE", help="Parameter of the law for --check.")
 def laws(name: str | None, check: bool, given: tuple[str, ...]) -> None:
-    """All laws with their parameters, or all about the law NAME; and which plug-ins failed to load, and why."""
+    """All laws with their parameters, or all about the law NAME.
+
+    And which plug-ins failed to load, and why.
+    """
     if name is None:
         if check or given:
             raise click.UsageError("--check and --set are about one law: name it, as in lmgcpy laws coulomb --check.")

@@ -29,10 +29,10 @@ FILE = click.Path(path_type=Path)
 def solve(
     file: Path, name: str, tolerance: float, max_iterations: int | None, measure: str, out: Path | None, force: bool
 ) -> None:
-    """Solve the frictional-contact problem in FILE (FCLIB's local layout, HDF5).
+    """Solve the frictional-contact problem in FILE.
 
-    The problem is one step of any program: u = W r + q with a law for each interaction. Exit code 0: solved to the
-    tolerance, 1: not.
+    The file is in FCLIB's local layout, HDF5, and holds one step of any program: u = W r + q with a law for each
+    interaction. Exit code 0: solved to the tolerance, 1: not.
     """
     from lmgcpy.io import fclib
     from lmgcpy.solve.by_name import SOLVERS
@@ -126,10 +126,10 @@ def write_solution(out: Path, problem: Problem, solved: Solved, about: dict[str,
 @click.option("--quick", is_flag=True, help="Small problems of every family, for a look.")
 @click.option("--force", is_flag=True, help="Write into a folder that is not empty.")
 def bench(folders: tuple[Path, ...], out: Path, make: str, spheres: str, solvers: str, quick: bool, force: bool) -> None:
-    """Speed against error: every solver at tolerances from 1e-1 to 1e-10 on the problems in FOLDERS and on some made here.
+    """Speed against error of every solver, at tolerances down to 1e-10.
 
-    Folders hold FCLIB files. Errors are true errors of the velocities, by two references each. Writes tables, figures and
-    the page frontier.md.
+    On the problems in FOLDERS, which hold FCLIB files, and on some made here. Errors are true errors of the velocities, by
+    two references each. Writes tables, figures and the page frontier.md.
     """
     from lmgcpy.bench.study import Bench, run_bench
     from lmgcpy.experiment.stages import Stages

@@ -48,7 +48,7 @@ def field_value(option: str, value: Any) -> Any:
     "--resume", is_flag=True, help="Go on with the interrupted study in the folder; takes no other option but --threads."
 )
 def texsol(dimension: str, quick: bool, out: Path | None, force: bool, resume: bool, **options: Any) -> None:
-    """The paper's study: compression of sand and of wire-reinforced sand.
+    """The paper's study: compression of sand without and with wire.
 
     Prepares a sample, crushes it once per law, and writes tables, figures and a summary, and beside them the runs as run
     files. In 2D biaxial tests (section 3 of the paper); in 3D triaxial tests of a sample with the wire in layers, across

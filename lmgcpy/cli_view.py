@@ -105,10 +105,10 @@ def render(
     what: str | None,
     **how: Any,
 ) -> None:
-    """Draw a frame of a run, or all of them as a moving picture; no display is needed.
+    """Draw a frame of a run, or all of them as a moving picture.
 
-    Several files, frames or cameras stand side by side, as many of each. With --what layout a table tells which bodies
-    overlap and which links are longer than their reference.
+    No display is needed. Several files, frames or cameras stand side by side, as many of each. With --what layout a table
+    tells which bodies overlap and which links are longer than their reference.
     """
     from lmgcpy.io.run import open_run
     from lmgcpy.view.layout import check

@@ -97,6 +97,6 @@ def test_without_pyvista_the_commands_say_what_to_install(file, tmp_path, monkey
     for command in (("render", file), ("view", file), ("export", file, "--vtk", "out")):
         done = CliRunner().invoke(main, [str(word) for word in command])
         assert done.exit_code == 1
-        assert done.output.endswith("is not installed: pip install lmgcpy[view].\n"), done.output
+        assert done.output.endswith('is not installed: pip install "lmgcpy[view]".\n'), done.output
     assert not list(tmp_path.iterdir())
     run("plot", file)

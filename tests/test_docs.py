@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+import lmgcpy as lm
+
 DOCS = Path(__file__).parent.parent / "docs"
 
 
@@ -40,3 +42,23 @@ def test_links_between_pages_lead_somewhere():
     for page in [*DOCS.glob("*.md"), DOCS.parent / "README.md"]:
         for target in re.findall(r"\]\((?!https?:)([^)#]+)\)", page.read_text()):
             assert (page.parent / target).exists(), f"{page.name} links to {target}"
+
+
+def test_every_name_that_a_page_gives_is_there():
+    """As ``lm.measure.stress`` in the text; what belongs to objects, as ``sim.report``, is in the blocks that run."""
+    for page in [*DOCS.glob("*.md"), DOCS.parent / "README.md"]:
+        for name in set(re.findall(r"\blm((?:\.\w+)+)", page.read_text())):
+            found = lm
+            for part in name[1:].split("."):
+                assert hasattr(found, part), f"{page.name}: lm{name}"
+                found = getattr(found, part)
+
+
+def test_every_page_is_in_the_index():
+    """In its text, for who reads it where it lies, and in the contents of the site."""
+    index = (DOCS / "index.md").read_text()
+    contents = re.findall(r"^([\w/]+)$", "".join(re.findall(r"```{toctree}\n(.*?)```", index, re.S)), re.M)
+    pages = sorted(page.stem for page in DOCS.glob("*.md") if page.stem != "index")
+    assert sorted(contents) == sorted([*pages, "reference/index"])
+    for page in pages:
+        assert f"]({page}.md)" in index, f"{page}.md"

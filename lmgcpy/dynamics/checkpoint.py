@@ -21,8 +21,15 @@ class Checkpoint:
     time: float
     """[s]."""
     steps: int
+    """Made so far."""
     unconverged_steps: int
+    """Of those, which the solver did not solve to its tolerance."""
     worst_residual: float
     """Largest residual of a step so far."""
     energy: Energy
+    """Of the last step, and its totals."""
     memory: Memory
+    """Impulses and states of the interactions, by identity."""
+
+    def __repr__(self) -> str:
+        return f"<Checkpoint of {len(self.positions)} bodies at t = {self.time:g} s, step {self.steps}>"

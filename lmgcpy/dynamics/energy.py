@@ -17,8 +17,9 @@ class Energy:
     """Energies and works in [J] (per metre of depth in 2D).
 
     At every step ``kinetic - kinetic before = loads + drives + sum of interactions`` holds to round-off, each term the
-    work at the mean velocity of the step: of gravity and imposed forces, of whatever holds the driven components, and of
-    the impulses by name of law. ``kinetic`` is that of the free components. Names with ``total_`` are sums over the run.
+    work at the mean velocity of the step: ``loads`` of gravity and imposed forces, ``drives`` of whatever holds the driven
+    components, and ``interactions`` of the impulses by name of law. ``kinetic`` is that of the free components.
+    ``total_loads``, ``total_drives`` and ``total_interactions`` are sums over the run.
     """
 
     kinetic: float = 0.0
@@ -38,6 +39,12 @@ class Energy:
     def mechanical(self) -> float:
         """Kinetic and stored energy."""
         return self.kinetic + sum(self.stored.values())
+
+    def __repr__(self) -> str:
+        work = {"loads": self.loads, "drives": self.drives, "interactions": sum(self.interactions.values())}
+        works = ", ".join(f"{name} {value + 0.0:.4g} J" for name, value in work.items())  # + 0.0: no "-0"
+        stored = sum(self.stored.values())
+        return f"<Energy: kinetic {self.kinetic:.4g} J, stored {stored:.4g} J; works of the last step: {works}>"
 
     def advance(
         self,

@@ -71,6 +71,12 @@ class Model:
     start: State
     """Where everything is at the beginning."""
 
+    def __repr__(self) -> str:
+        return (
+            f"<Model in {self.dimension}D: {len(self.mass)} bodies, {len(self.rows)} rows of the visibility table, "
+            f"{len(self.chains)} chains>"
+        )
+
 
 @dataclass
 class State:
@@ -87,3 +93,6 @@ class State:
     def copy(self) -> State:
         """An independent copy."""
         return State(self.positions.copy(), self.velocities.copy(), self.time)
+
+    def __repr__(self) -> str:
+        return f"<State of {len(self.positions)} bodies at t = {self.time:g} s>"

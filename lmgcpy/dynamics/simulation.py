@@ -76,7 +76,10 @@ class Simulation:
     ``threads``: how many may share the solver's work on a scene of 5000 bodies or more; ``sim.threads = 2`` changes it
     between steps. Nothing else depends on it: the results have the same bits for any number.
 
-    The loop, for velocities v, positions q, external forces F, and impulses r along H:
+    Beside what is below it has ``steps``, made so far; ``report`` and ``energy`` of the last step, a :class:`Report
+    <lmgcpy.solve.report.Report>` and an :class:`Energy <lmgcpy.dynamics.energy.Energy>`; and its ``scene``.
+
+    The loop, for velocities v, positions q, external forces F, and impulses r along H::
 
         q_m    = q + (1 - theta) h v              detection at q_m
         v_free = v + h M^-1 F                     imposed components take their value at the end of the step
@@ -373,6 +376,7 @@ class Simulation:
             memory=self._detector.give_memory(),
         )
 
+    @named_arguments
     def restore(self, checkpoint: Checkpoint) -> None:
         """Go on from a checkpoint of this scene, bit for bit; ``interactions`` are empty until the next step."""
         if not isinstance(checkpoint, Checkpoint):
@@ -453,7 +457,7 @@ class Simulation:
     def __repr__(self) -> str:
         return (
             f"<Simulation of {len(self.positions)} bodies at t = {self.time:g} s, step {self.steps}, "
-            f"h = {self.time_step:g} s; last step {self.report.status}>"
+            f"h = {self.time_step:g} s; {f'last step {self.report.status}' if self.steps else 'no step yet'}>"
         )
 
 

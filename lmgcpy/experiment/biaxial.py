@@ -30,18 +30,23 @@ class Frame:
     in_wire: np.ndarray
     """Which of them are links, (m,) bool."""
 
+    def __repr__(self) -> str:
+        crushed = f"{100.0 * self.strain:.3g} % of crushing"
+        return f"<Frame at {crushed}: {len(self.positions)} particles, {len(self.forces)} forces>"
 
-@dataclass(kw_only=True)
+
+@dataclass(kw_only=True, repr=False)
 class BiaxialRecord(CompressionRecord):
     """What a biaxial test measured, step by step."""
 
     lateral: np.ndarray
     """Mean force on the lateral walls [N], (s,)."""
     frames: list[Frame] = field(default_factory=list)
+    """Those that were kept, evenly spaced."""
 
 
 class Biaxial(Compression):
-    """A biaxial test: :class:`Compression` of a 2D sample. Beads are free to roll."""
+    """A biaxial test: :class:`~lmgcpy.experiment.compression.Compression` of a 2D sample. Beads are free to roll."""
 
     NAME = "biaxial test"
     DIMENSION = 2

@@ -92,6 +92,12 @@ class Sample:
         fine = len(grains) and self.radii[: self.bead_count].max(initial=0.0) < grains.min()
         return 2.0 * float((grains if fine else self.radii).mean())
 
+    def __repr__(self) -> str:
+        of = "one wire" if len(self.wires) == 1 else f"{len(self.wires)} wires"
+        wires = f", {self.bead_count} of them beads of {of}" if self.wires else ""
+        box = " x ".join(f"{size:.3g}" for size in self.box)
+        return f"<Sample in {self.dimension}D: {len(self.radii)} particles{wires}, in a box of {box} m>"
+
 
 class Box:
     """The scene of a sample in its box, without gravity; boundary conditions are the caller's.

@@ -45,6 +45,9 @@ class State:
     spins: np.ndarray
     """[rad/s], (n, 3)."""
 
+    def __repr__(self) -> str:
+        return f"<State of {len(self.positions)} particles>"
+
 
 @dataclass(frozen=True)
 class Course:
@@ -61,14 +64,21 @@ class Course:
     tension: np.ndarray
     """Greatest and mean tension of the links [N], (s, 2)."""
     residual: np.ndarray
+    """Of the solver, (s,)."""
     iterations: np.ndarray
+    """Sweeps, (s,)."""
     unconverged: int
     """Steps that did not reach the tolerance."""
     end: State
+    """Where the particles are after the last step."""
     at_rest: bool
     """Whether it ended by coming to rest."""
     seconds: float
     """Time of the clock that the steps took [s]."""
+
+    def __repr__(self) -> str:
+        rest = "at rest" if self.at_rest else "still moving"
+        return f"<Course of {len(self.time)} steps to t = {self.time[-1] if len(self.time) else 0.0:.3g} s, {rest}>"
 
 
 class Column:
@@ -167,6 +177,10 @@ class Column:
         n = len(self._masses)
         return State(sim.positions[:n].copy(), sim.velocities[:n].copy(), sim.spins[:n].copy())
 
+    def __repr__(self) -> str:
+        particles, bodies = len(self._masses), len(self.scene.bodies)
+        return f"<Column of content {self.laid.content:.3g}: {particles} particles, {bodies} bodies>"
+
 
 @named_arguments
 def let_go(
@@ -184,9 +198,10 @@ def let_go(
 ) -> Course:
     """Let a column move until it is at rest, for ``least`` [s] at the least and ``duration`` [s] at the most.
 
-    In one step a grain that has fallen through the whole height moves by ``travel`` radii of a bead. Rest: see
-    :data:`REST`. ``frames`` are kept in that time. ``name`` is that of the run in its notes; ``file``, ``on_step`` and
-    ``interrupted`` as in :func:`lmgcpy.experiment.trial.carry_out`.
+    In one step a grain that has fallen through the whole height moves by ``travel`` radii of a bead. At rest: for half a
+    time unit the kinetic energy stays below a thousandth of weight times mean grain diameter. ``frames`` are kept in
+    that time. ``name`` is that of the run in its notes; ``file``, ``on_step`` and ``interrupted`` as in
+    :func:`lmgcpy.experiment.trial.carry_out`.
     """
     number(duration, "duration", above=0.0, unit="s")
     number(least, "least", minimum=0.0, maximum=duration, unit="s")

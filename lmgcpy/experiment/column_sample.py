@@ -35,7 +35,7 @@ class Mould:
     side: float
     """[m]"""
     height: float
-    """Of the sand at :data:`SOLID_FRACTION` [m]."""
+    """Of the sand at ``SOLID_FRACTION`` [m]."""
 
     @classmethod
     def of(cls, grain_volume: float, aspect: float) -> Mould:
@@ -65,6 +65,7 @@ class Laid:
     """A column before it settles."""
 
     mould: Mould
+    """In which it lies."""
     sample: Sample
     """Beads first; its box reaches to the highest grain."""
     diameter: float
@@ -92,6 +93,9 @@ class Laid:
         """Mass of the wire over that of the sand [-]."""
         sand = SAND_DENSITY * 4.0 / 3.0 * math.pi * float(np.sum(self.sample.radii[self.sample.bead_count :] ** 3))
         return self.linear_density * DTEX * self.wire_length / sand
+
+    def __repr__(self) -> str:
+        return f"<Laid column of content {self.content:.3g}: {self.sample!r}>"
 
 
 @named_arguments

@@ -28,7 +28,7 @@ class Unrest:
     """What is left of motion over a window of steps: four numbers, all small at rest."""
 
     imbalance: float = np.inf
-    """Mean of |force on a wall / (pressure x its area) - 1|, the worst of the loaded walls."""
+    """Mean of ``|force on a wall / (pressure x its area) - 1|``, the worst of the loaded walls."""
     volume_change: float = np.inf
     """Relative."""
     force: float = np.inf
@@ -47,8 +47,11 @@ class Compaction:
     """A compacted sample in d dimensions and how it came to rest."""
 
     sample: Sample
+    """As it came out."""
     steps: int
+    """That were made."""
     at_rest: bool
+    """Whether it came to rest within them."""
     unrest: Unrest
     """Over the last window."""
     solid_fraction: float
@@ -62,7 +65,13 @@ class Compaction:
     penetration: float
     """Deepest overlap [m]."""
     mean_residual: float
+    """Of the steps."""
     seconds: float
+    """Time of the clock that the steps took [s]."""
+
+    def __repr__(self) -> str:
+        rest = "at rest" if self.at_rest else "not at rest"
+        return f"<Compaction in {self.steps} steps, {rest}, solid fraction {self.solid_fraction:.3f}: {self.sample!r}>"
 
 
 @named_arguments

@@ -31,13 +31,16 @@ PARTS = ("total", "sand", "wire")
 """Parts of the Weber stress."""
 
 
-@dataclass(kw_only=True)
+@dataclass(kw_only=True, repr=False)
 class CompressionRecord:
     """What a test in d dimensions measured, step by step; forces in 2D per metre of depth."""
 
     law: str
+    """Name of the law between the beads, "none" without one."""
     tolerance: float
+    """Of the solver."""
     inertial_number: float
+    """``v d sqrt(rho/p)/H`` of the test."""
     strain: np.ndarray
     """Crushing, (s,)."""
     reaction: np.ndarray
@@ -47,10 +50,13 @@ class CompressionRecord:
     size: np.ndarray
     """Sizes of the box [m], (s, d)."""
     stress: dict[str, np.ndarray]
-    """Weber stress of :data:`PARTS` [Pa], (s, d, d) each."""
+    """Weber stress [Pa] of the "total", the "sand" and the "wire", (s, d, d) each."""
     residual: np.ndarray
+    """Of the solver, (s,)."""
     iterations: np.ndarray
+    """Sweeps, (s,)."""
     interactions: np.ndarray
+    """How many, (s,)."""
     kinetic: np.ndarray
     """Kinetic energy of the free components [J], (s,)."""
     stored: np.ndarray
@@ -58,6 +64,7 @@ class CompressionRecord:
     defect: np.ndarray
     """What the energy identity of the step leaves [J], (s,)."""
     status: list[str]
+    """How the solver ended each step."""
     seconds: float = 0.0
     """Time of the clock that the steps took [s]."""
 
@@ -75,6 +82,13 @@ class CompressionRecord:
         index = np.arange(len(values))
         low, high = np.maximum(index - count // 2, 0), np.minimum(index + count // 2 + 1, len(values))
         return (sums[high] - sums[low]) / (high - low).reshape(-1, *[1] * (values.ndim - 1))
+
+    def __repr__(self) -> str:
+        crushed = f"{100.0 * self.strain[-1]:.3g} %" if len(self.strain) else "nothing"
+        return (
+            f"<{type(self).__name__} of law '{self.law}': {len(self.strain)} steps to {crushed} of crushing, "
+            f"{self.unconverged} not converged>"
+        )
 
 
 @named_arguments
@@ -226,3 +240,8 @@ class Compression(ABC):
             "status": [STATUS[code] for code in history["status"]],
             "seconds": float(history["step_seconds"].sum()),
         }
+
+    def __repr__(self) -> str:
+        law = repr(self.law) if self.law else "no law between the beads"
+        what = f"{type(self).__name__} along {AXES[self.axis]}"
+        return f"<{what}, {law}, at {self.pressure:g} Pa: {len(self.box.particles)} particles>"

@@ -15,7 +15,7 @@ def draw_pictures(result: Result, folder: StudyFolder, report: ReportFolder) -> 
     try:
         import pyvista  # noqa: F401
     except ImportError:
-        return "There are no pictures of the sample, as pyvista is not installed: pip install lmgcpy[view] brings it."
+        return 'There are no pictures of the sample, as pyvista is not installed: pip install "lmgcpy[view]" brings it.'
     import lmgcpy.view as view
 
     with ExitStack() as stack:

@@ -13,7 +13,7 @@ from lmgcpy.io.run import Run
 from lmgcpy.sample.arguments import AXES
 
 
-@dataclass(kw_only=True)
+@dataclass(kw_only=True, repr=False)
 class TriaxialRecord(CompressionRecord):
     """What a triaxial test measured, step by step. Pressures are positive, Weber stresses are traction positive."""
 
@@ -44,7 +44,7 @@ class TriaxialRecord(CompressionRecord):
 
 
 class Triaxial(Compression):
-    """A triaxial test: :class:`Compression` of a 3D sample, along "x", "y" or "z".
+    """A triaxial test: :class:`~lmgcpy.experiment.compression.Compression` of a 3D sample, along "x", "y" or "z".
 
     Linked beads are kept from rolling: beads finer than the grains would turn between them like the balls of a bearing,
     and the wire would slip through the sand whatever its friction.

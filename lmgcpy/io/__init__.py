@@ -20,4 +20,6 @@ def __getattr__(name: str) -> Any:
         from lmgcpy.io.vtk import export_vtk
 
         return export_vtk
-    raise AttributeError(f"module 'lmgcpy.io' has no attribute '{name}'")
+    from lmgcpy.errors import closest
+
+    raise AttributeError(f"lmgcpy.io has no '{name}'{closest(name, __all__)}")

@@ -20,19 +20,25 @@ class Difference:
     """The first difference of two runs."""
 
     quantity: str
+    """What differs."""
     time: float
     """[s]; NaN where the runs differ as wholes."""
     step: int
+    """At whose end they differ."""
     by: float
     """Largest difference, in the unit of the quantity."""
     relative: float
     """The same relative to the largest of the quantity's values, of then or, with a tolerance, of the runs."""
     where: str = ""
+    """The body, or the two values, where there is more to say."""
 
     def __str__(self) -> str:
         when = f"at t = {self.time:g} s, step {self.step}" if np.isfinite(self.time) else "as wholes"
         size = f", by {self.by:.3g} ({self.relative:.2g} of the largest)" if np.isfinite(self.by) else ""
         return f"They differ in {self.quantity} {when}{size}{f': {self.where}' if self.where else '.'}"
+
+    def __repr__(self) -> str:
+        return f"<Difference: {self}>"
 
 
 @named_arguments

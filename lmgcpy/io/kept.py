@@ -55,6 +55,7 @@ class KeptRun:
         """A step failed half-way."""
 
     def how_to_go_on(self) -> str:
+        """A sentence for who was interrupted."""
         return "Interrupted; there is no file to go on from."
 
     # ------------------------------------------------------------------------------------------------------- like a run
@@ -64,6 +65,9 @@ class KeptRun:
 
     def __exit__(self, *exception: object) -> None:
         pass
+
+    def __repr__(self) -> str:
+        return f"<run kept in memory: {len(self._rows.history)} steps, {len(self._rows.index)} frames>"
 
     @property
     def history(self) -> np.ndarray:

@@ -60,7 +60,7 @@ def take_up(
     """Put a simulation, built as that of a run file was, where the file ends; its runs go on in the file.
 
     For programs that build their scene anew each time they are started: functions of time need not be named.
-    ``observe`` and ``notes`` as they were given when the file was made. Raises what :func:`resume` raises, and
+    ``observe`` and ``notes`` as they were given when the file was made. Raises what :func:`~lmgcpy.resume` raises, and
     ValueError where the file is of another scene, of other options or of other notes, with what differs.
     """
     if not isinstance(sim, Simulation):

@@ -25,8 +25,9 @@ class RunInteractions:
     law: np.ndarray
     """Names of the laws, (m,)."""
     candidate: np.ndarray
+    """Ids of the candidate bodies, (m,)."""
     antagonist: np.ndarray
-    """Ids of the bodies, (m,)."""
+    """Ids of the antagonist bodies, (m,)."""
     gap: np.ndarray
     """At the detection configuration [m], (m,)."""
     normal: np.ndarray
@@ -63,6 +64,11 @@ class RunInteractions:
 
     def __len__(self) -> int:
         return len(self.gap)
+
+    def __repr__(self) -> str:
+        names, counts = np.unique(self.law, return_counts=True)
+        by_law = ", ".join(f"{count} {name}" for name, count in zip(names, counts, strict=True))
+        return f"<{len(self)} interactions of a frame: {by_law or 'none'}>"
 
 
 class Column:
@@ -248,7 +254,7 @@ class Run:
 
     @property
     def scene(self) -> dict[str, Any]:
-        """The scene as :func:`lmgcpy.scene.description.describe` tells it."""
+        """The scene as arrays and words: bodies, contactors, materials, visibility table, chains."""
         with form.sentences_of_damage(self.path):
             return form.read_tree(self._table("scene"))
 

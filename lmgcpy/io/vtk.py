@@ -17,7 +17,7 @@ from lmgcpy.view.drawing import in_space
 from lmgcpy.view.quantities import coordination
 from lmgcpy.view.snapshot import Snapshot, acting_lines, snapshot
 
-MISSING = "Files for ParaView are written by VTK, which is not installed: pip install lmgcpy[view]."
+MISSING = 'Files for ParaView are written by VTK, which is not installed: pip install "lmgcpy[view]".'
 PARTS = ("bodies", "forces", "wires", "walls")
 """What a run is told in: a series of files each."""
 

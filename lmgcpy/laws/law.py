@@ -16,7 +16,7 @@ from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
-from lmgcpy.errors import closest, number, shown
+from lmgcpy.errors import closest, named_arguments, number, shown
 
 INTERFACE = 1
 """Version of what a law is here: its functions, their arguments, its class attributes. It grows when one of them changes
@@ -35,6 +35,7 @@ TRAITS = {
 """What a law may declare of itself, and what it then promises."""
 
 
+@named_arguments
 class Parameter:
     """A number that a law takes, declared in the class body: ``friction = Parameter("-", minimum=0.0)``.
 
@@ -71,12 +72,19 @@ class Parameter:
             return None
         return number(value, f"{self.name} of law '{law_name}'", unit=self.unit, **self.bounds)
 
+    def __repr__(self) -> str:
+        return f"<Parameter '{self.name}' [{self.unit}]{f': {self.text}' if self.text else ''}>"
 
+
+@named_arguments
 class State:
     """A number that a law keeps for each interaction, declared in the class body: ``damage = State("-", "1: broken")``."""
 
     def __init__(self, unit: str, text: str = ""):
         self.unit, self.text = unit, text
+
+    def __repr__(self) -> str:
+        return f"<State [{self.unit}]{f': {self.text}' if self.text else ''}>"
 
 
 Declaration = TypeVar("Declaration", Parameter, State)
@@ -90,7 +98,7 @@ class Law(ABC):
     * ``NAME``: as files and tables call it;
     * ``APPLIES_TO``: "contact" or "link";
     * ``PREPARED``: names of the numbers that ``prepare`` returns;
-    * ``TRAITS``: what the law promises, out of :data:`TRAITS`;
+    * ``TRAITS``: what the law promises, out of :data:`~lmgcpy.laws.law.TRAITS`;
     * ``PAIRS``: kinds of contactors that a contact law is for, as ``{("disk", "wall")}``; None: all;
     * ``INTERFACE``: version of the interface that the law is written for;
     * :class:`Parameter` attributes, in the order in which ``prepare`` receives their values;
@@ -130,7 +138,14 @@ class Law(ABC):
 
     @staticmethod
     @abstractmethod
-    def prepare(gap, reference_gap, velocity, time_step, parameters, state):
+    def prepare(
+        gap: float,
+        reference_gap: float,
+        velocity: tuple[float, ...],
+        time_step: float,
+        parameters: tuple[float, ...],
+        state: tuple[float, ...],
+    ) -> tuple[float, ...]:
         """Once a step: the few numbers that ``react`` needs, a tuple as long as ``PREPARED``.
 
         ``gap`` [m] at the detection configuration, ``reference_gap`` [m] (links; 0 for contacts), ``velocity`` [m/s]:
@@ -140,7 +155,7 @@ class Law(ABC):
 
     @staticmethod
     @abstractmethod
-    def react(W, u, prepared):
+    def react(W: tuple[tuple[float, ...], ...], u: tuple[float, ...], prepared: tuple[float, ...]) -> tuple[float, ...]:
         """The impulse (a tuple, [N s]) that satisfies the law exactly where the velocity is ``u + W impulse``.
 
         ``W``: a tuple of rows [1/kg], symmetric positive definite; ``u``: free velocity [m/s], a tuple.

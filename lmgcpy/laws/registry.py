@@ -44,7 +44,7 @@ class Specification:
 
 @dataclass(frozen=True)
 class Registration:
-    """A registered law and where it comes from."""
+    """A registered law, and the ``distribution`` that it comes from."""
 
     law: type[Law]
     distribution: str
@@ -63,7 +63,7 @@ class Registry:
     def register(self, law: type[Law], *, distribution: str = "script") -> type[Law]:
         """Add a law class; returns it, so that it serves as a decorator.
 
-        Raises TypeError for what does not fit the interface of :class:`Law` and ValueError for a name that another
+        Raises TypeError for what does not fit the interface of :class:`~lmgcpy.Law` and ValueError for a name that another
         distribution has taken. A script may register a class of the same name again: the new one replaces the old.
         """
         check_interface(law)
@@ -121,6 +121,9 @@ class Registry:
         """Plug-ins that failed to load, with the reason."""
         self.load_plugins()
         return dict(self._failures)
+
+    def __repr__(self) -> str:
+        return f"<Registry of {len(self._laws)} laws, {len(self._failures)} plug-ins that failed to load>"
 
 
 def check_interface(law: Any) -> None:

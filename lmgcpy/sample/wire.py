@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Wire:
     """A chain of beads, and whether it had to be cut (paper, section 4: "sometimes it is impossible to define a bead
     position, so the wire is cut").
     """
 
-    positions: np.ndarray = field(repr=False)
+    positions: np.ndarray
     """Centres of the beads [m], shape (bead_count, d)."""
 
-    radii: np.ndarray = field(repr=False)
+    radii: np.ndarray
     """Radii of the beads [m], shape (bead_count,)."""
 
     interstice: float
@@ -45,3 +45,6 @@ class Wire:
         if not self.cut:
             return laid
         return f"{laid}, cut: there was no place for bead {self.bead_count + 1} of {self.requested_count}"
+
+    def __repr__(self) -> str:
+        return f"<{self}>"

@@ -45,7 +45,7 @@ def wire_2d(
 ) -> Wire:
     """A wire in a "random orientation state" (paper, section 3), the 2D form of the rules of section 4.
 
-    Bead n lies at the distance l = ``interstice`` + 2 ``bead_radius`` from bead n - 1 in the direction
+    Bead n lies at the distance l = ``interstice`` + 2 ``bead_radius`` from bead n - 1 in the direction::
 
         theta_n = theta_(n-1) + theta_random,    theta_random in [-theta_max, theta_max],
 
@@ -58,7 +58,7 @@ def wire_2d(
     free draws: the one that leads, a few links ahead, to where the fewest beads lie, walls counting as mirrors, and
     along which the fewest links run. Measured over 80 seeds with beads of 7.5 mm and interstices of 21 mm in a box of
     0.67 m, for the default against the plain walk: the emptiest of 4 x 4 cells holds 0.65 against 0.30 of the mean, the
-    variance over the cells is 0.8 against 4.2 of the mean, and the anisotropy |mean exp(2i theta)| of the links is 0.03
+    variance over the cells is 0.8 against 4.2 of the mean, and the anisotropy ``|mean exp(2i theta)|`` of the links is 0.03
     against 0.11. A small ``theta_max`` makes a stiff wire, which fills the box less evenly (1.9 of the mean for 0.2).
 
     ``box``: its two lengths [m], from the origin. ``bead_radius``, ``interstice`` (surface to surface), ``clearance``

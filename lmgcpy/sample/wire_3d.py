@@ -48,7 +48,7 @@ def wire_3d(
     """Wires laid in a box by the six rules of the paper's section 4; z is up.
 
     Bead n lies at the constant distance s = ``interstice`` + 2 ``bead_radius`` from bead n - 1, in the direction
-    (cos phi_n cos theta_n, cos phi_n sin theta_n, sin phi_n) with
+    (cos phi_n cos theta_n, cos phi_n sin theta_n, sin phi_n) with::
 
         theta_n = theta_(n-1) + theta_random,    theta_random in [-theta_max, theta_max],    theta_0 = 0,
         phi_n   = phi_up + phi_random,           phi_random   in [-phi_max, phi_max].
@@ -65,7 +65,7 @@ def wire_3d(
 
     ``raise_angle`` is phi_up [rad]; the wire goes up and down as often as it is long enough for. ``None`` lays it once
     from below upward, as the Texsoleuse raises a bank, and puts its last bead within s of the top of the box. The planned
-    height rises by the same for every link, and phi_up leads back to the plan m = 100 links ahead (or at the last bead):
+    height rises by the same for every link, and phi_up leads back to the plan m = 100 links ahead (or at the last bead)::
 
         sin(phi_up) = (planned height of bead n - 1 + m, less z_(n-1)) / (m s sin(phi_max)/phi_max).
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
 from lmgcpy.sample.wire import Wire
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Wires(Wire):
     """One wire or several, wire after wire; n beads in all. ``requested_count`` and ``length`` are those of all wires.
 
@@ -19,25 +19,25 @@ class Wires(Wire):
     wire_count: int
     """Number of wires."""
 
-    wire: np.ndarray = field(repr=False)
+    wire: np.ndarray
     """Wire to which each bead belongs, shape (n,), from 0 on."""
 
-    theta: np.ndarray = field(repr=False)
+    theta: np.ndarray
     """Direction in the (x, y) plane of the link that leads to each bead [rad], shape (n,), turns added up."""
 
-    phi: np.ndarray = field(repr=False)
+    phi: np.ndarray
     """Its angle to that plane [rad], shape (n,). The link is s (cos phi cos theta, cos phi sin theta, sin phi)."""
 
-    phi_up: np.ndarray = field(repr=False)
+    phi_up: np.ndarray
     """The raise angle in force at each bead, with its sign [rad], shape (n,)."""
 
-    skirted: np.ndarray = field(repr=False)
+    skirted: np.ndarray
     """Whether phi_random was drawn from the wide range, as the bead met the chain or an obstacle; bool, shape (n,)."""
 
-    rebounded: np.ndarray = field(repr=False)
+    rebounded: np.ndarray
     """Whether theta_random was drawn from the wide range, at a lateral face of the box; bool, shape (n,)."""
 
-    switched: np.ndarray = field(repr=False)
+    switched: np.ndarray
     """Whether phi_up changed its sign, at the top or the bottom of the box; bool, shape (n,)."""
 
     @property

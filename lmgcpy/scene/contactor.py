@@ -43,6 +43,9 @@ class Contactor(ABC):
     def second_moment(self) -> float:
         """Polar second moment of area about the contactor's position [m^4]."""
 
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} '{self.KIND}' of shape ({', '.join(f'{x:g}' for x in self.shape)})>"
+
 
 @named_arguments
 class DiskContactor(Contactor):

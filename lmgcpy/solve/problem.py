@@ -47,6 +47,7 @@ class Problem:
     mu: np.ndarray
     """Coefficient of friction of the contacts, (m,)."""
     dimension: int
+    """2 or 3."""
     laws: tuple[str, ...]
     """Name of the law of each interaction, (m,)."""
     compliance: np.ndarray
@@ -133,11 +134,20 @@ class Solution:
     residual: float
     """``natural``, computed from the problem as it stands."""
     status: str
+    """"converged", "budget spent", "stagnated" or "not finite"."""
     iterations: int
     """Sweeps."""
     factorisations: int
     """Newton steps."""
     seconds: float
+    """Time of the clock that the solver took [s]."""
+
+    def __repr__(self) -> str:
+        newton = f" and {self.factorisations} Newton steps" if self.factorisations else ""
+        return (
+            f"<Solution of {len(self.impulses)} interactions: {self.status} after {self.iterations} sweeps{newton} at a "
+            f"residual of {self.residual:.2e} in {self.seconds:.4f} s>"
+        )
 
 
 def _check(problem: Any, call: str) -> None:

@@ -10,7 +10,7 @@ STATUS = ("converged", "budget spent", "stagnated", "not finite")
 
 @dataclass(frozen=True)
 class Worst:
-    """The interaction with the largest error: law, ids of candidate and antagonist, error [m/s]."""
+    """The interaction with the largest error: its law, the ids of ``candidate`` and ``antagonist``, the ``error`` [m/s]."""
 
     law: str
     candidate: int
@@ -47,3 +47,6 @@ class Report:
             f"{self.status} after {self.iterations} sweeps{newton} at a residual of {self.residual:.2e} over "
             f"{self.interactions} interactions in {self.seconds:.4f} s{worst}"
         )
+
+    def __repr__(self) -> str:
+        return f"<Report: {self}>"

@@ -14,7 +14,7 @@ and, in a script, ``print(lmgcpy.testing.report(MyLaw(strength=10.0)))``. ``PROP
 try:
     import hypothesis as _hypothesis  # noqa: F401
 except ImportError as error:
-    raise ImportError("lmgcpy.testing needs hypothesis and pytest: pip install lmgcpy[test]") from error
+    raise ImportError('lmgcpy.testing needs hypothesis and pytest: pip install "lmgcpy[test]"') from error
 
 # the order of the properties: from what everything rests on to what takes the longest
 from lmgcpy.testing import local_solve, traits, invariance, purity, compiled, runs  # noqa: F401, I001

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
-from lmgcpy.errors import one_of, shown
+from lmgcpy.errors import named_arguments, one_of, shown
 from lmgcpy.laws import Law
 from lmgcpy.testing.answers import Nonconformance
 from lmgcpy.testing.property import PROPERTIES, Property
@@ -27,8 +27,9 @@ class Check:
         return f"<check of {self.property.name} of {self.law!r}>"
 
 
+@named_arguments
 def conformance(*laws: Law, skip: Iterable[str] = ()) -> Callable[[Callable[[Any], Any]], Any]:
-    """Decorator that makes of one test as many as there are properties that apply to the laws:
+    """Decorator that makes of one test as many as there are properties that apply to the laws::
 
         @lmgcpy.testing.conformance(MyLaw(strength=10.0))
         def test_my_law(check):
@@ -66,10 +67,13 @@ class Finding:
         told = self.property.statement if self.outcome == "holds" else self.told
         return f"{self.property.name:<14}{self.outcome:<16}" + told.replace("\n", "\n" + 30 * " ")
 
+    def __repr__(self) -> str:
+        return f"<Finding: {self.property.name} {self.outcome}>"
+
 
 @dataclass(frozen=True)
 class LawReport:
-    """Findings on a law, in the order in which properties are looked at; ``print`` it."""
+    """The ``findings`` on a law, in the order in which properties are looked at; ``print`` it."""
 
     law: Law
     findings: tuple[Finding, ...]
@@ -88,7 +92,11 @@ class LawReport:
         verdict = "conforms" if self.conforms else f"breaks {', '.join(self.broken)}"
         return "\n".join([f"{self.law!r} (law '{self.law.NAME}') {verdict}.", "", *map(str, self.findings)])
 
+    def __repr__(self) -> str:
+        return f"<LawReport: {self.law!r} {'conforms' if self.conforms else f'breaks {len(self.broken)} properties'}>"
 
+
+@named_arguments
 def report(law: Law, *, skip: Iterable[str] = ()) -> LawReport:
     """Look at all properties of a law, for scripts; where the interface is broken nothing else is looked at."""
     _check_law(law, "report")

@@ -29,6 +29,7 @@ class Property:
     statement: str
     """In one line."""
     explanation: str
+    """In full."""
     applies: Callable[[Law], str]
     """Why it does not apply to a law; "" where it does."""
     check: Callable[[Law], None]

@@ -1,6 +1,6 @@
 """Pictures of scenes, simulations and runs by pyvista, and curves of runs by matplotlib.
 
-Importing this imports neither: they are loaded when the first picture is made. ``pip install lmgcpy[view]`` brings
+Importing this imports neither: they are loaded when the first picture is made. ``pip install "lmgcpy[view]"`` brings
 pyvista.
 """
 

@@ -42,6 +42,9 @@ class Layout:
         """Whether there is nothing to tell."""
         return not len(self.overlaps) and not len(self.links)
 
+    def __repr__(self) -> str:
+        return f"<Layout: {len(self.overlaps)} overlaps, {len(self.links)} links longer than their reference>"
+
     def __str__(self) -> str:
         lines = [f"overlaps: {len(self.overlaps)}; links longer than their reference: {len(self.links)}"]
         if len(self.overlaps):

@@ -21,7 +21,7 @@ from lmgcpy.view.drawing import Balls, Drawing, Tubes
 from lmgcpy.view.palette import EDGE, GROUND
 from lmgcpy.view.quantities import Limits, Quantity
 
-MISSING = "Pictures need pyvista, which is not installed: pip install lmgcpy[view]."
+MISSING = 'Pictures need pyvista, which is not installed: pip install "lmgcpy[view]".'
 FINER = 2
 """An image is computed so many times as wide and high, and averaged: smooth edges of what has no triangles."""
 RIM = 0.07

@@ -155,7 +155,7 @@ def test_the_summary_answers_the_questions_and_says_why_there_are_no_pictures(wh
         assert heading in text
     assert "km/m³" in text
     assert "nan" not in text.lower()
-    assert "There are no pictures of the sample, as pyvista is not installed: pip install lmgcpy[view]" in text
+    assert 'There are no pictures of the sample, as pyvista is not installed: pip install "lmgcpy[view]"' in text
 
 
 def test_with_pyvista_the_same_study_has_its_pictures(whole, tmp_path, monkeypatch):

@@ -148,6 +148,6 @@ def test_a_folder_that_holds_something_is_kept(exported):
 
 def test_without_vtk_a_sentence(exported, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "vtkmodules.vtkIOXML", None)
-    with pytest.raises(ImportError, match=r"pip install lmgcpy\[view\]\."):
+    with pytest.raises(ImportError, match=r'pip install "lmgcpy\[view\]"\.'):
         lm.io.export_vtk(exported[0], tmp_path / "no")
     assert not (tmp_path / "no").exists()

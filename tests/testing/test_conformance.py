@@ -271,7 +271,7 @@ def test_lmgcpy_does_not_bring_the_kit_and_the_kit_says_what_it_needs():
         print(error)
     """
     done = subprocess.run([sys.executable, "-c", textwrap.dedent(code)], capture_output=True, text=True, check=True)
-    assert done.stdout == "lmgcpy.testing needs hypothesis and pytest: pip install lmgcpy[test]\n"
+    assert done.stdout == 'lmgcpy.testing needs hypothesis and pytest: pip install "lmgcpy[test]"\n'
 
 
 def test_what_is_found_is_found_again():

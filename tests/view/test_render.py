@@ -270,7 +270,7 @@ def test_without_opengl_a_sentence_and_not_a_crash(tmp_path):
 def test_without_pyvista_a_sentence(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pyvista", None)
     for call in (lambda: lm.view.render(pile(1), tmp_path / "a.png"), lambda: lm.view.show(pile(1))):
-        with pytest.raises(ImportError, match=r"pip install lmgcpy\[view\]\."):
+        with pytest.raises(ImportError, match=r'pip install "lmgcpy\[view\]"\.'):
             call()
     assert not list(tmp_path.iterdir())
 

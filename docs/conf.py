@@ -1,0 +1,78 @@
+"""The site of the documentation: ``sphinx-build docs site``. Pages are Markdown, the reference comes from docstrings.
+
+Nothing on a page is loaded from elsewhere, so that the site can be read from a folder without a network.
+"""
+
+import inspect
+import math
+
+import lmgcpy
+
+project = "lmgcpy"
+version = release = lmgcpy.__version__
+copyright = "the authors of lmgcpy, MIT licence"
+
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.viewcode"]
+exclude_patterns = ["conf.py"]
+
+# Markdown: headings can be linked to, as `page.md#heading`; formulas are plain text in code blocks, as in the docstrings
+myst_heading_anchors = 3
+highlight_language = "none"
+
+# a reference that leads nowhere is a warning, unless it is to what others document
+nitpicky = True
+nitpick_ignore_regex = [("py:class", r"(np|numpy|os|pathlib|collections\.abc|sparse)\..*|Path|.*\.SomeBody")]
+
+# reference: members in the order of the source, hints where the signature is
+autodoc_member_order = "bysource"
+autodoc_typehints = "signature"
+autodoc_default_options = {"members": True}
+autodoc_preserve_defaults = True
+python_use_unqualified_type_names = True
+python_maximum_signature_line_length = 100
+add_module_names = False
+toc_object_entries_show_parents = "hide"
+
+html_theme = "furo"
+html_title = f"lmgcpy {version}"
+html_copy_source = False
+html_show_sphinx = False
+
+
+def is_a_law(thing):
+    return inspect.isclass(thing) and issubclass(thing, lmgcpy.Law) and thing is not lmgcpy.Law
+
+
+def told(parameter):
+    """One line about a parameter of a law."""
+    bounds = {"above": "above", "minimum": "at least", "maximum": "at most"}
+    limits = [
+        f"{words} {parameter.bounds[name]:g}" for name, words in bounds.items() if math.isfinite(parameter.bounds[name])
+    ]
+    return f"* ``{parameter.name}`` [{parameter.unit}]: {'; '.join([parameter.text, ', '.join(limits)])}"
+
+
+def signature_of_a_law(app, what, name, thing, options, signature, result):
+    """A law is called with its declared parameters, by name."""
+    if not is_a_law(thing):
+        return None
+    arguments = []
+    for parameter in thing.parameters().values():
+        try:
+            ending = f"={float(parameter.default):g}"
+        except TypeError:  # none is given, or it is None
+            ending = "=None" if parameter.default is None else ""
+        arguments.append(f"{parameter.name}{ending}")
+    return f"({', '.join(['*', *arguments] if arguments else [])})", None
+
+
+def parameters_of_a_law(app, what, name, thing, options, lines):
+    if is_a_law(thing) and thing.parameters():
+        lines += ["", f"Law ``{thing.NAME}``. Parameters:", "", *map(told, thing.parameters().values()), ""]
+    elif is_a_law(thing):
+        lines += ["", f"Law ``{thing.NAME}``, without parameters.", ""]
+
+
+def setup(app):
+    app.connect("autodoc-process-signature", signature_of_a_law)
+    app.connect("autodoc-process-docstring", parameters_of_a_law)

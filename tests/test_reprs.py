@@ -1,0 +1,164 @@
+"""What an object says of itself at a prompt: one line that tells what it is, never arrays."""
+
+from __future__ import annotations
+
+import inspect
+import re
+
+import pytest
+from test_reference import documented, reached
+
+import lmgcpy as lm
+import lmgcpy.testing
+from lmgcpy.experiment import column
+from lmgcpy.experiment.biaxial import Biaxial
+from lmgcpy.experiment.box import Sample
+from lmgcpy.experiment.column_sample import lay_column
+from lmgcpy.experiment.compaction import compact
+from lmgcpy.experiment.texsol_sample import lay_sample
+from lmgcpy.experiment.triaxial import Triaxial
+from lmgcpy.io.compare import compare
+from lmgcpy.io.kept import KeptRun
+
+LONGEST = 200
+"""Characters of a line."""
+
+
+def hanging():
+    """Two beads on an elastic wire over a floor, and a disk that lies on it."""
+    scene = lm.Scene(dimension=2, gravity=(0.0, -9.81))
+    top, low = (scene.add(lm.disk(radius=0.1, position=(0.0, y), mass=1.0)) for y in (0.8, 0.4))
+    scene.add(lm.disk(radius=0.1, position=(0.5, 0.1), mass=1.0))
+    scene.add(lm.wall(point=(0, 0), normal=(0, 1)))
+    top.fix()
+    scene.see("GRAIN", "WALL", lm.Coulomb(friction=0.3))
+    scene.chain([top, low], lm.ElasticWire(stiffness=1e4))
+    return lm.Simulation(scene, time_step=1e-3)
+
+
+def sample_in_space():
+    places = [[0.1, 0.1, 0.1], [0.3, 0.1, 0.1], [0.5, 0.1, 0.1]]
+    return Sample(positions=places, radii=[0.05] * 3, wires=(2,), reference_gap=0.1, box=(0.6, 0.2, 0.2))
+
+
+def things(folder) -> dict[str, object]:
+    """An object of every public class, by what it is expected to say."""
+    fresh, sim = hanging(), hanging()
+    path = folder / "run.h5"
+    sim.run(steps=30, record=path, every=10, observe={"height": lambda sim: sim.positions[1, 1]})
+    run, problem = lm.io.open_run(path), sim.problem()
+    other = folder / "other.h5"
+    hanging().run(steps=30, record=other, every=5)
+    laid, column_laid = lay_sample(60, 12), lay_column(grain_count=60)
+    test = Biaxial(laid, lm.RigidWire())
+    record = test.run(0.002, frames=2)
+    findings = lmgcpy.testing.report(
+        lm.Signorini(), skip=[name for name in lmgcpy.testing.PROPERTIES if name != "interface"]
+    )
+    triaxial = Triaxial(sample_in_space(), lm.RigidWire())
+    poured = column.Column(column_laid, friction=0.5, reach=1e-3, mould=True)
+    course = column.let_go(poured, duration=1e-4, frames=1)
+    net = lm.measure.network(sim)
+    compacted = compact(laid, pressure=1e5, density=2600.0, max_steps=3)
+    wire = {"box": (0.67, 0.67), "bead_radius": 0.0075, "interstice": 0.021, "bead_count": 30}
+    beads = {"box": (0.1, 0.1, 0.2), "bead_radius": 0.001, "interstice": 0.001, "bead_count": 200}
+    return {
+        "Scene in 2D: 4 bodies, 1 rows of the visibility table, 1 chains": sim.scene,
+        "name='sand', density=2600": lm.Material("sand", density=2600.0),
+        "Disk 'GRAIN', body 1, at (0, 0.39": sim.scene.bodies[1],
+        "Wall 'WALL', body 3, at (0, 0) m": sim.scene.bodies[3],
+        "Sphere 'GRAIN', body not yet in a scene": lm.sphere(radius=0.1, position=(0, 0, 0), mass=1.0),
+        "CylinderWall 'WALL'": lm.cylinder_wall(point=(0, 0, 0), axis=(0, 0, 1), radius=1.0),
+        "RigidBody 'A'": lm.RigidBody([lm.DiskContactor(1.0)], mass=1.0, inertia=1.0, position=(0, 0), color="A"),
+        "Chain of 2 bodies, ElasticWire(stiffness=10000)": sim.scene.chains[0],
+        "DiskContactor 'disk' of shape (0.1)": lm.DiskContactor(0.1),
+        "WallContactor 'wall' of shape (0, 1)": sim.scene.bodies[3].contactors[0][0],
+        **{type(law).__name__ + "(": law for law in built_in()},
+        "Parameter 'friction' [-]: coefficient of friction mu": lm.Coulomb.friction,
+        "State [m]: length that has slipped": lm.State("m", "length that has slipped"),
+        "Registration(law=<class 'lmgcpy.laws.coulomb.Coulomb'>, distribution='lmgcpy')": lm.laws.registrations()[
+            "coulomb"
+        ],
+        "Registry of ": lm.laws.registry,
+        "step 0, h = 0.001 s; no step yet": fresh,
+        "Simulation of 4 bodies at t = 0.03 s, step 30, h = 0.001 s; last step converged": sim,
+        "0 interactions: none": fresh.interactions,
+        "2 interactions: 1 coulomb, 1 elastic-wire": sim.interactions,
+        "Report: converged after": sim.report,
+        "Worst(law=": sim.report.worst,
+        "Energy: kinetic ": sim.energy,
+        "Checkpoint of 4 bodies at t = 0.03 s, step 30": sim.checkpoint(),
+        "Model in 2D: 4 bodies": sim.model,
+        "State of 4 bodies at t = 0.03 s": sim.state,
+        **{
+            f"{kind.__name__}(tolerance=": kind()
+            for kind in (lm.Auto, lm.AcceleratedGaussSeidel, lm.GaussSeidel, lm.Newton)
+        },
+        "Problem in 2D: 1 coulomb, 1 elastic-wire, ": problem,
+        "Solution of 2 interactions: converged after": lm.solve(problem),
+        "wire of 30 beads, 1.04 m long": lm.sample.wire_2d(**wire),
+        "wire of 200 beads, 0.597 m long": lm.sample.wire_3d(**beads),
+        "4 bodies, 30 steps, 4 frames": run,
+        "2 interactions of a frame: 1 coulomb, 1 elastic-wire": run.interactions(-1),
+        "run kept in memory: 0 steps, 0 frames": KeptRun(every=1, observe={}),
+        "float64 array of shape (4, 4, 2), in the file": run.positions,
+        "Difference: They differ in step of the frame": compare(run, lm.io.open_run(other)),
+        "Network of ": net,
+        "Layout: 0 overlaps, 0 links longer than their reference": lm.view.check(sim),
+        "Sample in 2D: 72 particles, 12 of them beads of one wire, in a box of ": laid,
+        "Compaction in 3 steps, not at rest": compacted,
+        "Unrest(imbalance=": compacted.unrest,
+        "Biaxial along y, RigidWire(), at 100000 Pa: 72 particles": test,
+        "BiaxialRecord of law 'rigid-wire': 11 steps to 0.21 % of crushing, 0 not converged": record,
+        "Frame at ": record.frames[0],
+        "Triaxial along z, RigidWire(), at 100000 Pa: 3 particles": triaxial,
+        "TriaxialRecord of law 'rigid-wire'": triaxial.run(1e-4, frames=0),
+        "Laid column of content 0: <Sample in 3D: 60 particles": column_laid,
+        "Mould(side=": column_laid.mould,
+        "Column of content 0: 60 particles": poured,
+        "State of 60 particles": course.end,
+        "Course of ": course,
+        "LawReport: Signorini() conforms": findings,
+        "Finding: interface holds": findings.findings[0],
+        "check of finite of Signorini()": lmgcpy.testing.Check(lm.Signorini(), lmgcpy.testing.PROPERTIES["finite"]),
+        "property finite: ": lmgcpy.testing.PROPERTIES["finite"],
+    }
+
+
+def built_in():
+    """A law of each class."""
+    return (
+        *(lm.Signorini(), lm.Coulomb(friction=0.3), lm.Restitution(restitution=0.5), lm.RigidWire(), lm.RigidRod()),
+        *(lm.ElasticWire(stiffness=1.0), lm.ElasticRod(axial_rigidity=1.0)),
+        *(lm.VoigtWire(stiffness=1.0, viscosity=1.0), lm.VoigtRod(stiffness=1.0, viscosity=1.0)),
+    )
+
+
+@pytest.fixture(scope="module")
+def all_things(tmp_path_factory):
+    return things(tmp_path_factory.mktemp("things"))
+
+
+def test_each_says_in_one_line_what_it_is(all_things):
+    for words, thing in all_things.items():
+        told = repr(thing)
+        assert words in told
+        assert "\n" not in told
+        assert len(told) <= LONGEST, told
+        assert "array(" not in told, told
+        assert not re.search(r"0x[0-9a-f]{6}", told), told
+
+
+LEFT_OUT = {
+    **dict.fromkeys(("Body", "Contactor", "Law"), "abstract"),
+    **dict.fromkeys(("Compression", "CompressionRecord"), "through biaxial and triaxial tests"),
+    **dict.fromkeys(("Recorder", "Solver"), "protocols"),
+    "Nonconformance": "an exception",
+    "Statistics": "names of kernels, to be looked up",
+}
+
+
+def test_no_public_class_is_left_out(all_things):
+    classes = {thing.__name__ for name in documented() if inspect.isclass(thing := reached(name))}
+    looked_at = {type(thing).__name__ for thing in all_things.values()}
+    assert classes - looked_at - set(LEFT_OUT) == set()
