@@ -21,6 +21,7 @@ from lmgcpy.scene.material import Material
 from lmgcpy.scene.scene import Scene
 from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
 from lmgcpy.solve.gauss_seidel import GaussSeidel
+from lmgcpy.solve.local import LocalSolution, solve_local
 from lmgcpy.solve.newton import Auto, Newton
 from lmgcpy.solve.problem import Problem, Solution, residual, solve
 
@@ -43,6 +44,7 @@ __all__ = [
     "ElasticWire",
     "GaussSeidel",
     "Law",
+    "LocalSolution",
     "Material",
     "Newton",
     "Parameter",
@@ -71,6 +73,7 @@ __all__ = [
     "resume",
     "sample",
     "solve",
+    "solve_local",
     "sphere",
     "view",
     "wall",

@@ -7,29 +7,36 @@ import math
 from lmgcpy.laws.law import Law, Parameter
 from lmgcpy.laws.signorini import approach
 
+ROUND_OFF = 1e-14
+"""What is no more than this of its terms is zero: blocks of W that are singular are told by it."""
+
 
 def react_in_plane(W, q_n, q_t, friction):
     """Impulse (r_n, r_t) of ``0 <= u_n _|_ r_n >= 0``, ``|r_t| <= mu r_n``, opposing ``u_t``, for ``u = q + W r``.
 
     Statuses are tried in the order open, stick, slide. For a symmetric positive definite ``W`` a solution exists; with
-    strong coupling, ``mu |W_nt| > W_nn``, there may be several, and this order is the rule that picks one.
+    strong coupling, ``mu |W_nt| > W_nn``, there may be several, and this order is the rule that picks one. A singular
+    block may have none (:func:`react_to_full_block`): then the impulse is that without friction.
     """
     (w_nn, w_nt), (w_tn, w_tt) = W
-    if q_n >= 0.0:
+    if q_n >= 0.0 or w_nn <= 0.0:
         return (0.0, 0.0)
-    if w_nt == 0.0 and w_tn == 0.0:
-        r_n = -q_n / w_nn
-        limit = friction * r_n
-        return (r_n, min(limit, max(-limit, -q_t / w_tt)))
+    alone = -q_n / w_nn
+    if w_nt == 0.0 and w_tn == 0.0 and w_tt > 0.0:
+        limit = friction * alone
+        return (alone, min(limit, max(-limit, -q_t / w_tt)))
     determinant = w_nn * w_tt - w_nt * w_tn
-    r_n = (w_nt * q_t - w_tt * q_n) / determinant
-    r_t = (w_tn * q_n - w_nn * q_t) / determinant
-    if r_n >= 0.0 and abs(r_t) <= friction * r_n:
-        return (r_n, r_t)
-    # Sliding with r_t = side mu r_n, u_n = 0, and u_t on the other side. Both sides fail by round-off only: then the
-    # one that fails by less is taken.
+    if determinant > ROUND_OFF * w_nn * w_tt:
+        r_n = (w_nt * q_t - w_tt * q_n) / determinant
+        r_t = (w_tn * q_n - w_nn * q_t) / determinant
+        if r_n >= 0.0 and abs(r_t) <= friction * r_n:
+            return (r_n, r_t)
+    elif abs(q_t + w_tn * alone) <= ROUND_OFF * (abs(q_t) + abs(w_tn * alone)):
+        return (alone, 0.0)
+    # Sliding with r_t = side mu r_n, u_n = 0, and u_t on the other side. Both sides fail by round-off only, or where W is
+    # singular: then the one that fails by less is taken.
     best = -1.0
-    chosen = (0.0, 0.0)
+    chosen = (alone, 0.0)
     for side in (1.0, -1.0):
         slope = w_nn + side * friction * w_nt
         if slope > 0.0:
@@ -61,7 +68,7 @@ def react_in_space(W, q_n, q_t, q_s, friction):
     if q_n >= 0.0:
         return (0.0, 0.0, 0.0)
     (w_nn, w_nt, w_ns), (_, w_tt, w_ts), (_, _, w_ss) = W
-    if w_nt == 0.0 and w_ns == 0.0 and w_ts == 0.0 and w_tt == w_ss:
+    if w_nt == 0.0 and w_ns == 0.0 and w_ts == 0.0 and w_tt == w_ss and w_nn > 0.0 and w_tt > 0.0:
         r_n = -q_n / w_nn
         limit = friction * r_n
         length = math.sqrt(q_t * q_t + q_s * q_s) / w_tt
@@ -71,26 +78,79 @@ def react_in_space(W, q_n, q_t, q_s, friction):
 
 
 def react_to_full_block(W, q_n, q_t, q_s, friction):
-    """The same for ``q_n < 0`` and any symmetric positive definite block; a function of its own, so that the compiler can
-    make :func:`react_in_space` part of the sweep.
+    """The same for ``q_n < 0`` and any symmetric block without negative eigenvalues; a function of its own, so that the
+    compiler can make :func:`react_in_space` part of the sweep.
 
-    Statuses are tried in the order open, stick, slide. A contact that slides has ``u_t = -l r_t``, l > 0: as l grows from
-    0, where it sticks, ``|r_t| - mu r_n`` goes from above zero to ``mu q_n / W_nn < 0``, so that for every block there is a
-    root, by regula falsi in a bracket. Where W couples n strongly with t there may be several; the bracket's is taken.
+    Statuses are tried in the order open, stick, slide. A contact that slides has ``u_t = -l r_t``, l > 0. Where W is
+    positive definite ``|r_t| - mu r_n`` goes from above zero at l = 0, where it sticks, to ``mu q_n / W_nn < 0``, so that
+    there is a root. Where W couples n strongly with t there may be several; that of :func:`slide` is taken.
     """
     (w_nn, w_nt, w_ns), (_, w_tt, w_ts), (_, _, w_ss) = W
+    if w_nn <= 0.0:
+        return (0.0, 0.0, 0.0)
     coupling = (w_nt, w_ns)
     shear = (w_tt - w_nt * w_nt / w_nn, w_ts - w_nt * w_ns / w_nn, w_ss - w_ns * w_ns / w_nn)
     free = (q_t - w_nt * q_n / w_nn, q_s - w_ns * q_n / w_nn)
+    scale = w_tt + w_ss
+    if not shear[0] * shear[2] - shear[1] * shear[1] > ROUND_OFF * scale * scale:
+        error = ROUND_OFF * (abs(q_t) + abs(q_s) - (abs(w_nt) + abs(w_ns)) * q_n / w_nn)
+        return react_to_singular_block(w_nn, q_n, coupling, shear, free, friction, max(scale, w_nn), error)
     size, r_n, r_t, r_s = slide_at(0.0, w_nn, q_n, coupling, shear, free)
     if size <= friction * r_n:
         return (r_n, r_t, r_s)
-    low = 0.0
+    return slide(0.0, scale, w_nn, q_n, coupling, shear, free, friction)
+
+
+def react_to_singular_block(w_nn, q_n, coupling, shear, free, friction, scale, error):
+    """The same where ``S = shear`` is singular; ``error``: round-off of ``free`` [m/s].
+
+    In the frame of its eigenvectors S is diag(lambda, 0). Sticking is the limit of l to 0, the least ``r_t`` that stops the
+    contact. Where none does, ``|r_t|`` grows without bound as l falls, and ``mu r_n`` may grow faster: friction that
+    presses the contact in. Then a root is looked for on the way, and if there is none no impulse satisfies the law: the
+    one returned is that without friction, and :func:`lmgcpy.solve_local` tells.
+    """
+    eigenvalue = max(shear[0] + shear[2], 0.0)
+    angle = 0.5 * math.atan2(2.0 * shear[1], shear[0] - shear[2])
+    if eigenvalue <= ROUND_OFF * scale:
+        eigenvalue = 0.0
+        angle = math.atan2(free[1], free[0])
+    c, s = math.cos(angle), math.sin(angle)
+    across = c * free[1] - s * free[0]
+    free = (c * free[0] + s * free[1], across if abs(across) > 100.0 * error else 0.0)
+    coupling = (c * coupling[0] + s * coupling[1], c * coupling[1] - s * coupling[0])
+    shear = (eigenvalue, 0.0, 0.0)
+    low = ROUND_OFF * (eigenvalue if eigenvalue > 0.0 else scale)
+    size, r_n, r_t, r_s = slide_at(low, w_nn, q_n, coupling, shear, free)
+    if size <= friction * r_n:
+        if free[1] == 0.0 and (eigenvalue > 0.0 or free[0] <= 100.0 * error):
+            return (r_n, c * r_t - s * r_s, s * r_t + c * r_s)
+        low = first_root(low, scale, w_nn, q_n, coupling, shear, free, friction)
+        if low < 0.0:
+            return (-q_n / w_nn, 0.0, 0.0)
+    r_n, r_t, r_s = slide(low, scale, w_nn, q_n, coupling, shear, free, friction)
+    return (r_n, c * r_t - s * r_s, s * r_t + c * r_s)
+
+
+def first_root(low, scale, w_nn, q_n, coupling, shear, free, friction):
+    """Least of some 250 values of l, from ``low`` on and each a quarter above the one before, at which ``|r_t| > mu r_n``;
+    -1 if there is none."""
+    slowness = low
+    while slowness < 1e3 * scale:
+        slowness *= 1.25
+        size, r_n, _, _ = slide_at(slowness, w_nn, q_n, coupling, shear, free)
+        if size > friction * r_n:
+            return slowness
+    return -1.0
+
+
+def slide(low, scale, w_nn, q_n, coupling, shear, free, friction):
+    """The root of ``|r_t| - mu r_n``, which is above zero at l = ``low``, by regula falsi in a bracket."""
+    size, r_n, r_t, r_s = slide_at(low, w_nn, q_n, coupling, shear, free)
     above = size - friction * r_n
-    high = w_tt + w_ss
+    high = max(scale, 4.0 * low)
     size, r_n, r_t, r_s = slide_at(high, w_nn, q_n, coupling, shear, free)
     below = size - friction * r_n
-    for _ in range(200):  # doublings; one or two where friction is not nearly zero
+    for _ in range(200):  # one or two where friction is not nearly zero
         if below <= 0.0:
             break
         low = high

@@ -1,0 +1,83 @@
+"""The frictional contact problem of one interaction, told whether it has a solution."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from lmgcpy.errors import named_arguments, number, numbers
+from lmgcpy.jit import kernel
+from lmgcpy.laws.coulomb import react_in_plane, react_in_space
+
+SOUND = 1e-9
+"""Errors of the law's conditions, relative to the terms of ``q + W r``, above which there was no solution; those of
+positive definite blocks stay below 1e-13 times the square root of their condition."""
+
+
+@dataclass(frozen=True)
+class LocalSolution:
+    """Impulse and velocity of one contact, normal first."""
+
+    impulse: np.ndarray
+    """[N s], (d,)."""
+    velocity: np.ndarray
+    """``q + W r`` [m/s], (d,)."""
+    status: str
+    """"open", "stick", "slide", or "infeasible": no impulse satisfies the law, and the one given is that without friction,
+    or zero where no impulse changes the normal velocity."""
+
+
+@kernel
+def react_plane_alone(W, q, friction, impulse):
+    """One contact in the plane, its block (2, 2), into ``impulse``."""
+    impulse[0], impulse[1] = react_in_plane(((W[0, 0], W[0, 1]), (W[1, 0], W[1, 1])), q[0], q[1], friction)
+
+
+@kernel
+def react_space_alone(W, q, friction, impulse):
+    """One contact in space, its block (3, 3), into ``impulse``."""
+    block = ((W[0, 0], W[0, 1], W[0, 2]), (W[1, 0], W[1, 1], W[1, 2]), (W[2, 0], W[2, 1], W[2, 2]))
+    impulse[0], impulse[1], impulse[2] = react_in_space(block, q[0], q[1], q[2], friction)
+
+
+@named_arguments
+def solve_local(W: Any, q: Any, *, friction: float) -> LocalSolution:
+    """The impulse of one contact with Coulomb friction, by the kernel that the sweeps use.
+
+    ``W``: block of the Delassus operator [1/kg], (2, 2) or (3, 3), symmetric, without negative eigenvalues; ``q``: velocity
+    without the impulse [m/s], (2,) or (3,); ``friction``: mu >= 0. A positive definite block always has a solution
+    (which, where there are several: :mod:`lmgcpy.laws.coulomb`), and a singular one a solution or the status
+    "infeasible". ValueError for a block that is neither.
+    """
+    block, free = numbers(W, "W"), numbers(q, "q")
+    friction = number(friction, "friction", minimum=0.0)
+    if block.shape not in ((2, 2), (3, 3)) or free.shape != block.shape[:1]:
+        raise ValueError(f"W must have shape (2, 2) or (3, 3) and q (2,) or (3,), got {block.shape} and {free.shape}.")
+    size = float(np.abs(block).max())
+    if float(np.abs(block - block.T).max()) > SOUND * size:
+        raise ValueError("W must be symmetric.")
+    if float(np.linalg.eigvalsh(block).min()) < -SOUND * size:
+        raise ValueError(f"W must have no negative eigenvalue, got {float(np.linalg.eigvalsh(block).min()):g}.")
+    impulse = np.zeros(len(free))
+    react = react_plane_alone if len(free) == 2 else react_space_alone
+    react(0.5 * (block + block.T), free, friction, impulse)
+    velocity = free + block @ impulse
+    terms = np.abs(free).max() + (np.abs(block) @ np.abs(impulse)).max()
+    return LocalSolution(impulse, velocity, _status(impulse, velocity, friction, SOUND * terms))
+
+
+def _status(r: np.ndarray, u: np.ndarray, friction: float, error: float) -> str:
+    """By the law's conditions, each within ``error`` [m/s]."""
+    if r[0] == 0.0:
+        return "open" if u[0] >= -error else "infeasible"
+    if abs(u[0]) > error:
+        return "infeasible"
+    sliding = float(np.linalg.norm(u[1:]))
+    if sliding <= error:
+        return "stick"
+    on_edge = float(np.linalg.norm(r[1:])) >= friction * r[0] * (1.0 - SOUND)
+    limit = friction * r[0]
+    opposed = float(np.linalg.norm(u[1:] * limit + sliding * r[1:])) <= error * max(limit, 1e-300) * 1e3
+    return "slide" if on_edge and opposed else "infeasible"
