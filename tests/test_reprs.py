@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import re
 
+import numpy as np
 import pytest
 from test_reference import documented, reached
 
@@ -95,6 +96,7 @@ def things(folder) -> dict[str, object]:
             for kind in (lm.Auto, lm.AcceleratedGaussSeidel, lm.GaussSeidel, lm.Newton)
         },
         "Problem in 2D: 1 coulomb, 1 elastic-wire, ": problem,
+        "LocalSolution: slide, impulse (1, -0.3, -0.4) N s": lm.solve_local(np.eye(3), (-1.0, 3.0, 4.0), friction=0.5),
         "Solution of 2 interactions: converged after": lm.solve(problem),
         "wire of 30 beads, 1.04 m long": lm.sample.wire_2d(**wire),
         "wire of 200 beads, 0.597 m long": lm.sample.wire_3d(**beads),

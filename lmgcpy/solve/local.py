@@ -28,6 +28,10 @@ class LocalSolution:
     """"open", "stick", "slide", or "infeasible": no impulse satisfies the law, and the one given is that without friction,
     or zero where no impulse changes the normal velocity."""
 
+    def __repr__(self) -> str:
+        given = ", ".join(f"{component:.6g}" for component in self.impulse)
+        return f"<LocalSolution: {self.status}, impulse ({given}) N s>"
+
 
 @kernel
 def react_plane_alone(W, q, friction, impulse):
