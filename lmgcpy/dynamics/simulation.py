@@ -331,7 +331,7 @@ class Simulation:
         else:
             moved, free_velocity = system.moved(place, free_velocity)
             outcome = self.solver.solve(problem.table, moved, free_velocity, guess, **options)
-            system.velocity[:] = moved.velocity[place]
+            system.velocity[:] = system.velocity[place]
         end = clock.perf_counter()
         self.report = Report(
             iterations=outcome.iterations,

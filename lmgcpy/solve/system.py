@@ -51,12 +51,12 @@ class System(NamedTuple):
     """(2,): largest single error that the error kernels met [m/s], and the row of its interaction."""
 
     def moved(self, place: np.ndarray, free_velocity: np.ndarray) -> tuple[System, np.ndarray]:
-        """The same with each body at its ``place``, (n,), and the velocities without impulses (n, k) likewise."""
+        """The same with each body at its ``place``, (n,), and the velocities without impulses (n, k) likewise; the array of
+        velocities is the same, for results in the order of the places."""
         order = np.argsort(place)
-        free = free_velocity[order]
-        bodies = {"velocity": free.copy(), "inverse_mass": self.inverse_mass[order]}
-        rows = {"candidate": place[self.candidate], "antagonist": place[self.antagonist]}
-        return self._replace(**bodies, **{name: row.astype(np.uint32) for name, row in rows.items()}), free
+        places = place.astype(np.uint32)
+        rows = {"candidate": places[self.candidate], "antagonist": places[self.antagonist]}
+        return self._replace(inverse_mass=self.inverse_mass[order], **rows), free_velocity[order]
 
 
 class Groups(NamedTuple):
