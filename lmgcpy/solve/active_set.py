@@ -23,19 +23,13 @@ these do not change any more, in 2D, a step is exact.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from lmgcpy.solve.problem import BOTH, CONTACT, PULL, Problem
-
-if TYPE_CHECKING:
-    import scipy.sparse as sparse
-
-OPEN, STICK, SLIDE, LINK = range(4)
-PIVOT = 1e-3
-"""A diagonal pivot is taken where it is at least so much of the largest entry of its column: the matrix is nearly that of
-a symmetric positive definite one, and fill grows with other choices."""
+from lmgcpy.solve.elimination import Elimination
+from lmgcpy.solve.newton_kernels import LINK, local_maps, natural_map, newton_rows
+from lmgcpy.solve.problem import Problem
 
 LARGE = 1e12
 """Impulses beyond so many times what would cancel ``e(0)`` leave less than four digits of a velocity."""
@@ -64,11 +58,15 @@ class ActiveSet:
         self.problem = problem
         self.dimension = problem.dimension
         self.q = problem.q.reshape(-1, self.dimension)
-        self.mu = problem.mu
-        cones = problem.cones
-        self.contact, self.pull, self.both = cones == CONTACT, cones == PULL, cones == BOTH
-        self.rough = self.contact & (problem.mu > 0.0)
         self.weight = problem.local_weight()
+        self._laws = self.weight, np.array(problem.mu), np.array(problem.compliance), problem.cones
+        count, d = self.q.shape
+        blocks = problem.W.tobsr(blocksize=(d, d))
+        self._blocks = blocks.indptr.astype(np.int32), blocks.indices.astype(np.int32), blocks.data
+        capacity = blocks.data.size + self.q.size
+        self._rows = np.zeros(self.q.size + 1, np.int32), np.zeros(capacity, np.int32), np.zeros(capacity)
+        self._elimination = Elimination(count)
+        self._maps = np.zeros(count, np.int64), np.zeros((count, d, d)), np.zeros((count, d, d))
         self.nothing = float(np.linalg.norm(self.error(np.zeros_like(self.q))[0]))
 
     def velocities(self, r: np.ndarray, epsilon: float = 0.0, centre: np.ndarray | None = None) -> np.ndarray:
@@ -78,27 +76,11 @@ class ActiveSet:
 
     def error(self, r: np.ndarray, epsilon: float = 0.0, centre: np.ndarray | None = None) -> tuple[np.ndarray, Status]:
         """``e = w (r - react(w I, u - w r))`` [m/s], (m, d), of the problem or the proximal one, and the statuses."""
-        w = self.weight
-        a = r - self.velocities(r, epsilon, centre) / w[:, None]
-        a_n = a[:, 0]
-        taut = self.both | (self.pull & (a_n < 0.0))
-        pressed = self.contact & (a_n > 0.0)
-        reaction = np.zeros_like(a)
-        reaction[pressed, 0] = a_n[pressed]
-        reaction[taut, 0] = (w * a_n)[taut] / (w + self.problem.compliance)[taut]
-        kind = np.where(pressed, STICK, np.where(taut, LINK, OPEN))
-        limit = np.where(pressed, self.mu * a_n, 0.0)
-        size = np.sqrt(np.einsum("it,it->i", a[:, 1:], a[:, 1:]))
-        slides = pressed & self.rough & (size > limit)
-        direction = np.zeros_like(a[:, 1:])
-        direction[slides] = a[slides, 1:] / size[slides, None]
-        turning = np.zeros(len(w))
-        turning[slides] = size[slides] / limit[slides] - 1.0
-        kind[slides] = SLIDE
-        inside = self.rough & pressed & ~slides
-        reaction[inside, 1:] = a[inside, 1:]
-        reaction[slides, 1:] = limit[slides, None] * direction[slides]
-        return w[:, None] * (r - reaction), Status(kind, direction, turning)
+        count, d = r.shape
+        status = Status(np.zeros(count, np.int64), np.zeros((count, d - 1)), np.zeros(count))
+        error = np.zeros_like(r)
+        natural_map(self.velocities(r, epsilon, centre), r, *self._laws, error, *status)
+        return error, status
 
     def residual(self, r: np.ndarray) -> float:
         """``|e(r)| / |e(0)|``, zero where ``e(0)`` is."""
@@ -114,62 +96,30 @@ class ActiveSet:
 
         Raises RuntimeError where the matrix is singular to round-off.
         """
-        from scipy.sparse.linalg import splu
+        import scipy.sparse as sparse
 
-        S, E, D = self._maps(status)
-        damping = np.repeat(epsilon * self.weight, self.dimension)
-        matrix = self._matrix(S, E, D, damping)
-        lu = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=PIVOT, options={"SymmetricMode": True})
-        x = lu.solve(S @ (damping * centre.ravel() - self.problem.q))
+        r = np.zeros_like(self.q)
+        free, E, S = self._maps
+        local_maps(status.kind, status.direction, self._laws[1], *self._maps)
+        order, known = self._elimination.order(np.flatnonzero(free))
+        if not len(order):
+            return r
+        place = np.zeros_like(free)
+        place[order] = np.cumsum(free[order]) - free[order]
+        damping = epsilon * self.weight[:, None]
+        diagonal = np.repeat(damping, self.dimension, axis=1)  # S E is the identity
+        diagonal[:, 0] += np.where(status.kind == LINK, self.problem.compliance, 0.0)
+        diagonal[:, 1] += self.weight * status.turning
+        size = int(free.sum())
+        count = newton_rows(*self._blocks, order, place, *self._maps, diagonal, *self._rows)
+        pointer, index, entry = self._rows
+        matrix = sparse.csr_array((entry[:count], index[:count], pointer[: size + 1]), shape=(size, size)).tocsc()
+        lu = self._elimination.factorise(matrix, order, place, known)
+        unknowns = np.arange(self.dimension) < free[order, None]
+        x = np.zeros(unknowns.shape)
+        given = np.einsum("iab,ib->ia", S[order], (damping * centre - self.q)[order])
+        x[unknowns] = lu.solve(given[unknowns])
         if not np.isfinite(x).all():
             raise RuntimeError("not finite")
-        return (E @ x).reshape(self.q.shape)
-
-    def _matrix(self, S: sparse.csr_array, E: sparse.csr_array, D: np.ndarray, damping: np.ndarray) -> sparse.csc_array:
-        import scipy.sparse as sparse
-
-        operator = self.problem.W + sparse.diags_array(damping, format="csr")
-        return sparse.csc_array((S @ operator) @ E + sparse.diags_array(D))
-
-    def _maps(self, status: Status) -> tuple[sparse.csr_array, sparse.csr_array, np.ndarray]:
-        """(S, E, D): given velocities by rows, impulses by free ones, and the diagonal beside W."""
-        import scipy.sparse as sparse
-
-        d, kind = self.dimension, status.kind
-        free = np.zeros(self.q.shape, dtype=bool)
-        free[:, 0] = kind != OPEN
-        free[:, 1:] = ((kind == STICK) & self.rough)[:, None]
-        slides = np.flatnonzero(kind == SLIDE)
-        if d == 3:
-            free[slides, 2] = True  # the place of sigma
-        place = np.full(free.size, -1)
-        rows = np.flatnonzero(free)
-        place[rows] = np.arange(len(rows))
-        straight = rows if d == 2 else np.setdiff1d(rows, 3 * slides + 2, assume_unique=True)
-        one = np.ones(len(straight))
-        normal = place[d * slides]
-        tau = status.direction[slides] * self.mu[slides, None]
-        s_rows, s_columns, s_values = [place[straight]], [straight], [one]
-        e_rows, e_columns, e_values = [straight], [place[straight]], [one]
-        for k in range(d - 1):
-            e_rows.append(d * slides + 1 + k)
-            e_columns.append(normal)
-            e_values.append(tau[:, k])
-        D = np.zeros(len(rows))
-        D[place[d * np.flatnonzero(kind == LINK)]] = self.problem.compliance[kind == LINK]
-        if d == 3:
-            across = place[3 * slides + 2]
-            D[across] = self.weight[slides] * status.turning[slides]
-            for k, component in ((1, -status.direction[slides, 1]), (2, status.direction[slides, 0])):
-                s_rows.append(across)
-                s_columns.append(3 * slides + k)
-                e_rows.append(3 * slides + k)
-                e_columns.append(across)
-                s_values.append(component)
-                e_values.append(component)
-        shape = len(rows), free.size
-        S = sparse.csr_array((np.concatenate(s_values), (np.concatenate(s_rows), np.concatenate(s_columns))), shape=shape)
-        E = sparse.csr_array(
-            (np.concatenate(e_values), (np.concatenate(e_rows), np.concatenate(e_columns))), shape=shape[::-1]
-        )
-        return S, E, D
+        r[order] = np.einsum("iab,ib->ia", E[order], x)
+        return r

@@ -5,7 +5,8 @@ import pytest
 import scipy.sparse as sparse
 
 import lmgcpy as lm
-from lmgcpy.solve.active_set import LINK, OPEN, SLIDE, STICK, ActiveSet
+from lmgcpy.solve.active_set import ActiveSet
+from lmgcpy.solve.newton_kernels import LINK, OPEN, SLIDE, STICK
 from lmgcpy.solve.proximal import proximal_newton
 
 TIGHT = 1e-10

@@ -1,0 +1,124 @@
+"""Compiled parts of a Newton step: the natural map with the statuses it shows, and the rows of the sparse matrix.
+
+Both would take longer than the factorisation between them if they were written with sparse products and masks: measured on
+steps of 5000 interactions in 2D, 5.4 ms and 0.7 ms against 8.7 ms.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lmgcpy.jit import kernel
+
+CONTACT, PULL, BOTH = range(3)
+"""Cones, as in ``problem``."""
+OPEN, STICK, SLIDE, LINK = range(4)
+"""Statuses."""
+
+
+@kernel
+def natural_map(u, r, w, mu, compliance, cones, error, kind, direction, turning):
+    """Fill ``error`` (m, d) with ``w (r - react(w I, u - w r))`` and the rest with the status of every interaction."""
+    d = r.shape[1]
+    for i in range(r.shape[0]):
+        a_n = r[i, 0] - u[i, 0] / w[i]
+        pressed = cones[i] == CONTACT and a_n > 0.0
+        taut = cones[i] == BOTH or (cones[i] == PULL and a_n < 0.0)
+        normal = 0.0
+        kind[i] = OPEN
+        if pressed:
+            normal = a_n
+            kind[i] = STICK
+        elif taut:
+            normal = w[i] * a_n / (w[i] + compliance[i])
+            kind[i] = LINK
+        error[i, 0] = w[i] * (r[i, 0] - normal)
+        size = 0.0
+        for k in range(1, d):
+            direction[i, k - 1] = r[i, k] - u[i, k] / w[i]
+            size += direction[i, k - 1] ** 2
+        size = np.sqrt(size)
+        limit = mu[i] * a_n if pressed else 0.0
+        slides = limit > 0.0 and size > limit
+        turning[i] = size / limit - 1.0 if slides else 0.0
+        if slides:
+            kind[i] = SLIDE
+        for k in range(1, d):
+            a_t = direction[i, k - 1]
+            direction[i, k - 1] = a_t / size if slides else 0.0
+            if slides:
+                a_t = limit * direction[i, k - 1]
+            elif limit == 0.0:
+                a_t = 0.0
+            error[i, k] = w[i] * (r[i, k] - a_t)
+
+
+@kernel
+def local_maps(kind, direction, mu, free, E, S):
+    """Fill ``free`` (m,) with the number of free impulses of every interaction, E (m, d, d) with its impulses by these, in
+    columns, and S (m, d, d) with the velocities that are given, in rows."""
+    d = E.shape[1]
+    E[:, :, :] = 0.0
+    S[:, :, :] = 0.0
+    for i in range(kind.shape[0]):
+        free[i] = 0
+        if kind[i] == OPEN:
+            continue
+        free[i] = 1
+        E[i, 0, 0] = 1.0
+        S[i, 0, 0] = 1.0
+        if kind[i] == STICK and mu[i] > 0.0:
+            free[i] = d
+            for k in range(1, d):
+                E[i, k, k] = 1.0
+                S[i, k, k] = 1.0
+        elif kind[i] == SLIDE:
+            for k in range(1, d):
+                E[i, k, 0] = mu[i] * direction[i, k - 1]
+            if d == 3:
+                free[i] = 2
+                E[i, 1, 1] = -direction[i, 1]
+                E[i, 2, 1] = direction[i, 0]
+                S[i, 1, 1] = -direction[i, 1]
+                S[i, 1, 2] = direction[i, 0]
+
+
+@kernel
+def newton_rows(first, column, block, order, place, free, E, S, diagonal, pointer, index, entry):
+    """Rows of ``S W E + diagonal``, the interactions in ``order`` (k,); returns the number of entries.
+
+    ``first``, ``column``, ``block``: W by block rows; ``place``: the first unknown of every interaction; ``diagonal``
+    (m, d), of which the first ``free`` count. Entries that are exactly zero are left out, but for the diagonal.
+    """
+    d = block.shape[1]
+    given = np.zeros(d)
+    row = 0
+    count = 0
+    pointer[0] = 0
+    for i in order:
+        for a in range(free[i]):
+            at = count  # the diagonal comes first, for where W has no block there
+            index[at] = row
+            entry[at] = diagonal[i, a]
+            count += 1
+            for k in range(first[i], first[i + 1]):
+                j = column[k]
+                if free[j] == 0:
+                    continue
+                for c in range(d):
+                    given[c] = 0.0
+                    for b in range(d):
+                        given[c] += S[i, a, b] * block[k, b, c]
+                for b in range(free[j]):
+                    value = 0.0
+                    for c in range(d):
+                        value += given[c] * E[j, c, b]
+                    if i == j and a == b:
+                        entry[at] += value
+                    elif value != 0.0:
+                        index[count] = place[j] + b
+                        entry[count] = value
+                        count += 1
+            row += 1
+            pointer[row] = count
+    return count
