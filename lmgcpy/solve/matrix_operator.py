@@ -55,8 +55,8 @@ def relative_velocity(i, s):
 
 def push(i, s, d_n, d_t):
     """Add an impulse to interaction ``i`` and to the velocities that it reaches."""
-    for k in range(s.first[i], s.first[i + np.uintp(1)]):
-        j = s.row[k]
+    for k in range(np.uintp(s.first[i]), np.uintp(s.first[i + np.uintp(1)])):
+        j = np.uintp(s.row[k])
         s.velocity[j, 0] += s.block[k, 0, 0] * d_n + s.block[k, 0, 1] * d_t
         s.velocity[j, 1] += s.block[k, 1, 0] * d_n + s.block[k, 1, 1] * d_t
 
@@ -74,10 +74,11 @@ def relative_velocity_3d(i, s):
 
 def push_3d(i, s, d_n, d_t, d_s):
     """Add an impulse to interaction ``i`` and to the velocities that it reaches."""
-    for k in range(s.first[i], s.first[i + np.uintp(1)]):
-        j = s.row[k]
-        for c in range(3):
-            s.velocity[j, c] += s.block[k, c, 0] * d_n + s.block[k, c, 1] * d_t + s.block[k, c, 2] * d_s
+    for k in range(np.uintp(s.first[i]), np.uintp(s.first[i + np.uintp(1)])):
+        j = np.uintp(s.row[k])
+        s.velocity[j, 0] += s.block[k, 0, 0] * d_n + s.block[k, 0, 1] * d_t + s.block[k, 0, 2] * d_s
+        s.velocity[j, 1] += s.block[k, 1, 0] * d_n + s.block[k, 1, 1] * d_t + s.block[k, 1, 2] * d_s
+        s.velocity[j, 2] += s.block[k, 2, 0] * d_n + s.block[k, 2, 1] * d_t + s.block[k, 2, 2] * d_s
 
 
 def normal_velocity_3d(i, s):
