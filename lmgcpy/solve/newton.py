@@ -3,7 +3,10 @@
 Sweeps are cheap and find most statuses within some hundreds; what they leave, the slow modes of a jammed sample or of a
 locked chain, takes them for ever. Newton steps on the statuses found take these modes in one go, and fail where many
 statuses are wrong. So each hands over to the other: sweeps, Newton steps as long as they gain, twice as many sweeps, and
-so on. Every result is measured by the kernels of the laws, as that of every other solver is.
+so on. The patience with Newton steps that gain nothing doubles as well: where a solution has just ceased to exist as loads
+went on, sweeps come back to the place for ever, and the way out of it goes uphill for long. (A step of a biaxial test with
+rigid rods, solved to 1e-6 from eight first turns of 700 to 1500 sweeps within 300 Newton steps: 8 times, against 3 with a
+patience that stays.) Every result is measured by the kernels of the laws, as that of every other solver is.
 """
 
 from __future__ import annotations
@@ -19,7 +22,7 @@ from lmgcpy.errors import flag, named_arguments, number, whole
 from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
 from lmgcpy.solve.active_set import ActiveSet
 from lmgcpy.solve.problem import Conic
-from lmgcpy.solve.proximal import proximal_newton
+from lmgcpy.solve.proximal import PATIENCE, proximal_newton
 from lmgcpy.solve.report import CONVERGED, NOT_FINITE
 from lmgcpy.solve.solver import Outcome
 from lmgcpy.solve.system import Groups
@@ -65,7 +68,8 @@ class Alternating(ABC):
 
         ``conic``: makes the problem in conic form; ``operator``: as of ``GaussSeidel``.
         """
-        turn, sweeps, factorisations = self.first_turn(*guess.shape), 0, 0
+        turn, patience = self.first_turn(*guess.shape), PATIENCE
+        sweeps = factorisations = 0
         best, least = guess, np.inf
         active: ActiveSet | None = None
         while True:
@@ -87,11 +91,11 @@ class Alternating(ABC):
                     continue
                 active = ActiveSet(problem)
             start, left = system.impulse[acting], self.max_factorisations - factorisations
-            attempt = proximal_newton(active, start, self.tolerance, left)
+            attempt = proximal_newton(active, start, self.tolerance, left, patience)
             factorisations += attempt.factorisations
             guess = system.impulse.copy()
             guess[acting] = attempt.impulses
-            turn *= 2
+            turn, patience = 2 * turn, 2 * patience
         if swept.residual > least:
             swept = self._sweep(1, groups, system, free_velocity, best, operator)
             sweeps += swept.iterations

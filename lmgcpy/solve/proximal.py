@@ -37,7 +37,7 @@ sample is not downhill all along."""
 WILD = 100
 """Changes of status after a first Newton step from which no second is tried."""
 PATIENCE = 30
-"""Factorisations within which the least residual must halve."""
+"""Factorisations within which the least residual must halve, as a rule."""
 
 
 class Attempt(NamedTuple):
@@ -48,15 +48,17 @@ class Attempt(NamedTuple):
     factorisations: int
 
 
-def proximal_newton(active: ActiveSet, start: np.ndarray, tolerance: float, most: int) -> Attempt:
+def proximal_newton(
+    active: ActiveSet, start: np.ndarray, tolerance: float, most: int, patience: int = PATIENCE
+) -> Attempt:
     """Go on from the impulses ``start`` (m, d) until the residual is at most ``tolerance``, ``most`` matrices have been
-    factorised, or nothing is gained any more."""
+    factorised, or the least residual has not halved within ``patience`` of them."""
     r = best = start
     residual = least = active.residual(r)
     epsilon, failed = FIRST, 0.0
     done = milestone_at = 0
     milestone = least
-    while least > tolerance and done < most and done - milestone_at < PATIENCE:
+    while least > tolerance and done < most and done - milestone_at < patience:
         found, steps = proximal_solution(active, r, epsilon, tolerance, most - done)
         done += steps
         reached = np.inf if found is None or active.lost(found) else active.residual(found)
