@@ -9,7 +9,8 @@ after a failure; after a failure it comes back to that value by halves of the wa
 
 A Newton step is not damped: with the statuses of the solution it is exact, whatever it started from, and statuses that
 change wildly are the sign of an ``epsilon`` that is too small. A proximal problem need not be solved well: an error of
-:data:`LOOSE` times that of the problem itself is enough.
+:data:`LOOSE` times that of the problem itself is enough. Where the steps fail, by a few statuses that come and go, the last of
+them may be nearer the solution of the problem itself than the centre is; then it is the next centre.
 
 Friction that is not associated makes the problem non-monotone; then convergence is not proved. Measured on what is said to
 be hard: docs/solvers.md.
@@ -59,15 +60,17 @@ def proximal_newton(
     done = milestone_at = 0
     milestone = least
     while least > tolerance and done < most and done - milestone_at < patience:
-        found, steps = proximal_solution(active, r, epsilon, tolerance, most - done)
+        found, solves, steps = proximal_solution(active, r, epsilon, tolerance, most - done)
         done += steps
         reached = np.inf if found is None or active.lost(found) else active.residual(found)
-        if found is not None and reached < WORSE * residual:
+        success = solves and reached < WORSE * residual
+        if found is not None and (success or reached < residual):
             r, residual = found, reached
             if residual < least:
                 best, least = r, residual
             if least < 0.5 * milestone:
                 milestone, milestone_at = least, done
+        if success:
             lower = epsilon / FALL[steps - 1]
             if 0.0 < failed < epsilon:
                 lower = max(lower, float(np.sqrt(epsilon * failed)))
@@ -82,22 +85,23 @@ def proximal_newton(
 
 def proximal_solution(
     active: ActiveSet, centre: np.ndarray, epsilon: float, tolerance: float, most: int
-) -> tuple[np.ndarray | None, int]:
-    """(solution (m, d) of the proximal problem, or None where Newton's method fails; matrices factorised)."""
+) -> tuple[np.ndarray | None, bool, int]:
+    """(impulses (m, d), or None where there are none; whether they solve the proximal problem; matrices factorised)."""
     _, status = active.error(centre, epsilon, centre)
     fewest = np.inf
+    r = None
     steps = min(len(FALL), most)
     for step in range(1, steps + 1):
         try:
             r = active.newton(status, epsilon, centre)
         except RuntimeError:  # singular to round-off
-            return None, step
+            return None, False, step
         error, there = active.error(r, epsilon, centre)
         enough = max(LOOSE * active.residual(r), 0.1 * tolerance) * active.nothing
         if np.linalg.norm(error) <= enough:
-            return r, step
+            return r, True, step
         changes = Status.changes(status, there)
         if changes > 2 * fewest + 3 or (step == 1 and changes > WILD):
-            return None, step
+            break
         fewest, status = min(fewest, changes), there
-    return None, steps
+    return r, False, step
