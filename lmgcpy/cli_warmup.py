@@ -20,6 +20,8 @@ from lmgcpy.io.restart import SOLVERS
 from lmgcpy.jit import statistics
 from lmgcpy.jit_cache import CacheWarning, cache_directory
 from lmgcpy.laws import Law, Parameter
+from lmgcpy.solve.active_set import ActiveSet
+from lmgcpy.solve.proximal import proximal_newton
 
 REACH = 1.0
 """Alert distance that makes an interaction of every pair in the scenes [m]."""
@@ -57,6 +59,7 @@ def warmup(laws: str, dimension: str | None) -> None:
             if 3 in dimensions:
                 lay_in_space()
                 two_in_flight(3)
+            newton_step()
     except CacheWarning as warning:
         raise OSError(str(warning)) from warning
     compiled = set(statistics().compiled)
@@ -159,6 +162,13 @@ def two_in_flight(dimension: int) -> None:
         scene.add(grain(dimension, x, 0.0, 0.0, velocity=(15.0, 0.0, 0.0)))
     scene.see("GRAIN", "GRAIN", lm.Coulomb(friction=0.3))
     lm.Simulation(scene, time_step=1e-3).run(steps=4)
+
+
+def newton_step() -> None:
+    """One step of Newton's method, for which sweeps leave nothing to do in scenes as small as these."""
+    sim = lm.Simulation(plain(lm.Coulomb(friction=0.3), 2), time_step=1e-3, on_unconverged="ignore").run(steps=1)
+    problem = sim.problem()
+    proximal_newton(ActiveSet(problem), np.zeros_like(problem.guess), 0.0, 1)
 
 
 def plain(law: Law, dimension: int) -> lm.Scene:

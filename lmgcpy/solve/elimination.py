@@ -1,9 +1,9 @@
 """In which order the unknowns of Newton steps are eliminated.
 
 An order that keeps the factors sparse takes, in 2D, as long to find as the factors themselves (8.7 ms against 4.6 ms with
-the order given, 4400 unknowns; 95 against 80 ms with 9900 unknowns in 3D). From one Newton step to the next few interactions come
-or go, and an order found for the others serves as well. So it is kept, of interactions, as long as the factors stay
-about as sparse as when it was found.
+the order given, 4400 unknowns; 95 ms against 80 ms with 9900 unknowns in 3D). From one Newton step to the next few
+interactions come or go, and an order found for the others serves as well. So it is kept, of interactions, as long as the
+factors stay about as sparse as when it was found.
 """
 
 from __future__ import annotations

@@ -9,8 +9,8 @@ after a failure; after a failure it comes back to that value by halves of the wa
 
 A Newton step is not damped: with the statuses of the solution it is exact, whatever it started from, and statuses that
 change wildly are the sign of an ``epsilon`` that is too small. A proximal problem need not be solved well: an error of
-:data:`LOOSE` times that of the problem itself is enough. Where the steps fail, by a few statuses that come and go, the last of
-them may be nearer the solution of the problem itself than the centre is; then it is the next centre.
+:data:`LOOSE` times that of the problem itself is enough. Where the steps fail, by a few statuses that come and go, the
+last of them may be nearer the solution of the problem itself than the centre is; then it is the next centre.
 
 Friction that is not associated makes the problem non-monotone; then convergence is not proved. Measured on what is said to
 be hard: docs/solvers.md.
@@ -49,9 +49,7 @@ class Attempt(NamedTuple):
     factorisations: int
 
 
-def proximal_newton(
-    active: ActiveSet, start: np.ndarray, tolerance: float, most: int, patience: int = PATIENCE
-) -> Attempt:
+def proximal_newton(active: ActiveSet, start: np.ndarray, tolerance: float, most: int, patience: int = PATIENCE) -> Attempt:
     """Go on from the impulses ``start`` (m, d) until the residual is at most ``tolerance``, ``most`` matrices have been
     factorised, or the least residual has not halved within ``patience`` of them."""
     r = best = start

@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 import scipy.sparse as sparse
+from scipy.sparse.linalg import splu
 
 import lmgcpy as lm
 from lmgcpy.solve.active_set import ActiveSet
+from lmgcpy.solve.elimination import Elimination
 from lmgcpy.solve.newton_kernels import LINK, OPEN, SLIDE, STICK
 from lmgcpy.solve.proximal import proximal_newton
 
@@ -117,6 +119,36 @@ def test_step_satisfies_what_its_statuses_say(sample, spheres):
             sigma = np.column_stack([-tau[:, 1], tau[:, 0]])
             turned = np.einsum("it,it->i", u[:, 1:], sigma) + w * status.turning * np.einsum("it,it->i", r[:, 1:], sigma)
             assert np.abs(turned[slides]).max() < scale
+
+
+def test_order_of_elimination_changes_round_off_alone(sample, spheres):
+    """A step with the order found for an earlier one, of other statuses, against the same with an order of its own."""
+    for problem in (sample, spheres):
+        kept, epsilon = ActiveSet(problem), 1e-2
+        for sweeps in (5, 15, 40):
+            centre = swept(problem, sweeps)
+            _, status = kept.error(centre, epsilon, centre)
+            r = kept.newton(status, epsilon, centre)
+            alone = ActiveSet(problem).newton(status, epsilon, centre)
+            np.testing.assert_allclose(r, alone, atol=1e-9 * np.abs(alone).max())  # see the test above
+
+
+def test_order_is_found_anew_for_other_interactions():
+    """Two orders of a line of neighbours in which every third is at first missing; both leave no fill."""
+    elimination = Elimination(30)
+    for acting in (np.flatnonzero(np.arange(30) % 3), np.arange(30)):
+        order, known = elimination.order(acting)
+        assert not known
+        line = sparse.diags_array([-1.0, 2.1, -1.0], offsets=[-1, 0, 1], shape=(30, 30)).tocsr()
+        matrix = sparse.csc_array(line[order][:, order])
+        place = np.zeros(30, dtype=int)
+        place[order] = np.arange(len(order))
+        elimination.factorise(matrix, order, place, known)
+        again, known = elimination.order(acting)
+        assert known
+        np.testing.assert_array_equal(np.sort(again), acting)
+        factors = splu(sparse.csc_array(line[again][:, again]), permc_spec="NATURAL", diag_pivot_thresh=0.0)
+        assert factors.nnz == matrix.nnz + len(acting)  # the diagonal is in both factors
 
 
 def test_step_is_newtons(spheres):
