@@ -1,7 +1,8 @@
 """Compiled parts of a Newton step: the natural map with the statuses it shows, and the rows of the sparse matrix.
 
-Both would take longer than the factorisation between them if they were written with sparse products and masks: measured on
-steps of 5000 interactions in 2D, 5.4 ms and 0.7 ms against 8.7 ms.
+Both would take longer than the factorisation between them if they were written with sparse products and masks: measured a
+step, 4700 interactions in 2D, 5.4 ms for the matrix and 1.8 ms for the maps, against 0.8 ms and 0.3 ms here, and 8 ms for the
+factorisation.
 """
 
 from __future__ import annotations
@@ -9,9 +10,8 @@ from __future__ import annotations
 import numpy as np
 
 from lmgcpy.jit import kernel
+from lmgcpy.solve.problem import BOTH, CONTACT, PULL
 
-CONTACT, PULL, BOTH = range(3)
-"""Cones, as in ``problem``."""
 OPEN, STICK, SLIDE, LINK = range(4)
 """Statuses."""
 
