@@ -12,7 +12,7 @@ second simulation in another thread or the end of the process would have to care
 from __future__ import annotations
 
 import threading
-from functools import cache
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numba
@@ -153,15 +153,25 @@ def help_out(team: Team):
                 call_at(team.give_way)
 
 
-@cache
-def work_address(work: Kernel, job_type: types.Type) -> int:
+def work_address(work: Kernel, job: Job) -> int:
     """Address of the compiled work; it stays for as long as the process."""
-    pointer = work.pointer(types.float64(types.int64, types.int64, types.CPointer(job_type)))
-    _alive.append(pointer)
-    return pointer.address
+    key = work, type(job.s), tuple(_kinds(job))
+    if key not in _pointers:
+        pointer = work.pointer(types.float64(types.int64, types.int64, types.CPointer(numba.typeof(job))))
+        _pointers[key] = pointer
+    return _pointers[key].address
 
 
-_alive: list[Any] = []
+def _kinds(parts: tuple) -> Iterator[Any]:
+    """What the compiler knows of the arrays; to ask it for the type of a job would take as long as a small solve."""
+    for part in parts:
+        if isinstance(part, np.ndarray):
+            yield part.ndim, part.dtype, part.flags.c_contiguous, part.flags.writeable
+        elif isinstance(part, tuple):
+            yield from _kinds(part)
+
+
+_pointers: dict[tuple, Any] = {}
 
 
 def lead(
@@ -190,7 +200,7 @@ def lead(
     addresses = [place.ctypes.data for place in places]
     for mine, address in zip(own, addresses, strict=True):
         lay(mine, address)
-    address = work_address(work, numba.typeof(job))
+    address = work_address(work, job)
     team = Team(
         words, partial, beta, groups.phase, system.worst, chunks, len(system.impulse), address, addresses[0], giving_way()
     )
