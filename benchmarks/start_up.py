@@ -34,15 +34,22 @@ def seconds(code: str, cache: str) -> float:
     return time.perf_counter() - begin
 
 
-with tempfile.TemporaryDirectory() as cache:
-    first = seconds(STEP, cache)
-    codes = {"import numba": "import numba", "import lmgcpy": "import lmgcpy", "first step, cache filled": STEP}
-    times: dict[str, list[float]] = {name: [] for name in codes}
-    for _ in range(RUNS):
-        for name, code in codes.items():
-            times[name].append(seconds(code, cache))
-with tempfile.TemporaryDirectory() as cache:
-    warmup = seconds("from lmgcpy.cli import main; main(['warmup'])", cache)
-rows = [[name, f"{min(measured):.2f}"] for name, measured in times.items()]
-rows += [["first step, cache empty", f"{first:.1f}"], ["lmgcpy warmup, cache empty", f"{warmup:.1f}"]]
-report("start_up", ["process", "time [s]"], rows)
+def main() -> None:
+    with tempfile.TemporaryDirectory() as cache:
+        first = seconds(STEP, cache)
+        codes = {"import numba": "import numba", "import lmgcpy": "import lmgcpy", "first step, cache filled": STEP}
+        times: dict[str, list[float]] = {name: [] for name in codes}
+        for _ in range(RUNS):
+            for name, code in codes.items():
+                times[name].append(seconds(code, cache))
+    rows = [[name, f"{min(measured):.2f}"] for name, measured in times.items()]
+    rows.append(["first step, cache empty", f"{first:.1f}"])
+    for dimension in "23":
+        with tempfile.TemporaryDirectory() as cache:
+            warm = seconds(f"from lmgcpy.cli import main; main(['warmup', '--dimension', '{dimension}'])", cache)
+        rows.append([f"lmgcpy warmup --dimension {dimension}, cache empty", f"{warm:.1f}"])
+    report("start_up", ["process", "time [s]"], rows)
+
+
+if __name__ == "__main__":
+    main()

@@ -16,13 +16,13 @@ import sys
 from dataclasses import replace
 
 import numpy as np
-from lmgcpy.experiment.box_2d import Sample
 from scipy.integrate import solve_ivp
 from table import report
 
 import lmgcpy as lm
 from lmgcpy.bench.machine import load
 from lmgcpy.experiment.biaxial import Biaxial, BiaxialRecord
+from lmgcpy.experiment.box import Sample
 from lmgcpy.experiment.compaction import compact
 from lmgcpy.experiment.texsol_sample import lay_sample
 

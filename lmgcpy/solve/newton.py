@@ -135,7 +135,6 @@ class Auto(Alternating):
 
     tolerance: float = 1e-4
     max_iterations: int = 10_000
-    max_factorisations: int = 100
 
     NEEDS_CONIC = False
 
