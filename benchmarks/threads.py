@@ -40,8 +40,8 @@ def simulation(count: int, by_height: bool, *, slabs: bool, threads: int, solver
         return lm.Simulation(scene, time_step=2e-4, **options)
 
 
-def measure(count: int, by_height: bool, kind: type) -> list[list]:
-    given = kind(tolerance=1e-6, max_iterations=SWEEPS)
+def measure(count: int, by_height: bool) -> list[list]:
+    given = lm.GaussSeidel(tolerance=1e-6, max_iterations=SWEEPS)
     ways = {"by ids": (False, 1)} | {f"slabs, {n} thread{'s' * (n > 1)}": (True, n) for n in range(1, os.cpu_count() + 1)}
     sims = [simulation(count, by_height, slabs=slabs, threads=n, solver=given) for slabs, n in ways.values()]
     sims[0].solver = lm.GaussSeidel(tolerance=1e-2, max_iterations=50)
@@ -52,7 +52,7 @@ def measure(count: int, by_height: bool, kind: type) -> list[list]:
         for k, sim in enumerate(sims):
             sim.restore(start)
             if k > 0:
-                sim.solver = kind(tolerance=sims[0].report.residual, max_iterations=10 * SWEEPS)
+                sim.solver = lm.GaussSeidel(tolerance=sims[0].report.residual, max_iterations=10 * SWEEPS)
             seconds[run, k] = sim.step().seconds
             impulses[k] = sim.interactions.impulse
     assert all(np.array_equal(impulses[1], impulses[k]) for k in range(2, len(sims))), "the bits depend on the threads"
@@ -60,7 +60,6 @@ def measure(count: int, by_height: bool, kind: type) -> list[list]:
     order = "by height" if by_height else "at random"
     return [
         [
-            kind.__name__,
             count,
             sims[k].report.interactions,
             order,
@@ -76,11 +75,10 @@ def measure(count: int, by_height: bool, kind: type) -> list[list]:
 
 
 if __name__ == "__main__":
-    header = ["solver", "spheres", "interactions", "ids", "order", "sweeps", "residual", "solver [ms]"]
+    header = ["spheres", "interactions", "ids", "order", "sweeps", "residual", "solver [ms]"]
     header += ["an interaction and sweep [ns]", "speed, by ids = 1 (goal 1.6 with 2 threads)"]
     rows = []
-    for kind in (lm.GaussSeidel, lm.AcceleratedGaussSeidel):
-        for count in COUNTS:
-            for by_height in (False, True):
-                rows += measure(count, by_height, kind)
+    for count in COUNTS:
+        for by_height in (False, True):
+            rows += measure(count, by_height)
     report("threads", header, rows)

@@ -52,7 +52,7 @@ def solve_local(W: Any, q: Any, *, friction: float) -> LocalSolution:
 
     ``W``: block of the Delassus operator [1/kg], (2, 2) or (3, 3), symmetric, without negative eigenvalues; ``q``: velocity
     without the impulse [m/s], (2,) or (3,); ``friction``: mu >= 0. A positive definite block always has a solution
-    (which, where there are several: :mod:`lmgcpy.laws.coulomb`), and a singular one a solution or the status
+    (which one, where there are several, docs/solvers.md says), and a singular one a solution or the status
     "infeasible". ValueError for a block that is neither.
     """
     block, free = numbers(W, "W"), numbers(q, "q")
