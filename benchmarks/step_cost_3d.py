@@ -45,7 +45,7 @@ def dense(count: int) -> lm.Scene:
 def scene_of(radii: np.ndarray, places: np.ndarray, side: float, velocity: np.ndarray) -> lm.Scene:
     scene = lm.Scene(dimension=3, gravity=(0.0, 0.0, -9.81))
     sand = lm.Material("sand", density=2600.0)
-    for radius, place, start in zip(radii.tolist(), places.tolist(), velocity.tolist(), strict=True):
+    for radius, place, start in zip(radii, places, velocity, strict=True):
         scene.add(lm.sphere(radius=radius, position=place, material=sand, velocity=start))
     for axis, end in ((0, 0.0), (0, side), (1, 0.0), (1, side), (2, 0.0)):
         normal = np.eye(3)[axis] * (1.0 if end == 0.0 else -1.0)

@@ -312,13 +312,14 @@ class Impossible(Fussy):
 
 
 def test_a_law_is_tried_with_parameters_within_its_bounds():
-    """Coulomb's law without friction has one row, with friction two; elastic laws take one parameter of two."""
-    assert sorted(law.rows(2) for law in instances(lm.Coulomb)) == [1, 2]
-    assert len(instances(lm.ElasticWire)) == len(instances(lm.RigidRod)) == 1
-    (law,) = instances(Fussy)
+    """Coulomb's law without friction has one row, with friction two or three; elastic laws take one parameter of two."""
+    assert sorted(law.rows(2) for law in instances(lm.Coulomb, 2)) == [1, 2]
+    assert sorted(law.rows(3) for law in instances(lm.Coulomb, 3)) == [1, 3]
+    assert len(instances(lm.ElasticWire, 2)) == len(instances(lm.RigidRod, 3)) == 1
+    (law,) = instances(Fussy, 2)
     assert (law.one, law.other, law.third) == (2.5, -5.0, 1.0)
     with pytest.raises(ValueError, match=r"make a law 'impossible': Never\."):
-        instances(Impossible)
+        instances(Impossible, 2)
 
 
 def test_help_of_a_command_is_no_error():
