@@ -78,12 +78,18 @@ def react_in_space(W, q_n, q_t, q_s, friction):
 
 
 def react_to_full_block(W, q_n, q_t, q_s, friction):
-    """The same for ``q_n < 0`` and any symmetric block without negative eigenvalues; a function of its own, so that the
-    compiler can make :func:`react_in_space` part of the sweep.
+    """The same for ``q_n < 0`` and any symmetric block without negative eigenvalues; a function of its own, and a long one,
+    so that the compiler makes :func:`react_in_space` part of the sweep and not this.
 
     Statuses are tried in the order open, stick, slide. A contact that slides has ``u_t = -l r_t``, l > 0. Where W is
     positive definite ``|r_t| - mu r_n`` goes from above zero at l = 0, where it sticks, to ``mu q_n / W_nn < 0``, so that
-    there is a root. Where W couples n strongly with t there may be several; that of :func:`slide` is taken.
+    there is a root, by regula falsi in a bracket. Where W couples n strongly with t there may be several; the bracket's is
+    taken.
+
+    Where S, what is left of the tangential block once r_n is eliminated, is singular, sticking is the limit of l to 0: the
+    least ``r_t`` that stops the contact. Where none does, ``|r_t|`` grows without bound as l falls, and ``mu r_n`` may grow
+    faster: friction that presses the contact in. Then a root is looked for on the way (:func:`first_root`), and if there is
+    none no impulse satisfies the law: the one returned is that without friction, and :func:`lmgcpy.solve_local` tells.
     """
     (w_nn, w_nt, w_ns), (_, w_tt, w_ts), (_, _, w_ss) = W
     if w_nn <= 0.0:
@@ -91,62 +97,25 @@ def react_to_full_block(W, q_n, q_t, q_s, friction):
     coupling = (w_nt, w_ns)
     shear = (w_tt - w_nt * w_nt / w_nn, w_ts - w_nt * w_ns / w_nn, w_ss - w_ns * w_ns / w_nn)
     free = (q_t - w_nt * q_n / w_nn, q_s - w_ns * q_n / w_nn)
-    scale = w_tt + w_ss
-    if not shear[0] * shear[2] - shear[1] * shear[1] > ROUND_OFF * scale * scale:
-        error = ROUND_OFF * (abs(q_t) + abs(q_s) - (abs(w_nt) + abs(w_ns)) * q_n / w_nn)
-        return react_to_singular_block(w_nn, q_n, coupling, shear, free, friction, max(scale, w_nn), error)
-    size, r_n, r_t, r_s = slide_at(0.0, w_nn, q_n, coupling, shear, free)
-    if size <= friction * r_n:
-        return (r_n, r_t, r_s)
-    return slide(0.0, scale, w_nn, q_n, coupling, shear, free, friction)
-
-
-def react_to_singular_block(w_nn, q_n, coupling, shear, free, friction, scale, error):
-    """The same where ``S = shear`` is singular; ``error``: round-off of ``free`` [m/s].
-
-    In the frame of its eigenvectors S is diag(lambda, 0). Sticking is the limit of l to 0, the least ``r_t`` that stops the
-    contact. Where none does, ``|r_t|`` grows without bound as l falls, and ``mu r_n`` may grow faster: friction that
-    presses the contact in. Then a root is looked for on the way, and if there is none no impulse satisfies the law: the
-    one returned is that without friction, and :func:`lmgcpy.solve_local` tells.
-    """
-    eigenvalue = max(shear[0] + shear[2], 0.0)
-    angle = 0.5 * math.atan2(2.0 * shear[1], shear[0] - shear[2])
-    if eigenvalue <= ROUND_OFF * scale:
-        eigenvalue = 0.0
-        angle = math.atan2(free[1], free[0])
-    c, s = math.cos(angle), math.sin(angle)
-    across = c * free[1] - s * free[0]
-    free = (c * free[0] + s * free[1], across if abs(across) > 100.0 * error else 0.0)
-    coupling = (c * coupling[0] + s * coupling[1], c * coupling[1] - s * coupling[0])
-    shear = (eigenvalue, 0.0, 0.0)
-    low = ROUND_OFF * (eigenvalue if eigenvalue > 0.0 else scale)
+    scale = w_tt + w_ss if w_tt + w_ss > 0.0 else w_nn
+    low = 0.0
+    c, s = 1.0, 0.0
+    rests = True
+    if not shear[0] * shear[2] - shear[1] * shear[1] > ROUND_OFF * w_tt * w_ss:
+        error = 100.0 * ROUND_OFF * (abs(q_t) + abs(q_s) - (abs(w_nt) + abs(w_ns)) * q_n / w_nn)
+        c, s, coupling, shear, free = in_eigenframe(coupling, shear, free, scale, error)
+        low = ROUND_OFF * (shear[0] if shear[0] > 0.0 else scale)
+        rests = free[1] == 0.0 and (shear[0] > 0.0 or free[0] <= error)
     size, r_n, r_t, r_s = slide_at(low, w_nn, q_n, coupling, shear, free)
-    if size <= friction * r_n:
-        if free[1] == 0.0 and (eigenvalue > 0.0 or free[0] <= 100.0 * error):
+    above = size - friction * r_n
+    if above <= 0.0:
+        if rests:
             return (r_n, c * r_t - s * r_s, s * r_t + c * r_s)
         low = first_root(low, scale, w_nn, q_n, coupling, shear, free, friction)
         if low < 0.0:
             return (-q_n / w_nn, 0.0, 0.0)
-    r_n, r_t, r_s = slide(low, scale, w_nn, q_n, coupling, shear, free, friction)
-    return (r_n, c * r_t - s * r_s, s * r_t + c * r_s)
-
-
-def first_root(low, scale, w_nn, q_n, coupling, shear, free, friction):
-    """Least of some 250 values of l, from ``low`` on and each a quarter above the one before, at which ``|r_t| > mu r_n``;
-    -1 if there is none."""
-    slowness = low
-    while slowness < 1e3 * scale:
-        slowness *= 1.25
-        size, r_n, _, _ = slide_at(slowness, w_nn, q_n, coupling, shear, free)
-        if size > friction * r_n:
-            return slowness
-    return -1.0
-
-
-def slide(low, scale, w_nn, q_n, coupling, shear, free, friction):
-    """The root of ``|r_t| - mu r_n``, which is above zero at l = ``low``, by regula falsi in a bracket."""
-    size, r_n, r_t, r_s = slide_at(low, w_nn, q_n, coupling, shear, free)
-    above = size - friction * r_n
+        size, r_n, r_t, r_s = slide_at(low, w_nn, q_n, coupling, shear, free)
+        above = size - friction * r_n
     high = max(scale, 4.0 * low)
     size, r_n, r_t, r_s = slide_at(high, w_nn, q_n, coupling, shear, free)
     below = size - friction * r_n
@@ -182,9 +151,34 @@ def slide(low, scale, w_nn, q_n, coupling, shear, free, friction):
             side = -1
     if r_n <= 0.0:
         return (0.0, 0.0, 0.0)
-    limit = friction * r_n
-    factor = limit / size if size > 0.0 else 0.0  # on the cone to the last digit
-    return (r_n, factor * r_t, factor * r_s)
+    factor = friction * r_n / size if size > 0.0 else 0.0  # on the cone to the last digit
+    return (r_n, factor * (c * r_t - s * r_s), factor * (s * r_t + c * r_s))
+
+
+def in_eigenframe(coupling, shear, free, scale, error):
+    """Of a singular S: cos and sin of its eigenvector, and coupling, S = diag(lambda, 0) and free velocity in the frame of
+    its eigenvectors; where S vanishes, in that of the free velocity. What is below ``error`` [m/s] is zero."""
+    eigenvalue = max(shear[0] + shear[2], 0.0)
+    angle = 0.5 * math.atan2(2.0 * shear[1], shear[0] - shear[2])
+    if eigenvalue <= ROUND_OFF * scale:
+        eigenvalue = 0.0
+        angle = math.atan2(free[1], free[0])
+    c, s = math.cos(angle), math.sin(angle)
+    across = c * free[1] - s * free[0]
+    turned = (c * coupling[0] + s * coupling[1], c * coupling[1] - s * coupling[0])
+    return c, s, turned, (eigenvalue, 0.0, 0.0), (c * free[0] + s * free[1], across if abs(across) > error else 0.0)
+
+
+def first_root(low, scale, w_nn, q_n, coupling, shear, free, friction):
+    """Least of some 250 values of l, from ``low`` on and each a quarter above the one before, at which ``|r_t| > mu r_n``;
+    -1 if there is none."""
+    slowness = low
+    while slowness < 1e3 * scale:
+        slowness *= 1.25
+        size, r_n, _, _ = slide_at(slowness, w_nn, q_n, coupling, shear, free)
+        if size > friction * r_n:
+            return slowness
+    return -1.0
 
 
 class Coulomb(Law):

@@ -57,7 +57,7 @@ def test_the_local_problem_is_solved(spread, most_friction):
     assert np.all(power <= -most * (1.0 - 1e-6) + 1e-11 * scale[slide] * size[slide])
 
 
-@pytest.mark.parametrize("case", ["no friction", "stiff along s", "at rest", "tiny", "huge"])
+@pytest.mark.parametrize("case", ["no friction", "stiff along s", "stiff along n", "at rest", "tiny", "huge"])
 def test_degenerate_blocks(case):
     W, q, friction = np.eye(3), np.array([-1.0, 0.5, -0.3]), 0.4
     if case == "no friction":
@@ -65,6 +65,8 @@ def test_degenerate_blocks(case):
         friction = 0.0
     elif case == "stiff along s":
         W[2, 2], W[0, 2], W[2, 0] = 1e12, 1e5, 1e5
+    elif case == "stiff along n":
+        W[0, 0], W[0, 1], W[1, 0] = 1e12, 1e5, 1e5
     elif case == "at rest":
         q[:] = 0.0
     else:
