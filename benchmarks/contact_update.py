@@ -18,7 +18,7 @@ from table import report
 
 import lmgcpy as lm
 from lmgcpy.jit import kernel
-from lmgcpy.solve.gauss_seidel import call
+from lmgcpy.solve.by_address import call
 from lmgcpy.solve.system import Groups, System
 
 SWEEPS = 400

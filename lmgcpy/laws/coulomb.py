@@ -26,17 +26,22 @@ def react_in_plane(W, q_n, q_t, friction):
         limit = friction * alone
         return (alone, min(limit, max(-limit, -q_t / w_tt)))
     determinant = w_nn * w_tt - w_nt * w_tn
-    if determinant > ROUND_OFF * w_nn * w_tt:
-        r_n = (w_nt * q_t - w_tt * q_n) / determinant
-        r_t = (w_tn * q_n - w_nn * q_t) / determinant
-        if r_n >= 0.0 and abs(r_t) <= friction * r_n:
-            return (r_n, r_t)
-    elif abs(q_t + w_tn * alone) <= ROUND_OFF * (abs(q_t) + abs(w_tn * alone)):
-        return (alone, 0.0)
-    # Sliding with r_t = side mu r_n, u_n = 0, and u_t on the other side. Both sides fail by round-off only, or where W is
-    # singular: then the one that fails by less is taken.
+    if not determinant > ROUND_OFF * w_nn * w_tt:
+        # u_t is what it is at u_n = 0, whatever r_t: nothing to stop, or one way to slide
+        u_t = q_t + w_tn * alone
+        if abs(u_t) <= ROUND_OFF * (abs(q_t) + abs(w_tn * alone)):
+            return (alone, 0.0)
+        side = -1.0 if u_t > 0.0 else 1.0
+        slope = w_nn + side * friction * w_nt
+        return (-q_n / slope, -side * friction * q_n / slope) if slope > 0.0 else (alone, 0.0)
+    r_n = (w_nt * q_t - w_tt * q_n) / determinant
+    r_t = (w_tn * q_n - w_nn * q_t) / determinant
+    if r_n >= 0.0 and abs(r_t) <= friction * r_n:
+        return (r_n, r_t)
+    # Sliding with r_t = side mu r_n, u_n = 0, and u_t on the other side. Both sides fail by round-off only: then the
+    # one that fails by less is taken.
     best = -1.0
-    chosen = (alone, 0.0)
+    chosen = (0.0, 0.0)
     for side in (1.0, -1.0):
         slope = w_nn + side * friction * w_nt
         if slope > 0.0:

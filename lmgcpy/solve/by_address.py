@@ -60,16 +60,28 @@ def _read(typing_context, pointer):
     return pointer.dtype(pointer), generate
 
 
+def _call(typing_context, address, start, stop, offset, s):
+    """``double f(int64 start, int64 stop, int64 offset, System s)`` at an address."""
+
+    def generate(context, builder, signature, arguments):
+        kinds = [context.get_value_type(kind) for kind in signature.args[1:]]
+        function = ir.FunctionType(context.get_value_type(signature.return_type), kinds)
+        return builder.call(builder.inttoptr(arguments[0], function.as_pointer()), arguments[1:])
+
+    return types.float64(address, start, stop, offset, s), generate
+
+
 def _call_work(typing_context, address, kind, task, job):
-    """``double work(int64 kind, int64 task, void *job)`` at an address."""
+    """``void work(int64 kind, int64 task, void *job)`` at an address."""
 
     def generate(context, builder, signature, arguments):
         whole = ir.IntType(64)
-        function = ir.FunctionType(ir.DoubleType(), [whole, whole, _POINTER])
+        function = ir.FunctionType(ir.VoidType(), [whole, whole, _POINTER])
         place = builder.inttoptr(arguments[3], _POINTER)
-        return builder.call(builder.inttoptr(arguments[0], function.as_pointer()), [*arguments[1:3], place])
+        builder.call(builder.inttoptr(arguments[0], function.as_pointer()), [*arguments[1:3], place])
+        return context.get_dummy_value()
 
-    return types.float64(types.int64, types.int64, types.int64, types.int64), generate
+    return types.void(types.int64, types.int64, types.int64, types.int64), generate
 
 
 def _call_at(typing_context, address):
@@ -84,8 +96,15 @@ def _call_at(typing_context, address):
 
 write: Any = intrinsic(_write)
 read: Any = intrinsic(_read)
+call: Any = intrinsic(_call)
+"""``call(address, start, stop, offset, s)`` in compiled code."""
 call_work: Any = intrinsic(_call_work)
 call_at: Any = intrinsic(_call_at)
+
+
+def group_signature(system_type):
+    """numba signature of the kernels that :func:`call` calls."""
+    return types.float64(types.int64, types.int64, types.int64, system_type)
 
 
 @cache

@@ -11,40 +11,16 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from llvmlite import ir
-from numba.core import types
-from numba.extending import intrinsic
 
 from lmgcpy.errors import flag, named_arguments, number, whole
 from lmgcpy.jit import kernel
-from lmgcpy.solve.by_address import read
+from lmgcpy.solve.by_address import call, read
 from lmgcpy.solve.contact_block import momentum  # of bodies in the plane, unless the specialisation gives another
 from lmgcpy.solve.problem import Conic
 from lmgcpy.solve.report import CONVERGED, NOT_FINITE, SPENT, STAGNATED
 from lmgcpy.solve.solver import Outcome
 from lmgcpy.solve.system import Groups
 from lmgcpy.solve.team import Iterates, Team, lead, share_chunks, share_phases
-
-
-def _call(typing_context, address, start, stop, offset, s):
-    """``double f(int64 start, int64 stop, int64 offset, System s)`` at an address."""
-
-    def generate(context, builder, signature, arguments):
-        kinds = [context.get_value_type(kind) for kind in signature.args[1:]]
-        function = ir.FunctionType(context.get_value_type(signature.return_type), kinds)
-        return builder.call(builder.inttoptr(arguments[0], function.as_pointer()), arguments[1:])
-
-    return types.float64(address, start, stop, offset, s), generate
-
-
-call: Any = intrinsic(_call)
-"""``call(address, start, stop, offset, s)`` in compiled code."""
-
-
-def group_signature(system_type):
-    """numba signature of the kernels that :func:`call` calls."""
-    return types.float64(types.int64, types.int64, types.int64, system_type)
-
 
 SWEEP, ERROR, MOMENTUM, CLEAR, COMBINE, NOTHING, GUESS, FASTEST, *OWN = map(np.int64, range(16))
 """Kinds of work, the last those of a solver's own; numbers of numpy, as plain ones make a new function each."""
@@ -66,7 +42,6 @@ def work(kind, task, job):
         bodies_work(kind, task, job)
     else:
         own_work(kind, task, job)
-    return 0.0
 
 
 def sweep_pieces(task, job):

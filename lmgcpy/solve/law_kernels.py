@@ -13,7 +13,7 @@ import numpy as np
 from lmgcpy.jit import Kernel, kernel, may_raise, row_reader
 from lmgcpy.laws import Law
 from lmgcpy.solve import wire_block
-from lmgcpy.solve.gauss_seidel import group_signature
+from lmgcpy.solve.by_address import group_signature
 from lmgcpy.solve.space import SPACES
 from lmgcpy.solve.system import System
 from lmgcpy.solve.watched import finite_matrix, finite_vector, guard, noting_reader

@@ -53,7 +53,8 @@ class System(NamedTuple):
     def moved(self, place: np.ndarray, free_velocity: np.ndarray) -> tuple[System, np.ndarray]:
         """The same with each body at its ``place``, (n,), and the velocities without impulses (n, k) likewise; the array of
         velocities is the same, for results in the order of the places."""
-        order = np.argsort(place)
+        order = np.empty_like(place)
+        order[place] = np.arange(len(place), dtype=place.dtype)
         places = place.astype(np.uint32)
         rows = {"candidate": places[self.candidate], "antagonist": places[self.antagonist]}
         return self._replace(inverse_mass=self.inverse_mass[order], **rows), free_velocity[order]

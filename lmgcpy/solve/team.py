@@ -157,7 +157,7 @@ def work_address(work: Kernel, job: Job) -> int:
     """Address of the compiled work; it stays for as long as the process."""
     key = work, type(job.s), tuple(_kinds(job))
     if key not in _pointers:
-        pointer = work.pointer(types.float64(types.int64, types.int64, types.CPointer(numba.typeof(job))))
+        pointer = work.pointer(types.void(types.int64, types.int64, types.CPointer(numba.typeof(job))))
         _pointers[key] = pointer
     return _pointers[key].address
 

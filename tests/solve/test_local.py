@@ -96,10 +96,8 @@ def test_a_singular_block_that_can_be_brought_to_rest_is_solved(rank):
     friction = rng.uniform(0.0, 10.0, COUNT)
     r = np.zeros_like(q)
     solve_all(W, q, friction, r)
-    # round-off of the singular part, over the eigenvalue that is left: nearly all blocks are far better
-    fault = faults(W, q, friction, r)
-    assert np.quantile(fault, 0.999) < 1e-9
-    assert fault.max() < 1e-4
+    # measured 8e-14: round-off of the singular part, over the eigenvalue that is left
+    assert faults(W, q, friction, r).max() < 1e-11
 
 
 @pytest.mark.parametrize("rank", [1, 2])
@@ -112,9 +110,68 @@ def test_any_other_singular_block_is_solved_or_has_no_solution(rank):
     solve_all(W, q, friction, r)
     unsolved = np.flatnonzero(faults(W, q, friction, r) > 1e-6)
     assert 0.01 < len(unsolved) / COUNT < 0.5
-    for i in unsolved[:2000]:
+    for i in unsolved:
         assert not has_root(W[i], q[i], friction[i]), i
         assert np.abs(r[i, 1:]).max() == 0.0
+
+
+def blocks(count, spread, rng):
+    """Symmetric positive definite blocks with eigenvalues over ``spread``, in any directions."""
+    turn, _ = np.linalg.qr(rng.normal(size=(count, 3, 3)))
+    W = np.einsum("mij,mj,mkj->mik", turn, np.exp(rng.uniform(-0.5, 0.5, (count, 3)) * np.log(spread)), turn)
+    return 0.5 * (W + W.transpose(0, 2, 1))
+
+
+@pytest.mark.parametrize("most_friction", [0.1, 1.0, 10.0])
+@pytest.mark.parametrize("spread", [1.0, 1e2, 1e4, 1e6])
+def test_the_local_problem_is_solved(spread, most_friction):
+    """Each condition of the law by itself, for full blocks; errors relative to the terms of ``q + W r``. The tangential
+    velocity loses the digits of the condition of W and of the slope of the root in mu."""
+    rng = np.random.default_rng(0)
+    count = 100_000
+    W, q = blocks(count, spread, rng), rng.normal(size=(count, 3))
+    friction = rng.uniform(0.0, most_friction, count)
+    r = np.zeros((count, 3))
+    solve_all(W, q, friction, r)
+    u = q + np.einsum("mij,mj->mi", W, r)
+    scale = np.linalg.norm(q, axis=1) + np.einsum("mij,mj->mi", np.abs(W), np.abs(r)).max(axis=1)
+    limit = friction * r[:, 0]
+    size = np.linalg.norm(r[:, 1:], axis=1)
+    acting = r[:, 0] > 0.0
+    assert 0.45 < acting.mean() < 0.55
+    assert np.all(r[:, 0] >= 0.0)
+    assert np.all(u[~acting, 0] >= 0.0)
+    assert np.all(np.abs(u[acting, 0]) <= 1e-11 * scale[acting])
+    assert np.all(size <= limit * (1.0 + 1e-14))
+    sliding = np.linalg.norm(u[:, 1:], axis=1) > 1e-10 * scale
+    slide = acting & sliding
+    assert slide.sum() > 1000
+    assert size[slide] == pytest.approx(limit[slide], rel=1e-12)
+    power = np.einsum("mi,mi->m", u[slide, 1:], r[slide, 1:])
+    most = np.linalg.norm(u[slide, 1:], axis=1) * size[slide]
+    # the directions are opposite: an angle of a leaves a^2/2 of the power, and u_t may be 1e-10 of its terms
+    assert np.all(power <= -most * (1.0 - 1e-6) + 1e-11 * scale[slide] * size[slide])
+
+
+@pytest.mark.parametrize("case", ["no friction", "stiff along s", "stiff along n", "at rest", "tiny", "huge"])
+def test_degenerate_blocks(case):
+    W, q, friction = np.eye(3), np.array([-1.0, 0.5, -0.3]), 0.4
+    if case == "no friction":
+        W[0, 1] = W[1, 0] = 0.3
+        friction = 0.0
+    elif case == "stiff along s":
+        W[2, 2], W[0, 2], W[2, 0] = 1e12, 1e5, 1e5
+    elif case == "stiff along n":
+        W[0, 0], W[0, 1], W[1, 0] = 1e12, 1e5, 1e5
+    elif case == "at rest":
+        q[:] = 0.0
+    else:
+        W *= 1e-200 if case == "tiny" else 1e200
+    r = np.array(react_in_space(tuple(map(tuple, W.tolist())), *q.tolist(), friction))
+    assert np.isfinite(r).all()
+    assert np.hypot(*r[1:]) <= friction * r[0] * (1.0 + 1e-14)
+    if q[0] < 0.0:
+        assert (q + W @ r)[0] == pytest.approx(0.0, abs=1e-10)
 
 
 EYE = np.eye(3)
@@ -143,7 +200,7 @@ NO_WAY = np.array([[1.0, 1.0, 0.0], [1.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
         (np.diag([1.0, 0.0]), (-1.0, 0.0), 0.5, "stick", (1.0, 0.0)),
         (np.diag([1.0, 0.0]), (-1.0, 3.0), 0.5, "slide", (1.0, -0.5)),
         (np.diag([0.0, 1.0]), (-1.0, 0.5), 0.5, "infeasible", (0.0, 0.0)),
-        (NO_WAY[:2, :2], (-1.0, 1.0), 2.0, "infeasible", None),
+        (NO_WAY[:2, :2], (-1.0, 1.0), 2.0, "infeasible", (1.0, 0.0)),
         (NO_WAY[:2, :2], (-1.0, 1.0), 0.5, "slide", (2.0, -1.0)),
     ],
 )
@@ -151,8 +208,7 @@ def test_one_contact(W, q, friction, status, impulse):
     found = lm.solve_local(W, q, friction=friction)
     assert found.status == status
     assert np.isfinite(found.impulse).all()
-    if impulse is not None:
-        assert found.impulse == pytest.approx(impulse, abs=1e-12)
+    assert found.impulse == pytest.approx(impulse, abs=1e-12)
     assert found.velocity == pytest.approx(np.asarray(q) + np.asarray(W) @ found.impulse)
 
 
