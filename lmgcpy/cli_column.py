@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import click
+
+from lmgcpy.cli_study import kept_in, study_in, tell
 
 FIELDS = {"grains": "grain_count", "bead": "bead_diameter", "refine": "refinements"}
 """Fields of a study whose options have other names."""
@@ -39,17 +40,7 @@ class Contents(click.ParamType):
 @click.option("--travel", type=float, show_default="1", help="Way of the fastest grain in a step, in radii of a bead.")
 @click.option("--threads", type=int, show_default="2", help="Columns that fall at once.")
 @click.option("--quick", is_flag=True, help="A small column and one content, for a look.")
-@click.option(
-    "--out",
-    type=click.Path(path_type=Path, file_okay=False),
-    default=Path("column"),
-    show_default=True,
-    help="Folder to write.",
-)
-@click.option("--force", is_flag=True, help="Write into a folder that is not empty.")
-@click.option(
-    "--resume", is_flag=True, help="Go on with the interrupted study in the folder; takes no other option but --threads."
-)
+@kept_in(Path("column"))
 def column(quick: bool, out: Path, force: bool, resume: bool, **options: Any) -> None:
     """Columns of sand, without and with wire, released from a mould.
 
@@ -64,21 +55,9 @@ def column(quick: bool, out: Path, force: bool, resume: bool, **options: Any) ->
 
     given = {name: value for name, value in options.items() if value is not None}
     folder = ColumnFolder(out)
-    if resume:
-        strange = {"quick": quick, "force": force, **{name: name != "threads" for name in given}}
-        study = study_to_resume(folder, [name for name, there in strange.items() if there], given)
-    else:
-        study = new_study(given, quick)
-        if not force:
-            refuse_what_is_there(folder)
-    try:
-        written = write_report(run_study(study, Stages(), folder, resume=resume), folder)
-    except KeyboardInterrupt:
-        click.echo(f"Interrupted; go on with: lmgcpy column --resume --out {out}", err=True)
-        sys.exit(130)
-    for path in written:
-        click.echo(path)
-    click.echo(folder.summary.read_text(encoding="utf-8"), nl=False)
+    how = {"quick": quick, "force": force, "resume": resume}
+    study = study_in(folder, given, **how, new=lambda: new_study(given, quick))
+    tell(folder, lambda: write_report(run_study(study, Stages(), folder, resume=resume), folder))
 
 
 def new_study(given: dict[str, Any], quick: bool) -> Any:
@@ -90,24 +69,3 @@ def new_study(given: dict[str, Any], quick: bool) -> Any:
         fields["diameter"] *= 1e-3
     study = ColumnStudy(**fields)
     return replace(study.quick(), **fields) if quick else study
-
-
-def study_to_resume(folder: Any, strange: list[str], given: dict[str, Any]) -> Any:
-    """The study that the folder holds, with as many threads as the user says."""
-    if strange:
-        options = ", ".join("--" + name for name in sorted(strange))
-        raise click.UsageError(f"--resume takes the study as it is in '{folder.study_file}': leave out {options}.")
-    return replace(folder.read(), **given)
-
-
-def refuse_what_is_there(folder: Any) -> None:
-    """Keep a folder that is not empty from being written into."""
-    if folder.interrupted:
-        raise click.ClickException(
-            f"The folder '{folder.path}' holds an interrupted study: go on with lmgcpy column --resume --out "
-            f"{folder.path}, or begin anew by --force."
-        )
-    if folder.path.exists() and any(folder.path.iterdir()):
-        raise click.ClickException(
-            f"The folder '{folder.path}' is not empty: give another by --out, or --force to write there."
-        )

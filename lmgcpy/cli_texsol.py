@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import click
+
+from lmgcpy.cli_study import kept_in, study_in, tell
 
 FIELDS = {"grains": "grain_count", "beads": "bead_count"}
 """Fields of a study by option, where they are not called alike."""
@@ -37,16 +38,7 @@ def field_value(option: str, value: Any) -> Any:
 @click.option("--platen-friction", type=float, show_default="0", help="Coefficient of friction at the platens.")
 @click.option("--threads", type=int, show_default="2", help="Tests that run at once.")
 @click.option("--quick", is_flag=True, help="A small sample and less crushing, for a look.")
-@click.option(
-    "--out",
-    type=click.Path(path_type=Path, file_okay=False),
-    show_default="texsol; 3D: texsol-3d",
-    help="Folder to write.",
-)
-@click.option("--force", is_flag=True, help="Write into a folder that is not empty.")
-@click.option(
-    "--resume", is_flag=True, help="Go on with the interrupted study in the folder; takes no other option but --threads."
-)
+@kept_in(None, shown="texsol; 3D: texsol-3d")
 def texsol(dimension: str, quick: bool, out: Path | None, force: bool, resume: bool, **options: Any) -> None:
     """The paper's study: compression of sand without and with wire.
 
@@ -58,23 +50,10 @@ def texsol(dimension: str, quick: bool, out: Path | None, force: bool, resume: b
     from lmgcpy.experiment.texsol_folder import StudyFolder
 
     given = {name: value for name, value in options.items() if value is not None}
-    out = out or Path("texsol" if dimension == "2" else "texsol-3d")
-    folder = StudyFolder(out)
-    if resume:
-        strange = {"quick": quick, "force": force, **{name: name != "threads" for name in given}}
-        study = study_to_resume(folder, [name for name, there in strange.items() if there], given)
-    else:
-        study = new_study(int(dimension), given, quick)
-        if not force:
-            refuse_what_is_there(folder)
-    try:
-        written = carry_out(study, Stages(), folder, resume)
-    except KeyboardInterrupt:
-        click.echo(f"Interrupted; go on with: lmgcpy texsol --resume --out {out}", err=True)
-        sys.exit(130)
-    for path in written:
-        click.echo(path)
-    click.echo(folder.summary.read_text(encoding="utf-8"), nl=False)
+    folder = StudyFolder(out or Path("texsol" if dimension == "2" else "texsol-3d"))
+    how = {"quick": quick, "force": force, "resume": resume}
+    study = study_in(folder, given, **how, new=lambda: new_study(int(dimension), given, quick))
+    tell(folder, lambda: carry_out(study, Stages(), folder, resume))
 
 
 def carry_out(study: Any, stages: Any, folder: Any, resume: bool) -> list[Path]:
@@ -101,25 +80,3 @@ def new_study(dimension: int, given: dict[str, Any], quick: bool) -> Any:
     fields = {FIELDS.get(name, name): field_value(name, value) for name, value in given.items()}
     study = STUDIES[dimension](**fields)
     return replace(study.quick(), **fields) if quick else study
-
-
-def study_to_resume(folder: Any, strange: list[str], given: dict[str, Any]) -> Any:
-    """The study that the folder holds, with as many threads as the user says."""
-    if strange:
-        options = ", ".join("--" + name.replace("_", "-") for name in sorted(strange))
-        raise click.UsageError(f"--resume takes the study as it is in '{folder.study_file}': leave out {options}.")
-    study = folder.read()
-    return replace(study, threads=given["threads"]) if "threads" in given else study
-
-
-def refuse_what_is_there(folder: Any) -> None:
-    """Keep a folder that is not empty from being written into."""
-    if folder.interrupted:
-        raise click.ClickException(
-            f"The folder '{folder.path}' holds an interrupted study: go on with lmgcpy texsol --resume --out "
-            f"{folder.path}, or begin anew by --force."
-        )
-    if folder.path.exists() and any(folder.path.iterdir()):
-        raise click.ClickException(
-            f"The folder '{folder.path}' is not empty: give another by --out, or --force to write there."
-        )

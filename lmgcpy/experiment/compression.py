@@ -24,6 +24,7 @@ from lmgcpy.sample.arguments import AXES
 from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
 from lmgcpy.solve.gauss_seidel import GaussSeidel
 from lmgcpy.solve.report import STATUS
+from lmgcpy.view.recorded import running_mean
 
 RAMP = 0.02
 """Part of the test in which the platen takes up its velocity, so that it starts without a shock."""
@@ -75,13 +76,7 @@ class CompressionRecord:
 
     def smooth(self, values: np.ndarray, width: float = 0.0025) -> np.ndarray:
         """Running mean over ``width`` of strain along the first axis."""
-        if len(values) < 3:
-            return values
-        count = max(1, round(width / float(np.mean(np.diff(self.strain)))))
-        sums = np.cumsum(np.concatenate([np.zeros((1, *values.shape[1:])), values]), axis=0)
-        index = np.arange(len(values))
-        low, high = np.maximum(index - count // 2, 0), np.minimum(index + count // 2 + 1, len(values))
-        return (sums[high] - sums[low]) / (high - low).reshape(-1, *[1] * (values.ndim - 1))
+        return running_mean(self.strain, values, width)
 
     def __repr__(self) -> str:
         crushed = f"{100.0 * self.strain[-1]:.3g} %" if len(self.strain) else "nothing"
