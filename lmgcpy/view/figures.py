@@ -30,7 +30,7 @@ def new_figure(width: float = 7.0, height: float = 4.6) -> Figure:
 
 def save(figure: Figure, path: Path) -> None:
     """Write a figure: as PNG, or as what the path ends in."""
-    figure.savefig(path, dpi=160)
+    figure.savefig(path, dpi=160, bbox_inches="tight", pad_inches=0.08)  # or titles over axes of equal scale are cut off
 
 
 def reaction_figure(records: Sequence[Tested], names: Sequence[str] | None = None) -> Figure:
@@ -94,7 +94,9 @@ def stress_figure(*records: Tested, names: Sequence[str] | None = None) -> Figur
         axes.set_xlabel("crushing [%]")
         axes.set_xlim(left=0.0)
         axes.set_title(f"Weber stress with {name}")
-        axes.legend(frameon=False, fontsize="small", ncols=3)
+        axes.legend(frameon=False, fontsize="small", ncols=3, loc="upper left")
+    low, high = panels[0].get_ylim()
+    panels[0].set_ylim(low, high + 0.15 * (high - low))  # where the legends are
     panels[0].set_ylabel("principal stress, traction positive [kPa]")
     return figure
 
