@@ -1,0 +1,128 @@
+"""One level above the solvers: what tolerance and time step do to the results of a run.
+
+Biaxial tests to 2 % of five small samples (340 grains and 60 beads), of sand and with a rigid wire: mean reaction, deviator
+and stress of the wire over the second half of the test, for tolerances of 1e-2 to 1e-7 at the default time step, and for
+time steps of 4, 2, 1/2 and 1/4 times the default one at 1e-4.
+
+The path of a sample is chaotic: any change, also one of round-off, leads to another history of slips. What that does is
+told by runs to 1e-6 with grains moved by 1e-9 of their radius. The mean of these is the reference of their sample, and
+a setting is told from chance where the mean deviation over the samples is more than twice its standard error.
+
+    python benchmarks/tolerance.py
+"""
+
+from __future__ import annotations
+
+import sys
+from collections import defaultdict
+from dataclasses import replace
+
+import numpy as np
+from table import report
+
+import lmgcpy as lm
+from lmgcpy.bench.machine import load
+from lmgcpy.experiment.biaxial import Biaxial, BiaxialRecord
+from lmgcpy.experiment.box import Sample
+from lmgcpy.experiment.compaction import compact
+from lmgcpy.experiment.texsol_sample import lay_sample
+
+PRESSURE, DENSITY, STRAIN = 1e5, 2600.0, 0.02
+SAMPLES = range(5)
+"""Seeds of the samples."""
+TOLERANCES = tuple(10.0**-k for k in range(2, 8))
+STEPS = (4.0, 2.0, 0.5, 0.25)
+"""Time steps in default ones."""
+MOVED = range(1, 5)
+"""Seeds of the runs with grains moved."""
+CHANCE = "grains moved"
+LAWS = (None, lm.RigidWire())
+
+
+def crush(sample: Sample, law: lm.Law | None, tolerance: float, part: float = 1.0) -> BiaxialRecord:
+    """A biaxial test at ``part`` times the default time step."""
+    solver = lm.Auto(tolerance=tolerance, max_iterations=4000, max_factorisations=40)
+    test = {"pressure": PRESSURE, "density": DENSITY, "solver": solver}
+    step = part * Biaxial(sample, law, **test).time_step
+    return Biaxial(sample, law, time_step=step, **test).run(STRAIN, frames=0)
+
+
+def moved(sample: Sample, seed: int) -> Sample:
+    """The sample with its grains 1e-9 of their radius away."""
+    away = np.random.default_rng(seed).uniform(-1e-9, 1e-9, sample.positions.shape) * sample.radii[:, None]
+    return replace(sample, positions=sample.positions + away)
+
+
+def late(record: BiaxialRecord) -> np.ndarray:
+    """Means over the second half of the test: reaction [kN], deviator [kPa], mean stress of the wire [kPa]."""
+    half = record.strain > 0.5 * STRAIN
+    total, wire = (record.stress[part][half].mean(axis=0) for part in ("total", "wire"))
+    return np.array([record.reaction[half].mean(), total[0, 0] - total[1, 1], 0.5 * np.trace(wire)]) / 1e3
+
+
+def runs(law: lm.Law | None, sample: Sample):
+    """(what was changed, record) of every run of a sample."""
+    for tolerance in TOLERANCES:
+        yield f"tolerance {tolerance:.0e}", crush(sample, law, tolerance)
+    for part in STEPS:
+        yield f"time step x {part:g}", crush(sample, law, 1e-4, part)
+    for seed in MOVED:
+        yield CHANCE, crush(moved(sample, seed), law, 1e-6)
+
+
+def summary(name: str, found: dict[str, list[list[np.ndarray]]], records: dict[str, list[BiaxialRecord]]) -> list[list]:
+    """A row per setting; ``found[setting][sample]`` are the means of its runs."""
+    reference = np.array([np.mean(own, axis=0) for own in found[CHANCE]])  # (samples, quantities)
+    rows = []
+    for setting, values in found.items():
+        if setting == CHANCE:
+            away = np.array([(own - mean) / mean for own, mean in zip(values, reference, strict=True)])
+            scatter = np.sqrt((away**2).sum(axis=(0, 1)) / (len(MOVED) - 1) / len(SAMPLES))
+            changes = [f"chance: {100 * s:.1f}" if np.isfinite(s) else "-" for s in scatter]
+        else:
+            away = np.array([own[0] / mean - 1.0 for own, mean in zip(values, reference, strict=True)])
+            mean, error = away.mean(axis=0), away.std(axis=0, ddof=1) / np.sqrt(len(away))
+            changes = [
+                f"{100 * m:+.1f} ± {100 * e:.1f}" if np.isfinite(m) else "-" for m, e in zip(mean, error, strict=True)
+            ]
+        own = records[setting]
+        steps = sum(len(record.status) for record in own)
+        rows.append(
+            [
+                name,
+                setting,
+                f"{np.mean([v[0] for sample in values for v in sample]):.2f}",
+                *changes,
+                f"{100 * sum(record.unconverged for record in own) / steps:.0f} %",
+                f"{np.mean(np.concatenate([record.iterations for record in own])):.0f}",
+                f"{sum(record.seconds for record in own) / len(own):.1f}",
+            ]
+        )
+    return rows
+
+
+def main() -> None:
+    print(f"load of the machine: {load()}")
+    raw, rows = [], []
+    laid = [compact(lay_sample(340, 60, seed=seed), pressure=PRESSURE, density=DENSITY).sample for seed in SAMPLES]
+    for law in LAWS:
+        name = "sand" if law is None else law.NAME
+        found: dict[str, list] = defaultdict(lambda: [[] for _ in SAMPLES])
+        records = defaultdict(list)
+        for k, sample in enumerate(laid):
+            for setting, record in runs(law, sample):
+                found[setting][k].append(late(record))
+                records[setting].append(record)
+                raw.append([name, k, setting, *(f"{value:.4f}" for value in late(record)), record.unconverged])
+                raw[-1] += [len(record.status), f"{record.iterations.mean():.0f}", f"{record.seconds:.2f}"]
+                print(*raw[-1], file=sys.stderr, flush=True)  # so that one sees how far it is
+        rows += summary(name, found, records)
+    heads = ["reaction [kN]", "deviator [kPa]", "mean stress of the wire [kPa]"]
+    cost = ["not converged", "sweeps a step", "s"]
+    report("tolerance_runs", ["wire", "sample", "changed", *heads, "not converged", "steps", *cost[1:]], raw)
+    changes = ["change of the reaction [%]", "of the deviator [%]", "of the stress of the wire [%]"]
+    report("tolerance", ["wire", "changed", heads[0], *changes, *cost], rows)
+
+
+if __name__ == "__main__":
+    main()
