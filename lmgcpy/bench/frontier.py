@@ -15,7 +15,7 @@ import numpy as np
 import scipy.sparse as sparse
 
 from lmgcpy.bench.case import Case
-from lmgcpy.bench.reference import ENOUGH, Reference, make_reference, sweep_budget
+from lmgcpy.bench.reference import ENOUGH, Reference, is_large, make_reference, sweep_budget
 from lmgcpy.laws.coulomb import Coulomb
 from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
 from lmgcpy.solve.active_set import ActiveSet
@@ -28,7 +28,7 @@ TOLERANCES = tuple(10.0**-k for k in range(1, 11))
 UPDATES = 1e8
 """Updates of interactions (sweeps times interactions) that a solve may make, see ``sweep_budget``."""
 FACTORISATIONS = 100
-"""Newton steps that a solve may make."""
+"""Newton steps that a solve may make; none where the problem is large."""
 SHORT, REPEATS = 0.2, 5
 """Solves of less time [s] are made so many times."""
 
@@ -111,7 +111,7 @@ def within_budget(solver: AnySolver, problem: Problem) -> AnySolver:
     sweeps = sweep_budget(problem, UPDATES)
     if isinstance(solver, (GaussSeidel, AcceleratedGaussSeidel)):
         return replace(solver, max_iterations=sweeps)
-    return replace(solver, max_iterations=sweeps, max_factorisations=FACTORISATIONS)
+    return replace(solver, max_iterations=sweeps, max_factorisations=0 if is_large(problem) else FACTORISATIONS)
 
 
 def timed(problem: Problem, solver: AnySolver) -> tuple[Solution, float, int]:

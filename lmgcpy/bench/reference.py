@@ -18,6 +18,7 @@ import numpy as np
 
 from lmgcpy.bench.case import Case
 from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
+from lmgcpy.solve.gauss_seidel import GaussSeidel
 from lmgcpy.solve.newton import Auto, Newton
 from lmgcpy.solve.problem import Problem, residual, solve
 
@@ -30,6 +31,9 @@ APART = 1e-5
 """Distance of two solutions that differ: a residual of :data:`ENOUGH` times what the slowest mode makes of it is less."""
 UPDATES = 2e8
 """Updates of interactions that sweeps get to make a reference."""
+LARGE, LARGE_UPDATES = 20_000, 2e9
+"""In space, above so many interactions a factorisation takes seconds to minutes, and soon more memory than there is: no
+Newton steps are made there, and both references come from sweeps, which get more updates."""
 
 
 @dataclass(frozen=True)
@@ -70,12 +74,17 @@ def make_reference(case: Case) -> Reference | None:
 
     Sweeps and Newton's method first; where one of them does not come to a residual of :data:`ENOUGH`, Newton's method from
     another start and ``Auto`` are tried as well, and the two with the least residuals stand. Extended precision stands
-    before all.
+    before all. A problem that is :data:`LARGE` has sweeps with momentum and without.
     """
     problem = case.problem
-    found = {"sweeps": by_sweeps(problem), "Newton": descent(problem, Newton(), problem.guess)}
+    found = {"sweeps": by_sweeps(problem)}
+    if is_large(problem):
+        plain = GaussSeidel(tolerance=TIGHTEST, max_iterations=sweep_budget(problem, LARGE_UPDATES))
+        found["plain sweeps"] = solve(problem, solver=plain).impulses
+    else:
+        found["Newton"] = descent(problem, Newton(), problem.guess)
     residuals = {way: residual(problem, impulses) for way, impulses in found.items()}
-    if max(residuals.values()) > ENOUGH and case.exact is None:
+    if max(residuals.values()) > ENOUGH and case.exact is None and not is_large(problem):
         found["Newton from another start"] = descent(problem, Newton(), another_start(found["Newton"]))
         found["Auto"] = descent(problem, Auto(), problem.guess)
         residuals = {way: residual(problem, impulses) for way, impulses in found.items()}
@@ -93,8 +102,8 @@ def make_reference(case: Case) -> Reference | None:
 
 
 def by_sweeps(problem: Problem) -> np.ndarray:
-    """Impulses of accelerated sweeps, as far as they get within :data:`UPDATES`, (m, d)."""
-    most = sweep_budget(problem, UPDATES)
+    """Impulses of accelerated sweeps, as far as they get within their updates, (m, d)."""
+    most = sweep_budget(problem, LARGE_UPDATES if is_large(problem) else UPDATES)
     return solve(problem, solver=AcceleratedGaussSeidel(tolerance=TIGHTEST, max_iterations=most)).impulses
 
 
@@ -119,6 +128,11 @@ def another_start(impulses: np.ndarray) -> np.ndarray:
     """Random impulses of the mean size of those given, (m, d)."""
     size = float(np.sqrt(np.mean(impulses**2)))
     return np.random.default_rng(0).normal(0.0, size, impulses.shape)
+
+
+def is_large(problem: Problem) -> bool:
+    """Whether Newton steps are out of reach."""
+    return problem.dimension == 3 and len(problem.mu) > LARGE
 
 
 def sweep_budget(problem: Problem, updates: float) -> int:

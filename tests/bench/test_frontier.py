@@ -5,9 +5,11 @@ import pytest
 import scipy.sparse as sparse
 
 import lmgcpy as lm
+import lmgcpy.bench.reference
 from lmgcpy.bench.case import Case
 from lmgcpy.bench.chains import chains
 from lmgcpy.bench.frontier import TOLERANCES, Judged, Run, judge
+from lmgcpy.bench.frozen import in_space
 from lmgcpy.bench.profile import OVERHEAD, profile
 from lmgcpy.bench.reference import APART, ENOUGH, MARGIN, Reference, make_reference
 from lmgcpy.solve.by_name import SOLVERS
@@ -48,6 +50,15 @@ def test_extended_precision_stands_before_all():
     assert reference.ways[0] == "extended precision"
     np.testing.assert_array_equal(reference.solutions[0], made.problem.velocities(made.exact))
     assert reference.distance < 1e-12
+
+
+def test_a_large_problem_in_space_is_left_to_sweeps(monkeypatch):
+    monkeypatch.setattr(lmgcpy.bench.reference, "LARGE", 5)
+    result = judge(next(in_space(20, 0)))
+    assert set(result.reference.ways) == {"sweeps", "plain sweeps"}
+    assert result.reference.distance < 1e-3  # plain sweeps stagnate at a residual of 1e-5
+    assert all(run.newton_steps == 0 for run in result.runs)
+    assert {run.solver for run in result.runs} == set(SOLVERS)
 
 
 def test_a_problem_in_which_nothing_acts_has_no_error():
