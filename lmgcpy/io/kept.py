@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lmgcpy.io import run_format as form
-from lmgcpy.io.observations import Observations, Observe
+from lmgcpy.io.observations import Observations, Observe, Observed
 from lmgcpy.io.rows import Rows, detection_positions
 from lmgcpy.io.run import RunInteractions
 
@@ -78,7 +78,7 @@ class KeptRun:
     def observed(self) -> dict[str, np.ndarray]:
         """Observations by name, (s, ...) each."""
         types = self._rows.observations.types
-        return {name: np.array(rows, dtype=types[name].base) for name, rows in self._rows.observed.items()}
+        return Observed({name: np.array(rows, dtype=types[name].base) for name, rows in self._rows.observed.items()})
 
     @property
     def steps(self) -> np.ndarray:

@@ -3,15 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
+
+from lmgcpy.errors import closest, shown
 
 if TYPE_CHECKING:
     from lmgcpy.dynamics.simulation import Simulation
 
 Observe = Mapping[str, Callable[["Simulation"], Any]]
 """Functions of the simulation by name; each returns a number or an array, of the same shape at every step."""
+
+
+class Observed(dict[str, Any]):
+    """What was observed, by name; LookupError with a sentence for another name."""
+
+    def __missing__(self, name: str) -> NoReturn:
+        raise LookupError(f"Nothing was observed under the name {shown(name)}{closest(name, self)}")
 
 
 class Observations:

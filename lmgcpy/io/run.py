@@ -13,6 +13,7 @@ from lmgcpy.contact.frames import local_frames
 from lmgcpy.dynamics.checkpoint import Checkpoint
 from lmgcpy.errors import named_arguments, place
 from lmgcpy.io import run_format as form
+from lmgcpy.io.observations import Observed
 from lmgcpy.io.rows import detection_positions
 from lmgcpy.scene.contactor import PlaneContactor, WallContactor
 from lmgcpy.solve.report import CONVERGED, STATUS
@@ -248,7 +249,7 @@ class Run:
     @property
     def observed(self) -> dict[str, Column]:
         """What the functions given as ``observe`` said after each step, by name, (s, ...) each."""
-        return {name: self._column(form.OBSERVED + name) for name in self._about.get("observed", ())}
+        return Observed({name: self._column(form.OBSERVED + name) for name in self._about.get("observed", ())})
 
     # --------------------------------------------------------------------------------------------------- description
 

@@ -121,9 +121,10 @@ class Snapshot:
 
     @cached_property
     def beads(self) -> np.ndarray:
-        """Whether a body is part of a chain, (n,)."""
-        part = np.zeros(len(self.positions), dtype=bool)
-        part[self.scene["chains"]["bodies"]] = True
+        """Whether a body is part of a chain, and no load on it: larger than most of its bodies by half, (n,)."""
+        part, radius = np.zeros(len(self.positions), dtype=bool), self.scene["bodies"]["link_radius"]
+        for chain in self.chains:
+            part[chain.path] = radius[chain.path] <= 1.5 * np.median(radius[chain.path])
         return part
 
     @cached_property

@@ -92,6 +92,8 @@ def test_a_run_that_observes_nothing_is_as_before(path):
     heap().run(steps=3, record=path)
     with lm.io.open_run(path) as run:
         assert run.observed == {}
+        with pytest.raises(LookupError, match=r"Nothing was observed under the name 'places'. Known: none\."):
+            run.observed["places"]
     with pytest.raises(ValueError, match="It observes nothing"):
         lm.resume(path, observe={"support": support})
     assert lm.resume(path).run(steps=1).steps == 4

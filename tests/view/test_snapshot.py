@@ -65,6 +65,15 @@ def test_arc_length_goes_on_along_each_chain():
     np.testing.assert_allclose(length, [0.5, 1.5, 2.5], atol=1e-4)  # the chain has fallen by (h^2 g)
 
 
+def test_a_load_on_a_wire_is_no_bead():
+    """In space beads are hidden in their wire; a ball that hangs from it is not."""
+    scene = lm.Scene(dimension=3)
+    line = [scene.add(lm.sphere(radius=0.02 if i < 4 else 0.1, position=(0.3 * i, 0.0, 0.0), mass=1.0)) for i in range(5)]
+    scene.add(lm.sphere(radius=0.02, position=(0.0, 1.0, 0.0), mass=1.0))
+    scene.chain(line, lm.RigidWire())
+    assert snapshot(scene).beads.tolist() == [True] * 4 + [False] * 2
+
+
 def test_a_scene_is_a_moment_without_forces():
     scene = mixed_scene()
     moment = snapshot(scene)
