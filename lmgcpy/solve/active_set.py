@@ -23,7 +23,9 @@ these do not change any more, in 2D, a step is exact.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -59,7 +61,7 @@ class ActiveSet:
         self.dimension = problem.dimension
         self.q = problem.q.reshape(-1, self.dimension)
         self.weight = problem.local_weight()
-        self._laws = self.weight, np.array(problem.mu), np.array(problem.compliance), problem.cones
+        self.laws = self.weight, np.array(problem.mu), np.array(problem.compliance), problem.cones
         count, d = self.q.shape
         blocks = problem.W.tobsr(blocksize=(d, d))
         self._blocks = blocks.indptr.astype(np.int32), blocks.indices.astype(np.int32), blocks.data
@@ -69,6 +71,12 @@ class ActiveSet:
         self._maps = np.zeros(count, np.int64), np.zeros((count, d, d)), np.zeros((count, d, d))
         self.nothing = float(np.linalg.norm(self.error(np.zeros_like(self.q))[0]))
 
+    @cached_property
+    def columns(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The transpose of W by block rows: first, column, block."""
+        blocks = self.problem.W.T.tobsr(blocksize=(self.dimension, self.dimension))
+        return blocks.indptr.astype(np.int32), blocks.indices.astype(np.int32), blocks.data
+
     def velocities(self, r: np.ndarray, epsilon: float = 0.0, centre: np.ndarray | None = None) -> np.ndarray:
         """``W r + q + epsilon w (r - centre)``, (m, d)."""
         u = (self.problem.W @ r.ravel()).reshape(r.shape) + self.q
@@ -76,10 +84,14 @@ class ActiveSet:
 
     def error(self, r: np.ndarray, epsilon: float = 0.0, centre: np.ndarray | None = None) -> tuple[np.ndarray, Status]:
         """``e = w (r - react(w I, u - w r))`` [m/s], (m, d), of the problem or the proximal one, and the statuses."""
+        return self.natural(self.velocities(r, epsilon, centre), r)
+
+    def natural(self, u: np.ndarray, r: np.ndarray) -> tuple[np.ndarray, Status]:
+        """The error of velocities and impulses, both (m, d), and the statuses."""
         count, d = r.shape
         status = Status(np.zeros(count, np.int64), np.zeros((count, d - 1)), np.zeros(count))
         error = np.zeros_like(r)
-        natural_map(self.velocities(r, epsilon, centre), r, *self._laws, error, *status)
+        natural_map(u, r, *self.laws, error, *status)
         return error, status
 
     def residual(self, r: np.ndarray) -> float:
@@ -91,23 +103,21 @@ class ActiveSet:
         the way to infinity, as in a problem that has no solution."""
         return float(np.abs(self.weight[:, None] * r).max(initial=0.0)) > LARGE * self.nothing
 
-    def newton(self, status: Status, epsilon: float, centre: np.ndarray) -> np.ndarray:
-        """The impulses that satisfy the proximal problem with these statuses, (m, d).
+    def factors(self, status: Status, epsilon: float) -> Factors:
+        """The matrix of these statuses, factorised.
 
-        Raises RuntimeError where the matrix is singular to round-off.
+        Raises RuntimeError where it is singular to round-off.
         """
         import scipy.sparse as sparse
 
-        r = np.zeros_like(self.q)
         free, E, S = self._maps
-        local_maps(status.kind, status.direction, self._laws[1], *self._maps)
+        local_maps(status.kind, status.direction, self.laws[1], *self._maps)
         order, known = self._elimination.order(np.flatnonzero(free))
         if not len(order):
-            return r
+            return Factors(None, order, E[order], S[order], np.zeros((0, self.dimension), bool))
         place = np.zeros_like(free)
         place[order] = np.cumsum(free[order]) - free[order]
-        damping = epsilon * self.weight[:, None]
-        diagonal = np.repeat(damping, self.dimension, axis=1)  # S E is the identity
+        diagonal = np.repeat(epsilon * self.weight[:, None], self.dimension, axis=1)  # S E is the identity
         diagonal[:, 0] += np.where(status.kind == LINK, self.problem.compliance, 0.0)
         diagonal[:, 1] += self.weight * status.turning
         size = int(free.sum())
@@ -115,11 +125,36 @@ class ActiveSet:
         pointer, index, entry = self._rows
         matrix = sparse.csr_array((entry[:count], index[:count], pointer[: size + 1]), shape=(size, size)).tocsc()
         lu = self._elimination.factorise(matrix, order, place, known)
-        unknowns = np.arange(self.dimension) < free[order, None]
-        x = np.zeros(unknowns.shape)
-        given = np.einsum("iab,ib->ia", S[order], (damping * centre - self.q)[order])
-        x[unknowns] = lu.solve(given[unknowns])
-        if not np.isfinite(x).all():
+        return Factors(lu, order, E[order], S[order], np.arange(self.dimension) < free[order, None])
+
+    def newton(self, status: Status, epsilon: float, centre: np.ndarray) -> np.ndarray:
+        """The impulses that satisfy the proximal problem with these statuses, (m, d).
+
+        Raises RuntimeError where the matrix is singular to round-off.
+        """
+        r = self.factors(status, epsilon).impulses(epsilon * self.weight[:, None] * centre - self.q)
+        if not np.isfinite(r).all():
             raise RuntimeError("not finite")
-        r[order] = np.einsum("iab,ib->ia", E[order], x)
+        return r
+
+
+@dataclass(frozen=True)
+class Factors:
+    """The factorised matrix ``S (W + epsilon w) E + D`` of one set of statuses."""
+
+    lu: Any
+    order: np.ndarray
+    """The interactions that act, as they are eliminated, (k,)."""
+    E: np.ndarray
+    S: np.ndarray
+    unknowns: np.ndarray
+    """Which columns of E, and rows of S, are there, (k, d) bool."""
+
+    def impulses(self, given: np.ndarray) -> np.ndarray:
+        """``r = E x`` with ``(S (W + epsilon w) E + D) x = S given``, of the shape of ``given`` (m, d)."""
+        r = np.zeros_like(given)
+        if len(self.order):
+            x = np.zeros(self.unknowns.shape)
+            x[self.unknowns] = self.lu.solve(np.einsum("iab,ib->ia", self.S, given[self.order])[self.unknowns])
+            r[self.order] = np.einsum("iab,ib->ia", self.E, x)
         return r

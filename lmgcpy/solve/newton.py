@@ -6,7 +6,9 @@ statuses are wrong. So each hands over to the other: sweeps, Newton steps as lon
 so on. The patience with Newton steps that gain nothing doubles as well: where a solution has just ceased to exist as loads
 went on, sweeps come back to the place for ever, and the way out of it goes uphill for long. (A step of a biaxial test with
 rigid rods, solved to 1e-6 from eight first turns of 700 to 1500 sweeps within 300 Newton steps: 8 times, against 3 with a
-patience that stays.) Every result is measured by the kernels of the laws, as that of every other solver is.
+patience that stays.) Where they have gained nothing, the impulses are disturbed at random, the same way every time; else
+sweeps would lead back to the very place. When the sweeps are spent, the last Newton steps take all that are left. Every
+result is measured by the kernels of the laws, as that of every other solver is.
 """
 
 from __future__ import annotations
@@ -27,18 +29,25 @@ from lmgcpy.solve.report import CONVERGED, NOT_FINITE
 from lmgcpy.solve.solver import Outcome
 from lmgcpy.solve.system import Groups
 
+GAIN = 0.5
+"""Newton steps that leave more than this part of the residual have gained nothing."""
+DISTURBANCE = 0.03
+"""Standard deviation of the factors by which impulses are disturbed then. (Eight steps of biaxial tests, from eleven first
+turns each: of 88 solves to 1e-8 with this all succeed, 86 within 400 Newton steps; with 0.01 and 0.1 some do not.)"""
+
 
 @dataclass(frozen=True)
 class Alternating(ABC):
     """Sweeps with momentum and Newton steps by turns.
 
     ``tolerance``: residual at which a problem is solved; ``max_iterations``: sweeps in all; ``max_factorisations``: Newton
-    steps in all, each of which factorises a sparse matrix; ``wire_blocks``: as of ``GaussSeidel``.
+    steps in all, each of which factorises a sparse matrix (a path counts as the Newton steps that cost as much);
+    ``wire_blocks``: as of ``GaussSeidel``.
     """
 
     tolerance: float = 1e-8
     max_iterations: int = 20_000
-    max_factorisations: int = 400
+    max_factorisations: int = 1000
     wire_blocks: bool = True
 
     NEEDS_CONIC: ClassVar[bool]
@@ -72,6 +81,8 @@ class Alternating(ABC):
         sweeps = factorisations = 0
         best, least = guess, np.inf
         active: ActiveSet | None = None
+        last = False
+        noise = np.random.default_rng(0)
         while True:
             swept = self._sweep(min(turn, self.max_iterations - sweeps), groups, system, free_velocity, guess, operator)
             sweeps += swept.iterations
@@ -79,8 +90,9 @@ class Alternating(ABC):
                 return swept._replace(iterations=sweeps, factorisations=factorisations)
             if swept.residual < least:
                 best, least = system.impulse.copy(), swept.residual
-            if sweeps >= self.max_iterations or factorisations >= self.max_factorisations:
+            if last or factorisations >= self.max_factorisations:
                 break
+            last = sweeps >= self.max_iterations
             if active is None:
                 try:
                     problem, acting = conic()
@@ -91,10 +103,12 @@ class Alternating(ABC):
                     continue
                 active = ActiveSet(problem)
             start, left = system.impulse[acting], self.max_factorisations - factorisations
-            attempt = proximal_newton(active, start, self.tolerance, left, patience)
+            attempt = proximal_newton(active, start, self.tolerance, left, left if last else patience)
             factorisations += attempt.factorisations
             guess = system.impulse.copy()
             guess[acting] = attempt.impulses
+            if attempt.residual > GAIN * swept.residual:
+                guess *= 1.0 + DISTURBANCE * noise.standard_normal((len(guess), 1))
             turn, patience = 2 * turn, 2 * patience
         if swept.residual > least:
             swept = self._sweep(1, groups, system, free_velocity, best, operator)
@@ -113,7 +127,8 @@ class Newton(Alternating):
     """Newton steps on active sets that a few sweeps find: for the last digits, stiff wires and rods.
 
     ``tolerance``: residual at which a problem is solved; ``max_iterations``: sweeps in all; ``max_factorisations``: Newton
-    steps in all, each of which factorises a sparse matrix; ``wire_blocks``: as of ``GaussSeidel``. Needs laws with a conic
+    steps in all, each of which factorises a sparse matrix (a path counts as the Newton steps that cost as much);
+    ``wire_blocks``: as of ``GaussSeidel``. Needs laws with a conic
     form, as those that come with lmgcpy have; TypeError where a scene's law has none.
     """
 

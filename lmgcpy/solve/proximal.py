@@ -12,6 +12,9 @@ change wildly are the sign of an ``epsilon`` that is too small. A proximal probl
 :data:`LOOSE` times that of the problem itself is enough. Where the steps fail, by a few statuses that come and go, the
 last of them may be nearer the solution of the problem itself than the centre is; then it is the next centre.
 
+In the plane, where Newton steps fail, the path to the solution of the proximal problem is followed (see ``path``): through
+statuses that come and go, and over places from which every way goes uphill.
+
 Friction that is not associated makes the problem non-monotone; then convergence is not proved. Measured on what is said to
 be hard: docs/solvers.md.
 """
@@ -23,6 +26,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lmgcpy.solve.active_set import ActiveSet, Status
+from lmgcpy.solve.path import follow_path
 
 FIRST = 1e-4
 """epsilon to start with."""
@@ -39,6 +43,12 @@ WILD = 100
 """Changes of status after a first Newton step from which no second is tried."""
 PATIENCE = 30
 """Factorisations within which the least residual must halve, as a rule."""
+BENDS = 150
+"""Bends after which a path is given up. Most have less than 50, and those that have more than this often have thousands."""
+PATH_FALL = ((30, 10.0), (100, 4.0), (BENDS, 2.0))
+"""epsilon is divided by the second number after a path that bends at most as often as the first says."""
+COST = 8
+"""So many bends cost as much as a factorisation, and count as one."""
 
 
 class Attempt(NamedTuple):
@@ -60,8 +70,15 @@ def proximal_newton(active: ActiveSet, start: np.ndarray, tolerance: float, most
     while least > tolerance and done < most and done - milestone_at < patience:
         found, solves, steps = proximal_solution(active, r, epsilon, tolerance, most - done)
         done += steps
+        fall = FALL[steps - 1]
         reached = np.inf if found is None or active.lost(found) else active.residual(found)
         success = solves and reached < WORSE * residual
+        if not success and active.dimension == 2:
+            path = follow_path(active, r - active.velocities(r) / active.weight[:, None], epsilon, r, BENDS)
+            done += path.factorisations + path.bends // COST
+            if path.impulses is not None and not active.lost(path.impulses):
+                found, success, reached = path.impulses, True, active.residual(path.impulses)
+                fall = next(by for fewer, by in PATH_FALL if path.bends <= fewer)
         if found is not None and (success or reached < residual):
             r, residual = found, reached
             if residual < least:
@@ -69,7 +86,7 @@ def proximal_newton(active: ActiveSet, start: np.ndarray, tolerance: float, most
             if least < 0.5 * milestone:
                 milestone, milestone_at = least, done
         if success:
-            lower = epsilon / FALL[steps - 1]
+            lower = epsilon / fall
             if 0.0 < failed < epsilon:
                 lower = max(lower, float(np.sqrt(epsilon * failed)))
             failed *= 0.5

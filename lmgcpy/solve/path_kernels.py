@@ -1,0 +1,106 @@
+"""Compiled parts of following a path in the plane: where it bends next, and what that changes.
+
+Between two bends a path is a straight line in ``a = r - u / w``, in a cell that belongs to the statuses: open contacts
+``a_n < 0``; sticking ``|a_t| < mu a_n``; sliding to ``tau``, ``tau a_t > mu a_n > 0``; taut wires ``a_n < 0``. The maps from a
+to impulses in two cells that touch agree on the wall between them, so that they differ by ``jump wall^T``, with ``wall`` the
+gradient of what is zero there.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lmgcpy.jit import kernel
+from lmgcpy.solve.newton_kernels import LINK, OPEN, SLIDE, STICK
+from lmgcpy.solve.problem import BOTH, CONTACT
+
+
+@kernel
+def next_bend(a, along, kind, direction, mu, cones):
+    """(interaction, side, distance) of the first bend on the way from ``a`` along ``along``, both (m, 2).
+
+    ``side``: the tau of the sliding on one side of the wall, 0 where the wall is that of open contacts or slack wires.
+    The distance is in parts of ``along``, infinite where the path does not bend any more.
+    """
+    nearest = np.inf
+    where = -1
+    side = 0.0
+    for i in range(a.shape[0]):
+        if cones[i] == BOTH:
+            continue
+        if kind[i] != STICK or mu[i] == 0.0:
+            inward = -1.0 if (kind[i] == OPEN) == (cones[i] == CONTACT) else 1.0
+            speed = -inward * along[i, 0]
+            if speed > 0.0 and max(inward * a[i, 0], 0.0) < nearest * speed:
+                nearest, where, side = max(inward * a[i, 0], 0.0) / speed, i, 0.0
+        if mu[i] == 0.0 or (kind[i] != STICK and kind[i] != SLIDE):
+            continue
+        inward = 1.0 if kind[i] == STICK else -1.0
+        for tau in (-1.0, 1.0):
+            if kind[i] == SLIDE and tau != direction[i, 0]:
+                continue
+            depth = inward * (mu[i] * a[i, 0] - tau * a[i, 1])
+            speed = inward * (tau * along[i, 1] - mu[i] * along[i, 0])
+            if speed > 0.0 and max(depth, 0.0) < nearest * speed:
+                nearest, where, side = max(depth, 0.0) / speed, i, tau
+    return where, side, nearest
+
+
+@kernel
+def pass_bend(i, side, a, kind, direction, w, mu, compliance, cones, wall, jump):
+    """Give interaction ``i`` its status beyond the bend; fill ``wall`` (2,), which grows into the new cell, and ``jump``
+    (2,)."""
+    wall[:] = 0.0
+    jump[:] = 0.0
+    if cones[i] != CONTACT:
+        wall[0] = -1.0 if kind[i] == OPEN else 1.0
+        jump[0] = -w[i] / (w[i] + compliance[i])
+        kind[i] = LINK if kind[i] == OPEN else OPEN
+    elif side != 0.0:
+        sticks = kind[i] == SLIDE
+        wall[0] = mu[i] if sticks else -mu[i]
+        wall[1] = -side if sticks else side
+        jump[1] = -side
+        kind[i] = STICK if sticks else SLIDE
+        direction[i, 0] = 0.0 if sticks else side
+    else:
+        closes = kind[i] == OPEN
+        slides = mu[i] > 0.0
+        tau = direction[i, 0]
+        if closes and slides:
+            tau = 1.0 if a[i, 1] > 0.0 else -1.0
+        wall[0] = 1.0 if closes else -1.0
+        jump[0] = 1.0
+        jump[1] = mu[i] * tau
+        kind[i] = OPEN if not closes else SLIDE if slides else STICK
+        direction[i, 0] = tau if closes else 0.0
+
+
+@kernel
+def change_of_matrix(i, jump, epsilon, first, row, block, w, g):
+    """Fill ``g`` (m, 2) with ``(W + epsilon w - w) jump``, ``jump`` in interaction ``i``: ``g wall^T`` is what the bend adds
+    to the matrix. ``first``, ``row``, ``block``: the transpose of W by block rows."""
+    g[:, :] = 0.0
+    for k in range(first[i], first[i + 1]):
+        j = row[k]
+        for c in range(2):
+            for b in range(2):
+                g[j, c] += block[k, b, c] * jump[b]
+    for c in range(2):
+        g[i, c] += (epsilon - 1.0) * w[i] * jump[c]
+
+
+@kernel
+def pass_earlier(count, at, walls, changes, y):
+    """Take ``y`` (m, 2), a solution with the matrix that was factorised, to that with the matrix of ``count`` bends later.
+
+    ``changes`` (count, m, 2): ``A^-1 g / (1 + wall . A^-1 g)`` of every bend, A the matrix before it; by Sherman and
+    Morrison y goes over into ``y - (wall . y)`` times this.
+    """
+    for k in range(count):
+        i = at[k]
+        part = walls[k, 0] * y[i, 0] + walls[k, 1] * y[i, 1]
+        if part != 0.0:
+            for j in range(y.shape[0]):
+                y[j, 0] -= part * changes[k, j, 0]
+                y[j, 1] -= part * changes[k, j, 1]
