@@ -304,14 +304,15 @@ class Detector:
 
     def _cut_slabs(self, placed: np.ndarray) -> Slabs:
         """The partition of the bodies, by their first contactor."""
-        bodies, first = np.unique(self.contactors.body[self._bounded], return_index=True)
-        centres = placed[self._bounded, : self.dimension][first]
-        count, of_bounded, place_of_bounded = partition(centres, 2.0 * self._usual + self._reach)
+        of_bounded = self.contactors.body[self._bounded]  # ascending
+        first = np.flatnonzero(np.diff(of_bounded, prepend=-1))
+        bodies, centres = of_bounded[first], placed[self._bounded, : self.dimension][first]
+        count, slab_of, place_of = partition(centres, 2.0 * self._usual + self._reach)
         slab = np.where(self._free, EVERYWHERE, NOWHERE).astype(np.int32)
-        slab[bodies] = of_bounded
+        slab[bodies] = slab_of
         place = np.empty(len(slab), np.int32)
         place[slab < 0] = np.arange(len(bodies), len(slab))
-        place[bodies] = place_of_bounded
+        place[bodies] = place_of
         return Slabs(count, slab, place)
 
     def _group(self, row: VisibilityRow, kinds: KindPair, around: Surroundings, slabs: Slabs | None) -> Group:
@@ -355,7 +356,7 @@ class Detector:
                 carry(old.pairs, old.rank, remembered, group.pairs, group.rank, mine)
         self._slots = np.flatnonzero(source >= 0).astype(np.int32)
         kept = source[self._slots]
-        self._impulses, self._states = self._impulses[kept], self._states[kept]
+        self._impulses, self._states = self._impulses.take(kept, axis=0), self._states.take(kept, axis=0)
 
 
 def check_pairs(contactors: ContactorTable, rows: list[VisibilityRow]) -> None:

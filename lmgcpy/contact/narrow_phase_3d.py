@@ -39,53 +39,43 @@ def form(x, diagonal, y):
     return x[0] * diagonal[0] * y[0] + x[1] * diagonal[1] * y[1] + x[2] * diagonal[2] * y[2]
 
 
-def local_block(i, c, a, inverse_mass, result):
-    """Fill in the local block of W of interaction ``i``; returns whether it is diagonal.
+def mobility(c, a, arm_c, arm_a, inverse_mass):
+    """What two bodies yield to an impulse between them by moving along x, y, z, and by turning about them."""
+    square_c = arm_c * arm_c
+    square_a = arm_a * arm_a
+    moving = (
+        inverse_mass[c, 0] + inverse_mass[a, 0],
+        inverse_mass[c, 1] + inverse_mass[a, 1],
+        inverse_mass[c, 2] + inverse_mass[a, 2],
+    )
+    turning = (
+        square_c * inverse_mass[c, 3] + square_a * inverse_mass[a, 3],
+        square_c * inverse_mass[c, 4] + square_a * inverse_mass[a, 4],
+        square_c * inverse_mass[c, 5] + square_a * inverse_mass[a, 5],
+    )
+    return moving, turning
+
+
+def local_block(n, t, moving, turning):
+    """The local block of W: its diagonal, W_nt, (W_ns, W_ts), and whether it is diagonal.
 
     With masses and inertias that are the same in all directions it is ``diag(w, w + l, w + l)``: l is what turning adds.
+
+    Of what the interactions are it gets numbers only: handed over whole they are a hundred words, which the compiler
+    pushed on the stack at every interaction, at twice the cost of all the rest.
     """
-    m_x = inverse_mass[c, 0] + inverse_mass[a, 0]
-    m_y = inverse_mass[c, 1] + inverse_mass[a, 1]
-    m_z = inverse_mass[c, 2] + inverse_mass[a, 2]
-    arm_c = result.arm[i, 0] ** 2
-    arm_a = result.arm[i, 1] ** 2
-    j_x = arm_c * inverse_mass[c, 3] + arm_a * inverse_mass[a, 3]
-    j_y = arm_c * inverse_mass[c, 4] + arm_a * inverse_mass[a, 4]
-    j_z = arm_c * inverse_mass[c, 5] + arm_a * inverse_mass[a, 5]
-    if m_x == m_y == m_z and j_x == j_y == j_z:
-        w = m_x
-        result.delassus[i, 0] = w
-        result.delassus[i, 1] = w + j_x
-        result.delassus[i, 2] = w + j_x
-        if result.shear.shape[0] > 0:
-            result.coupling[i] = 0.0
-            result.shear[i, 0] = 0.0
-            result.shear[i, 1] = 0.0
-        return True
-    n_x = result.normal[i, 0]
-    n_y = result.normal[i, 1]
-    n_z = result.normal[i, 2]
-    t_x = result.tangent[i, 0]
-    t_y = result.tangent[i, 1]
-    t_z = result.tangent[i, 2]
-    s_x = n_y * t_z - n_z * t_y
-    s_y = n_z * t_x - n_x * t_z
-    s_z = n_x * t_y - n_y * t_x
-    n = (n_x, n_y, n_z)
-    t = (t_x, t_y, t_z)
-    s = (s_x, s_y, s_z)
-    m = (m_x, m_y, m_z)
-    j = (j_x, j_y, j_z)
-    result.delassus[i, 0] = form(n, m, n)
-    result.delassus[i, 1] = form(t, m, t) + form(s, j, s)
-    result.delassus[i, 2] = form(s, m, s) + form(t, j, t)
-    result.coupling[i] = form(n, m, t)
-    result.shear[i, 0] = form(n, m, s)
-    result.shear[i, 1] = form(t, m, s) - form(s, j, t)
-    for k in range(1, 3):
-        if result.delassus[i, k] <= 0.0:  # held along a tangent: friction moves nothing, and any positive weight finds it
-            result.delassus[i, k] = result.delassus[i, 0]
-    return False
+    if moving[0] == moving[1] == moving[2] and turning[0] == turning[1] == turning[2]:
+        w = moving[0]
+        return (w, w + turning[0], w + turning[0]), 0.0, (0.0, 0.0), True
+    s = (n[1] * t[2] - n[2] * t[1], n[2] * t[0] - n[0] * t[2], n[0] * t[1] - n[1] * t[0])
+    w_nn = form(n, moving, n)
+    w_tt = form(t, moving, t) + form(s, turning, s)
+    w_ss = form(s, moving, s) + form(t, turning, t)
+    if w_tt <= 0.0:  # held along a tangent: friction moves nothing, and any positive weight finds it
+        w_tt = w_nn
+    if w_ss <= 0.0:
+        w_ss = w_nn
+    return (w_nn, w_tt, w_ss), form(n, moving, t), (form(n, moving, s), form(t, moving, s) - form(s, turning, t)), False
 
 
 @kernel
@@ -116,20 +106,29 @@ def detect_contacts(
             continue
         c = body[k_c]
         a = body[k_a]
-        result.normal[m, 0] = n_x
-        result.normal[m, 1] = n_y
-        result.normal[m, 2] = n_z
-        result.tangent[m, 0], result.tangent[m, 1], result.tangent[m, 2] = tangent_of(n_x, n_y, n_z)
         # levers from the centres to the contact point along n, away from the centre
-        result.arm[m, 0] = n_x * (bodies[c, 0] - p_x) + n_y * (bodies[c, 1] - p_y) + n_z * (bodies[c, 2] - p_z)
-        result.arm[m, 1] = n_x * (p_x - bodies[a, 0]) + n_y * (p_y - bodies[a, 1]) + n_z * (p_z - bodies[a, 2])
-        plain = local_block(m, c, a, inverse_mass, result)
-        if result.delassus[m, 0] <= 0.0:  # neither can move along the normal: no impulse changes anything
+        arm_c = n_x * (bodies[c, 0] - p_x) + n_y * (bodies[c, 1] - p_y) + n_z * (bodies[c, 2] - p_z)
+        arm_a = n_x * (p_x - bodies[a, 0]) + n_y * (p_y - bodies[a, 1]) + n_z * (p_z - bodies[a, 2])
+        moving, turning = mobility(c, a, arm_c, arm_a, inverse_mass)
+        n = (n_x, n_y, n_z)
+        t = tangent_of(n_x, n_y, n_z)
+        block, w_nt, shear, plain = local_block(n, t, moving, turning)
+        if block[0] <= 0.0:  # neither can move along the normal: no impulse changes anything
             continue
         diagonal = diagonal and plain
         result.candidate[m] = c
         result.antagonist[m] = a
         result.gap[m] = gap
+        for k in range(3):
+            result.normal[m, k] = n[k]
+            result.tangent[m, k] = t[k]
+            result.delassus[m, k] = block[k]
+        result.arm[m, 0] = arm_c
+        result.arm[m, 1] = arm_a
+        if result.shear.shape[0] > 0:
+            result.coupling[m] = w_nt
+            result.shear[m, 0] = shear[0]
+            result.shear[m, 1] = shear[1]
         result.slot[m] = first_slot + p
         m += 1
     return m, diagonal

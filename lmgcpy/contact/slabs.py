@@ -83,7 +83,7 @@ def cut_slabs(along: np.ndarray, width: float) -> tuple[int, np.ndarray]:
 def partition(centres: np.ndarray, width: float) -> tuple[int, np.ndarray, np.ndarray]:
     """Slabs no narrower than ``width`` [m], and rows within them, of points (n, d): (how many slabs, which each point is
     in, its place in the order of the sweep)."""
-    spans = np.ptp(centres, axis=0)
+    spans = np.array([np.ptp(along) for along in centres.T])
     longest, *others = np.argsort(-spans, kind="stable").tolist()
     count, slab = cut_slabs(centres[:, longest], width)
     key = slab.astype(np.int64)
@@ -92,6 +92,7 @@ def partition(centres: np.ndarray, width: float) -> tuple[int, np.ndarray, np.nd
         row = (centres[:, axis] - centres[:, axis].min()) * (rows / max(float(spans[axis]), width))
         key = key * rows + np.minimum(row, rows - 1).astype(np.int64)
     place = np.empty(len(centres), np.int32)
+    key = key.astype(np.min_scalar_type(int(key.max())))  # numpy sorts numbers of 16 bits in O(n)
     place[np.argsort(key, kind="stable")] = np.arange(len(centres), dtype=np.int32)
     return count, slab, place
 

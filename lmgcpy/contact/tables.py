@@ -15,7 +15,7 @@ class ContactorTable:
     """All contactors of a scene; k of them."""
 
     body: np.ndarray
-    """Row of the body, (k,) int64."""
+    """Row of the body, ascending, (k,) int64."""
     offset: np.ndarray
     """Position in the frame of the body [m], (k, 2)."""
     kind: list[str]

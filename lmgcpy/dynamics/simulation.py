@@ -258,7 +258,7 @@ class Simulation:
                 free_velocity[drive.body, drive.component] = drive.at(state.time + h)
             check_bodies(free_velocity, VELOCITY[d], "without impulses", state.time)
             check_bodies(state.positions, POSITION[d], "in its middle", state.time)
-            travel = h * float(np.sqrt(np.max(np.sum(before[:, :d] ** 2, axis=1), initial=0.0)))
+            travel = h * float(np.sqrt(np.max(sum(along * along for along in before[:, :d].T), initial=0.0)))
             interactions = self._detector.detect(state.positions, travel)
             check_detection(self._detector.groups, interactions, state.time)
             problem = assemble(
@@ -329,9 +329,8 @@ class Simulation:
         if place is None:
             outcome = self.solver.solve(problem.table, system, free_velocity, guess, **options)
         else:
-            moved, free_velocity = system.moved(place, free_velocity)
-            outcome = self.solver.solve(problem.table, moved, free_velocity, guess, **options)
-            system.velocity[:] = system.velocity[place]
+            outcome = self.solver.solve(problem.table, *system.moved(place, free_velocity), guess, **options)
+            system.velocity[:] = system.velocity.take(place, axis=0)
         end = clock.perf_counter()
         self.report = Report(
             iterations=outcome.iterations,

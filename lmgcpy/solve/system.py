@@ -56,8 +56,9 @@ class System(NamedTuple):
         order = np.empty_like(place)
         order[place] = np.arange(len(place), dtype=place.dtype)
         places = place.astype(np.uint32)
-        rows = {"candidate": places[self.candidate], "antagonist": places[self.antagonist]}
-        return self._replace(inverse_mass=self.inverse_mass[order], **rows), free_velocity[order]
+        rows = {"candidate": places.take(self.candidate), "antagonist": places.take(self.antagonist)}
+        # take copies rows of a matrix four to fifteen times as fast as brackets do
+        return self._replace(inverse_mass=self.inverse_mass.take(order, axis=0), **rows), free_velocity.take(order, axis=0)
 
 
 class Groups(NamedTuple):
