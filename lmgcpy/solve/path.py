@@ -43,7 +43,6 @@ class Path(NamedTuple):
     impulses: np.ndarray | None
     """Solution of the proximal problem (m, 2), or None where the path was given up."""
     bends: int
-    factorisations: int
 
 
 def follow_path(active: ActiveSet, start: np.ndarray, epsilon: float, centre: np.ndarray, most: int) -> Path:
@@ -55,11 +54,10 @@ def follow_path(active: ActiveSet, start: np.ndarray, epsilon: float, centre: np
     at = np.zeros(RENEW, np.int64)
     walls, jump, changes = np.zeros((RENEW, d)), np.zeros(d), np.zeros((RENEW, count, d))
     rest, way = 1.0, -1.0
-    bends = factorisations = 0
+    bends = 0
     try:
         while True:
             factors = active.factors(status, epsilon)
-            factorisations += 1
             a = step(active, factors, epsilon, rest * push - given)
             along = way * step(active, factors, epsilon, push)
             for k in range(RENEW):
@@ -68,9 +66,9 @@ def follow_path(active: ActiveSet, start: np.ndarray, epsilon: float, centre: np
                     r = active.newton(status, epsilon, centre)
                     left = np.linalg.norm(active.error(r, epsilon, centre)[0])
                     sound = left <= GAIN * np.linalg.norm(push)
-                    return Path(r if sound else None, bends, factorisations + 1)
+                    return Path(r if sound else None, bends)
                 if bends == most or i < 0:
-                    return Path(None, bends, factorisations)
+                    return Path(None, bends)
                 bends += 1
                 a += distance * along
                 rest += distance * way
@@ -85,7 +83,7 @@ def follow_path(active: ActiveSet, start: np.ndarray, epsilon: float, centre: np
                 if turn < 0.0:  # else it would go back into the old cell
                     way, along = -way, -along
     except RuntimeError:  # singular to round-off
-        return Path(None, bends, factorisations)
+        return Path(None, bends)
 
 
 def map_at(active: ActiveSet, a: np.ndarray, epsilon: float, centre: np.ndarray):

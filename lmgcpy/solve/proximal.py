@@ -47,8 +47,8 @@ BENDS = 150
 """Bends after which a path is given up. Most have less than 50, and those that have more than this often have thousands."""
 PATH_FALL = ((30, 10.0), (100, 4.0), (BENDS, 2.0))
 """epsilon is divided by the second number after a path that bends at most as often as the first says."""
-COST = 8
-"""So many bends cost as much as a factorisation, and count as one."""
+COST = 6
+"""So many bends cost as much as a factorisation and count as one; a path counts as two beside them, of its ends."""
 
 
 class Attempt(NamedTuple):
@@ -73,9 +73,10 @@ def proximal_newton(active: ActiveSet, start: np.ndarray, tolerance: float, most
         fall = FALL[steps - 1]
         reached = np.inf if found is None or active.lost(found) else active.residual(found)
         success = solves and reached < WORSE * residual
-        if not success and active.dimension == 2:
-            path = follow_path(active, r - active.velocities(r) / active.weight[:, None], epsilon, r, BENDS)
-            done += path.factorisations + path.bends // COST
+        bends = min(BENDS, COST * (most - done - 2))
+        if not success and active.dimension == 2 and bends >= 0:
+            path = follow_path(active, r - active.velocities(r) / active.weight[:, None], epsilon, r, bends)
+            done += 2 + path.bends // COST
             if path.impulses is not None and not active.lost(path.impulses):
                 found, success, reached = path.impulses, True, active.residual(path.impulses)
                 fall = next(by for fewer, by in PATH_FALL if path.bends <= fewer)
