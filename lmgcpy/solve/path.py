@@ -4,22 +4,23 @@ In the plane the map
 
     F(a) = W r(a) + q + epsilon w (r(a) - centre) - w (r(a) - a),      r(a) = react(w I, -w a),
 
-which is zero at the solution (``a = r - u / w``), is linear in every cell of statuses. Any ``a`` is the solution of a problem,
-that whose q is less by F(a); so from any start q can be led back to what it is. The path ``F(a) = rest F(start)`` is a chain
-of straight lines, from ``rest`` = 1 to ``rest`` = 0. It bends where one interaction changes its status; there the matrix
-changes by rank one, which costs one solution with the factors at hand (Sherman, Morrison). They are made anew every
-:data:`RENEW` bends.
+which is zero at the solution (``a = r - u / w``), is linear in every cell of statuses. Any ``a`` is the solution of a
+problem, that whose q is less by F(a); so from any start q can be led back to what it is. The path ``F(a) = rest
+F(start)`` is a chain of straight lines, from ``rest`` = 1 to ``rest`` = 0. It bends where one interaction changes its
+status; there the matrix changes by rank one, which costs one solution with the factors at hand (Sherman, Morrison). They
+are made anew every :data:`RENEW` bends.
 
-Friction is not associated, and ``rest`` may have to grow on the way: where a solution ceases to exist the path turns back and
-comes to another, that is some way off. Sweeps and Newton steps go to that place for ever. The path goes on across a wall into
-the cell behind it, whichever way ``rest`` changes there.
+Friction is not associated, and ``rest`` may have to grow on the way: where a solution ceases to exist the path turns back
+and comes to another, that is some way off. Sweeps and Newton steps go to that place for ever. The path goes on across a
+wall into the cell behind it, whichever way ``rest`` changes there.
 
-As ``epsilon > 0``, the only solution with q = 0 is zero: a path cannot go to infinity at a bounded ``rest``. It may come back
-to a large ``rest``, and it may be very long. So it is given up after some bends; with a larger ``epsilon`` it is shorter.
+As ``epsilon > 0``, the only solution with q = 0 is zero: a path cannot go to infinity at a bounded ``rest``. It may come
+back to a large ``rest``, and it may be very long. So it is given up after some bends; with a larger ``epsilon`` it is
+shorter.
 
 Sources: the map, Robinson (1992) Math. Oper. Res. 17; paths of piecewise linear equations, Katzenelson (1965) Bell Syst.
-Tech. J. 44, Eaves (1976) SIAM-AMS Proc. 9; friction in the plane as a linear complementarity problem, and Lemke's path to its
-solution, Klarbring, Bjorkman (1988) Comput. Struct. 30, Stewart, Trinkle (1996) Int. J. Numer. Meth. Eng. 39.
+Tech. J. 44, Eaves (1976) SIAM-AMS Proc. 9; friction in the plane as a linear complementarity problem, and Lemke's path to
+its solution, Klarbring, Bjorkman (1988) Comput. Struct. 30, Stewart, Trinkle (1996) Int. J. Numer. Meth. Eng. 39.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """Compiled parts of following a path in the plane: where it bends next, and what that changes.
 
 Between two bends a path is a straight line in ``a = r - u / w``, in a cell that belongs to the statuses: open contacts
-``a_n < 0``; sticking ``|a_t| < mu a_n``; sliding to ``tau``, ``tau a_t > mu a_n > 0``; taut wires ``a_n < 0``. The maps from a
-to impulses in two cells that touch agree on the wall between them, so that they differ by ``jump wall^T``, with ``wall`` the
-gradient of what is zero there.
+``a_n < 0``; sticking ``|a_t| < mu a_n``; sliding to ``tau``, ``tau a_t > mu a_n > 0``; taut wires ``a_n < 0``. The maps
+from a to impulses in two cells that touch agree on the wall between them, so that they differ by ``jump wall^T``, with
+``wall`` the gradient of what is zero there.
 """
 
 from __future__ import annotations
@@ -78,8 +78,8 @@ def pass_bend(i, side, a, kind, direction, w, mu, compliance, cones, wall, jump)
 
 @kernel
 def change_of_matrix(i, jump, epsilon, first, row, block, w, g):
-    """Fill ``g`` (m, 2) with ``(W + epsilon w - w) jump``, ``jump`` in interaction ``i``: ``g wall^T`` is what the bend adds
-    to the matrix. ``first``, ``row``, ``block``: the transpose of W by block rows."""
+    """Fill ``g`` (m, 2) with ``(W + epsilon w - w) jump``, ``jump`` in interaction ``i``: ``g wall^T`` is what the bend
+    adds to the matrix. ``first``, ``row``, ``block``: the transpose of W by block rows."""
     g[:, :] = 0.0
     for k in range(first[i], first[i + 1]):
         j = row[k]
