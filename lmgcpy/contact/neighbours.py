@@ -55,7 +55,7 @@ def kind_pairs(contactors: ContactorTable, row: VisibilityRow) -> list[KindPair]
     """The pairs of kinds that a row may bring together, sorted."""
     kind, color = np.array(contactors.kind, dtype=str), np.array(contactors.color, dtype=str)
     candidate, antagonist = color == row.candidate, color == row.antagonist
-    size = dict(zip(contactors.kind, contactors.shape_size, strict=True))
+    size = contactors.shape_size
     return [
         KindPair(c, a, candidate & (kind == c), antagonist & (kind == a), (size[c], size[a]))
         for c in np.unique(kind[candidate]).tolist()

@@ -22,7 +22,8 @@ class ContactorTable:
     color: list[str]
     shape: np.ndarray
     """Numbers of the shapes, (k, widest)."""
-    shape_size: list[int]
+    shape_size: dict[str, int]
+    """How many of them a kind has."""
     bounding_radius: np.ndarray
     """[m], infinite where unbounded, (k,)."""
 

@@ -30,18 +30,23 @@ UNSAID: Mapping[int, Prescribed] = MappingProxyType({})
 """Conditions of a body of which none were given: one for all, as most have none."""
 
 
+RADIUS, MASS, INERTIA = 9, 10, 11
+"""Where in its row of numbers a round body keeps them [m, kg, kg m^2]."""
+
+
 class Starts:
-    """Rows of nine numbers, in which bodies keep where and how they start: an array of one's own would take 120 bytes."""
+    """Rows of twelve numbers, in which bodies keep where and how they start, up to nine, and round ones what they are: an
+    array of one's own would take 120 bytes, and a number of one's own 32."""
 
     def __init__(self) -> None:
-        self.block, self.taken = np.empty((0, 9)), 0
+        self.block, self.taken = np.empty((0, 12)), 0
         self._lock = Lock()
 
     def take(self) -> tuple[np.ndarray, int]:
         """A block and a row in it that nobody has."""
         with self._lock:
             if self.taken == len(self.block):
-                self.block, self.taken = np.zeros((256, 9)), 0
+                self.block, self.taken = np.zeros((256, 12)), 0
             self.taken += 1
             return self.block, self.taken - 1
 
@@ -276,7 +281,7 @@ class RigidBody(Body):
 class Round(Body):
     """A disk or a sphere; subclasses make its contactor and say what it weighs and how it resists turning."""
 
-    __slots__ = ("_contactor", "_inertia", "_mass", "material")
+    __slots__ = ("material",)
 
     what: str
     """What it is called in sentences."""
@@ -291,7 +296,8 @@ class Round(Body):
         **start: Any,
     ):
         super().__init__(**start)
-        self._contactor = self._shape(radius)
+        own = self._block[self._row]
+        own[RADIUS] = self._shape(radius).radius
         if material is not None and not isinstance(material, Material):
             raise TypeError(f"material of a {self.what} must be a lmgcpy.Material, got {shown(material)}.")
         if mass is None and material is None:
@@ -299,10 +305,9 @@ class Round(Body):
         if mass is None:
             assert material is not None
             mass = material.density * self._volume
-        self._mass = number(mass, f"mass of a {self.what}", above=0.0, unit="kg")
-        own = self._mass * self._turning if inertia is None else inertia
-        own = number(own, f"inertia of a {self.what}", above=0.0)
-        self._inertia = None if inertia is None else own
+        own[MASS] = number(mass, f"mass of a {self.what}", above=0.0, unit="kg")
+        inertia = own[MASS] * self._turning if inertia is None else inertia
+        own[INERTIA] = number(inertia, f"inertia of a {self.what}", above=0.0)
         self.material = material
 
     @staticmethod
@@ -323,19 +328,28 @@ class Round(Body):
     @property
     def radius(self) -> float:
         """Radius [m]."""
-        return self._contactor.radius
+        return float(self._block[self._row, RADIUS])
 
     @property
     def mass(self) -> float:
-        return self._mass
+        return float(self._block[self._row, MASS])
 
     @property
     def inertia(self) -> float:
-        return self._mass * self._turning if self._inertia is None else self._inertia
+        return float(self._block[self._row, INERTIA])
+
+    @property
+    def _contactor(self) -> Any:
+        """Made when asked for: a hundred thousand are not kept."""
+        return self._shape(self.radius)
 
     @property
     def contactors(self) -> list[tuple[Contactor, tuple[float, ...]]]:
         return [(self._contactor, (0.0,) * self.dimension)]
+
+    @property
+    def extent(self) -> float:
+        return self.radius
 
     @property
     def link_radius(self) -> float:

@@ -243,7 +243,7 @@ class Scene:
             kind=kinds,
             color=colors,
             shape=table,
-            shape_size=sizes,
+            shape_size=dict(zip(kinds, sizes, strict=True)),
             bounding_radius=np.array(radii, dtype=float),
         )
 
