@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     import scipy.sparse as sparse
 
 
-def as_problem(step: StepProblem, free_velocity: np.ndarray, guess: np.ndarray) -> Conic:
-    """``W = H^T M^-1 H`` and ``q = H^T v_free + biases`` of a step; ``guess``: the impulses it started from.
+def as_problem(step: StepProblem) -> Conic:
+    """``W = H^T M^-1 H`` and ``q = H^T v_free + biases`` of a step.
 
     Interactions that cannot act in this step, such as restitution across an open gap, are left out. Raises TypeError for
     a law that has no conic form.
@@ -42,7 +42,7 @@ def as_problem(step: StepProblem, free_velocity: np.ndarray, guess: np.ndarray) 
     d = step.space.dimension
     H = H[np.repeat(acting, d)]
     W = (H @ sparse.diags_array(system.inverse_mass.ravel()) @ H.T).tocsr()
-    q = H @ free_velocity.ravel()
+    q = H @ step.free_velocity.ravel()
     q[::d] += bias[acting]
     problem = Problem(
         W=sparse.csr_array(W),
@@ -51,7 +51,7 @@ def as_problem(step: StepProblem, free_velocity: np.ndarray, guess: np.ndarray) 
         dimension=d,
         laws=tuple(name for name, here in zip(names, acting, strict=True) if here),
         compliance=compliance[acting],
-        guess=guess[acting],
+        guess=step.guess[acting],
     )
     return Conic(problem, acting)
 

@@ -31,6 +31,10 @@ class StepProblem:
     """Where the numbers of each group begin in ``System.prepared``."""
     data: StepData
     space: Space
+    free_velocity: np.ndarray
+    """Velocities of the bodies without impulses, (n, k)."""
+    guess: np.ndarray
+    """Impulses to start from [N s], (m, d)."""
 
     def close(self, velocities: np.ndarray) -> StepProblem:
         """The problem with the relative velocities for those (n, k) with which the step ends; the laws commit their states.
@@ -93,6 +97,7 @@ def assemble(
     before: np.ndarray,
     free_velocity: np.ndarray,
     inverse_mass: np.ndarray,
+    guess: np.ndarray,
     state: np.ndarray,
     work: np.ndarray,
     wire_blocks: bool,
@@ -100,7 +105,8 @@ def assemble(
     """Gather the groups that have interactions in this step and let each law prepare its numbers.
 
     ``before`` and ``free_velocity``: velocities of the bodies at the start of the step and without impulses, (n, k);
-    ``state``: of the laws, NaN for new interactions, (m, k), changed in place; ``work``: scratch of the wire blocks.
+    ``guess``: impulses to start from, (m, d); ``state``: of the laws, NaN for new interactions, (m, k), changed in place;
+    ``work``: scratch of the wire blocks.
     """
     dimension = interactions.normal.shape[1]
     space = SPACES[dimension]
@@ -157,4 +163,4 @@ def assemble(
                 f"{data.gap[row]:g} m."
             )
     table = schedule(groups, kernels, offset[:-1])
-    return StepProblem(system, groups, kernels, table, offset[:-1], data, space)
+    return StepProblem(system, groups, kernels, table, offset[:-1], data, space, free_velocity, guess)

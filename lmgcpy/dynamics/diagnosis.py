@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from lmgcpy.contact.detector import Group
+from lmgcpy.dynamics.as_problem import as_problem
 from lmgcpy.dynamics.assembly import StepProblem, group_kernels
 from lmgcpy.dynamics.schedule import schedule
-from lmgcpy.solve.problem import Conic
 from lmgcpy.solve.solver import Solver
 from lmgcpy.solve.system import System
 
@@ -19,14 +19,13 @@ class LawFault(Exception):
     """Carries the sentence about a law's fault and the exception that the law raised, if it did."""
 
 
-def fault_of_solve(
-    problem: StepProblem, solver: Solver, free_velocity: np.ndarray, guess: np.ndarray, conic: Callable[[], Conic]
-) -> str:
+def fault_of_solve(problem: StepProblem, solver: Solver) -> str:
     """A sentence on the first thing that went wrong in the solve of a step; the solve is made again, watched."""
     watched = [group_kernels(group, problem.space.dimension, solver.wire_blocks, watched=True) for group in problem.groups]
     table = schedule(problem.groups, watched, problem.offset)
     system = problem.system._replace(prepared=np.append(problem.system.prepared, -1.0))
-    solver.solve(table, system, free_velocity, guess, conic=conic, **problem.space.driver)
+    given = table, system, problem.free_velocity, problem.guess
+    solver.solve(*given, conic=lambda: as_problem(problem), **problem.space.driver)
     start = int(system.prepared[-1])
     if start < 0:
         return "no law was asked: velocities, gaps or masses are too large for numbers of double precision"

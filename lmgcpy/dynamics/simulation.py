@@ -27,7 +27,7 @@ from lmgcpy.dynamics.not_finite import POSITION, VELOCITY, check_bodies, check_d
 from lmgcpy.dynamics.overlaps import overlaps_at_start
 from lmgcpy.errors import flag, named_arguments, number, one_of, place, shown, whole
 from lmgcpy.solve.newton import Auto
-from lmgcpy.solve.problem import Conic, Problem
+from lmgcpy.solve.problem import Problem
 from lmgcpy.solve.report import CONVERGED, NOT_FINITE, STATUS, Report
 from lmgcpy.solve.solver import Solver, check_solver
 
@@ -123,8 +123,6 @@ class Simulation:
         self._detector = Detector(model.contactors, model.rows, model.chains, model.inverse_mass, model.dimension)
         self._work = np.zeros((4, max((chain.link_count for chain in self.model.chains), default=0)))
         self._last: tuple[StepProblem, Interactions] | None = None
-        self._free_velocity = np.zeros_like(self.state.velocities)
-        self._guess = np.zeros((0, model.dimension))
         self.unconverged_steps = 0
         self.worst_residual = 0.0
         self.recorder: Recorder | None = None
@@ -249,7 +247,7 @@ class Simulation:
         h, d, state = self.time_step, self.model.dimension, self.state
         # the detector makes its lists anew, never in place, and remembers last of all
         before, start, detector = state.velocities, state.positions.copy(), copy(self._detector)
-        self._last, self._guess = None, self._guess[:0].copy()  # the arrays of the step before make room
+        self._last = None  # the arrays of the step before make room
         try:
             state.positions += (1.0 - self.theta) * h * before[:, :3]
             force = self._force(state.time + 0.5 * h)
@@ -269,11 +267,12 @@ class Simulation:
                 before=before,
                 free_velocity=free_velocity,
                 inverse_mass=self.model.inverse_mass,
+                guess=self._detector.recall(interactions),
                 state=self._detector.recall_state(interactions),
                 work=self._work,
                 wire_blocks=self.solver.wire_blocks,
             )
-            self._solve(problem, interactions, free_velocity)
+            self._solve(problem)
             check_bodies(problem.system.velocity, VELOCITY[d], "at its end", state.time)
             problem = problem.close(problem.system.velocity)
             state.positions += self.theta * h * problem.system.velocity[:, :3]
@@ -319,13 +318,11 @@ class Simulation:
             force[load.body, load.component] += load.at(time)
         return force
 
-    def _solve(self, problem: StepProblem, interactions: Interactions, free_velocity: np.ndarray) -> None:
+    def _solve(self, problem: StepProblem) -> None:
         """Solve from the impulses of the last step."""
         start = clock.perf_counter()
-        guess = self._guess = self._detector.recall(interactions)
-        self._free_velocity = free_velocity
-        options = {"conic": self._conic(problem), "threads": self.threads, **problem.space.driver}
-        place, system = self._detector.place, problem.system
+        options = {"conic": lambda: as_problem(problem), "threads": self.threads, **problem.space.driver}
+        place, system, free_velocity, guess = self._detector.place, problem.system, problem.free_velocity, problem.guess
         if place is None:
             outcome = self.solver.solve(problem.table, system, free_velocity, guess, **options)
         else:
@@ -338,22 +335,18 @@ class Simulation:
             residual=outcome.residual,
             status=STATUS[outcome.status],
             worst=problem.worst(),
-            interactions=len(interactions.gap),
+            interactions=len(system.impulse),
             seconds=end - start,
         )
         if outcome.status == NOT_FINITE:
             raise self._fault(problem)
         check_impulses(problem, self.solver)
 
-    def _conic(self, problem: StepProblem) -> Callable[[], Conic]:
-        """Makes the step in conic form, for a solver that needs it."""
-        return lambda: as_problem(problem, self._free_velocity, self._guess)
-
     def _fault(self, problem: StepProblem) -> Exception:
         """What to raise where a step has no finite result."""
         when = f"In the step from t = {self.state.time:g} s"
         try:
-            what = fault_of_solve(problem, self.solver, self._free_velocity, self._guess, self._conic(problem))
+            what = fault_of_solve(problem, self.solver)
         except LawFault as fault:
             error = RuntimeError(f"{when} {fault}.")
             error.__cause__ = fault.__cause__
@@ -451,7 +444,7 @@ class Simulation:
         """
         if self._last is None:
             raise RuntimeError("There is no step yet to make a problem of: call step() or run() first.")
-        return self._conic(self._last[0])().problem
+        return as_problem(self._last[0]).problem
 
     def __repr__(self) -> str:
         return (
