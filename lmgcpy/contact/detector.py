@@ -283,9 +283,10 @@ class Detector:
         self.rebuilds += 1
         self._listed_at = placed.copy()
         bounded = np.flatnonzero(self._bounded)
-        near = near_pairs(placed[bounded, : self.dimension], self.contactors.bounding_radius[bounded], self._reach)
+        centres = placed.take(bounded, axis=0)[:, : self.dimension]
+        near = near_pairs(centres, self.contactors.bounding_radius[bounded], self._reach)
         if len(bounded) < len(placed):
-            near = bounded.astype(np.int32)[near]
+            near = bounded.astype(np.int32).take(near)
         around = Surroundings(near, placed, self._reach, self.contactors, self._bounded, self._free)
         slabs = self._cut_slabs(placed) if self._partitioned else None
         self.place = None if slabs is None else slabs.place
@@ -304,9 +305,9 @@ class Detector:
 
     def _cut_slabs(self, placed: np.ndarray) -> Slabs:
         """The partition of the bodies, by their first contactor."""
-        of_bounded = self.contactors.body[self._bounded]  # ascending
-        first = np.flatnonzero(np.diff(of_bounded, prepend=-1))
-        bodies, centres = of_bounded[first], placed[self._bounded, : self.dimension][first]
+        bounded = np.flatnonzero(self._bounded)
+        first = bounded[np.diff(self.contactors.body[bounded], prepend=-1) > 0]  # bodies ascend
+        bodies, centres = self.contactors.body[first], placed.take(first, axis=0)[:, : self.dimension]
         count, slab_of, place_of = partition(centres, 2.0 * self._usual + self._reach)
         slab = np.where(self._free, EVERYWHERE, NOWHERE).astype(np.int32)
         slab[bodies] = slab_of
@@ -330,11 +331,10 @@ class Detector:
         for side, mine in enumerate((kinds.is_candidate, kinds.is_antagonist)):
             if not (mine & self._bounded).any():
                 group.walls = side
-        group.rank, group.cuts = np.empty(len(pairs), np.int32), np.empty(slabs.count + 2, np.int64)
+        group.pairs, group.rank = np.empty_like(pairs), np.empty(len(pairs), np.int32)
+        group.cuts = np.empty(slabs.count + 2, np.int64)
         where = slabs.count, slabs.slab, slabs.place
-        sort_pairs(pairs, self.contactors.body, *where, group.walls, group.rank, group.cuts)
-        group.pairs = np.empty_like(pairs)
-        group.pairs[group.rank] = pairs
+        sort_pairs(pairs, self.contactors.body, *where, group.walls, group.rank, group.pairs, group.cuts)
         return group
 
     def _carry_over(self, groups: list[Group], slots: int) -> None:

@@ -98,8 +98,9 @@ def partition(centres: np.ndarray, width: float) -> tuple[int, np.ndarray, np.nd
 
 
 @kernel
-def sort_pairs(pairs, body, count, slab, place, walls, rank, cuts):
-    """Places of the pairs in the order of the sweep, into ``rank``: by the body that comes first, otherwise as they come.
+def sort_pairs(pairs, body, count, slab, place, walls, rank, result, cuts):
+    """The pairs in the order of the sweep, into ``result``: by the body that comes first, otherwise as they come; and
+    where each has gone, into ``rank``.
 
     ``walls``: 0 or 1 where held walls are the candidates or antagonists, else -1. ``cuts``: where each slab begins, and
     what is in none, and the end.
@@ -131,5 +132,8 @@ def sort_pairs(pairs, body, count, slab, place, walls, rank, cuts):
     for k in range(1, first.shape[0]):
         first[k] += first[k - 1]
     for p in range(pairs.shape[0]):
-        rank[p] = first[key[p]]
+        k = first[key[p]]
         first[key[p]] += 1
+        rank[p] = k
+        result[k, 0] = pairs[p, 0]
+        result[k, 1] = pairs[p, 1]

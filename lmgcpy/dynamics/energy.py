@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.dynamics.assembly import StepProblem, ask
+from lmgcpy.dynamics.model import Drive, Model
 from lmgcpy.dynamics.not_finite import check_energy
 
 
@@ -49,23 +50,17 @@ class Energy:
     def advance(
         self,
         problem: StepProblem,
-        mass: np.ndarray,
-        force: np.ndarray,
+        model: Model,
+        loads: list[tuple[Drive, float]],
         before: np.ndarray,
         after: np.ndarray,
     ) -> None:
-        """Enter a closed step: ``mass`` and ``force`` by component, the force zero where driven; velocities of the bodies.
+        """Enter a closed step: the imposed forces, with what each was, and velocities of the bodies.
 
         Raises FloatingPointError where a stored energy is not finite, with nothing entered.
         """
         data, system = problem.data, problem.system
-        received = np.zeros_like(after)
-        problem.space.momentum(0, len(system.candidate), -1, system, received)
-        # impulses do work on driven components too, which their drives must bring up
-        drives = -total(
-            lambda inverse, got, v, w: np.where(inverse > 0.0, 0.0, got) @ (0.5 * (v + w)),
-            *(system.inverse_mass, received, before, after),
-        )
+        drives = work_of_drives(problem, before, after)
         works: dict[str, float] = {}
         stored: dict[str, float] = {}
         for group, kernels in zip(problem.groups, problem.kernels, strict=True):
@@ -81,10 +76,10 @@ class Energy:
         # from the change of velocity, not from two large numbers that nearly cancel
         gain = total(
             lambda m, inverse, v, w: (np.where(inverse > 0.0, m, 0.0) * (w - v)) @ (0.5 * (v + w)),
-            *(mass, system.inverse_mass, before, after),
+            *(model.mass, system.inverse_mass, before, after),
         )
-        self.kinetic = kinetic_energy(mass, system.inverse_mass, after)
-        self.loads = data.time_step * total(lambda f, v, w: f @ (0.5 * (v + w)), force, before, after)
+        self.kinetic = kinetic_energy(model.mass, system.inverse_mass, after)
+        self.loads = data.time_step * total(lambda f, v, w: f @ (0.5 * (v + w)), model.force(loads), before, after)
         self.drives = drives
         self.interactions = works
         self.stored = stored
@@ -105,6 +100,17 @@ def total(of: Callable[..., Any], *arrays: np.ndarray) -> float:
     """Sum of ``of(*pieces)`` over pieces of arrays of one shape, taken flat."""
     flat = [array.ravel() for array in arrays]
     return sum((float(of(*(a[k : k + PIECE] for a in flat))) for k in range(0, flat[0].size, PIECE)), 0.0)
+
+
+def work_of_drives(problem: StepProblem, before: np.ndarray, after: np.ndarray) -> float:
+    """Work [J] on the driven components: impulses do work on them too, which their drives must bring up."""
+    system = problem.system
+    received = np.zeros_like(after)
+    problem.space.momentum(0, len(system.candidate), -1, system, received)
+    return -total(
+        lambda inverse, got, v, w: np.where(inverse > 0.0, 0.0, got) @ (0.5 * (v + w)),
+        *(system.inverse_mass, received, before, after),
+    )
 
 
 def kinetic_energy(mass: np.ndarray, inverse_mass: np.ndarray, velocities: np.ndarray) -> float:

@@ -59,8 +59,10 @@ class Model:
     """Radius of a circle around the centre that holds the body [m], infinite for walls, (n,)."""
     wall_normals: dict[int, np.ndarray]
     """Outward normals of the walls by row of the body, (d,)."""
-    weight: np.ndarray
-    """Force of gravity by component [N], (n, k)."""
+    gravity: np.ndarray
+    """Acceleration of gravity [m/s^2], (d,)."""
+    heavy: np.ndarray
+    """Whether gravity acts on a body, (n,) bool."""
     contactors: ContactorTable
     rows: list[VisibilityRow]
     chains: list[ChainTable]
@@ -70,6 +72,22 @@ class Model:
     """Imposed forces."""
     start: State
     """Where everything is at the beginning."""
+
+    @property
+    def weight(self) -> np.ndarray:
+        """Force of gravity by component [N], (n, k), zero where driven; made when asked for, as it is mostly zeros."""
+        weight = np.zeros_like(self.mass)
+        for axis in np.flatnonzero(self.gravity):
+            falls = self.heavy & (self.inverse_mass[:, axis] > 0.0)
+            weight[:, axis] = np.where(falls, self.mass[:, axis] * self.gravity[axis], 0.0)
+        return weight
+
+    def force(self, loads: list[tuple[Drive, float]]) -> np.ndarray:
+        """External forces on the free components [N], (n, k): gravity and the ``loads``, with what each is now."""
+        force = self.weight
+        for load, value in loads:
+            force[load.body, load.component] += value
+        return force
 
     def __repr__(self) -> str:
         return (

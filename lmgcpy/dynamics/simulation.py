@@ -250,8 +250,8 @@ class Simulation:
         self._last = None  # the arrays of the step before make room
         try:
             state.positions += (1.0 - self.theta) * h * before[:, :3]
-            force = self._force(state.time + 0.5 * h)
-            free_velocity = before + h * self.model.inverse_mass * force
+            loads = [(load, load.at(state.time + 0.5 * h)) for load in self.model.forces]
+            free_velocity = before + h * self.model.inverse_mass * self.model.force(loads)
             for drive in self.model.velocities:
                 free_velocity[drive.body, drive.component] = drive.at(state.time + h)
             check_bodies(free_velocity, VELOCITY[d], "without impulses", state.time)
@@ -276,7 +276,7 @@ class Simulation:
             check_bodies(problem.system.velocity, VELOCITY[d], "at its end", state.time)
             problem = problem.close(problem.system.velocity)
             state.positions += self.theta * h * problem.system.velocity[:, :3]
-            self.energy.advance(problem, self.model.mass, force, before, problem.system.velocity)
+            self.energy.advance(problem, self.model, loads, before, problem.system.velocity)
         except BaseException:
             state.positions[:], self._detector = start, detector
             raise
@@ -308,15 +308,6 @@ class Simulation:
             RuntimeWarning,
             stacklevel=3,
         )
-
-    def _force(self, time: float) -> np.ndarray:
-        """External forces on the free components at a time [N], (n, k); not to be written to."""
-        if not self.model.forces:
-            return self.model.weight
-        force = self.model.weight.copy()
-        for load in self.model.forces:
-            force[load.body, load.component] += load.at(time)
-        return force
 
     def _solve(self, problem: StepProblem) -> None:
         """Solve from the impulses of the last step."""

@@ -157,11 +157,6 @@ class Scene:
         for drive in driven:
             inverse_mass[drive.body, drive.component] = 0.0
             velocities[drive.body, drive.component] = drive.at(0.0)
-        weight = np.zeros_like(mass)
-        for body in self.bodies:
-            if body.gravity_acts:
-                weight[body.id, :d] = body.mass * self.gravity
-        weight[inverse_mass == 0.0] = 0.0
         return Model(
             dimension=self.dimension,
             mass=mass,
@@ -169,7 +164,8 @@ class Scene:
             radius=np.array([body.link_radius for body in self.bodies]),
             extent=np.array([body.extent for body in self.bodies]),
             wall_normals={body.id: body.normal for body in self.bodies if isinstance(body, Wall)},
-            weight=weight,
+            gravity=self.gravity,
+            heavy=np.array([body.gravity_acts for body in self.bodies], dtype=bool),
             contactors=contactors,
             rows=[
                 VisibilityRow(c, a, law, self._alert(c, a, alert, contactors), adaptive=alert is None)
