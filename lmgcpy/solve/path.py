@@ -59,8 +59,8 @@ def follow_path(active: ActiveSet, start: np.ndarray, epsilon: float, centre: np
     try:
         while True:
             factors = active.factors(status, epsilon)
-            a = step(active, factors, epsilon, rest * push - given)
-            along = way * step(active, factors, epsilon, push)
+            a = map_step(active, factors, epsilon, rest * push - given)
+            along = way * map_step(active, factors, epsilon, push)
             for k in range(RENEW):
                 i, side, distance = next_bend(a, along, status.kind, status.direction, mu, cones)
                 if rest + way * distance <= 0.0:
@@ -76,7 +76,7 @@ def follow_path(active: ActiveSet, start: np.ndarray, epsilon: float, centre: np
                 pass_bend(i, side, a, status.kind, status.direction, w, mu, compliance, cones, walls[k], jump)
                 at[k] = i
                 change_of_matrix(i, jump, epsilon, *active.columns, w, changes[k])
-                changes[k] = step(active, factors, epsilon, changes[k])
+                changes[k] = map_step(active, factors, epsilon, changes[k])
                 pass_earlier(k, at, walls, changes, changes[k])
                 turn = 1.0 + walls[k] @ changes[k, i]
                 changes[k] /= turn
@@ -97,7 +97,7 @@ def map_at(active: ActiveSet, a: np.ndarray, epsilon: float, centre: np.ndarray)
     return active.velocities(r, epsilon, centre) - w * (r - a), status
 
 
-def step(active: ActiveSet, factors: Factors, epsilon: float, given: np.ndarray) -> np.ndarray:
+def map_step(active: ActiveSet, factors: Factors, epsilon: float, given: np.ndarray) -> np.ndarray:
     """The change of ``a`` (m, 2) that changes F by ``given``, in the cell of the factors."""
     r = factors.impulses(given)
     w = active.weight[:, None]

@@ -12,8 +12,8 @@ change wildly are the sign of an ``epsilon`` that is too small. A proximal probl
 :data:`LOOSE` times that of the problem itself is enough. Where the steps fail, by a few statuses that come and go, the
 last of them may be nearer the solution of the problem itself than the centre is; then it is the next centre.
 
-In the plane, where Newton steps fail, the path to the solution of the proximal problem is followed (see ``path``): through
-statuses that come and go, and over places from which every way goes uphill.
+Where Newton steps fail, the path to the solution of the proximal problem is followed (see ``path`` and ``path_3d``):
+through statuses that come and go, and over places from which every way goes uphill.
 
 Friction that is not associated makes the problem non-monotone; then convergence is not proved. Measured on what is said to
 be hard: docs/solvers.md.
@@ -27,6 +27,7 @@ import numpy as np
 
 from lmgcpy.solve.active_set import ActiveSet, Status
 from lmgcpy.solve.path import follow_path
+from lmgcpy.solve.path_3d import follow_curve
 
 FIRST = 1e-4
 """epsilon to start with."""
@@ -47,6 +48,8 @@ BENDS = 150
 """Bends after which a path is given up. Most have less than 50, and those that have more than this often have thousands."""
 PATH_FALL = ((30, 10.0), (100, 4.0), (BENDS, 2.0))
 """epsilon is divided by the second number after a path that bends at most as often as the first says."""
+STEPS = 25
+"""Steps after which one in space is given up, each of which costs one factorisation or two."""
 COST = 6
 """So many bends cost as much as a factorisation and count as one; a path counts as two beside them, of its ends."""
 
@@ -73,13 +76,11 @@ def proximal_newton(active: ActiveSet, start: np.ndarray, tolerance: float, most
         fall = FALL[steps - 1]
         reached = np.inf if found is None or active.lost(found) else active.residual(found)
         success = solves and reached < WORSE * residual
-        bends = min(BENDS, COST * (most - done - 2))
-        if not success and active.dimension == 2 and bends >= 0:
-            path = follow_path(active, r - active.velocities(r) / active.weight[:, None], epsilon, r, bends)
-            done += 2 + path.bends // COST
-            if path.impulses is not None and not active.lost(path.impulses):
-                found, success, reached = path.impulses, True, active.residual(path.impulses)
-                fall = next(by for fewer, by in PATH_FALL if path.bends <= fewer)
+        if not success:
+            by_path, cost, its_fall = solution_by_path(active, r, epsilon, tolerance, most - done)
+            done += cost
+            if by_path is not None and not active.lost(by_path):
+                found, success, reached, fall = by_path, True, active.residual(by_path), its_fall
         if found is not None and (success or reached < residual):
             r, residual = found, reached
             if residual < least:
@@ -100,10 +101,14 @@ def proximal_newton(active: ActiveSet, start: np.ndarray, tolerance: float, most
 
 
 def proximal_solution(
-    active: ActiveSet, centre: np.ndarray, epsilon: float, tolerance: float, most: int
+    active: ActiveSet, centre: np.ndarray, epsilon: float, tolerance: float, most: int, status: Status | None = None
 ) -> tuple[np.ndarray | None, bool, int]:
-    """(impulses (m, d), or None where there are none; whether they solve the proximal problem; matrices factorised)."""
-    _, status = active.error(centre, epsilon, centre)
+    """(impulses (m, d), or None where there are none; whether they solve the proximal problem; matrices factorised).
+
+    ``status``: to start from; that of the centre if none is given.
+    """
+    if status is None:
+        _, status = active.error(centre, epsilon, centre)
     fewest = np.inf
     r = None
     steps = min(len(FALL), most)
@@ -121,3 +126,27 @@ def proximal_solution(
             break
         fewest, status = min(fewest, changes), there
     return r, False, step
+
+
+def solution_by_path(
+    active: ActiveSet, centre: np.ndarray, epsilon: float, tolerance: float, most: int
+) -> tuple[np.ndarray | None, int, float]:
+    """(impulses (m, d) that solve the proximal problem, or None; what that cost, in factorisations; by what epsilon may
+    fall)."""
+    start = centre - active.velocities(centre) / active.weight[:, None]
+    if active.dimension == 2:
+        bends = min(BENDS, COST * (most - 2))
+        if bends < 0:
+            return None, 0, 1.0
+        path = follow_path(active, start, epsilon, centre, bends)
+        fall = next(by for fewer, by in PATH_FALL if path.bends <= fewer)
+        return path.impulses, 2 + path.bends // COST, fall
+    steps = min(STEPS, (most - len(FALL)) // 2)
+    if steps < 1:
+        return None, 0, 1.0
+    curve = follow_curve(active, start, epsilon, centre, steps)
+    if curve.status is None:
+        return None, curve.factorisations, 1.0
+    found, solves, newton = proximal_solution(active, centre, epsilon, tolerance, len(FALL), curve.status)
+    fall = next(by for fewer, by in PATH_FALL if curve.bends <= fewer)
+    return found if solves else None, curve.factorisations + newton, fall
