@@ -1,0 +1,99 @@
+"""Paths to the solutions of proximal problems in space."""
+
+import numpy as np
+import pytest
+import scipy.sparse as sparse
+
+import lmgcpy as lm
+from lmgcpy.solve.active_set import ActiveSet, Status
+from lmgcpy.solve.newton_kernels import OPEN, SLIDE, STICK
+from lmgcpy.solve.path import map_step
+from lmgcpy.solve.path_3d import follow_curve, map_of
+from lmgcpy.solve.proximal import solution_by_path
+
+EPSILON = 1e-3
+
+
+def problem(W, q, mu, laws=None):
+    count = len(mu)
+    laws = laws or ("coulomb",) * count
+    return lm.Problem(
+        W=sparse.csr_array(W),
+        q=q,
+        mu=mu,
+        dimension=3,
+        laws=laws,
+        compliance=np.zeros(count),
+        guess=np.zeros((count, 3)),
+    )
+
+
+def random_problem(seed, contacts=8):
+    """Contacts, one of them smooth, a wire and a rod, with full coupling and less rank than rows."""
+    rng = np.random.default_rng(seed)
+    count = contacts + 2
+    H = rng.standard_normal((3 * count - 4, 3 * count))
+    mu = np.concatenate([rng.uniform(0.1, 1.5, contacts - 1), np.zeros(3)])
+    laws = ("coulomb",) * contacts + ("rigid-wire", "rigid-rod")
+    return problem(H.T @ H, rng.standard_normal(3 * count), mu, laws)
+
+
+def test_map_and_its_matrix():
+    """F(a), written out, has the derivative that the factors of a Newton step solve with: by finite differences."""
+    active = ActiveSet(random_problem(0))
+    rng = np.random.default_rng(1)
+    a, centre, d = rng.standard_normal((3, 10, 3))
+    a[:, 0] += 0.5
+    w = active.weight[:, None]
+    r = -active.natural(-w * a, np.zeros_like(a))[0] / w  # react(w I, -w a), by the kernel of Newton steps
+    status = Status(active.natural(-w * a, np.zeros_like(a))[1].kind, np.zeros((10, 2)), np.zeros(10))
+    assert {OPEN, STICK, SLIDE} <= set(status.kind)
+    at = map_of(active, a, status, EPSILON, centre)
+    assert at == pytest.approx(active.velocities(r, EPSILON, centre) - w * (r - a), abs=1e-12)
+    ahead = map_of(active, a + 1e-6 * d, Status(status.kind, np.zeros((10, 2)), np.zeros(10)), EPSILON, centre)
+    change = map_step(active, active.factors(status, EPSILON), EPSILON, (ahead - at) / 1e-6)
+    assert change == pytest.approx(d, abs=1e-4)  # second order in 1e-6, times the condition of the matrix
+
+
+def test_paths_end_at_solutions():
+    """From random starts: what the path and the Newton steps at its end give satisfies the proximal problem."""
+    reached = bends = 0
+    for seed in range(60):
+        active = ActiveSet(random_problem(seed))
+        start, centre = np.random.default_rng(1000 + seed).standard_normal((2, 10, 3))
+        curve = follow_curve(active, start, EPSILON, centre, 200)
+        if curve.status is None:
+            continue
+        r = centre
+        for _ in range(6):
+            r = active.newton(curve.status, EPSILON, centre)
+            error, status = active.error(r, EPSILON, centre)
+            curve = curve._replace(status=status)
+        reached += np.linalg.norm(error) < 1e-9 * active.nothing
+        bends += curve.bends
+    assert reached >= 54  # as in the plane, a path from a start of chance may not come to an end; nor may Newton steps
+    assert bends > 5 * 60
+
+
+def test_a_path_turns_back_where_a_solution_ceases_to_exist():
+    """As in the plane, with coupling along a direction between the two tangents; sticking is all that is left."""
+    slope = np.array([0.6, 0.8])
+    W = np.eye(3) * 5.0
+    W[0, 0] = 1.0
+    W[0, 1:] = W[1:, 0] = 2.0 * slope
+    q, mu = np.array([-0.1, *(1.0 * slope)]), 2.0
+    active = ActiveSet(problem(W, q, np.array([mu])))
+    start = np.array([[-1.0, *(-1.0 * slope + 0.1)]])
+    curve = follow_curve(active, start, 1e-9, np.zeros((1, 3)), 50)
+    assert curve.bends == 2
+    r = active.newton(curve.status, 1e-9, np.zeros((1, 3)))
+    assert r == pytest.approx(-np.linalg.solve(W, q)[None], rel=1e-6)
+    assert r[0] == pytest.approx(lm.solve_local(W, q, friction=mu).impulse, rel=1e-6)
+
+
+def test_a_path_spends_no_more_than_it_may():
+    active = ActiveSet(random_problem(3))
+    start = np.random.default_rng(4).standard_normal((10, 3))
+    for most in (1, 5, 9, 40):
+        _, cost, _ = solution_by_path(active, start, EPSILON, 1e-10, most)
+        assert cost <= most
