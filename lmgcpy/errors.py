@@ -112,19 +112,22 @@ def numbers(value: Any, name: str, what: str = "an array of numbers") -> np.ndar
 
     Raises TypeError for what are no numbers and ValueError for NaN or infinity among them.
     """
-    no_numbers = f"{name} must be {what}, got {shown(value)}."
+
+    def no_numbers() -> TypeError:
+        return TypeError(f"{name} must be {what}, got {shown(value)}.")
+
     try:
         given = np.asarray(value)
         if given.dtype.kind == "O":
             given = np.vectorize(lambda item: number(item, name), otypes=[float])(given)
     except TypeError as error:
-        raise TypeError(no_numbers) from error
+        raise no_numbers() from error
     except ValueError as error:
         if not str(error).startswith(name):  # numpy's: rows of different lengths
-            raise TypeError(no_numbers) from error
+            raise no_numbers() from error
         raise
     if given.dtype.kind not in "iuf":
-        raise TypeError(no_numbers)
+        raise no_numbers()
     result = np.array(given, dtype=np.float64, order="C")
     wrong = ~(np.abs(result) <= LARGEST)
     if wrong.any():
