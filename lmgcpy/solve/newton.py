@@ -103,7 +103,7 @@ class Alternating(ABC):
                 except TypeError:
                     if self.NEEDS_CONIC:
                         raise
-                    guess, turn = system.impulse.copy(), self.max_iterations
+                    guess, turn, last = system.impulse.copy(), self.max_iterations, True
                     continue
                 active = ActiveSet(problem)
             start, left = system.impulse[acting], self.max_factorisations - factorisations
@@ -111,7 +111,7 @@ class Alternating(ABC):
             factorisations += attempt.factorisations
             guess = system.impulse.copy()
             guess[acting] = attempt.impulses
-            gained = attempt.residual < GAIN * least
+            gained = attempt.residual <= max(GAIN * least, self.tolerance)
             if attempt.residual < least:
                 best, least = guess, attempt.residual
             if not gained:
