@@ -156,7 +156,7 @@ class Auto(Alternating):
     """
 
     tolerance: float = 1e-4
-    max_iterations: int = 20_000
+    max_iterations: int = 40_000
 
     NEEDS_CONIC = False
 
