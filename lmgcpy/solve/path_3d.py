@@ -64,10 +64,10 @@ def follow_curve(active: ActiveSet, start: np.ndarray, epsilon: float, centre: n
             enough = NEAR * max(abs(rest), LEAST_REST) * size
             distance = float(np.linalg.norm(away))
             if distance > enough:
-                length = np.vdot(along, along) + 1.0
+                square = float(np.vdot(along, along)) + 1.0
                 for _ in range(CORRECTIONS):
                     back = -map_step(active, factors, epsilon, away)
-                    share = -np.vdot(back, along) / length
+                    share = -float(np.vdot(back, along)) / square
                     nearer, its_rest = a + back + share * along, rest + share * way
                     there = Status(kind, np.zeros_like(a[:, 1:]), np.zeros(len(a)))
                     away = map_of(active, nearer, there, epsilon, centre) - its_rest * push
