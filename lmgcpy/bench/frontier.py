@@ -21,14 +21,13 @@ from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
 from lmgcpy.solve.active_set import ActiveSet
 from lmgcpy.solve.by_name import SOLVERS, AnySolver
 from lmgcpy.solve.gauss_seidel import GaussSeidel
+from lmgcpy.solve.newton import STEPS, sweeps_of_steps
 from lmgcpy.solve.problem import Problem, Solution, solve
 from lmgcpy.solve.proximal import proximal_newton
 
 TOLERANCES = tuple(10.0**-k for k in range(1, 11))
-UPDATES = 1e8
+UPDATES = 2e8
 """Updates of interactions (sweeps times interactions) that a solve may make, see ``sweep_budget``."""
-FACTORISATIONS = 100
-"""Newton steps that a solve may make; none where the problem is large."""
 SHORT, REPEATS = 0.2, 5
 """Solves of less time [s] are made so many times."""
 
@@ -107,11 +106,13 @@ def descend(case: Case, name: str) -> Iterator[tuple[Run, np.ndarray]]:
 
 
 def within_budget(solver: AnySolver, problem: Problem) -> AnySolver:
-    """The solver with the budget of a benchmark, which is the same for all."""
+    """The solver with the budget of a benchmark: the same sweeps for all, and as many Newton steps as cost as much; none
+    where the problem is large."""
     sweeps = sweep_budget(problem, UPDATES)
     if isinstance(solver, (GaussSeidel, AcceleratedGaussSeidel)):
         return replace(solver, max_iterations=sweeps)
-    return replace(solver, max_iterations=sweeps, max_factorisations=0 if is_large(problem) else FACTORISATIONS)
+    steps = 0 if is_large(problem) else STEPS * sweeps // sweeps_of_steps(len(problem.mu), problem.dimension)
+    return replace(solver, max_iterations=sweeps, max_factorisations=steps)
 
 
 def timed(problem: Problem, solver: AnySolver) -> tuple[Solution, float, int]:

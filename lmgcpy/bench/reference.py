@@ -113,7 +113,7 @@ def descent(problem: Problem, solver: Newton | Auto, start: np.ndarray) -> np.nd
     Asked for the least residual at once it would look for what round-off may not allow.
     """
     best, least = start, np.inf
-    solver = replace(solver, tolerance=LOOSEST, max_iterations=20_000, max_factorisations=200)
+    solver = replace(solver, tolerance=LOOSEST, max_iterations=20_000, max_factorisations=1000)
     while True:
         solution = solve(problem, solver=solver, guess=best)
         if solution.residual < least:
@@ -121,7 +121,7 @@ def descent(problem: Problem, solver: Newton | Auto, start: np.ndarray) -> np.nd
         tolerance = 0.1 * min(solver.tolerance, solution.residual)
         if solution.status != "converged" or tolerance < TIGHTEST:
             return best
-        solver = replace(solver, tolerance=tolerance, max_iterations=1000, max_factorisations=60)
+        solver = replace(solver, tolerance=tolerance, max_iterations=4000, max_factorisations=200)
 
 
 def another_start(impulses: np.ndarray) -> np.ndarray:

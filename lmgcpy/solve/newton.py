@@ -29,6 +29,10 @@ from lmgcpy.solve.report import CONVERGED, NOT_FINITE
 from lmgcpy.solve.solver import Outcome
 from lmgcpy.solve.system import Groups
 
+WORK = 320_000
+"""Newton steps of a solve may cost as much as so many sweeps: in large samples in space one takes seconds."""
+STEPS = 7
+"""Newton steps whose cost in sweeps was measured."""
 LONGEST = 4000
 """Sweeps to which a turn grows."""
 MOST_PATIENCE, LAST_PATIENCE = 8 * PATIENCE, 400
@@ -40,13 +44,19 @@ DISTURBANCE = 0.01
 first turns of 100 to 2000 sweeps: all 88 solves succeed to 1e-8, 85 of them within 400 Newton steps.)"""
 
 
+def sweeps_of_steps(interactions: int, dimension: int) -> int:
+    """Sweeps that cost as much as :data:`STEPS` Newton steps: measured, 1000 of up to 5000 interactions in 2D and 3000 of
+    6000 in 3D; the fill of a factorisation grows with the power 3/2 of the size in 2D and with its square in 3D."""
+    return max(1000, int(14.0 * interactions**0.5)) if dimension == 2 else max(1000, interactions // 2)
+
+
 @dataclass(frozen=True)
 class Alternating(ABC):
     """Sweeps with momentum and Newton steps by turns.
 
     ``tolerance``: residual at which a problem is solved; ``max_iterations``: sweeps in all; ``max_factorisations``: Newton
-    steps in all, each of which factorises a sparse matrix (a path counts as the Newton steps that cost as much);
-    ``wire_blocks``: as of ``GaussSeidel``.
+    steps in all, each of which factorises a sparse matrix (a path counts as the Newton steps that cost as much), and fewer
+    where they would cost more than :data:`WORK` sweeps; ``wire_blocks``: as of ``GaussSeidel``.
     """
 
     tolerance: float = 1e-8
@@ -86,6 +96,7 @@ class Alternating(ABC):
         best, least = guess, np.inf
         active: ActiveSet | None = None
         last = False
+        most = min(self.max_factorisations, STEPS * WORK // sweeps_of_steps(*guess.shape))
         noise = np.random.default_rng(0)
         while True:
             swept = self._sweep(min(turn, self.max_iterations - sweeps), groups, system, free_velocity, guess, operator)
@@ -94,7 +105,7 @@ class Alternating(ABC):
                 return swept._replace(iterations=sweeps, factorisations=factorisations)
             if swept.residual < least:
                 best, least = system.impulse.copy(), swept.residual
-            if last or factorisations >= self.max_factorisations:
+            if last or factorisations >= most:
                 break
             last = sweeps >= self.max_iterations
             if active is None:
@@ -106,7 +117,7 @@ class Alternating(ABC):
                     guess, turn, last = system.impulse.copy(), self.max_iterations, True
                     continue
                 active = ActiveSet(problem)
-            start, left = system.impulse[acting], self.max_factorisations - factorisations
+            start, left = system.impulse[acting], most - factorisations
             attempt = proximal_newton(active, start, self.tolerance, left, LAST_PATIENCE if last else patience)
             factorisations += attempt.factorisations
             guess = system.impulse.copy()
@@ -134,9 +145,9 @@ class Newton(Alternating):
     """Newton steps on active sets that a few sweeps find: for the last digits, stiff wires and rods.
 
     ``tolerance``: residual at which a problem is solved; ``max_iterations``: sweeps in all; ``max_factorisations``: Newton
-    steps in all, each of which factorises a sparse matrix (a path counts as the Newton steps that cost as much);
-    ``wire_blocks``: as of ``GaussSeidel``. Needs laws with a conic form, as those that come with lmgcpy have; TypeError
-    where a scene's law has none.
+    steps in all, each of which factorises a sparse matrix (a path counts as the Newton steps that cost as much), and fewer
+    where they would cost more than 320 000 sweeps; ``wire_blocks``: as of ``GaussSeidel``. Needs laws
+    with a conic form, as those that come with lmgcpy have; TypeError where a scene's law has none.
     """
 
     NEEDS_CONIC = True
@@ -161,6 +172,4 @@ class Auto(Alternating):
     NEEDS_CONIC = False
 
     def first_turn(self, interactions: int, dimension: int) -> int:
-        """Seven Newton steps cost, measured, 1000 sweeps of up to 5000 interactions in 2D and 3000 of 6000 in 3D; the fill
-        of a factorisation grows with the power 3/2 of the size in 2D and with its square in 3D."""
-        return max(1000, int(14.0 * interactions**0.5)) if dimension == 2 else max(1000, interactions // 2)
+        return sweeps_of_steps(interactions, dimension)
