@@ -4,9 +4,9 @@ Impulses are not unique where contacts are hyperstatic, velocities are in practi
 velocities, ``|u - u_ref| / |q - u_ref|``, relative to the error of doing nothing, as the residual is. The distance of the
 two references bounds what can be said: an error is judged where it is more than :data:`MARGIN` times as large.
 
-With friction a problem may have several solutions, different in velocity. Where both references solve it to the last digits
-and differ, an error is the distance to the nearest of all solutions found, by whichever solver, and what is judged is
-above :data:`MARGIN` times :data:`APART`.
+With friction a problem may have several solutions, different in velocity. Whatever solves it to a residual of
+:data:`ENOUGH` is one, by whichever solver it was found; where there are several, an error is the distance to the nearest
+of them, and what is judged is above :data:`MARGIN` times :data:`APART`.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class Reference:
     """What a problem's solvers are judged by, and how it was found."""
 
     solutions: tuple[np.ndarray, ...]
-    """Relative velocities of the first reference, and of every other solution where there are several [m/s], (m, d)."""
+    """Relative velocities of the first reference, and of every other solution that was found [m/s], (m, d)."""
     scale: float
     """``|q - u|`` of the first reference [m/s]: what the impulses change."""
     ways: tuple[str, str]
@@ -51,22 +51,23 @@ class Reference:
     """Of the two in velocity, relative to the scale."""
 
     @property
-    def two_solutions(self) -> bool:
-        """Whether both solve the problem to the last digits, and differ all the same: friction allows that."""
-        return max(self.residuals) <= ENOUGH and self.distance > APART
-
-    @property
     def floor(self) -> float:
         """Errors below it are not judged."""
-        return MARGIN * (APART if self.two_solutions else self.distance)
+        return MARGIN * (APART if len(self.solutions) > 1 else self.distance)
 
     def error(self, velocities: np.ndarray) -> float:
         """Error of relative velocities (m, d), relative to that of doing nothing."""
         return min(float(np.linalg.norm(velocities - solution)) for solution in self.solutions) / self.scale
 
     def with_solutions(self, found: Iterable[np.ndarray]) -> Reference:
-        """The same with further solutions, (m, d) each, if the problem has several."""
-        return replace(self, solutions=(*self.solutions, *found)) if self.two_solutions else self
+        """The same with those of the solutions found, (m, d) each, that are none of its own; if the first is one itself."""
+        if self.residuals[0] > ENOUGH:
+            return self
+        several = list(self.solutions)
+        for solution in found:
+            if min(float(np.linalg.norm(solution - known)) for known in several) > APART * self.scale:
+                several.append(solution)
+        return replace(self, solutions=tuple(several))
 
 
 def make_reference(case: Case) -> Reference | None:
@@ -98,7 +99,7 @@ def make_reference(case: Case) -> Reference | None:
         return None
     distance = float(np.linalg.norm(velocities - others)) / scale
     reference = Reference((velocities,), scale, (one, other), (residuals[one], residuals[other]), distance)
-    return reference.with_solutions([others])
+    return reference.with_solutions([others] if residuals[other] <= ENOUGH else [])
 
 
 def by_sweeps(problem: Problem) -> np.ndarray:
@@ -121,7 +122,7 @@ def descent(problem: Problem, solver: Newton | Auto, start: np.ndarray) -> np.nd
         tolerance = 0.1 * min(solver.tolerance, solution.residual)
         if solution.status != "converged" or tolerance < TIGHTEST:
             return best
-        solver = replace(solver, tolerance=tolerance, max_iterations=4000, max_factorisations=200)
+        solver = replace(solver, tolerance=tolerance, max_iterations=4000, max_factorisations=1000)
 
 
 def another_start(impulses: np.ndarray) -> np.ndarray:

@@ -13,7 +13,7 @@ from lmgcpy.bench.figures import performance_profiles, work_precision
 from lmgcpy.bench.frontier import Judged, Run
 from lmgcpy.bench.machine import load, machine
 from lmgcpy.bench.profile import OVERHEAD, SMALLEST, Profile, profile
-from lmgcpy.bench.reference import APART, MARGIN, Reference
+from lmgcpy.bench.reference import APART, ENOUGH, MARGIN, Reference
 from lmgcpy.view.figures import save
 
 TARGETS = (1e-2, 1e-4, 1e-6)
@@ -69,9 +69,9 @@ def how_to_read(left_out: Sequence[str]) -> list[str]:
         f"{MARGIN:g} times this distance are not judged: in a table they are told as reached where the error asked for is "
         'above it, and with "?" otherwise; in a figure they lie in the shaded part. Times are of the solver alone, warm, '
         "from the guess that came with the problem; hollow marks are runs that missed their tolerance. Every run is in "
-        "runs.csv, every reference in references.csv. With friction a problem may have several solutions: where both "
-        "references solve it to the last digits and differ, the table says so, an error is the distance to the nearest of "
-        f"all solutions found, and errors are judged above {MARGIN * APART:g}."
+        "runs.csv, every reference in references.csv. With friction a problem may have several solutions: whatever "
+        f"solves it to a residual of {ENOUGH:g} is one; where several were found the table says so, an error is the distance "
+        f"to the nearest of them, and errors are judged above {MARGIN * APART:g}."
     ]
     if left_out:
         lines += ["", f"Left out, as no impulse changes anything in them: {', '.join(left_out)}."]
@@ -115,8 +115,9 @@ def family_rows(judged: Sequence[Judged], family: str, solvers: Sequence[str]) -
 
 
 def distance_cell(reference: Reference) -> str:
-    """How far apart the references are, and whether they are two solutions or one found badly."""
-    return f"{reference.distance:.0e}{' (two solutions)' if reference.two_solutions else ''}"
+    """How far apart the references are, and how many solutions were found."""
+    several = f" ({len(reference.solutions)} solutions)" if len(reference.solutions) > 1 else ""
+    return f"{reference.distance:.0e}{several}"
 
 
 def cell(problem: Judged, solver: str, target: float) -> str:

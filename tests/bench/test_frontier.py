@@ -69,22 +69,23 @@ def test_a_problem_in_which_nothing_acts_has_no_error():
     assert judge(Case("parted", "test", parted)) is None
 
 
-def test_references_that_differ_say_why():
-    """Two solutions to the last digits are two solutions; one of them found badly is that."""
-    u = (np.zeros((1, 2)),)
-    assert Reference(u, 1.0, ("a", "b"), (1e-12, 1e-11), 1e-2).two_solutions
-    assert not Reference(u, 1.0, ("a", "b"), (1e-12, 1e-4), 1e-2).two_solutions
-    assert not Reference(u, 1.0, ("a", "b"), (1e-12, 1e-11), 1e-9).two_solutions
-
-
 def test_of_several_solutions_the_nearest_counts():
-    one, other = np.zeros((1, 2)), np.ones((1, 2))
-    several = Reference((one,), 2.0, ("a", "b"), (1e-12, 1e-11), 1e-2).with_solutions([other])
+    one, other, near = np.zeros((1, 2)), np.ones((1, 2)), np.full((1, 2), 1e-6)
+    alone = Reference((one,), 2.0, ("a", "b"), (1e-12, 1e-11), 1e-9)
+    assert alone.error(other) == pytest.approx(2.0**0.5 / 2.0)
+    assert alone.floor == MARGIN * 1e-9
+    several = alone.with_solutions([near, other, other + 1e-6])  # what is near one that is known is the same
+    assert len(several.solutions) == 2
     assert several.error(np.array([[1.0, 1.5]])) == 0.25
     assert several.floor == MARGIN * APART
-    single = Reference((one,), 2.0, ("a", "b"), (1e-12, 1e-11), 1e-9).with_solutions([other])
-    assert single.error(other) == pytest.approx(2.0**0.5 / 2.0)
-    assert single.floor == MARGIN * 1e-9
+
+
+def test_what_is_no_solution_has_no_others():
+    """A reference found badly is not one of several solutions: what is far from it may be right."""
+    one, other = np.zeros((1, 2)), np.ones((1, 2))
+    bad = Reference((one,), 1.0, ("a", "b"), (1e-6, 1e-5), 1e-2).with_solutions([other])
+    assert len(bad.solutions) == 1
+    assert bad.floor == MARGIN * 1e-2
 
 
 def test_runs_are_what_they_say(case, judged):
