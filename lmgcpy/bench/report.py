@@ -70,8 +70,8 @@ def how_to_read(left_out: Sequence[str]) -> list[str]:
         'above it, and with "?" otherwise; in a figure they lie in the shaded part. Times are of the solver alone, warm, '
         "from the guess that came with the problem; hollow marks are runs that missed their tolerance. Every run is in "
         "runs.csv, every reference in references.csv. With friction a problem may have several solutions: whatever "
-        f"solves it to a residual of {ENOUGH:g} is one; where several were found the table says so, an error is the distance "
-        f"to the nearest of them, and errors are judged above {MARGIN * APART:g}."
+        f"solves it to a residual of {ENOUGH:g} is one; where several were found the table says so, an error is the "
+        f"distance to the nearest of them, and errors are judged above {MARGIN * APART:g}."
     ]
     if left_out:
         lines += ["", f"Left out, as no impulse changes anything in them: {', '.join(left_out)}."]
