@@ -74,7 +74,8 @@ def make_reference(case: Case) -> Reference | None:
     """Two references; None where in the solution no impulse changes anything, so that there is no error to tell.
 
     Sweeps and Newton's method first; where one of them does not come to a residual of :data:`ENOUGH`, Newton's method from
-    another start and ``Auto`` are tried as well, and the two with the least residuals stand. Extended precision stands
+    where the sweeps ended and from another start, and ``Auto``, are tried as well, and the two with the least residuals
+    stand; the others are further solutions, if they are solutions. Extended precision stands
     before all. A problem that is :data:`LARGE` has sweeps with momentum and without.
     """
     problem = case.problem
@@ -86,6 +87,7 @@ def make_reference(case: Case) -> Reference | None:
         found["Newton"] = descent(problem, Newton(), problem.guess)
     residuals = {way: residual(problem, impulses) for way, impulses in found.items()}
     if max(residuals.values()) > ENOUGH and case.exact is None and not is_large(problem):
+        found["Newton after sweeps"] = descent(problem, Newton(), found["sweeps"])
         found["Newton from another start"] = descent(problem, Newton(), another_start(found["Newton"]))
         found["Auto"] = descent(problem, Auto(), problem.guess)
         residuals = {way: residual(problem, impulses) for way, impulses in found.items()}
@@ -99,7 +101,7 @@ def make_reference(case: Case) -> Reference | None:
         return None
     distance = float(np.linalg.norm(velocities - others)) / scale
     reference = Reference((velocities,), scale, (one, other), (residuals[one], residuals[other]), distance)
-    return reference.with_solutions([others] if residuals[other] <= ENOUGH else [])
+    return reference.with_solutions(problem.velocities(found[way]) for way in found if residuals[way] <= ENOUGH)
 
 
 def by_sweeps(problem: Problem) -> np.ndarray:
