@@ -121,7 +121,7 @@ def write_solution(out: Path, problem: Problem, solved: Solved, about: dict[str,
     default="chains,2d,3d,packings",
     help="Families of problems to make, by commas; none: only those of the folders.",
 )
-@click.option("--spheres", default="1000", help="Sizes of the packings, by commas; 50000 takes half an hour.")
+@click.option("--spheres", default="1000", help="Sizes of the packings, by commas; those of 50000 take long.")
 @click.option("--solvers", default="gauss-seidel,accelerated,newton,auto", help="Solvers to compare, by commas.")
 @click.option("--quick", is_flag=True, help="Small problems of every family, for a look.")
 @click.option("--force", is_flag=True, help="Write into a folder that is not empty.")

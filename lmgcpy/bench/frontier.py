@@ -21,7 +21,7 @@ from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
 from lmgcpy.solve.active_set import ActiveSet
 from lmgcpy.solve.by_name import SOLVERS, AnySolver
 from lmgcpy.solve.gauss_seidel import GaussSeidel
-from lmgcpy.solve.newton import STEPS, sweeps_of_steps
+from lmgcpy.solve.newton import newton_steps
 from lmgcpy.solve.problem import Problem, Solution, solve
 from lmgcpy.solve.proximal import proximal_newton
 
@@ -111,7 +111,7 @@ def within_budget(solver: AnySolver, problem: Problem) -> AnySolver:
     sweeps = sweep_budget(problem, UPDATES)
     if isinstance(solver, (GaussSeidel, AcceleratedGaussSeidel)):
         return replace(solver, max_iterations=sweeps)
-    steps = 0 if is_large(problem) else STEPS * sweeps // sweeps_of_steps(len(problem.mu), problem.dimension)
+    steps = 0 if is_large(problem) else newton_steps(sweeps, *problem.guess.shape)
     return replace(solver, max_iterations=sweeps, max_factorisations=steps)
 
 

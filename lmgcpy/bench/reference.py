@@ -75,8 +75,8 @@ def make_reference(case: Case) -> Reference | None:
 
     Sweeps and Newton's method first; where one of them does not come to a residual of :data:`ENOUGH`, Newton's method from
     where the sweeps ended and from another start, and ``Auto``, are tried as well, and the two with the least residuals
-    stand; the others are further solutions, if they are solutions. Extended precision stands
-    before all. A problem that is :data:`LARGE` has sweeps with momentum and without.
+    stand; the others are further solutions, if they are solutions. Extended precision stands before all. A problem that is
+    :data:`LARGE` has sweeps with momentum and without.
     """
     problem = case.problem
     found = {"sweeps": by_sweeps(problem)}

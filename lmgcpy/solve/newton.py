@@ -31,8 +31,6 @@ from lmgcpy.solve.system import Groups
 
 WORK = 320_000
 """Newton steps of a solve may cost as much as so many sweeps: in large samples in space one takes seconds."""
-STEPS = 7
-"""Newton steps whose cost in sweeps was measured."""
 LONGEST = 4000
 """Sweeps to which a turn grows."""
 MOST_PATIENCE, LAST_PATIENCE = 8 * PATIENCE, 400
@@ -44,10 +42,15 @@ DISTURBANCE = 0.01
 first turns of 100 to 2000 sweeps: all 88 solves succeed to 1e-8, 85 of them within 400 Newton steps.)"""
 
 
-def sweeps_of_steps(interactions: int, dimension: int) -> int:
-    """Sweeps that cost as much as :data:`STEPS` Newton steps: measured, 1000 of up to 5000 interactions in 2D and 3000 of
-    6000 in 3D; the fill of a factorisation grows with the power 3/2 of the size in 2D and with its square in 3D."""
+def sweeps_of_seven_steps(interactions: int, dimension: int) -> int:
+    """Sweeps that cost as much as seven Newton steps: measured, 1000 of up to 5000 interactions in 2D and 3000 of 6000 in
+    3D; the fill of a factorisation grows with the power 3/2 of the size in 2D and with its square in 3D."""
     return max(1000, int(14.0 * interactions**0.5)) if dimension == 2 else max(1000, interactions // 2)
+
+
+def newton_steps(sweeps: int, interactions: int, dimension: int) -> int:
+    """Newton steps that cost as much as so many sweeps."""
+    return 7 * sweeps // sweeps_of_seven_steps(interactions, dimension)
 
 
 @dataclass(frozen=True)
@@ -96,7 +99,7 @@ class Alternating(ABC):
         best, least = guess, np.inf
         active: ActiveSet | None = None
         last = False
-        most = min(self.max_factorisations, STEPS * WORK // sweeps_of_steps(*guess.shape))
+        most = min(self.max_factorisations, newton_steps(WORK, *guess.shape))
         noise = np.random.default_rng(0)
         while True:
             swept = self._sweep(min(turn, self.max_iterations - sweeps), groups, system, free_velocity, guess, operator)
@@ -172,4 +175,4 @@ class Auto(Alternating):
     NEEDS_CONIC = False
 
     def first_turn(self, interactions: int, dimension: int) -> int:
-        return sweeps_of_steps(interactions, dimension)
+        return sweeps_of_seven_steps(interactions, dimension)

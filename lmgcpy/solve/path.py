@@ -29,7 +29,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lmgcpy.solve.active_set import ActiveSet, Factors
+from lmgcpy.solve.active_set import ActiveSet, Factors, Status
 from lmgcpy.solve.path_kernels import change_of_matrix, next_bend, pass_bend, pass_earlier
 
 RENEW = 50
@@ -90,11 +90,16 @@ def follow_path(active: ActiveSet, start: np.ndarray, epsilon: float, centre: np
 def map_at(active: ActiveSet, a: np.ndarray, epsilon: float, centre: np.ndarray):
     """F(a) (m, 2), and the statuses there."""
     w = active.weight[:, None]
-    # the natural map at u = -w a, r = 0 is -w r(a)
-    error, status = active.natural(-w * a, np.zeros_like(a))
+    r, status = cell_of(active, a)
     status.turning[:] = 0.0  # it has no meaning in the plane
-    r = -error / w
     return active.velocities(r, epsilon, centre) - w * (r - a), status
+
+
+def cell_of(active: ActiveSet, a: np.ndarray) -> tuple[np.ndarray, Status]:
+    """r(a) (m, d), and the statuses of the cell: the natural map at u = -w a, r = 0 is -w r(a)."""
+    w = active.weight[:, None]
+    error, status = active.natural(-w * a, np.zeros_like(a))
+    return -error / w, status
 
 
 def map_step(active: ActiveSet, factors: Factors, epsilon: float, given: np.ndarray) -> np.ndarray:

@@ -17,7 +17,7 @@ import numpy as np
 from lmgcpy.jit import kernel
 from lmgcpy.solve.active_set import ActiveSet, Status
 from lmgcpy.solve.newton_kernels import LINK, OPEN, SLIDE, STICK
-from lmgcpy.solve.path import map_step
+from lmgcpy.solve.path import cell_of, map_step
 from lmgcpy.solve.problem import BOTH, CONTACT
 
 ANGLE = 0.3
@@ -45,11 +45,11 @@ class Curve(NamedTuple):
 
 def follow_curve(active: ActiveSet, start: np.ndarray, epsilon: float, centre: np.ndarray, most: int) -> Curve:
     """Come near the solution of the proximal problem by a path from ``a = start`` (m, 3), in ``most`` steps."""
-    w, mu, _, cones = active.laws
+    _, mu, _, cones = active.laws
     a = start.copy()
-    kind = active.natural(-w[:, None] * a, np.zeros_like(a))[1].kind
-    status = Status(kind, np.zeros_like(a[:, 1:]), np.zeros(len(a)))
-    push = map_of(active, a, status, epsilon, centre)
+    kind = cell_of(active, a)[1].kind
+    push, status = map_of(active, a, kind, epsilon, centre)
+    value = push
     size = float(np.linalg.norm(push))
     rest, way = 1.0, -1.0
     wall, before = np.zeros(3), (np.zeros_like(a), way)
@@ -60,7 +60,7 @@ def follow_curve(active: ActiveSet, start: np.ndarray, epsilon: float, centre: n
             factors = active.factors(status, epsilon)
             factorisations += 1
             along = way * map_step(active, factors, epsilon, push)
-            away = map_of(active, a, status, epsilon, centre) - rest * push
+            away = value - rest * push
             enough = NEAR * max(abs(rest), LEAST_REST) * size
             distance = float(np.linalg.norm(away))
             if distance > enough:
@@ -69,8 +69,8 @@ def follow_curve(active: ActiveSet, start: np.ndarray, epsilon: float, centre: n
                     back = -map_step(active, factors, epsilon, away)
                     share = -float(np.vdot(back, along)) / square
                     nearer, its_rest = a + back + share * along, rest + share * way
-                    there = Status(kind, np.zeros_like(a[:, 1:]), np.zeros(len(a)))
-                    away = map_of(active, nearer, there, epsilon, centre) - its_rest * push
+                    value, there = map_of(active, nearer, kind, epsilon, centre)
+                    away = value - its_rest * push
                     left = float(np.linalg.norm(away))
                     if not left < CLOSER * distance:
                         break
@@ -91,29 +91,30 @@ def follow_curve(active: ActiveSet, start: np.ndarray, epsilon: float, centre: n
                 break
             a, rest = a + length * along, rest + length * way
             if length == to_end:
-                return Curve(active.natural(-w[:, None] * a, np.zeros_like(a))[1], bends, factorisations)
+                return Curve(cell_of(active, a)[1], bends, factorisations)
             if length == reach:
                 bends += 1
                 pass_wall(passed, between, a, kind, mu, cones, wall)
             else:
                 passed = -1
-            status = Status(kind, np.zeros_like(a[:, 1:]), np.zeros(len(a)))
-            map_of(active, a, status, epsilon, centre)
+            value, status = map_of(active, a, kind, epsilon, centre)
     except RuntimeError:  # singular to round-off
         pass
     return Curve(None, bends, factorisations)
 
 
-def map_of(active: ActiveSet, a: np.ndarray, status: Status, epsilon: float, centre: np.ndarray) -> np.ndarray:
-    """F(a) (m, 3) with the kinds of ``status``, whose directions and turning are filled in."""
+def map_of(
+    active: ActiveSet, a: np.ndarray, kind: np.ndarray, epsilon: float, centre: np.ndarray
+) -> tuple[np.ndarray, Status]:
+    """F(a) (m, 3) with these kinds of statuses (m,), and the statuses with their directions and turning."""
     w, mu, compliance, _ = active.laws
-    r = np.zeros_like(a)
-    impulses_of(a, status.kind, w, mu, compliance, r, status.direction, status.turning)
-    return active.velocities(r, epsilon, centre) - w[:, None] * (r - a)
+    r, status = np.zeros_like(a), Status(kind, np.zeros_like(a[:, 1:]), np.zeros(len(a)))
+    impulses_of(a, *status, w, mu, compliance, r)
+    return active.velocities(r, epsilon, centre) - w[:, None] * (r - a), status
 
 
 @kernel
-def impulses_of(a, kind, w, mu, compliance, r, direction, turning):
+def impulses_of(a, kind, direction, turning, w, mu, compliance, r):
     """Fill ``r`` (m, 3) with the impulses of ``a`` in the cell of the kinds, ``direction`` (m, 2) and ``turning`` (m,)."""
     for i in range(a.shape[0]):
         size = np.sqrt(a[i, 1] ** 2 + a[i, 2] ** 2)
@@ -127,6 +128,7 @@ def impulses_of(a, kind, w, mu, compliance, r, direction, turning):
         elif kind[i] == SLIDE:
             r[i, 0] = a[i, 0]
             limit = mu[i] * a[i, 0]
+            # the limit is zero where a contact closes: turning, infinite there, is what still leaves a matrix
             turning[i] = min(max(size / max(limit, 1e-300) - 1.0, 0.0), 1e12)
             for k in range(2):
                 direction[i, k] = a[i, 1 + k] / size

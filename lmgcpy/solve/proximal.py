@@ -139,8 +139,7 @@ def solution_by_path(
         if bends < 0:
             return None, 0, 1.0
         path = follow_path(active, start, epsilon, centre, bends)
-        fall = next(by for fewer, by in PATH_FALL if path.bends <= fewer)
-        return path.impulses, 2 + path.bends // COST, fall
+        return path.impulses, 2 + path.bends // COST, fall_after(path.bends)
     steps = min(STEPS, (most - len(FALL)) // 2)
     if steps < 1:
         return None, 0, 1.0
@@ -148,5 +147,9 @@ def solution_by_path(
     if curve.status is None:
         return None, curve.factorisations, 1.0
     found, solves, newton = proximal_solution(active, centre, epsilon, tolerance, len(FALL), curve.status)
-    fall = next(by for fewer, by in PATH_FALL if curve.bends <= fewer)
-    return found if solves else None, curve.factorisations + newton, fall
+    return found if solves else None, curve.factorisations + newton, fall_after(curve.bends)
+
+
+def fall_after(bends: int) -> float:
+    """By what epsilon may fall after a path of so many bends."""
+    return next(by for most, by in PATH_FALL if bends <= most)

@@ -1,5 +1,7 @@
 """Newton steps on active sets, and the solvers that alternate them with sweeps."""
 
+import sys
+
 import numpy as np
 import pytest
 import scipy.sparse as sparse
@@ -8,6 +10,7 @@ from scipy.sparse.linalg import splu
 import lmgcpy as lm
 from lmgcpy.solve.active_set import ActiveSet
 from lmgcpy.solve.elimination import Elimination
+from lmgcpy.solve.newton import WORK, newton_steps
 from lmgcpy.solve.newton_kernels import LINK, OPEN, SLIDE, STICK
 from lmgcpy.solve.proximal import proximal_newton
 
@@ -231,6 +234,17 @@ def test_budget_spent_is_told_with_the_best_impulses():
     assert solution.status == "budget spent"
     assert solution.factorisations <= 3
     assert solution.residual <= lm.residual(problem, swept(problem, 30))
+
+
+def test_newton_steps_are_bounded_by_what_they_cost(sample, monkeypatch):
+    """In large samples in space that is less than their number: seven cost as much as half as many sweeps as there are
+    interactions. Here the bound is brought down to two steps."""
+    assert newton_steps(WORK, 40_000, 3) == 7 * WORK // 20_000 < lm.Newton().max_factorisations
+    assert newton_steps(WORK, 2000, 3) > lm.Newton().max_factorisations
+    assert newton_steps(WORK, 5000, 2) > lm.Newton().max_factorisations
+    monkeypatch.setattr(sys.modules[lm.Newton.__module__], "WORK", 300)
+    bounded = lm.solve(sample, solver=lm.Newton(tolerance=1e-14, max_iterations=1000))
+    assert bounded.factorisations == 2
 
 
 def test_no_interaction_and_nothing_to_do():

@@ -5,7 +5,7 @@ import pytest
 import scipy.sparse as sparse
 
 import lmgcpy as lm
-from lmgcpy.solve.active_set import ActiveSet, Status
+from lmgcpy.solve.active_set import ActiveSet
 from lmgcpy.solve.newton_kernels import OPEN, SLIDE, STICK
 from lmgcpy.solve.path import map_step
 from lmgcpy.solve.path_3d import follow_curve, map_of
@@ -45,12 +45,12 @@ def test_map_and_its_matrix():
     a, centre, d = rng.standard_normal((3, 10, 3))
     a[:, 0] += 0.5
     w = active.weight[:, None]
-    r = -active.natural(-w * a, np.zeros_like(a))[0] / w  # react(w I, -w a), by the kernel of Newton steps
-    status = Status(active.natural(-w * a, np.zeros_like(a))[1].kind, np.zeros((10, 2)), np.zeros(10))
-    assert {OPEN, STICK, SLIDE} <= set(status.kind)
-    at = map_of(active, a, status, EPSILON, centre)
+    error, cell = active.natural(-w * a, np.zeros_like(a))
+    r = -error / w  # react(w I, -w a), by the kernel of Newton steps
+    assert {OPEN, STICK, SLIDE} <= set(cell.kind)
+    at, status = map_of(active, a, cell.kind, EPSILON, centre)
     assert at == pytest.approx(active.velocities(r, EPSILON, centre) - w * (r - a), abs=1e-12)
-    ahead = map_of(active, a + 1e-6 * d, Status(status.kind, np.zeros((10, 2)), np.zeros(10)), EPSILON, centre)
+    ahead, _ = map_of(active, a + 1e-6 * d, cell.kind, EPSILON, centre)
     change = map_step(active, active.factors(status, EPSILON), EPSILON, (ahead - at) / 1e-6)
     assert change == pytest.approx(d, abs=1e-4)  # second order in 1e-6, times the condition of the matrix
 
