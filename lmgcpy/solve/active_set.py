@@ -30,7 +30,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lmgcpy.solve.elimination import Elimination
-from lmgcpy.solve.newton_kernels import LINK, local_maps, natural_map, newton_rows
+from lmgcpy.solve.newton_kernels import LINK, local_maps, natural_map, newton_rows, parity
 from lmgcpy.solve.problem import Problem
 
 LARGE = 1e12
@@ -149,6 +149,14 @@ class Factors:
     S: np.ndarray
     unknowns: np.ndarray
     """Which columns of E, and rows of S, are there, (k, d) bool."""
+
+    @property
+    def sign(self) -> float:
+        """Of the determinant."""
+        if not len(self.order):
+            return 1.0
+        diagonal = self.lu.U.diagonal()
+        return parity(self.lu.perm_r) * parity(self.lu.perm_c) * float(np.prod(np.sign(diagonal)))
 
     def impulses(self, given: np.ndarray) -> np.ndarray:
         """``r = E x`` with ``(S (W + epsilon w) E + D) x = S given``, of the shape of ``given`` (m, d)."""

@@ -121,3 +121,18 @@ def newton_rows(first, column, block, order, place, free, E, S, diagonal, pointe
             row += 1
             pointer[row] = count
     return count
+
+
+@kernel
+def parity(order):
+    """1.0 for an even permutation (n,) of 0, 1, ..., -1.0 for an odd one."""
+    seen = np.zeros(order.shape[0], np.bool_)
+    sign = 1.0
+    for i in range(order.shape[0]):
+        j = order[i]
+        while not seen[j]:
+            seen[j] = True
+            j = order[j]
+            if not seen[j]:
+                sign = -sign
+    return sign

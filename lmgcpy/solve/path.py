@@ -29,7 +29,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lmgcpy.solve.active_set import ActiveSet, Factors, Status
+from lmgcpy.solve.active_set import ActiveSet, Status
 from lmgcpy.solve.path_kernels import change_of_matrix, next_bend, pass_bend, pass_earlier
 
 RENEW = 50
@@ -46,22 +46,62 @@ class Path(NamedTuple):
     bends: int
 
 
+class Derivative:
+    """The derivative of F in a cell, factorised, and the bends passed since, :data:`RENEW` at most.
+
+    Raises RuntimeError where it is singular to round-off.
+    """
+
+    def __init__(self, active: ActiveSet, status: Status, epsilon: float):
+        count, d = active.q.shape
+        self.passed = 0
+        self._active, self._epsilon = active, epsilon
+        self._factors = active.factors(status, epsilon)
+        most = RENEW + d - 2  # the last bend in space may change the matrix twice
+        self._at, self._walls = np.zeros(most, np.int64), np.zeros((most, d))
+        self._changes = np.zeros((most, count, d))
+
+    @property
+    def sign(self) -> float:
+        """Of the determinant, before any bend."""
+        return self._factors.sign
+
+    def step(self, given: np.ndarray) -> np.ndarray:
+        """The change of ``a`` (m, d) that changes F by ``given``, in the cell behind the last bend."""
+        r = self._factors.impulses(given)
+        w = self._active.weight[:, None]
+        y = r + (given - (self._active.problem.W @ r.ravel()).reshape(r.shape) - self._epsilon * w * r) / w
+        pass_earlier(self.passed, self._at, self._walls, self._changes, y)
+        return y
+
+    def bend(self, i: int, wall: np.ndarray, jump: np.ndarray, along: np.ndarray) -> tuple[np.ndarray, bool]:
+        """Let the impulses of interaction ``i`` change by ``jump wall^T``, (d,) both, with ``a``: (what the step ``along``
+        (m, d) becomes, whether the determinant changes its sign)."""
+        change = self._changes[self.passed]
+        change_of_matrix(i, jump, self._epsilon, *self._active.columns, self._active.weight, change)
+        given = change.copy()
+        change[:] = self.step(given)
+        turn = 1.0 + wall @ change[i]
+        change /= turn
+        self._at[self.passed], self._walls[self.passed] = i, wall
+        self.passed += 1
+        return along - (wall @ along[i]) * change, turn < 0.0
+
+
 def follow_path(active: ActiveSet, start: np.ndarray, epsilon: float, centre: np.ndarray, most: int) -> Path:
     """Solve the proximal problem by a path from ``a = start`` (m, 2) that may bend ``most`` times."""
     w, mu, compliance, cones = active.laws
-    count, d = start.shape
     push, status = map_at(active, start, epsilon, centre)
     given = active.q - epsilon * w[:, None] * centre
-    at = np.zeros(RENEW, np.int64)
-    walls, jump, changes = np.zeros((RENEW, d)), np.zeros(d), np.zeros((RENEW, count, d))
+    wall, jump = np.zeros((2, 2))
     rest, way = 1.0, -1.0
     bends = 0
     try:
         while True:
-            factors = active.factors(status, epsilon)
-            a = map_step(active, factors, epsilon, rest * push - given)
-            along = way * map_step(active, factors, epsilon, push)
-            for k in range(RENEW):
+            matrix = Derivative(active, status, epsilon)
+            a = matrix.step(rest * push - given)
+            along = way * matrix.step(push)
+            while matrix.passed < RENEW:
                 i, side, distance = next_bend(a, along, status.kind, status.direction, mu, cones)
                 if rest + way * distance <= 0.0:
                     r = active.newton(status, epsilon, centre)
@@ -73,15 +113,9 @@ def follow_path(active: ActiveSet, start: np.ndarray, epsilon: float, centre: np
                 bends += 1
                 a += distance * along
                 rest += distance * way
-                pass_bend(i, side, a, status.kind, status.direction, w, mu, compliance, cones, walls[k], jump)
-                at[k] = i
-                change_of_matrix(i, jump, epsilon, *active.columns, w, changes[k])
-                changes[k] = map_step(active, factors, epsilon, changes[k])
-                pass_earlier(k, at, walls, changes, changes[k])
-                turn = 1.0 + walls[k] @ changes[k, i]
-                changes[k] /= turn
-                along -= (walls[k] @ along[i]) * changes[k]
-                if turn < 0.0:  # else it would go back into the old cell
+                pass_bend(i, side, a, status.kind, status.direction, w, mu, compliance, cones, wall, jump)
+                along, back = matrix.bend(i, wall, jump, along)
+                if back:  # else it would go back into the old cell
                     way, along = -way, -along
     except RuntimeError:  # singular to round-off
         return Path(None, bends)
@@ -100,10 +134,3 @@ def cell_of(active: ActiveSet, a: np.ndarray) -> tuple[np.ndarray, Status]:
     w = active.weight[:, None]
     error, status = active.natural(-w * a, np.zeros_like(a))
     return -error / w, status
-
-
-def map_step(active: ActiveSet, factors: Factors, epsilon: float, given: np.ndarray) -> np.ndarray:
-    """The change of ``a`` (m, 2) that changes F by ``given``, in the cell of the factors."""
-    r = factors.impulses(given)
-    w = active.weight[:, None]
-    return r + (given - (active.problem.W @ r.ravel()).reshape(r.shape) - epsilon * w * r) / w

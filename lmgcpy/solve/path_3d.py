@@ -1,15 +1,21 @@
 """Following the path to the solution of a proximal problem in space, where Newton steps do not find its statuses.
 
 The path is that of ``path``, but sliding contacts turn on the way, so that it is curved between its bends. It is followed
-along its tangent, at most until a sliding direction turns by :data:`ANGLE`, and brought back by Newton steps across the
-tangent (Allgower, Georg 1990, Numerical Continuation Methods). A bend changes the matrix by rank one here as well, but all
-that slide change it a little: it is factorised at every step. So paths are given up sooner than in the plane.
+in a model, whose directions of sliding turn as they began to when its matrix was factorised: there it is a chain of
+straight lines, and a bend costs a solution or two, as in the plane. When the model has gone astray by :data:`OFF` of what
+is left of F, or after as many bends as in the plane, the matrix is made anew, and what F has become takes the place of
+F(start). Whether ``rest`` falls or grows, the sign of the determinant tells: it falls where that is the sign at the start
+(Allgower, Georg 1990, Numerical Continuation Methods).
+
+A path may lead back to its start, as the problem that this solves may have other solutions: an interaction that changes
+its status for the :data:`ROUNDS`-th time is taken for the sign of it.
 
 The end is near the solution: Newton steps from its statuses do the rest.
 """
 
 from __future__ import annotations
 
+from math import ceil
 from typing import NamedTuple
 
 import numpy as np
@@ -17,21 +23,17 @@ import numpy as np
 from lmgcpy.jit import kernel
 from lmgcpy.solve.active_set import ActiveSet, Status
 from lmgcpy.solve.newton_kernels import LINK, OPEN, SLIDE, STICK
-from lmgcpy.solve.path import cell_of, map_step
+from lmgcpy.solve.path import RENEW, Derivative, cell_of
 from lmgcpy.solve.problem import BOTH, CONTACT
 
 ANGLE = 0.3
-"""By which a sliding direction may turn in a step [rad]."""
-NEAR = 0.02
-"""Distance from the path, in parts of what is left of the error at its start, from which it is brought back."""
-LEAST_REST = 0.02
-"""What is left counts as this much at least."""
-CORRECTIONS = 4
-"""Newton steps with one factorisation, at most."""
-CLOSER = 0.7
-"""One that leaves more than this part of the distance is not made."""
-FAR = 30.0
-"""A path is given up where ``rest`` has grown to this."""
+"""By which a sliding direction may turn from bend to bend [rad]."""
+OFF = 0.1
+"""Error of the model, in parts of what is left of F, from which the matrix is made anew."""
+ROUNDS = 10
+"""Changes of status of one interaction after which a path is given up."""
+STEPS = 8
+"""So many straight pieces cost as much as a factorisation."""
 
 
 class Curve(NamedTuple):
@@ -40,67 +42,64 @@ class Curve(NamedTuple):
     status: Status | None
     """Statuses near the solution of the proximal problem, or None where the path was given up."""
     bends: int
-    factorisations: int
+    cost: int
+    """In factorisations."""
 
 
 def follow_curve(active: ActiveSet, start: np.ndarray, epsilon: float, centre: np.ndarray, most: int) -> Curve:
-    """Come near the solution of the proximal problem by a path from ``a = start`` (m, 3), in ``most`` steps."""
-    _, mu, _, cones = active.laws
-    a = start.copy()
-    kind = cell_of(active, a)[1].kind
+    """Come near the solution of the proximal problem by a path from ``a = start`` (m, 3) that costs as much as ``most``
+    factorisations."""
+    w, mu, compliance, cones = active.laws
+    a, kind = start.copy(), cell_of(active, start)[1].kind
     push, status = map_of(active, a, kind, epsilon, centre)
-    value = push
     size = float(np.linalg.norm(push))
-    rest, way = 1.0, -1.0
-    wall, before = np.zeros(3), (np.zeros_like(a), way)
-    passed = -1
-    bends = factorisations = 0
+    wall, jump, across, turned = np.zeros((4, 3))
+    changes = np.zeros(len(a), np.int64)
+    orientation = 0.0
+    bends = 0
+    cost = 0.0
     try:
-        for _ in range(most):
-            factors = active.factors(status, epsilon)
-            factorisations += 1
-            along = way * map_step(active, factors, epsilon, push)
-            away = value - rest * push
-            enough = NEAR * max(abs(rest), LEAST_REST) * size
-            distance = float(np.linalg.norm(away))
-            if distance > enough:
-                square = float(np.vdot(along, along)) + 1.0
-                for _ in range(CORRECTIONS):
-                    back = -map_step(active, factors, epsilon, away)
-                    share = -float(np.vdot(back, along)) / square
-                    nearer, its_rest = a + back + share * along, rest + share * way
-                    value, there = map_of(active, nearer, kind, epsilon, centre)
-                    away = value - its_rest * push
-                    left = float(np.linalg.norm(away))
-                    if not left < CLOSER * distance:
+        while cost + 1.0 <= most:
+            matrix = Derivative(active, status, epsilon)
+            cost += 1.0
+            model = Status(kind.copy(), status.direction.copy(), status.turning.copy())
+            orientation = orientation or -matrix.sign
+            rest, way = 1.0, orientation * matrix.sign
+            along = way * matrix.step(push)
+            fresh, off = True, 0.0
+            while off <= OFF * rest * size and matrix.passed < RENEW and cost + 1.0 / STEPS <= most:
+                cost += 1.0 / STEPS
+                passed, between, reach, turn = next_wall(a, along, kind, status.direction, mu, cones)
+                length = min(reach, ANGLE * turn, rest if way < 0.0 else np.inf)
+                if not np.isfinite(length):
+                    return Curve(None, bends, ceil(cost))
+                while True:
+                    ahead, its_rest = a + length * along, rest + length * way
+                    value, status = map_of(active, ahead, kind, epsilon, centre)
+                    off = float(np.linalg.norm(value - its_rest * push))
+                    if off <= OFF * rest * size or length == 0.0 or not fresh:
                         break
-                    a, rest, status, distance = nearer, its_rest, there, left
-                    if distance <= enough:
-                        break
-                factors = active.factors(status, epsilon)
-                factorisations += 1
-                along = way * map_step(active, factors, epsilon, push)
-            ahead = wall @ along[passed] if passed >= 0 else np.vdot(before[0], along) + before[1] * way
-            if ahead < 0.0:
-                way, along = -way, -along
-            before = along, way
-            passed, between, reach, turn = next_wall(a, along, kind, status.direction, mu, cones)
-            to_end = rest if way < 0.0 else np.inf
-            length = min(reach, turn * ANGLE, to_end)
-            if not np.isfinite(length) or abs(rest) > FAR:
-                break
-            a, rest = a + length * along, rest + length * way
-            if length == to_end:
-                return Curve(cell_of(active, a)[1], bends, factorisations)
-            if length == reach:
-                bends += 1
-                pass_wall(passed, between, a, kind, mu, cones, wall)
-            else:
-                passed = -1
-            value, status = map_of(active, a, kind, epsilon, centre)
+                    length *= 0.5
+                if its_rest == 0.0 and off <= OFF * rest * size:
+                    return Curve(cell_of(active, ahead)[1], bends, ceil(cost))
+                a, rest, fresh = ahead, its_rest, False
+                if length == reach:
+                    bends += 1
+                    changes[passed] += 1
+                    if changes[passed] == ROUNDS:
+                        return Curve(None, bends, ceil(cost))
+                    pass_wall(passed, between, a, *model, w, mu, compliance, cones, wall, jump, across, turned)
+                    kind[passed] = model.kind[passed]
+                    for its_wall, its_jump in ((across, turned), (wall, jump)):
+                        if its_jump.any():
+                            along, back = matrix.bend(passed, its_wall, its_jump, along)
+                            if back:  # else it would go back into the old cell
+                                way, along = -way, -along
+                    value, status = map_of(active, a, kind, epsilon, centre)
+            push, size = value, float(np.linalg.norm(value))
     except RuntimeError:  # singular to round-off
         pass
-    return Curve(None, bends, factorisations)
+    return Curve(None, bends, ceil(cost))
 
 
 def map_of(
@@ -180,19 +179,41 @@ def next_wall(a, along, kind, direction, mu, cones):
 
 
 @kernel
-def pass_wall(i, between, a, kind, mu, cones, wall):
-    """Give interaction ``i`` its kind behind the wall, and fill ``wall`` (3,), which grows into that cell."""
+def pass_wall(i, between, a, kind, direction, turning, w, mu, compliance, cones, wall, jump, across, turned):
+    """Give interaction ``i`` its status behind the wall. Fill ``wall`` (3,), which grows into that cell, and ``jump`` (3,);
+    ``across`` and ``turned`` (3,): what the derivative changes by beside ``jump wall^T``, as the direction of sliding does
+    not turn any more."""
     wall[:] = 0.0
-    if between:
-        size = np.sqrt(a[i, 1] ** 2 + a[i, 2] ** 2)
+    jump[:] = 0.0
+    across[:] = 0.0
+    turned[:] = 0.0
+    size = np.sqrt(a[i, 1] ** 2 + a[i, 2] ** 2)
+    if kind[i] == SLIDE:
+        across[1], across[2] = -direction[i, 1], direction[i, 0]
+        kappa = 1.0 / (1.0 + turning[i])
+        for k in range(1, 3):
+            turned[k] = ((1.0 if between else 0.0) - kappa) * across[k]
+    if cones[i] != CONTACT:
+        wall[0] = -1.0 if kind[i] == OPEN else 1.0
+        jump[0] = -w[i] / (w[i] + compliance[i])
+        kind[i] = LINK if kind[i] == OPEN else OPEN
+    elif between:
         inward = 1.0 if kind[i] == SLIDE else -1.0
         wall[0] = inward * mu[i]
-        for k in range(2):
-            wall[1 + k] = -inward * a[i, 1 + k] / size
+        for k in range(1, 3):
+            wall[k] = -inward * a[i, k] / size
+            jump[k] = -a[i, k] / size
+            direction[i, k - 1] = a[i, k] / size
+        turning[i] = 0.0
         kind[i] = STICK if kind[i] == SLIDE else SLIDE
-    elif cones[i] == CONTACT:
-        wall[0] = 1.0 if kind[i] == OPEN else -1.0
-        kind[i] = OPEN if kind[i] != OPEN else SLIDE if mu[i] > 0.0 else STICK
     else:
-        wall[0] = -1.0 if kind[i] == OPEN else 1.0
-        kind[i] = LINK if kind[i] == OPEN else OPEN
+        closes = kind[i] == OPEN
+        wall[0] = 1.0 if closes else -1.0
+        jump[0] = 1.0
+        if mu[i] > 0.0:
+            for k in range(1, 3):
+                if closes:
+                    direction[i, k - 1] = a[i, k] / size
+                jump[k] = mu[i] * direction[i, k - 1]
+        turning[i] = 1e12
+        kind[i] = OPEN if not closes else SLIDE if mu[i] > 0.0 else STICK

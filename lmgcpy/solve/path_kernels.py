@@ -78,29 +78,32 @@ def pass_bend(i, side, a, kind, direction, w, mu, compliance, cones, wall, jump)
 
 @kernel
 def change_of_matrix(i, jump, epsilon, first, row, block, w, g):
-    """Fill ``g`` (m, 2) with ``(W + epsilon w - w) jump``, ``jump`` in interaction ``i``: ``g wall^T`` is what the bend
+    """Fill ``g`` (m, d) with ``(W + epsilon w - w) jump``, ``jump`` in interaction ``i``: ``g wall^T`` is what the bend
     adds to the matrix. ``first``, ``row``, ``block``: the transpose of W by block rows."""
+    d = g.shape[1]
     g[:, :] = 0.0
     for k in range(first[i], first[i + 1]):
         j = row[k]
-        for c in range(2):
-            for b in range(2):
+        for c in range(d):
+            for b in range(d):
                 g[j, c] += block[k, b, c] * jump[b]
-    for c in range(2):
+    for c in range(d):
         g[i, c] += (epsilon - 1.0) * w[i] * jump[c]
 
 
 @kernel
 def pass_earlier(count, at, walls, changes, y):
-    """Take ``y`` (m, 2), a solution with the matrix that was factorised, to that with the matrix of ``count`` bends later.
+    """Take ``y`` (m, d), a solution with the matrix that was factorised, to that with the matrix of ``count`` bends later.
 
-    ``changes`` (count, m, 2): ``A^-1 g / (1 + wall . A^-1 g)`` of every bend, A the matrix before it; by Sherman and
+    ``changes`` (count, m, d): ``A^-1 g / (1 + wall . A^-1 g)`` of every bend, A the matrix before it; by Sherman and
     Morrison y goes over into ``y - (wall . y)`` times this.
     """
+    d = y.shape[1]
     for k in range(count):
-        i = at[k]
-        part = walls[k, 0] * y[i, 0] + walls[k, 1] * y[i, 1]
+        part = 0.0
+        for c in range(d):
+            part += walls[k, c] * y[at[k], c]
         if part != 0.0:
             for j in range(y.shape[0]):
-                y[j, 0] -= part * changes[k, j, 0]
-                y[j, 1] -= part * changes[k, j, 1]
+                for c in range(d):
+                    y[j, c] -= part * changes[k, j, c]

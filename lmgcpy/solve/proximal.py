@@ -46,10 +46,10 @@ PATIENCE = 30
 """Factorisations within which the least residual must halve, as a rule."""
 BENDS = 150
 """Bends after which a path is given up. Most have less than 50, and those that have more than this often have thousands."""
-PATH_FALL = ((30, 10.0), (100, 4.0), (BENDS, 2.0))
+PATH_FALL = ((30, 10.0), (100, 4.0), (np.inf, 2.0))
 """epsilon is divided by the second number after a path that bends at most as often as the first says."""
-STEPS = 25
-"""Steps after which one in space is given up, each of which costs one factorisation or two."""
+MOST_IN_SPACE = 60
+"""Factorisations that one in space may cost."""
 COST = 6
 """So many bends cost as much as a factorisation and count as one; a path counts as two beside them, of its ends."""
 
@@ -140,14 +140,14 @@ def solution_by_path(
             return None, 0, 1.0
         path = follow_path(active, start, epsilon, centre, bends)
         return path.impulses, 2 + path.bends // COST, fall_after(path.bends)
-    steps = min(STEPS, (most - len(FALL)) // 2)
-    if steps < 1:
+    within = min(MOST_IN_SPACE, most - len(FALL) - 1)
+    if within < 1:
         return None, 0, 1.0
-    curve = follow_curve(active, start, epsilon, centre, steps)
+    curve = follow_curve(active, start, epsilon, centre, within)
     if curve.status is None:
-        return None, curve.factorisations, 1.0
+        return None, curve.cost, 1.0
     found, solves, newton = proximal_solution(active, centre, epsilon, tolerance, len(FALL), curve.status)
-    return found if solves else None, curve.factorisations + newton, fall_after(curve.bends)
+    return found if solves else None, curve.cost + newton, fall_after(curve.bends)
 
 
 def fall_after(bends: int) -> float:

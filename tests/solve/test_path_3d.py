@@ -5,10 +5,10 @@ import pytest
 import scipy.sparse as sparse
 
 import lmgcpy as lm
-from lmgcpy.solve.active_set import ActiveSet
-from lmgcpy.solve.newton_kernels import OPEN, SLIDE, STICK
-from lmgcpy.solve.path import map_step
-from lmgcpy.solve.path_3d import follow_curve, map_of
+from lmgcpy.solve.active_set import ActiveSet, Status
+from lmgcpy.solve.newton_kernels import LINK, OPEN, SLIDE, STICK
+from lmgcpy.solve.path import Derivative
+from lmgcpy.solve.path_3d import follow_curve, map_of, next_wall, pass_wall
 from lmgcpy.solve.proximal import solution_by_path
 
 EPSILON = 1e-3
@@ -51,8 +51,49 @@ def test_map_and_its_matrix():
     at, status = map_of(active, a, cell.kind, EPSILON, centre)
     assert at == pytest.approx(active.velocities(r, EPSILON, centre) - w * (r - a), abs=1e-12)
     ahead, _ = map_of(active, a + 1e-6 * d, cell.kind, EPSILON, centre)
-    change = map_step(active, active.factors(status, EPSILON), EPSILON, (ahead - at) / 1e-6)
+    change = Derivative(active, status, EPSILON).step((ahead - at) / 1e-6)
     assert change == pytest.approx(d, abs=1e-4)  # second order in 1e-6, times the condition of the matrix
+
+
+def test_the_sign_is_that_of_the_determinant():
+    """Of the derivative of F, whose inverse is built column by column."""
+    for seed in range(20):
+        active = ActiveSet(random_problem(seed))
+        a, centre = np.random.default_rng(seed).standard_normal((2, 10, 3))
+        kind = active.natural(-active.weight[:, None] * a, np.zeros_like(a))[1].kind
+        matrix = Derivative(active, map_of(active, a, kind, EPSILON, centre)[1], EPSILON)
+        inverse = [matrix.step(unit.reshape(a.shape)).ravel() for unit in np.eye(a.size)]
+        assert matrix.sign == np.linalg.slogdet(np.array(inverse))[0]
+
+
+def test_a_bend_changes_the_derivative_to_that_behind_the_wall():
+    """As it is when factorised there anew, whichever status gives way to which; on the way there one interaction moves, and
+    does not turn, as the model of the others is not made anew."""
+    passed = set()
+    for seed in range(120):
+        active = ActiveSet(random_problem(seed))
+        _, mu, compliance, cones = active.laws
+        a, given, centre = np.random.default_rng(seed).standard_normal((3, 10, 3))
+        kind = active.natural(-active.weight[:, None] * a, np.zeros_like(a))[1].kind
+        status = map_of(active, a, kind, EPSILON, centre)[1]
+        matrix = Derivative(active, status, EPSILON)
+        along, mover, outward = np.zeros_like(a), seed % 10, 1.0 if seed % 20 < 10 else -1.0
+        along[mover] = outward, *(-outward * a[mover, 1:] / np.linalg.norm(a[mover, 1:]))
+        i, between, reach, _ = next_wall(a, along, kind, status.direction, mu, cones)
+        if i != mover:  # there is no wall that way
+            continue
+        a = a + (reach + 1e-9) * along
+        wall, jump, across, turned = np.zeros((4, 3))
+        before, model = kind[i], Status(kind.copy(), status.direction.copy(), status.turning.copy())
+        pass_wall(i, between, a, *model, active.weight, mu, compliance, cones, wall, jump, across, turned)
+        passed.add((before, model.kind[i]))
+        for its_wall, its_jump in ((across, turned), (wall, jump)):
+            if its_jump.any():
+                matrix.bend(i, its_wall, its_jump, along)
+        anew = Derivative(active, map_of(active, a, model.kind, EPSILON, centre)[1], EPSILON).step(given)
+        # 1e-9 behind the wall, times what the inverse of the matrix, of up to 1/EPSILON, makes of it
+        assert matrix.step(given) == pytest.approx(anew, abs=1e-5 * np.abs(anew).max())
+    assert passed >= {(STICK, SLIDE), (SLIDE, STICK), (OPEN, SLIDE), (SLIDE, OPEN), (OPEN, LINK), (LINK, OPEN)}
 
 
 def test_paths_end_at_solutions():
