@@ -7,14 +7,20 @@ simulation meets and not what a solver of the comparison left.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
 from lmgcpy.bench.case import Case
 from lmgcpy.dynamics.simulation import Simulation
 from lmgcpy.experiment.biaxial import Biaxial
+from lmgcpy.experiment.box import Sample
 from lmgcpy.experiment.compaction import compact
+from lmgcpy.experiment.texsol_3d import Study3D, relaxation
 from lmgcpy.experiment.texsol_sample import lay_sample
+from lmgcpy.experiment.texsol_sample_3d import lay_sample_3d
+from lmgcpy.experiment.triaxial import Triaxial
+from lmgcpy.laws import Law
 from lmgcpy.laws.coulomb import Coulomb
 from lmgcpy.laws.elastic import ElasticWire
 from lmgcpy.laws.rigid import RigidRod, RigidWire
@@ -30,7 +36,7 @@ DENSITY, PRESSURE = 2600.0, 1e5
 RUN = AcceleratedGaussSeidel(tolerance=1e-3, max_iterations=3000)
 """Solver of the runs that lead to a step."""
 STRAINS = (0.002, 0.02)
-"""Crushing at which steps of the biaxial test are taken."""
+"""Crushing at which steps of biaxial and triaxial tests are taken."""
 WIRES = (RigidWire(), RigidRod(), ElasticWire(axial_rigidity=1e7))
 
 
@@ -38,21 +44,34 @@ def in_the_plane(grains: int = 340, beads: int = 60) -> Iterator[Case]:
     """Steps of biaxial tests on one compacted sample: sand, and TexSol with each law of its wire."""
     sample = compact(lay_sample(grains, beads, seed=0), pressure=PRESSURE, density=DENSITY).sample
     for law in (None, *WIRES):
-        for strain in STRAINS:
-            biaxial = Biaxial(sample, law, pressure=PRESSURE, density=DENSITY, solver=RUN)
-            biaxial.run(strain, frames=0)
-            assert biaxial.simulation is not None
-            name = "sand" if law is None else law.NAME
-            yield Case(f"biaxial-{name}-{100 * strain:g}%", "biaxial 2D", biaxial.simulation.problem())
+        yield from steps_of_test(Biaxial, sample, law, RUN)
 
 
-def in_space(grains: int = 200, beads: int = 200) -> Iterator[Case]:
-    """A box of spheres, without and with a wire laid through it, when gravity has just begun and later."""
+def in_space(grains: int = 200, beads: int = 110) -> Iterator[Case]:
+    """A box of spheres, without and with a wire laid through it, when gravity has just begun and later; steps of triaxial
+    tests on one compacted sample: sand, and TexSol with a rigid or an elastic wire."""
     for wire in (False, True):
         sim = box_of_spheres(grains, beads if wire else 0, seed=0)
         for steps in (2, 60):
             sim.run(steps=steps - sim.steps)
             yield Case(f"box-{'texsol' if wire else 'sand'}-step-{steps}", "box 3D", sim.problem())
+    laid = lay_sample_3d(grains, beads, density=DENSITY, seed=0)
+    sample = compact(laid, pressure=PRESSURE, density=DENSITY, **relaxation(Study3D(pressure=PRESSURE), laid)).sample
+    for law in (None, RigidWire(), ElasticWire(axial_rigidity=Study3D().axial_rigidity)):
+        yield from steps_of_test(Triaxial, sample, law, replace(RUN, momentum=Study3D.MOMENTUM))
+
+
+def steps_of_test(
+    test: type[Biaxial] | type[Triaxial], sample: Sample, law: Law | None, solver: AcceleratedGaussSeidel
+) -> Iterator[Case]:
+    """The last steps of tests to the :data:`STRAINS`."""
+    name = "sand" if law is None else law.NAME
+    for strain in STRAINS:
+        made = test(sample, law, pressure=PRESSURE, density=DENSITY, solver=solver)
+        made.run(strain, frames=0)
+        assert made.simulation is not None
+        kind = test.__name__.lower()
+        yield Case(f"{kind}-{name}-{100 * strain:g}%", f"{kind} {test.DIMENSION}D", made.simulation.problem())
 
 
 def packings(sizes: tuple[int, ...] = (1000, 3000)) -> Iterator[Case]:

@@ -49,7 +49,7 @@ class Bench:
         make = {
             "chains": lambda: chains((10, 100)) if self.quick else chains(),
             "2d": lambda: in_the_plane(60, 12) if self.quick else in_the_plane(),
-            "3d": lambda: in_space(40, 60) if self.quick else in_space(),
+            "3d": lambda: in_space(60, 20) if self.quick else in_space(),
             "packings": lambda: packings((100,) if self.quick else self.packing_sizes),
         }
         made = [make[family]() for family in self.families]
