@@ -31,9 +31,9 @@ APART = 1e-5
 """Distance of two solutions that differ: a residual of :data:`ENOUGH` times what the slowest mode makes of it is less."""
 UPDATES = 2e8
 """Updates of interactions that sweeps get to make a reference."""
-LARGE, LARGE_UPDATES = 20_000, 2e9
+LARGE, LARGE_UPDATES = 20_000, 5e8
 """In space, above so many interactions a factorisation takes seconds to minutes, and soon more memory than there is: no
-Newton steps are made there, and both references come from sweeps, which get more updates."""
+Newton steps are made there, and both references come from sweeps, which get more updates (ten minutes on one core)."""
 
 
 @dataclass(frozen=True)

@@ -58,7 +58,7 @@ def test_a_large_problem_in_space_is_left_to_sweeps(monkeypatch):
     assert set(result.reference.ways) == {"sweeps", "plain sweeps"}
     assert result.reference.distance < 1e-3  # plain sweeps stagnate at a residual of 1e-5
     assert all(run.newton_steps == 0 for run in result.runs)
-    assert {run.solver for run in result.runs} == set(SOLVERS)
+    assert {run.solver for run in result.runs} == set(SOLVERS) - {"newton"}
 
 
 def test_a_problem_in_which_nothing_acts_has_no_error():
