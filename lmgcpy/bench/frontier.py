@@ -128,7 +128,7 @@ def timed(problem: Problem, solver: AnySolver) -> tuple[Solution, float, int]:
 
 def warm(problem: Problem) -> None:
     """Compile or load every kernel that the problem needs, and import what Newton steps do."""
-    for kind in SOLVERS.values():
+    for kind in (GaussSeidel, AcceleratedGaussSeidel):  # Newton steps of this problem may take minutes
         solve(problem, solver=kind(tolerance=1e-15, max_iterations=1))
     one = Problem(sparse.csr_array(np.eye(2)), np.array([-1.0, 0.1]), np.full(1, 0.3), 2, (Coulomb.NAME,), np.zeros(1),
                   np.zeros((1, 2)))  # fmt: skip
