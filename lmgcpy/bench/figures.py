@@ -70,7 +70,7 @@ def _curve(axis: Axes, problem: Judged, solver: str, work: str) -> None:
     y = np.array([max(run.error, LEAST) for run in runs])
     colour, marker = COLOURS[solver], MARKERS[solver]
     axis.plot(x, y, color=colour, marker=marker, markersize=4.5, linewidth=1.3, label=solver)
-    missed = np.array([run.status != "converged" for run in runs])
+    missed = np.array([run.status != "converged" for run in runs], bool)
     axis.plot(x[missed], y[missed], marker, color=colour, markerfacecolor="white", markersize=5.5, linestyle="none")
 
 

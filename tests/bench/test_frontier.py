@@ -14,6 +14,7 @@ from lmgcpy.bench.frontier import TOLERANCES, Judged, Run, judge
 from lmgcpy.bench.frozen import in_space
 from lmgcpy.bench.profile import OVERHEAD, profile
 from lmgcpy.bench.reference import APART, ENOUGH, MARGIN, Reference, make_reference
+from lmgcpy.bench.report import write_report
 from lmgcpy.solve.by_name import SOLVERS
 
 
@@ -54,7 +55,7 @@ def test_extended_precision_stands_before_all():
     assert reference.distance < 1e-12
 
 
-def test_a_large_problem_in_space_is_left_to_sweeps(monkeypatch):
+def test_a_large_problem_in_space_is_left_to_sweeps(monkeypatch, tmp_path):
     def refuse(*given):
         raise AssertionError("a Newton step was made")
 
@@ -65,6 +66,8 @@ def test_a_large_problem_in_space_is_left_to_sweeps(monkeypatch):
     assert result.reference.distance < 1e-3  # plain sweeps stagnate at a residual of 1e-5
     assert all(run.newton_steps == 0 for run in result.runs)
     assert {run.solver for run in result.runs} == set(SOLVERS) - {"newton"}
+    page = write_report([result], [], tuple(SOLVERS), tmp_path, "0")[-1]
+    assert "| box-sand-step-2 | " in page.read_text(encoding="utf-8")
 
 
 def test_a_problem_in_which_nothing_acts_has_no_error():
