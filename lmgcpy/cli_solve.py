@@ -12,6 +12,7 @@ import click
 from lmgcpy.errors import one_of, system_error
 
 if TYPE_CHECKING:
+    from lmgcpy.solve.by_name import AnySolver
     from lmgcpy.solve.problem import Problem
     from lmgcpy.solve.until import Solved
 
@@ -47,7 +48,7 @@ def solve(
     if out is not None:
         refuse_to_replace(out, force)
     problem = fclib.read(file)
-    solve_until(problem, replace(solver, max_iterations=1))  # loads or compiles the kernels: times are of the solver alone
+    solve_until(problem, briefly(solver))  # loads or compiles the kernels: times are of the solver alone
     solved = solve_until(problem, solver, measure=measure)
     errors = {each: residual(problem, solved.impulses, measure=each) for each in MEASURES}
     for line in report(file, problem, name, solver, measure, solved, errors):
@@ -82,6 +83,15 @@ def report(
         "  error     " + ", ".join(f"{each} {error:.3g}" for each, error in errors.items()),
         f"  acting    {acting} of {len(mu)} interactions carry an impulse",
     ]
+
+
+def briefly(solver: AnySolver) -> AnySolver:
+    """The same solver for one sweep, and for one Newton step at the most."""
+    from lmgcpy.solve.newton import Alternating
+
+    if isinstance(solver, Alternating):
+        return replace(solver, max_iterations=1, max_factorisations=min(1, solver.max_factorisations))
+    return replace(solver, max_iterations=1)
 
 
 def refuse_to_replace(out: Path, force: bool) -> None:

@@ -13,6 +13,7 @@ from click.testing import CliRunner
 import lmgcpy as lm
 from lmgcpy.bench.figures import COLOURS
 from lmgcpy.cli import main
+from lmgcpy.cli_solve import briefly
 from lmgcpy.solve.until import solve_until
 
 
@@ -186,3 +187,14 @@ def test_quick_bench_of_what_is_made(tmp_path):
     again = run("bench", "--make", "chains", "--quick", "--out", tmp_path / "out")
     assert again.exit_code == 1
     assert "is not empty" in again.output
+
+
+@pytest.mark.parametrize(
+    "solver", [lm.GaussSeidel(), lm.AcceleratedGaussSeidel(), lm.Newton(), lm.Auto(max_factorisations=0)]
+)
+def test_kernels_are_loaded_by_a_sweep_and_a_newton_step(solver):
+    """In space many Newton steps would take longer than what is asked for."""
+    brief = briefly(solver)
+    assert type(brief) is type(solver)
+    assert brief.max_iterations == 1
+    assert getattr(brief, "max_factorisations", 0) == min(1, getattr(solver, "max_factorisations", 0))
