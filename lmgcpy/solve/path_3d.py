@@ -27,13 +27,15 @@ from lmgcpy.solve.path import RENEW, Derivative, cell_of
 from lmgcpy.solve.problem import BOTH, CONTACT
 
 ANGLE = 0.3
-"""By which a sliding direction may turn from bend to bend [rad]."""
+"""By which a sliding direction may turn from bend to bend [rad]: 1 - cos(ANGLE) is 4 %."""
 OFF = 0.1
-"""Error of the model, in parts of what is left of F, from which the matrix is made anew."""
+"""Error of the model, in parts of what is left of F, from which the matrix is made anew. (With 0.03 or
+0.3 no more steps of compactions are solved, and in no fewer Newton steps.)"""
 ROUNDS = 10
-"""Changes of status of one interaction after which a path is given up."""
+"""Changes of status of one interaction after which a path is given up. (Of 21 paths that came to an end, in
+steps of triaxial tests and of a compaction, 20 had less.)"""
 STEPS = 8
-"""So many straight pieces cost as much as a factorisation."""
+"""So many straight pieces cost as much as a factorisation: measured, 5 with 1900 interactions and 10 with 4400."""
 
 
 class Curve(NamedTuple):
