@@ -8,7 +8,8 @@ F(start). Whether ``rest`` falls or grows, the sign of the determinant tells: it
 (Allgower, Georg 1990, Numerical Continuation Methods).
 
 A path may lead back to its start, as the problem that this solves may have other solutions: an interaction that changes
-its status for the :data:`ROUNDS`-th time is taken for the sign of it.
+its status for the :data:`ROUNDS`-th time is taken for the sign of it. Or it may go to infinity, while F grows without end,
+by a part of itself from piece to piece: past :data:`FAR` it is taken for such.
 
 The end is near the solution: Newton steps from its statuses do the rest.
 """
@@ -34,6 +35,9 @@ OFF = 0.1
 ROUNDS = 10
 """Changes of status of one interaction after which a path is given up. (Of 21 paths that came to an end, in
 steps of triaxial tests and of a compaction, 20 had less.)"""
+FAR = 1e6
+"""Growth of F past which a path is given up. (On paths that came to an end, in steps of triaxial tests, it grew by 200
+at most, of 132; on such as went to infinity, in a published problem of 24 contacts, by 1e160.)"""
 STEPS = 8
 """So many straight pieces cost as much as a factorisation: measured, 5 with 1900 interactions and 10 with 4400."""
 
@@ -55,6 +59,7 @@ def follow_curve(active: ActiveSet, start: np.ndarray, epsilon: float, centre: n
     a, kind = start.copy(), cell_of(active, start)[1].kind
     push, status = map_of(active, a, kind, epsilon, centre)
     size = float(np.linalg.norm(push))
+    far = FAR * size
     wall, jump, across, turned = np.zeros((4, 3))
     changes = np.zeros(len(a), np.int64)
     orientation = 0.0
@@ -73,7 +78,7 @@ def follow_curve(active: ActiveSet, start: np.ndarray, epsilon: float, centre: n
                 cost += 1.0 / STEPS
                 passed, between, reach, turn = next_wall(a, along, kind, status.direction, mu, cones)
                 length = min(reach, ANGLE * turn, rest if way < 0.0 else np.inf)
-                if not np.isfinite(length):
+                if not (rest + length * way) * size <= far:
                     return Curve(None, bends, ceil(cost))
                 while True:
                     ahead, its_rest = a + length * along, rest + length * way

@@ -132,6 +132,19 @@ def test_a_path_turns_back_where_a_solution_ceases_to_exist():
     assert r[0] == pytest.approx(lm.solve_local(W, q, friction=mu).impulse, rel=1e-6)
 
 
+def test_a_path_to_infinity_is_given_up():
+    """One body with six degrees of freedom at four contacts: F grows by up to a third from piece to piece, to 1e160 and
+    out of the range of numbers if it is followed for as long as it may be."""
+    for seed in (13, 23):
+        rng = np.random.default_rng(seed)
+        H = rng.standard_normal((6, 12))
+        active = ActiveSet(problem(H.T @ H, rng.standard_normal(6) @ H, np.ones(4)))
+        start, centre = np.random.default_rng(seed).standard_normal((2, 4, 3))
+        curve = follow_curve(active, start, EPSILON, centre, 60)
+        assert curve.status is None
+        assert curve.cost < 15
+
+
 def test_a_path_spends_no_more_than_it_may():
     active = ActiveSet(random_problem(3))
     start = np.random.default_rng(4).standard_normal((10, 3))
