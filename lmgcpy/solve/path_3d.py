@@ -66,7 +66,7 @@ def follow_curve(active: ActiveSet, start: np.ndarray, epsilon: float, centre: n
     bends = 0
     cost = 0.0
     try:
-        while cost + 1.0 <= most:
+        while cost + 1.0 < most:
             matrix = Derivative(active, status, epsilon)
             cost += 1.0
             model = Status(kind.copy(), status.direction.copy(), status.turning.copy())
