@@ -6,9 +6,11 @@ statuses are wrong. So each hands over to the other: sweeps, Newton steps as lon
 so on. The patience with Newton steps that gain nothing doubles as well: where a solution has just ceased to exist as loads
 went on, sweeps come back to the place for ever, and the way out of it goes uphill for long. (A step of a biaxial test with
 rigid rods, solved to 1e-6 from eight first turns of 700 to 1500 sweeps within 300 Newton steps: 8 times, against 3 with a
-patience that stays.) Where they have gained nothing all the same, the best impulses so far are disturbed a little, at
-random but the same way every time: sweeps alone lead back to the very place. Every result is measured by the kernels of the
-laws, as that of every other solver is.
+patience that stays.) Where they have gained nothing all the same, the impulses that they came to are disturbed a little, at
+random but the same way every time: sweeps alone lead back to the very place. (To go on from there and not from the best
+impulses so far, and to measure a gain from the highest place on the way, solves 46 of 48 steps of compactions of 100 to 200
+spheres to 1e-8, in 23 600 Newton steps; without the two it is 42, in 31 600.) Every result is measured by the kernels of
+the laws, as that of every other solver is.
 """
 
 from __future__ import annotations
@@ -129,7 +131,9 @@ class Alternating(ABC):
             if attempt.residual < least:
                 best, least = guess, attempt.residual
             if not gained:
-                guess = best * (1.0 + DISTURBANCE * noise.standard_normal((len(guess), 1)))
+                guess = guess.copy()
+                guess[acting] = attempt.last
+                guess *= 1.0 + DISTURBANCE * noise.standard_normal((len(guess), 1))
             turn, patience = max(turn, min(2 * turn, LONGEST)), min(2 * patience, MOST_PATIENCE)
         if swept.residual > least:
             swept = self._sweep(1, groups, system, free_velocity, best, operator)

@@ -43,7 +43,7 @@ sample is not downhill all along."""
 WILD = 100
 """Changes of status after a first Newton step from which no second is tried."""
 PATIENCE = 30
-"""Factorisations within which the least residual must halve, as a rule."""
+"""Factorisations within which the residual must halve, as a rule."""
 BENDS = 150
 """Bends after which a path is given up. Most have less than 50, and those that have more than this often have thousands."""
 PATH_FALL = ((30, 10.0), (100, 4.0), (np.inf, 2.0))
@@ -55,16 +55,17 @@ COST = 6
 
 
 class Attempt(NamedTuple):
-    """The best impulses found (m, d), their residual, and how many matrices were factorised."""
+    """The best impulses found (m, d), their residual, those come to in the end, and how many matrices were factorised."""
 
     impulses: np.ndarray
     residual: float
+    last: np.ndarray
     factorisations: int
 
 
 def proximal_newton(active: ActiveSet, start: np.ndarray, tolerance: float, most: int, patience: int = PATIENCE) -> Attempt:
     """Go on from the impulses ``start`` (m, d) until the residual is at most ``tolerance``, ``most`` matrices have been
-    factorised, or the least residual has not halved within ``patience`` of them."""
+    factorised, or the residual has not halved, from the highest it was since it last did, within ``patience`` of them."""
     r = best = start
     residual = least = active.residual(r)
     epsilon, failed = FIRST, 0.0
@@ -85,8 +86,9 @@ def proximal_newton(active: ActiveSet, start: np.ndarray, tolerance: float, most
             r, residual = found, reached
             if residual < least:
                 best, least = r, residual
-            if least < 0.5 * milestone:
-                milestone, milestone_at = least, done
+            milestone = max(milestone, residual)  # the way may lead uphill; what follows is measured from there
+            if residual < 0.5 * milestone:
+                milestone, milestone_at = residual, done
         if success:
             lower = epsilon / fall
             if 0.0 < failed < epsilon:
@@ -97,7 +99,7 @@ def proximal_newton(active: ActiveSet, start: np.ndarray, tolerance: float, most
             break
         else:
             failed, epsilon = epsilon, min(RISE * epsilon, MOST)
-    return Attempt(best, least, done)
+    return Attempt(best, least, r, done)
 
 
 def proximal_solution(

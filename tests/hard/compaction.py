@@ -13,15 +13,15 @@ from lmgcpy.dynamics.checkpoint import Checkpoint
 DENSITY, PRESSURE = 2600.0, 1e5
 
 
-def pressed(count: int, friction: float, steps: int) -> lm.Simulation:
+def pressed(count: int, friction: float, steps: int, seed: int = 0) -> lm.Simulation:
     """A deposit of spheres between six walls, one of which presses, after so many steps of compaction.
 
     The time step is a fifth of d sqrt(rho/p), the time in which the pressure moves a grain by its size.
     """
-    radii = lm.sample.grading(count, minimum=0.004, maximum=0.005, by="diameter", seed=0)
+    radii = lm.sample.grading(count, minimum=0.004, maximum=0.005, by="diameter", seed=seed)
     volume = float((4.0 / 3.0 * np.pi * radii**3).sum())
     side = (volume / 0.58) ** (1.0 / 3.0)
-    places = lm.sample.deposit(radii, box=(side, side, None), seed=0)
+    places = lm.sample.deposit(radii, box=(side, side, None), seed=seed)
     top = float((places[:, 2] + radii).max())
     scene = lm.Scene(dimension=3)
     material = lm.Material("sand", density=DENSITY)
@@ -72,9 +72,9 @@ def smooth(solver, long: bool) -> Result:
 
 
 def rough(solver, long: bool) -> Result:
-    """The same with 300 spheres and a friction of 0.3.
+    """The same with 150 spheres and a friction of 0.3.
 
     Hard: friction is not associated, so that neither a convex problem nor a symmetric operator is at hand, and many
     contacts are on the edge between sticking and sliding. Number: as :func:`smooth`.
     """
-    return last_step(300, 0.3, solver)
+    return last_step(150, 0.3, solver)

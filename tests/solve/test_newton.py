@@ -1,6 +1,7 @@
 """Newton steps on active sets, and the solvers that alternate them with sweeps."""
 
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,9 +11,9 @@ from scipy.sparse.linalg import splu
 import lmgcpy as lm
 from lmgcpy.solve.active_set import ActiveSet
 from lmgcpy.solve.elimination import Elimination
-from lmgcpy.solve.newton import WORK, newton_steps
+from lmgcpy.solve.newton import DISTURBANCE, WORK, newton_steps
 from lmgcpy.solve.newton_kernels import LINK, OPEN, SLIDE, STICK
-from lmgcpy.solve.proximal import proximal_newton
+from lmgcpy.solve.proximal import Attempt, proximal_newton
 
 TIGHT = 1e-10
 """Residual to which problems of some hundred unknowns can be solved in double precision, with a margin."""
@@ -225,6 +226,36 @@ def test_attempt_spends_no_more_than_it_may(sample):
         assert attempt.factorisations <= most
         assert attempt.residual <= active.residual(start)
         assert active.residual(attempt.impulses) == attempt.residual
+
+
+def test_the_way_of_newton_steps_may_lead_uphill(monkeypatch):
+    """Within the patience the residual has halved from its highest on the way, but not from where it began."""
+    residuals = iter([2.5e-5, 1.2e-5, 7e-6, 3e-6, 1e-9])
+    proximal = sys.modules[proximal_newton.__module__]
+    monkeypatch.setattr(proximal, "proximal_solution", lambda *given: (np.array([[next(residuals)]]), True, 6))
+    walk = SimpleNamespace(residual=lambda r: float(r[0, 0]), lost=lambda r: False)
+    attempt = proximal_newton(walk, np.array([[1e-5]]), 1e-8, 100, patience=10)
+    assert (attempt.residual, attempt.factorisations) == (1e-9, 30)
+
+
+def test_sweeps_go_on_from_where_newton_steps_came_to(monkeypatch):
+    """A little disturbed, and not from the best impulses, where those have gained nothing."""
+    problem, starts = pressed(), []
+
+    def idle(active, start, *given):
+        return Attempt(impulses=start, residual=np.inf, last=3.0 * start, factorisations=1)
+
+    def watched(self, most, groups, system, free_velocity, guess, operator):
+        starts.append(guess.copy())
+        return sweep(self, most, groups, system, free_velocity, guess, operator)
+
+    sweep = lm.Newton._sweep
+    monkeypatch.setattr(sys.modules[lm.Newton.__module__], "proximal_newton", idle)
+    monkeypatch.setattr(lm.Newton, "_sweep", watched)
+    lm.solve(problem, solver=lm.Newton(tolerance=1e-15, max_iterations=150))
+    came_to = 3.0 * swept(problem, 100)
+    assert starts[1] == pytest.approx(came_to, rel=6 * DISTURBANCE)  # of some hundred factors none is off by six deviations
+    assert np.abs(starts[1] - came_to).max() > 1e-3 * np.abs(came_to).max()
 
 
 def test_budget_spent_is_told_with_the_best_impulses():
