@@ -33,8 +33,8 @@ UPDATES = 2e8
 """Updates of interactions that sweeps get to make a reference."""
 LARGE, LARGE_UPDATES = 20_000, 5e8
 """In space, above so many interactions a factorisation takes seconds to minutes, and soon more memory than there is: no
-Newton steps are made there, and both references come from sweeps, which get more updates (of
-50 000 spheres, with all runs, ten minutes)."""
+Newton steps are made there, and both references come from sweeps, which get more updates (of 50 000 spheres, with all
+runs, ten minutes)."""
 
 
 @dataclass(frozen=True)

@@ -78,7 +78,7 @@ def follow_curve(active: ActiveSet, start: np.ndarray, epsilon: float, centre: n
                 cost += 1.0 / STEPS
                 passed, between, reach, turn = next_wall(a, along, kind, status.direction, mu, cones)
                 length = min(reach, ANGLE * turn, rest if way < 0.0 else np.inf)
-                if not (rest + length * way) * size <= far:
+                if not (rest + length * way) * size <= far:  # without a wall ahead the length is infinite
                     return Curve(None, bends, ceil(cost))
                 while True:
                     ahead, its_rest = a + length * along, rest + length * way

@@ -134,7 +134,7 @@ def test_a_path_turns_back_where_a_solution_ceases_to_exist():
 
 def test_a_path_to_infinity_is_given_up():
     """One body with six degrees of freedom at four contacts: F grows by up to a third from piece to piece, to 1e160 and
-    out of the range of numbers if it is followed for as long as it may be."""
+    out of the range of numbers if it is followed on."""
     for seed in (13, 23):
         rng = np.random.default_rng(seed)
         H = rng.standard_normal((6, 12))
@@ -142,7 +142,7 @@ def test_a_path_to_infinity_is_given_up():
         start, centre = np.random.default_rng(seed).standard_normal((2, 4, 3))
         curve = follow_curve(active, start, EPSILON, centre, 60)
         assert curve.status is None
-        assert curve.cost < 15
+        assert curve.cost <= 4  # without a limit 5 and 7, up to where the numbers overflow
 
 
 def test_a_path_spends_no_more_than_it_may():
