@@ -169,7 +169,7 @@ def compare(name: str, blocks: bool) -> list:
     )
     s = problem.system
     bias, compliance = (np.ascontiguousarray(column) for column in s.prepared.reshape(-1, 2).T)
-    work = np.zeros_like(s.work)
+    work = np.zeros(s.work.shape[::-1])
     pairs = s.candidate, s.antagonist, s.normal, s.delassus
 
     def by_hand() -> None:

@@ -150,11 +150,12 @@ def detect_links(chain, radius_sum, first, first_slot, bodies, inverse_mass, res
         result.gap[i] = distance - radius_sum[k]
         result.normal[i, 0] = n_x
         result.normal[i, 1] = n_y
-        result.arm[i, 0] = 0.5 * distance
-        result.arm[i, 1] = 0.5 * distance
-        w = n_x * n_x * (inverse_mass[c, 0] + inverse_mass[a, 0]) + n_y * n_y * (inverse_mass[c, 1] + inverse_mass[a, 1])
-        result.delassus[i, 0] = w
-        result.delassus[i, 1] = w
+        result.arm[i, 0] = 0.0  # it acts on the centres
+        result.arm[i, 1] = 0.0
+        moving_x = inverse_mass[c, 0] + inverse_mass[a, 0]
+        moving_y = inverse_mass[c, 1] + inverse_mass[a, 1]
+        result.delassus[i, 0] = n_x * n_x * moving_x + n_y * n_y * moving_y
+        result.delassus[i, 1] = n_y * n_y * moving_x + n_x * n_x * moving_y
         result.slot[i] = first_slot + k
     closed = chain[0] == chain[count]
     for k in range(count):

@@ -160,15 +160,14 @@ def detect_links(chain, radius_sum, first, first_slot, bodies, inverse_mass, res
         result.normal[i, 1] = n_y
         result.normal[i, 2] = n_z
         result.tangent[i, 0], result.tangent[i, 1], result.tangent[i, 2] = tangent_of(n_x, n_y, n_z)
-        result.arm[i, 0] = 0.5 * distance
-        result.arm[i, 1] = 0.5 * distance
-        w = (
-            n_x * n_x * (inverse_mass[c, 0] + inverse_mass[a, 0])
-            + n_y * n_y * (inverse_mass[c, 1] + inverse_mass[a, 1])
-            + n_z * n_z * (inverse_mass[c, 2] + inverse_mass[a, 2])
-        )
-        for column in range(3):
-            result.delassus[i, column] = w
+        result.arm[i, 0] = 0.0  # it acts on the centres
+        result.arm[i, 1] = 0.0
+        n = (n_x, n_y, n_z)
+        t = (result.tangent[i, 0], result.tangent[i, 1], result.tangent[i, 2])
+        moving, _ = mobility(c, a, 0.0, 0.0, inverse_mass)
+        result.delassus[i, 0] = form(n, moving, n)
+        result.delassus[i, 1] = form(t, moving, t)
+        result.delassus[i, 2] = moving[0] + moving[1] + moving[2] - result.delassus[i, 0] - result.delassus[i, 1]
         result.shear[i, 0] = 0.0
         result.shear[i, 1] = 0.0
         result.slot[i] = first_slot + k

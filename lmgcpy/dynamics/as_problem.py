@@ -44,6 +44,12 @@ def as_problem(step: StepProblem) -> Conic:
     W = (H @ sparse.diags_array(system.inverse_mass.ravel()) @ H.T).tocsr()
     q = H @ step.free_velocity.ravel()
     q[::d] += bias[acting]
+    geometric, links = np.zeros(count), len(system.geometric)
+    geometric[:links] = system.geometric
+    if links:
+        carried = np.zeros((count, d - 1))
+        carried[:links] = system.carried
+        q.reshape(-1, d)[:, 1:] -= (carried * (geometric > 0.0)[:, None])[acting]
     problem = Problem(
         W=sparse.csr_array(W),
         q=q,
@@ -52,6 +58,7 @@ def as_problem(step: StepProblem) -> Conic:
         laws=tuple(name for name, here in zip(names, acting, strict=True) if here),
         compliance=compliance[acting],
         guess=step.guess[acting],
+        geometric=geometric[acting],
     )
     return Conic(problem, acting)
 

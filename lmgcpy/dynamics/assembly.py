@@ -80,12 +80,16 @@ def ask(group: Group, kernel: Kernel, functions: str, system: System, data: Step
         ) from error
 
 
-def group_kernels(group: Group, dimension: int, wire_blocks: bool, *, watched: bool = False) -> LawKernels:
-    """The compiled kernels for a group as it is in this step."""
+def group_kernels(
+    group: Group, dimension: int, wire_blocks: bool, *, stiffened: bool = False, watched: bool = False
+) -> LawKernels:
+    """The compiled kernels for a group as it is in this step; ``stiffened``: where wires have geometric stiffness."""
     block = group.chain is not None and wire_blocks and group.law.slope is not None
     law, rows, parameter_count = type(group.law), group.law.rows(dimension), group.parameters.shape[1]
     walls = group.walls if group.cuts is not None else -1
-    return law_kernels(law, dimension, parameter_count, rows, group.central, group.diagonal, block, walls, watched=watched)
+    stiffened = stiffened and group.chain is not None
+    given = law, dimension, parameter_count, rows, group.central, group.diagonal, block, walls
+    return law_kernels(*given, stiffened=stiffened, watched=watched)
 
 
 def assemble(
@@ -129,6 +133,10 @@ def assemble(
         impulse=room(count, dimension, fill=0.0),
         velocity=free_velocity.copy(),
         inverse_mass=inverse_mass,
+        geometric=np.zeros(0),
+        carried=np.zeros((0, dimension - 1)),
+        own=np.zeros((0, dimension, dimension)),
+        following=np.zeros((0, dimension, dimension)),
         work=work,
         worst=np.zeros(2),
     )

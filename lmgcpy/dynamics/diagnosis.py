@@ -21,7 +21,8 @@ class LawFault(Exception):
 
 def fault_of_solve(problem: StepProblem, solver: Solver) -> str:
     """A sentence on the first thing that went wrong in the solve of a step; the solve is made again, watched."""
-    watched = [group_kernels(group, problem.space.dimension, solver.wire_blocks, watched=True) for group in problem.groups]
+    ways = {"stiffened": bool(len(problem.system.geometric)), "watched": True}
+    watched = [group_kernels(group, problem.space.dimension, solver.wire_blocks, **ways) for group in problem.groups]
     table = schedule(problem.groups, watched, problem.offset)
     system = problem.system._replace(prepared=np.append(problem.system.prepared, -1.0))
     given = table, system, problem.free_velocity, problem.guess

@@ -55,7 +55,11 @@ class InteractionView:
         counts = [group.stop - group.start for group in groups]
         normal = interactions.normal
         frame = local_frames(normal)
-        arm = interactions.arm
+        arm = interactions.arm.copy()
+        for group in groups:
+            if group.chain:  # it acts on the centres; its point is the middle
+                part = slice(group.start, group.stop)
+                arm[part] = 0.5 * (interactions.gap[part] + group.chain.radius_sum)[:, None]
         lever = np.stack([-arm[:, :1] * normal, arm[:, 1:] * normal], axis=1)
         if len(interactions.lateral):
             lever += interactions.lateral[:, :, None] * frame[:, 1][:, None, :]

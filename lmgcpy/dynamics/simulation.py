@@ -20,6 +20,7 @@ from lmgcpy.dynamics.assembly import StepProblem, assemble
 from lmgcpy.dynamics.checkpoint import Checkpoint
 from lmgcpy.dynamics.diagnosis import LawFault, fault_of_solve
 from lmgcpy.dynamics.energy import Energy, kinetic_energy
+from lmgcpy.dynamics.geometric_stiffness import Links, solve_stiffened
 from lmgcpy.dynamics.interactions import InteractionView
 from lmgcpy.dynamics.interrupt import between_steps
 from lmgcpy.dynamics.model import Model, State
@@ -29,7 +30,7 @@ from lmgcpy.errors import flag, named_arguments, number, one_of, place, shown, w
 from lmgcpy.solve.newton import Auto
 from lmgcpy.solve.problem import Problem
 from lmgcpy.solve.report import CONVERGED, NOT_FINITE, STATUS, Report
-from lmgcpy.solve.solver import Solver, check_solver
+from lmgcpy.solve.solver import Outcome, Solver, check_solver
 
 log = logging.getLogger("lmgcpy")
 REACTIONS = ("warn", "stop", "ignore")
@@ -76,6 +77,9 @@ class Simulation:
     ``threads``: how many may share the solver's work on a scene of 5000 bodies or more; ``sim.threads = 2`` changes it
     between steps. Nothing else depends on it: the results have the same bits for any number.
 
+    ``geometric_stiffness``: False leaves out what taut links answer to motion across them where the step does not resolve
+    it (:mod:`lmgcpy.dynamics.geometric_stiffness`), to see what it does: beads may then zigzag and make energy.
+
     Beside what is below it has ``steps``, made so far; ``report`` and ``energy`` of the last step, a :class:`Report
     <lmgcpy.solve.report.Report>` and an :class:`Energy <lmgcpy.dynamics.energy.Energy>`; and its ``scene``.
 
@@ -98,6 +102,7 @@ class Simulation:
         on_unconverged: str = "warn",
         overlap: str = "warn",
         threads: int = 1,
+        geometric_stiffness: bool = True,
     ):
         self.time_step = number(time_step, "time_step", above=0.0, unit="s")
         self.theta = number(theta, "theta", minimum=0.5, maximum=1.0)
@@ -106,6 +111,7 @@ class Simulation:
         self.on_unconverged = one_of(on_unconverged, "on_unconverged", REACTIONS)
         one_of(overlap, "overlap", REACTIONS)
         self.threads = threads
+        self.geometric_stiffness = flag(geometric_stiffness, "geometric_stiffness")
         if isinstance(scene, type) or not hasattr(scene, "compile") or not hasattr(scene, "hand_over"):
             raise TypeError(f"Simulation takes a scene, which lmgcpy.Scene(dimension=2) makes, got {shown(scene)}.")
         self.scene = scene
@@ -121,7 +127,8 @@ class Simulation:
         model = self.model
         self.energy = Energy(kinetic=kinetic_energy(model.mass, model.inverse_mass, self.state.velocities))
         self._detector = Detector(model.contactors, model.rows, model.chains, model.inverse_mass, model.dimension)
-        self._work = np.zeros((4, max((chain.link_count for chain in self.model.chains), default=0)))
+        self._work = np.zeros((max((chain.link_count for chain in self.model.chains), default=0), 4))
+        self._links = Links.of(model.chains, model.inverse_mass, model.dimension)
         self._last: tuple[StepProblem, Interactions] | None = None
         self.unconverged_steps = 0
         self.worst_residual = 0.0
@@ -272,7 +279,7 @@ class Simulation:
                 work=self._work,
                 wire_blocks=self.solver.wire_blocks,
             )
-            self._solve(problem)
+            problem = self._solve(problem)
             check_bodies(problem.system.velocity, VELOCITY[d], "at its end", state.time)
             problem = problem.close(problem.system.velocity)
             state.positions += self.theta * h * problem.system.velocity[:, :3]
@@ -309,29 +316,35 @@ class Simulation:
             stacklevel=3,
         )
 
-    def _solve(self, problem: StepProblem) -> None:
-        """Solve from the impulses of the last step."""
+    def _solve(self, problem: StepProblem) -> StepProblem:
+        """Solve from the impulses of the last step; returns the problem with the geometric stiffness of its links."""
         start = clock.perf_counter()
-        options = {"conic": lambda: as_problem(problem), "threads": self.threads, **problem.space.driver}
-        place, system, free_velocity, guess = self._detector.place, problem.system, problem.free_velocity, problem.guess
-        if place is None:
-            outcome = self.solver.solve(problem.table, system, free_velocity, guess, **options)
+        if self.geometric_stiffness and self._links.count:
+            problem, outcome = solve_stiffened(self._links, problem, self.solver.wire_blocks, self._call_solver)
         else:
-            outcome = self.solver.solve(problem.table, *system.moved(place, free_velocity), guess, **options)
-            system.velocity[:] = system.velocity.take(place, axis=0)
-        end = clock.perf_counter()
+            outcome = self._call_solver(problem)
         self.report = Report(
             iterations=outcome.iterations,
             factorisations=outcome.factorisations,
             residual=outcome.residual,
             status=STATUS[outcome.status],
             worst=problem.worst(),
-            interactions=len(system.impulse),
-            seconds=end - start,
+            interactions=len(problem.system.impulse),
+            seconds=clock.perf_counter() - start,
         )
         if outcome.status == NOT_FINITE:
             raise self._fault(problem)
         check_impulses(problem, self.solver)
+        return problem
+
+    def _call_solver(self, problem: StepProblem) -> Outcome:
+        options = {"conic": lambda: as_problem(problem), "threads": self.threads, **problem.space.driver}
+        place, system, free_velocity, guess = self._detector.place, problem.system, problem.free_velocity, problem.guess
+        if place is None:
+            return self.solver.solve(problem.table, system, free_velocity, guess, **options)
+        outcome = self.solver.solve(problem.table, *system.moved(place, free_velocity), guess, **options)
+        system.velocity[:] = system.velocity.take(place, axis=0)
+        return outcome
 
     def _fault(self, problem: StepProblem) -> Exception:
         """What to raise where a step has no finite result."""

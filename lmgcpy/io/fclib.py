@@ -2,7 +2,8 @@
 
 ``fclib_local/W`` holds the operator as CSR (``p``, ``i``, ``x``, ``m``, ``n``, ``nz`` = -2), ``fclib_local/vectors`` ``q``
 and ``mu``, ``fclib_local/spacedim`` the dimension. Two extensions: ``fclib_local/law`` (0 Coulomb contact, 1 wire, 2 rod)
-with ``fclib_local/compliance``, and ``fclib_local/guesses/r``.
+with ``fclib_local/compliance`` and, where links have any, ``fclib_local/geometric`` (their geometric stiffness), and
+``fclib_local/guesses/r``.
 """
 
 from __future__ import annotations
@@ -66,7 +67,8 @@ def _read(file: Any) -> Problem:
             raise ValueError(f"law code {code} is none of 0 (contact), 1 (wire) and 2 (rod)")
     names = [CODES[int(code)] for code in law]
     names = [ELASTIC.get(name, name) if c > 0.0 else name for name, c in zip(names, compliance, strict=True)]
-    return Problem(W, q, mu, dimension, tuple(names), compliance, guess)
+    geometric = np.asarray(group["geometric"], dtype=float).ravel() if "geometric" in group else np.zeros(0)
+    return Problem(W, q, mu, dimension, tuple(names), compliance, guess, geometric)
 
 
 @named_arguments
@@ -108,4 +110,6 @@ def _write(problem: Problem, file: Any) -> None:
     vectors["q"], vectors["mu"] = problem.q, problem.mu
     group["law"] = problem.cones
     group["compliance"] = problem.compliance
+    if problem.geometric.any():
+        group["geometric"] = problem.geometric
     group.create_group("guesses")["r"] = problem.guess.ravel()

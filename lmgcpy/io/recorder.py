@@ -278,6 +278,7 @@ def options(sim: Simulation) -> dict[str, Any]:
         "time_step": sim.time_step,
         "theta": sim.theta,
         "on_unconverged": sim.on_unconverged,
+        "geometric_stiffness": sim.geometric_stiffness,
         "solver": type(sim.solver).__name__,
         "solver_fields": asdict(sim.solver) if is_dataclass(sim.solver) else None,
     }

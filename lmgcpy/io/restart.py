@@ -47,6 +47,7 @@ def resume(
             theta=given["theta"],
             solver=_solver(path, given) if solver is None else solver,
             on_unconverged=given["on_unconverged"],
+            geometric_stiffness=given["geometric_stiffness"],
             overlap="ignore",  # of the scene's start, which was told when the run began
         )
         _go_on(sim, run, observe)
@@ -66,6 +67,8 @@ def take_up(
     if not isinstance(sim, Simulation):
         raise TypeError(f"sim must be a simulation that is at its start, got {shown(sim)}.")
     with _run_to_go_on(path) as run:
+        if not run.options["geometric_stiffness"]:  # as in a file from before there was any: it goes on as it began
+            sim.geometric_stiffness = False
         there = {"notes": run.notes, "options": {name: run.options[name] for name in options(sim)}, "scene": run.scene}
         here = {"notes": json.loads(json.dumps(dict(notes or {}))), "options": options(sim), "scene": describe(sim.scene)}
         other = _first_difference(there, here)

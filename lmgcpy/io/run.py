@@ -279,8 +279,11 @@ class Run:
 
     @property
     def options(self) -> dict[str, Any]:
-        """Time step, theta, solver and its fields, how often frames are kept."""
-        return self._about["options"]
+        """Time step, theta, solver and its fields, how often frames are kept.
+
+        Of a file from before there was geometric stiffness it is off, so that the run goes on as it began.
+        """
+        return {"geometric_stiffness": False, **self._about["options"]}
 
     @property
     def notes(self) -> dict[str, Any]:

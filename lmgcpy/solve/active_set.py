@@ -10,6 +10,7 @@ error):
 * slides along ``tau = a_t / |a_t|``:            u_n = 0, r_tau = mu r_n, and across, in 3D with sigma normal to tau,
                                                  u_sigma = -w (|a_t| / (mu a_n) - 1) r_sigma
 * a taut wire or a rod of compliance C:          u_n + C r_n = 0
+* across a link of geometric stiffness kappa:    u_t + r_t / kappa = 0, taut or slack
 
 The last line of sliding is what the derivative of ``mu a_n a_t / |a_t|`` leaves across the direction of sliding: the
 direction turns with r_sigma. Every line either ties impulses to each other or velocities to impulses. With ``E`` the
@@ -61,7 +62,8 @@ class ActiveSet:
         self.dimension = problem.dimension
         self.q = problem.q.reshape(-1, self.dimension)
         self.weight = problem.local_weight()
-        self.laws = self.weight, np.array(problem.mu), np.array(problem.compliance), problem.cones
+        self.geometric = np.array(problem.geometric)
+        self.laws = self.weight, np.array(problem.mu), np.array(problem.compliance), self.geometric, problem.cones
         count, d = self.q.shape
         blocks = problem.W.tobsr(blocksize=(d, d))
         self._blocks = blocks.indptr.astype(np.int32), blocks.indices.astype(np.int32), blocks.data
@@ -111,7 +113,7 @@ class ActiveSet:
         import scipy.sparse as sparse
 
         free, E, S = self._maps
-        local_maps(status.kind, status.direction, self.laws[1], *self._maps)
+        local_maps(status.kind, status.direction, self.laws[1], self.geometric, *self._maps)
         order, known = self._elimination.order(np.flatnonzero(free))
         if not len(order):
             return Factors(None, order, E[order], S[order], np.zeros((0, self.dimension), bool))
@@ -120,6 +122,10 @@ class ActiveSet:
         diagonal = np.repeat(epsilon * self.weight[:, None], self.dimension, axis=1)  # S E is the identity
         diagonal[:, 0] += np.where(status.kind == LINK, self.problem.compliance, 0.0)
         diagonal[:, 1] += self.weight * status.turning
+        stiff = np.flatnonzero(self.geometric)
+        if len(stiff):  # the rows across a link come first where it is slack
+            across = np.arange(self.dimension) >= (status.kind[stiff] == LINK)[:, None]
+            diagonal[stiff] += across / self.geometric[stiff, None]
         size = int(free.sum())
         count = newton_rows(*self._blocks, order, place, *self._maps, diagonal, *self._rows)
         pointer, index, entry = self._rows

@@ -86,6 +86,11 @@ def push_normal(i, s, d):
     push(i, s, d, 0.0)
 
 
+def push_row(i, s, d):
+    """Add the impulse (d_n, d_t), the first numbers of an array, to link ``i``."""
+    push(i, s, d[0], d[1])
+
+
 def sweep(start, stop, offset, s: System):
     """Update the impulses of a group one after another."""
     for k in range(start, stop):

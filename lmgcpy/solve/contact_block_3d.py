@@ -244,3 +244,8 @@ def push_normal(i, s, d):
     s.velocity[a, 0] -= s.inverse_mass[a, 0] * d_x
     s.velocity[a, 1] -= s.inverse_mass[a, 1] * d_y
     s.velocity[a, 2] -= s.inverse_mass[a, 2] * d_z
+
+
+def push_row(i, s, d):
+    """Add the impulse (d_n, d_t, d_s), the first numbers of an array, to link ``i``."""
+    push(i, s, d[0], d[1], d[2])

@@ -12,7 +12,7 @@ import numpy as np
 
 from lmgcpy.jit import Kernel, kernel, may_raise, row_reader
 from lmgcpy.laws import Law
-from lmgcpy.solve import wire_block
+from lmgcpy.solve import stiffened_wire_block, wire_block
 from lmgcpy.solve.by_address import group_signature
 from lmgcpy.solve.space import SPACES
 from lmgcpy.solve.system import System
@@ -137,6 +137,10 @@ SYSTEM_TYPE = numba.typeof(
         impulse=np.zeros((0, 2)),
         velocity=np.zeros((0, 3)),
         inverse_mass=np.zeros((0, 3)),
+        geometric=np.zeros(0),
+        carried=np.zeros((0, 1)),
+        own=np.zeros((0, 2, 2)),
+        following=np.zeros((0, 2, 2)),
         work=np.zeros((0, 0)),
         worst=np.zeros(0),
     )
@@ -170,13 +174,14 @@ def law_kernels(
     chain: bool,
     walls: int = -1,
     *,
+    stiffened: bool = False,
     watched: bool = False,
 ) -> LawKernels:
     """Kernels for groups of a law (``chain``: the links of one wire as a block, which needs the law's ``slope``; ``walls``:
-    0 or 1 where the candidates or antagonists of the group's slabs are held walls); ``watched``: see
+    0 or 1 where the candidates or antagonists of the group's slabs are held walls); ``stiffened``, ``watched``: see
     :func:`group_kernels`."""
     given, names = (law, dimension, rows, diagonal, chain, SYSTEM_TYPE), {"CENTRAL": central}
-    sweep, error = group_kernels(*given, names, watched=watched)
+    sweep, error = group_kernels(*given, names, stiffened=stiffened, watched=watched)
     beside = group_kernels(*given, {**names, "WALLS": walls}, watched=watched)[0] if walls >= 0 else None
     functions = law.prepare, law.energy, law.initial, law.commit
     return LawKernels(
@@ -193,17 +198,19 @@ def group_kernels(
     system_type: Any,
     names: dict[str, Any],
     *,
+    stiffened: bool = False,
     watched: bool = False,
 ) -> tuple[Any, Any]:
     """C functions (sweep, error) for groups of a law in a system of the given numba type; ``names`` of the templates.
 
+    ``stiffened``: for the links of a chain with geometric stiffness.
     ``watched``: to find out what went wrong. They end where a law raises or returns what is not finite, and leave in the
     last entry of ``System.prepared``, one more than there are numbers, where those of that interaction begin.
     """
     # keyed by the functions, not by the class: a script that redefines a law gets the new one
     functions = law.react, law.slope if chain else None
     try:
-        given = len(law.PREPARED), dimension, rows, diagonal, system_type, tuple(names.items()), watched
+        given = len(law.PREPARED), dimension, rows, diagonal, system_type, tuple(names.items()), stiffened, watched
         return _group_kernels(*functions, *given)
     except numba.core.errors.NumbaError as error:
         raise not_compiled(law, error) from error
@@ -219,6 +226,7 @@ def _group_kernels(
     diagonal: bool,
     system_type: Any,
     names: tuple,
+    stiffened: bool,
     watched: bool,
 ) -> tuple[Any, Any]:
     guarded = watched or may_raise(react) or (slope is not None and may_raise(slope))
@@ -237,12 +245,24 @@ def _group_kernels(
     }
     space = SPACES[dimension]
     sweep, error = Kernel(space.sweep, meaning), Kernel(space.error, meaning)
-    if slope is not None:
+    if stiffened:
+        sweep, error = stiffened_kernels({**space.link, **meaning, "ROWS": dimension}, slope)
+    elif slope is not None:
         sweep = Kernel(wire_block.sweep, {**space.link, **meaning, "slope": slope})
     if guarded:
         sweep, error = (Kernel(guard, {"body": kernel}) for kernel in (sweep, error))
     signature = group_signature(system_type)
     return sweep.pointer(signature), error.pointer(signature)
+
+
+def stiffened_kernels(meaning: dict[str, Any], slope: Callable | None) -> tuple[Kernel, Kernel]:
+    """(sweep, error) for the links of a chain with geometric stiffness; without a ``slope`` one link after another."""
+    error = Kernel(stiffened_wire_block.error, meaning)
+    if slope is None:
+        return Kernel(stiffened_wire_block.sweep_links, meaning), error
+    meaning = {**meaning, "slope": slope}
+    parts = (getattr(stiffened_wire_block, name) for name in ("residual", "newton_step", "move", "relax"))
+    return Kernel(wire_block.sweep, {part.__name__: Kernel(part, meaning) for part in parts}), error
 
 
 def not_compiled(law: type[Law], error: Exception) -> TypeError:

@@ -18,6 +18,7 @@ from lmgcpy.laws.coulomb import Coulomb
 from lmgcpy.laws.elastic import ElasticRod, ElasticWire
 from lmgcpy.solve.law_kernels import group_kernels
 from lmgcpy.solve.problem import BOTH, CONTACT, PULL, Problem
+from lmgcpy.solve.stiffened_wire_block import scratch_width
 from lmgcpy.solve.system import Groups
 
 STANDARD: dict[int, type[Law]] = {CONTACT: Coulomb, PULL: ElasticWire, BOTH: ElasticRod}
@@ -44,6 +45,14 @@ class MatrixSystem(NamedTuple):
     """(r_n, r_t, r_s) [N s], (m, d)."""
     velocity: np.ndarray
     """Relative velocities under the present impulses [m/s], (m, d)."""
+    geometric: np.ndarray
+    """Geometric stiffness of each interaction [kg], (m,); (0,) where none has any."""
+    carried: np.ndarray
+    """Zeros, (m, d - 1) or none: it is part of q."""
+    own: np.ndarray
+    """Local block of W of each interaction [1/kg], (m, d, d), or none."""
+    following: np.ndarray
+    """Block of W between each link and the next one of its wire [1/kg], (m, d, d), or none."""
     work: np.ndarray
     worst: np.ndarray
 
@@ -59,6 +68,11 @@ def push(i, s, d_n, d_t):
         j = np.uintp(s.row[k])
         s.velocity[j, 0] += s.block[k, 0, 0] * d_n + s.block[k, 0, 1] * d_t
         s.velocity[j, 1] += s.block[k, 1, 0] * d_n + s.block[k, 1, 1] * d_t
+
+
+def push_row(i, s, d):
+    """Add the impulse (d_n, d_t), the first numbers of an array."""
+    push(i, s, d[0], d[1])
 
 
 def add_impulses(start, stop, walls, s, velocity):
@@ -91,6 +105,11 @@ def push_normal_3d(i, s, d):
     push_3d(i, s, d, 0.0, 0.0)
 
 
+def push_row_3d(i, s, d):
+    """Add the impulse (d_n, d_t, d_s), the first numbers of an array."""
+    push_3d(i, s, d[0], d[1], d[2])
+
+
 def add_impulses_3d(start, stop, walls, s, velocity):
     """Add ``W r`` of some interactions."""
     for i in range(start, stop):
@@ -107,12 +126,13 @@ def leave(first, last, s, free_velocity):
 
 
 TEMPLATE_NAMES: dict[int, dict[str, Any]] = {
-    2: {"relative_velocity": relative_velocity, "push": push},
+    2: {"relative_velocity": relative_velocity, "push": push, "push_row": push_row},
     3: {
         "relative_velocity": relative_velocity_3d,
         "push": push_3d,
         "normal_velocity": normal_velocity_3d,
         "push_normal": push_normal_3d,
+        "push_row": push_row_3d,
     },
 }
 """What the templates of the groups are specialised with, by dimension."""
@@ -142,6 +162,22 @@ def _runs(problem: Problem) -> list[tuple[int, int]]:
     return list(pairwise([*bounds, len(cones)]))
 
 
+def _stiffening(problem: Problem, runs: list[tuple[int, int]]) -> dict[str, np.ndarray]:
+    """What a system needs beyond its other arrays where links have geometric stiffness; empty where none has any."""
+    d = problem.dimension
+    count = len(problem.mu) if problem.geometric.any() else 0
+    own, following = np.zeros((count, d, d)), np.zeros((count, d, d))
+    if count:
+        first = d * np.arange(count)
+        along = np.concatenate([np.arange(start, stop - 1) for start, stop in runs])
+        for a in range(d):
+            for b in range(d):
+                own[:, a, b] = np.asarray(problem.W[first + a, first + b]).ravel()
+                following[along, a, b] = np.asarray(problem.W[first[along] + a, first[along] + d + b]).ravel()
+    geometric = problem.geometric.copy() if count else np.zeros(0)
+    return {"geometric": geometric, "carried": np.zeros((count, d - 1)), "own": own, "following": following}
+
+
 def assemble_problem(problem: Problem, wire_blocks: bool) -> tuple[Groups, MatrixSystem, list[Any]]:
     """Groups and system of a problem, and what must stay alive while they are used."""
     count, d = len(problem.mu), problem.dimension
@@ -161,6 +197,7 @@ def assemble_problem(problem: Problem, wire_blocks: bool) -> tuple[Groups, Matri
         if cones[start] != CONTACT:
             coupling[start : stop - 1] = following[start : stop - 1]
     second = np.where(cones == CONTACT, problem.mu, problem.compliance)
+    longest = max((stop - start for start, stop in runs), default=0)
     system = MatrixSystem(
         first=columns.indptr.astype(np.int64),
         row=columns.indices.astype(np.int64),
@@ -171,7 +208,8 @@ def assemble_problem(problem: Problem, wire_blocks: bool) -> tuple[Groups, Matri
         prepared=np.column_stack([np.zeros(count), second]).ravel(),
         impulse=np.zeros((count, d)),
         velocity=np.zeros((count, d)),
-        work=np.zeros((4, max((stop - start for start, stop in runs), default=0))),
+        **_stiffening(problem, runs),
+        work=np.zeros((longest, scratch_width(d) if problem.geometric.any() else 4)),
         worst=np.zeros(2),
     )
     kernels = []
@@ -181,7 +219,9 @@ def assemble_problem(problem: Problem, wire_blocks: bool) -> tuple[Groups, Matri
         rows = d if contact and problem.mu[start:stop].any() else 1
         chain = wire_blocks and not contact
         diagonal_only = not (contact and (coupling[start:stop].any() or system.shear[start:stop].any()))
-        kernels.append(group_kernels(law, d, rows, diagonal_only, chain, numba.typeof(system), TEMPLATE_NAMES[d]))
+        stiffened = not contact and len(system.geometric) > 0
+        given = law, d, rows, diagonal_only, chain, numba.typeof(system), TEMPLATE_NAMES[d]
+        kernels.append(group_kernels(*given, stiffened=stiffened))
     table = Groups.in_order(
         sweep=[sweep.address for sweep, _ in kernels],
         error=[error.address for _, error in kernels],

@@ -16,7 +16,7 @@ OPEN, STICK, SLIDE, LINK = range(4)
 
 
 @kernel
-def natural_map(u, r, w, mu, compliance, cones, error, kind, direction, turning):
+def natural_map(u, r, w, mu, compliance, geometric, cones, error, kind, direction, turning):
     """Fill ``error`` (m, d) with ``w (r - react(w I, u - w r))`` and the rest with the status of every interaction."""
     d = r.shape[1]
     for i in range(r.shape[0]):
@@ -47,13 +47,15 @@ def natural_map(u, r, w, mu, compliance, cones, error, kind, direction, turning)
             direction[i, k - 1] = a_t / size if slides else 0.0
             if slides:
                 a_t = limit * direction[i, k - 1]
+            elif geometric[i] > 0.0:  # across a link with geometric stiffness
+                a_t = a_t * geometric[i] * w[i] / (1.0 + geometric[i] * w[i])
             elif limit == 0.0:
                 a_t = 0.0
             error[i, k] = w[i] * (r[i, k] - a_t)
 
 
 @kernel
-def local_maps(kind, direction, mu, free, E, S):
+def local_maps(kind, direction, mu, geometric, free, E, S):
     """Fill ``free`` (m,) with the number of free impulses of every interaction, E (m, d, d) with its impulses by these, in
     columns, and S (m, d, d) with the velocities that are given, in rows."""
     d = E.shape[1]
@@ -61,6 +63,13 @@ def local_maps(kind, direction, mu, free, E, S):
     S[:, :, :] = 0.0
     for i in range(kind.shape[0]):
         free[i] = 0
+        if geometric[i] > 0.0:  # a link: across it always, along it where it is taut
+            first = 0 if kind[i] == LINK else 1
+            free[i] = d - first
+            for k in range(free[i]):
+                E[i, first + k, k] = 1.0
+                S[i, k, first + k] = 1.0
+            continue
         if kind[i] == OPEN:
             continue
         free[i] = 1

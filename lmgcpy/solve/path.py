@@ -90,7 +90,7 @@ class Derivative:
 
 def follow_path(active: ActiveSet, start: np.ndarray, epsilon: float, centre: np.ndarray, most: int) -> Path:
     """Solve the proximal problem by a path from ``a = start`` (m, 2) that may bend ``most`` times."""
-    w, mu, compliance, cones = active.laws
+    w, mu, compliance, _, cones = active.laws
     push, status = map_at(active, start, epsilon, centre)
     given = active.q - epsilon * w[:, None] * centre
     wall, jump = np.zeros((2, 2))

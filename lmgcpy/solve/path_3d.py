@@ -55,7 +55,7 @@ class Curve(NamedTuple):
 def follow_curve(active: ActiveSet, start: np.ndarray, epsilon: float, centre: np.ndarray, most: int) -> Curve:
     """Come near the solution of the proximal problem by a path from ``a = start`` (m, 3) that costs as much as ``most``
     factorisations."""
-    w, mu, compliance, cones = active.laws
+    w, mu, compliance, _, cones = active.laws
     a, kind = start.copy(), cell_of(active, start)[1].kind
     push, status = map_of(active, a, kind, epsilon, centre)
     size = float(np.linalg.norm(push))
@@ -113,19 +113,22 @@ def map_of(
     active: ActiveSet, a: np.ndarray, kind: np.ndarray, epsilon: float, centre: np.ndarray
 ) -> tuple[np.ndarray, Status]:
     """F(a) (m, 3) with these kinds of statuses (m,), and the statuses with their directions and turning."""
-    w, mu, compliance, _ = active.laws
+    w, mu, compliance, geometric, _ = active.laws
     r, status = np.zeros_like(a), Status(kind, np.zeros_like(a[:, 1:]), np.zeros(len(a)))
-    impulses_of(a, *status, w, mu, compliance, r)
+    impulses_of(a, *status, w, mu, compliance, geometric, r)
     return active.velocities(r, epsilon, centre) - w[:, None] * (r - a), status
 
 
 @kernel
-def impulses_of(a, kind, direction, turning, w, mu, compliance, r):
+def impulses_of(a, kind, direction, turning, w, mu, compliance, geometric, r):
     """Fill ``r`` (m, 3) with the impulses of ``a`` in the cell of the kinds, ``direction`` (m, 2) and ``turning`` (m,)."""
     for i in range(a.shape[0]):
         size = np.sqrt(a[i, 1] ** 2 + a[i, 2] ** 2)
         if kind[i] == LINK:
             r[i, 0] = a[i, 0] * w[i] / (w[i] + compliance[i])
+        if geometric[i] > 0.0:
+            for k in range(1, 3):
+                r[i, k] = a[i, k] * geometric[i] * w[i] / (1.0 + geometric[i] * w[i])
         elif kind[i] == STICK:
             r[i, 0] = a[i, 0]
             if mu[i] > 0.0:

@@ -6,12 +6,14 @@ compliance. Three cones cover the laws that come with lmgcpy:
 * contact: ``0 <= u_n _|_ r_n >= 0`` and ``r_t`` in the disk of radius ``mu r_n``, opposing ``u_t`` when sliding;
 * pull: ``0 <= -(u_n + C r_n) _|_ -r_n >= 0``, ``r_t = 0`` (wires);
 * both: ``u_n + C r_n = 0``, ``r_t = 0`` (rods).
+
+A link with geometric stiffness kappa has ``r_t = -kappa u_t`` in place of ``r_t = 0``.
 """
 
 from __future__ import annotations
 
 import time as clock
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -54,12 +56,16 @@ class Problem:
     """Compliance of the links [1/kg], (m,)."""
     guess: np.ndarray
     """Impulses to start from [N s], (m, d)."""
+    geometric: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    """Geometric stiffness of the links [kg], (m,): what they answer to a velocity across them; zero if none is given."""
 
     def __post_init__(self):
         whole(self.dimension, "dimension of a problem", minimum=2, maximum=3)
         if not (hasattr(self.W, "tobsr") and hasattr(self.W, "diagonal")):
             raise TypeError(f"W of a problem must be a sparse array such as scipy.sparse.csr_array, got {shown(self.W)}.")
-        for name in ("q", "mu", "compliance", "guess"):
+        if np.size(self.geometric) == 0:
+            object.__setattr__(self, "geometric", np.zeros(np.shape(self.mu)))
+        for name in ("q", "mu", "compliance", "guess", "geometric"):
             object.__setattr__(self, name, numbers(getattr(self, name), f"{name} of a problem"))
         self._check_shapes()
         numbers(self.W.data, "W of a problem")
@@ -68,6 +74,8 @@ class Problem:
         for name, values, sound, bound in (
             ("mu", self.mu, self.mu >= 0.0, "at least 0"),
             ("compliance", self.compliance, self.compliance >= 0.0, "at least 0"),
+            ("geometric", self.geometric, self.geometric >= 0.0, "at least 0"),
+            ("geometric", self.geometric, ~contact | (self.geometric == 0.0), "0 for a contact"),
             ("W", diagonal, np.where(contact, diagonal > 0.0, diagonal >= 0.0), "above 0 on its diagonal"),
         ):
             if not sound.all():
@@ -79,7 +87,13 @@ class Problem:
         if self.mu.ndim != 1:
             raise ValueError(f"mu of a problem must have shape (m,), got {self.mu.shape}.")
         count, d = len(self.mu), self.dimension
-        shapes = {"W": (count * d, count * d), "q": (count * d,), "compliance": (count,), "guess": (count, d)}
+        shapes = {
+            "W": (count * d, count * d),
+            "q": (count * d,),
+            "compliance": (count,),
+            "guess": (count, d),
+            "geometric": (count,),
+        }
         for name, shape in shapes.items():
             got = getattr(self, name).shape
             if got != shape:
@@ -100,7 +114,8 @@ class Problem:
     @property
     def rows(self) -> np.ndarray:
         """Which components of an impulse may be other than zero, (m, d) bool."""
-        rows = np.repeat(((self.cones == CONTACT) & (self.mu > 0.0))[:, None], self.dimension, axis=1)
+        across = ((self.cones == CONTACT) & (self.mu > 0.0)) | (self.geometric > 0.0)
+        rows = np.repeat(across[:, None], self.dimension, axis=1)
         rows[:, 0] = True
         return rows
 
@@ -170,6 +185,9 @@ def react_alone(problem: Problem, free: np.ndarray, weight: np.ndarray) -> np.nd
     size = np.linalg.norm(tangential, axis=1)
     inside = np.where(size > limit, limit / np.where(size > 0.0, size, 1.0), 1.0)
     impulse[contact, 1:] = tangential * inside[:, None]
+    stiff = problem.geometric > 0.0
+    kappa = problem.geometric[stiff]
+    impulse[stiff, 1:] = -(kappa / (1.0 + kappa * weight[stiff]))[:, None] * free[stiff, 1:]
     return impulse
 
 

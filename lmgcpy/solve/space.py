@@ -45,7 +45,12 @@ VOLUME = Space(
     components=("x", "y", "z", "spin_x", "spin_y", "spin_z"),
     sweep=contact_block_3d.sweep,
     error=contact_block_3d.error,
-    link={"normal_velocity": contact_block_3d.normal_velocity, "push_normal": contact_block_3d.push_normal},
+    link={
+        "normal_velocity": contact_block_3d.normal_velocity,
+        "push_normal": contact_block_3d.push_normal,
+        "relative_velocity": contact_block_3d.relative_velocity,
+        "push_row": contact_block_3d.push_row,
+    },
     driver={"momentum": contact_block_3d.momentum},
     momentum=Kernel(contact_block_3d.momentum),
     relative_velocities=Kernel(contact_block_3d.relative_velocities),

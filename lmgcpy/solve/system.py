@@ -45,8 +45,16 @@ class System(NamedTuple):
     """Velocities of the bodies under the present impulses, (n, k)."""
     inverse_mass: np.ndarray
     """Inverse masses and inertias by component [1/kg], zero where driven, (n, k)."""
+    geometric: np.ndarray
+    """Geometric stiffness of the links [kg], which come first, (links,); (0,) where it is off."""
+    carried: np.ndarray
+    """Velocity across each link that its wire carries along as it turns [m/s], (links, d - 1), or none."""
+    own: np.ndarray
+    """Local block of W of each link [1/kg], (links, d, d), or none."""
+    following: np.ndarray
+    """Block of W between each link and the next one of its chain, (links, d, d), or none."""
     work: np.ndarray
-    """Scratch of the wire blocks, (4, longest chain)."""
+    """Scratch of the wire blocks, (longest chain, numbers a link): 4, and with geometric stiffness more."""
     worst: np.ndarray
     """(2,): largest single error that the error kernels met [m/s], and the row of its interaction."""
 

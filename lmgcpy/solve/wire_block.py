@@ -49,7 +49,7 @@ SAME = 1e-9
 
 
 def residual(start, count, offset, weight, s):
-    """Fill in -F (row 0 of the scratch) and the slopes (row 1); returns (sum of (w F)^2, whether a law's piece changed).
+    """Fill in -F and the slopes, columns 0 and 1 of the scratch; returns (sum of (w F)^2, whether a law changed its piece).
 
     ``weight``: w_i as a fraction of W_ii.
     """
@@ -59,8 +59,8 @@ def residual(start, count, offset, weight, s):
         i = np.uintp(start + k)
         w = weight * s.delassus[i, 0]
         if w == 0.0:  # both bodies are held
-            s.work[0, k] = 0.0
-            s.work[1, k] = 0.0
+            s.work[k, 0] = 0.0
+            s.work[k, 1] = 0.0
             continue
         prepared = read(s.prepared, offset + k * PREPARED)
         u_n = normal_velocity(i, s)
@@ -68,45 +68,45 @@ def residual(start, count, offset, weight, s):
         free = (u_n - w * r,)
         (new,) = react(((w,),), free, prepared)
         ((gradient,),) = slope(((w,),), free, prepared)
-        s.work[0, k] = new - r
+        s.work[k, 0] = new - r
         # A piece is known by its slope, up to the round-off of a curve's. Of two pieces of slope 0, as slack and full,
         # a step lands on the one that it was taken on.
-        if abs(gradient - s.work[1, k]) > SAME * abs(gradient) or (gradient == 0.0 and abs(new - r) > SAME * abs(new)):
+        if abs(gradient - s.work[k, 1]) > SAME * abs(gradient) or (gradient == 0.0 and abs(new - r) > SAME * abs(new)):
             changed = True
-        s.work[1, k] = gradient
+        s.work[k, 1] = gradient
         merit += (w * (new - r)) ** 2 + 0.0 * gradient  # a slope that is not finite must not pass for a singular matrix
     return merit, changed
 
 
 def diagonal_entry(start, k, weight, s):
     """``1 + s (w - W)`` of the Newton matrix."""
-    return 1.0 - (1.0 - weight) * s.work[1, k] * s.delassus[start + k, 0]
+    return 1.0 - (1.0 - weight) * s.work[k, 1] * s.delassus[start + k, 0]
 
 
 def substitute(start, count, weight, s, right):
-    """Solve the tridiagonal Newton system for the right-hand side in row ``right`` of the scratch, in place.
+    """Solve the tridiagonal Newton system for the right-hand side in column ``right`` of the scratch, in place.
 
-    Row 2 holds the eliminated superdiagonal. Returns False where a pivot vanishes.
+    Column 2 holds the eliminated superdiagonal. Returns False where a pivot vanishes.
     """
     above = 0.0
     for k in range(count):
-        gradient = s.work[1, k]
+        gradient = s.work[k, 1]
         diagonal = diagonal_entry(start, k, weight, s)
         lower = -gradient * s.coupling[start + k - 1] if k > 0 else 0.0
         pivot = diagonal - lower * above
         if not abs(pivot) > 1e-14 * abs(diagonal):
             return False
-        below = s.work[right, k - 1] if k > 0 else 0.0
-        s.work[right, k] = (s.work[right, k] - lower * below) / pivot
+        below = s.work[k - 1, right] if k > 0 else 0.0
+        s.work[k, right] = (s.work[k, right] - lower * below) / pivot
         above = -gradient * s.coupling[start + k] / pivot if k < count - 1 else 0.0
-        s.work[2, k] = above
+        s.work[k, 2] = above
     for k in range(count - 2, -1, -1):
-        s.work[right, k] -= s.work[2, k] * s.work[right, k + 1]
+        s.work[k, right] -= s.work[k, 2] * s.work[k + 1, right]
     return True
 
 
 def newton_step(start, count, weight, s):
-    """The Newton step in row 0 of the scratch; False where the matrix is singular.
+    """The Newton step in column 0 of the scratch; False where the matrix is singular.
 
     In a closed chain the last link also meets the first. Its row and column are split off: two substitutions for the
     others, then its own equation.
@@ -114,32 +114,32 @@ def newton_step(start, count, weight, s):
     corner = s.coupling[start + count - 1]
     if corner == 0.0:
         return substitute(start, count, weight, s, 0)
-    first = -s.work[1, 0] * corner  # entry (0, last)
-    last = -s.work[1, count - 1] * corner  # entry (last, 0)
+    first = -s.work[0, 1] * corner  # entry (0, last)
+    last = -s.work[count - 1, 1] * corner  # entry (last, 0)
     inner = count - 1
-    lower = -s.work[1, inner] * s.coupling[start + inner - 1]
+    lower = -s.work[inner, 1] * s.coupling[start + inner - 1]
     for k in range(inner):
-        s.work[3, k] = 0.0
-    s.work[3, 0] += first
-    s.work[3, inner - 1] += -s.work[1, inner - 1] * s.coupling[start + inner - 1]
+        s.work[k, 3] = 0.0
+    s.work[0, 3] += first
+    s.work[inner - 1, 3] += -s.work[inner - 1, 1] * s.coupling[start + inner - 1]
     if not (substitute(start, inner, weight, s, 0) and substitute(start, inner, weight, s, 3)):
         return False
     diagonal = diagonal_entry(start, inner, weight, s)
-    pivot = diagonal - last * s.work[3, 0] - lower * s.work[3, inner - 1]
+    pivot = diagonal - last * s.work[0, 3] - lower * s.work[inner - 1, 3]
     if not abs(pivot) > 1e-14 * abs(diagonal):
         return False
-    x = (s.work[0, inner] - last * s.work[0, 0] - lower * s.work[0, inner - 1]) / pivot
-    s.work[0, inner] = x
+    x = (s.work[inner, 0] - last * s.work[0, 0] - lower * s.work[inner - 1, 0]) / pivot
+    s.work[inner, 0] = x
     for k in range(inner):
-        s.work[0, k] -= x * s.work[3, k]
+        s.work[k, 0] -= x * s.work[k, 3]
     return True
 
 
 def move(start, count, s):
-    """Add row 0 of the scratch to the impulses."""
+    """Add column 0 of the scratch to the impulses."""
     for k in range(count):
         i = np.uintp(start + k)
-        d = s.work[0, k]
+        d = s.work[k, 0]
         if d != 0.0:
             s.impulse[i, 0] += d
             push_normal(i, s, d)

@@ -60,8 +60,10 @@ def thrown(solver, long: bool) -> Result:
 
     Hard: W spans six orders of magnitude, and the blow of the tip must cross a thousand links within one step; one
     link at a time this takes some n^2 sweeps, and a tension that has not arrived lets the wire grow. Numbers: linear
-    and angular momentum, relative to the tip's, to 1e-10 (links act along the line of centres at the detection, so
-    both are kept exactly); no link longer than Pythagoras allows (see ``Lengths``) by more than 1e-8 of it; and that
+    momentum, relative to the tip's, to 1e-10, as the impulses of a link are opposite; angular momentum to 1e-6: where the
+    wire is taut it has geometric stiffness, whose impulses across links are couples, ``sum kappa l^2 (omega+ - omega)``,
+    with ``sum kappa l^2 <= h^2 T L``, (h omega)^2 = 1e-5 of the moment of inertia of the tip, which makes T, at 3 rad/s;
+    what it takes up with the tension it gives back with it, up to a tenth; no link longer than Pythagoras allows (see ``Lengths``) by more than 1e-8 of it; and that
     it did come taut: less than 1 % between its ends and its length.
     """
     count, spacing, slack, radius = 1000, 0.01, 0.03, 0.1
@@ -84,7 +86,8 @@ def thrown(solver, long: bool) -> Result:
     change = np.abs(momenta(sim) - start)
     scale = np.repeat([np.linalg.norm(start[:3]), np.linalg.norm(start[3:])], 3)
     return watch.result(
-        Number("momentum", float((change / scale).max()), 1e-10),
+        Number("momentum", float((change / scale)[:3].max()), 1e-10),
+        Number("angular momentum", float((change / scale)[3:].max()), 1e-6),
         Number("length", lengths.excess, 1e-8),
         Number("slack", 1.0 - span / (spacing * (count - 1)), 1e-2),
     )

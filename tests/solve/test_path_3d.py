@@ -72,7 +72,7 @@ def test_a_bend_changes_the_derivative_to_that_behind_the_wall():
     passed = set()
     for seed in range(120):
         active = ActiveSet(random_problem(seed))
-        _, mu, compliance, cones = active.laws
+        _, mu, compliance, _, cones = active.laws
         a, given, centre = np.random.default_rng(seed).standard_normal((3, 10, 3))
         kind = active.natural(-active.weight[:, None] * a, np.zeros_like(a))[1].kind
         status = map_of(active, a, kind, EPSILON, centre)[1]

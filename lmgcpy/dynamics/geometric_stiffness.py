@@ -1,0 +1,179 @@
+"""Geometric stiffness: what a taut link answers to motion across it, within the step.
+
+The normal of a link is that of the detection, so that the turning of its tension T within the step is explicit. Across a
+wire of beads of mass m and links of length l the step is then a leapfrog, unstable beyond ``s = 4 h^2 T/(m l) = 4``: light
+beads under a heavy load zigzag, the stretch this leaves is pulled back in the next step, and that is a blow which makes
+energy. The remedy is the term that the linearisation of the normal drops (Tournier, Nesme, Gilles, Faure 2015, ACM Trans.
+Graph. 34; Andrews, Teichmann, Kovecses 2017): the impulse acts along the link as it will have turned,
+
+    r_t = -kappa (u_t - c_t),      kappa = max(0, h |r_n| / l - 2 / P)  in tension,  0 otherwise,
+
+with ``P = p_c / m_c + p_a / m_a`` for a link whose beads are held by p_c and p_a links. Where ``s = h |r_n| P / l <= 2``
+the step resolves the motion of the beads and nothing is added; in compression nothing is added either, as a rod that
+buckles does so for good physical reasons.
+
+``c_t = l (omega x n)_t`` is what the turning of the wire as a whole gives the link, at the angular velocity omega that it
+had before the step. So the term resists that the wire bends, and neither a pendulum nor a spinning wire is slowed down.
+
+**Stability** (docs/nscd.md). With ``C = sum kappa b b^T`` and ``K = sum (T/l) b b^T`` over the links, b taking velocities
+to those across a link, the quantity ``v.(M + C/2 - h^2 K/4) v / 2 + x.K x / 2`` does not grow, and it is positive at any
+step, mass and tension: ``sum b b^T / P <= M``, the masses shared out among the links.
+
+**kappa and r_n.** kappa is kept while a step is solved, so that what is solved stays the linear complementarity problem
+that solvers know, one more linear row a link and direction. Afterwards it is compared with what the impulses found call
+for; where they differ the step is solved anew from there. In a smooth motion the kappa of the impulses before will do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from lmgcpy.contact.frames import local_frames
+from lmgcpy.contact.tables import ChainTable
+from lmgcpy.dynamics.assembly import StepProblem, group_kernels
+from lmgcpy.dynamics.schedule import schedule
+from lmgcpy.solve.report import CONVERGED, NOT_FINITE
+from lmgcpy.solve.solver import Outcome
+from lmgcpy.solve.stiffened_wire_block import scratch_width
+
+ENOUGH = 0.1
+"""A stiffness within this part of what the impulses call for will do: at a tenth below, ``alpha = 0.9 - 1.8/s`` is still
+far from the least that is stable, ``1/2 - 2/s``."""
+TURNS = 30
+"""So often a step is solved at the most. (Jerked wires of 21 beads, mass ratios of 1e3 and 1e5: 17 at the worst, in the
+first step of the jerk, and 1.0 to 1.3 in the mean.)"""
+BOTH_WAYS = 2
+"""From this turn on stiffnesses only grow, and may be larger than what is called for: where a link is taut in one turn
+and slack in the next, the larger one is stable and ends the search."""
+
+
+@dataclass(frozen=True)
+class Links:
+    """The links of all chains, one after another, as the detector orders them; L of them."""
+
+    count: int
+    dimension: int
+    radius_sum: np.ndarray
+    """Sum of the two radii [m], (L,)."""
+    share: np.ndarray
+    """P, see the module's text [1/kg], (L,)."""
+    mobility: np.ndarray
+    """Sum of the inverse masses of the two bodies by component [1/kg], (L, d)."""
+    shared: np.ndarray
+    """Inverse mass by component of the bead that a link shares with the next one of its chain, zero where there is none
+    [1/kg], (L, d)."""
+    following: np.ndarray
+    """Row of that link, (L,)."""
+    cuts: np.ndarray
+    """First link of each chain, and the end."""
+
+    @classmethod
+    def of(cls, chains: list[ChainTable], inverse_mass: np.ndarray, dimension: int) -> Links:
+        """Gather the links of a model; ``inverse_mass`` by component, (n, k)."""
+        nothing = np.zeros(0, np.int64)
+        inverse = inverse_mass[:, :dimension]
+        a = np.concatenate([nothing, *(chain.bodies[:-1] for chain in chains)])
+        c = np.concatenate([nothing, *(chain.bodies[1:] for chain in chains)])
+        held = np.bincount(np.concatenate([a, c]), minlength=len(inverse))  # links at each body
+        weight = held * inverse.max(axis=1, initial=0.0)
+        cuts = np.cumsum([0, *(chain.link_count for chain in chains)])
+        following = np.arange(1, len(a) + 1)
+        shared = inverse[c].copy()
+        for chain, first, end in zip(chains, cuts[:-1], cuts[1:], strict=True):
+            following[end - 1] = first
+            if chain.bodies[0] != chain.bodies[-1]:
+                shared[end - 1] = 0.0
+        radius_sum = np.concatenate([np.zeros(0), *(chain.radius_sum for chain in chains)])
+        return cls(len(a), dimension, radius_sum, weight[a] + weight[c], inverse[a] + inverse[c], shared, following, cuts)
+
+    def resolution(self, impulse: np.ndarray, gap: np.ndarray, time_step: float) -> np.ndarray:
+        """``s = h |r_n| P / l`` of each link in tension, zero of the others, (L,); impulses (m, d), gaps (m,).
+
+        Beyond 2 the step does not resolve the motion of the beads across their wire.
+        """
+        tension = np.maximum(-impulse[: self.count, 0], 0.0)
+        length = gap[: self.count] + self.radius_sum
+        return time_step * tension * self.share / np.where(length > 0.0, length, np.inf)  # of no length: no direction
+
+    def stiffness(self, impulse: np.ndarray, gap: np.ndarray, time_step: float) -> np.ndarray:
+        """kappa of each link [kg], (L,)."""
+        excess = self.resolution(impulse, gap, time_step) - 2.0
+        return np.where(excess > 0.0, excess, 0.0) / np.where(self.share > 0.0, self.share, 1.0)
+
+    def enough(self, used: np.ndarray, needed: np.ndarray, turn: int) -> bool:
+        """Whether the stiffnesses ``used`` (L,) will do for the impulses found with them in this turn, from 0."""
+        difference = needed - used if turn >= BOTH_WAYS else np.abs(needed - used)
+        return bool((difference * self.share <= ENOUGH * (needed * self.share + 2.0)).all())
+
+    def next(self, used: np.ndarray, needed: np.ndarray, turn: int) -> np.ndarray:
+        """The stiffnesses of the turn after this one."""
+        return np.maximum(used, needed) if turn >= BOTH_WAYS else needed
+
+    def stiffen(self, problem: StepProblem, stiffness: np.ndarray, before: np.ndarray, wire_blocks: bool) -> StepProblem:
+        """The problem of the step with these stiffnesses (L,); ``before``: those of the impulses at its start, (L,), by
+        which the turning of the wires is weighed."""
+        s, d = problem.system, self.dimension
+        frame = local_frames(s.normal[: self.count])
+        length = problem.data.gap[: self.count] + self.radius_sum
+        system = s._replace(
+            geometric=stiffness,
+            carried=self._carried(frame, length, problem.data.before[: self.count], before),
+            own=np.einsum("iad,id,ibd->iab", frame, self.mobility, frame),
+            following=-np.einsum("iad,id,ibd->iab", frame, self.shared, frame[self.following]),
+            work=np.zeros((len(s.work), scratch_width(d))),
+        )
+        kernels = [group_kernels(group, d, wire_blocks, stiffened=True) for group in problem.groups]
+        table = schedule(problem.groups, kernels, problem.offset)
+        return replace(problem, system=system, kernels=kernels, table=table)
+
+    def _carried(self, frame: np.ndarray, length: np.ndarray, velocity: np.ndarray, weight: np.ndarray) -> np.ndarray:
+        """c_t of each link [m/s], (L, d - 1), from the relative velocities (L, d) at the start of the step.
+
+        The angular velocity of a wire is that which leaves the least ``sum weight |u_t - l (omega x n)_t|^2``.
+        """
+        carried = np.zeros((self.count, self.dimension - 1))
+        for first, end in zip(self.cuts[:-1], self.cuts[1:], strict=True):
+            own, l, u = weight[first:end], length[first:end], velocity[first:end, 1:]
+            if not own.any():
+                continue
+            if self.dimension == 2:
+                omega = (own * l) @ u[:, 0] / ((own * l) @ l)
+                carried[first:end, 0] = omega * l
+                continue
+            t, b = frame[first:end, 1], frame[first:end, 2]
+            # (omega x n).t = omega.b and (omega x n).b = -omega.t
+            turns = l[:, None, None] * np.stack([b, -t], axis=1)
+            root = np.sqrt(own)[:, None]
+            omega = np.linalg.lstsq((root[..., None] * turns).reshape(-1, 3), (root * u).ravel(), rcond=1e-10)[0]
+            carried[first:end] = turns @ omega
+        return carried
+
+
+def solve_stiffened(
+    links: Links, problem: StepProblem, wire_blocks: bool, solve: Callable[[StepProblem], Outcome]
+) -> tuple[StepProblem, Outcome]:
+    """Solve a step until the stiffnesses of its links are those that the impulses call for; returns the problem as it was
+    solved last, and sweeps and Newton steps of all turns.
+
+    Turns end as well where one is not solved for the third time.
+    """
+    gap, h = problem.data.gap, problem.data.time_step
+    plain = problem
+    used = before = links.stiffness(problem.guess, gap, h)
+    sweeps = factorisations = unsolved = 0
+    for turn in range(TURNS):
+        problem.guess[: links.count, 1:][used == 0.0] = 0.0
+        problem = plain if not used.any() else links.stiffen(plain, used, before, wire_blocks)
+        outcome = solve(problem)
+        sweeps += outcome.iterations
+        factorisations += outcome.factorisations
+        unsolved += outcome.status != CONVERGED
+        needed = links.stiffness(problem.system.impulse, gap, h)
+        if outcome.status == NOT_FINITE or unsolved == 3 or links.enough(used, needed, turn):
+            break
+        used = links.next(used, needed, turn)
+        plain.guess[:] = problem.system.impulse
+    return problem, outcome._replace(iterations=sweeps, factorisations=factorisations)

@@ -1,0 +1,245 @@
+"""Geometric stiffness of taut links: where it is, that it is stable at any step, and what it leaves alone."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import lmgcpy as lm
+
+DIMENSIONS = pytest.mark.parametrize("dimension", [2, 3])
+
+
+def vector(dimension: int, x: float, y: float) -> tuple[float, ...]:
+    """A vector in the plane of x and of what points upward."""
+    return (x, y) if dimension == 2 else (x, 0.0, y)
+
+
+def ball(dimension: int, radius: float, x: float, y: float, mass: float, speed=(0.0, 0.0)):
+    """A disk or a sphere."""
+    make = lm.disk if dimension == 2 else lm.sphere
+    return make(radius=radius, position=vector(dimension, x, y), mass=mass, velocity=vector(dimension, *speed))
+
+
+def jerked(dimension: int, load: float, time_step: float, **options) -> lm.Simulation:
+    """Twenty links of 0.0101 m over 0.2 m, beads of 1 g and a load in the middle, which falls until they are taut."""
+    scene = lm.Scene(dimension=dimension, gravity=vector(dimension, 0.0, -9.81))
+    for i in range(21):
+        scene.add(ball(dimension, 0.002, 0.01 * i, 0.0, load if i == 10 else 1e-3))
+    scene.bodies[0].fix()
+    scene.bodies[-1].fix()
+    scene.chain(scene.bodies, lm.RigidWire(), reference_gap=0.0101 - 0.004)
+    return lm.Simulation(scene, time_step=time_step, **options)
+
+
+def wire_length(sim: lm.Simulation) -> float:
+    return float(np.linalg.norm(np.diff(sim.positions, axis=0), axis=1).sum())
+
+
+# ------------------------------------------------------------------------------------------------- a jerked wire
+
+
+@pytest.mark.parametrize("load", [1e-3, 1.0, 100.0, 1e3])
+@pytest.mark.parametrize("time_step", [2e-3, 1e-3, 5e-4, 2.5e-4])
+def test_a_jerked_wire_stays_as_long_as_it_is(load, time_step):
+    """Mass ratios of 1 to 1e6. Geometry: half the wire of 0.202 m over 0.1 m lets the load fall to 14.2 mm.
+
+    What links turn in a step stretches them by Pythagoras, ``(h u_t)^2 / (2 l)``. The load falls at sqrt(2 g 0.0142) =
+    0.53 m/s, and beads that are thrown taut move twice as fast: 5.5e-5 m of a link of 0.0101 m at 1 ms, in the few links
+    that turn. A thousandth of the wire at 1 ms, 2e-4 m, and in proportion to h, is allowed; the load hangs no lower
+    than this length lets it. What is pulled back is work of the wire, of the same part of what falls.
+    """
+    sim = jerked(2, load, time_step)
+    lowest, longest, made, least = 0.0, 0.0, 0.0, 0.0
+    for _ in range(round(0.3 / time_step)):
+        assert sim.step().status == "converged"
+        lowest, longest = min(lowest, sim.positions[10, -1]), max(longest, wire_length(sim))
+        work = sum(sim.energy.total_interactions.values())
+        least = min(least, work)
+        made = max(made, work - least)
+    assert longest <= 0.202 * (1.0 + time_step)
+    assert -lowest <= math.sqrt((0.5 * longest) ** 2 - 0.1**2) * (1.0 + 1e-9)
+    depth = math.sqrt(0.101**2 - 0.1**2)
+    assert made <= 0.1 * (load + 19e-3) * 9.81 * depth  # what a stretch gives back; without the term 9 times all of it
+
+
+def test_without_it_the_wire_stretches():
+    sim = jerked(2, 1.0, 1e-3, geometric_stiffness=False).run(steps=300)
+    assert wire_length(sim) > 0.25 or sum(sim.energy.total_interactions.values()) > 0.14
+    assert not np.any(sim.interactions.impulse[:, 1:])
+
+
+def test_a_wire_in_space_does_as_in_the_plane():
+    """The same bits are not asked for: sums over three components round otherwise, and a jerk forgets nothing."""
+    plane, space = (jerked(dimension, 1.0, 1e-3) for dimension in (2, 3))
+    plane.run(steps=65)
+    space.run(steps=65)
+    np.testing.assert_allclose(space.positions[:, [0, 2]], plane.positions, rtol=0.0, atol=1e-9)
+    assert not space.positions[:, 1].any()
+
+
+# ----------------------------------------------------------------------------------------------------- stability
+
+
+@DIMENSIONS
+@pytest.mark.parametrize("s", [0.5, 1.9, 2.1, 3.9, 4.1, 10.0, 1e3, 1e6])
+def test_small_motion_across_a_taut_wire_never_grows(dimension, s):
+    """A straight wire of beads under a tension T with s = 4 h^2 T / (m l), beads thrown at random; 400 steps.
+
+    Where s <= 2 it is the leapfrog that it was, which swings for ever; from s = 4 on the leapfrog grows by the step. The
+    largest displacement of a leapfrog in its range is that of the motion times 1/sqrt(1 - s/4): 1.4 at s = 2. What the
+    solver leaves, 1e-12 of the velocity h T / m that the tension would give, is an error of a step's displacement.
+    """
+    count, length, h, mass = 10, 0.1, 1e-2, 1e-3
+    tension = s * mass * length / (4.0 * h**2)
+    rng = np.random.default_rng(5)
+    scene = lm.Scene(dimension=dimension)
+    for i in range(count + 1):
+        scene.add(ball(dimension, 0.01, length * i, 0.0, mass, (0.0, 1e-6 * rng.standard_normal())))
+    scene.bodies[0].fix()
+    end = scene.bodies[-1]
+    end.impose_velocity(**{("y" if dimension == 2 else "z"): 0.0})
+    end.impose_force(x=tension)
+    scene.chain(scene.bodies, lm.RigidWire())
+    sim = lm.Simulation(scene, time_step=h, solver=lm.GaussSeidel(tolerance=1e-12), on_unconverged="ignore")
+    largest = 0.0
+    for _ in range(400):
+        sim.step()
+        largest = max(largest, float(np.abs(sim.positions[:, -1]).max()))
+    slowest = 2.0 * math.sqrt(tension / (mass * length)) * math.sin(0.5 * math.pi / count)
+    free = 3e-6 * min(1.0 / slowest, 400 * h)  # thrown at three sigma, and never more at once than that
+    assert 0.0 < largest <= 10.0 * (free + h * 1e-12 * h * tension / mass)
+    stiffened = bool(np.any(sim.interactions.impulse[:, 1:]))
+    assert stiffened == (s > 2.0 * 1.01)
+
+
+def test_it_is_off_where_a_link_is_pressed():
+    """A rod under compression buckles, and nothing across it is damped."""
+    scene = lm.Scene(dimension=2)
+    for i in range(5):
+        scene.add(lm.disk(radius=0.01, position=(0.1 * i, 1e-6 * (i % 2)), mass=1e-3))
+    scene.bodies[0].fix()
+    scene.bodies[-1].impose_force(x=-1e3)
+    scene.chain(scene.bodies, lm.RigidRod())
+    sim = lm.Simulation(scene, time_step=1e-3, solver=lm.GaussSeidel(tolerance=1e-9))
+    for _ in range(2):
+        sim.step()
+        impulse = sim.interactions.impulse
+        assert (impulse[:, 0] > 0.0).any()
+        assert not impulse[impulse[:, 0] >= 0.0, 1].any()
+
+
+@DIMENSIONS
+def test_a_net_of_wires_under_a_load_holds(dimension):
+    """Nodes of two wires, four links each: the share of a node's mass is a quarter. Thrown at random, it comes to rest.
+
+    Number: the load hangs on a straight wire of four links and two crossed ones; it may not leave its geometry.
+    """
+    count, length = 9, 0.02
+    scene = lm.Scene(dimension=dimension, gravity=vector(dimension, 0.0, -9.81))
+    rng = np.random.default_rng(2)
+    row = [scene.add(ball(dimension, 0.004, length * i, 0.0, 1e-4)) for i in range(count)]
+    middle = row[count // 2]
+    column = [scene.add(ball(dimension, 0.004, middle.position[0], -length * k, 1e-4)) for k in range(1, 4)]
+    load = scene.add(ball(dimension, 0.004, middle.position[0], -4.0 * length, 10.0, (0.3 * rng.standard_normal(), 0.0)))
+    row[0].fix()
+    row[-1].fix()
+    scene.chain(row, lm.RigidWire(), reference_gap=1.02 * length - 0.008)
+    scene.chain([middle, *column, load], lm.RigidWire(), reference_gap=length - 0.008)
+    sim = lm.Simulation(scene, time_step=1e-3, solver=lm.Auto(tolerance=1e-8)).run(steps=600)
+    half = 0.5 * (count - 1) * length
+    sag = half * math.sqrt(1.02**2 - 1.0)
+    assert sim.unconverged_steps == 0
+    assert -sim.positions[-1, -1] <= (sag + 4.0 * length) * 1.01  # a jerk's stretch of second order
+    lengths = np.linalg.norm(np.diff(sim.positions[:count], axis=0), axis=1)
+    assert lengths.max() <= 1.02 * length * 1.01
+
+
+# ------------------------------------------------------------------------------------------- what it leaves alone
+
+
+def turning_string(time_step: float, dimension: int) -> tuple[lm.Simulation, float]:
+    """Two bodies of 1 kg on a wire of beads of 0.1 g, which turn about each other at 10 rad/s; and the turn's momentum."""
+    omega, length = 10.0, 0.02
+    scene = lm.Scene(dimension=dimension)
+    for i in range(11):
+        x = length * (i - 5)
+        scene.add(ball(dimension, 0.004, x, 0.0, 1.0 if i in (0, 10) else 1e-4, (0.0, omega * x)))
+    scene.chain(scene.bodies, lm.RigidWire())
+    return lm.Simulation(scene, time_step=time_step), angular_momentum(scene)
+
+
+def angular_momentum(scene: lm.Scene) -> float:
+    """About the origin, in the plane of x and of what points upward [kg m^2/s]."""
+    return sum(
+        (1.0 if body.id in (0, len(scene.bodies) - 1) else 1e-4)
+        * (body.position[0] * body.velocity[-1] - body.position[-1] * body.velocity[0])
+        for body in scene.bodies
+    )
+
+
+@DIMENSIONS
+def test_a_spinning_wire_keeps_its_momentum_to_second_order(dimension):
+    """kappa l^2 is an inertia that comes and goes with the tension: of the moment of inertia it is (h omega)^2 at most.
+
+    Summed over a wire of length L with T = m omega^2 L/2 at both ends, sum kappa l^2 <= h^2 T L = (h omega)^2 m L^2 / 2,
+    which is the moment of inertia times (h omega)^2. The dashpot that takes u_t as it is would lose h omega^2 a second,
+    a tenth of it here at 1 ms.
+    """
+    losses = []
+    for h in (4e-3, 2e-3, 1e-3):
+        sim, start = turning_string(h, dimension)
+        sim.run(duration=1.0)
+        assert np.any(sim.interactions.impulse[:, 1:])
+        losses.append(abs(angular_momentum(sim.scene) / start - 1.0))
+        assert losses[-1] <= (10.0 * h) ** 2
+    assert math.log2(losses[0] / losses[2]) >= 3.5  # second order over two octaves, 4, and some noise
+
+
+@pytest.mark.long
+def test_the_momentum_of_a_spinning_wire_does_not_drift():
+    """1e5 steps, 160 turns: the bound of the test above, from beginning to end."""
+    sim, start = turning_string(1e-3, 2)
+    for _ in range(100):
+        sim.run(steps=1000)
+        assert abs(angular_momentum(sim.scene) / start - 1.0) <= 1e-4
+
+
+@DIMENSIONS
+def test_a_pendulum_on_a_light_wire_keeps_its_energy(dimension):
+    """1 kg on ten links with beads of 0.1 g, five seconds at 1 ms: (h Omega)^2 = 1e-5 is its bound, Omega^2 = g/L."""
+    scene = lm.Scene(dimension=dimension, gravity=vector(dimension, 0.0, -9.81))
+    for i in range(11):
+        scene.add(ball(dimension, 0.01, 0.1 * i * math.sin(0.3), -0.1 * i * math.cos(0.3), 1.0 if i == 10 else 1e-4))
+    scene.bodies[0].fix()
+    scene.chain(scene.bodies, lm.RigidWire())
+    sim = lm.Simulation(scene, time_step=1e-3).run(duration=5.0)
+    assert np.any(sim.interactions.impulse[:, 1:])
+    made = sum(sim.energy.total_interactions.values())
+    assert abs(made) <= 1e-5 * 9.81 * (1.0 - math.cos(0.3)) * 1.001
+
+
+def test_the_energy_identity_closes_with_it():
+    sim = jerked(2, 100.0, 1e-3)
+    turned = 0.0
+    for _ in range(150):
+        sim.step()
+        energy = sim.energy
+        turned = max(turned, energy.kinetic, abs(energy.loads), abs(sum(energy.interactions.values())))
+        assert abs(energy.defect) <= 1e-12 * turned  # round-off of impulses of 1e2 N s on 1e-3 kg
+
+
+def test_a_recorded_run_is_resumed_to_the_last_bit(tmp_path):
+    """kappa comes from the impulses that are remembered."""
+    whole = jerked(2, 1.0, 1e-3).run(steps=80)
+    jerked(2, 1.0, 1e-3).run(steps=60, record=tmp_path / "run.h5")
+    sim = lm.resume(tmp_path / "run.h5").run(steps=20)
+    np.testing.assert_array_equal(sim.positions, whole.positions)
+    np.testing.assert_array_equal(sim.velocities, whole.velocities)
+
+
+def test_it_is_said_to_be_on_or_off():
+    with pytest.raises(TypeError, match="geometric_stiffness must be True or False"):
+        jerked(2, 1.0, 1e-3, geometric_stiffness=1)
