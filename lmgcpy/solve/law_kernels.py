@@ -14,6 +14,7 @@ from lmgcpy.jit import Kernel, kernel, may_raise, row_reader
 from lmgcpy.laws import Law
 from lmgcpy.solve import stiffened_wire_block, wire_block
 from lmgcpy.solve.by_address import group_signature
+from lmgcpy.solve.small_matrices import small_matrices
 from lmgcpy.solve.space import SPACES
 from lmgcpy.solve.system import System
 from lmgcpy.solve.watched import finite_matrix, finite_vector, guard, noting_reader
@@ -246,7 +247,7 @@ def _group_kernels(
     space = SPACES[dimension]
     sweep, error = Kernel(space.sweep, meaning), Kernel(space.error, meaning)
     if stiffened:
-        sweep, error = stiffened_kernels({**space.link, **meaning, "ROWS": dimension}, slope)
+        sweep, error = stiffened_kernels({**space.link, **meaning, "ROWS": dimension, **small_matrices(dimension)}, slope)
     elif slope is not None:
         sweep = Kernel(wire_block.sweep, {**space.link, **meaning, "slope": slope})
     if guarded:

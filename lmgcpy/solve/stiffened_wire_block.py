@@ -15,7 +15,7 @@ Rows where kappa is zero read ``r_t = 0``. The matrix is a symmetric positive de
 elimination needs no pivoting.
 
 The scratch ``System.work`` has a row for every link: right-hand side (d), slopes (d), eliminated block above the diagonal
-(d x d), columns of the last link of a closed chain (d x d), and the block on the diagonal (d x d).
+(d x d), columns of the last link of a closed chain (d x d).
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from __future__ import annotations
 import numpy as np
 
 from lmgcpy.solve.contact_block import normal_velocity, push_normal, push_row, relative_velocity
+from lmgcpy.solve.small_matrices import small_matrices
 from lmgcpy.solve.system import System
 from lmgcpy.solve.wire_block import SAME, react, read, slope
 
@@ -30,11 +31,13 @@ PREPARED = 0
 """How many numbers the law prepares; given by the specialisation, as what follows."""
 ROWS = 2
 """The dimension d."""
+block, row, square, store_row, store_square, unit, transposed, negative, *_ = small_matrices(ROWS).values()
+*_, scaled, product, times, plus, less, plus_row, less_row, solve = small_matrices(ROWS).values()
 
 
 def scratch_width(dimension: int) -> int:
     """Numbers of scratch that a link needs."""
-    return 2 * dimension + 3 * dimension**2
+    return 2 * dimension + 2 * dimension**2
 
 
 def residual(start, count, offset, weight, s):
@@ -70,96 +73,59 @@ def residual(start, count, offset, weight, s):
     return merit, changed
 
 
-def fill_diagonal(start, k, weight, s):
-    """The block of the Newton matrix on the diagonal."""
+def diagonal_block(start, k, weight, s):
+    """The block of the Newton matrix on the diagonal, and the slopes of its rows."""
     i = start + k
-    first = 2 * ROWS + 2 * ROWS * ROWS
-    for a in range(ROWS):
-        gradient = s.work[k, ROWS + a]
-        for b in range(ROWS):
-            s.work[k, first + ROWS * a + b] = -gradient * s.own[i, a, b]
-        w = weight * s.delassus[i, 0] if a == 0 else 0.0
-        s.work[k, first + ROWS * a + a] += 1.0 + gradient * w
+    gradients = row(s.work, k, ROWS)
+    W = block(s.own, i)
+    return less(unit(gradients[0] * weight * s.delassus[i, 0]), scaled(gradients, W)), gradients
 
 
-def factor_diagonal(k, s):
-    """LU factors of the block on the diagonal, in place; False where a pivot vanishes."""
-    first = 2 * ROWS + 2 * ROWS * ROWS
-    for c in range(ROWS):
-        pivot = s.work[k, first + ROWS * c + c]
-        if not abs(pivot) > 0.0:
+def eliminated_block(start, k, weight, s):
+    """(P, G, slopes) of link k once the link before it is eliminated: its block on the diagonal less G times what is left
+    of that link, which is the Schur complement; -G is the block below the diagonal, -slope W_{i,i-1}."""
+    P, gradients = diagonal_block(start, k, weight, s)
+    G = scaled(gradients, transposed(block(s.following, start + k - 1)))
+    return plus(P, product(G, square(s.work, k - 1, 2 * ROWS))), G, gradients
+
+
+def substitute(start, count, weight, s):
+    """Solve the block-tridiagonal Newton system of ``count`` links for the right-hand side, in place; False where a block is
+    singular."""
+    above = 2 * ROWS
+    for k in range(count):
+        b = row(s.work, k, 0)
+        if k == 0:
+            P, gradients = diagonal_block(start, k, weight, s)
+        else:
+            P, G, gradients = eliminated_block(start, k, weight, s)
+            b = plus_row(b, times(G, row(s.work, k - 1, 0)))
+        left, b, determinant = solve(P, scaled(negative(gradients), block(s.following, start + k)), b)
+        if not determinant > 0.0:
             return False
-        for a in range(c + 1, ROWS):
-            f = s.work[k, first + ROWS * a + c] / pivot
-            s.work[k, first + ROWS * a + c] = f
-            for b in range(c + 1, ROWS):
-                s.work[k, first + ROWS * a + b] -= f * s.work[k, first + ROWS * c + b]
+        store_square(s.work, k, above, left)
+        store_row(s.work, k, b)
+    for k in range(count - 2, -1, -1):
+        known = times(square(s.work, k, above), row(s.work, k + 1, 0))
+        store_row(s.work, k, less_row(row(s.work, k, 0), known))
     return True
 
 
-def solve_diagonal(k, at, columns, s):
-    """Solve with the factors for ``columns`` right-hand sides that begin at ``at``, in place."""
-    first = 2 * ROWS + 2 * ROWS * ROWS
-    for b in range(columns):
-        for a in range(ROWS):
-            for c in range(a):
-                s.work[k, at + columns * a + b] -= s.work[k, first + ROWS * a + c] * s.work[k, at + columns * c + b]
-        for reverse in range(ROWS):
-            a = ROWS - 1 - reverse
-            for c in range(a + 1, ROWS):
-                s.work[k, at + columns * a + b] -= s.work[k, first + ROWS * a + c] * s.work[k, at + columns * c + b]
-            s.work[k, at + columns * a + b] /= s.work[k, first + ROWS * a + a]
-
-
-def subtract_below(start, k, at, columns, s):
-    """Take the block below the diagonal times the solution of link k - 1 off that of link k."""
-    for a in range(ROWS):
-        gradient = s.work[k, ROWS + a]
-        for b in range(columns):
-            for c in range(ROWS):  # entry -gradient W_{i,i-1}, the transpose of what follows link i - 1
-                s.work[k, at + columns * a + b] += (
-                    gradient * s.following[start + k - 1, c, a] * s.work[k - 1, at + columns * c + b]
-                )
-
-
-def substitute(start, count, weight, s, closed):
-    """Solve the block-tridiagonal Newton system of ``count`` links for the right-hand side, and for the columns of the last
-    link of a closed chain, in place. Returns False where a pivot vanishes."""
+def substitute_columns(start, count, weight, s):
+    """Solve the system of :func:`substitute` for the columns of the last link of a closed chain, in place."""
     above = 2 * ROWS
     corner = above + ROWS * ROWS
-    first = corner + ROWS * ROWS
     for k in range(count):
-        fill_diagonal(start, k, weight, s)
-        if k > 0:
-            subtract_below(start, k, 0, 1, s)
-            if closed:
-                subtract_below(start, k, corner, ROWS, s)
-            for a in range(ROWS):  # Schur complement of the link before
-                gradient = s.work[k, ROWS + a]
-                for b in range(ROWS):
-                    for c in range(ROWS):
-                        s.work[k, first + ROWS * a + b] += (
-                            gradient * s.following[start + k - 1, c, a] * s.work[k - 1, above + ROWS * c + b]
-                        )
-        if not factor_diagonal(k, s):
-            return False
-        solve_diagonal(k, 0, 1, s)
-        if closed:
-            solve_diagonal(k, corner, ROWS, s)
-        if k < count - 1:
-            for a in range(ROWS):
-                for b in range(ROWS):
-                    s.work[k, above + ROWS * a + b] = -s.work[k, ROWS + a] * s.following[start + k, a, b]
-            solve_diagonal(k, above, ROWS, s)
+        columns = square(s.work, k, corner)
+        if k == 0:
+            P, _ = diagonal_block(start, k, weight, s)
+        else:
+            P, G, _ = eliminated_block(start, k, weight, s)
+            columns = plus(columns, product(G, square(s.work, k - 1, corner)))
+        store_square(s.work, k, corner, solve(P, columns, row(s.work, k, 0))[0])
     for k in range(count - 2, -1, -1):
-        for a in range(ROWS):
-            for c in range(ROWS):
-                entry = s.work[k, above + ROWS * a + c]
-                s.work[k, a] -= entry * s.work[k + 1, c]
-                if closed:
-                    for b in range(ROWS):
-                        s.work[k, corner + ROWS * a + b] -= entry * s.work[k + 1, corner + ROWS * c + b]
-    return True
+        known = product(square(s.work, k, above), square(s.work, k + 1, corner))
+        store_square(s.work, k, corner, less(square(s.work, k, corner), known))
 
 
 def newton_step(start, count, weight, s):
@@ -174,38 +140,33 @@ def newton_step(start, count, weight, s):
             if s.following[start + last, a, b] != 0.0:
                 closed = True
     if not closed:
-        return substitute(start, count, weight, s, False)
+        return substitute(start, count, weight, s)
     corner = 2 * ROWS + ROWS * ROWS
-    first = corner + ROWS * ROWS
-    for k in range(last):
-        for a in range(ROWS):
-            for b in range(ROWS):
-                entry = 0.0
-                if k == 0:  # W_{first,last}, the transpose of what follows the last link
-                    entry += s.following[start + last, b, a]
-                if k == last - 1:
-                    entry += s.following[start + k, a, b]
-                s.work[k, corner + ROWS * a + b] = -s.work[k, ROWS + a] * entry
-    if not substitute(start, last, weight, s, True):
+    P, gradients = diagonal_block(start, last, weight, s)
+    to_first = block(s.following, start + last)
+    to_before = transposed(block(s.following, start + last - 1))
+    for k in range(last):  # columns of the last link: W_{first,last} and W_{last-1,last}
+        columns = less(to_first, to_first)
+        if k == 0:
+            columns = plus(columns, transposed(to_first))
+        if k == last - 1:
+            columns = plus(columns, transposed(to_before))
+        store_square(s.work, k, corner, scaled(negative(row(s.work, k, ROWS)), columns))
+    if not substitute(start, last, weight, s):
         return False
-    fill_diagonal(start, last, weight, s)
-    for a in range(ROWS):
-        gradient = s.work[last, ROWS + a]
-        for c in range(ROWS):
-            to_first = -gradient * s.following[start + last, a, c]
-            to_before = -gradient * s.following[start + last - 1, c, a]
-            s.work[last, a] -= to_first * s.work[0, c] + to_before * s.work[last - 1, c]
-            for b in range(ROWS):
-                s.work[last, first + ROWS * a + b] -= (
-                    to_first * s.work[0, corner + ROWS * c + b] + to_before * s.work[last - 1, corner + ROWS * c + b]
-                )
-    if not factor_diagonal(last, s):
+    substitute_columns(start, last, weight, s)
+    to_first = scaled(gradients, to_first)
+    to_before = scaled(gradients, to_before)
+    b = plus_row(row(s.work, last, 0), times(to_first, row(s.work, 0, 0)))
+    b = plus_row(b, times(to_before, row(s.work, last - 1, 0)))
+    P = plus(P, product(to_first, square(s.work, 0, corner)))
+    P = plus(P, product(to_before, square(s.work, last - 1, corner)))
+    _, b, determinant = solve(P, P, b)
+    if not determinant > 0.0:
         return False
-    solve_diagonal(last, 0, 1, s)
+    store_row(s.work, last, b)
     for k in range(last):
-        for a in range(ROWS):
-            for b in range(ROWS):
-                s.work[k, a] -= s.work[k, corner + ROWS * a + b] * s.work[last, b]
+        store_row(s.work, k, less_row(row(s.work, k, 0), times(square(s.work, k, corner), b)))
     return True
 
 
