@@ -52,6 +52,7 @@ def as_problem(step: StepProblem) -> Conic:
         laws=tuple(name for name, here in zip(names, acting, strict=True) if here),
         compliance=compliance[acting],
         guess=step.guess[acting],
+        scale=system.scale[acting],
     )
     return Conic(problem, acting)
 

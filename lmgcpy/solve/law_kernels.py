@@ -138,7 +138,10 @@ SYSTEM_TYPE = numba.typeof(
         velocity=np.zeros((0, 3)),
         inverse_mass=np.zeros((0, 3)),
         work=np.zeros((0, 0)),
-        worst=np.zeros(0),
+        scale=np.zeros(0),
+        squared_error=np.zeros(0),
+        noise=np.zeros((0, 2)),
+        told=np.zeros(0),
     )
 )
 

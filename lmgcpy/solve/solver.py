@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
-from lmgcpy.errors import shown
+from lmgcpy.errors import number, shown
 from lmgcpy.solve.system import Groups
 
 if TYPE_CHECKING:
@@ -25,6 +25,29 @@ class Outcome(NamedTuple):
     """Place in ``lmgcpy.solve.report.STATUS``."""
     factorisations: int = 0
     """Newton steps, each of which factorised a sparse matrix."""
+    slip: float = 0.0
+    """Largest ``h |e_i| / R_i``; 0 where no sizes are known."""
+
+
+MOST_SLIP = 1e-4
+"""No tolerance is so loose that an error may move an interaction by more in a step, in parts of its smaller body's radius."""
+
+
+def check_tolerances(solver: Any) -> None:
+    """Check ``tolerance`` and ``slip`` of a frozen solver in place (TypeError, ValueError)."""
+    object.__setattr__(solver, "tolerance", number(solver.tolerance, "tolerance", above=0.0, maximum=1.0))
+    if solver.slip is not None:
+        object.__setattr__(solver, "slip", number(solver.slip, "slip", above=0.0))
+
+
+def largest_slip(solver: Any) -> float:
+    """What a solver allows of ``h |e_i| / R_i``: what it was given, or else its tolerance up to :data:`MOST_SLIP`."""
+    return float(min(solver.tolerance, MOST_SLIP) if solver.slip is None else solver.slip)
+
+
+def outcome(system: Any, sweeps: int, status: int) -> Outcome:
+    """How a solve by sweeps ended, with what they left in ``system.told``."""
+    return Outcome(sweeps, float(system.told[0]), status, 0, float(system.told[1]))
 
 
 class Solver(Protocol):
