@@ -20,6 +20,7 @@ from lmgcpy.dynamics.assembly import StepProblem, assemble
 from lmgcpy.dynamics.checkpoint import Checkpoint
 from lmgcpy.dynamics.diagnosis import LawFault, fault_of_solve
 from lmgcpy.dynamics.energy import Energy, kinetic_energy
+from lmgcpy.dynamics.far_away import check_places
 from lmgcpy.dynamics.interactions import InteractionView
 from lmgcpy.dynamics.interrupt import between_steps
 from lmgcpy.dynamics.model import Model, State
@@ -74,6 +75,9 @@ class Simulation:
     old penetration as it is, so that such a start is legal, but rarely meant; what solvers leave in a sample at rest is
     less, and is not told.
 
+    A body so far from the origin that its position is rounded by more than a thousandth of its radius is refused
+    (ValueError).
+
     ``threads``: how many may share the solver's work on a scene of 5000 bodies or more; ``sim.threads = 2`` changes it
     between steps. Nothing else depends on it: the results have the same bits for any number.
 
@@ -111,6 +115,7 @@ class Simulation:
             raise TypeError(f"Simulation takes a scene, which lmgcpy.Scene(dimension=2) makes, got {shown(scene)}.")
         self.scene = scene
         self.model: Model = scene.compile()
+        check_places(self.model)
         overlaps = None if overlap == "ignore" else overlaps_at_start(self.model)
         if overlaps and overlap == "stop":
             raise ValueError(overlaps)

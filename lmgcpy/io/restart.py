@@ -67,6 +67,8 @@ def take_up(
         raise TypeError(f"sim must be a simulation that is at its start, got {shown(sim)}.")
     with _run_to_go_on(path) as run:
         there = {"notes": run.notes, "options": {name: run.options[name] for name in options(sim)}, "scene": run.scene}
+        if there["options"]["solver_fields"]:  # files made before solvers had it hold no slip
+            there["options"]["solver_fields"] = {"slip": None, **there["options"]["solver_fields"]}
         here = {"notes": json.loads(json.dumps(dict(notes or {}))), "options": options(sim), "scene": describe(sim.scene)}
         other = _first_difference(there, here)
         if other:

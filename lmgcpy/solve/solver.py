@@ -29,8 +29,12 @@ class Outcome(NamedTuple):
     """Largest ``h |e_i| / R_i``; 0 where no sizes are known."""
 
 
-MOST_SLIP = 1e-4
-"""No tolerance is so loose that an error may move an interaction by more in a step, in parts of its smaller body's radius."""
+MOST_SLIP = 5e-4
+"""No tolerance is so loose that an error may move an interaction by more in a step, in parts of its smaller body's radius.
+
+What steps of the biaxial tests of the quick TexSol study leave at their tolerance of 3e-3 by the residual alone is at most
+5.0e-4 (759 steps, median 2.4e-4), so that they cost as much with this bound as without: all sweeps of the study together
+are 0.97 of those without it, where 1e-3 makes 1.07, 3e-4 0.84, 1e-4 1.22 and 1e-5 3.6 of them."""
 
 
 def check_tolerances(solver: Any) -> None:
