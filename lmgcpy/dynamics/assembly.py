@@ -135,6 +135,7 @@ def assemble(
         scale=np.maximum(rate.take(interactions.candidate), rate.take(interactions.antagonist)),
         squared_error=room(count),
         noise=room(len(before), 2),
+        floor=room(count),
         told=np.zeros(4),
     )
     data = StepData(

@@ -18,7 +18,7 @@ from lmgcpy.solve.by_address import call, read
 from lmgcpy.solve.contact_block import momentum  # of bodies in the plane, unless the specialisation gives another
 from lmgcpy.solve.problem import Conic
 from lmgcpy.solve.report import CONVERGED, NOT_FINITE, ROUND_OFF, SPENT, STAGNATED
-from lmgcpy.solve.rounding import ROUNDING, add_noise, begin_noise, noise_of  # of bodies, likewise
+from lmgcpy.solve.rounding import ROUNDING, add_noise, begin_noise, gather_noise  # of bodies, likewise
 from lmgcpy.solve.solver import Outcome, check_tolerances, largest_slip, outcome
 from lmgcpy.solve.system import Groups
 from lmgcpy.solve.team import Iterates, Team, lead, share_chunks, share_phases
@@ -111,10 +111,13 @@ def look(kind, task, job):
     elif kind == QUIET:
         begin_noise(first, last, s, step.free_velocity)
     elif kind == SUM:
-        found[0] = 0.0
+        gather_noise(low, high, s)
+        total = 0.0
         for i in range(low, high):
-            found[0] += noise_of(i, s) ** 2
+            total += s.floor[i] * s.floor[i]
+        found[0] = total
     else:
+        gather_noise(low, high, s)
         found[0] = loud(low, high, s, step.limits)
 
 
@@ -143,7 +146,7 @@ def loud(first, last, s, limits):
         allowed = limits[0]
         if s.scale[i] * allowed > limits[1]:
             allowed = limits[1] / s.scale[i]
-        if not s.squared_error[i] <= max(allowed, ROUNDING * noise_of(i, s)) ** 2:
+        if not s.squared_error[i] <= max(allowed, ROUNDING * s.floor[i]) ** 2:
             count += 1.0
     return count
 

@@ -141,6 +141,7 @@ SYSTEM_TYPE = numba.typeof(
         scale=np.zeros(0),
         squared_error=np.zeros(0),
         noise=np.zeros((0, 2)),
+        floor=np.zeros(0),
         told=np.zeros(0),
     )
 )

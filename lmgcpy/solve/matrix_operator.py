@@ -48,6 +48,7 @@ class MatrixSystem(NamedTuple):
     scale: np.ndarray
     squared_error: np.ndarray
     noise: np.ndarray
+    floor: np.ndarray
     """As in ``lmgcpy.solve.system.System``, with a row of ``noise`` an interaction."""
     told: np.ndarray
 
@@ -111,9 +112,10 @@ def add_noise(start, stop, walls, s):
                     s.noise[j, min(row, 1)] += abs(s.block[k, row, column] * s.impulse[i, column])
 
 
-def noise_of(i, s):
-    """What the velocity of interaction ``i`` is rounded from [m/s]."""
-    return s.noise[i, 0] + s.noise[i, 1]
+def gather_noise(first, last, s):
+    """What the velocities of some interactions are rounded from [m/s], into ``s.floor``."""
+    for i in range(first, last):
+        s.floor[i] = s.noise[i, 0] + s.noise[i, 1]
 
 
 def begin_noise(first, last, s, free_velocity):
@@ -144,7 +146,7 @@ TEMPLATE_NAMES: dict[int, dict[str, Any]] = {
     },
 }
 """What the templates of the groups are specialised with, by dimension."""
-_NOISE: dict[str, Any] = {"begin_noise": begin_noise, "add_noise": add_noise, "noise_of": noise_of}
+_NOISE: dict[str, Any] = {"begin_noise": begin_noise, "add_noise": add_noise, "gather_noise": gather_noise}
 DRIVER_NAMES: dict[int, dict[str, Any]] = {
     2: {"clear": begin_free, "momentum": add_impulses, "combine": leave, **_NOISE},
     3: {"clear": begin_free, "momentum": add_impulses_3d, "combine": leave, **_NOISE},
@@ -204,6 +206,7 @@ def assemble_problem(problem: Problem, wire_blocks: bool) -> tuple[Groups, Matri
         scale=np.zeros(count) if problem.scale is None else problem.scale,
         squared_error=np.zeros(count),
         noise=np.zeros((count, 2)),
+        floor=np.zeros(count),
         told=np.zeros(4),
     )
     kernels = []

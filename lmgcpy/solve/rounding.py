@@ -16,6 +16,8 @@ Spins count by the lever at which they act, so that lengths, whatever their unit
 
 from __future__ import annotations
 
+import numpy as np
+
 ROUNDING = 4.0 * 2.0**-52
 """Relative round-off of a sum whose terms have gone through some operations."""
 
@@ -65,17 +67,16 @@ def add_size(b, i, side, normal, tangential, s):
     s.noise[b, 1] += turning * abs(moment)
 
 
-def lever(i, side, s):
-    """Distance from the centre to the contact point, in parts along and across the normal, added [m]."""
-    arm = abs(s.arm[i, side])
-    if s.lateral.shape[0] > 0:
-        arm += abs(s.lateral[i, side])
-    return arm
-
-
-def noise_of(i, s):
-    """What the relative velocity of interaction ``i`` is rounded from [m/s]."""
-    c = s.candidate[i]
-    a = s.antagonist[i]
-    turning = lever(i, 0, s) * s.noise[c, 1] + lever(i, 1, s) * s.noise[a, 1]
-    return s.noise[c, 0] + s.noise[a, 0] + turning
+def gather_noise(first, last, s):
+    """What the relative velocities of some interactions are rounded from [m/s], into ``s.floor``."""
+    across = s.lateral.shape[0] > 0
+    for k in range(first, last):
+        i = np.uintp(k)
+        c = s.candidate[i]
+        a = s.antagonist[i]
+        arm_c = abs(s.arm[i, 0])
+        arm_a = abs(s.arm[i, 1])
+        if across:
+            arm_c += abs(s.lateral[i, 0])
+            arm_a += abs(s.lateral[i, 1])
+        s.floor[i] = s.noise[c, 0] + s.noise[a, 0] + arm_c * s.noise[c, 1] + arm_a * s.noise[a, 1]

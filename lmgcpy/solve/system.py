@@ -54,6 +54,8 @@ class System(NamedTuple):
     """Squares of the errors as last measured [m^2/s^2], (m,)."""
     noise: np.ndarray
     """(n, 2): scratch for what the velocities of the bodies are rounded from, see ``lmgcpy.solve.rounding``."""
+    floor: np.ndarray
+    """What relative velocities are rounded from [m/s], (m,): scratch, likewise."""
     told: np.ndarray
     """(4,): the residual as last measured, the largest ``scale |e|``, the row of its interaction, and its error [m/s]."""
 
