@@ -53,14 +53,14 @@ def test_a_ball_does_not_sink_in_beside_a_loaded_piston(solver, mass, load, tole
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-4])
 @pytest.mark.parametrize("mass", [1.0, 1e-6])
 def test_nor_does_a_column(mass, tolerance, h):
-    """Ten balls: each contact may be off by a slip of 5e-4 radii in a step at the most, or less with a tighter tolerance.
+    """Ten balls: each contact may be off by a slip of 2e-3 radii in a step at the most, or less with a tighter tolerance.
     One error after the other may go the same way, but the next step goes on from the impulses of the last: what is left
-    over at the top, after the blow and all that follows, is that of ten contacts over ten steps at the most, 5 % of a
-    radius (measured: 3 %). By the residual alone it is 3 to 40 radii, at every mass here but the first at 1e-4."""
+    over at the top, after the blow and all that follows, is that of ten contacts over five steps at the most, 10 % of a
+    radius (measured: 7 %). By the residual alone it is 0.15 radii for the heaviest piston at 1e-4, and 40 for the others."""
     sim, column = beside_a_piston(10, mass, 1e6, h=h, solver=lm.Auto(tolerance=tolerance))
-    assert deepest(sim, column, round(0.2 / h)) < 0.05
+    assert deepest(sim, column, round(0.2 / h)) < 0.1
     assert sim.unconverged_steps == 0
-    assert sim.report.slip <= 5e-4
+    assert sim.report.slip <= 2e-3
 
 
 @pytest.mark.parametrize("tolerance", [1e-8, 1e-10])
