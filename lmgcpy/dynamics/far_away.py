@@ -9,9 +9,9 @@ from lmgcpy.dynamics.model import Model
 COARSE = 1e-3
 """Largest round-off of a position, in parts of the body's size.
 
-Positions are rounded to ``eps |x|``, and gaps with them. Laws take a gap for a velocity, ``gap / h``, and bodies in quasi-static
-tests overlap by 1e-3 of their radius or less: with coarser positions no gap has a digit that is right, and what moves by
-less than ``eps |x|`` in a step does not move at all. A disk of 1 cm may be 4e10 m away."""
+Positions are rounded to ``eps |x|``, and gaps with them. Laws take a gap for a velocity, ``gap / h``, and bodies in
+quasi-static tests overlap by 1e-3 of their radius or less: with coarser positions no gap has a digit that is right, and
+what moves by less than ``eps |x|`` in a step does not move at all. A disk of 1 cm may be 4e10 m away."""
 
 
 def check_places(model: Model) -> None:
@@ -22,7 +22,7 @@ def check_places(model: Model) -> None:
         return
     body = int(np.argmax(share))
     raise ValueError(
-        f"Body {body} is {far[body]:.3g} m from the origin, where positions are rounded by {2.0**-52 * far[body]:.2g} m, too "
-        f"coarse for its radius of {model.size[body]:.3g} m: a step would not move it as it should. Put the origin near the "
-        "bodies."
+        f"Body {body} is {far[body]:.3g} m from the origin, where positions are rounded by {2.0**-52 * far[body]:.2g} m, "
+        f"too coarse for its radius of {model.size[body]:.3g} m: a step would not move it as it should. Put the origin "
+        "near the bodies."
     )

@@ -209,8 +209,8 @@ class Simulation:
         if unconverged and self.on_unconverged == "warn":
             warnings.warn(
                 f"{unconverged} of {self.steps - already} steps did not reach the solver's tolerance; the worst "
-                f"residual so far is {self.worst_residual:.2e}, the worst slip {self.worst_slip:.2e} of a radius. Raise max_iterations, relax tolerance, or say "
-                "on_unconverged='ignore'.",
+                f"residual so far is {self.worst_residual:.2e}, the worst slip {self.worst_slip:.2e} of a radius. Raise "
+                "max_iterations, relax tolerance or slip, or say on_unconverged='ignore'.",
                 RuntimeWarning,
                 stacklevel=3,
             )

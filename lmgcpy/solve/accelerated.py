@@ -205,7 +205,7 @@ def accelerated_gauss_seidel(team: Team, tolerance, slip, max_iterations, moment
             least = min(least, step)
         team.beta[0] = beta
         share_chunks(EXTRAPOLATE, team)
-    if status == SPENT or status == STAGNATED:
+    if status in (SPENT, STAGNATED):
         share_chunks(TAKE_BEST, team)
         apply_impulses(team)
         rate(team, nothing, tolerance, slip)

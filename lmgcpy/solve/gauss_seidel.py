@@ -39,7 +39,7 @@ def work(kind, task, job):
         sweep_pieces(task, job)
     elif kind == ERROR:
         measure_pieces(task, job)
-    elif kind == MOMENTUM or kind == NOISE:
+    elif kind <= NOISE:
         add_momentum(kind, task, job)
     elif kind <= GUESS:
         bodies_work(kind, task, job)
@@ -325,7 +325,7 @@ def gauss_seidel(team: Team, tolerance, slip, max_iterations):
                 break
             milestone = best
             milestone_sweep = sweeps
-    if status == SPENT or status == STAGNATED:
+    if status in (SPENT, STAGNATED):
         apply_impulses(team)
         rate(team, nothing, tolerance, slip)
     return sweeps, status

@@ -56,7 +56,7 @@ def test_nor_does_a_column(mass, tolerance, h):
     """Ten balls: each contact may be off by a slip of 2e-3 radii in a step at the most, or less with a tighter tolerance.
     One error after the other may go the same way, but the next step goes on from the impulses of the last: what is left
     over at the top, after the blow and all that follows, is that of ten contacts over five steps at the most, 10 % of a
-    radius (measured: 7 %). By the residual alone it is 0.15 radii for the heaviest piston at 1e-4, and 40 for the others."""
+    radius (measured: 7 %). By the residual alone: 0.15 radii for the heaviest piston at 1e-4, and 40 for the others."""
     sim, column = beside_a_piston(10, mass, 1e6, h=h, solver=lm.Auto(tolerance=tolerance))
     assert deepest(sim, column, round(0.2 / h)) < 0.1
     assert sim.unconverged_steps == 0
