@@ -339,7 +339,7 @@ class GaussSeidel:
     ``tolerance``: stops at ``|e(r)| <= tolerance |e(0)|`` (see ``lmgcpy.residual``); ``max_iterations``: sweeps a step
     at the most; ``wire_blocks``: False visits the links of a wire one at a time, as other codes do; ``slip``: and where no
     interaction's error makes a displacement in the step of more than this part of its smaller body's radius,
-    ``h |e_i| <= slip R_i``; None for the tolerance, and no more than 2e-3.
+    ``h |e_i| <= slip R_i``; None for the tolerance, and no more than 3e-3.
     """
 
     tolerance: float = 1e-4

@@ -29,12 +29,13 @@ class Outcome(NamedTuple):
     """Largest ``h |e_i| / R_i``; 0 where no sizes are known."""
 
 
-MOST_SLIP = 2e-3
+MOST_SLIP = 3e-3
 """No tolerance is so loose that an error may move an interaction by more in a step, in parts of its smaller body's radius.
 
 The quick studies, at tolerances of 3e-4 to 1e-2, leave by the residual alone slips of up to 4e-3 (biaxial; 5e-4 in the
 tests, the rest as the sample is laid), 3e-3 (triaxial) and 7e-3 (column). All sweeps of a study, in parts of those without
-this bound, are with 2e-3: triaxial 1.06; with 1e-3: biaxial 1.07, column 1.09; with 5e-4: triaxial 2.8, column 1.22."""
+this bound, are with 3e-3: triaxial 1.01, column 1.01; with 2e-3: biaxial 1.02, triaxial 1.06, column 1.16; with 5e-4:
+biaxial 0.97, triaxial 2.8, column 1.22."""
 
 
 def check_tolerances(solver: Any) -> None:

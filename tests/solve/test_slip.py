@@ -53,14 +53,15 @@ def test_a_ball_does_not_sink_in_beside_a_loaded_piston(solver, mass, load, tole
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-4])
 @pytest.mark.parametrize("mass", [1.0, 1e-6])
 def test_nor_does_a_column(mass, tolerance, h):
-    """Ten balls: each contact may be off by a slip of 2e-3 radii in a step at the most, or less with a tighter tolerance.
+    """Ten balls: each contact may be off by a slip of 3e-3 radii in a step at the most, or less with a tighter tolerance.
     One error after the other may go the same way, but the next step goes on from the impulses of the last: what is left
-    over at the top, after the blow and all that follows, is that of ten contacts over five steps at the most, 10 % of a
-    radius (measured: 7 %). By the residual alone: 0.15 radii for the heaviest piston at 1e-4, and 40 for the others."""
+    over at the top, after the blow and all that follows, is that of ten contacts over six steps, 60 slips or 1 %
+    of a radius (measured: 9 to 37 slips at 1e-2, 0.1 to 0.7 % at 1e-4). By the residual alone it is 15 % at the least."""
+    slip = min(tolerance, 3e-3)
     sim, column = beside_a_piston(10, mass, 1e6, h=h, solver=lm.Auto(tolerance=tolerance))
-    assert deepest(sim, column, round(0.2 / h)) < 0.1
+    assert deepest(sim, column, round(0.2 / h)) < max(60 * slip, 0.01)
     assert sim.unconverged_steps == 0
-    assert sim.report.slip <= 2e-3
+    assert sim.report.slip <= slip
 
 
 @pytest.mark.parametrize("tolerance", [1e-8, 1e-10])
