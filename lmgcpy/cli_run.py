@@ -24,6 +24,8 @@ def info(file: Path) -> None:
 
 def report(run, state: str) -> list[str]:
     """The lines of ``lmgcpy info``."""
+    from lmgcpy.solve.report import ROUND_OFF
+
     scene, options, history = run.scene, run.options, run.history[:]
     bodies, conditions = scene["bodies"], scene["conditions"]
     kinds = [(kind, int((bodies["kind"] == i).sum())) for i, kind in enumerate(bodies["kinds"])]
@@ -54,9 +56,11 @@ def report(run, state: str) -> list[str]:
         energy = checkpoint.energy
         works = ", ".join(f"{law} {work:.6g}" for law, work in energy.total_interactions.items())
         lines += [
-            f"  solver    {run.unconverged_steps} of {len(history)} steps not converged, worst residual "
-            f"{history['residual'].max():.3g}, {history['iterations'].mean():.1f} iterations a step, "
-            f"{history['step_seconds'].sum():.3g} s in all",
+            f"  solver    {run.unconverged_steps} of {len(history)} steps not converged"
+            + (f", {rounded} solved to round-off" if (rounded := int((history["status"] == ROUND_OFF).sum())) else "")
+            + f", worst residual {history['residual'].max():.3g}, "
+            + (f"worst slip {history['slip'].max():.3g}, " if "slip" in history.dtype.names else "")
+            + f"{history['iterations'].mean():.1f} iterations a step, {history['step_seconds'].sum():.3g} s in all",
             f"  energy    kinetic {energy.kinetic:.6g} J, stored {sum(energy.stored.values()):.6g} J; work of loads "
             f"{energy.total_loads:.6g} J, of drives {energy.total_drives:.6g} J, of interactions: {works or 'none'} J; "
             f"largest defect of a step {abs(history['defect']).max():.2g} J",

@@ -9,6 +9,7 @@ import numpy as np
 
 from lmgcpy.bench.frontier import Judged
 from lmgcpy.bench.profile import Profile
+from lmgcpy.solve.report import SOLVED
 from lmgcpy.view.figures import new_figure
 
 if TYPE_CHECKING:
@@ -70,7 +71,7 @@ def _curve(axis: Axes, problem: Judged, solver: str, work: str) -> None:
     y = np.array([max(run.error, LEAST) for run in runs])
     colour, marker = COLOURS[solver], MARKERS[solver]
     axis.plot(x, y, color=colour, marker=marker, markersize=4.5, linewidth=1.3, label=solver)
-    missed = np.array([run.status != "converged" for run in runs], bool)
+    missed = np.array([run.status not in SOLVED for run in runs], bool)
     axis.plot(x[missed], y[missed], marker, color=colour, markerfacecolor="white", markersize=5.5, linestyle="none")
 
 

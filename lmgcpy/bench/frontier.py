@@ -85,7 +85,7 @@ def judge(case: Case, solvers: Iterable[str] = tuple(SOLVERS)) -> Judged | None:
 
 def descend(case: Case, name: str) -> Iterator[tuple[Run, np.ndarray]]:
     """One solver's runs, their errors not told yet, and velocities (m, d): from the loosest tolerance to the first that it
-    misses."""
+    misses or where only round-off is left."""
     for tolerance in TOLERANCES:
         solver = within_budget(SOLVERS[name](tolerance=tolerance), case.problem)
         solution, seconds, repeats = timed(case.problem, solver)

@@ -123,7 +123,7 @@ def descent(problem: Problem, solver: Newton | Auto, start: np.ndarray) -> np.nd
         if solution.residual < least:
             best, least = solution.impulses, solution.residual
         tolerance = 0.1 * min(solver.tolerance, solution.residual)
-        if solution.status != "converged" or tolerance < TIGHTEST:
+        if solution.status != "converged" or tolerance < TIGHTEST:  # round-off, too, is as far as it gets
             return best
         solver = replace(solver, tolerance=tolerance, max_iterations=4000, max_factorisations=1000)
 

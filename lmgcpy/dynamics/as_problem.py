@@ -59,6 +59,7 @@ def as_problem(step: StepProblem) -> Conic:
         compliance=compliance[acting],
         guess=step.guess[acting],
         geometric=geometric[acting],
+        scale=system.scale[acting],
     )
     return Conic(problem, acting)
 

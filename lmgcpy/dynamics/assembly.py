@@ -57,13 +57,13 @@ class StepProblem:
         return replace(self, data=data)
 
     def worst(self) -> Worst | None:
-        """The interaction that the error kernels left as the worst."""
-        square, row = self.system.worst
-        if len(self.system.candidate) == 0 or row < 0 or square == 0.0:
+        """The interaction that the solver found to be the worst."""
+        _, _, row, error = self.system.told
+        if len(self.system.candidate) == 0 or error == 0.0:
             return None
         law = next(group.law.NAME for group in self.groups if group.start <= row < group.stop)
         c, a = self.system.candidate[int(row)], self.system.antagonist[int(row)]
-        return Worst(law, int(c), int(a), float(np.sqrt(square)))
+        return Worst(law, int(c), int(a), float(error))
 
 
 def ask(group: Group, kernel: Kernel, functions: str, system: System, data: StepData, arguments: tuple) -> Any:
@@ -101,6 +101,7 @@ def assemble(
     before: np.ndarray,
     free_velocity: np.ndarray,
     inverse_mass: np.ndarray,
+    size: np.ndarray,
     guess: np.ndarray,
     state: np.ndarray,
     work: np.ndarray,
@@ -109,6 +110,7 @@ def assemble(
     """Gather the groups that have interactions in this step and let each law prepare its numbers.
 
     ``before`` and ``free_velocity``: velocities of the bodies at the start of the step and without impulses, (n, k);
+    ``size``: radius of the smallest contactor of each body [m], infinite where it has none that is bounded, (n,);
     ``guess``: impulses to start from, (m, d); ``state``: of the laws, NaN for new interactions, (m, k), changed in place;
     ``work``: scratch of the wire blocks.
     """
@@ -116,7 +118,7 @@ def assemble(
     space = SPACES[dimension]
     groups = [group for group in groups if group.stop > group.start]
     kernels = [group_kernels(group, space.dimension, wire_blocks) for group in groups]
-    count = len(interactions.gap)
+    count, rate = len(interactions.gap), time_step / size
     offset = np.zeros(len(groups) + 1, dtype=np.int64)
     np.cumsum([len(group.law.PREPARED) * (group.stop - group.start) for group in groups], out=offset[1:])
     system = System(
@@ -138,7 +140,11 @@ def assemble(
         own=np.zeros((0, dimension, dimension)),
         following=np.zeros((0, dimension, dimension)),
         work=work,
-        worst=np.zeros(2),
+        scale=np.maximum(rate.take(interactions.candidate), rate.take(interactions.antagonist)),
+        squared_error=room(count),
+        noise=room(len(before), 2),
+        floor=room(count),
+        told=np.zeros(4),
     )
     data = StepData(
         gap=interactions.gap,

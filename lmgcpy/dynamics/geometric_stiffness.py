@@ -35,7 +35,7 @@ from lmgcpy.contact.frames import local_frames
 from lmgcpy.contact.tables import ChainTable
 from lmgcpy.dynamics.assembly import StepProblem, group_kernels
 from lmgcpy.dynamics.schedule import schedule
-from lmgcpy.solve.report import CONVERGED, NOT_FINITE
+from lmgcpy.solve.report import NOT_FINITE, SOLVED_CODES
 from lmgcpy.solve.solver import Outcome
 from lmgcpy.solve.stiffened_wire_block import scratch_width
 
@@ -170,7 +170,7 @@ def solve_stiffened(
         outcome = solve(problem)
         sweeps += outcome.iterations
         factorisations += outcome.factorisations
-        unsolved += outcome.status != CONVERGED
+        unsolved += outcome.status not in SOLVED_CODES
         needed = links.stiffness(problem.system.impulse, gap, h)
         if outcome.status == NOT_FINITE or unsolved == 3 or links.enough(used, needed, turn):
             break

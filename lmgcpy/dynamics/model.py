@@ -74,6 +74,14 @@ class Model:
     """Where everything is at the beginning."""
 
     @property
+    def size(self) -> np.ndarray:
+        """Radius of the smallest bounded contactor of each body [m], infinite where it has none, (n,): what a displacement
+        is large or small against."""
+        size = np.full(len(self.mass), np.inf)
+        np.minimum.at(size, self.contactors.body, self.contactors.bounding_radius)
+        return size
+
+    @property
     def weight(self) -> np.ndarray:
         """Force of gravity by component [N], (n, k), zero where driven; made when asked for, as it is mostly zeros."""
         weight = np.zeros_like(self.mass)

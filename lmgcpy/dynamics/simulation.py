@@ -20,6 +20,7 @@ from lmgcpy.dynamics.assembly import StepProblem, assemble
 from lmgcpy.dynamics.checkpoint import Checkpoint
 from lmgcpy.dynamics.diagnosis import LawFault, fault_of_solve
 from lmgcpy.dynamics.energy import Energy, kinetic_energy
+from lmgcpy.dynamics.far_away import check_places
 from lmgcpy.dynamics.geometric_stiffness import Links, solve_stiffened
 from lmgcpy.dynamics.interactions import InteractionView
 from lmgcpy.dynamics.interrupt import between_steps
@@ -29,7 +30,7 @@ from lmgcpy.dynamics.overlaps import overlaps_at_start
 from lmgcpy.errors import flag, named_arguments, number, one_of, place, shown, whole
 from lmgcpy.solve.newton import Auto
 from lmgcpy.solve.problem import Problem
-from lmgcpy.solve.report import CONVERGED, NOT_FINITE, STATUS, Report
+from lmgcpy.solve.report import NOT_FINITE, STATUS, Report
 from lmgcpy.solve.solver import Outcome, Solver, check_solver
 
 log = logging.getLogger("lmgcpy")
@@ -66,13 +67,17 @@ class Simulation:
     and cannot be edited any more; its bodies become views of the simulation's state.
 
     ``on_unconverged``: what ``run`` does about steps that the solver did not solve to its tolerance: "warn" (one
-    RuntimeWarning at its end), "stop" (RuntimeError after the first) or "ignore"; ``unconverged_steps`` counts them and
-    ``worst_residual`` keeps the largest residual, in any case.
+    RuntimeWarning at its end), "stop" (RuntimeError after the first) or "ignore"; ``unconverged_steps`` counts them,
+    ``worst_residual`` keeps their largest residual and ``worst_slip`` their largest slip (since the start or the last
+    restore), in any case.
 
     ``overlap``: what to do where bodies that see each other overlap at the start by more than 5 % of the smaller radius:
     "warn" (one RuntimeWarning with their number and the worst), "stop" (ValueError) or "ignore". Contact laws leave an
     old penetration as it is, so that such a start is legal, but rarely meant; what solvers leave in a sample at rest is
     less, and is not told.
+
+    A body so far from the origin that its position is rounded by more than a thousandth of its radius is refused
+    (ValueError).
 
     ``threads``: how many may share the solver's work on a scene of 5000 bodies or more; ``sim.threads = 2`` changes it
     between steps. Nothing else depends on it: the results have the same bits for any number.
@@ -116,6 +121,7 @@ class Simulation:
             raise TypeError(f"Simulation takes a scene, which lmgcpy.Scene(dimension=2) makes, got {shown(scene)}.")
         self.scene = scene
         self.model: Model = scene.compile()
+        check_places(self.model)
         overlaps = None if overlap == "ignore" else overlaps_at_start(self.model)
         if overlaps and overlap == "stop":
             raise ValueError(overlaps)
@@ -127,11 +133,13 @@ class Simulation:
         model = self.model
         self.energy = Energy(kinetic=kinetic_energy(model.mass, model.inverse_mass, self.state.velocities))
         self._detector = Detector(model.contactors, model.rows, model.chains, model.inverse_mass, model.dimension)
+        self._size = model.size
         self._work = np.zeros((max((chain.link_count for chain in self.model.chains), default=0), 4))
         self._links = Links.of(model.chains, model.inverse_mass, model.dimension)
         self._last: tuple[StepProblem, Interactions] | None = None
         self.unconverged_steps = 0
         self.worst_residual = 0.0
+        self.worst_slip = 0.0
         self.recorder: Recorder | None = None
         """Keeps every run that names no file of its own; set by ``lmgcpy.resume``."""
         seen = {color for row in model.rows for color in (row.candidate, row.antagonist)}
@@ -208,8 +216,8 @@ class Simulation:
         if unconverged and self.on_unconverged == "warn":
             warnings.warn(
                 f"{unconverged} of {self.steps - already} steps did not reach the solver's tolerance; the worst "
-                f"residual so far is {self.worst_residual:.2e}. Raise max_iterations, relax tolerance, or say "
-                "on_unconverged='ignore'.",
+                f"residual so far is {self.worst_residual:.2e}, the worst slip {self.worst_slip:.2e} of a radius. Raise "
+                "max_iterations, relax tolerance or slip, or say on_unconverged='ignore'.",
                 RuntimeWarning,
                 stacklevel=3,
             )
@@ -238,7 +246,7 @@ class Simulation:
 
     def _over(self, until: Callable[[Simulation], bool] | None) -> bool:
         """Whether the run ends after this step; RuntimeError where it must."""
-        if self.on_unconverged == "stop" and self.report.status != STATUS[CONVERGED]:
+        if self.on_unconverged == "stop" and not self.report.solved:
             raise RuntimeError(f"Step {self.steps}, to t = {self.time:g} s, was not solved: {self.report}.")
         return until is not None and bool(until(self))
 
@@ -274,6 +282,7 @@ class Simulation:
                 before=before,
                 free_velocity=free_velocity,
                 inverse_mass=self.model.inverse_mass,
+                size=self._size,
                 guess=self._detector.recall(interactions),
                 state=self._detector.recall_state(interactions),
                 work=self._work,
@@ -295,9 +304,10 @@ class Simulation:
         self.steps += 1
         self._last = problem, interactions
         self.report = replace(self.report, step_seconds=clock.perf_counter() - begin)
-        if self.report.status != STATUS[CONVERGED]:
+        if not self.report.solved:
             self.unconverged_steps += 1
             self.worst_residual = max(self.worst_residual, self.report.residual)
+            self.worst_slip = max(self.worst_slip, self.report.slip)
         return self.report
 
     def _tell_of_far_moves(self, before: np.ndarray) -> None:
@@ -327,6 +337,7 @@ class Simulation:
             iterations=outcome.iterations,
             factorisations=outcome.factorisations,
             residual=outcome.residual,
+            slip=outcome.slip,
             status=STATUS[outcome.status],
             worst=problem.worst(),
             interactions=len(problem.system.impulse),
@@ -390,6 +401,7 @@ class Simulation:
         self.steps = checkpoint.steps
         self.unconverged_steps = checkpoint.unconverged_steps
         self.worst_residual = checkpoint.worst_residual
+        self.worst_slip = 0.0  # no checkpoint holds it
         self.energy = deepcopy(checkpoint.energy)
         self._detector.take_memory(checkpoint.memory)
         self._last = None

@@ -22,6 +22,7 @@ from lmgcpy.scene.material import Material
 from lmgcpy.scene.scene import Scene
 from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
 from lmgcpy.solve.gauss_seidel import GaussSeidel
+from lmgcpy.solve.report import SOLVED_CODES
 
 GRAVITY = 9.81
 GRAIN, GROUND, MOULD = "GRAIN", "GROUND", "MOULD"
@@ -237,7 +238,7 @@ def let_go(
         time=history["time"],
         residual=history["residual"],
         iterations=history["iterations"],
-        unconverged=int(np.count_nonzero(history["status"])),
+        unconverged=int(np.count_nonzero(~np.isin(history["status"], SOLVED_CODES))),
         end=column.state(sim),
         at_rest=at_rest(rows),
         seconds=float(history["step_seconds"].sum()),

@@ -23,7 +23,7 @@ from lmgcpy.measure.stress import stress
 from lmgcpy.sample.arguments import AXES
 from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
 from lmgcpy.solve.gauss_seidel import GaussSeidel
-from lmgcpy.solve.report import STATUS
+from lmgcpy.solve.report import SOLVED, STATUS
 from lmgcpy.view.recorded import running_mean
 
 RAMP = 0.02
@@ -72,7 +72,7 @@ class CompressionRecord:
     @property
     def unconverged(self) -> int:
         """Steps that did not reach the tolerance."""
-        return sum(status != STATUS[0] for status in self.status)
+        return sum(status not in SOLVED for status in self.status)
 
     def smooth(self, values: np.ndarray, width: float = 0.0025) -> np.ndarray:
         """Running mean over ``width`` of strain along the first axis."""

@@ -12,7 +12,7 @@ from lmgcpy.errors import named_arguments, number, shown
 from lmgcpy.io.run import Run, RunInteractions
 
 ENERGIES = ("kinetic", "loads", "drives", "defect", "work", "stored")
-SOLVER = ("iterations", "residual", "status", "interactions")
+SOLVER = ("iterations", "residual", "slip", "status", "interactions")
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,8 @@ def _in_history(a: Run, b: Run, tolerance: float) -> Iterator[tuple[int, int, Di
     """The first difference of each column of the history and of each observation: (step, rank, what)."""
     count = min(len(a.history), len(b.history))
     mine, other = a.history[:count], b.history[:count]
-    names = [name for name in (*ENERGIES, *SOLVER) if name in (mine.dtype.names or ())]
+    kept = set(mine.dtype.names or ()) & set(other.dtype.names or ())  # older files keep less
+    names = [name for name in (*ENERGIES, *SOLVER) if name in kept]
     if tolerance > 0.0:  # these say how the answer was found, and of round-off
         names = [name for name in names if name not in (*SOLVER, "defect")]
     columns = [(f"{name} energy" if name in ("kinetic", "stored") else name, mine[name], other[name]) for name in names]

@@ -70,6 +70,8 @@ def take_up(
         if not run.options["geometric_stiffness"]:  # as in a file from before there was any: it goes on as it began
             sim.geometric_stiffness = False
         there = {"notes": run.notes, "options": {name: run.options[name] for name in options(sim)}, "scene": run.scene}
+        if there["options"]["solver_fields"]:  # files made before solvers had it hold no slip
+            there["options"]["solver_fields"] = {"slip": None, **there["options"]["solver_fields"]}
         here = {"notes": json.loads(json.dumps(dict(notes or {}))), "options": options(sim), "scene": describe(sim.scene)}
         other = _first_difference(there, here)
         if other:

@@ -16,7 +16,7 @@ from lmgcpy.io import run_format as form
 from lmgcpy.io.observations import Observed
 from lmgcpy.io.rows import detection_positions
 from lmgcpy.scene.contactor import PlaneContactor, WallContactor
-from lmgcpy.solve.report import CONVERGED, STATUS
+from lmgcpy.solve.report import SOLVED_CODES, STATUS
 
 
 @dataclass(frozen=True)
@@ -224,7 +224,8 @@ class Run:
 
     @property
     def history(self) -> Column:
-        """A row a step (s,): step, time, iterations, residual, status (code), interactions, seconds, energies."""
+        """A row a step (s,): step, time, iterations, residual, status (code), interactions, seconds, slip (not in files
+        made before it was kept), energies."""
         return self._column("history")
 
     @property
@@ -234,8 +235,8 @@ class Run:
 
     @property
     def unconverged_steps(self) -> int:
-        """Steps that the solver did not solve to its tolerance."""
-        return int((self._column("history", "status")[:] != CONVERGED).sum())
+        """Steps that the solver did not solve, to its tolerance or to round-off."""
+        return int((~np.isin(self._column("history", "status")[:], SOLVED_CODES)).sum())
 
     @property
     def energy(self) -> dict[str, Any]:

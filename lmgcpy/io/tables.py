@@ -22,10 +22,8 @@ BODY = {
     ),
 }
 """What is told of a body, by dimension."""
-HISTORY = (
-    *("step", "time [s]", "iterations", "residual", "status", "interactions", "seconds [s]", "step_seconds [s]"),
-    *("kinetic [J]", "loads [J]", "drives [J]", "defect [J]"),
-)
+UNITS = {"time": "s", "seconds": "s", "step_seconds": "s", **dict.fromkeys(("kinetic", "loads", "drives", "defect"), "J")}
+"""Of the numbers of the history that have one."""
 
 
 @named_arguments
@@ -38,11 +36,13 @@ def export_csv(run: Run, folder: str | os.PathLike, *, force: bool = False) -> l
     if not isinstance(run, Run):
         raise TypeError(f"export_csv takes a run, which lmgcpy.io.open_run(path) opens, got {shown(run)}.")
     target = folder_for(folder, force)
+    names = [name for name in run.history.dtype.names or () if name not in ("work", "stored")]
+    history = [f"{name} [{UNITS[name]}]" if name in UNITS else name for name in names]
     by_law = [f"{name}:{law} [J]" for name in ("work", "stored") for law in run.laws]
     written = [
         _write(target / "bodies.csv", ("frame", "step", "time [s]", "body", *BODY[run.dimension]), _bodies(run)),
         _write(target / "interactions.csv", interaction_columns(run.dimension), _net(run)),
-        _write(target / "history.csv", (*HISTORY, *by_law), _history(run)),
+        _write(target / "history.csv", (*history, *by_law), _history(run)),
     ]
     if run.observed:
         columns = [f"{name}{_place(i)}" for name, column in run.observed.items() for i in np.ndindex(column.shape[1:])]

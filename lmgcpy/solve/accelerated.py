@@ -46,16 +46,17 @@ from lmgcpy.solve.by_address import read
 from lmgcpy.solve.gauss_seidel import (
     OWN,
     apply_impulses,
+    at_round_off,
     begin,
     measure,
     part,
+    rate,
     sweep_groups,
-    total_error,
     work,
 )
 from lmgcpy.solve.problem import Conic
-from lmgcpy.solve.report import CONVERGED, NOT_FINITE, SPENT, STAGNATED
-from lmgcpy.solve.solver import Outcome
+from lmgcpy.solve.report import CONVERGED, NOT_FINITE, ROUND_OFF, SPENT, STAGNATED
+from lmgcpy.solve.solver import Outcome, check_tolerances, largest_slip, outcome
 from lmgcpy.solve.system import Groups
 from lmgcpy.solve.team import Iterates, Team, lead, share_chunks
 
@@ -135,16 +136,17 @@ def step_size(team):
 
 
 @kernel
-def accelerated_gauss_seidel(team: Team, tolerance, max_iterations, momentum_bound):
-    """Sweep with momentum until ``|e(r)| <= tolerance |e(0)|``; returns (sweeps, residual, status).
+def accelerated_gauss_seidel(team: Team, tolerance, slip, max_iterations, momentum_bound, swept):
+    """Sweep with momentum until ``|e(r)| <= tolerance |e(0)|`` and ``scale |e| <= slip`` everywhere; returns (sweeps,
+    status).
 
     The error is measured after sweeps 1, 2, 3 ..., then at intervals of an eighth of the sweeps done and where the size of
     the step promises success. Without success the best impulses measured are returned. Stagnation: the last three quarters
     of the sweeps, and 4000, gained less than 1 %.
     """
-    nothing, residual, done, status = begin(team, tolerance)
+    nothing, residual, done, status = begin(team, tolerance, slip, swept)
     if done:
-        return 0, residual, status
+        return 0, status
 
     share_chunks(START, team)
     best = np.inf
@@ -169,12 +171,15 @@ def accelerated_gauss_seidel(team: Team, tolerance, max_iterations, momentum_bou
         if sweeps >= check or promising or sweeps == max_iterations:
             measured = sweeps
             check = sweeps + 1 + sweeps // 8
-            residual = measure(team, nothing, tolerance)
+            residual = measure(team, nothing, tolerance, slip)
             if residual <= tolerance:
                 status = CONVERGED
                 break
             if not np.isfinite(residual):
                 status = NOT_FINITE
+                break
+            if at_round_off(team, nothing, tolerance, slip):
+                status = ROUND_OFF
                 break
             ratio = residual / step
             if residual < best:
@@ -200,11 +205,11 @@ def accelerated_gauss_seidel(team: Team, tolerance, max_iterations, momentum_bou
             least = min(least, step)
         team.beta[0] = beta
         share_chunks(EXTRAPOLATE, team)
-    if status != CONVERGED and status != NOT_FINITE:
+    if status in (SPENT, STAGNATED):
         share_chunks(TAKE_BEST, team)
         apply_impulses(team)
-        residual = total_error(team) / nothing
-    return sweeps, residual, status
+        rate(team, nothing, tolerance, slip)
+    return sweeps, status
 
 
 @named_arguments
@@ -212,17 +217,18 @@ def accelerated_gauss_seidel(team: Team, tolerance, max_iterations, momentum_bou
 class AcceleratedGaussSeidel:
     """Gauss-Seidel with momentum, for steps that take more than a few dozen sweeps; any law, wires as blocks.
 
-    ``tolerance``, ``max_iterations``, ``wire_blocks``: as of ``GaussSeidel``; ``momentum``: bound of the momentum, in
-    [0, 1); with 0 the sweeps are those of Gauss-Seidel.
+    ``tolerance``, ``max_iterations``, ``wire_blocks``, ``slip``: as of ``GaussSeidel``; ``momentum``: bound of the
+    momentum, in [0, 1); with 0 the sweeps are those of Gauss-Seidel.
     """
 
     tolerance: float = 1e-4
     max_iterations: int = 10_000
     wire_blocks: bool = True
     momentum: float = 0.97
+    slip: float | None = None
 
     def __post_init__(self):
-        object.__setattr__(self, "tolerance", number(self.tolerance, "tolerance", above=0.0, maximum=1.0))
+        check_tolerances(self)
         object.__setattr__(self, "max_iterations", whole(self.max_iterations, "max_iterations", minimum=1))
         flag(self.wire_blocks, "wire_blocks")
         if not number(self.momentum, "momentum", minimum=0.0) < 1.0:
@@ -244,8 +250,22 @@ class AcceleratedGaussSeidel:
         ``conic`` is for other solvers; ``threads``: how many may work on a partitioned scene; ``operator``: functions that
         stand in for those on bodies in the plane.
         """
+        return self.sweep(groups, system, free_velocity, guess, threads=threads, **operator)
+
+    def sweep(
+        self,
+        groups: Groups,
+        system: Any,
+        free_velocity: np.ndarray,
+        guess: np.ndarray,
+        *,
+        swept: bool = False,
+        threads: int = 1,
+        **operator: Any,
+    ) -> Outcome:
+        """The same; ``swept``: whether the guess comes from sweeps on this step and may pass as it is."""
         count, weight = system.impulse.size, system.delassus[:, : system.impulse.shape[1]].ravel()
         iterates = Iterates(room(count), room(count), room(system.velocity.size), room(count), weight)
-        limits = float(self.tolerance), int(self.max_iterations), float(self.momentum)
+        limits = float(self.tolerance), largest_slip(self), int(self.max_iterations), float(self.momentum), bool(swept)
         step, task = (groups, system, free_velocity, guess), work.specialise(own_work=own_work, **operator)
-        return Outcome(*lead(accelerated_gauss_seidel, task, step, iterates, threads, *limits))
+        return outcome(system, *lead(accelerated_gauss_seidel, task, step, iterates, threads, *limits))

@@ -125,7 +125,8 @@ def sweep(start, stop, offset, s: System):
 
 
 def error(start, stop, offset, s: System):
-    """Sum of squares of ``e = w (r - react(w I, u - w r))`` over a group [m^2/s^2], w the mean diagonal of its W."""
+    """Sum of squares of ``e = w (r - react(w I, u - w r))`` over a group [m^2/s^2], w the mean diagonal of its W; the
+    squares are left in ``s.squared_error``."""
     total = 0.0
     for k in range(start, stop):
         prepared = read(s.prepared, offset + (k - start) * PREPARED)
@@ -135,6 +136,7 @@ def error(start, stop, offset, s: System):
         if ROWS == 1:
             w = s.delassus[i, 0]
             if w == 0.0:
+                s.squared_error[i] = 0.0
                 continue
             (new_n,) = react(((w,),), (u_n - w * r_n,), prepared)
             square = (w * (r_n - new_n)) ** 2
@@ -143,10 +145,8 @@ def error(start, stop, offset, s: System):
             r_t = s.impulse[i, 1]
             new_n, new_t = react(((w, 0.0), (0.0, w)), (u_n - w * r_n, u_t - w * r_t), prepared)
             square = (w * (r_n - new_n)) ** 2 + (w * (r_t - new_t)) ** 2
+        s.squared_error[i] = square
         total += square
-        if not square <= s.worst[0] and not np.isnan(s.worst[0]):  # the first NaN, too, is the worst
-            s.worst[0] = square
-            s.worst[1] = i
     return total
 
 

@@ -153,7 +153,8 @@ def sweep(start, stop, offset, s: System):
 
 
 def error(start, stop, offset, s: System):
-    """Sum of squares of ``e = w (r - react(w I, u - w r))`` over a group [m^2/s^2], w the mean diagonal of its W."""
+    """Sum of squares of ``e = w (r - react(w I, u - w r))`` over a group [m^2/s^2], w the mean diagonal of its W; the
+    squares are left in ``s.squared_error``."""
     total = 0.0
     for k in range(start, stop):
         prepared = read(s.prepared, offset + (k - start) * PREPARED)
@@ -163,6 +164,7 @@ def error(start, stop, offset, s: System):
         if ROWS == 1:
             w = s.delassus[i, 0]
             if w == 0.0:
+                s.squared_error[i] = 0.0
                 continue
             (new_n,) = react(((w,),), (u_n - w * r_n,), prepared)
             square = (w * (r_n - new_n)) ** 2
@@ -173,10 +175,8 @@ def error(start, stop, offset, s: System):
             block = ((w, 0.0, 0.0), (0.0, w, 0.0), (0.0, 0.0, w))
             new_n, new_t, new_s = react(block, (u_n - w * r_n, u_t - w * r_t, u_s - w * r_s), prepared)
             square = (w * (r_n - new_n)) ** 2 + (w * (r_t - new_t)) ** 2 + (w * (r_s - new_s)) ** 2
+        s.squared_error[i] = square
         total += square
-        if not square <= s.worst[0] and not np.isnan(s.worst[0]):  # the first NaN, too, is the worst
-            s.worst[0] = square
-            s.worst[1] = i
     return total
 
 

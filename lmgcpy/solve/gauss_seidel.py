@@ -12,18 +12,21 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.errors import flag, named_arguments, number, whole
+from lmgcpy.errors import flag, named_arguments, whole
 from lmgcpy.jit import kernel
 from lmgcpy.solve.by_address import call, read
 from lmgcpy.solve.contact_block import momentum  # of bodies in the plane, unless the specialisation gives another
 from lmgcpy.solve.problem import Conic
-from lmgcpy.solve.report import CONVERGED, NOT_FINITE, SPENT, STAGNATED
-from lmgcpy.solve.solver import Outcome
+from lmgcpy.solve.report import CONVERGED, NOT_FINITE, ROUND_OFF, SPENT, STAGNATED
+from lmgcpy.solve.rounding import ROUNDING, add_noise, begin_noise, gather_noise  # of bodies, likewise
+from lmgcpy.solve.solver import Outcome, check_tolerances, largest_slip, outcome
 from lmgcpy.solve.system import Groups
 from lmgcpy.solve.team import Iterates, Team, lead, share_chunks, share_phases
 
-SWEEP, ERROR, MOMENTUM, CLEAR, COMBINE, NOTHING, GUESS, FASTEST, *OWN = map(np.int64, range(16))
+SWEEP, ERROR, MOMENTUM, NOISE, CLEAR, COMBINE, NOTHING, GUESS, WORST, QUIET, SUM, LOUD, *OWN = map(np.int64, range(20))
 """Kinds of work, the last those of a solver's own; numbers of numpy, as plain ones make a new function each."""
+NEAR = 32.0
+"""Round-off is looked at closely where the error is within so many times an estimate that costs next to nothing."""
 
 
 @kernel
@@ -36,10 +39,12 @@ def work(kind, task, job):
         sweep_pieces(task, job)
     elif kind == ERROR:
         measure_pieces(task, job)
-    elif kind == MOMENTUM:
-        add_momentum(task, job)
-    elif kind <= FASTEST:
+    elif kind <= NOISE:
+        add_momentum(kind, task, job)
+    elif kind <= GUESS:
         bodies_work(kind, task, job)
+    elif kind <= LOUD:
+        look(kind, task, job)
     else:
         own_work(kind, task, job)
 
@@ -55,26 +60,24 @@ def sweep_pieces(task, job):
 
 
 def measure_pieces(task, job):
-    """Leaves the sum of squared errors, the worst, and its row."""
+    """Leaves the sum of squared errors, and each of them in ``error``."""
     step = read(job)
     groups = step.groups
-    worst = step.s.worst
-    worst[0] = -1.0
-    worst[1] = -1.0
     total = 0.0
     for p in range(groups.task[task], groups.task[task + 1]):
         total += call(groups.error[p], groups.start[p], groups.stop[p], groups.offset[p], step.s)
     step.partial[task, 0] = total
-    step.partial[task, 1] = worst[0]
-    step.partial[task, 2] = worst[1]
 
 
-def add_momentum(task, job):
-    """Give the impulses to the bodies."""
+def add_momentum(kind, task, job):
+    """Give the impulses, or their sizes, to the bodies."""
     step = read(job)
     groups = step.groups
     for p in range(groups.task[task], groups.task[task + 1]):
-        momentum(groups.start[p], groups.stop[p], groups.walls[p], step.s, step.s.velocity)
+        if kind == MOMENTUM:
+            momentum(groups.start[p], groups.stop[p], groups.walls[p], step.s, step.s.velocity)
+        else:
+            add_noise(groups.start[p], groups.stop[p], groups.walls[p], step.s)
 
 
 def bodies_work(kind, task, job):
@@ -86,12 +89,6 @@ def bodies_work(kind, task, job):
         clear(first, last, s, step.free_velocity)
     elif kind == COMBINE:
         combine(first, last, s, step.free_velocity)
-    elif kind == FASTEST:
-        fastest = 0.0
-        for b in range(first, last):
-            for k in range(s.velocity.shape[1]):
-                fastest = max(fastest, abs(s.velocity[b, k]))
-        step.partial[task, 0] = fastest
     else:
         for b in range(first, last):
             for k in range(s.velocity.shape[1]):
@@ -100,6 +97,58 @@ def bodies_work(kind, task, job):
         for i in range(first, last):
             for k in range(s.impulse.shape[1]):
                 s.impulse[i, k] = step.guess[i, k] if kind == GUESS else 0.0
+
+
+def look(kind, task, job):
+    """What is read from the errors of the interactions, a part of them."""
+    step = read(job)
+    s = step.s
+    first, last = part(task, s.noise.shape[0], step.chunks)
+    low, high = part(task, s.squared_error.shape[0], step.chunks)
+    found = step.partial[task]
+    if kind == WORST:
+        worst(low, high, s, found)
+    elif kind == QUIET:
+        begin_noise(first, last, s, step.free_velocity)
+    elif kind == SUM:
+        gather_noise(low, high, s)
+        total = 0.0
+        for i in range(low, high):
+            total += s.floor[i] * s.floor[i]
+        found[0] = total
+    else:
+        gather_noise(low, high, s)
+        found[0] = loud(low, high, s, step.limits)
+
+
+def worst(first, last, s, found):
+    """The sum of ``(W_nn r_n)^2`` of some interactions [m^2/s^2], the largest ``(scale e)^2``, its row and its error."""
+    largest = -1.0
+    row = first
+    total = 0.0
+    for k in range(first, last):
+        i = np.uintp(k)
+        share = s.scale[i] * s.scale[i] * s.squared_error[i]
+        total += (s.delassus[i, 0] * s.impulse[i, 0]) ** 2
+        if share > largest:
+            largest = share
+            row = k
+    found[0] = total
+    found[1] = largest
+    found[2] = row
+    found[3] = np.sqrt(s.squared_error[row]) if row < last else 0.0
+
+
+def loud(first, last, s, limits):
+    """How many interactions are off by more than round-off and by more than ``limits`` allow them anyway."""
+    count = 0.0
+    for i in range(first, last):
+        allowed = limits[0]
+        if s.scale[i] * allowed > limits[1]:
+            allowed = limits[1] / s.scale[i]
+        if not s.squared_error[i] <= max(allowed, ROUNDING * s.floor[i]) ** 2:
+            count += 1.0
+    return count
 
 
 def part(task, count, chunks):
@@ -129,20 +178,39 @@ def combine(first, last, s, free_velocity):
 
 
 def total_error(team):
-    """Euclidean norm of e over all interactions [m/s]; leaves the worst one in ``team.worst``."""
+    """Euclidean norm of e over all interactions [m/s]."""
     share_phases(ERROR, team)
-    found = team.partial
     total = 0.0
-    worst = -1.0
-    row = -1.0
     for task in range(team.phase[-1]):
-        total += found[task, 0]
-        if not found[task, 1] <= worst and not np.isnan(worst):  # the first NaN, too, is the worst
-            worst = found[task, 1]
-            row = found[task, 2]
-    team.worst[0] = worst
-    team.worst[1] = row
+        total += team.partial[task, 0]
     return np.sqrt(total)
+
+
+def sum_of_parts(kind, team):
+    """Have a kind of work done for whole arrays; the sum of what the parts leave."""
+    share_chunks(kind, team)
+    total = 0.0
+    for task in range(team.chunks):
+        total += team.partial[task, 0]
+    return total
+
+
+def rate(team, nothing, tolerance, slip):
+    """The residual, or what stands for it where the displacements that the errors make are more than ``slip`` allows: so
+    many times the tolerance as the largest is of ``slip``. Both are within their bounds where this is within tolerance;
+    they are left in ``team.told``."""
+    residual = total_error(team) / nothing
+    share_chunks(WORST, team)
+    largest = -1.0
+    for task in range(team.chunks):
+        if team.partial[task, 1] > largest:
+            largest = team.partial[task, 1]
+            team.told[2] = team.partial[task, 2]
+            team.told[3] = team.partial[task, 3]
+    team.told[0] = residual
+    team.told[1] = np.sqrt(max(largest, 0.0))
+    excess = team.told[1] / slip
+    return tolerance * excess if excess > 1.0 and tolerance * excess > residual else residual
 
 
 def sweep_groups(team):
@@ -154,22 +222,35 @@ def sweep_groups(team):
     return total == 0.0
 
 
-def measure(team, nothing, tolerance):
-    """The residual; one within tolerance is told only after measuring it again on velocities made anew."""
-    residual = total_error(team) / nothing
+def measure(team, nothing, tolerance, slip):
+    """What :func:`rate` says; success is told only after measuring again on velocities made anew."""
+    residual = rate(team, nothing, tolerance, slip)
     if residual <= tolerance:
         apply_impulses(team)
-        residual = total_error(team) / nothing
+        residual = rate(team, nothing, tolerance, slip)
     return residual
 
 
-def round_off(team):
-    """What arithmetic leaves of relative velocities [m/s]: four units of the fastest body's, over all interactions."""
-    share_chunks(FASTEST, team)
-    fastest = 0.0
+def at_round_off(team, nothing, tolerance, slip):
+    """Whether what :func:`measure` left above the tolerance is round-off.
+
+    It is where every interaction is off by no more than its own round-off, or by so little that the tolerances are kept if
+    all others are off by no more. That is seen on velocities made anew, and only where a rough estimate allows it, the
+    terms of all velocities but for a small factor.
+    """
+    rough = team.limits[2]
     for task in range(team.chunks):
-        fastest = max(fastest, team.partial[task, 0])
-    return 4.0 * 2.0**-52 * fastest * np.sqrt(team.rows)
+        rough += team.partial[task, 0]
+    error = team.told[3] if team.told[0] <= tolerance else team.told[0] * nothing
+    if not error <= NEAR * ROUNDING * np.sqrt(rough):
+        return False
+    apply_impulses(team)
+    rate(team, nothing, tolerance, slip)
+    share_chunks(QUIET, team)
+    share_phases(NOISE, team)
+    team.limits[0] = tolerance * nothing / np.sqrt(team.rows)
+    team.limits[1] = slip
+    return sum_of_parts(LOUD, team) == 0.0
 
 
 def apply_impulses(team):
@@ -179,35 +260,40 @@ def apply_impulses(team):
     share_chunks(COMBINE, team)
 
 
-def begin(team, tolerance):
+def begin(team, tolerance, slip, swept):
     """Start from the guess; returns (``|e(0)|``, residual, whether nothing is left to do, status).
 
     Where ``|e(0)|`` is no more than round-off, near rest, no error can be told relative to it, and ``r = 0`` is the answer.
+    Else there is something to do, and only a guess that was ``swept`` before may pass as it is: an interaction that begins
+    to act would otherwise be left without an impulse as long as others are loaded more.
     """
     share_chunks(NOTHING, team)
     nothing = total_error(team)
-    if nothing <= round_off(team):
-        team.worst[0] = 0.0
+    share_chunks(QUIET, team)
+    team.limits[2] = sum_of_parts(SUM, team)
+    team.told[:] = 0.0
+    if nothing <= ROUNDING * np.sqrt(team.limits[2]):
         return nothing, 0.0, True, CONVERGED
     if not np.isfinite(nothing):
+        team.told[0] = nothing
         return nothing, nothing, True, NOT_FINITE
     share_chunks(GUESS, team)
     apply_impulses(team)
-    residual = total_error(team) / nothing
-    return nothing, residual, residual <= tolerance, CONVERGED
+    residual = rate(team, nothing, tolerance, slip)
+    return nothing, residual, swept and residual <= tolerance, CONVERGED
 
 
 @kernel
-def gauss_seidel(team: Team, tolerance, max_iterations):
-    """Sweep until ``|e(r)| <= tolerance |e(0)|``; returns (sweeps, residual, status).
+def gauss_seidel(team: Team, tolerance, slip, max_iterations):
+    """Sweep until ``|e(r)| <= tolerance |e(0)|`` and ``scale |e| <= slip`` everywhere; returns (sweeps, status).
 
     The error is measured after sweeps 1, 2, 3 ... and then at intervals of an eighth of the sweeps done, so that
     measuring costs about an eighth; before success is told it is measured again on velocities made anew from the
     impulses. Stagnation: the last half of the sweeps, at least 1000 of them, gained less than 1 %.
     """
-    nothing, residual, done, status = begin(team, tolerance)
+    nothing, residual, done, status = begin(team, tolerance, slip, False)
     if done:
-        return 0, residual, status
+        return 0, status
     best = residual
     milestone = residual
     milestone_sweep = 0
@@ -222,12 +308,15 @@ def gauss_seidel(team: Team, tolerance, max_iterations):
         if sweeps < check and sweeps < max_iterations:
             continue
         check = sweeps + 1 + sweeps // 8
-        residual = measure(team, nothing, tolerance)
+        residual = measure(team, nothing, tolerance, slip)
         if residual <= tolerance:
             status = CONVERGED
             break
         if not np.isfinite(residual):
             status = NOT_FINITE
+            break
+        if at_round_off(team, nothing, tolerance, slip):
+            status = ROUND_OFF
             break
         best = min(best, residual)
         if sweeps >= 2 * milestone_sweep and sweeps - milestone_sweep >= 1000:
@@ -236,10 +325,10 @@ def gauss_seidel(team: Team, tolerance, max_iterations):
                 break
             milestone = best
             milestone_sweep = sweeps
-    if status != CONVERGED and status != NOT_FINITE:
+    if status in (SPENT, STAGNATED):
         apply_impulses(team)
-        residual = total_error(team) / nothing
-    return sweeps, residual, status
+        rate(team, nothing, tolerance, slip)
+    return sweeps, status
 
 
 @named_arguments
@@ -248,15 +337,18 @@ class GaussSeidel:
     """Gauss-Seidel, the standard method of the field, with every wire solved as one block.
 
     ``tolerance``: stops at ``|e(r)| <= tolerance |e(0)|`` (see ``lmgcpy.residual``); ``max_iterations``: sweeps a step
-    at the most; ``wire_blocks``: False visits the links of a wire one at a time, as other codes do.
+    at the most; ``wire_blocks``: False visits the links of a wire one at a time, as other codes do; ``slip``: and where no
+    interaction's error makes a displacement in the step of more than this part of its smaller body's radius,
+    ``h |e_i| <= slip R_i``; None for the tolerance, and no more than 3e-3.
     """
 
     tolerance: float = 1e-4
     max_iterations: int = 10_000
     wire_blocks: bool = True
+    slip: float | None = None
 
     def __post_init__(self):
-        object.__setattr__(self, "tolerance", number(self.tolerance, "tolerance", above=0.0, maximum=1.0))
+        check_tolerances(self)
         object.__setattr__(self, "max_iterations", whole(self.max_iterations, "max_iterations", minimum=1))
         flag(self.wire_blocks, "wire_blocks")
 
@@ -278,5 +370,5 @@ class GaussSeidel:
         """
         none = np.zeros(0)
         step, iterates = (groups, system, free_velocity, guess), Iterates(none, none, none, none, none)
-        limits = float(self.tolerance), int(self.max_iterations)
-        return Outcome(*lead(gauss_seidel, work.specialise(**operator), step, iterates, threads, *limits))
+        limits = float(self.tolerance), largest_slip(self), int(self.max_iterations)
+        return outcome(system, *lead(gauss_seidel, work.specialise(**operator), step, iterates, threads, *limits))

@@ -143,7 +143,11 @@ SYSTEM_TYPE = numba.typeof(
         own=np.zeros((0, 2, 2)),
         following=np.zeros((0, 2, 2)),
         work=np.zeros((0, 0)),
-        worst=np.zeros(0),
+        scale=np.zeros(0),
+        squared_error=np.zeros(0),
+        noise=np.zeros((0, 2)),
+        floor=np.zeros(0),
+        told=np.zeros(0),
     )
 )
 

@@ -54,7 +54,12 @@ class MatrixSystem(NamedTuple):
     following: np.ndarray
     """Block of W between each link and the next one of its wire [1/kg], (m, d, d), or none."""
     work: np.ndarray
-    worst: np.ndarray
+    scale: np.ndarray
+    squared_error: np.ndarray
+    noise: np.ndarray
+    floor: np.ndarray
+    """As in ``lmgcpy.solve.system.System``, with a row of ``noise`` an interaction."""
+    told: np.ndarray
 
 
 def relative_velocity(i, s):
@@ -116,6 +121,31 @@ def add_impulses_3d(start, stop, walls, s, velocity):
         push_3d(np.uintp(i), s, s.impulse[i, 0], s.impulse[i, 1], s.impulse[i, 2])
 
 
+def add_noise(start, stop, walls, s):
+    """Add ``|W| |r|`` of some interactions to what their velocities are rounded from."""
+    for i in range(start, stop):
+        for k in range(s.first[i], s.first[i + 1]):
+            j = s.row[k]
+            for row in range(s.block.shape[1]):
+                for column in range(s.block.shape[2]):
+                    s.noise[j, min(row, 1)] += abs(s.block[k, row, column] * s.impulse[i, column])
+
+
+def gather_noise(first, last, s):
+    """What the velocities of some interactions are rounded from [m/s], into ``s.floor``."""
+    for i in range(first, last):
+        s.floor[i] = s.noise[i, 0] + s.noise[i, 1]
+
+
+def begin_noise(first, last, s, free_velocity):
+    """What the velocities are rounded from without impulses: themselves."""
+    for i in range(first, last):
+        s.noise[i, 0] = abs(free_velocity[i, 0])
+        s.noise[i, 1] = 0.0
+        for k in range(1, free_velocity.shape[1]):
+            s.noise[i, 1] += abs(free_velocity[i, k])
+
+
 def begin_free(first, last, s, free_velocity):
     """``u = q``."""
     s.velocity[first:last] = free_velocity[first:last]
@@ -136,9 +166,10 @@ TEMPLATE_NAMES: dict[int, dict[str, Any]] = {
     },
 }
 """What the templates of the groups are specialised with, by dimension."""
+_NOISE: dict[str, Any] = {"begin_noise": begin_noise, "add_noise": add_noise, "gather_noise": gather_noise}
 DRIVER_NAMES: dict[int, dict[str, Any]] = {
-    2: {"clear": begin_free, "momentum": add_impulses, "combine": leave},
-    3: {"clear": begin_free, "momentum": add_impulses_3d, "combine": leave},
+    2: {"clear": begin_free, "momentum": add_impulses, "combine": leave, **_NOISE},
+    3: {"clear": begin_free, "momentum": add_impulses_3d, "combine": leave, **_NOISE},
 }
 """What the kernels of solvers are specialised with."""
 
@@ -210,7 +241,11 @@ def assemble_problem(problem: Problem, wire_blocks: bool) -> tuple[Groups, Matri
         velocity=np.zeros((count, d)),
         **_stiffening(problem, runs),
         work=np.zeros((longest, scratch_width(d) if problem.geometric.any() else 4)),
-        worst=np.zeros(2),
+        scale=np.zeros(count) if problem.scale is None else problem.scale,
+        squared_error=np.zeros(count),
+        noise=np.zeros((count, 2)),
+        floor=np.zeros(count),
+        told=np.zeros(4),
     )
     kernels = []
     for start, stop in runs:

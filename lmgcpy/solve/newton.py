@@ -22,13 +22,13 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from lmgcpy.errors import flag, named_arguments, number, whole
+from lmgcpy.errors import flag, named_arguments, whole
 from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
 from lmgcpy.solve.active_set import ActiveSet
 from lmgcpy.solve.problem import Conic
 from lmgcpy.solve.proximal import PATIENCE, proximal_newton
-from lmgcpy.solve.report import CONVERGED, NOT_FINITE
-from lmgcpy.solve.solver import Outcome
+from lmgcpy.solve.report import CONVERGED, NOT_FINITE, ROUND_OFF
+from lmgcpy.solve.solver import Outcome, check_tolerances, largest_slip
 from lmgcpy.solve.system import Groups
 
 WORK = 320_000
@@ -61,13 +61,14 @@ class Alternating(ABC):
 
     ``tolerance``: residual at which a problem is solved; ``max_iterations``: sweeps in all; ``max_factorisations``: Newton
     steps in all, each of which factorises a sparse matrix (a path counts as the Newton steps that cost as much), and fewer
-    where they would cost more than :data:`WORK` sweeps; ``wire_blocks``: as of ``GaussSeidel``.
+    where they would cost more than :data:`WORK` sweeps; ``wire_blocks``, ``slip``: as of ``GaussSeidel``.
     """
 
     tolerance: float = 1e-8
     max_iterations: int = 20_000
     max_factorisations: int = 2000
     wire_blocks: bool = True
+    slip: float | None = None
 
     NEEDS_CONIC: ClassVar[bool]
     """Whether laws without a conic form are refused; else they get sweeps alone."""
@@ -77,7 +78,7 @@ class Alternating(ABC):
         """Sweeps before the first Newton steps; before the next it is twice as many, and so on."""
 
     def __post_init__(self):
-        object.__setattr__(self, "tolerance", number(self.tolerance, "tolerance", above=0.0, maximum=1.0))
+        check_tolerances(self)
         object.__setattr__(self, "max_iterations", whole(self.max_iterations, "max_iterations", minimum=1))
         object.__setattr__(self, "max_factorisations", whole(self.max_factorisations, "max_factorisations"))
         flag(self.wire_blocks, "wire_blocks")
@@ -103,10 +104,12 @@ class Alternating(ABC):
         last = False
         most = min(self.max_factorisations, newton_steps(WORK, *guess.shape))
         noise = np.random.default_rng(0)
+        slip = largest_slip(self)
         while True:
-            swept = self._sweep(min(turn, self.max_iterations - sweeps), groups, system, free_velocity, guess, operator)
+            left = min(turn, self.max_iterations - sweeps)
+            swept = self._sweep(left, groups, system, free_velocity, guess, operator, swept=sweeps > 0)
             sweeps += swept.iterations
-            if swept.status in (CONVERGED, NOT_FINITE):
+            if swept.status in (CONVERGED, ROUND_OFF, NOT_FINITE):
                 return swept._replace(iterations=sweeps, factorisations=factorisations)
             if swept.residual < least:
                 best, least = system.impulse.copy(), swept.residual
@@ -123,11 +126,13 @@ class Alternating(ABC):
                     continue
                 active = ActiveSet(problem)
             start, left = system.impulse[acting], most - factorisations
-            attempt = proximal_newton(active, start, self.tolerance, left, LAST_PATIENCE if last else patience)
+            # Newton steps know of the residual only; it is to fall as the worst displacement must
+            aim = min(self.tolerance, 0.5 * swept.residual * slip / swept.slip) if swept.slip > slip else self.tolerance
+            attempt = proximal_newton(active, start, aim, left, LAST_PATIENCE if last else patience)
             factorisations += attempt.factorisations
             guess = system.impulse.copy()
             guess[acting] = attempt.impulses
-            gained = attempt.residual <= max(GAIN * least, self.tolerance)
+            gained = attempt.residual <= max(GAIN * least, aim)
             if attempt.residual < least:
                 best, least = guess, attempt.residual
             if not gained:
@@ -136,14 +141,24 @@ class Alternating(ABC):
                 guess *= 1.0 + DISTURBANCE * noise.standard_normal((len(guess), 1))
             turn, patience = max(turn, min(2 * turn, LONGEST)), min(2 * patience, MOST_PATIENCE)
         if swept.residual > least:
-            swept = self._sweep(1, groups, system, free_velocity, best, operator)
+            swept = self._sweep(1, groups, system, free_velocity, best, operator, swept=True)
             sweeps += swept.iterations
         return swept._replace(iterations=sweeps, factorisations=factorisations)
 
-    def _sweep(self, most: int, groups: Groups, system: Any, free_velocity: np.ndarray, guess: np.ndarray, operator: dict):
+    def _sweep(
+        self,
+        most: int,
+        groups: Groups,
+        system: Any,
+        free_velocity: np.ndarray,
+        guess: np.ndarray,
+        operator: dict,
+        *,
+        swept: bool,
+    ) -> Outcome:
         """At most so many sweeps from a guess, in place."""
-        solver = AcceleratedGaussSeidel(tolerance=self.tolerance, max_iterations=max(most, 1))
-        return solver.solve(groups, system, free_velocity, guess, **operator)
+        solver = AcceleratedGaussSeidel(tolerance=self.tolerance, max_iterations=max(most, 1), slip=self.slip)
+        return solver.sweep(groups, system, free_velocity, guess, swept=swept, **operator)
 
 
 @named_arguments
@@ -153,7 +168,7 @@ class Newton(Alternating):
 
     ``tolerance``: residual at which a problem is solved; ``max_iterations``: sweeps in all; ``max_factorisations``: Newton
     steps in all, each of which factorises a sparse matrix (a path counts as the Newton steps that cost as much), and fewer
-    where they would cost more than 320 000 sweeps; ``wire_blocks``: as of ``GaussSeidel``. Needs laws
+    where they would cost more than 320 000 sweeps; ``wire_blocks``, ``slip``: as of ``GaussSeidel``. Needs laws
     with a conic form, as those that come with lmgcpy have; TypeError where a scene's law has none.
     """
 
@@ -170,7 +185,7 @@ class Auto(Alternating):
 
     Newton steps come when the sweeps have cost as much as some Newton steps will, and not at all for laws without a conic
     form; how many there were of both is in the report. ``tolerance``, ``max_iterations``, ``max_factorisations``,
-    ``wire_blocks``: as of :class:`Newton`.
+    ``wire_blocks``, ``slip``: as of :class:`Newton`.
     """
 
     tolerance: float = 1e-4

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     import scipy.sparse as sparse
 
 CONTACT, PULL, BOTH = range(3)
-MEASURES = ("natural", "fclib")
+MEASURES = ("natural", "fclib", "slip")
 
 
 def cone_of(law: type[Law]) -> int:
@@ -58,6 +58,8 @@ class Problem:
     """Impulses to start from [N s], (m, d)."""
     geometric: np.ndarray = field(default_factory=lambda: np.zeros(0))
     """Geometric stiffness of the links [kg], (m,): what they answer to a velocity across them; zero if none is given."""
+    scale: np.ndarray | None = None
+    """Time step over the radius of the smaller body [s/m], (m,); None where it is not known."""
 
     def __post_init__(self):
         whole(self.dimension, "dimension of a problem", minimum=2, maximum=3)
@@ -65,7 +67,7 @@ class Problem:
             raise TypeError(f"W of a problem must be a sparse array such as scipy.sparse.csr_array, got {shown(self.W)}.")
         if np.size(self.geometric) == 0:
             object.__setattr__(self, "geometric", np.zeros(np.shape(self.mu)))
-        for name in ("q", "mu", "compliance", "guess", "geometric"):
+        for name in ("q", "mu", "compliance", "guess", "geometric") + (() if self.scale is None else ("scale",)):
             object.__setattr__(self, name, numbers(getattr(self, name), f"{name} of a problem"))
         self._check_shapes()
         numbers(self.W.data, "W of a problem")
@@ -76,6 +78,7 @@ class Problem:
             ("compliance", self.compliance, self.compliance >= 0.0, "at least 0"),
             ("geometric", self.geometric, self.geometric >= 0.0, "at least 0"),
             ("geometric", self.geometric, ~contact | (self.geometric == 0.0), "0 for a contact"),
+            *(() if self.scale is None else (("scale", self.scale, self.scale >= 0.0, "at least 0"),)),
             ("W", diagonal, np.where(contact, diagonal > 0.0, diagonal >= 0.0), "above 0 on its diagonal"),
         ):
             if not sound.all():
@@ -94,6 +97,8 @@ class Problem:
             "guess": (count, d),
             "geometric": (count,),
         }
+        if self.scale is not None:
+            shapes["scale"] = (count,)
         for name, shape in shapes.items():
             got = getattr(self, name).shape
             if got != shape:
@@ -149,7 +154,7 @@ class Solution:
     residual: float
     """``natural``, computed from the problem as it stands."""
     status: str
-    """"converged", "budget spent", "stagnated" or "not finite"."""
+    """"converged", "budget spent", "stagnated", "not finite" or "round-off"."""
     iterations: int
     """Sweeps."""
     factorisations: int
@@ -198,12 +203,21 @@ def residual(problem: Problem, impulses: Any, *, measure: str = "natural") -> fl
     "natural": ``|e(r)| / |e(0)|`` with ``e = w (r - react(w I, u - w r))``, ``w`` the mean diagonal of the local block:
     the error of the velocities relative to that of doing nothing. "fclib": ``|w0 r - P_K(w0 r - (u + mu |u_t| n))| / |q|``
     with ``w0`` the mean diagonal of W, the measure of published solvers; links have their own law's projection.
+    "slip": the largest ``h |e_i| / R_i``, R_i the radius of the smaller body, of a problem that knows it, as those of
+    ``Simulation.problem`` do (ValueError where it does not).
     """
     _check(problem, "residual")
     one_of(measure, "measure", MEASURES)
     r = numbers(impulses, "impulses")
     if r.shape != problem.guess.shape:
         raise ValueError(f"impulses must have shape {problem.guess.shape}, got {r.shape}.")
+    if measure == "slip":
+        if problem.scale is None:
+            raise ValueError(
+                "This problem knows no sizes of bodies, as those from FCLIB files do not, so that measure='slip' has no "
+                "meaning: say 'natural' or 'fclib', or take the problem from Simulation.problem()."
+            )
+        return float((problem.scale * np.linalg.norm(_errors(problem, r), axis=1)).max(initial=0.0))
     if measure == "fclib":
         error, scale = _fclib_error(problem, r), float(np.linalg.norm(problem.q))
     else:
@@ -213,10 +227,15 @@ def residual(problem: Problem, impulses: Any, *, measure: str = "natural") -> fl
     return error / scale
 
 
-def _natural_error(problem: Problem, r: np.ndarray) -> float:
+def _errors(problem: Problem, r: np.ndarray) -> np.ndarray:
+    """``w (r - react(w I, u - w r))`` [m/s], (m, d)."""
     weight = problem.local_weight()
     free = problem.velocities(r) - weight[:, None] * r
-    return float(np.linalg.norm(weight[:, None] * (r - react_alone(problem, free, weight))))
+    return weight[:, None] * (r - react_alone(problem, free, weight))
+
+
+def _natural_error(problem: Problem, r: np.ndarray) -> float:
+    return float(np.linalg.norm(_errors(problem, r)))
 
 
 def _fclib_error(problem: Problem, r: np.ndarray) -> float:

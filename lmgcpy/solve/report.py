@@ -4,13 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-CONVERGED, SPENT, STAGNATED, NOT_FINITE = range(4)
-STATUS = ("converged", "budget spent", "stagnated", "not finite")
+CONVERGED, SPENT, STAGNATED, NOT_FINITE, ROUND_OFF = range(5)
+STATUS = ("converged", "budget spent", "stagnated", "not finite", "round-off")
+"""Words for how a solve ended; run files keep their places here, so that new ones come last."""
+SOLVED_CODES = (CONVERGED, ROUND_OFF)
+SOLVED = tuple(STATUS[code] for code in SOLVED_CODES)
+"""How a problem ends that is solved: to the tolerance, or where that lies below what arithmetic can tell, to round-off."""
 
 
 @dataclass(frozen=True)
 class Worst:
-    """The interaction with the largest error: its law, the ids of ``candidate`` and ``antagonist``, the ``error`` [m/s]."""
+    """The interaction whose error makes the largest displacement for its size: its law, the ids of ``candidate`` and
+    ``antagonist``, the ``error`` [m/s]."""
 
     law: str
     candidate: int
@@ -26,9 +31,10 @@ class Report:
     """How the last step was solved.
 
     ``iterations``: sweeps; ``factorisations``: Newton steps; ``residual``: ``|e(r)| / |e(0)|``, the error relative to that
-    of doing nothing; ``status``: "converged", "budget spent", "stagnated" or "not finite"; ``worst``: the worst
-    interaction, None where there is none; ``interactions``: how many there were; ``seconds``: of the solver;
-    ``step_seconds``: of the whole step.
+    of doing nothing; ``slip``: the largest ``h |e_i| / R_i``, the displacement that the error of one interaction makes in
+    the step, in parts of its smaller body's radius; ``status``: "converged", "budget spent", "stagnated", "not finite" or
+    "round-off"; ``worst``: the interaction of that slip, None where there is none; ``interactions``: how many there were;
+    ``seconds``: of the solver; ``step_seconds``: of the whole step.
     """
 
     iterations: int = 0
@@ -39,13 +45,19 @@ class Report:
     interactions: int = 0
     seconds: float = 0.0
     step_seconds: float = 0.0
+    slip: float = 0.0
+
+    @property
+    def solved(self) -> bool:
+        """Whether the step was solved, to the tolerance or to round-off."""
+        return self.status in SOLVED
 
     def __str__(self) -> str:
         worst = f"; worst: {self.worst}" if self.worst else ""
         newton = f" and {self.factorisations} Newton steps" if self.factorisations else ""
         return (
-            f"{self.status} after {self.iterations} sweeps{newton} at a residual of {self.residual:.2e} over "
-            f"{self.interactions} interactions in {self.seconds:.4f} s{worst}"
+            f"{self.status} after {self.iterations} sweeps{newton} at a residual of {self.residual:.2e} and a "
+            f"slip of {self.slip:.2e} over {self.interactions} interactions in {self.seconds:.4f} s{worst}"
         )
 
     def __repr__(self) -> str:

@@ -31,8 +31,12 @@ PREPARED = 0
 """How many numbers the law prepares; given by the specialisation, as what follows."""
 ROWS = 2
 """The dimension d."""
-block, row, square, store_row, store_square, unit, transposed, negative, *_ = small_matrices(ROWS).values()
-*_, scaled, product, times, plus, less, plus_row, less_row, solve = small_matrices(ROWS).values()
+_of_two = small_matrices(ROWS)
+block, row, square = _of_two["block"], _of_two["row"], _of_two["square"]
+store_row, store_square, solve = _of_two["store_row"], _of_two["store_square"], _of_two["solve"]
+unit, transposed, negative, scaled = (_of_two[name] for name in ("unit", "transposed", "negative", "scaled"))
+product, times, plus, less = _of_two["product"], _of_two["times"], _of_two["plus"], _of_two["less"]
+plus_row, less_row = _of_two["plus_row"], _of_two["less_row"]
 
 
 def scratch_width(dimension: int) -> int:
@@ -209,7 +213,8 @@ def sweep_links(start, stop, offset, s: System):
 
 def error(start, stop, offset, s: System):
     """Sum of squares of ``e = w (r - react(w I, u - w r))`` over the links of one chain [m^2/s^2], w the mean diagonal of
-    their W; across the link ``react`` gives ``-kappa (u_t - w r_t - c_t)/(1 + kappa w)``."""
+    their W; across the link ``react`` gives ``-kappa (u_t - w r_t - c_t)/(1 + kappa w)``. The
+    squares are left in ``s.squared_error``."""
     total = 0.0
     for k in range(start, stop):
         prepared = read(s.prepared, offset + (k - start) * PREPARED)
@@ -218,6 +223,7 @@ def error(start, stop, offset, s: System):
         for a in range(ROWS):
             w += s.delassus[i, a] / ROWS
         if w == 0.0:
+            s.squared_error[i] = 0.0
             continue
         u = relative_velocity(i, s)
         r = s.impulse[i, 0]
@@ -227,8 +233,6 @@ def error(start, stop, offset, s: System):
         for a in range(1, ROWS):
             lag = s.impulse[i, a] + stiffness * (u[a] - s.carried[i, a - 1])
             square += (w * lag / (1.0 + stiffness * w)) ** 2
+        s.squared_error[i] = square
         total += square
-        if not square <= s.worst[0] and not np.isnan(s.worst[0]):  # the first NaN, too, is the worst
-            s.worst[0] = square
-            s.worst[1] = i
     return total

@@ -55,8 +55,17 @@ class System(NamedTuple):
     """Block of W between each link and the next one of its chain, (links, d, d), or none."""
     work: np.ndarray
     """Scratch of the wire blocks, (longest chain, numbers a link): 4, and with geometric stiffness more."""
-    worst: np.ndarray
-    """(2,): largest single error that the error kernels met [m/s], and the row of its interaction."""
+    scale: np.ndarray
+    """Time step over the size of the smaller body [s/m], (m,): what turns an error of velocity into a displacement in the
+    step, in parts of that body. Zero where no size is known."""
+    squared_error: np.ndarray
+    """Squares of the errors as last measured [m^2/s^2], (m,)."""
+    noise: np.ndarray
+    """(n, 2): scratch for what the velocities of the bodies are rounded from, see ``lmgcpy.solve.rounding``."""
+    floor: np.ndarray
+    """What relative velocities are rounded from [m/s], (m,): scratch, likewise."""
+    told: np.ndarray
+    """(4,): the residual as last measured, the largest ``scale |e|``, the row of its interaction, and its error [m/s]."""
 
     def moved(self, place: np.ndarray, free_velocity: np.ndarray) -> tuple[System, np.ndarray]:
         """The same with each body at its ``place``, (n,), and the velocities without impulses (n, k) likewise; the array of

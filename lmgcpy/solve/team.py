@@ -39,13 +39,16 @@ class Team(NamedTuple):
     words: np.ndarray
     """(24,) int64: the ticket (turn, kind of work, end of the tasks, next task), how many tasks are done, how many help."""
     partial: np.ndarray
-    """What each task found: a sum, and of errors the worst with its row, (tasks, 3)."""
+    """What each task found: a sum, and of errors the largest share, its row and its error, (tasks, 4)."""
     beta: np.ndarray
     """(1,): the momentum of the next extrapolation."""
     phase: np.ndarray
     """First task of each phase, and the end."""
-    worst: np.ndarray
-    """(2,): where the largest error and its row are told."""
+    limits: np.ndarray
+    """(3,): the error [m/s] and the share of a body's size that an interaction may have whatever round-off is, and what
+    the velocities are rounded from without impulses, squared and summed [m^2/s^2]."""
+    told: np.ndarray
+    """(4,): see ``lmgcpy.solve.system.System``."""
     chunks: int
     """Into so many parts whole arrays are cut."""
     rows: int
@@ -72,7 +75,7 @@ class Iterates(NamedTuple):
 
 
 class Job(NamedTuple):
-    """A step to be solved, for one thread: ``s.worst`` and ``s.work`` are its own."""
+    """A step to be solved, for one thread: ``s.work`` is its own."""
 
     groups: Groups
     s: System
@@ -81,6 +84,7 @@ class Job(NamedTuple):
     iterates: Iterates
     partial: np.ndarray
     beta: np.ndarray
+    limits: np.ndarray
     """As in :class:`Team`."""
     chunks: int
 
@@ -191,19 +195,18 @@ def lead(
     chunks = max(int(np.diff(groups.phase).max(initial=1)), 1)
     words = np.zeros(24, dtype=np.int64)
     words[HELPERS] = threads - 1 if chunks > 1 else 0
-    partial, beta = np.zeros((max(tasks, chunks), 3)), np.zeros(1)
-    job = Job(groups, system, free_velocity, guess, iterates, partial, beta, chunks)
+    partial, beta, limits = np.zeros((max(tasks, chunks), 4)), np.zeros(1), np.zeros(3)
+    job = Job(groups, system, free_velocity, guess, iterates, partial, beta, limits, chunks)
     own = [job]
     for _ in range(int(words[HELPERS])):
-        own.append(job._replace(s=system._replace(worst=np.zeros(8)[:2], work=np.empty_like(system.work))))
+        own.append(job._replace(s=system._replace(work=np.empty_like(system.work))))
     places = np.empty((len(own), ROOM), dtype=np.int64)
     addresses = [place.ctypes.data for place in places]
     for mine, address in zip(own, addresses, strict=True):
         lay(mine, address)
     address = work_address(work, job)
-    team = Team(
-        words, partial, beta, groups.phase, system.worst, chunks, len(system.impulse), address, addresses[0], giving_way()
-    )
+    shared = words, partial, beta, groups.phase, limits, system.told
+    team = Team(*shared, chunks, len(system.impulse), address, addresses[0], giving_way())
     if len(own) == 1:
         return solver(team, *arguments)
     solver.make_ready(team, *arguments)  # or helpers would spend the compiler's time looking for work

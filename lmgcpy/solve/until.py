@@ -37,7 +37,7 @@ def solve_until(problem: Problem, solver: AnySolver, *, measure: str = "natural"
 
     As long as the measure asked for is not within tolerance the solve goes on from its impulses, with a smaller natural
     tolerance. The status is "converged" where the measure asked for is within tolerance, whatever the solver
-    says of its own.
+    says of its own, and "round-off" where it is not and nothing better can be had.
     """
     guess = problem.guess
     tolerance = solver.tolerance

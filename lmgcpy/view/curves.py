@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lmgcpy.errors import named_arguments, one_of, place, shown
-from lmgcpy.solve.report import CONVERGED
+from lmgcpy.solve.report import SOLVED_CODES
 from lmgcpy.view import figures
 from lmgcpy.view.figures import name_of, new_figure, save
 from lmgcpy.view.recorded import (
@@ -158,7 +158,7 @@ def solver(runs: Sequence[Any], names: Sequence[str]) -> Figure:
     for k, (run, name) in enumerate(zip(runs, names, strict=True)):
         _refuse_without_steps(run)
         history = run.history[:]
-        missed = history["status"] != CONVERGED
+        missed = ~np.isin(history["status"], SOLVED_CODES)
         label = f"{name}, {missed.sum()} of {len(history)} steps not converged"
         residual = np.where(history["residual"] > 0.0, history["residual"], np.nan)  # nothing to solve
         above.plot(history["time"], residual, color=f"C{k}", linewidth=0.8, label=label)

@@ -99,7 +99,7 @@ def test_all_solvers_find_the_same_velocities(dimension, solver):
     for _ in range(2):
         sim.step()
         other.step()
-    assert other.report.status == "converged"
+    assert other.report.solved
     # 1e-11 of e(0), times the condition of a wire of 11 links with masses of 1e-3 and 10
     np.testing.assert_allclose(other.velocities, sim.velocities, rtol=0.0, atol=1e-6)
 
@@ -113,7 +113,7 @@ def test_links_one_after_another_get_it_too(dimension, law):
     for _ in range(2):
         sim.step()
         other.step()
-    assert other.report.status == "converged"
+    assert other.report.solved
     assert other.report.iterations > 20
     assert np.abs(other.interactions.impulse[:, 1:]).max() > 0.0
     np.testing.assert_allclose(other.velocities, sim.velocities, rtol=0.0, atol=1e-5)  # 1e-10 e(0), n^2 sweeps a digit
@@ -129,7 +129,7 @@ def test_a_problem_of_its_own_keeps_the_stiffness(dimension, solver, tmp_path):
     again = lm.io.fclib.read(tmp_path / "problem.h5")
     np.testing.assert_array_equal(again.geometric, problem.geometric)
     solution = lm.solve(again, solver=solver(tolerance=1e-12), guess=np.zeros_like(again.guess))
-    assert solution.status == "converged"
+    assert solution.status in ("converged", "round-off")
     assert lm.residual(again, solution.impulses) <= 1e-11
     np.testing.assert_allclose(solution.velocities, dense_velocities(problem), atol=1e-7)
     assert lm.residual(again, sim.interactions.impulse) <= 1e-11

@@ -1,0 +1,82 @@
+"""What arithmetic leaves of an error: the terms from which the velocities of an interaction are rounded.
+
+A relative velocity is a difference of velocities of bodies, each of which is a sum: its free velocity and what every
+impulse on it adds. A sum is rounded by at most a few ``eps`` times the sum of the sizes of its terms, and so is every
+impulse, which enters with the same terms. With N and S what the centre of a body and its spin are made of,
+
+    N_b = |v_free,b| + (1/m_b) sum over its interactions of |r_j|,         S_b = |spin_free,b| + (1/I_b) sum of lever |r_j|,
+    noise_i = N_c + N_a + lever_c S_c + lever_a S_a                                                            [m/s],
+
+no error below ``ROUNDING noise_i`` means anything. Where the errors of all interactions are below, the impulses solve
+exactly a problem whose operator and free velocities differ from the given ones by ``ROUNDING``, relative, number by number
+(Oettli, Prager 1964): no arithmetic of this precision can tell the two apart, and none can do better.
+
+Spins count by the lever at which they act, so that lengths, whatever their unit, are never added to turns.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+ROUNDING = 4.0 * 2.0**-52
+"""Relative round-off of a sum whose terms have gone through some operations."""
+
+
+def begin_noise(first, last, s, free_velocity):
+    """N and S of some bodies without impulses [m/s, rad/s], into ``s.noise``."""
+    d = s.normal.shape[1]
+    for b in range(first, last):
+        centre = 0.0
+        turning = 0.0
+        for k in range(d):
+            centre = max(centre, abs(free_velocity[b, k]))
+        for k in range(d, free_velocity.shape[1]):
+            turning = max(turning, abs(free_velocity[b, k]))
+        s.noise[b, 0] = centre
+        s.noise[b, 1] = turning
+
+
+def add_noise(start, stop, walls, s):
+    """Add what the impulses of some interactions have to do with N and S; not to held walls, see ``momentum``."""
+    for i in range(start, stop):
+        normal = abs(s.impulse[i, 0])
+        tangential = 0.0
+        for k in range(1, s.impulse.shape[1]):
+            tangential += abs(s.impulse[i, k])
+        if normal + tangential == 0.0:
+            continue
+        if walls != 0:
+            add_size(s.candidate[i], i, 0, normal, tangential, s)
+        if walls != 1:
+            add_size(s.antagonist[i], i, 1, normal, tangential, s)
+
+
+def add_size(b, i, side, normal, tangential, s):
+    """Add the sizes of an impulse [N s] to N and S of a body."""
+    d = s.normal.shape[1]
+    moment = s.arm[i, side] * tangential
+    if s.lateral.shape[0] > 0:
+        moment += abs(s.lateral[i, side]) * normal
+    centre = 0.0
+    turning = 0.0
+    for k in range(d):
+        centre = max(centre, s.inverse_mass[b, k])
+    for k in range(d, s.inverse_mass.shape[1]):
+        turning = max(turning, s.inverse_mass[b, k])
+    s.noise[b, 0] += centre * (normal + tangential)
+    s.noise[b, 1] += turning * abs(moment)
+
+
+def gather_noise(first, last, s):
+    """What the relative velocities of some interactions are rounded from [m/s], into ``s.floor``."""
+    across = s.lateral.shape[0] > 0
+    for k in range(first, last):
+        i = np.uintp(k)
+        c = s.candidate[i]
+        a = s.antagonist[i]
+        arm_c = abs(s.arm[i, 0])
+        arm_a = abs(s.arm[i, 1])
+        if across:
+            arm_c += abs(s.lateral[i, 0])
+            arm_a += abs(s.lateral[i, 1])
+        s.floor[i] = s.noise[c, 0] + s.noise[a, 0] + arm_c * s.noise[c, 1] + arm_a * s.noise[a, 1]
