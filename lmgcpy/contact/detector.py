@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from lmgcpy.contact import narrow_phase, narrow_phase_3d
+from lmgcpy.contact.apart import Apart
 from lmgcpy.contact.broad_phase import near_pairs
 from lmgcpy.contact.memory import Memory, carry, recall
 from lmgcpy.contact.narrow_phase import Interactions, empty_interactions, farthest, place_contactors
@@ -90,7 +91,9 @@ class Detector:
         chains: list[ChainTable],
         inverse_mass: np.ndarray,
         dimension: int = 2,
+        apart: np.ndarray | None = None,
     ):
+        """``apart``: pairs of bodies that never meet, (p, 2), the lower first, sorted; None for none."""
         self.contactors = contactors
         self.rows = rows
         self.chains = chains
@@ -99,6 +102,7 @@ class Detector:
         check_pairs(contactors, rows)
         self._bounded: np.ndarray = np.isfinite(contactors.bounding_radius)
         self._free: np.ndarray = inverse_mass.max(axis=1, initial=0.0) > 0.0
+        self._apart = Apart(np.zeros((0, 2), np.int64) if apart is None else apart, len(inverse_mass))
         self._in_place = not contactors.offset.any() and np.array_equal(contactors.body, np.arange(len(inverse_mass)))
         self._shapes = np.ascontiguousarray(contactors.shape).ravel()
         self._stride = contactors.shape.shape[1]
@@ -287,7 +291,8 @@ class Detector:
         near = near_pairs(centres, self.contactors.bounding_radius[bounded], self._reach)
         if len(bounded) < len(placed):
             near = bounded.astype(np.int32).take(near)
-        around = Surroundings(near, placed, self._reach, self.contactors, self._bounded, self._free)
+        near = self._apart.take_off(near, self.contactors.body)
+        around = Surroundings(near, placed, self._reach, self.contactors, self._bounded, self._free, self._apart)
         slabs = self._cut_slabs(placed) if self._partitioned else None
         self.place = None if slabs is None else slabs.place
         groups = [Group(chain.law, True, chain=chain) for chain in self.chains]

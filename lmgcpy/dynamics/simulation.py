@@ -120,7 +120,8 @@ class Simulation:
         self.report = Report()
         model = self.model
         self.energy = Energy(kinetic=kinetic_energy(model.mass, model.inverse_mass, self.state.velocities))
-        self._detector = Detector(model.contactors, model.rows, model.chains, model.inverse_mass, model.dimension)
+        tables = model.contactors, model.rows, model.chains
+        self._detector = Detector(*tables, model.inverse_mass, model.dimension, model.apart)
         self._work = np.zeros((4, max((chain.link_count for chain in self.model.chains), default=0)))
         self._last: tuple[StepProblem, Interactions] | None = None
         self.unconverged_steps = 0
