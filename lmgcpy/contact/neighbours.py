@@ -123,7 +123,7 @@ class Surroundings:
     placed: np.ndarray
     """Positions (x, y, angle) or (x, y, z) of the contactors, (k, 3)."""
     reach: float
-    """Distance between surfaces up to which a pair is a neighbour [m]."""
+    """Distance between surfaces up to which a pair with a contactor without bounds is a neighbour [m]."""
     contactors: ContactorTable
     bounded: np.ndarray
     """Which contactors are bounded, (k,) bool."""

@@ -118,8 +118,9 @@ class Chain:
 
 
 def core_radius(body: Body) -> float:
-    """Radius of the largest circle or sphere around the centre that one contactor is known to fill [m]; 0 for none."""
+    """Radius of the largest circle or sphere around the centre that the body is known to fill [m]: to its surface along a
+    link, or what one of its disks or spheres fills; 0 where neither is known."""
     if isinstance(body, Round):
         return body.radius
     filled = (c.radius - math.hypot(*at) for c, at in body.contactors if isinstance(c, (DiskContactor, SphereContactor)))
-    return max(0.0, *filled, 0.0)
+    return max(body.link_radius, *filled, 0.0)

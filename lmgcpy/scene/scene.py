@@ -64,7 +64,8 @@ class Scene:
         """Let bodies of two colours meet under a law.
 
         ``alert``: gap [m] up to which a pair is an interaction; None takes a fifth of the smallest radius concerned, or
-        twice the way of the fastest body in a step where that is more. A gap that closes within one step from beyond
+        twice the way of the fastest body in a step where that is more, and for walls whatever they and a body close in
+        a step. A gap that closes within one step from beyond
         the alert distance is seen too late, as a penetration that stays.
         """
         self._editable("extend the visibility table")
