@@ -79,7 +79,7 @@ def test_in_smaller_gaps_a_shock_meets_the_contact_that_is_not_yet_open():
 
 
 def test_a_cradle_between_walls_keeps_its_gaps():
-    """Ten passes of 0.2 m in 2 s: each time one disk flies and four rest, as every disk that is struck moves on by one step."""
+    """Ten passes of 0.2 m in 2 s: one disk flies and four rest, as each that is struck moves on by one step."""
     sim = cradle(1e-4, walls=0.1)
     flying = []
     for _ in range(2000):
