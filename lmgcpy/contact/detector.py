@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from lmgcpy.contact import narrow_phase, narrow_phase_3d
+from lmgcpy.contact.apart import Apart
 from lmgcpy.contact.broad_phase import near_pairs
 from lmgcpy.contact.memory import Memory, carry, recall
 from lmgcpy.contact.narrow_phase import Interactions, empty_interactions, farthest, place_contactors
@@ -57,6 +58,8 @@ class Group:
     """0 or 1 where the candidates or antagonists are walls: held ones, in the slabs."""
     kernel: Kernel | None = None
     kinds: KindPair | None = None
+    unbounded: bool = False
+    """Whether some of its contactors have no bounds."""
     first_slot: int = 0
     start: int = 0
     stop: int = 0
@@ -90,7 +93,9 @@ class Detector:
         chains: list[ChainTable],
         inverse_mass: np.ndarray,
         dimension: int = 2,
+        apart: np.ndarray | None = None,
     ):
+        """``apart``: pairs of bodies that never meet, (p, 2), the lower first, sorted; None for none."""
         self.contactors = contactors
         self.rows = rows
         self.chains = chains
@@ -99,16 +104,25 @@ class Detector:
         check_pairs(contactors, rows)
         self._bounded: np.ndarray = np.isfinite(contactors.bounding_radius)
         self._free: np.ndarray = inverse_mass.max(axis=1, initial=0.0) > 0.0
+        self._apart = Apart(np.zeros((0, 2), np.int64) if apart is None else apart, len(inverse_mass))
         self._in_place = not contactors.offset.any() and np.array_equal(contactors.body, np.arange(len(inverse_mass)))
         self._shapes = np.ascontiguousarray(contactors.shape).ravel()
         self._stride = contactors.shape.shape[1]
         self._kinds = [kind_pairs(contactors, row) for row in rows]
+        self._meets_walls = [any(self._without_bounds(kinds) for kinds in of_row) for of_row in self._kinds]
         self._offset_colors = {contactors.color[k] for k in np.flatnonzero(contactors.offset.any(axis=1)).tolist()}
         radii = contactors.bounding_radius[self._bounded]
         self._partitioned = is_large(len(radii))
         self._largest = float(radii.max()) if len(radii) else 0.0
         self._usual = float(np.quantile(radii, 0.95)) if len(radii) else 0.0
         self._skin = max([0.2 * float(radii.min()) if len(radii) else 0.0, *(row.alert for row in rows)])
+        # a contactor off the centre of its body swings about it
+        swing = np.sqrt((contactors.offset * contactors.offset).sum(axis=1))[self._bounded]
+        self._cap = float((radii + swing).max()) if len(radii) else 0.0
+        greatest = [self.alert(row, np.inf) for row in rows if row.adaptive]
+        fixed = [row.alert for row in rows]
+        self._fullest = max(greatest + fixed) + max(self._skin, 0.5 * self._largest) if greatest else np.inf
+        """Reach of the widest list; one that reaches so far holds all that walls see."""
         self._reach = 0.0
         self._listed_at: np.ndarray | None = None
         self.groups: list[Group] = []
@@ -127,19 +141,25 @@ class Detector:
         self._capacity = empty_interactions(0, True, dimension, plain=self._plain)
         self.rebuilds = 0
 
-    def alert(self, row: VisibilityRow, travel: float) -> float:
+    def alert(self, row: VisibilityRow, travel: float, closing: float = 0.0) -> float:
         """Alert distance of a row [m]. Where the user gave none, it covers what two bodies at the greatest speed can
-        close in a step, ``travel`` each, up to the largest radius: a contact seen too late starts with a penetration."""
-        return max(row.alert, min(2.0 * travel, self._largest)) if row.adaptive else row.alert
+        close in a step, ``travel`` each, up to the largest radius (with the offset of its contactor): a contact seen too
+        late starts with a penetration. For contactors without bounds it covers ``closing``, whatever that is."""
+        return max(row.alert, min(2.0 * travel, self._cap), closing) if row.adaptive else row.alert
 
-    def detect(self, bodies: np.ndarray, travel: float) -> Interactions:
+    def widest(self, travel: float, closing: float) -> float:
+        """The greatest alert distance [m]."""
+        rows = zip(self.rows, self._meets_walls, strict=True)
+        return max((self.alert(row, travel, closing if walls else 0.0) for row, walls in rows), default=0.0)
+
+    def detect(self, bodies: np.ndarray, travel: float, closing: float = 0.0) -> Interactions:
         """Interactions at the positions ``bodies`` (n, 3) of the bodies, filled into arrays that the next call reuses.
 
-        ``travel``: the longest way of a body in one step [m].
+        ``travel``: the longest way of a body in one step; ``closing``: by which a body and a wall may come closer [m].
         """
         placed = self._place(bodies)
-        widest = max((self.alert(row, travel) for row in self.rows), default=0.0)
-        if self._out_of_date(placed, widest):
+        widest = self.widest(travel, 0.0)
+        if self._out_of_date(placed, widest) or (closing > self._cap and self._reach < self._fullest < np.inf):
             # lists that last longer hold more pairs, which every step looks at
             skin = max(self._skin, min(2.0 * STEPS_A_LIST * travel, 0.5 * self._largest))
             self._reach = widest + skin
@@ -166,7 +186,7 @@ class Detector:
                     group.pairs,
                     first,
                     group.first_slot,
-                    self.alert(group.row, travel),
+                    self.alert(group.row, travel, closing if group.unbounded else 0.0),
                     flat,
                     self.contactors.body,
                     self._shapes,
@@ -287,7 +307,9 @@ class Detector:
         near = near_pairs(centres, self.contactors.bounding_radius[bounded], self._reach)
         if len(bounded) < len(placed):
             near = bounded.astype(np.int32).take(near)
-        around = Surroundings(near, placed, self._reach, self.contactors, self._bounded, self._free)
+        near = self._apart.take_off(near, self.contactors.body)
+        of_walls = self._reach if self._reach < self._fullest else np.inf
+        around = Surroundings(near, placed, of_walls, self.contactors, self._bounded, self._free, self._apart)
         slabs = self._cut_slabs(placed) if self._partitioned else None
         self.place = None if slabs is None else slabs.place
         groups = [Group(chain.law, True, chain=chain) for chain in self.chains]
@@ -302,6 +324,10 @@ class Detector:
         central = all(group.central for group in groups)
         if len(self._capacity.gap) < slots or (not central and len(self._capacity.lateral) < slots):
             self._capacity = empty_interactions(slots + slots // 8, central, self.dimension, plain=self._plain)
+
+    def _without_bounds(self, kinds: KindPair) -> bool:
+        """Whether some of the contactors have no bounds."""
+        return bool((~self._bounded & (kinds.is_candidate | kinds.is_antagonist)).any())
 
     def _cut_slabs(self, placed: np.ndarray) -> Slabs:
         """The partition of the bodies, by their first contactor."""
@@ -324,7 +350,8 @@ class Detector:
         central = kinds.pair.central and self._offset_colors.isdisjoint((row.candidate, row.antagonist))
         names = {"CENTRAL": central} if self.dimension == 2 else {}
         kernel = self._narrow.detect_contacts.specialise(**kinds.meaning, **names)
-        group = Group(row.law, central, row=row, pairs=pairs, kernel=kernel, kinds=kinds)
+        unbounded = self._without_bounds(kinds)
+        group = Group(row.law, central, row=row, pairs=pairs, kernel=kernel, kinds=kinds, unbounded=unbounded)
         if slabs is None:
             group.rank = np.arange(len(pairs), dtype=np.int32)
             return group

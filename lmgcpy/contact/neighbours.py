@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from lmgcpy.contact.apart import Apart
 from lmgcpy.contact.broad_phase import by_first
 from lmgcpy.contact.pairs import Pair, find_pair
 from lmgcpy.contact.tables import ContactorTable, VisibilityRow
@@ -122,12 +123,14 @@ class Surroundings:
     placed: np.ndarray
     """Positions (x, y, angle) or (x, y, z) of the contactors, (k, 3)."""
     reach: float
-    """Distance between surfaces up to which a pair is a neighbour [m]."""
+    """Distance between surfaces up to which a pair with a contactor without bounds is a neighbour [m]."""
     contactors: ContactorTable
     bounded: np.ndarray
     """Which contactors are bounded, (k,) bool."""
     free: np.ndarray
     """Which bodies have a component that is not held, (n,) bool."""
+    apart: Apart
+    """Which bodies never meet; ``near`` has none of them."""
 
 
 def neighbours(row: VisibilityRow, kinds: KindPair, around: Surroundings) -> np.ndarray:
@@ -163,7 +166,7 @@ def _against_unbounded(
     if count > len(chosen):
         chosen = np.empty((count, 2), np.int32)
         choose(*given, chosen)
-    return chosen[:count]
+    return around.apart.take_off(chosen[:count], contactors.body)
 
 
 def _merged(one: np.ndarray, other: np.ndarray) -> np.ndarray:

@@ -66,6 +66,8 @@ class Model:
     contactors: ContactorTable
     rows: list[VisibilityRow]
     chains: list[ChainTable]
+    apart: np.ndarray
+    """Linked neighbours that do not collide, (p, 2) int64: rows of the bodies, the lower first, sorted."""
     velocities: list[Drive]
     """Imposed velocities."""
     forces: list[Drive]

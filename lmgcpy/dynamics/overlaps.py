@@ -16,11 +16,12 @@ def overlaps_at_start(model: Model) -> str | None:
     """A sentence about the pairs that see each other and overlap at the start of a model, None where there are none.
 
     It tells how many pairs of bodies overlap by more than :data:`SHARE` of the smaller radius (of the circle that holds
-    the contactor), and the worst: its bodies, depth, share of that radius, and law. Costs one detection.
+    the contactor), and the worst: its bodies, depth, share of that radius, and law. Linked neighbours that do not
+    collide are left out. Costs one detection.
     """
     if not model.rows:
         return None
-    detector = Detector(model.contactors, model.rows, [], model.inverse_mass, model.dimension)
+    detector = Detector(model.contactors, model.rows, [], model.inverse_mass, model.dimension, model.apart)
     found = detector.detect(model.start.positions, 0.0)
     pairs = np.concatenate([np.zeros((0, 2), np.int32), *(group.pairs for group in detector.groups)])[found.slot]
     radius = model.contactors.bounding_radius[pairs].min(axis=1, initial=np.inf)

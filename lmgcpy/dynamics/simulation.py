@@ -21,6 +21,7 @@ from lmgcpy.dynamics.checkpoint import Checkpoint
 from lmgcpy.dynamics.diagnosis import LawFault, fault_of_solve
 from lmgcpy.dynamics.energy import Energy, kinetic_energy
 from lmgcpy.dynamics.far_away import check_places
+from lmgcpy.dynamics.far_moves import FarMoves, Ways, worse
 from lmgcpy.dynamics.geometric_stiffness import Links, solve_stiffened
 from lmgcpy.dynamics.interactions import InteractionView
 from lmgcpy.dynamics.interrupt import between_steps
@@ -132,7 +133,8 @@ class Simulation:
         self.report = Report()
         model = self.model
         self.energy = Energy(kinetic=kinetic_energy(model.mass, model.inverse_mass, self.state.velocities))
-        self._detector = Detector(model.contactors, model.rows, model.chains, model.inverse_mass, model.dimension)
+        tables = model.contactors, model.rows, model.chains
+        self._detector = Detector(*tables, model.inverse_mass, model.dimension, model.apart)
         self._size = model.size
         self._work = np.zeros((max((chain.link_count for chain in self.model.chains), default=0), 4))
         self._links = Links.of(model.chains, model.inverse_mass, model.dimension)
@@ -142,11 +144,7 @@ class Simulation:
         self.worst_slip = 0.0
         self.recorder: Recorder | None = None
         """Keeps every run that names no file of its own; set by ``lmgcpy.resume``."""
-        seen = {color for row in model.rows for color in (row.candidate, row.antagonist)}
-        meets = np.zeros(len(model.extent), dtype=bool)
-        meets[model.contactors.body] = [color in seen for color in model.contactors.color]
-        self._half_radius = 0.5 * np.where(meets & np.isfinite(model.extent), model.extent, np.inf)
-        self._far = float(self._half_radius.min(initial=np.inf))
+        self._far_moves = FarMoves(model)
         scene.hand_over(self.state)  # last: a scene that was refused can be mended
 
     # ---------------------------------------------------------------------------------------------------- the loop
@@ -271,33 +269,20 @@ class Simulation:
                 free_velocity[drive.body, drive.component] = drive.at(state.time + h)
             check_bodies(free_velocity, VELOCITY[d], "without impulses", state.time)
             check_bodies(state.positions, POSITION[d], "in its middle", state.time)
-            travel = h * float(np.sqrt(np.max(sum(along * along for along in before[:, :d].T), initial=0.0)))
-            interactions = self._detector.detect(state.positions, travel)
-            check_detection(self._detector.groups, interactions, state.time)
-            problem = assemble(
-                self._detector.groups,
-                interactions,
-                time=state.time,
-                time_step=h,
-                before=before,
-                free_velocity=free_velocity,
-                inverse_mass=self.model.inverse_mass,
-                size=self._size,
-                guess=self._detector.recall(interactions),
-                state=self._detector.recall_state(interactions),
-                work=self._work,
-                wire_blocks=self.solver.wire_blocks,
-            )
-            problem = self._solve(problem)
-            check_bodies(problem.system.velocity, VELOCITY[d], "at its end", state.time)
+            ways = self._far_moves.measure(before, h)
+            interactions, problem = self._interact(before, free_velocity, ways)
+            after = self._far_moves.measure(problem.system.velocity, h)
+            if self._far_moves.unseen(ways, after, self._detector.widest):
+                interactions, problem = self._interact(before, free_velocity, worse(ways, after))
+                after = self._far_moves.measure(problem.system.velocity, h)
             problem = problem.close(problem.system.velocity)
             state.positions += self.theta * h * problem.system.velocity[:, :3]
             self.energy.advance(problem, self.model, loads, before, problem.system.velocity)
         except BaseException:
             state.positions[:], self._detector = start, detector
             raise
-        if travel > self._far:
-            self._tell_of_far_moves(before)
+        for sentence in self._far_moves.far(worse(ways, after), before, problem.system.velocity, state.time + h, h):
+            warnings.warn(sentence, RuntimeWarning, stacklevel=2)
         state.velocities[:] = problem.system.velocity
         self._detector.remember(interactions, problem.system.impulse, problem.data.state)
         state.time += h
@@ -310,21 +295,28 @@ class Simulation:
             self.worst_slip = max(self.worst_slip, self.report.slip)
         return self.report
 
-    def _tell_of_far_moves(self, before: np.ndarray) -> None:
-        """Say once that a body moves by more than half its radius in a step, from its velocities (n, k)."""
-        ways = self.time_step * np.linalg.norm(before[:, : self.model.dimension], axis=1)
-        excess = ways / self._half_radius
-        body = int(np.argmax(excess))
-        if excess[body] <= 1.0:
-            return
-        self._far = np.inf
-        warnings.warn(
-            f"In the step to t = {self.time:g} s body {body} moves by {ways[body]:.3g} m, more than half its radius of "
-            f"{2.0 * self._half_radius[body]:.3g} m: contacts are seen late. A time step of "
-            f"{self.time_step / excess[body]:.2g} s would do. (Said once.)",
-            RuntimeWarning,
-            stacklevel=3,
+    def _interact(self, before: np.ndarray, free_velocity: np.ndarray, ways: Ways) -> tuple[Interactions, StepProblem]:
+        """Detect at the middle of the step what ``ways`` may bring into contact, and solve it."""
+        state, h, detector = self.state, self.time_step, self._detector
+        interactions = detector.detect(state.positions, ways.travel, ways.closing)
+        check_detection(detector.groups, interactions, state.time)
+        problem = assemble(
+            detector.groups,
+            interactions,
+            time=state.time,
+            time_step=h,
+            before=before,
+            free_velocity=free_velocity,
+            inverse_mass=self.model.inverse_mass,
+            size=self._size,
+            guess=detector.recall(interactions),
+            state=detector.recall_state(interactions),
+            work=self._work,
+            wire_blocks=self.solver.wire_blocks,
         )
+        problem = self._solve(problem)
+        check_bodies(problem.system.velocity, VELOCITY[self.model.dimension], "at its end", state.time)
+        return interactions, problem
 
     def _solve(self, problem: StepProblem) -> StepProblem:
         """Solve from the impulses of the last step; returns the problem with the geometric stiffness of its links."""

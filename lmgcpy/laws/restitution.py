@@ -13,6 +13,10 @@ class Restitution(Coulomb):
 
     ``u_n^-`` is the normal velocity at the start of the step. In a collision of several bodies it is dissipative for
     certain only if the coefficient is the same everywhere (Moreau).
+
+    All shocks of a step happen at once: with ``e = 1`` a disk that meets a row of touching disks bounces off as from one
+    block, and keeps the energy. For shocks that follow one another, as in Newton's cradle, leave gaps of ``h v/e``, the way
+    of a step over the coefficient: a contact whose gap is open has no impulse in that step.
     """
 
     NAME = "restitution"

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 
 from lmgcpy.errors import number, numbers, shown
 from lmgcpy.laws import Law
-from lmgcpy.scene.body import Body
+from lmgcpy.scene.body import Body, Round
+from lmgcpy.scene.contactor import DiskContactor, SphereContactor
 
 BLOW = 1e-6
 """Relative excess over the reference length from which a rigid link at the start is refused: its bias would set the
 bodies moving at that length divided by the time step."""
+ROOM = 1e-3
+"""Linked neighbours collide by default where the reference gap is above this part of the smaller radius. A taut wire holds
+the gap at its reference, to what the solver's tolerance leaves of the step; a contact acts from a gap of zero on. Where the
+two are no further apart than that, both act at once, and what one pulls the other pushes."""
 
 
 class Chain:
@@ -21,11 +27,21 @@ class Chain:
     ``reference_gaps`` are between surfaces [m], (links,). Links act between centres and carry no moment.
     """
 
-    def __init__(self, bodies: list[Body], law: Law, reference_gap: Any, *, relaxation: float, closed: bool):
+    def __init__(
+        self,
+        bodies: list[Body],
+        law: Law,
+        reference_gap: Any,
+        *,
+        relaxation: float = 0.0,
+        closed: bool = False,
+        neighbours_collide: bool | None = None,
+    ):
         self.law = law
         self.bodies = list(bodies)
         self._path = self.bodies + self.bodies[:1] if closed else self.bodies
         self.closed = closed
+        self.neighbours_collide = neighbours_collide
         self.relaxation = number(relaxation, "relaxation of a chain", minimum=0.0, unit="s")
         self.radius_sums = np.array([a.link_radius + b.link_radius for a, b in self._pairs()])
         self.start_gaps = self.lengths() - self.radius_sums
@@ -55,6 +71,23 @@ class Chain:
         """Ids of the bodies along the chain; of a closed one the first comes again at the end."""
         return np.array([body.id for body in self._path], dtype=np.int64)
 
+    @property
+    def colliding(self) -> np.ndarray:
+        """Whether the two bodies of a link may be in contact as well, (links,) bool."""
+        if self.neighbours_collide is not None:
+            return np.full(len(self.reference_gaps), self.neighbours_collide)
+        shortest = self.reference_gaps
+        if self.relaxation > 0.0:
+            shortest = np.minimum(shortest, self.start_gaps)
+        cores = np.array([[core_radius(a), core_radius(b)] for a, b in self._pairs()])
+        return shortest + self.radius_sums - cores.sum(axis=1) > ROOM * cores.min(axis=1)
+
+    @property
+    def apart(self) -> np.ndarray:
+        """Ids of the linked bodies that do not collide, the lower first, (p, 2) int64."""
+        path = self.path
+        return np.sort(np.column_stack([path[:-1], path[1:]])[~self.colliding], axis=1)
+
     def _refuse_no_length(self, gaps: np.ndarray, what: str, remedy: str) -> None:
         """Between centres that coincide a link has no direction."""
         lengths = gaps + self.radius_sums
@@ -82,3 +115,12 @@ class Chain:
 
     def __repr__(self) -> str:
         return f"<Chain of {len(self.bodies)} bodies, {self.law!r}{', closed' if self.closed else ''}>"
+
+
+def core_radius(body: Body) -> float:
+    """Radius of the largest circle or sphere around the centre that the body is known to fill [m]: to its surface along a
+    link, or what one of its disks or spheres fills; 0 where neither is known."""
+    if isinstance(body, Round):
+        return body.radius
+    filled = (c.radius - math.hypot(*at) for c, at in body.contactors if isinstance(c, (DiskContactor, SphereContactor)))
+    return max(body.link_radius, *filled, 0.0)

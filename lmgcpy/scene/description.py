@@ -38,6 +38,9 @@ KINDS: dict[type[Body], str] = {
 }
 """Bodies that come back as what they were; others come back as :class:`RecordedBody`."""
 
+_COLLIDE = (False, True, None)
+"""What may be said of linked neighbours, by the code that a file holds."""
+
 Functions = Mapping[tuple[int, str], Callable[[float], float]]
 """Functions of time by id of the body and name of the component."""
 
@@ -132,6 +135,7 @@ def describe(scene: Scene) -> dict[str, Any]:
         "chains": {
             "law": np.array([_law(chain.law, laws) for chain in scene.chains], dtype=np.int64),
             "closed": np.array([chain.closed for chain in scene.chains], dtype=bool),
+            "neighbours_collide": np.array([_COLLIDE.index(c.neighbours_collide) for c in scene.chains], dtype=np.int64),
             "relaxation": np.array([chain.relaxation for chain in scene.chains], dtype=float),
             "body_count": np.array([len(chain.bodies) for chain in scene.chains], dtype=np.int64),
             "bodies": np.array([body.id for chain in scene.chains for body in chain.bodies], dtype=np.int64),
@@ -157,6 +161,8 @@ def from_description(description: Mapping[str, Any], functions: Functions | None
     for row in description["visibility"]:
         scene.see(row["candidate"], row["antagonist"], laws[row["law"]], alert=row["alert"])
     chains = description["chains"]
+    # files from before linked neighbours could be kept apart: all collided
+    collide = chains.get("neighbours_collide", np.full(len(chains["law"]), _COLLIDE.index(True)))
     members = np.split(chains["bodies"], np.cumsum(chains["body_count"]))
     gaps = np.split(chains["reference_gaps"], np.cumsum(chains["link_count"]))
     for i, law in enumerate(chains["law"]):
@@ -166,6 +172,7 @@ def from_description(description: Mapping[str, Any], functions: Functions | None
             reference_gap=gaps[i],
             closed=bool(chains["closed"][i]),
             relaxation=float(chains["relaxation"][i]),
+            neighbours_collide=_COLLIDE[collide[i]],
         )
     return scene
 

@@ -64,7 +64,8 @@ class Scene:
         """Let bodies of two colours meet under a law.
 
         ``alert``: gap [m] up to which a pair is an interaction; None takes a fifth of the smallest radius concerned, or
-        twice the way of the fastest body in a step where that is more. A gap that closes within one step from beyond
+        twice the way of the fastest body in a step where that is more, and for walls whatever they and a body close in
+        a step. A gap that closes within one step from beyond
         the alert distance is seen too late, as a penetration that stays.
         """
         self._editable("extend the visibility table")
@@ -86,6 +87,7 @@ class Scene:
         block_spin: bool = False,
         closed: bool = False,
         relaxation: float = 0.0,
+        neighbours_collide: bool | None = None,
     ) -> Chain:
         """Link consecutive bodies by a law; returns the chain.
 
@@ -93,12 +95,20 @@ class Scene:
         spin of the bodies: links carry no moment, so a bead free to spin rolls, and a chain of such beads slides over a
         drum without friction. ``closed`` links the last body to the first. A rigid link that is beyond its reference at
         the start is refused, unless ``relaxation`` [s] is the time in which it is to be drawn in.
+
+        ``neighbours_collide``: whether linked neighbours whose colours see each other are in contact as well. None lets
+        them where the link leaves room between their surfaces, that is where its reference gap is above a thousandth of
+        the smaller radius, from the start of a relaxation to its end. Without that room link and contact of one pair
+        would prestress each other without bound. Beads that touch and must not be pushed into each other are linked by
+        rods.
         """
         self._editable("add a chain")
         self._check_law(law, "link", "chain")
         if law.rows(self.dimension) != 1:
             raise TypeError(f"Law '{law.NAME}' has {law.rows(self.dimension)} components: a link acts along its line only.")
         block_spin, closed = flag(block_spin, "block_spin"), flag(closed, "closed")
+        if neighbours_collide is not None:
+            neighbours_collide = flag(neighbours_collide, "neighbours_collide, unless it is None,")
         if isinstance(bodies, (str, Body)) or not isinstance(bodies, Iterable):
             raise TypeError(f"A chain links a list of bodies, got {shown(bodies)}.")
         members = list(bodies)
@@ -113,7 +123,14 @@ class Scene:
         if len({body.id for body in members}) < len(members):
             twice = next(body for i, body in enumerate(members) if body in members[:i])
             raise ValueError(f"{twice!r} is in the chain twice; closed=True links the last body to the first.")
-        chain = Chain(members, law, reference_gap, relaxation=relaxation, closed=closed)
+        chain = Chain(
+            members,
+            law,
+            reference_gap,
+            relaxation=relaxation,
+            closed=closed,
+            neighbours_collide=neighbours_collide,
+        )
         if block_spin:
             for body in members:
                 body.fix(*body.components[self.dimension :])
@@ -177,6 +194,7 @@ class Scene:
                 )
                 for chain in self.chains
             ],
+            apart=np.unique(np.concatenate([np.zeros((0, 2), np.int64), *(c.apart for c in self.chains)]), axis=0),
             velocities=driven,
             forces=loads,
             start=State(positions, velocities),

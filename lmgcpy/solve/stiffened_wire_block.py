@@ -94,8 +94,8 @@ def eliminated_block(start, k, weight, s):
 
 
 def substitute(start, count, weight, s):
-    """Solve the block-tridiagonal Newton system of ``count`` links for the right-hand side, in place; False where a block is
-    singular."""
+    """Solve the block-tridiagonal Newton system of ``count`` links for the right-hand side, in place; False where a
+    block is singular."""
     above = 2 * ROWS
     for k in range(count):
         b = row(s.work, k, 0)

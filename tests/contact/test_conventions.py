@@ -20,7 +20,7 @@ def one_step(bodies, *rows, chains=(), **options):
     for row in rows:
         scene.see(*row)
     for members, law in chains:
-        scene.chain([bodies[i] for i in members], law)
+        scene.chain([bodies[i] for i in members], law, neighbours_collide=True)
     sim = lm.Simulation(scene, time_step=1e-3, solver=lm.GaussSeidel(tolerance=1e-12), **options)
     sim.step()
     return sim

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 
 import numpy as np
 from case import Number, Result, Watch, worst_of
@@ -80,7 +81,10 @@ def thrown(solver, long: bool) -> Result:
     start = momenta(sim)
     watch, lengths, span = Watch(sim), Lengths(sim, 0, count - 1, spacing), 0.0
     for _ in range(2000 if long else 300):
-        watch.step()
+        with warnings.catch_warnings():
+            # beads of a millionth of the tip's mass may whip about by twice the length of a link in a step
+            warnings.filterwarnings("ignore", "In the step to .* the length of their link")
+            watch.step()
         lengths.enter()
         span = max(span, float(np.linalg.norm(sim.positions[-1] - sim.positions[0])))
     change = np.abs(momenta(sim) - start)

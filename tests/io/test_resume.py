@@ -154,6 +154,39 @@ def test_a_scene_comes_back_from_its_description():
     assert again.bodies[0].material == lm.Material("sand", density=100.0)
 
 
+def linked_box(neighbours_collide):
+    """Touching beads on a floor, the last linked to the first."""
+    scene = lm.Scene(dimension=2, gravity=(0.0, -9.81))
+    places = [(0.0, 0.1), (0.2, 0.1), (0.1, 0.1 + 0.1 * math.sqrt(3.0)), (0.05, 0.5)]
+    beads = [scene.add(lm.disk(radius=0.1, position=place, mass=1.0)) for place in places]
+    scene.add(lm.wall(point=(0, 0), normal=(0, 1)))
+    scene.see("GRAIN", "WALL", lm.Coulomb(friction=0.3))
+    scene.see("GRAIN", "GRAIN", lm.Coulomb(friction=0.3))
+    scene.chain(beads[:3], lm.RigidWire(), closed=True, neighbours_collide=neighbours_collide)
+    return scene
+
+
+@pytest.mark.parametrize("neighbours_collide", [None, True, False])
+def test_a_run_goes_on_with_the_neighbours_that_collide(tmp_path, neighbours_collide):
+    path = tmp_path / "run.h5"
+    whole = lm.Simulation(linked_box(neighbours_collide), time_step=2e-3).run(steps=100)
+    lm.Simulation(linked_box(neighbours_collide), time_step=2e-3).run(steps=40, record=path)
+    resumed = lm.resume(path)
+    assert resumed.scene.chains[0].neighbours_collide is neighbours_collide
+    same_bits(whole, resumed.run(steps=60))
+    met = (whole.interactions.law == "coulomb") & (whole.interactions.candidate < 2) & (whole.interactions.antagonist < 3)
+    assert met.any() == (neighbours_collide is True)
+
+
+def test_in_a_description_that_does_not_say_all_linked_neighbours_collide():
+    """So did those of runs that were recorded before there was a choice."""
+    told = describe(linked_box(None))
+    del told["chains"]["neighbours_collide"]
+    again = from_description(told)
+    assert again.chains[0].neighbours_collide is True
+    assert not len(again.compile().apart)
+
+
 def test_contactors_and_bodies_of_other_classes_come_back_by_their_numbers():
     class Egg(lm.Contactor):
         KIND = "egg"

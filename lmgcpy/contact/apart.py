@@ -1,0 +1,43 @@
+"""Pairs of bodies that never meet, whatever the visibility table says: linked neighbours whose link leaves no room.
+
+They are taken off the lists of neighbours when these are made, so that a step pays nothing for them.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lmgcpy.jit import kernel
+
+
+@kernel
+def _take_off(pairs, body, first, others, left):
+    """Write the pairs of contactors whose bodies may meet, as they come; returns how many there are."""
+    count = 0
+    for p in range(pairs.shape[0]):
+        lower = min(body[pairs[p, 0]], body[pairs[p, 1]])
+        higher = max(body[pairs[p, 0]], body[pairs[p, 1]])
+        meet = True
+        for k in range(first[lower], first[lower + 1]):
+            meet = meet and others[k] != higher
+        if meet:
+            left[count, 0] = pairs[p, 0]
+            left[count, 1] = pairs[p, 1]
+            count += 1
+    return count
+
+
+class Apart:
+    """Which bodies never meet: for each body those of a higher row."""
+
+    def __init__(self, pairs: np.ndarray, body_count: int):
+        """``pairs``: rows of the bodies, (p, 2), the lower first, sorted."""
+        self._others = np.ascontiguousarray(pairs[:, 1])
+        self._first = np.searchsorted(pairs[:, 0], np.arange(body_count + 1))
+
+    def take_off(self, pairs: np.ndarray, body: np.ndarray) -> np.ndarray:
+        """The pairs of contactors (p, 2) whose bodies may meet, in their order; ``body``: that of each contactor."""
+        if not len(self._others) or not len(pairs):
+            return pairs
+        left = np.empty_like(pairs)
+        return left[: _take_off(pairs, body, self._first, self._others, left)]
