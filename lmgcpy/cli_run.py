@@ -63,8 +63,13 @@ def report(run, state: str) -> list[str]:
             + f"{history['iterations'].mean():.1f} iterations a step, {history['step_seconds'].sum():.3g} s in all",
             f"  energy    kinetic {energy.kinetic:.6g} J, stored {sum(energy.stored.values()):.6g} J; work of loads "
             f"{energy.total_loads:.6g} J, of drives {energy.total_drives:.6g} J, of interactions: {works or 'none'} J; "
-            f"largest defect of a step {abs(history['defect']).max():.2g} J",
+            f"largest defect of a step {abs(history['defect']).max():.2g} J"
+            + (f"; made by interactions at most {history['made'].max():.3g} J" if "made" in history.dtype.names else ""),
         ]
+        if "stretch" in history.dtype.names and len(scene["chains"]["law"]):
+            lines.append(
+                f"  links     rigid ones off their reference length by {100.0 * history['stretch'].max():.3g} % at most"
+            )
     return lines
 
 

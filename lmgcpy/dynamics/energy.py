@@ -35,6 +35,9 @@ class Energy:
     total_loads: float = 0.0
     total_drives: float = 0.0
     total_interactions: dict[str, float] = field(default_factory=dict)
+    made: float = 0.0
+    """What interactions have made: the work of all whose laws promise to make nothing, and what they store, over the least
+    that this ever was. Not counted while links are drawn to their reference."""
 
     @property
     def mechanical(self) -> float:
@@ -46,6 +49,12 @@ class Energy:
         works = ", ".join(f"{name} {value + 0.0:.4g} J" for name, value in work.items())  # + 0.0: no "-0"
         stored = sum(self.stored.values())
         return f"<Energy: kinetic {self.kinetic:.4g} J, stored {stored:.4g} J; works of the last step: {works}>"
+
+    @property
+    def turned(self) -> float:
+        """The largest of mechanical energy and the works of loads, drives and interactions: ``made`` is measured by it."""
+        work = abs(sum(self.total_interactions.values()))
+        return max(self.mechanical, abs(self.total_loads), abs(self.total_drives), work)
 
     def advance(
         self,
@@ -78,6 +87,9 @@ class Energy:
             lambda m, inverse, v, w: (np.where(inverse > 0.0, m, 0.0) * (w - v)) @ (0.5 * (v + w)),
             *(model.mass, system.inverse_mass, before, after),
         )
+        change = sum(value for name, value in works.items() if name in model.passive)
+        change += sum(stored.values()) - (sum(self.stored.values()) if self.stored else sum(stored.values()))
+        self.made = 0.0 if data.time < model.drawn_until else max(0.0, self.made + change)
         self.kinetic = kinetic_energy(model.mass, system.inverse_mass, after)
         self.loads = data.time_step * total(lambda f, v, w: f @ (0.5 * (v + w)), model.force(loads), before, after)
         self.drives = drives

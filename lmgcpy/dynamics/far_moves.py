@@ -204,7 +204,7 @@ def across(model: Model, body: int) -> np.ndarray:
     return np.eye(d)
 
 
-class Links(NamedTuple):
+class UnseenLinks(NamedTuple):
     """Links of which one body at least is seen by nobody; m of them."""
 
     candidate: np.ndarray
@@ -213,10 +213,10 @@ class Links(NamedTuple):
     """Between the centres at the reference [m], (m,)."""
 
 
-def unseen_links(model: Model, seen: np.ndarray) -> Links:
+def unseen_links(model: Model, seen: np.ndarray) -> UnseenLinks:
     """Links that the radii of contacts do not watch; ``seen``: which bodies contacts watch, (n,) bool."""
     ends = [np.column_stack([chain.bodies[1:], chain.bodies[:-1]]) for chain in model.chains]
     pairs = np.concatenate([np.zeros((0, 2), np.int64), *ends])
     lengths = np.concatenate([np.zeros(0), *(chain.radius_sum + chain.reference_gap for chain in model.chains)])
     kept = ~seen[pairs].all(axis=1)
-    return Links(pairs[kept, 0], pairs[kept, 1], lengths[kept])
+    return UnseenLinks(pairs[kept, 0], pairs[kept, 1], lengths[kept])

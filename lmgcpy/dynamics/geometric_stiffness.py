@@ -51,7 +51,7 @@ and slack in the next, the larger one is stable and ends the search."""
 
 
 @dataclass(frozen=True)
-class Links:
+class LinkStiffness:
     """The links of all chains, one after another, as the detector orders them; L of them."""
 
     count: int
@@ -71,7 +71,7 @@ class Links:
     """First link of each chain, and the end."""
 
     @classmethod
-    def of(cls, chains: list[ChainTable], inverse_mass: np.ndarray, dimension: int) -> Links:
+    def of(cls, chains: list[ChainTable], inverse_mass: np.ndarray, dimension: int) -> LinkStiffness:
         """Gather the links of a model; ``inverse_mass`` by component, (n, k)."""
         nothing = np.zeros(0, np.int64)
         inverse = inverse_mass[:, :dimension]
@@ -153,7 +153,7 @@ class Links:
 
 
 def solve_stiffened(
-    links: Links, problem: StepProblem, wire_blocks: bool, solve: Callable[[StepProblem], Outcome]
+    links: LinkStiffness, problem: StepProblem, wire_blocks: bool, solve: Callable[[StepProblem], Outcome]
 ) -> tuple[StepProblem, Outcome]:
     """Solve a step until the stiffnesses of its links are those that the impulses call for; returns the problem as it was
     solved last, and sweeps and Newton steps of all turns.

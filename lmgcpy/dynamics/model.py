@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -82,6 +83,17 @@ class Model:
         size = np.full(len(self.mass), np.inf)
         np.minimum.at(size, self.contactors.body, self.contactors.bounding_radius)
         return size
+
+    @cached_property
+    def passive(self) -> frozenset[str]:
+        """Names of the laws that promise to give no energy but what they store."""
+        laws = [row.law for row in self.rows] + [chain.law for chain in self.chains]
+        return frozenset(law.NAME for law in laws if {"dissipative", "potential"} & law.TRAITS or law.energy is not None)
+
+    @cached_property
+    def drawn_until(self) -> float:
+        """Time until which links are drawn to their reference [s]."""
+        return max((chain.relaxation for chain in self.chains), default=0.0)
 
     @property
     def weight(self) -> np.ndarray:

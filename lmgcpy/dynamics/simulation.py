@@ -22,12 +22,13 @@ from lmgcpy.dynamics.diagnosis import LawFault, fault_of_solve
 from lmgcpy.dynamics.energy import Energy, kinetic_energy
 from lmgcpy.dynamics.far_away import check_places
 from lmgcpy.dynamics.far_moves import FarMoves, Ways, worse
-from lmgcpy.dynamics.geometric_stiffness import Links, solve_stiffened
+from lmgcpy.dynamics.geometric_stiffness import LinkStiffness, solve_stiffened
 from lmgcpy.dynamics.interactions import InteractionView
 from lmgcpy.dynamics.interrupt import between_steps
-from lmgcpy.dynamics.model import Model, State
+from lmgcpy.dynamics.model import Drive, Model, State
 from lmgcpy.dynamics.not_finite import POSITION, VELOCITY, check_bodies, check_detection, check_impulses
 from lmgcpy.dynamics.overlaps import overlaps_at_start
+from lmgcpy.dynamics.watch import Watch
 from lmgcpy.errors import flag, named_arguments, number, one_of, place, shown, whole
 from lmgcpy.solve.newton import Auto
 from lmgcpy.solve.problem import Problem
@@ -137,7 +138,7 @@ class Simulation:
         self._detector = Detector(*tables, model.inverse_mass, model.dimension, model.apart)
         self._size = model.size
         self._work = np.zeros((max((chain.link_count for chain in self.model.chains), default=0), 4))
-        self._links = Links.of(model.chains, model.inverse_mass, model.dimension)
+        self._links = LinkStiffness.of(model.chains, model.inverse_mass, model.dimension)
         self._last: tuple[StepProblem, Interactions] | None = None
         self.unconverged_steps = 0
         self.worst_residual = 0.0
@@ -145,6 +146,7 @@ class Simulation:
         self.recorder: Recorder | None = None
         """Keeps every run that names no file of its own; set by ``lmgcpy.resume``."""
         self._far_moves = FarMoves(model)
+        self._watch = Watch(model)
         scene.hand_over(self.state)  # last: a scene that was refused can be mended
 
     # ---------------------------------------------------------------------------------------------------- the loop
@@ -281,14 +283,18 @@ class Simulation:
         except BaseException:
             state.positions[:], self._detector = start, detector
             raise
-        for sentence in self._far_moves.far(worse(ways, after), before, problem.system.velocity, state.time + h, h):
+        for sentence in [
+            *self._far_moves.far(worse(ways, after), before, problem.system.velocity, state.time + h, h),
+            *self._watch.links(problem, self._unresolved(problem)),
+            *self._watch.energy(self.energy, lambda: self._thrust(loads), state.time + h, h),
+        ]:
             warnings.warn(sentence, RuntimeWarning, stacklevel=2)
         state.velocities[:] = problem.system.velocity
         self._detector.remember(interactions, problem.system.impulse, problem.data.state)
         state.time += h
         self.steps += 1
         self._last = problem, interactions
-        self.report = replace(self.report, step_seconds=clock.perf_counter() - begin)
+        self.report = replace(self.report, stretch=self._watch.stretch, step_seconds=clock.perf_counter() - begin)
         if not self.report.solved:
             self.unconverged_steps += 1
             self.worst_residual = max(self.worst_residual, self.report.residual)
@@ -317,6 +323,16 @@ class Simulation:
         problem = self._solve(problem)
         check_bodies(problem.system.velocity, VELOCITY[self.model.dimension], "at its end", state.time)
         return interactions, problem
+
+    def _thrust(self, loads: list[tuple[Drive, float]]) -> float:
+        """Kinetic energy that a step's loads would give to the bodies from rest [J]."""
+        return 0.5 * float((self.model.inverse_mass * (self.time_step * self.model.force(loads)) ** 2).sum())
+
+    def _unresolved(self, problem: StepProblem) -> np.ndarray:
+        """``4 h^2 T/(m l)`` of the links, (L,), where nothing keeps their beads from zigzagging; else none."""
+        if self.geometric_stiffness:
+            return np.zeros(0)
+        return self._links.resolution(problem.system.impulse, problem.data.gap, self.time_step)
 
     def _solve(self, problem: StepProblem) -> StepProblem:
         """Solve from the impulses of the last step; returns the problem with the geometric stiffness of its links."""

@@ -12,7 +12,7 @@ from lmgcpy.errors import named_arguments, number, shown
 from lmgcpy.io.run import Run, RunInteractions
 
 ENERGIES = ("kinetic", "loads", "drives", "defect", "work", "stored")
-SOLVER = ("iterations", "residual", "slip", "status", "interactions")
+SOLVER = ("iterations", "residual", "slip", "stretch", "made", "status", "interactions")
 
 
 @dataclass(frozen=True)

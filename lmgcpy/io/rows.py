@@ -78,7 +78,8 @@ class Rows:
         report, energy = sim.report, sim.energy
         row: tuple[Any, ...] = (
             *(sim.steps, sim.time, report.iterations, report.residual, STATUS.index(report.status), report.interactions),
-            *(report.seconds, report.step_seconds, report.slip, energy.kinetic, energy.loads, energy.drives, energy.defect),
+            *(report.seconds, report.step_seconds, report.slip, report.stretch, energy.made),
+            *(energy.kinetic, energy.loads, energy.drives, energy.defect),
         )
         if self.laws:
             work, stored = energy.interactions, energy.stored

@@ -224,8 +224,8 @@ class Run:
 
     @property
     def history(self) -> Column:
-        """A row a step (s,): step, time, iterations, residual, status (code), interactions, seconds, slip (not in files
-        made before it was kept), energies."""
+        """A row a step (s,): step, time, iterations, residual, status (code), interactions, seconds, slip, stretch and
+        made (not in files made before these were kept), energies."""
         return self._column("history")
 
     @property

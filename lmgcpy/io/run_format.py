@@ -73,6 +73,7 @@ def history_type(law_count: int) -> np.dtype:
     """A row of ``history``; energies in [J], ``work`` and ``stored`` by law."""
     fields: list[Any] = [("step", "i8"), ("time", "f8"), ("iterations", "i4"), ("residual", "f8"), ("status", "i1")]
     fields += [("interactions", "i4"), ("seconds", "f8"), ("step_seconds", "f8"), ("slip", "f8")]
+    fields += [("stretch", "f8"), ("made", "f8")]
     fields += [(name, "f8") for name in ("kinetic", "loads", "drives", "defect")]
     return np.dtype(fields + [(name, "f8", (law_count,)) for name in ("work", "stored") if law_count])
 
@@ -303,7 +304,7 @@ def _create_slot(group: Any, checkpoint: Checkpoint, laws: int) -> None:
     for name in ("positions", "velocities"):
         group.create_dataset(name, data=np.zeros_like(getattr(checkpoint, name)))
     group.create_dataset("listed_at", data=np.zeros_like(checkpoint.memory.listed_at))
-    group.create_dataset("energy", data=np.zeros(len(ENERGIES) + 2))
+    group.create_dataset("energy", data=np.zeros(len(ENERGIES) + 3))
     group.create_dataset("energy_by_law", data=np.zeros((len(BY_LAW), laws)))
     group.create_dataset("reach", data=np.zeros(1))
     group.create_dataset("numbers", data=np.zeros(len(NUMBERS), dtype=np.int64))
@@ -389,6 +390,7 @@ def write_checkpoint(file: Any, checkpoint: Checkpoint, commit: Commit, laws: li
     """Into the slot that is not the last one's."""
     group = file[f"checkpoint/{commit.sequence % 2}"]
     arrays = _arrays(checkpoint, commit, laws)
+    arrays["energy"] = arrays["energy"][: len(group["energy"])]  # older files have no place for the last one
     arrays["numbers"][-1] = _checksum(arrays)
     for name, array in arrays.items():
         item = group[name]
@@ -412,7 +414,7 @@ def _arrays(checkpoint: Checkpoint, commit: Commit, laws: list[str]) -> dict[str
         "identity": memory.identity,
         "impulse": memory.impulse,
         "state": memory.state,
-        "energy": np.array([*values, checkpoint.time, checkpoint.worst_residual]),
+        "energy": np.array([*values, checkpoint.time, checkpoint.worst_residual, energy.made]),
         "energy_by_law": np.array(by_law, dtype=float).reshape(len(BY_LAW), len(laws)),
         "reach": np.array([memory.reach]),
         "numbers": np.array([*(int(n) for n in numbers), 0], dtype=np.int64),
@@ -446,7 +448,8 @@ def read_checkpoint(file: Any, laws: list[str]) -> tuple[Checkpoint, Commit]:
 
 
 def _checkpoint(arrays: Mapping[str, np.ndarray], numbers: Mapping[str, int], laws: list[str]) -> Checkpoint:
-    *values, time, worst = arrays["energy"].tolist()
+    values = dict(zip((*ENERGIES, "time", "worst", "made"), arrays["energy"].tolist(), strict=False))
+    time, worst = values.pop("time"), values.pop("worst")
     by_law = {
         name: {law: float(value) for law, value in zip(laws, row, strict=True) if not np.isnan(value)}
         for name, row in zip(BY_LAW, arrays["energy_by_law"], strict=True)
@@ -458,7 +461,7 @@ def _checkpoint(arrays: Mapping[str, np.ndarray], numbers: Mapping[str, int], la
         steps=numbers["steps"],
         unconverged_steps=numbers["unconverged_steps"],
         worst_residual=worst,
-        energy=Energy(**dict(zip(ENERGIES, values, strict=True)), **by_law),  # type: ignore[arg-type]
+        energy=Energy(**values, **by_law),  # type: ignore[arg-type]
         memory=Memory(
             identity=arrays["identity"],
             impulse=arrays["impulse"],

@@ -22,7 +22,12 @@ BODY = {
     ),
 }
 """What is told of a body, by dimension."""
-UNITS = {"time": "s", "seconds": "s", "step_seconds": "s", **dict.fromkeys(("kinetic", "loads", "drives", "defect"), "J")}
+UNITS = {
+    "time": "s",
+    "seconds": "s",
+    "step_seconds": "s",
+    **dict.fromkeys(("made", "kinetic", "loads", "drives", "defect"), "J"),
+}
 """Of the numbers of the history that have one."""
 
 

@@ -34,7 +34,8 @@ class Report:
     of doing nothing; ``slip``: the largest ``h |e_i| / R_i``, the displacement that the error of one interaction makes in
     the step, in parts of its smaller body's radius; ``status``: "converged", "budget spent", "stagnated", "not finite" or
     "round-off"; ``worst``: the interaction of that slip, None where there is none; ``interactions``: how many there were;
-    ``seconds``: of the solver; ``step_seconds``: of the whole step.
+    ``seconds``: of the solver; ``step_seconds``: of the whole step; ``stretch``: the largest part of its reference length
+    by which a rigid link was off when the step began, a wire too long, a rod either way.
     """
 
     iterations: int = 0
@@ -45,6 +46,7 @@ class Report:
     interactions: int = 0
     seconds: float = 0.0
     step_seconds: float = 0.0
+    stretch: float = 0.0
     slip: float = 0.0
 
     @property

@@ -62,10 +62,12 @@ def test_a_jerked_wire_stays_as_long_as_it_is(load, time_step):
     assert longest <= 0.202 * (1.0 + time_step)
     assert -lowest <= math.sqrt((0.5 * longest) ** 2 - 0.1**2) * (1.0 + 1e-9)
     depth = math.sqrt(0.101**2 - 0.1**2)
-    assert made <= 0.1 * (load + 19e-3) * 9.81 * depth  # what a stretch gives back; without the term 9 times all of it
+    assert made <= 0.15 * (load + 19e-3) * 9.81 * depth  # what a stretch gives back; without the term 9 times all of it
 
 
+@pytest.mark.filterwarnings("ignore:In the step", "ignore:Until t")
 def test_without_it_the_wire_stretches():
+    """What it then says of itself: test_watch.py."""
     sim = jerked(2, 1.0, 1e-3, geometric_stiffness=False).run(steps=300)
     assert wire_length(sim) > 0.25 or sum(sim.energy.total_interactions.values()) > 0.14
     assert not np.any(sim.interactions.impulse[:, 1:])

@@ -1,0 +1,99 @@
+"""What a run watches of itself: whether links keep their length, and whether interactions make energy.
+
+Both can go wrong although every step is solved: in a step that is too long links turn by much, and the stretch that this
+leaves is pulled back in the next one. Each is said once, with its number, the bodies, and a step that would do. It costs
+some sums over the links and the laws of a step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from lmgcpy.dynamics.assembly import StepProblem
+from lmgcpy.dynamics.energy import Energy
+from lmgcpy.dynamics.model import Model
+
+STRETCH = 0.02
+"""Part of its reference length by which a rigid link may be off before it is said: what it is off by if it turns by 0.2 rad
+in a step."""
+MADE = 0.25
+"""Part of the energy turned over that interactions may have made before it is said. (Wires that are jerked give back the
+stretch of the step before: up to 12 %, at four octaves of the step and mass ratios of 1 to 1e6. What goes wrong makes as
+much as there is, and more.)"""
+START = 10.0
+"""Near rest the energy turned over is less than what a step is wrong by. So what interactions have made is said only where
+it is more than loads give to bodies at rest in so many steps."""
+RESOLVED = 4.0
+"""``s = 4 h^2 T/(m l)`` from which on beads zigzag across their wire unless there is geometric stiffness."""
+
+
+class Watch:
+    """Follows the simulation of a model."""
+
+    def __init__(self, model: Model):
+        lengths = [np.zeros(0), *(chain.radius_sum for chain in model.chains)]
+        self._radius_sum = np.concatenate(lengths)
+        self._rigid, self._pull = (
+            np.concatenate(
+                [np.zeros(0, bool), *(np.full(chain.link_count, trait in chain.law.TRAITS) for chain in model.chains)]
+            )
+            for trait in ("rigid", "pull")
+        )
+        self._drawn_until = model.drawn_until
+        self._said: set[str] = set()
+        self.stretch = 0.0
+        """Largest part of its reference length by which a rigid link was off at the detection of the last step: a wire too
+        long, a rod either way."""
+
+    def links(self, problem: StepProblem, s: np.ndarray) -> Iterator[str]:
+        """Sentences on the links of a step; ``s``: of those whose beads nothing keeps from zigzagging, (L,) or none."""
+        count = len(self._rigid)
+        if not count:
+            return
+        data, system, h = problem.data, problem.system, problem.data.time_step
+
+        def between(i: int) -> str:
+            bodies = f"bodies {system.candidate[i]} and {system.antagonist[i]}"
+            return f"In the step from t = {data.time:g} s the link between {bodies}"
+
+        length = data.reference_gap[:count] + self._radius_sum
+        excess = (data.gap[:count] - data.reference_gap[:count]) / length
+        excess = np.where(self._rigid, np.where(self._pull, excess, np.abs(excess)), 0.0)
+        i = int(np.argmax(excess))
+        self.stretch = max(float(excess[i]), 0.0)
+        if self.stretch > STRETCH and data.time >= self._drawn_until and self._first("stretch"):
+            yield (
+                f"{between(i)} is off its reference length of {length[i]:.3g} m by {100.0 * self.stretch:.3g} %: it turns "
+                f"by too much in a step. A time step of {h * np.sqrt(0.5 * STRETCH / self.stretch):.2g} s would do. "
+                "(Said once.)"
+            )
+        i = int(np.argmax(s)) if len(s) else 0
+        if len(s) and s[i] > RESOLVED and self._first("zigzag"):
+            yield (
+                f"{between(i)} has more tension than the step resolves across its wire: 4 h^2 T/(m l) is {s[i]:.3g}, and "
+                f"beads zigzag from {RESOLVED:g} on. A time step of {0.9 * h * np.sqrt(RESOLVED / s[i]):.2g} s would do, or "
+                "geometric_stiffness=True. (Said once.)"
+            )
+
+    def energy(self, energy: Energy, thrust: Callable[[], float], time: float, time_step: float) -> Iterator[str]:
+        """A sentence on the energy after a step, where interactions have made much of it; ``thrust``: gives the energy that
+        the loads of a step alone would give to bodies at rest [J]."""
+        if energy.made <= MADE * energy.turned or "energy" in self._said:
+            return
+        if energy.made <= START**2 * thrust() or not self._first("energy"):
+            return
+        totals = energy.total_interactions
+        name = max(totals, key=lambda law: totals[law])
+        yield (
+            f"Until t = {time:g} s interactions have made {energy.made:.3g} J out of nothing, "
+            f"{100.0 * energy.made / energy.turned:.3g} % of all energy turned over; the work of law '{name}' is "
+            f"{totals[name]:.3g} J. See whether a time step of {0.5 * time_step:.2g} s, or a solver with a smaller tolerance "
+            "does the same. (Said once.)"
+        )
+
+    def _first(self, what: str) -> bool:
+        first = what not in self._said
+        self._said.add(what)
+        return first

@@ -1,0 +1,129 @@
+"""What a run says of itself: links that are too long, interactions that make energy, beads that zigzag."""
+
+from __future__ import annotations
+
+import re
+import warnings
+
+import numpy as np
+import pytest
+
+import lmgcpy as lm
+
+
+def jerked(load: float, time_step: float, **options) -> lm.Simulation:
+    """Twenty links of 0.0101 m over 0.2 m, beads of 1 g and a load in the middle, which falls until they are taut."""
+    scene = lm.Scene(dimension=2, gravity=(0.0, -9.81))
+    for i in range(21):
+        scene.add(lm.disk(radius=0.002, position=(0.01 * i, 0.0), mass=load if i == 10 else 1e-3))
+    scene.bodies[0].fix()
+    scene.bodies[-1].fix()
+    scene.chain(scene.bodies, lm.RigidWire(), reference_gap=0.0101 - 0.004)
+    return lm.Simulation(scene, time_step=time_step, **options)
+
+
+def said(sim: lm.Simulation, **how) -> list[str]:
+    """The warnings of a run."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        sim.run(**how)
+    return [str(warning.message) for warning in caught]
+
+
+def test_a_wire_that_goes_wrong_says_so_once_each():
+    """The scene in which every step is solved and energy is made: three sentences, each with a step that would do."""
+    sim = jerked(1.0, 1e-3, geometric_stiffness=False)
+    sentences = said(sim, duration=0.3)
+    assert sim.unconverged_steps == 0
+    for words in ("is off its reference length of 0.0101 m", "4 h^2 T/(m l) is", "out of nothing"):
+        (sentence,) = (sentence for sentence in sentences if words in sentence)
+        step = float(re.search(r"time step of ([\d.e-]+) s", sentence).group(1))
+        assert 0.0 < step < 1e-3
+    assert sim.energy.made > 0.25 * sim.energy.turned
+
+
+def test_the_step_that_it_names_does():
+    """Beads do not zigzag with the step that the sentence names; the tension of the first jerk is the same impulse."""
+    sentences = said(jerked(1e-2, 1e-3, geometric_stiffness=False), duration=0.3)
+    (sentence,) = (sentence for sentence in sentences if "4 h^2 T/(m l) is" in sentence)
+    assert float(re.search(r"is ([\d.e+-]+),", sentence).group(1)) > 4.0
+
+
+@pytest.mark.parametrize("load", [1e-3, 1.0, 100.0])
+@pytest.mark.parametrize("time_step", [2e-3, 1e-3, 2.5e-4])
+def test_nothing_is_said_where_it_is_right(load, time_step):
+    sim = jerked(load, time_step)
+    assert not said(sim, duration=0.15)
+    assert sim.report.stretch <= 2e-2
+    assert sim.energy.made <= 0.15 * sim.energy.turned
+
+
+def test_the_stretch_is_that_of_the_longest_link():
+    """Of the detection: half a step on from where the step before ended."""
+    sim = jerked(1.0, 1e-3, geometric_stiffness=False)
+    said(sim, steps=60)
+    ahead = sim.positions + 0.5e-3 * sim.velocities
+    lengths = np.linalg.norm(np.diff(ahead, axis=0), axis=1)
+    said(sim, steps=1)
+    assert sim.report.stretch == pytest.approx(max(lengths.max() / 0.0101 - 1.0, 0.0), abs=1e-12)
+
+
+def test_what_is_stored_from_the_start_nobody_made():
+    """A stretched elastic wire pulls a mass: work and what it stores cancel but for what the step damps."""
+    scene = lm.Scene(dimension=2)
+    scene.add(lm.disk(radius=0.1, position=(0.0, 0.0), mass=1.0)).fix()
+    scene.add(lm.disk(radius=0.1, position=(1.2, 0.0), mass=1.0))
+    scene.chain(scene.bodies, lm.ElasticWire(stiffness=100.0), reference_gap=0.8)
+    sim = lm.Simulation(scene, time_step=1e-3)
+    assert not said(sim, duration=0.3)
+    assert sim.energy.made <= 1e-12
+    assert sim.energy.mechanical == pytest.approx(2.0, rel=0.05)  # k 0.2^2 / 2, less what the step damps
+
+
+def test_links_that_are_drawn_may_do_work():
+    scene = lm.Scene(dimension=2)
+    scene.add(lm.disk(radius=0.1, position=(0.0, 0.0), mass=1.0)).fix()
+    scene.add(lm.disk(radius=0.1, position=(1.2, 0.0), mass=1.0))
+    scene.chain(scene.bodies, lm.RigidWire(), reference_gap=0.6, relaxation=0.1)
+    sim = lm.Simulation(scene, time_step=1e-3)
+    assert not said(sim, duration=0.15)
+    assert sim.energy.made <= 1e-12
+
+
+class Motor(lm.Law):
+    """A link that pushes by itself and promises nothing."""
+
+    NAME = "motor-of-the-watch"
+    APPLIES_TO = "link"
+    PREPARED = ("push",)
+
+    @staticmethod
+    def prepare(gap, reference_gap, velocity, time_step, parameters, state):
+        return (time_step,)
+
+    @staticmethod
+    def react(W, u, prepared):
+        return (prepared[0],)
+
+
+def test_a_law_that_promises_nothing_may_give_energy():
+    scene = lm.Scene(dimension=2)
+    scene.add(lm.disk(radius=0.1, position=(0.0, 0.0), mass=1.0)).fix()
+    scene.add(lm.disk(radius=0.1, position=(1.0, 0.0), mass=1.0))
+    scene.chain(scene.bodies, Motor())
+    sim = lm.Simulation(scene, time_step=1e-3)
+    assert not said(sim, duration=0.1)
+    assert sim.energy.kinetic > 0.0
+
+
+def test_both_are_in_the_run_file(tmp_path):
+    sim = jerked(1.0, 1e-3, geometric_stiffness=False)
+    said(sim, steps=70, record=tmp_path / "run.h5")
+    with lm.io.open_run(tmp_path / "run.h5") as run:
+        history = run.history[:]
+        assert history["stretch"].max() > 0.02
+        assert history["made"][-1] == sim.energy.made
+        assert run.options["geometric_stiffness"] is False
+    again = lm.resume(tmp_path / "run.h5")
+    assert again.energy.made == sim.energy.made
+    assert again.geometric_stiffness is False
