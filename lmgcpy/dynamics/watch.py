@@ -73,8 +73,8 @@ class Watch:
         if len(s) and s[i] > RESOLVED and self._first("zigzag"):
             yield (
                 f"{between(i)} has more tension than the step resolves across its wire: 4 h^2 T/(m l) is {s[i]:.3g}, and "
-                f"beads zigzag from {RESOLVED:g} on. A time step of {0.9 * h * np.sqrt(RESOLVED / s[i]):.2g} s would do, or "
-                "geometric_stiffness=True. (Said once.)"
+                f"beads zigzag from {RESOLVED:g} on. A time step of {0.9 * h * np.sqrt(RESOLVED / s[i]):.2g} s would do, "
+                "or geometric_stiffness=True. (Said once.)"
             )
 
     def energy(self, energy: Energy, thrust: Callable[[], float], time: float, time_step: float) -> Iterator[str]:
@@ -89,8 +89,8 @@ class Watch:
         yield (
             f"Until t = {time:g} s interactions have made {energy.made:.3g} J out of nothing, "
             f"{100.0 * energy.made / energy.turned:.3g} % of all energy turned over; the work of law '{name}' is "
-            f"{totals[name]:.3g} J. See whether a time step of {0.5 * time_step:.2g} s, or a solver with a smaller tolerance "
-            "does the same. (Said once.)"
+            f"{totals[name]:.3g} J. See whether a time step of {0.5 * time_step:.2g} s, or a solver with a smaller "
+            "tolerance, does the same. (Said once.)"
         )
 
     def _first(self, what: str) -> bool:
