@@ -15,9 +15,11 @@ from lmgcpy.dynamics.assembly import StepProblem
 from lmgcpy.dynamics.energy import Energy
 from lmgcpy.dynamics.model import Model
 
-STRETCH = 0.02
-"""Part of its reference length by which a rigid link may be off before it is said: what it is off by if it turns by 0.2 rad
-in a step."""
+STRETCH = 0.05
+"""Part of its reference length by which rigid links may be off for :data:`RUNNING` steps before it is said: what a link is
+off by if it turns by 0.3 rad in a step."""
+RUNNING = 3
+"""What a single blow stretches, as that of a wire which is thrown taut, the next step pulls back."""
 MADE = 0.25
 """Part of the energy turned over that interactions may have made before it is said. (Wires that are jerked give back the
 stretch of the step before: up to 12 %, at four octaves of the step and mass ratios of 1 to 1e6. What goes wrong makes as
@@ -43,6 +45,7 @@ class Watch:
         )
         self._drawn_until = model.drawn_until
         self._said: set[str] = set()
+        self._stretched = 0
         self.stretch = 0.0
         """Largest part of its reference length by which a rigid link was off at the detection of the last step: a wire too
         long, a rod either way."""
@@ -63,7 +66,9 @@ class Watch:
         excess = np.where(self._rigid, np.where(self._pull, excess, np.abs(excess)), 0.0)
         i = int(np.argmax(excess))
         self.stretch = max(float(excess[i]), 0.0)
-        if self.stretch > STRETCH and data.time >= self._drawn_until and self._first("stretch"):
+        off = self.stretch > STRETCH and data.time >= self._drawn_until
+        self._stretched = self._stretched + 1 if off else 0
+        if self._stretched >= RUNNING and self._first("stretch"):
             yield (
                 f"{between(i)} is off its reference length of {length[i]:.3g} m by {100.0 * self.stretch:.3g} %: it turns "
                 f"by too much in a step. A time step of {h * np.sqrt(0.5 * STRETCH / self.stretch):.2g} s would do. "

@@ -54,7 +54,7 @@ def test_the_step_that_it_names_does():
 def test_nothing_is_said_where_it_is_right(load, time_step):
     sim = jerked(load, time_step)
     assert not said(sim, duration=0.15)
-    assert sim.report.stretch <= 2e-2
+    assert sim.report.stretch <= 5e-2
     assert sim.energy.made <= 0.15 * sim.energy.turned
 
 
@@ -121,7 +121,7 @@ def test_both_are_in_the_run_file(tmp_path):
     said(sim, steps=70, record=tmp_path / "run.h5")
     with lm.io.open_run(tmp_path / "run.h5") as run:
         history = run.history[:]
-        assert history["stretch"].max() > 0.02
+        assert history["stretch"].max() > 0.05
         assert history["made"][-1] == sim.energy.made
         assert run.options["geometric_stiffness"] is False
     again = lm.resume(tmp_path / "run.h5")
