@@ -87,8 +87,9 @@ class Energy:
             lambda m, inverse, v, w: (np.where(inverse > 0.0, m, 0.0) * (w - v)) @ (0.5 * (v + w)),
             *(model.mass, system.inverse_mass, before, after),
         )
-        change = sum(value for name, value in works.items() if name in model.passive)
-        change += sum(stored.values()) - (sum(self.stored.values()) if self.stored else sum(stored.values()))
+        # what was stored before the first step is not known: of laws that store the first step does not count
+        counted = {name for name in works if name in model.passive and (name not in stored or name in self.stored)}
+        change = sum(works[name] + stored.get(name, 0.0) - self.stored.get(name, 0.0) for name in counted)
         self.made = 0.0 if data.time < model.drawn_until else max(0.0, self.made + change)
         self.kinetic = kinetic_energy(model.mass, system.inverse_mass, after)
         self.loads = data.time_step * total(lambda f, v, w: f @ (0.5 * (v + w)), model.force(loads), before, after)

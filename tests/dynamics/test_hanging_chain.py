@@ -82,12 +82,13 @@ def test_one_sweep_gives_every_tension(law, tip, count, accuracy):
 @TIPS
 @LENGTHS
 def test_the_solver_knows_that_one_sweep_was_enough(law, tip, count, accuracy):
-    """At a tolerance that can be reached it stops after one sweep, or none in later steps."""
+    """At a tolerance that can be reached it stops after one sweep. The first step may be solved twice: the tensions that it
+    finds call for geometric stiffness, which later steps start with."""
     sim = hang(count, law, tip=tip, tolerance=max(1e-10, reachable(count, tip)))
     for step in range(5):
         report = sim.step()
         assert report.status == "converged"
-        assert report.iterations <= (10 if count == 10_000 and step == 0 else 1)
+        assert report.iterations <= (10 if count == 10_000 and step == 0 else 2 if step == 0 else 1)
 
 
 @LAWS
