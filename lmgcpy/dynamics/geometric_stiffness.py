@@ -154,9 +154,9 @@ class LinkStiffness:
 
 def solve_stiffened(
     links: LinkStiffness, problem: StepProblem, wire_blocks: bool, solve: Callable[[StepProblem], Outcome]
-) -> tuple[StepProblem, Outcome]:
+) -> tuple[StepProblem, Outcome, int]:
     """Solve a step until the stiffnesses of its links are those that the impulses call for; returns the problem as it was
-    solved last, and sweeps and Newton steps of all turns.
+    solved last, sweeps and Newton steps of all turns, and their number.
 
     Turns end as well where one is not solved for the third time.
     """
@@ -176,4 +176,4 @@ def solve_stiffened(
             break
         used = links.next(used, needed, turn)
         plain.guess[:] = problem.system.impulse
-    return problem, outcome._replace(iterations=sweeps, factorisations=factorisations)
+    return problem, outcome._replace(iterations=sweeps, factorisations=factorisations), turn + 1

@@ -336,9 +336,9 @@ class Simulation:
 
     def _solve(self, problem: StepProblem) -> StepProblem:
         """Solve from the impulses of the last step; returns the problem with the geometric stiffness of its links."""
-        start = clock.perf_counter()
+        start, solves = clock.perf_counter(), 1
         if self.geometric_stiffness and self._links.count:
-            problem, outcome = solve_stiffened(self._links, problem, self.solver.wire_blocks, self._call_solver)
+            problem, outcome, solves = solve_stiffened(self._links, problem, self.solver.wire_blocks, self._call_solver)
         else:
             outcome = self._call_solver(problem)
         self.report = Report(
@@ -350,6 +350,7 @@ class Simulation:
             worst=problem.worst(),
             interactions=len(problem.system.impulse),
             seconds=clock.perf_counter() - start,
+            solves=solves,
         )
         if outcome.status == NOT_FINITE:
             raise self._fault(problem)

@@ -65,10 +65,10 @@ class Problem:
         whole(self.dimension, "dimension of a problem", minimum=2, maximum=3)
         if not (hasattr(self.W, "tobsr") and hasattr(self.W, "diagonal")):
             raise TypeError(f"W of a problem must be a sparse array such as scipy.sparse.csr_array, got {shown(self.W)}.")
-        if np.size(self.geometric) == 0:
-            object.__setattr__(self, "geometric", np.zeros(np.shape(self.mu)))
         for name in ("q", "mu", "compliance", "guess", "geometric") + (() if self.scale is None else ("scale",)):
             object.__setattr__(self, name, numbers(getattr(self, name), f"{name} of a problem"))
+        if self.geometric.size == 0:
+            object.__setattr__(self, "geometric", np.zeros_like(self.mu))
         self._check_shapes()
         numbers(self.W.data, "W of a problem")
         contact = self.cones == CONTACT

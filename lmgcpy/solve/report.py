@@ -35,7 +35,9 @@ class Report:
     the step, in parts of its smaller body's radius; ``status``: "converged", "budget spent", "stagnated", "not finite" or
     "round-off"; ``worst``: the interaction of that slip, None where there is none; ``interactions``: how many there were;
     ``seconds``: of the solver; ``step_seconds``: of the whole step; ``stretch``: the largest part of its reference length
-    by which a rigid link was off when the step began, a wire too long, a rod either way.
+    by which a rigid link was off when the step began, a wire too long, a rod either way;
+    ``solves``: how often the step was solved, until the geometric stiffness of its links was that of their impulses;
+    ``iterations`` and ``factorisations`` are of all together.
     """
 
     iterations: int = 0
@@ -47,6 +49,7 @@ class Report:
     seconds: float = 0.0
     step_seconds: float = 0.0
     stretch: float = 0.0
+    solves: int = 1
     slip: float = 0.0
 
     @property

@@ -60,7 +60,7 @@ def same_study(out, whole):
 
 
 def test_interrupted_and_killed_again_and_again_it_is_the_same_study(whole, tmp_path):
-    """Ctrl-C and SIGKILL in the compaction (of 452 steps, judged over 50) and while two tests are under way."""
+    """Ctrl-C and SIGKILL in the compaction (of 226 steps, judged over 50) and while two tests are under way."""
     out = tmp_path / "study"
     go_on = ("texsol", "--resume", "--out", out)
     line = f"Interrupted; go on with: lmgcpy texsol --resume --out {out}"
@@ -71,16 +71,16 @@ def test_interrupted_and_killed_again_and_again_it_is_the_same_study(whole, tmp_
     assert first.stderr.splitlines()[1:] == [line]  # after that of the stage of the sample
     with lm.io.open_run(out / "runs" / "compaction.h5") as it:
         assert it.closed
-        assert 30 <= len(it.history) < 452
+        assert 30 <= len(it.history) < 226
 
     again = run(*TINY, "--out", out)
     assert again.exit_code != 0
     assert f"holds an interrupted study: go on with lmgcpy texsol --resume --out {out}" in again.output
 
-    assert stopped("SIGKILL", "compaction", 430, *go_on).returncode == -9
+    assert stopped("SIGKILL", "compaction", 210, *go_on).returncode == -9
     with lm.io.open_run(out / "runs" / "compaction.h5") as it:
         assert not it.closed
-        assert len(it.history) == 430
+        assert len(it.history) == 210
     assert stopped("SIGKILL", "rigid-wire-tight", 7, *go_on).returncode == -9
     assert not list((out / "runs").glob("none.h5"))
     fourth = stopped("SIGINT", "rigid-wire", 13, *go_on)
@@ -107,7 +107,7 @@ def test_files_change_no_bit(whole):
     study = Study(**{**about["study"], "laws": tuple(about["study"]["laws"])})
     result = run_study(study)
     again = run_study(study, folder=StudyFolder(whole), resume=True)
-    assert result.compaction.steps == again.compaction.steps == 452
+    assert result.compaction.steps == again.compaction.steps == 226
     assert result.compaction.unrest == again.compaction.unrest
     assert np.array_equal(result.sample.positions, again.sample.positions)
     for mine, other in ((result.records, again.records), (result.checks, again.checks)):

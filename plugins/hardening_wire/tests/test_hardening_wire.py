@@ -188,7 +188,7 @@ def test_a_wire_is_solved_as_one_block(rigidity, toe):
     for _ in range(150):
         sim.step()
         assert sim.report.status == "converged"
-        assert sim.report.iterations <= 1
+        assert sim.report.iterations <= sim.report.solves  # again where the tensions call for geometric stiffness
         assert abs(sim.energy.defect) <= 1e-13 * 100.0
     assert sim.interactions.force[:, 0].min() < 0.0
 
