@@ -63,8 +63,8 @@ def thrown(solver, long: bool) -> Result:
     momentum, relative to the tip's, to 1e-10, as the impulses of a link are opposite; angular momentum to 1e-6: where the
     wire is taut it has geometric stiffness, whose impulses across links are couples, ``sum kappa l^2 (omega+ - omega)``,
     with ``sum kappa l^2 <= h^2 T L``, (h omega)^2 = 1e-5 of the moment of inertia of the tip, which makes T, at 3 rad/s;
-    what it takes up with the tension it gives back with it, up to a tenth; no link longer than Pythagoras allows (see ``Lengths``) by more than 1e-8 of it; and that
-    it did come taut: less than 1 % between its ends and its length.
+    what it takes up with the tension it gives back with it, up to a tenth; no link longer than Pythagoras allows (see
+    ``Lengths``) by more than 1e-8 of it; and that it did come taut: less than 1 % between its ends and its length.
     """
     count, spacing, slack, radius = 1000, 0.01, 0.03, 0.1
     # chords of a helix: 2 radius sin(turn/2) round and the rest along
