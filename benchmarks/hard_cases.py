@@ -12,7 +12,6 @@ from table import report
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "hard"))
 
-from case import SOLVERS
 from cases import CASES
 
 
@@ -20,7 +19,7 @@ def main(long: bool) -> None:
     rows = []
     for case in CASES:
         form = long and case.long
-        for solver in SOLVERS:
+        for solver in case.solvers:
             result = case.run(solver, form)
             print(f"{case.name}, {solver}: {result}", file=sys.stderr)
             numbers = ", ".join(f"{number} (of {number.bound:.0e})" for number in result.numbers)

@@ -58,19 +58,23 @@ class Case:
 
     ``scene(solver, long)`` runs it. ``tolerance``: residual that the numbers need; ``fails``: solvers that do not reach
     the numbers, with the reason; ``others``: what other codes do, where measured; ``long``: whether the long form is
-    another than the short one.
+    another than the short one; ``solvers``: those that it runs with, fewer where the case is about the scheme or where one
+    would take minutes for its failure; ``without``: what becomes of it without geometric stiffness, where that is what the
+    case is about.
     """
 
     name: str
-    scene: Callable[[Any, bool], Result]
+    scene: Callable[..., Result]
     tolerance: float
     fails: dict[str, str] = field(default_factory=dict)
     others: str = ""
     long: bool = False
+    solvers: tuple[str, ...] = tuple(SOLVERS)
+    without: str = ""
 
-    def run(self, solver: str, long: bool = False) -> Result:
-        """Run with the solver of that name."""
-        return self.scene(SOLVERS[solver](tolerance=self.tolerance), long)
+    def run(self, solver: str, long: bool = False, **options: Any) -> Result:
+        """Run with the solver of that name; ``options`` of the simulation, for the cases of taut wires."""
+        return self.scene(SOLVERS[solver](tolerance=self.tolerance), long, **options)
 
 
 class Watch:
@@ -79,7 +83,8 @@ class Watch:
     ``made`` [J]: the work of all interactions plus what is stored in elastic links, which can only fall in nature;
     ``turned`` [J]: the largest so far of mechanical energy and of the work of loads and drives, and no less than what
     gravity alone gives from rest in a step; ``energy``: the largest
-    rise of ``made`` from any earlier to any later time, in parts of ``turned``.
+    rise of ``made`` from any earlier to any later time, in parts of ``turned``; ``gained``: the largest work so far of any
+    one law from the start, with what its links store, in parts of ``turned``: none of the laws here has energy to give.
     """
 
     def __init__(self, sim: lm.Simulation):
@@ -88,7 +93,7 @@ class Watch:
         self.made = 0.0
         thrust = sim.time_step * sim.model.weight  # of gravity in a step
         self.turned = sim.energy.mechanical + 0.5 * float((thrust**2 * sim.model.inverse_mass).sum())
-        self._lowest = self._rise = 0.0
+        self._lowest = self._rise = self._gain = 0.0
 
     def step(self) -> lm.Simulation:
         """One step."""
@@ -98,6 +103,8 @@ class Watch:
         energy = self.sim.energy
         self.residual = max(self.residual, report.residual)
         self.made = sum(energy.total_interactions.values()) + sum(energy.stored.values())
+        of_laws = [work + energy.stored.get(name, 0.0) for name, work in energy.total_interactions.items()]
+        self._gain = max(self._gain, *of_laws, 0.0)
         self._lowest = min(self._lowest, self.made)
         self._rise = max(self._rise, self.made - self._lowest)
         self.turned = max(self.turned, energy.mechanical, abs(energy.total_loads), abs(energy.total_drives))
@@ -113,6 +120,11 @@ class Watch:
     def energy(self) -> float:
         """See the class."""
         return self._rise / self.turned if self.turned > 0.0 else self._rise
+
+    @property
+    def gained(self) -> float:
+        """See the class."""
+        return self._gain / self.turned if self.turned > 0.0 else self._gain
 
     def result(self, *numbers: Number) -> Result:
         """With what was seen."""

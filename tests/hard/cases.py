@@ -4,9 +4,15 @@ from __future__ import annotations
 
 import compaction
 import limits
+import nets
 import stacks
+import taut
+import whips
 import wires
 from case import Case
+
+TWO = ("Newton", "Auto")
+STRETCH = "the stretch of second order of light links is pulled back in one step, and throws the heavy end up"
 
 CASES = [
     Case(
@@ -26,6 +32,76 @@ CASES = [
     Case("capstan", wires.capstan, tolerance=1e-10, fails={"GaussSeidel": "at mu = 1 it stagnates at 1e-3"}),
     Case("whip of tapered rods", wires.whip, tolerance=1e-12, long=True),
     Case("pendulum of ten rods", wires.pendulum, tolerance=1e-12, long=True),
+    Case(
+        "mass dropped on a taut wire",
+        taut.dropped,
+        tolerance=1e-8,
+        long=True,
+        without="the wire grows to four times its length",
+    ),
+    Case(
+        "capstan in motion",
+        taut.dragged,
+        tolerance=1e-8,
+        long=True,
+        solvers=TWO,
+        without="the weight falls almost freely",
+    ),
+    Case(
+        "Atwood's machine on a smooth drum",
+        taut.atwood,
+        tolerance=1e-8,
+        long=True,
+        solvers=TWO,
+        without="the weight falls almost freely",
+    ),
+    Case(
+        "wire over three pegs",
+        taut.pegs,
+        tolerance=1e-8,
+        long=True,
+        solvers=TWO,
+        without="the blocks fall",
+    ),
+    Case(
+        "bungee",
+        whips.bungee,
+        tolerance=1e-8,
+        long=True,
+        without="the wire stretches without end",
+    ),
+    Case(
+        "bungee on a stiff wire",
+        whips.stiff_bungee,
+        tolerance=1e-8,
+        long=True,
+        fails={"GaussSeidel": STRETCH, "Newton": STRETCH, "Auto": STRETCH},
+    ),
+    Case("folded chain", whips.folded, tolerance=1e-8, long=True),
+    Case("crack of a whip", whips.crack, tolerance=1e-8, long=True),
+    Case(
+        "spinning string with heavy ends",
+        whips.spinning,
+        tolerance=1e-8,
+        long=True,
+        without="it makes as much energy as it has",
+    ),
+    Case(
+        "ball on a net",
+        nets.ball_on_net,
+        tolerance=1e-8,
+        long=True,
+        solvers=TWO,
+        without="the ball falls through",
+    ),
+    Case(
+        "spheres on a net",
+        nets.spheres_on_net,
+        tolerance=1e-4,
+        long=True,
+        solvers=TWO,
+        without="the wires make energy",
+    ),
     Case(
         "column of spheres under 1e4 times its mass",
         stacks.column,

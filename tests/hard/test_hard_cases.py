@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import pytest
-from case import SOLVERS, Case, Result
+from case import Case, Result
 from cases import CASES
 
-NAMES = [case.name for case in CASES]
+RUNS = [(case, solver) for case in CASES for solver in case.solvers]
+
+
+def named(runs: list[tuple[Case, str]]) -> list[str]:
+    """The ids of tests."""
+    return [f"{case.name}-{solver}" for case, solver in runs]
 
 
 def check(case: Case, solver: str, result: Result) -> None:
@@ -22,17 +27,28 @@ def check(case: Case, solver: str, result: Result) -> None:
         assert number.holds, f"{told}; {number.what} may be {number.bound:.0e}"
 
 
-@pytest.mark.parametrize("solver", SOLVERS)
-@pytest.mark.parametrize("case", CASES, ids=NAMES)
+@pytest.mark.parametrize(("case", "solver"), RUNS, ids=named(RUNS))
 def test_hard_case(case, solver):
     check(case, solver, case.run(solver))
 
 
+LONG = [(case, solver) for case, solver in RUNS if case.long]
+
+
 @pytest.mark.long
-@pytest.mark.parametrize("solver", SOLVERS)
-@pytest.mark.parametrize("case", [case for case in CASES if case.long], ids=[case.name for case in CASES if case.long])
+@pytest.mark.parametrize(("case", "solver"), LONG, ids=named(LONG))
 def test_long_form(case, solver):
     check(case, solver, case.run(solver, long=True))
+
+
+TAUT = [case for case in CASES if case.without]
+
+
+@pytest.mark.filterwarnings("ignore:In the step to:RuntimeWarning")
+@pytest.mark.parametrize("case", TAUT, ids=[case.name for case in TAUT])
+def test_it_fails_without_geometric_stiffness(case):
+    result = case.run("Newton", geometric_stiffness=False)
+    assert not result.holds, f"{case.name}: {result}; it was to fail: {case.without}"
 
 
 def test_every_case_says_why_it_is_hard():
