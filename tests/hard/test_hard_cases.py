@@ -44,7 +44,7 @@ def test_long_form(case, solver):
 TAUT = [case for case in CASES if case.without]
 
 
-@pytest.mark.filterwarnings("ignore:In the step to:RuntimeWarning")
+@pytest.mark.filterwarnings("ignore:In the step:RuntimeWarning", "ignore:Until t:RuntimeWarning")
 @pytest.mark.parametrize("case", TAUT, ids=[case.name for case in TAUT])
 def test_it_fails_without_geometric_stiffness(case):
     result = case.run("Newton", geometric_stiffness=False)
