@@ -56,16 +56,6 @@ class StepProblem:
                     )
         return replace(self, data=data)
 
-    def with_gaps(self, gap: np.ndarray, excess: np.ndarray) -> StepProblem:
-        """The problem whose links, which come first, have an ``excess`` (L,) beyond their gaps [m], prepared anew."""
-        longer = gap.copy()
-        longer[: len(excess)] += excess
-        data, system = self.data._replace(gap=longer), self.system._replace(prepared=self.system.prepared.copy())
-        for group, kernels, where in zip(self.groups, self.kernels, self.offset, strict=True):
-            if group.chain:
-                prepare_group(group, kernels, int(where), system, data)
-        return replace(self, system=system, data=data)
-
     def worst(self) -> Worst | None:
         """The interaction that the solver found to be the worst."""
         _, _, row, error = self.system.told
@@ -100,29 +90,6 @@ def group_kernels(
     stiffened = stiffened and group.chain is not None
     given = law, dimension, parameter_count, rows, group.central, group.diagonal, block, walls
     return law_kernels(*given, stiffened=stiffened, watched=watched)
-
-
-def prepare_group(group: Group, kernels: LawKernels, where: int, system: System, data: StepData) -> None:
-    """Let the law of a group prepare its numbers, from ``where`` on in ``System.prepared``.
-
-    Raises FloatingPointError where a number, or an initial state, is not finite.
-    """
-    arguments = group.start, group.stop, where, data, group.parameters.ravel(), system.prepared
-    row = ask(group, kernels.prepare, "initial or prepare" if group.law.initial else "prepare", system, data, arguments)
-    if row <= -2:
-        c, a = system.candidate[-2 - row], system.antagonist[-2 - row]
-        raise FloatingPointError(
-            f"In the step from t = {data.time:g} s initial of law '{group.law.NAME}' between bodies {c} and {a} returned a "
-            "state that is not finite."
-        )
-    if row >= 0:
-        first = where + (row - group.start) * len(group.law.PREPARED)
-        numbers = system.prepared[first : first + len(group.law.PREPARED)].tolist()
-        raise FloatingPointError(
-            f"In the step from t = {data.time:g} s prepare of law '{group.law.NAME}' between bodies {system.candidate[row]} "
-            f"and {system.antagonist[row]} returned {dict(zip(group.law.PREPARED, numbers, strict=True))} at a gap of "
-            f"{data.gap[row]:g} m."
-        )
 
 
 def assemble(
@@ -193,6 +160,21 @@ def assemble(
     for group, kernel, where in zip(groups, kernels, offset, strict=False):
         if group.chain:
             data.reference_gap[group.start : group.stop] = group.chain.reference_gap_at(time)
-        prepare_group(group, kernel, int(where), system, data)
+        arguments = group.start, group.stop, where, data, group.parameters.ravel(), system.prepared
+        row = ask(group, kernel.prepare, "initial or prepare" if group.law.initial else "prepare", system, data, arguments)
+        if row <= -2:
+            c, a = system.candidate[-2 - row], system.antagonist[-2 - row]
+            raise FloatingPointError(
+                f"In the step from t = {time:g} s initial of law '{group.law.NAME}' between bodies {c} and {a} returned a "
+                "state that is not finite."
+            )
+        if row >= 0:
+            first = where + (row - group.start) * len(group.law.PREPARED)
+            numbers = system.prepared[first : first + len(group.law.PREPARED)].tolist()
+            raise FloatingPointError(
+                f"In the step from t = {time:g} s prepare of law '{group.law.NAME}' between bodies {system.candidate[row]} "
+                f"and {system.antagonist[row]} returned {dict(zip(group.law.PREPARED, numbers, strict=True))} at a gap of "
+                f"{data.gap[row]:g} m."
+            )
     table = schedule(groups, kernels, offset[:-1])
     return StepProblem(system, groups, kernels, table, offset[:-1], data, space, free_velocity, guess)

@@ -19,22 +19,15 @@ had before the step. So the term resists that the wire bends, and neither a pend
 to those across a link, the quantity ``v.(M + C/2 - h^2 K/4) v / 2 + x.K x / 2`` does not grow, and it is positive at any
 step, mass and tension: ``sum b b^T / P <= M``, the masses shared out among the links.
 
-**Links that turn by much.** In its linear prediction a link that moves across itself by ``h u_t`` is too short by
-``(h u_t)^2 / (2 l)``. Light beads that whip stretch their wire so at no cost, and the step in which a heavy body comes to
-pull on all of it takes the sum back within h: a blow that throws the body upward with several times its energy. So where
-links turn by much (:data:`TURNED`) the law sees the gap that the link will have, what it is longer for turning included,
-``g_m + excess + h u_n`` with ``excess = |x + h u| - (l + h u_n)``, x from centre to centre.
-
-**kappa and r_n.** kappa and the excess are kept while a step is solved, so that what is solved stays the linear
-complementarity problem that solvers know, one more linear row a link and direction. Afterwards they are compared with what
-the impulses found call for; where they differ the step is solved anew from there. In a smooth motion one solve will do.
+**kappa and r_n.** kappa is kept while a step is solved, so that what is solved stays the linear complementarity problem
+that solvers know, one more linear row a link and direction. Afterwards it is compared with what the impulses found call
+for; where they differ the step is solved anew from there. In a smooth motion the kappa of the impulses before will do.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -55,16 +48,6 @@ first step of the jerk, and 1.0 to 1.3 in the mean.)"""
 BOTH_WAYS = 2
 """From this turn on stiffnesses only grow, and may be larger than what is called for: where a link is taut in one turn
 and slack in the next, the larger one is stable and ends the search."""
-
-
-FEW = 30
-"""So often where links turn by much; where that does not settle, they get their linear prediction."""
-HALVES = 3
-"""From this turn on excesses go half of the way, so that they do not swing."""
-TURNED = 1e-3
-"""Part of its length by which a link may be longer for turning before it counts: it turns by 0.045 rad in the step."""
-MOST_TURNED = 0.1
-"""Part of its length that counts at the most, of a link that turns by 0.45 rad."""
 
 
 @dataclass(frozen=True)
@@ -129,23 +112,6 @@ class LinkStiffness:
         """The stiffnesses of the turn after this one."""
         return np.maximum(used, needed) if turn >= BOTH_WAYS else needed
 
-    def excess(self, problem: StepProblem, gap: np.ndarray) -> np.ndarray:
-        """By how much each link will be longer at the next detection than its linear prediction, by turning [m], (L,): zero
-        below the part :data:`TURNED` of its length, and no more than :data:`MOST_TURNED`."""
-        s, h, d = problem.system, problem.data.time_step, self.dimension
-        length = gap[: self.count] + self.radius_sum
-        u = s.velocity[s.candidate[: self.count], :d] - s.velocity[s.antagonist[: self.count], :d]
-        along = np.einsum("id,id->i", u, s.normal[: self.count])
-        across = np.maximum(np.einsum("id,id->i", u, u) - along**2, 0.0)
-        predicted = np.abs(length + h * along)
-        excess = h**2 * across / (np.sqrt(predicted**2 + h**2 * across) + predicted + 1e-300)
-        return np.where(excess > TURNED * length, np.minimum(excess, MOST_TURNED * length), 0.0)
-
-    def alike(self, used: np.ndarray, found: np.ndarray, gap: np.ndarray) -> bool:
-        """Whether two excesses (L,) are the same within :data:`ENOUGH`."""
-        least = TURNED * (gap[: self.count] + self.radius_sum)
-        return bool((np.abs(found - used) <= ENOUGH * (found + least)).all())
-
     def stiffen(self, problem: StepProblem, stiffness: np.ndarray, before: np.ndarray, wire_blocks: bool) -> StepProblem:
         """The problem of the step with these stiffnesses (L,); ``before``: those of the impulses at its start, (L,), by
         which the turning of the wires is weighed."""
@@ -186,68 +152,28 @@ class LinkStiffness:
         return carried
 
 
-class Settled(NamedTuple):
-    """How a step was solved again and again."""
-
-    problem: StepProblem
-    outcome: Outcome
-    """Of the last solve, with the sweeps and Newton steps of all."""
-    turns: int
-    holds: bool
-    """Whether stiffnesses and excesses are those of the impulses found with them."""
-
-
 def solve_stiffened(
-    links: LinkStiffness, plain: StepProblem, wire_blocks: bool, solve: Callable[[StepProblem], Outcome]
+    links: LinkStiffness, problem: StepProblem, wire_blocks: bool, solve: Callable[[StepProblem], Outcome]
 ) -> tuple[StepProblem, Outcome, int]:
-    """Solve a step until the stiffnesses of its links, and what they are longer for turning, are those of its impulses;
-    returns the problem as it was solved last, sweeps and Newton steps of all turns, and their number.
+    """Solve a step until the stiffnesses of its links are those that the impulses call for; returns the problem as it was
+    solved last, sweeps and Newton steps of all turns, and their number.
 
-    Where links turn by so much that this does not settle, it is solved with the linear prediction of their gaps.
+    Turns end as well where one is not solved for the third time.
     """
-    start = plain.guess.copy()
-    first = settle(links, plain, wire_blocks, solve, FEW, turning=True)
-    if first.holds or first.outcome.status == NOT_FINITE:
-        return first.problem, first.outcome, first.turns
-    plain.guess[:] = start
-    second = settle(links, plain, wire_blocks, solve, TURNS, turning=False)
-    sweeps = first.outcome.iterations + second.outcome.iterations
-    factorisations = first.outcome.factorisations + second.outcome.factorisations
-    outcome = second.outcome._replace(iterations=sweeps, factorisations=factorisations)
-    return second.problem, outcome, first.turns + second.turns
-
-
-def settle(
-    links: LinkStiffness,
-    plain: StepProblem,
-    wire_blocks: bool,
-    solve: Callable[[StepProblem], Outcome],
-    most: int,
-    *,
-    turning: bool,
-) -> Settled:
-    """Solve a step at most so often; ``turning``: with what the links are longer for turning. It ends as well where a turn is
-    not solved for the third time."""
-    gap, h = plain.data.gap, plain.data.time_step
-    used = before = links.stiffness(plain.guess, gap, h)
-    excess = np.zeros(links.count)
-    problem, sweeps, factorisations, unsolved, holds = plain, 0, 0, 0, False
-    for turn in range(most):
-        plain.guess[: links.count, 1:][used == 0.0] = 0.0
-        problem = plain.with_gaps(gap, excess) if excess.any() else plain
-        if used.any():
-            problem = links.stiffen(problem, used, before, wire_blocks)
+    gap, h = problem.data.gap, problem.data.time_step
+    plain = problem
+    used = before = links.stiffness(problem.guess, gap, h)
+    sweeps = factorisations = unsolved = 0
+    for turn in range(TURNS):
+        problem.guess[: links.count, 1:][used == 0.0] = 0.0
+        problem = plain if not used.any() else links.stiffen(plain, used, before, wire_blocks)
         outcome = solve(problem)
         sweeps += outcome.iterations
         factorisations += outcome.factorisations
         unsolved += outcome.status not in SOLVED_CODES
         needed = links.stiffness(problem.system.impulse, gap, h)
-        found = links.excess(problem, gap) if turning else excess
-        same = links.alike(excess, found, gap)
-        holds = same and links.enough(used, needed, turn)
-        if outcome.status == NOT_FINITE or unsolved == 3 or holds:
+        if outcome.status == NOT_FINITE or unsolved == 3 or links.enough(used, needed, turn):
             break
-        used = links.next(used, needed, turn if same else 0)
-        excess = found if turn < HALVES else 0.5 * (excess + found)
+        used = links.next(used, needed, turn)
         plain.guess[:] = problem.system.impulse
-    return Settled(problem, outcome._replace(iterations=sweeps, factorisations=factorisations), turn + 1, holds)
+    return problem, outcome._replace(iterations=sweeps, factorisations=factorisations), turn + 1

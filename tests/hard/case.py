@@ -58,7 +58,8 @@ class Case:
 
     ``scene(solver, long)`` runs it. ``tolerance``: residual that the numbers need; ``fails``: solvers that do not reach
     the numbers, with the reason; ``others``: what other codes do, where measured; ``long``: whether the long form is
-    another than the short one; ``solvers``: those that it runs with, fewer where the case is about the scheme or where one
+    another than the short one; ``says``: beginnings of what a run rightly warns of, as its coarsest steps turn links by
+    much; ``solvers``: those that it runs with, fewer where the case is about the scheme or where one
     would take minutes for its failure; ``without``: what becomes of it without geometric stiffness, where that is what the
     case is about.
     """
@@ -68,6 +69,7 @@ class Case:
     tolerance: float
     fails: dict[str, str] = field(default_factory=dict)
     others: str = ""
+    says: tuple[str, ...] = ()
     long: bool = False
     solvers: tuple[str, ...] = tuple(SOLVERS)
     without: str = ""

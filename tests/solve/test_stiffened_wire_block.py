@@ -9,7 +9,7 @@ from scipy.optimize import nnls
 import lmgcpy as lm
 
 pytestmark = pytest.mark.filterwarnings("ignore:In the step", "ignore:Until t")
-"""The wires are thrown by half a link in a step, so that tensions are large and stretches pulled back by blows: it says so."""
+"""The wires are thrown by half a link in a step: tensions are large, stretches are pulled back by blows, and it says so."""
 
 LAWS = {"wire": lm.RigidWire(), "rod": lm.RigidRod(), "elastic": lm.ElasticWire(stiffness=1e5)}
 
