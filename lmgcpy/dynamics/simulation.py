@@ -85,7 +85,7 @@ class Simulation:
     between steps. Nothing else depends on it: the results have the same bits for any number.
 
     ``geometric_stiffness``: False leaves out what taut links answer to motion across them where the step does not resolve
-    it (:mod:`lmgcpy.dynamics.geometric_stiffness`), to see what it does: beads may then zigzag and make energy.
+    it (``lmgcpy/dynamics/geometric_stiffness.py``), to see what it does: beads may then zigzag and make energy.
 
     Beside what is below it has ``steps``, made so far; ``report`` and ``energy`` of the last step, a :class:`Report
     <lmgcpy.solve.report.Report>` and an :class:`Energy <lmgcpy.dynamics.energy.Energy>`; and its ``scene``.
