@@ -77,7 +77,8 @@ def warmup(laws: str, dimension: str | None) -> None:
 
 def law_kernels(law: type[Law], dimension: int) -> None:
     """All that is made for a law: small scenes of every kind of interaction, two steps each, by every solver, with wires
-    as blocks and link by link; the last step as a problem; and what threads share of contacts."""
+    as blocks and link by link, with geometric stiffness and without; the last step as a problem; and what threads share
+    of contacts."""
     contact = law.APPLIES_TO == "contact"
     scenes: tuple[Callable[[Law, int], lm.Scene], ...] = (
         (plain, crooked if dimension == 2 else held) if contact else (wire,)
@@ -88,10 +89,19 @@ def law_kernels(law: type[Law], dimension: int) -> None:
         sim = two_steps(scene(instance, dimension), solver)
         if law.conic is not None:
             lm.solve(sim.problem(), solver=solver)
+        if not contact:
+            stiffen(sim, wire_blocks)
     if contact:
         for instance, turned, kind in itertools.product(found, (False, True), SOLVERS.values()):
             with partition_from(0):
                 two_steps(row_of_grains(instance, dimension, turned), kind(max_iterations=2), threads=2)
+
+
+def stiffen(sim: lm.Simulation, wire_blocks: bool) -> None:
+    """Make the kernels that links have with geometric stiffness."""
+    assert sim._last is not None
+    links = sim._links
+    links.stiffen(sim._last[0], np.ones(links.count), np.zeros(links.count), wire_blocks)
 
 
 def two_steps(scene: lm.Scene, solver: Any, *, threads: int = 1) -> lm.Simulation:
