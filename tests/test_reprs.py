@@ -21,6 +21,8 @@ from lmgcpy.experiment.triaxial import Triaxial
 from lmgcpy.io.compare import compare
 from lmgcpy.io.kept import KeptRun
 
+pytestmark = pytest.mark.filterwarnings("ignore:In the step to")
+"""Three spheres are no sample: the plates of their triaxial test fly."""
 LONGEST = 200
 """Characters of a line."""
 

@@ -163,7 +163,7 @@ def test_6_errors_fall_by_the_orders_that_theory_gives(tmp_path):
         assert errors[-1] < 1e-4 < 0.05 < errors[0]
     rows = [[float(x) for x in re.findall(r"[\d.]+(?:e-\d+)?", line)] for line in text.split("diameter\n")[1].splitlines()]
     loose, *tight = [row[3] for row in rows]  # kPa
-    assert loose < 100.0  # less than the lateral pressure: no answer
+    assert loose < 0.6 * min(tight)  # about the lateral pressure: no answer
     assert max(tight) < 1.2 * min(tight)
     assert rows[0][4] > 3.0 * rows[1][4]  # overlaps
     thirds = np.array_split(pixels(folder / "accuracy.png"), 3, axis=1)
