@@ -283,12 +283,11 @@ class Simulation:
         except BaseException:
             state.positions[:], self._detector = start, detector
             raise
-        for sentence in [
+        sentences = [
             *self._far_moves.far(worse(ways, after), before, problem.system.velocity, state.time + h, h),
             *self._watch.links(problem, self._unresolved(problem)),
             *self._watch.energy(self.energy, lambda: self._thrust(loads), state.time + h, h),
-        ]:
-            warnings.warn(sentence, RuntimeWarning, stacklevel=2)
+        ]
         state.velocities[:] = problem.system.velocity
         self._detector.remember(interactions, problem.system.impulse, problem.data.state)
         state.time += h
@@ -299,6 +298,8 @@ class Simulation:
             self.unconverged_steps += 1
             self.worst_residual = max(self.worst_residual, self.report.residual)
             self.worst_slip = max(self.worst_slip, self.report.slip)
+        for sentence in sentences:  # last: where warnings are errors, the step is made all the same
+            warnings.warn(sentence, RuntimeWarning, stacklevel=2)
         return self.report
 
     def _interact(self, before: np.ndarray, free_velocity: np.ndarray, ways: Ways) -> tuple[Interactions, StepProblem]:

@@ -86,8 +86,8 @@ def diagonal_block(start, k, weight, s):
 
 
 def eliminated_block(start, k, weight, s):
-    """(P, G, slopes) of link k once the link before it is eliminated: its block on the diagonal less G times what is left
-    of that link, which is the Schur complement; -G is the block below the diagonal, -slope W_{i,i-1}."""
+    """(P, G, slopes) of link k once the link before it is eliminated: its block on the diagonal plus G times what is left
+    of that link, which is the Schur complement, as -G = -slope W_{i,i-1} is the block below the diagonal."""
     P, gradients = diagonal_block(start, k, weight, s)
     G = scaled(gradients, transposed(block(s.following, start + k - 1)))
     return plus(P, product(G, square(s.work, k - 1, 2 * ROWS))), G, gradients

@@ -42,8 +42,8 @@ def test_a_wire_that_goes_wrong_says_so_once_each():
     assert sim.energy.made > 0.25 * sim.energy.turned
 
 
-def test_the_step_that_it_names_does():
-    """Beads do not zigzag with the step that the sentence names; the tension of the first jerk is the same impulse."""
+def test_zigzag_is_said_of_links_beyond_what_the_step_resolves():
+    """From s = 4 on, with s as a number. The step that is named is right for the tension of that step."""
     sentences = said(jerked(1e-2, 1e-3, geometric_stiffness=False), duration=0.3)
     (sentence,) = (sentence for sentence in sentences if "4 h^2 T/(m l) is" in sentence)
     assert float(re.search(r"is ([\d.e+-]+),", sentence).group(1)) > 4.0
@@ -127,3 +127,16 @@ def test_both_are_in_the_run_file(tmp_path):
     again = lm.resume(tmp_path / "run.h5")
     assert again.energy.made == sim.energy.made
     assert again.geometric_stiffness is False
+
+
+def test_a_warning_that_is_an_error_leaves_a_whole_step():
+    """The step in which it is raised is made, as the same run without errors makes it."""
+    told, quiet = (jerked(1.0, 1e-3, geometric_stiffness=False) for _ in range(2))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(RuntimeWarning):
+            told.run(steps=300)
+    said(quiet, steps=told.steps)
+    assert told.time == quiet.time
+    np.testing.assert_array_equal(told.positions, quiet.positions)
+    np.testing.assert_array_equal(told.velocities, quiet.velocities)
