@@ -30,6 +30,8 @@ class Checkpoint:
     """Of the last step, and its totals."""
     memory: Memory
     """Impulses and states of the interactions, by identity."""
+    predicted: np.ndarray
+    """Gaps of the links by their laws at the end of the last step [m], (L,), NaN where not known."""
 
     def __repr__(self) -> str:
         return f"<Checkpoint of {len(self.positions)} bodies at t = {self.time:g} s, step {self.steps}>"
