@@ -30,8 +30,9 @@ from lmgcpy.dynamics.model import Model
 from lmgcpy.solve.law_kernels import StepData
 
 MADE = 0.01
-"""Part of the kinetic energy of its bodies, and of what loads give them from rest, that a chain may make in a step. A pendulum that turns by 0.1 rad in a step
-makes a thousandth on its way up and loses it on its way down: to take it would damp what the step resolves."""
+"""Part of the kinetic energy of its bodies, and of what loads give them from rest, that a chain may make in a step. A
+pendulum that turns by 0.1 rad in a step makes a thousandth on its way up and loses it on its way down: to take it would
+damp what the step resolves."""
 ACCOUNTS = 0.5
 """The work of pulling back the excess is at least this part of what is made: else it was made by something else."""
 TURNS = 4
@@ -65,7 +66,8 @@ class TurningStretch:
         """The step as its velocities are to be, as it was ``solved`` or, where a chain makes energy, solved anew; and then
         the impulses of the first solve less those of the last (m, d), which only moved positions.
 
-        ``given``: the problem as it was assembled; ``before``: velocities at the start of the step (n, k). ``solved`` and what ``solve`` returns know the velocities ``after``.
+        ``given``: the problem as it was assembled; ``before``: velocities at the start of the step (n, k). ``solved`` and
+        what ``solve`` returns know the velocities ``after``.
         """
         count, h = len(self.predicted), given.data.time_step
         excess = solved.data.gap[:count] - self.predicted

@@ -115,8 +115,8 @@ def test_the_balance_of_energy_and_the_work_of_gravity_close(taken):
 
 @pytest.mark.filterwarnings("ignore:In the step")
 def test_a_free_wire_keeps_its_momentum(taken):
-    """Two masses thrown apart on folded light beads, in the plane: velocities and ways are due to pairs of impulses, so that
-    linear momentum and the centre of mass are kept to round-off. Angular momentum: positions move on
+    """Two masses thrown apart on folded light beads: velocities and ways are due to pairs of impulses, so that linear
+    momentum and the centre of mass are kept to round-off. Angular momentum: positions move on
     without velocity by two steps' way of 6 m/s, and the links of a whip turn by much in a step; measured 0.2 % to 2 % of
     the 15 kg m^2/s at steps from 2 ms to 0.125 ms (1 to 4 % if the stretch is pulled back, which makes up to five times
     the energy), so 2 % here."""
