@@ -17,7 +17,7 @@ from lmgcpy.contact.detector import Detector
 from lmgcpy.contact.narrow_phase import Interactions
 from lmgcpy.dynamics.as_problem import as_problem
 from lmgcpy.dynamics.assembly import StepProblem, assemble
-from lmgcpy.dynamics.checkpoint import Checkpoint
+from lmgcpy.dynamics.checkpoint import Checkpoint, check
 from lmgcpy.dynamics.diagnosis import LawFault, fault_of_solve
 from lmgcpy.dynamics.energy import Energy, kinetic_energy
 from lmgcpy.dynamics.far_away import check_places
@@ -427,13 +427,10 @@ class Simulation:
         """Go on from a checkpoint of this scene, bit for bit; ``interactions`` are empty until the next step."""
         if not isinstance(checkpoint, Checkpoint):
             raise TypeError(f"restore takes what Simulation.checkpoint() gave, got {shown(checkpoint)}.")
-        if checkpoint.positions.shape != self.state.positions.shape:
-            raise ValueError(
-                f"The checkpoint is of a scene of {len(checkpoint.positions)} bodies, this one has "
-                f"{len(self.state.positions)}: give one of this scene."
-            )
-        if not (np.isfinite(checkpoint.positions).all() and np.isfinite(checkpoint.velocities).all()):
-            raise ValueError("The checkpoint holds positions or velocities that are not finite: take an earlier one.")
+        check(checkpoint, self.checkpoint())
+        detector = copy(self._detector)
+        detector.take_memory(checkpoint.memory)  # which refuses that of another scene
+        self._detector = detector
         self.state.positions[:] = checkpoint.positions
         self.state.velocities[:] = checkpoint.velocities
         self.state.time = checkpoint.time
@@ -442,7 +439,6 @@ class Simulation:
         self.worst_residual = checkpoint.worst_residual
         self.worst_slip = 0.0  # no checkpoint holds it
         self.energy = deepcopy(checkpoint.energy)
-        self._detector.take_memory(checkpoint.memory)
         if len(checkpoint.predicted):  # files from before there were any hold none
             self._turning_stretch.predicted = checkpoint.predicted.copy()
         self._last = None
