@@ -36,25 +36,28 @@ class StepProblem:
     guess: np.ndarray
     """Impulses to start from [N s], (m, d)."""
 
-    def close(self, velocities: np.ndarray) -> StepProblem:
-        """The problem with the relative velocities for those (n, k) with which the step ends; the laws commit their states.
+    def ended(self) -> StepProblem:
+        """The problem with the relative velocities at the end of the step."""
+        return replace(self, data=self.data._replace(after=self.relative_velocities(self.system.velocity)))
 
-        Raises FloatingPointError where a state is not finite.
-        """
-        data = self.data._replace(after=room(*self.data.before.shape))
-        self.space.relative_velocities(self.system, velocities, data.after)
+    def relative_velocities(self, velocities: np.ndarray) -> np.ndarray:
+        """Of all interactions in their local frames, for velocities of the bodies (n, k); (m, d)."""
+        result = room(*self.data.before.shape)
+        self.space.relative_velocities(self.system, velocities, result)
+        return result
+
+    def commit(self) -> None:
+        """The laws commit their states at the end of the step; FloatingPointError where one is not finite."""
         for group, kernels in zip(self.groups, self.kernels, strict=True):
             if kernels.commit is not None:
-                parameters = group.parameters.ravel()
-                arguments = group.start, group.stop, data, self.system.impulse, parameters
-                row = ask(group, kernels.commit, "commit", self.system, data, arguments)
+                arguments = group.start, group.stop, self.data, self.system.impulse, group.parameters.ravel()
+                row = ask(group, kernels.commit, "commit", self.system, self.data, arguments)
                 if row >= 0:
                     raise FloatingPointError(
                         f"In the step from t = {self.data.time:g} s commit of law '{group.law.NAME}' between bodies "
                         f"{self.system.candidate[row]} and {self.system.antagonist[row]} returned a state that is not "
                         "finite."
                     )
-        return replace(self, data=data)
 
     def worst(self) -> Worst | None:
         """The interaction that the solver found to be the worst."""
@@ -157,24 +160,27 @@ def assemble(
         at=np.zeros(1, dtype=np.int64),
     )
     space.relative_velocities(system, before, data.before)
-    for group, kernel, where in zip(groups, kernels, offset, strict=False):
+    for group in groups:
         if group.chain:
             data.reference_gap[group.start : group.stop] = group.chain.reference_gap_at(time)
-        arguments = group.start, group.stop, where, data, group.parameters.ravel(), system.prepared
-        row = ask(group, kernel.prepare, "initial or prepare" if group.law.initial else "prepare", system, data, arguments)
-        if row <= -2:
-            c, a = system.candidate[-2 - row], system.antagonist[-2 - row]
-            raise FloatingPointError(
-                f"In the step from t = {time:g} s initial of law '{group.law.NAME}' between bodies {c} and {a} returned a "
-                "state that is not finite."
-            )
-        if row >= 0:
-            first = where + (row - group.start) * len(group.law.PREPARED)
-            numbers = system.prepared[first : first + len(group.law.PREPARED)].tolist()
-            raise FloatingPointError(
-                f"In the step from t = {time:g} s prepare of law '{group.law.NAME}' between bodies {system.candidate[row]} "
-                f"and {system.antagonist[row]} returned {dict(zip(group.law.PREPARED, numbers, strict=True))} at a gap of "
-                f"{data.gap[row]:g} m."
-            )
+    prepare(groups, kernels, offset, system, data)
     table = schedule(groups, kernels, offset[:-1])
     return StepProblem(system, groups, kernels, table, offset[:-1], data, space, free_velocity, guess)
+
+
+def prepare(groups: list[Group], kernels: list[LawKernels], offset: np.ndarray, system: System, data: StepData) -> None:
+    """Let each law prepare its numbers, into ``system.prepared``; FloatingPointError where one is not finite."""
+    for group, kernel, where in zip(groups, kernels, offset, strict=False):
+        arguments = group.start, group.stop, where, data, group.parameters.ravel(), system.prepared
+        row = ask(group, kernel.prepare, "initial or prepare" if group.law.initial else "prepare", system, data, arguments)
+        if row == -1:
+            continue
+        at = row if row >= 0 else -2 - row
+        bodies = f"bodies {system.candidate[at]} and {system.antagonist[at]}"
+        told = f"In the step from t = {data.time:g} s {{}} of law '{group.law.NAME}' between {bodies} returned {{}}."
+        if row < 0:
+            raise FloatingPointError(told.format("initial", "a state that is not finite"))
+        first = where + (row - group.start) * len(group.law.PREPARED)
+        numbers = system.prepared[first : first + len(group.law.PREPARED)].tolist()
+        prepared = dict(zip(group.law.PREPARED, numbers, strict=True))
+        raise FloatingPointError(told.format("prepare", f"{prepared} at a gap of {data.gap[row]:g} m"))

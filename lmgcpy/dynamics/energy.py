@@ -62,13 +62,15 @@ class Energy:
         model: Model,
         loads: list[tuple[Drive, float]],
         before: np.ndarray,
-        after: np.ndarray,
+        pushed: np.ndarray | None,
     ) -> None:
-        """Enter a closed step: the imposed forces, with what each was, and velocities of the bodies.
+        """Enter a step at its end: the imposed forces, with what each was, and velocities of the bodies before it.
 
-        Raises FloatingPointError where a stored energy is not finite, with nothing entered.
+        ``pushed``: impulses that moved bodies without giving them velocity (m, d), None for none; their work is what they
+        do against the loads on the way. Raises FloatingPointError where a stored energy is not finite, and enters nothing.
         """
-        data, system = problem.data, problem.system
+        data, system, after = problem.data, problem.system, problem.system.velocity
+        against = None if pushed is None else pushed * problem.relative_velocities(fallen(problem, before))
         drives = work_of_drives(problem, before, after)
         works: dict[str, float] = {}
         stored: dict[str, float] = {}
@@ -76,6 +78,8 @@ class Energy:
             part = slice(group.start, group.stop)
             name = group.law.NAME
             work = total(lambda r, u, w: r @ (0.5 * (u + w)), system.impulse[part], data.before[part], data.after[part])
+            if against is not None:
+                work -= float(against[part].sum())
             works[name] = works.get(name, 0.0) + work
             if kernels.energy is not None:
                 arguments = group.start, group.stop, data, group.parameters.ravel()
@@ -93,6 +97,8 @@ class Energy:
         self.made = 0.0 if data.time < model.drawn_until else max(0.0, self.made + change)
         self.kinetic = kinetic_energy(model.mass, system.inverse_mass, after)
         self.loads = data.time_step * total(lambda f, v, w: f @ (0.5 * (v + w)), model.force(loads), before, after)
+        if against is not None:
+            self.loads += float(against.sum())
         self.drives = drives
         self.interactions = works
         self.stored = stored
@@ -101,6 +107,11 @@ class Energy:
         self.total_drives += drives
         for name, work in works.items():
             self.total_interactions[name] = self.total_interactions.get(name, 0.0) + work
+
+
+def fallen(problem: StepProblem, before: np.ndarray) -> np.ndarray:
+    """Velocities that the loads of a step alone give to the free components (n, k)."""
+    return np.where(problem.system.inverse_mass > 0.0, problem.free_velocity - before, 0.0)
 
 
 PIECE = 8192

@@ -17,7 +17,7 @@ from lmgcpy.contact.detector import Detector
 from lmgcpy.contact.narrow_phase import Interactions
 from lmgcpy.dynamics.as_problem import as_problem
 from lmgcpy.dynamics.assembly import StepProblem, assemble
-from lmgcpy.dynamics.checkpoint import Checkpoint
+from lmgcpy.dynamics.checkpoint import Checkpoint, check
 from lmgcpy.dynamics.diagnosis import LawFault, fault_of_solve
 from lmgcpy.dynamics.energy import Energy, kinetic_energy
 from lmgcpy.dynamics.far_away import check_places
@@ -28,6 +28,7 @@ from lmgcpy.dynamics.interrupt import between_steps
 from lmgcpy.dynamics.model import Drive, Model, State
 from lmgcpy.dynamics.not_finite import POSITION, VELOCITY, check_bodies, check_detection, check_impulses
 from lmgcpy.dynamics.overlaps import overlaps_at_start
+from lmgcpy.dynamics.turning_stretch import TurningStretch
 from lmgcpy.dynamics.watch import Watch
 from lmgcpy.errors import flag, named_arguments, number, one_of, place, shown, whole
 from lmgcpy.solve.newton import Auto
@@ -60,6 +61,10 @@ class Recorder(Protocol):
         ...
 
 
+Tried = tuple[Interactions, StepProblem, StepProblem]
+"""What was detected, the problem as assembled, and as solved."""
+
+
 @named_arguments
 class Simulation:
     """Steps a scene through time.
@@ -84,8 +89,9 @@ class Simulation:
     ``threads``: how many may share the solver's work on a scene of 5000 bodies or more; ``sim.threads = 2`` changes it
     between steps. Nothing else depends on it: the results have the same bits for any number.
 
-    ``geometric_stiffness``: False leaves out what taut links answer to motion across them where the step does not resolve
-    it (``lmgcpy/dynamics/geometric_stiffness.py``), to see what it does: beads may then zigzag and make energy.
+    ``geometric_stiffness``: False leaves out what is done where links turn by more than the step resolves
+    (``lmgcpy/dynamics/geometric_stiffness.py``, ``turning_stretch.py``), to see what it does: beads may then zigzag and
+    make energy.
 
     Beside what is below it has ``steps``, made so far; ``report`` and ``energy`` of the last step, a :class:`Report
     <lmgcpy.solve.report.Report>` and an :class:`Energy <lmgcpy.dynamics.energy.Energy>`; and its ``scene``.
@@ -97,6 +103,9 @@ class Simulation:
         solve  u = H^T v_free + W r and the laws
         v      = v_free + M^-1 H r
         q      = q_m + theta h v
+
+    Where links would make energy as they are pulled back, the positions go another way than the velocities
+    (``lmgcpy/dynamics/turning_stretch.py``).
     """
 
     def __init__(
@@ -147,6 +156,7 @@ class Simulation:
         """Keeps every run that names no file of its own; set by ``lmgcpy.resume``."""
         self._far_moves = FarMoves(model)
         self._watch = Watch(model)
+        self._turning_stretch = TurningStretch(model)
         scene.hand_over(self.state)  # last: a scene that was refused can be mended
 
     # ---------------------------------------------------------------------------------------------------- the loop
@@ -272,24 +282,27 @@ class Simulation:
             check_bodies(free_velocity, VELOCITY[d], "without impulses", state.time)
             check_bodies(state.positions, POSITION[d], "in its middle", state.time)
             ways = self._far_moves.measure(before, h)
-            interactions, problem = self._interact(before, free_velocity, ways)
-            after = self._far_moves.measure(problem.system.velocity, h)
+            interactions, given, first = self._interact(before, free_velocity, ways)
+            after = self._far_moves.measure(first.system.velocity, h)
             if self._far_moves.unseen(ways, after, self._detector.widest):
-                interactions, problem = self._interact(before, free_velocity, worse(ways, after))
-                after = self._far_moves.measure(problem.system.velocity, h)
-            problem = problem.close(problem.system.velocity)
-            state.positions += self.theta * h * problem.system.velocity[:, :3]
-            self.energy.advance(problem, self.model, loads, before, problem.system.velocity)
+                interactions, given, first = self._interact(before, free_velocity, worse(ways, after))
+                after = self._far_moves.measure(first.system.velocity, h)
+            way = h * first.system.velocity[:, :3]
+            problem, pushed = self._take_back(given, first, before)
+            problem.commit()
+            state.positions += way - (1.0 - self.theta) * h * problem.system.velocity[:, :3]
+            self.energy.advance(problem, self.model, loads, before, pushed)
         except BaseException:
             state.positions[:], self._detector = start, detector
             raise
         sentences = [
             *self._far_moves.far(worse(ways, after), before, problem.system.velocity, state.time + h, h),
-            *self._watch.links(problem, self._unresolved(problem)),
+            *self._watch.links(first, self._unresolved(first)),
             *self._watch.energy(self.energy, lambda: self._thrust(loads), state.time + h, h),
         ]
         state.velocities[:] = problem.system.velocity
         self._detector.remember(interactions, problem.system.impulse, problem.data.state)
+        self._turning_stretch.remember(problem)
         state.time += h
         self.steps += 1
         self._last = problem, interactions
@@ -302,12 +315,12 @@ class Simulation:
             warnings.warn(sentence, RuntimeWarning, stacklevel=2)
         return self.report
 
-    def _interact(self, before: np.ndarray, free_velocity: np.ndarray, ways: Ways) -> tuple[Interactions, StepProblem]:
-        """Detect at the middle of the step what ``ways`` may bring into contact, and solve it."""
+    def _interact(self, before: np.ndarray, free_velocity: np.ndarray, ways: Ways) -> Tried:
+        """Detect at the middle of the step what ``ways`` may bring into contact; the problem as assembled and solved."""
         state, h, detector = self.state, self.time_step, self._detector
         interactions = detector.detect(state.positions, ways.travel, ways.closing)
         check_detection(detector.groups, interactions, state.time)
-        problem = assemble(
+        given = assemble(
             detector.groups,
             interactions,
             time=state.time,
@@ -321,9 +334,23 @@ class Simulation:
             work=self._work,
             wire_blocks=self.solver.wire_blocks,
         )
-        problem = self._solve(problem)
-        check_bodies(problem.system.velocity, VELOCITY[self.model.dimension], "at its end", state.time)
-        return interactions, problem
+        return interactions, given, self._solve(given)
+
+    def _take_back(
+        self, given: StepProblem, solved: StepProblem, before: np.ndarray
+    ) -> tuple[StepProblem, np.ndarray | None]:
+        """The problem that gives the velocities of the step, and the impulses (m, d) that gave only positions, if any."""
+        if not (self.geometric_stiffness and self._links.count):
+            return solved, None
+        earlier = self.report
+
+        def solve(problem: StepProblem) -> StepProblem:
+            nonlocal earlier
+            solved = self._solve(problem)
+            self.report = earlier = self.report.following(earlier)
+            return solved
+
+        return self._turning_stretch.take_back(given, solved, before, solve)
 
     def _thrust(self, loads: list[tuple[Drive, float]]) -> float:
         """Kinetic energy that a step's loads would give to the bodies from rest [J]."""
@@ -336,7 +363,7 @@ class Simulation:
         return self._links.resolution(problem.system.impulse, problem.data.gap, self.time_step)
 
     def _solve(self, problem: StepProblem) -> StepProblem:
-        """Solve from the impulses of the last step; returns the problem with the geometric stiffness of its links."""
+        """Solve from the guess; returns the problem with the stiffness of its links and the velocities at its end."""
         start, solves = clock.perf_counter(), 1
         if self.geometric_stiffness and self._links.count:
             problem, outcome, solves = solve_stiffened(self._links, problem, self.solver.wire_blocks, self._call_solver)
@@ -356,7 +383,8 @@ class Simulation:
         if outcome.status == NOT_FINITE:
             raise self._fault(problem)
         check_impulses(problem, self.solver)
-        return problem
+        check_bodies(problem.system.velocity, VELOCITY[self.model.dimension], "at its end", self.state.time)
+        return problem.ended()
 
     def _call_solver(self, problem: StepProblem) -> Outcome:
         options = {"conic": lambda: as_problem(problem), "threads": self.threads, **problem.space.driver}
@@ -391,6 +419,7 @@ class Simulation:
             worst_residual=self.worst_residual,
             energy=deepcopy(self.energy),
             memory=self._detector.give_memory(),
+            predicted=self._turning_stretch.predicted.copy(),
         )
 
     @named_arguments
@@ -398,13 +427,10 @@ class Simulation:
         """Go on from a checkpoint of this scene, bit for bit; ``interactions`` are empty until the next step."""
         if not isinstance(checkpoint, Checkpoint):
             raise TypeError(f"restore takes what Simulation.checkpoint() gave, got {shown(checkpoint)}.")
-        if checkpoint.positions.shape != self.state.positions.shape:
-            raise ValueError(
-                f"The checkpoint is of a scene of {len(checkpoint.positions)} bodies, this one has "
-                f"{len(self.state.positions)}: give one of this scene."
-            )
-        if not (np.isfinite(checkpoint.positions).all() and np.isfinite(checkpoint.velocities).all()):
-            raise ValueError("The checkpoint holds positions or velocities that are not finite: take an earlier one.")
+        check(checkpoint, self.checkpoint())
+        detector = copy(self._detector)
+        detector.take_memory(checkpoint.memory)  # which refuses that of another scene
+        self._detector = detector
         self.state.positions[:] = checkpoint.positions
         self.state.velocities[:] = checkpoint.velocities
         self.state.time = checkpoint.time
@@ -413,7 +439,8 @@ class Simulation:
         self.worst_residual = checkpoint.worst_residual
         self.worst_slip = 0.0  # no checkpoint holds it
         self.energy = deepcopy(checkpoint.energy)
-        self._detector.take_memory(checkpoint.memory)
+        if len(checkpoint.predicted):  # files from before there were any hold none
+            self._turning_stretch.predicted = checkpoint.predicted.copy()
         self._last = None
         self.report = Report()
 

@@ -21,9 +21,8 @@ off by if it turns by 0.45 rad in a step. (The column study, at a tolerance of 1
 RUNNING = 3
 """What a single blow stretches, as that of a wire which is thrown taut, the next step pulls back."""
 MADE = 0.25
-"""Part of the energy turned over that interactions may have made before it is said. (Wires that are jerked give back the
-stretch of the step before: up to 12 %, at four octaves of the step and mass ratios of 1 to 1e6. What goes wrong makes as
-much as there is, and more.)"""
+"""Part of the energy turned over that interactions may have made before it is said. (Wires that are jerked make up to
+2 %, at eight octaves of the step and mass ratios of 1 to 1e7. What goes wrong makes as much as there is, and more.)"""
 START = 10.0
 """Near rest the energy turned over is less than what a step is wrong by. So what interactions have made is said only where
 it is more than loads give to bodies at rest in so many steps."""

@@ -304,6 +304,7 @@ def _create_slot(group: Any, checkpoint: Checkpoint, laws: int) -> None:
     for name in ("positions", "velocities"):
         group.create_dataset(name, data=np.zeros_like(getattr(checkpoint, name)))
     group.create_dataset("listed_at", data=np.zeros_like(checkpoint.memory.listed_at))
+    group.create_dataset("predicted", data=np.zeros_like(checkpoint.predicted))
     group.create_dataset("energy", data=np.zeros(len(ENERGIES) + 3))
     group.create_dataset("energy_by_law", data=np.zeros((len(BY_LAW), laws)))
     group.create_dataset("reach", data=np.zeros(1))
@@ -390,7 +391,8 @@ def write_checkpoint(file: Any, checkpoint: Checkpoint, commit: Commit, laws: li
     """Into the slot that is not the last one's."""
     group = file[f"checkpoint/{commit.sequence % 2}"]
     arrays = _arrays(checkpoint, commit, laws)
-    arrays["energy"] = arrays["energy"][: len(group["energy"])]  # older files have no place for the last one
+    arrays["energy"] = arrays["energy"][: len(group["energy"])]  # older files have no place for the last one, nor
+    arrays = {name: array for name, array in arrays.items() if name in group}  # for predicted gaps
     arrays["numbers"][-1] = _checksum(arrays)
     for name, array in arrays.items():
         item = group[name]
@@ -411,6 +413,7 @@ def _arrays(checkpoint: Checkpoint, commit: Commit, laws: list[str]) -> dict[str
         "positions": checkpoint.positions,
         "velocities": checkpoint.velocities,
         "listed_at": memory.listed_at,
+        "predicted": checkpoint.predicted,
         "identity": memory.identity,
         "impulse": memory.impulse,
         "state": memory.state,
@@ -471,6 +474,7 @@ def _checkpoint(arrays: Mapping[str, np.ndarray], numbers: Mapping[str, int], la
             reach=float(arrays["reach"][0]),
             rebuilds=numbers["rebuilds"],
         ),
+        predicted=arrays.get("predicted", np.zeros(0)),
     )
 
 

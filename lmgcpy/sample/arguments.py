@@ -64,7 +64,7 @@ def obstacles(value: Any, dimension: int) -> tuple[np.ndarray, np.ndarray]:
 def box(value: Any, *, dimensions: Sequence[int] = (2, 3), open_top: bool = True) -> tuple[float, ...]:
     """Lengths of a box that starts at the origin [m]; the last one is infinite where ``None`` was given."""
     kinds = " or ".join(str(dimension) for dimension in dimensions)
-    if not isinstance(value, (tuple, list, np.ndarray)):
+    if not isinstance(value, (tuple, list, np.ndarray)) or getattr(value, "shape", None) == ():
         raise TypeError(f"box must be a tuple of {kinds} lengths [m], got {errors.shown(value)}.")
     if len(value) not in dimensions:
         raise ValueError(f"box must have {kinds} lengths [m], got {len(value)}.")

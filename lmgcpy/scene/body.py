@@ -61,7 +61,7 @@ class Body(ABC):
     Subclasses give ``dimension``, ``mass``, ``inertia`` and ``contactors``. ``rotation`` is for 2D: in 3D none is kept.
     """
 
-    __slots__ = ("_block", "_color", "_forces", "_row", "_state", "_velocities", "id")  # there may be a hundred thousand
+    __slots__ = ("_block", "_color", "_forces", "_id", "_row", "_state", "_velocities")  # there may be a hundred thousand
 
     dimension: int = 2
     placed_by: str = "position"
@@ -71,7 +71,7 @@ class Body(ABC):
         what, d = type(self).__name__, self.dimension
         self._state: State | None = None
         self.color = color
-        self.id = -1
+        self._id = -1
         at = vector(position, f"{self.placed_by} of a {what}", d)
         moving = vector(np.zeros(d) if velocity is STILL else velocity, f"velocity of a {what}", d)
         turned: Any = number(rotation, "rotation") if d == 2 else ()
@@ -83,6 +83,11 @@ class Body(ABC):
         start = np.hstack([at, turned, moving, turning])
         self._block[self._row, : len(start)] = start
         self._velocities = self._forces = UNSAID
+
+    @property
+    def id(self) -> int:
+        """Row of the body in all that a simulation gives by body; -1 before it is in a scene, which gives it."""
+        return self._id
 
     @property
     def color(self) -> str:
@@ -146,7 +151,7 @@ class Body(ABC):
     def _now(self, positions: bool) -> np.ndarray:
         if self._state is None:
             return self._position if positions else self._velocity
-        return (self._state.positions if positions else self._state.velocities)[self.id]
+        return (self._state.positions if positions else self._state.velocities)[self._id]
 
     @property
     def position(self) -> np.ndarray:
@@ -281,7 +286,7 @@ class RigidBody(Body):
 class Round(Body):
     """A disk or a sphere; subclasses make its contactor and say what it weighs and how it resists turning."""
 
-    __slots__ = ("material",)
+    __slots__ = ("_material",)
 
     what: str
     """What it is called in sentences."""
@@ -308,7 +313,7 @@ class Round(Body):
         own[MASS] = number(mass, f"mass of a {self.what}", above=0.0, unit="kg")
         inertia = own[MASS] * self._turning if inertia is None else inertia
         own[INERTIA] = number(inertia, f"inertia of a {self.what}", above=0.0)
-        self.material = material
+        self._material = material
 
     @staticmethod
     @abstractmethod
@@ -324,6 +329,11 @@ class Round(Body):
     @abstractmethod
     def _turning(self) -> float:
         """Inertia over mass [m^2]."""
+
+    @property
+    def material(self) -> Material | None:
+        """What it is made of, if it was given one."""
+        return self._material
 
     @property
     def radius(self) -> float:
@@ -381,7 +391,7 @@ class Wall(Body):
     placed_by = "point"
 
     def __init__(self, *, point: Any, normal: Any, mass: float | None = None, **start: Any):
-        self.dimension = 3 if hasattr(point, "__len__") and len(point) == 3 else 2
+        self.dimension = 3 if hasattr(point, "__len__") and getattr(point, "shape", None) != () and len(point) == 3 else 2
         super().__init__(position=point, **start)
         self._contactor = WallContactor(normal) if self.dimension == 2 else PlaneContactor(normal)
         self._mass = math.inf if mass is None else number(mass, "mass of a wall", above=0.0, unit="kg")

@@ -244,11 +244,11 @@ def _add_bodies(scene: Scene, description: Mapping[str, Any]) -> None:
         elif kind == "disk":
             radius = contactors[0][0].shape[0]
             made = Disk(radius=radius, mass=mass, inertia=inertia, position=position[:2], **start)
-            made.material = materials[bodies["material"][i]] if bodies["material"][i] >= 0 else None
+            made._material = materials[bodies["material"][i]] if bodies["material"][i] >= 0 else None
         elif kind == "sphere":
             radius = contactors[0][0].shape[0]
             made = Sphere(radius=radius, mass=mass, inertia=inertia, position=position, **start)
-            made.material = materials[bodies["material"][i]] if bodies["material"][i] >= 0 else None
+            made._material = materials[bodies["material"][i]] if bodies["material"][i] >= 0 else None
         elif kind == "cylinder":
             shape, held = contactors[0][0].shape, None if mass == math.inf else mass
             made = CylinderWall(point=position, axis=shape[:3], radius=shape[3], mass=held, **start)

@@ -55,7 +55,7 @@ class Scene:
         if body.id >= 0:
             where = "this scene" if body.id < len(self.bodies) and self.bodies[body.id] is body else "another scene"
             raise ValueError(f"{body!r} is in {where} already: make a new body.")
-        body.id = len(self.bodies)
+        body._id = len(self.bodies)
         self.bodies.append(body)
         return body
 

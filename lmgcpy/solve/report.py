@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 CONVERGED, SPENT, STAGNATED, NOT_FINITE, ROUND_OFF = range(5)
 STATUS = ("converged", "budget spent", "stagnated", "not finite", "round-off")
@@ -36,8 +36,8 @@ class Report:
     "round-off"; ``worst``: the interaction of that slip, None where there is none; ``interactions``: how many there were;
     ``seconds``: of the solver; ``step_seconds``: of the whole step; ``stretch``: the largest part of its reference length
     by which a rigid link was off when the step began, a wire too long, a rod either way;
-    ``solves``: how often the step was solved, until the geometric stiffness of its links was that of their impulses;
-    ``iterations`` and ``factorisations`` are of all together.
+    ``solves``: how often the step was solved, until the geometric stiffness of its links was that of their impulses, and
+    once more where links are pulled back by positions alone; ``iterations`` and ``factorisations`` are of all together.
     """
 
     iterations: int = 0
@@ -56,6 +56,16 @@ class Report:
     def solved(self) -> bool:
         """Whether the step was solved, to the tolerance or to round-off."""
         return self.status in SOLVED
+
+    def following(self, earlier: Report) -> Report:
+        """Of a step that was solved in another way before: all work together, and the status of what was not solved."""
+        return replace(
+            self if earlier.solved else earlier,
+            iterations=earlier.iterations + self.iterations,
+            factorisations=earlier.factorisations + self.factorisations,
+            seconds=earlier.seconds + self.seconds,
+            solves=earlier.solves + self.solves,
+        )
 
     def __str__(self) -> str:
         worst = f"; worst: {self.worst}" if self.worst else ""

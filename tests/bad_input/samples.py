@@ -130,6 +130,8 @@ ROWS: dict[str, tuple] = {
     "no beads": (lambda w: wire(bead_count=0), ValueError, "bead_count must be at least 1, got 0"),
     "turns too sharp": (lambda w: wire(theta_max=4.0), ValueError, "theta_max must be at most 3.14159 rad, got 4 rad"),
     "clearance in words": (lambda w: wire(clearance="no"), TypeError, "clearance must be a number in m, got 'no'"),
+    "box a number in an array": (lambda w: deposit(box=np.array(3.0)), TypeError,
+        "box must be a tuple of 2 or 3 lengths [m], got array(3.)"),
     "start in the wall": (lambda w: wire(start=(0.0, 0.1)), ValueError,
         "start must leave the first bead, of radius 0.0075 m, inside the box, got (0.0, 0.1)"),
     "start a number": (lambda w: wire(start=0.1), ValueError, "start must be 2 numbers"),

@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 from bad_input.world import disk, wall
 
 import lmgcpy as lm
@@ -106,6 +107,8 @@ ROWS: dict[str, tuple] = {
         "velocity of a Disk must be finite, got (inf, 0)"),
     "spin in words": (lambda w: disk(spin="fast"), TypeError, "spin must be a number, got 'fast'"),
     "no colour": (lambda w: disk(color=""), TypeError, "color of a Disk must be a word such as 'GRAIN', got ''"),
+    "point a number in an array": (lambda w: wall(point=np.array(3.0)), ValueError,
+        "point of a Wall must be 2 numbers in dimension 2, got an array of shape (): array(3.)"),
     "normal zero": (lambda w: wall(normal=(0, 0)), ValueError, "normal of a wall must not be zero"),
     "normal NaN": (lambda w: wall(normal=(nan, 1)), ValueError, "normal of a wall must be finite, got (nan, 1)"),
     "normal in space": (lambda w: wall(normal=(0, 0, 1)), ValueError,

@@ -92,10 +92,13 @@ ROWS: dict[str, tuple] = {
     "checkpoint a word": (lambda w: w.sim.restore("start"), TypeError,
         "restore takes what Simulation.checkpoint() gave, got 'start'"),
     "checkpoint of another scene": (lambda w: w.start().restore(w.sim.checkpoint()), ValueError,
-        "is of a scene of 1 bodies, this one has 5"),
+        "The checkpoint's positions have a shape of (1, 3), those of this scene of (5, 3): give a checkpoint"),
     "checkpoint NaN": (
         lambda w: w.sim.restore(replace(w.sim.checkpoint(), velocities=np.full((1, 3), nan))), ValueError,
-        "The checkpoint holds positions or velocities that are not finite"),
+        "The checkpoint's velocities hold numbers that are not finite: take an earlier checkpoint."),
+    "checkpoint's energy a word": (
+        lambda w: w.sim.restore(replace(w.sim.checkpoint(), energy="much")), TypeError,
+        "The checkpoint's energy must be of type Energy, got 'much'"),
     "problem of no step": (lambda w: w.sim.problem(), RuntimeError,
         "There is no step yet to make a problem of: call step() or run() first"),
     # -------------------------------------------------------------------------------------------- solvers and problems

@@ -49,7 +49,8 @@ def test_a_jerked_wire_stays_as_long_as_it_is(load, time_step):
     What links turn in a step stretches them by Pythagoras, ``(h u_t)^2 / (2 l)``. The load falls at sqrt(2 g 0.0142) =
     0.53 m/s, and beads that are thrown taut move twice as fast: 5.5e-5 m of a link of 0.0101 m at 1 ms, in the few links
     that turn. A thousandth of the wire at 1 ms, 2e-4 m, and in proportion to h, is allowed; the load hangs no lower
-    than this length lets it. What is pulled back is work of the wire, of the same part of what falls.
+    than this length lets it. A wire makes at most a hundredth of its bodies' energy in a step
+    (turning_stretch.py), for three steps.
     """
     sim = jerked(2, load, time_step)
     lowest, longest, made, least = 0.0, 0.0, 0.0, 0.0
@@ -62,7 +63,7 @@ def test_a_jerked_wire_stays_as_long_as_it_is(load, time_step):
     assert longest <= 0.202 * (1.0 + time_step)
     assert -lowest <= math.sqrt((0.5 * longest) ** 2 - 0.1**2) * (1.0 + 1e-9)
     depth = math.sqrt(0.101**2 - 0.1**2)
-    assert made <= 0.15 * (load + 19e-3) * 9.81 * depth  # what a stretch gives back; without the term 9 times all of it
+    assert made <= 0.03 * (load + 19e-3) * 9.81 * depth  # without the term 9 times all of it
 
 
 @pytest.mark.filterwarnings("ignore:In the step", "ignore:Until t")

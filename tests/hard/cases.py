@@ -12,7 +12,6 @@ import wires
 from case import Case
 
 TWO = ("Newton", "Auto")
-STRETCH = "the stretch of second order of light links is pulled back in one step, and throws the heavy end up"
 
 CASES = [
     Case(
@@ -75,8 +74,8 @@ CASES = [
         whips.stiff_bungee,
         tolerance=1e-8,
         long=True,
-        fails={"GaussSeidel": STRETCH, "Newton": STRETCH, "Auto": STRETCH},
-        says=("Until t", "In the step"),
+        says=("In the step",),
+        without="the mass falls on and on",
     ),
     Case("folded chain", whips.folded, tolerance=1e-8, long=True, says=("In the step",)),
     Case("crack of a whip", whips.crack, tolerance=1e-8, long=True, says=("In the step",)),

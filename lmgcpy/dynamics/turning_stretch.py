@@ -1,0 +1,122 @@
+"""The stretch that links get as they turn within a step, and how it is taken back without a blow.
+
+A law keeps its link to the gap that it predicts, ``g + h u_n``. A link of length l that turns by the angle h u_t / l is
+longer than that at the end, by ``(h u_t)^2 / 2 l``, and its law pulls the excess back in the next step. As a rule this is
+right, it is what turns the velocity of a pendulum. But light beads that whip before a heavy end leave much of it, for
+next to nothing; and the step in which all links are taut at once pulls the sum of it back within h, heavy end and all.
+
+So where a chain makes energy that its excess accounts for, the step is solved a second time, as if the chain had the gaps
+``lambda`` that its laws predicted in the step before. Velocities and impulses are those of the second solve, the way that
+the bodies go is that of the first, which takes the excess back (as projected time stepping does with penetrations: Acary
+2013, Comput. Methods Appl. Mech. Eng. 256):
+
+    v   = v_free + M^-1 H r      r from lambda
+    q_m + h v_1                  where the next step detects, v_1 from g
+
+**No energy is made.** With S(lambda) what links store, a convex function, infinite where a rigid one is too long, v is
+where ``|v - v_free|^2_M / 2 + S(lambda + h H^T v)`` is least. The value at rest is at least that least one plus
+``|v|^2_M / 2``, so that ``|v|^2_M / 2 + S(lambda + h H^T v) <= |v_free|^2_M / 2 + S(lambda)``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from lmgcpy.dynamics.assembly import StepProblem, ask, prepare
+from lmgcpy.dynamics.model import Model
+from lmgcpy.solve.law_kernels import StepData
+
+MADE = 0.01
+"""Part of the kinetic energy of its bodies, and of what loads give them from rest, that a chain may make in a step. A
+pendulum that turns by 0.1 rad in a step makes a thousandth on its way up and loses it on its way down: to take it would
+damp what the step resolves."""
+ACCOUNTS = 0.5
+"""The work of pulling back the excess is at least this part of what is made: else it was made by something else."""
+TURNS = 4
+"""So often are further chains looked for that make energy once others do not."""
+
+
+class TurningStretch:
+    """Remembers the gaps that the links of a model predict, and solves steps anew where the excess would make energy.
+
+    L links, as the detector orders them; ``predicted``: their gaps by the laws at the end of the last step [m], (L,), NaN
+    where there was none.
+    """
+
+    def __init__(self, model: Model):
+        chains = model.chains
+        bodies = [np.unique(chain.bodies) for chain in chains]
+        self._bodies = np.concatenate([np.zeros(0, np.int64), *bodies])
+        self._first_body = np.cumsum([0, *(len(of_chain) for of_chain in bodies)])[:-1]
+        self._cuts = np.cumsum([0, *(chain.link_count for chain in chains)])
+        self._passive = np.array([chain.law.NAME in model.passive for chain in chains], dtype=bool)
+        self._mass = np.where(model.inverse_mass > 0.0, model.mass, 0.0)
+        self.predicted = np.full(self._cuts[-1], np.nan)
+
+    def take_back(
+        self,
+        given: StepProblem,
+        solved: StepProblem,
+        before: np.ndarray,
+        solve: Callable[[StepProblem], StepProblem],
+    ) -> tuple[StepProblem, np.ndarray | None]:
+        """The step as its velocities are to be, as it was ``solved`` or, where a chain makes energy, solved anew; and then
+        the impulses of the first solve less those of the last (m, d), which only moved positions.
+
+        ``given``: the problem as it was assembled; ``before``: velocities at the start of the step (n, k). ``solved`` and
+        what ``solve`` returns know the velocities ``after``.
+        """
+        count, h = len(self.predicted), given.data.time_step
+        excess = solved.data.gap[:count] - self.predicted
+        excess = np.where(excess > 0.0, excess, 0.0)  # none where nothing is known
+        if not excess.any():
+            return solved, None
+        limit = MADE * (self._kinetic(before) + self._kinetic(given.free_velocity - before))
+        first = None
+        gap, done = given.data.gap.copy(), np.zeros(len(limit), dtype=bool)
+        for _ in range(TURNS):
+            tension = np.maximum(-solved.system.impulse[:count, 0], 0.0)
+            pulled = np.add.reduceat(tension * excess, self._cuts[:-1]) / h  # work of pulling back the excess
+            suspects = np.flatnonzero(self._passive & ~done & (pulled > ACCOUNTS * limit)).tolist()
+            chains = [k for k in suspects if limit[k] < self._made(solved, k) < pulled[k] / ACCOUNTS]
+            if not chains:
+                break
+            for k in chains:
+                part = slice(self._cuts[k], self._cuts[k + 1])
+                gap[part] -= excess[part]
+                done[k] = True
+            first = solved.system.impulse.copy() if first is None else first
+            again = replace(given, data=given.data._replace(gap=gap))
+            prepare(again.groups, again.kernels, again.offset, again.system, again.data)
+            solved = solve(again)
+        return solved, None if first is None else first - solved.system.impulse
+
+    def remember(self, problem: StepProblem) -> None:
+        """Keep what the laws of a step predict, with its velocities ``after``."""
+        data, count = problem.data, len(self.predicted)
+        self.predicted = data.gap[:count] + data.time_step * data.after[:count, 0]
+
+    def _kinetic(self, velocity: np.ndarray) -> np.ndarray:
+        """Kinetic energy of the bodies of each chain for velocities (n, k) [J]."""
+        of_bodies = (self._mass[self._bodies] * velocity[self._bodies] ** 2).sum(axis=1)
+        return 0.5 * np.add.reduceat(of_bodies, self._first_body)
+
+    def _made(self, problem: StepProblem, chain: int) -> float:
+        """What a chain makes in the step: the work of its impulses, and what it stores more than before [J]."""
+        start, stop = self._cuts[chain], self._cuts[chain + 1]
+        data, part = problem.data, slice(start, stop)
+        work = 0.5 * float((problem.system.impulse[part] * (data.before[part] + data.after[part])).sum())
+        at = next(k for k, group in enumerate(problem.groups) if group.start == start)
+        group, energy = problem.groups[at], problem.kernels[at].energy
+        if energy is None:
+            return work
+
+        def stored(data: StepData) -> float:
+            return float(ask(group, energy, "energy", problem.system, data, (start, stop, data, group.parameters.ravel())))
+
+        before = data._replace(gap=data.gap.copy(), after=np.zeros_like(data.after))
+        before.gap[part] = self.predicted[part]
+        return work + stored(data) - stored(before)

@@ -1,0 +1,82 @@
+"""Checkpoints with wrong content are refused with a sentence, and the simulation stays as it was."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+
+import lmgcpy as lm
+
+
+def simulation(steps=3):
+    """Three disks in a chain on a floor."""
+    scene = lm.Scene(dimension=2, gravity=(0.0, -9.81))
+    for i in range(3):
+        scene.add(lm.disk(radius=0.1, position=(0.3 * i, 0.0), mass=1.0))
+    scene.add(lm.wall(point=(0.0, -0.1), normal=(0.0, 1.0)))
+    scene.see("GRAIN", "WALL", lm.Coulomb(friction=0.3))
+    scene.chain(scene.bodies[:3], lm.RigidWire())
+    return lm.Simulation(scene, time_step=1e-3).run(steps=steps)
+
+
+def wrong(value):
+    """Values that cannot stand in the place of one."""
+    if isinstance(value, np.ndarray):
+        bad = [value[:, None], value.astype(object), value.astype(np.float32)]
+        if value.dtype.kind == "f":
+            bad.append(np.full_like(value, np.inf))
+        return [7, *bad] if value.size else [7]
+    if isinstance(value, bool):
+        return [1, np.zeros(2)]
+    return ["much", np.zeros(2), -1.5, np.nan] if isinstance(value, (int, float)) else ["much", 7, np.zeros(2)]
+
+
+SIM = simulation()
+POINT = SIM.checkpoint()
+CASES = [
+    (name, bad, lambda bad, name=name: replace(POINT, **{name: bad}))
+    for name in (field.name for field in fields(POINT))
+    for bad in [None, *wrong(getattr(POINT, name))]
+] + [
+    (name, bad, lambda bad, name=name: replace(POINT, memory=replace(POINT.memory, **{name: bad})))
+    for name in (field.name for field in fields(POINT.memory))
+    for bad in [None, *wrong(getattr(POINT.memory, name))]
+]
+
+
+@pytest.mark.parametrize(("name", "bad", "make"), CASES, ids=[f"{name}-{k}" for k, (name, _, _) in enumerate(CASES)])
+def test_wrong_content_is_refused_with_a_sentence(name, bad, make):
+    before = SIM.checkpoint()
+    with pytest.raises((TypeError, ValueError), match=r"^The checkpoint's .*" + name):
+        SIM.restore(make(bad))
+    np.testing.assert_array_equal(SIM.positions, before.positions[:, :2])
+    assert SIM.time == before.time
+    SIM.step()
+    SIM.restore(before)
+
+
+def test_memory_of_another_scene_is_refused_before_anything_is_restored():
+    other = simulation(5)
+    identity = POINT.memory.identity.copy()
+    identity[:, 0] = 99
+    with pytest.raises(ValueError, match="the memory is of another scene"):
+        other.restore(replace(POINT, memory=replace(POINT.memory, identity=identity)))
+    assert other.steps == 5
+    other.step()
+
+
+def test_a_good_one_is_taken():
+    """And one from before links' predicted gaps were kept."""
+    SIM.restore(replace(POINT, predicted=np.zeros(0), worst_residual=np.inf))
+    SIM.restore(POINT)
+    assert SIM.steps == 3
+
+
+def test_the_id_and_the_material_of_a_body_cannot_be_written():
+    body = lm.disk(radius=0.1, position=(0.0, 0.0), mass=1.0)
+    with pytest.raises(AttributeError, match="property 'id' of 'Disk' object has no setter"):
+        body.id = 7
+    with pytest.raises(AttributeError, match="property 'material' of 'Disk' object has no setter"):
+        body.material = "sand"
