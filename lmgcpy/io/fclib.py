@@ -13,12 +13,17 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.errors import named_arguments, place, shown, system_error
-from lmgcpy.io.hdf5 import h5py
+from lmgcpy.errors import named_arguments, shown
+from lmgcpy.io.foreign import Numbers, regular_file
+from lmgcpy.io.hdf5 import h5py, in_memory
+from lmgcpy.solve.delassus import checked_lines
 from lmgcpy.solve.problem import BOTH, CONTACT, PULL, Problem
+from lmgcpy.writing import check_target, write_bytes
 
 CODES = {CONTACT: "coulomb", PULL: "rigid-wire", BOTH: "rigid-rod"}
 """Law of each code of the extension; with a compliance, the elastic one."""
+ROWS, COLUMNS = -2, -1
+"""What ``nz`` says of W."""
 ELASTIC = {"rigid-wire": "elastic-wire", "rigid-rod": "elastic-rod"}
 
 
@@ -26,49 +31,71 @@ ELASTIC = {"rigid-wire": "elastic-wire", "rigid-rod": "elastic-rod"}
 def read(path: str | os.PathLike) -> Problem:
     """Read a problem.
 
-    Raises FileNotFoundError, IsADirectoryError, PermissionError, or ValueError where the file is no problem, is incomplete
-    or damaged.
+    Raises FileNotFoundError, IsADirectoryError, PermissionError, or ValueError where the file is no problem, is incomplete,
+    damaged, or a pipe. Nothing in the file is believed: see :mod:`lmgcpy.io.foreign` and :class:`lmgcpy.Problem`.
     """
-    path = place(path, "path")
-    if not os.path.exists(path):
-        raise FileNotFoundError(f"There is no file '{path}'.")
-    if os.path.isdir(path):
-        raise IsADirectoryError(f"'{path}' is a folder, not a file of a problem.")
-    if not os.access(path, os.R_OK):
-        raise PermissionError(f"The file '{path}' may not be read: change its permissions.")
+    path = regular_file(path, "a file of a problem")
     try:
         with h5py().File(path, "r") as file:
-            return _read(file)
-    except (OSError, RuntimeError) as error:
-        raise ValueError(f"'{path}' is no HDF5 file, or is damaged: {error}.") from error
-    except (LookupError, TypeError, ValueError) as error:
-        what = str(error.args[0] if error.args else error).rstrip(".")
-        raise ValueError(f"'{path}' is no FCLIB problem: {what}.") from error
+            return _read(Numbers(file))
+    except (OSError, RuntimeError, KeyError) as error:
+        raise ValueError(f"'{path}' is no HDF5 file, or is damaged: {_words(error)}.") from error
+    except MemoryError as error:
+        raise ValueError(f"'{path}' holds more than there is memory for, or is damaged: {_words(error)}.") from error
+    except (TypeError, ValueError, OverflowError) as error:
+        raise ValueError(f"'{path}' is no FCLIB problem: {_words(error)}.") from error
 
 
-def _read(file: Any) -> Problem:
+def _words(error: Exception) -> str:
+    return str(error.args[0] if error.args else error).rstrip(".")
+
+
+def _read(file: Numbers) -> Problem:
+    dimension = file.whole("fclib_local/spacedim")
+    if dimension not in (2, 3):
+        raise ValueError(f"fclib_local/spacedim must be 2 or 3, got {dimension}")
+    q, mu = file.reals("fclib_local/vectors/q"), file.reals("fclib_local/vectors/mu")
+    W = _operator(file, len(q))
+    count = len(mu)
+    compliance = np.zeros(count)
+    if "fclib_local/compliance" in file:
+        compliance = _one_each(file.reals("fclib_local/compliance"), count, "compliance")
+    guess = np.zeros((count, dimension))
+    if "fclib_local/guesses/r" in file:
+        guess = _one_each(file.reals("fclib_local/guesses/r"), count * dimension, "guesses/r").reshape(count, dimension)
+    names = ["coulomb"] * count
+    if "fclib_local/law" in file:
+        codes = _one_each(file.wholes("fclib_local/law"), count, "law").tolist()
+        for code in codes:
+            if code not in CODES:
+                raise ValueError(f"law code {code} is none of 0 (contact), 1 (wire) and 2 (rod)")
+        names = [CODES[code] for code in codes]
+        names = [ELASTIC.get(name, name) if c > 0.0 else name for name, c in zip(names, compliance, strict=True)]
+    geometric = file.reals("fclib_local/geometric") if "fclib_local/geometric" in file else np.zeros(0)
+    return Problem(W, q, mu, dimension, tuple(names), compliance, guess, geometric)
+
+
+def _operator(file: Numbers, size: int) -> Any:
+    """W of a problem of so many rows; compressed columns (``nz`` = -1) are read as well."""
     import scipy.sparse as sparse
 
-    group = file["fclib_local"]
-    matrix, vectors = group["W"], group["vectors"]
-    dimension = int(np.asarray(group["spacedim"]).ravel()[0])
-    q = np.asarray(vectors["q"], dtype=float).ravel()
-    mu = np.asarray(vectors["mu"], dtype=float).ravel()
-    values, indices, pointers = (np.asarray(matrix[name]).ravel() for name in ("x", "i", "p"))
-    W = sparse.csr_array((values.astype(float), indices, pointers), shape=(len(q), len(q)))
-    count = len(mu)
-    law = np.asarray(group["law"]).ravel() if "law" in group else np.zeros(count, int)
-    compliance = np.asarray(group["compliance"], dtype=float).ravel() if "compliance" in group else np.zeros(count)
-    guess = np.zeros((count, dimension))
-    if "guesses" in group and "r" in group["guesses"]:
-        guess = np.asarray(group["guesses"]["r"], dtype=float).reshape(-1, dimension)[:count]
-    for code in law:
-        if int(code) not in CODES:
-            raise ValueError(f"law code {code} is none of 0 (contact), 1 (wire) and 2 (rod)")
-    names = [CODES[int(code)] for code in law]
-    names = [ELASTIC.get(name, name) if c > 0.0 else name for name, c in zip(names, compliance, strict=True)]
-    geometric = np.asarray(group["geometric"], dtype=float).ravel() if "geometric" in group else np.zeros(0)
-    return Problem(W, q, mu, dimension, tuple(names), compliance, guess, geometric)
+    for name in ("m", "n"):
+        if f"fclib_local/W/{name}" in file and file.whole(f"fclib_local/W/{name}") != size:
+            told = file.whole(f"fclib_local/W/{name}")
+            raise ValueError(f"fclib_local/W/{name} is {told}, but there are {size} numbers in fclib_local/vectors/q")
+    kind = file.whole("fclib_local/W/nz") if "fclib_local/W/nz" in file else ROWS
+    if kind not in (ROWS, COLUMNS):
+        raise ValueError(f"fclib_local/W/nz must be -2 (compressed rows) or -1 (compressed columns), got {kind}")
+    values = file.reals("fclib_local/W/x")
+    lines = checked_lines(len(values), file.wholes("fclib_local/W/i"), file.wholes("fclib_local/W/p"), size, size)
+    make = sparse.csr_array if kind == ROWS else sparse.csc_array
+    return make((values[: len(lines[0])], *lines), shape=(size, size))
+
+
+def _one_each(values: np.ndarray, size: int, name: str) -> np.ndarray:
+    if len(values) != size:
+        raise ValueError(f"fclib_local/{name} must be {size} numbers, got {len(values)}")
+    return values
 
 
 @named_arguments
@@ -76,25 +103,12 @@ def write(problem: Problem, path: str | os.PathLike, *, force: bool = False) -> 
     """Write a problem.
 
     Raises FileExistsError where the file is there already, unless ``force``, FileNotFoundError where its folder is not,
-    IsADirectoryError or PermissionError.
+    IsADirectoryError, PermissionError, or OSError where it cannot be written; what was there is then as it was.
     """
     if not isinstance(problem, Problem):
         raise TypeError(f"write takes a problem, such as Simulation.problem() gives, got {shown(problem)}.")
-    path = place(path, "path")
-    folder = os.path.dirname(os.path.abspath(path))
-    if not os.path.isdir(folder):
-        raise FileNotFoundError(f"There is no folder '{folder}' to write '{path}' into: make it first.")
-    if os.path.isdir(path):
-        raise IsADirectoryError(f"'{path}' is a folder: give the name of a file.")
-    if not os.access(path if os.path.exists(path) else folder, os.W_OK):
-        raise PermissionError(f"'{path}' cannot be written: it or its folder is read-only.")
-    if os.path.exists(path) and not force:
-        raise FileExistsError(f"The file '{path}' exists: give another name, or force=True to replace it.")
-    try:
-        with h5py().File(path, "w") as file:
-            _write(problem, file)
-    except (OSError, RuntimeError) as error:
-        raise system_error(f"'{path}' could not be written", error, "Make room, or give another place.") from error
+    path = check_target(path, force=force)
+    write_bytes(path, in_memory(lambda file: _write(problem, file), libver=("earliest", "v110")))
 
 
 def _write(problem: Problem, file: Any) -> None:

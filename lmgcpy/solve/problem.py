@@ -18,9 +18,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from lmgcpy.errors import named_arguments, numbers, one_of, shown, whole
+from lmgcpy.errors import LARGEST, named_arguments, numbers, one_of, shown, whole
 from lmgcpy.laws import Law
 from lmgcpy.laws import get as law_of_name
+from lmgcpy.solve.delassus import check_semidefinite, checked_operator, unsolvable
 from lmgcpy.solve.solver import Solver, check_solver
 
 if TYPE_CHECKING:
@@ -40,10 +41,14 @@ def cone_of(law: type[Law]) -> int:
 @named_arguments
 @dataclass(frozen=True)
 class Problem:
-    """A frozen problem of m interactions in dimension d; see the module's text."""
+    """A frozen problem of m interactions in dimension d; see the module's text.
+
+    Whatever it is made of is checked and copied: TypeError for what are no numbers, ValueError for those that make no
+    problem, such as shapes that do not fit, indices of W that lead out of it, or a W that is not symmetric.
+    """
 
     W: sparse.csr_array
-    """Delassus operator [1/kg], (m d, m d), normal component first."""
+    """Delassus operator [1/kg], (m d, m d), normal component first; given in any sparse format, kept as sorted rows."""
     q: np.ndarray
     """Free relative velocity, biases included [m/s], (m d,)."""
     mu: np.ndarray
@@ -63,14 +68,13 @@ class Problem:
 
     def __post_init__(self):
         whole(self.dimension, "dimension of a problem", minimum=2, maximum=3)
-        if not (hasattr(self.W, "tobsr") and hasattr(self.W, "diagonal")):
-            raise TypeError(f"W of a problem must be a sparse array such as scipy.sparse.csr_array, got {shown(self.W)}.")
+        object.__setattr__(self, "W", checked_operator(self.W))
         for name in ("q", "mu", "compliance", "guess", "geometric") + (() if self.scale is None else ("scale",)):
             object.__setattr__(self, name, numbers(getattr(self, name), f"{name} of a problem"))
         if self.geometric.size == 0:
             object.__setattr__(self, "geometric", np.zeros_like(self.mu))
         self._check_shapes()
-        numbers(self.W.data, "W of a problem")
+        check_semidefinite(self.W)
         contact = self.cones == CONTACT
         diagonal = self.W.diagonal()[:: self.dimension]
         for name, values, sound, bound in (
@@ -80,6 +84,7 @@ class Problem:
             ("geometric", self.geometric, ~contact | (self.geometric == 0.0), "0 for a contact"),
             *(() if self.scale is None else (("scale", self.scale, self.scale >= 0.0, "at least 0"),)),
             ("W", diagonal, np.where(contact, diagonal > 0.0, diagonal >= 0.0), "above 0 on its diagonal"),
+            ("W", diagonal, ~contact | (diagonal >= 1.0 / LARGEST), f"at least {1.0 / LARGEST:g} on its diagonal"),
         ):
             if not sound.all():
                 i = int(np.argmin(sound))
@@ -182,7 +187,8 @@ def react_alone(problem: Problem, free: np.ndarray, weight: np.ndarray) -> np.nd
     cones = problem.cones
     impulse = np.zeros_like(free)
     with_compliance = np.where(cones == CONTACT, weight, weight + problem.compliance)
-    normal = -free[:, 0] / with_compliance
+    changes = with_compliance > 0.0  # else no impulse changes the velocity
+    normal = np.divide(-free[:, 0], with_compliance, out=np.zeros(len(free)), where=changes)
     impulse[:, 0] = np.select([cones == CONTACT, cones == PULL], [np.maximum(normal, 0.0), np.minimum(normal, 0.0)], normal)
     contact = (cones == CONTACT) & (problem.mu > 0.0)
     limit = problem.mu[contact] * impulse[contact, 0]
@@ -202,7 +208,8 @@ def residual(problem: Problem, impulses: Any, *, measure: str = "natural") -> fl
 
     "natural": ``|e(r)| / |e(0)|`` with ``e = w (r - react(w I, u - w r))``, ``w`` the mean diagonal of the local block:
     the error of the velocities relative to that of doing nothing. "fclib": ``|w0 r - P_K(w0 r - (u + mu |u_t| n))| / |q|``
-    with ``w0`` the mean diagonal of W, the measure of published solvers; links have their own law's projection.
+    with ``w0`` the mean diagonal of W, the measure of published solvers; links have their own law's projection. Both are
+    infinite where they overflow.
     "slip": the largest ``h |e_i| / R_i``, R_i the radius of the smaller body, of a problem that knows it, as those of
     ``Simulation.problem`` do (ValueError where it does not).
     """
@@ -218,13 +225,14 @@ def residual(problem: Problem, impulses: Any, *, measure: str = "natural") -> fl
                 "meaning: say 'natural' or 'fclib', or take the problem from Simulation.problem()."
             )
         return float((problem.scale * np.linalg.norm(_errors(problem, r), axis=1)).max(initial=0.0))
-    if measure == "fclib":
-        error, scale = _fclib_error(problem, r), float(np.linalg.norm(problem.q))
-    else:
-        error, scale = _natural_error(problem, r), _natural_error(problem, np.zeros_like(r))
+    with np.errstate(over="ignore", invalid="ignore"):
+        if measure == "fclib":
+            error, scale = _fclib_error(problem, r), float(np.linalg.norm(problem.q))
+        else:
+            error, scale = _natural_error(problem, r), _natural_error(problem, np.zeros_like(r))
     if scale == 0.0:
         return 0.0 if error == 0.0 else np.inf
-    return error / scale
+    return error / scale if np.isfinite(error) else np.inf
 
 
 def _errors(problem: Problem, r: np.ndarray) -> np.ndarray:
@@ -266,7 +274,9 @@ def project_on_cone(x: np.ndarray, mu: np.ndarray) -> np.ndarray:
 def solve(problem: Problem, *, solver: Solver | None = None, guess: Any = None) -> Solution:
     """Solve a problem, from ``guess`` (m, d) or the problem's own.
 
-    ``solver``: such as ``lmgcpy.Newton(tolerance=1e-10)``; ``lmgcpy.Auto()`` if none is given.
+    ``solver``: such as ``lmgcpy.Newton(tolerance=1e-10)``; ``lmgcpy.Auto()`` if none is given. Where the impulses grow
+    without bound, ValueError tells that W is not positive semidefinite, or else FloatingPointError that there is no
+    solution.
     """
     from lmgcpy.solve.matrix_operator import DRIVER_NAMES, assemble_problem
     from lmgcpy.solve.newton import Auto
@@ -284,14 +294,18 @@ def solve(problem: Problem, *, solver: Solver | None = None, guess: Any = None) 
     begin = clock.perf_counter()
     free_velocity = problem.q.reshape(-1, problem.dimension).copy()
     all_act = np.ones(len(problem.mu), dtype=bool)
-    outcome = solver.solve(table, system, free_velocity, start, conic=lambda: Conic(problem, all_act), **operator)
+    with np.errstate(all="ignore"):  # what comes out is looked at
+        outcome = solver.solve(table, system, free_velocity, start, conic=lambda: Conic(problem, all_act), **operator)
     seconds = clock.perf_counter() - begin
     del kernels  # the table holds their addresses, which end with them
     impulses = system.impulse
+    error = residual(problem, impulses) if (np.abs(impulses) <= LARGEST).all() else np.inf
+    if error > 1.0:  # worse than doing nothing
+        unsolvable(problem.W, finite=error < np.inf)
     return Solution(
         impulses=impulses,
         velocities=problem.velocities(impulses),
-        residual=residual(problem, impulses),
+        residual=error,
         status=STATUS[outcome.status],
         iterations=outcome.iterations,
         factorisations=outcome.factorisations,

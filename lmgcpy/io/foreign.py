@@ -1,0 +1,100 @@
+"""Numbers of HDF5 files from elsewhere, read without trust in what these say of themselves.
+
+Data lie in the file itself, plain or packed by what every HDF5 library has built in: links to other files, data in other
+files and filters that would load code are refused, and so are data sets larger than any that fit into the file.
+"""
+
+from __future__ import annotations
+
+import os
+import stat
+from typing import Any
+
+import numpy as np
+
+from lmgcpy.errors import place
+from lmgcpy.io.hdf5 import h5py
+
+FILTERS = (1, 2, 3, 32000)
+"""Deflate, shuffle, Fletcher32, and the LZF that comes with h5py."""
+PACKED = 1100
+"""Bytes that a byte of a file can stand for: deflate packs 1032 into one at the most."""
+
+
+def regular_file(path: str | os.PathLike, what: str) -> str:
+    """A path to read from, or a sentence: TypeError, FileNotFoundError, IsADirectoryError, PermissionError, or ValueError
+    for a pipe or a device, that one could wait for for ever."""
+    path = place(path, "path")
+    if not os.path.exists(path):
+        raise FileNotFoundError(f"There is no file '{path}'.")
+    mode = os.stat(path).st_mode
+    if stat.S_ISDIR(mode):
+        raise IsADirectoryError(f"'{path}' is a folder, not {what}.")
+    if not stat.S_ISREG(mode):
+        raise ValueError(f"'{path}' is a pipe or a device, not {what}: write what comes from there into a file first.")
+    if not os.access(path, os.R_OK):
+        raise PermissionError(f"The file '{path}' may not be read: change its permissions.")
+    return path
+
+
+class Numbers:
+    """The data sets of numbers of an open file, by their paths in it."""
+
+    def __init__(self, file: Any):
+        self._file = file
+        self._most = PACKED * os.path.getsize(file.filename)
+
+    def __contains__(self, path: str) -> bool:
+        return self._item(path) is not None
+
+    def reals(self, path: str) -> np.ndarray:
+        """All numbers of a data set, (k,) float; ValueError or TypeError where it has none."""
+        return self._read(path, "iuf", "numbers").astype(np.float64)
+
+    def wholes(self, path: str) -> np.ndarray:
+        """All numbers of a data set of whole numbers, (k,), of its own type; ValueError or TypeError where it has none."""
+        return self._read(path, "iu", "whole numbers")
+
+    def whole(self, path: str) -> int:
+        """The number of a data set that has only one."""
+        numbers = self.wholes(path)
+        if len(numbers) != 1:
+            raise ValueError(f"{path} must be one number, got {len(numbers)}")
+        return int(numbers[0])
+
+    def _item(self, path: str) -> Any:
+        """What is there, or None; ValueError where a link leads away."""
+        h5 = h5py()
+        item = self._file
+        for name in path.split("/"):
+            if not isinstance(item, h5.Group) or not item.id.links.exists(name.encode()):
+                return None
+            if item.id.links.get_info(name.encode()).type != h5.h5l.TYPE_HARD:
+                raise ValueError(f"{path} is a link to elsewhere: data must lie in the file itself")
+            item = item[name]
+        return item
+
+    def _read(self, path: str, kinds: str, what: str) -> np.ndarray:
+        h5 = h5py()
+        item = self._item(path)
+        if item is None:
+            raise ValueError(f"{path} is missing")
+        if not isinstance(item, h5.Dataset):
+            raise ValueError(f"{path} is no data set")
+        if item.dtype.kind not in kinds:
+            raise TypeError(f"{path} must be {what}, and is of type {item.dtype}")
+        if item.shape is None:
+            raise ValueError(f"{path} is empty")
+        properties = item.id.get_create_plist()
+        if properties.get_external_count() or properties.get_layout() == h5.h5d.VIRTUAL:
+            raise ValueError(f"{path} has its numbers in other files: they must lie in the file itself")
+        for k in range(properties.get_nfilters()):
+            number = properties.get_filter(k)[0]
+            if number not in FILTERS:
+                raise ValueError(
+                    f"{path} is packed by filter {number}, which is not read: pack it by deflate, or not at all"
+                )
+        chunk = np.prod(item.chunks, dtype=float) if item.chunks else 0.0
+        if item.dtype.itemsize * max(np.prod(item.shape, dtype=float), chunk) > self._most:
+            raise ValueError(f"{path} is said to have shape {item.shape}, more than a file of this size can hold")
+        return np.asarray(item[()]).ravel()

@@ -1,0 +1,190 @@
+"""The Delassus operator of a problem that anyone may have made: checked before a compiled kernel follows its indices.
+
+The checks are on W scaled to a unit diagonal, ``w_ij / sqrt(w_ii w_jj)``, which is free of units and of the ratio of
+masses. Of a symmetric, positive semidefinite W no entry of it is above 1 in size.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lmgcpy.errors import numbers, shown
+
+if TYPE_CHECKING:
+    import scipy.sparse as sparse
+
+UNSYMMETRIC = 1e-2
+"""Scaled entries across the diagonal may differ by so much: those of published problems do by up to 2e-3."""
+EXCESS = 1e-2
+"""By so much a scaled entry may be above 1: in published problems it is by up to 4e-6."""
+NEGATIVE = -1e-3
+"""An eigenvalue of the scaled W below is no round-off: that of published problems is -6e-7 at the least."""
+TINY = 1e-12
+"""In parts of the largest diagonal entry: beside it, entries where a diagonal one is zero are round-off."""
+STEPS = 200
+"""Of Lanczos' method; eigenvalues that stand apart from the others are found within some tens."""
+WHAT = "W of a problem"
+
+
+def checked_operator(W: Any) -> sparse.csr_array:
+    """W as compressed rows of its own, sorted, every entry once; its indices cannot be written.
+
+    Raises TypeError for what is no sparse array of numbers, ValueError where its indices lead out of it, where an entry is
+    not finite, and where it is not symmetric or plainly not positive semidefinite.
+    """
+    import scipy.sparse as sparse
+
+    if not sparse.issparse(W):
+        raise TypeError(f"{WHAT} must be a sparse array such as scipy.sparse.csr_array, got {shown(W)}.")
+    if W.ndim != 2:
+        raise ValueError(f"{WHAT} must have two dimensions, got shape {W.shape}.")
+    if W.format not in ("csr", "csc", "bsr", "coo"):
+        W = W.tocoo()
+    values = numbers(W.data, WHAT)
+    if W.format == "coo":
+        places = [
+            _whole(place, f"{name} of {WHAT}") for name, place in zip(("rows", "columns"), (W.row, W.col), strict=True)
+        ]
+        for name, place, size in zip(("rows", "columns"), places, W.shape, strict=True):
+            _check_range(place, size, f"{name} of {WHAT}")
+            if place.shape != values.shape:
+                raise ValueError(f"{WHAT} has {place.size} {name} for {values.size} entries: there must be one for each.")
+        csr = sparse.coo_array((values, tuple(places)), shape=W.shape).tocsr()
+    else:
+        blocks = values.shape[1:] if W.format == "bsr" else (1, 1)
+        lines, columns = (size // block for size, block in zip(W.shape, blocks, strict=True))
+        if W.format == "csc":
+            lines, columns = columns, lines
+        indices, pointers = checked_lines(len(values), W.indices, W.indptr, lines, columns)
+        kind = {"csr": sparse.csr_array, "csc": sparse.csc_array, "bsr": sparse.bsr_array}[W.format]
+        csr = kind((values[: len(indices)], indices, pointers), shape=W.shape).tocsr()
+    csr.sum_duplicates()  # sorts as well
+    csr.indices.flags.writeable = csr.indptr.flags.writeable = False
+    return csr
+
+
+def checked_lines(entries: int, indices: Any, pointers: Any, lines: int, size: int) -> tuple[np.ndarray, np.ndarray]:
+    """Indices and pointers of compressed rows, or columns, that stay within ``size`` and the ``entries`` there are.
+
+    Returns both, (k,) and (lines + 1,), cut to the entries that the pointers know. Raises TypeError where they are no whole
+    numbers, ValueError where they lead elsewhere.
+    """
+    indices, pointers = _whole(indices, f"indices of {WHAT}"), _whole(pointers, f"pointers of {WHAT}")
+    if len(pointers) != lines + 1:
+        raise ValueError(f"pointers of {WHAT} with {lines} lines must be {lines + 1}, got {len(pointers)}.")
+    if len(indices) != entries:
+        raise ValueError(f"{WHAT} has {len(indices)} indices for {entries} entries: there must be one for each.")
+    if pointers[0] != 0 or pointers[-1] > entries:
+        raise ValueError(
+            f"pointers of {WHAT} with {entries} entries must begin with 0 and end with that number at the most, got "
+            f"{pointers[0]} and {pointers[-1]}."
+        )
+    falls = np.flatnonzero(pointers[1:] < pointers[:-1])
+    if len(falls):
+        k = int(falls[0])
+        raise ValueError(
+            f"pointers of {WHAT} must not fall, but that of line {k} is {pointers[k]} and then {pointers[k + 1]}."
+        )
+    indices = indices[: int(pointers[-1])]
+    _check_range(indices, size, f"indices of {WHAT}")
+    return indices, pointers
+
+
+def _whole(values: Any, name: str) -> np.ndarray:
+    values = np.asarray(values)
+    if values.dtype.kind not in "iu":
+        raise TypeError(f"{name} must be whole numbers, got numbers of type {values.dtype}.")
+    if values.ndim != 1:
+        raise ValueError(f"{name} must be one row of numbers, got shape {values.shape}.")
+    return values.astype(np.int64)  # those of 2^63 and more turn negative, and are refused as that
+
+
+def _check_range(values: np.ndarray, size: int, name: str) -> None:
+    wrong = np.flatnonzero((values < 0) | (values >= size))
+    if len(wrong):
+        k = int(wrong[0])
+        raise ValueError(f"{name} must be in 0 ... {size - 1}, got {values[k]} for entry {k}.")
+
+
+def check_semidefinite(W: sparse.csr_array) -> None:
+    """ValueError where a square W, as :func:`checked_operator` made it, is not symmetric, where its diagonal has a negative
+    entry, or two of its rows alone tell that it is not positive semidefinite."""
+    diagonal = W.diagonal()
+    if not len(diagonal):
+        return
+    if diagonal.min() < 0.0:
+        i = int(np.argmin(diagonal))
+        raise ValueError(f"{WHAT} must be positive semidefinite, got {diagonal[i]:g} on its diagonal, in row {i}.")
+    size, least = np.sqrt(diagonal), TINY * diagonal.max()
+    rows, columns = np.repeat(np.arange(len(diagonal)), np.diff(W.indptr)), W.indices
+    scale = size[rows] * size[columns]
+    excess = np.abs(W.data) > (1.0 + EXCESS) * scale + least
+    if excess.any():
+        k = int(np.argmax(excess))
+        i, j = rows[k], columns[k]
+        raise ValueError(
+            f"{WHAT} must be positive semidefinite, but entry ({i}, {j}) is {W.data[k]:g}: no more in size than "
+            f"{scale[k]:g} goes with the entries {diagonal[i]:g} and {diagonal[j]:g} of the diagonal."
+        )
+    across = W.T.tocsr()
+    if np.array_equal(across.indptr, W.indptr) and np.array_equal(across.indices, W.indices):
+        apart = np.abs(W.data - across.data)
+    else:
+        parted = abs(W - across).tocoo()
+        rows, columns, apart = parted.row, parted.col, parted.data
+        scale = size[rows] * size[columns]
+    wrong = apart > UNSYMMETRIC * scale + least
+    if wrong.any():
+        k = int(np.argmax(wrong))
+        i, j = rows[k], columns[k]
+        raise ValueError(
+            f"{WHAT} must be symmetric, but entry ({i}, {j}) is {W[i, j]:g} and entry ({j}, {i}) is {W[j, i]:g}."
+        )
+
+
+def least_eigenvalue(W: sparse.csr_array) -> float:
+    """An upper bound of the least eigenvalue of the symmetric part of W, scaled to a unit diagonal: a negative one proves
+    that W is not positive semidefinite.
+
+    Lanczos' method without reorthogonalisation, whose extreme values stay those of the matrix (Paige 1980); it costs
+    :data:`STEPS` products with W, so that it is for problems that could not be solved.
+    """
+    import scipy.sparse as sparse
+    from scipy.linalg import eigvalsh_tridiagonal
+
+    diagonal = W.diagonal()
+    scale = sparse.diags_array(1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0)))
+    scaled = (scale @ (0.5 * (W + W.T)) @ scale).tocsr()
+    vector = np.random.default_rng(0).standard_normal(len(diagonal))
+    vector /= np.linalg.norm(vector)
+    before, beta = np.zeros_like(vector), 0.0
+    on: list[float] = []
+    beside: list[float] = []
+    for _ in range(min(STEPS, len(diagonal))):
+        product = scaled @ vector - beta * before
+        on.append(float(vector @ product))
+        product -= on[-1] * vector
+        beta = float(np.linalg.norm(product))
+        beside.append(beta)
+        if beta <= 1e-12:
+            break
+        before, vector = vector, product / beta
+    return float(eigvalsh_tridiagonal(np.array(on), np.array(beside[:-1]))[0]) if on else 0.0
+
+
+def unsolvable(W: sparse.csr_array, *, finite: bool) -> None:
+    """Say why a solve went astray: ValueError where W is not positive semidefinite, else FloatingPointError unless what it
+    left is ``finite``."""
+    least = least_eigenvalue(W)
+    if least < NEGATIVE:
+        raise ValueError(
+            f"{WHAT} must be positive semidefinite, but scaled to a unit diagonal it has an eigenvalue of {least:.2g} or "
+            "less, so that the impulses grow without bound: make it as H^T M^-1 H."
+        )
+    if not finite:
+        raise FloatingPointError(
+            "The impulses of this problem grow beyond all numbers: it has no solution, as where rigid links contradict "
+            "each other, or its numbers lie too far apart. Give links a compliance, or look at the sizes in W and q."
+        )
