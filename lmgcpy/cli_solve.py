@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lmgcpy.errors import one_of, system_error
+from lmgcpy.errors import one_of
+from lmgcpy.writing import check_target, write_bytes
 
 if TYPE_CHECKING:
     from lmgcpy.solve.by_name import AnySolver
@@ -49,7 +50,7 @@ def solve(
     if max_iterations is not None:
         solver = replace(solver, max_iterations=max_iterations)
     if out is not None:
-        refuse_to_replace(out, force)
+        check_target(out, force=force, name="--out", instead="give another by --out, or --force to replace it")
     problem = fclib.read(file)
     solve_until(problem, briefly(solver))  # loads or compiles the kernels: times are of the solver alone
     solved = solve_until(problem, solver, measure=measure)
@@ -97,19 +98,9 @@ def briefly(solver: AnySolver) -> AnySolver:
     return replace(solver, max_iterations=1)
 
 
-def refuse_to_replace(out: Path, force: bool) -> None:
-    """Errors of the place to write, before the work is done."""
-    if out.is_dir():
-        raise IsADirectoryError(f"'{out}' is a folder: give --out the name of a file.")
-    if not out.absolute().parent.is_dir():
-        raise FileNotFoundError(f"There is no folder '{out.absolute().parent}' to write '{out}' into: make it first.")
-    if out.exists() and not force:
-        raise FileExistsError(f"The file '{out}' exists: give another by --out, or --force to replace it.")
-
-
 def write_solution(out: Path, problem: Problem, solved: Solved, about: dict[str, Any]) -> None:
     """Group ``solution`` of FCLIB: ``r`` [N s] and ``u`` [m/s], (m d,) each, with what is known of them as attributes."""
-    from lmgcpy.io.hdf5 import write_new
+    from lmgcpy.io.hdf5 import in_memory
     from lmgcpy.io.recorder import versions
 
     def fill(into: Any) -> None:
@@ -120,10 +111,7 @@ def write_solution(out: Path, problem: Problem, solved: Solved, about: dict[str,
         group.attrs.update({**about, "status": solved.status, **counts})
         group.attrs.update({f"version_{name}": version for name, version in versions().items()})
 
-    try:
-        write_new(out, fill, libver=("earliest", "v110"))
-    except OSError as error:
-        raise system_error(f"'{out}' could not be written", error, "Make room, or give another place.") from error
+    write_bytes(out, in_memory(fill, libver=("earliest", "v110")))
 
 
 @click.command()

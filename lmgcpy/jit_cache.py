@@ -11,9 +11,7 @@ from __future__ import annotations
 import hashlib
 import os
 import pickle
-import uuid
 import warnings
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +19,8 @@ from numba.core.caching import NullCache
 from numba.core.compiler import CompileResult
 from numba.core.serialize import dumps
 from numba.core.sigutils import normalize_signature
+
+from lmgcpy.writing import beside
 
 DIGEST = hashlib.sha256().digest_size
 
@@ -74,14 +74,11 @@ class KernelCache(NullCache):
         arguments, _ = normalize_signature(signature)
         path = self._path(arguments, result.codegen)
         code = dumps(result._reduce())
-        beside = path.with_name(f"{path.name}.{uuid.uuid4().hex}")
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            beside.write_bytes(hashlib.sha256(code).digest() + code)
-            os.replace(beside, path)
+            with beside(path, flushed=False) as new:
+                new.write_bytes(hashlib.sha256(code).digest() + code)
         except OSError as error:
-            with suppress(OSError):
-                beside.unlink()
             _warn_once(path.parent, error)
 
     def _path(self, arguments: tuple, codegen: Any) -> Path:

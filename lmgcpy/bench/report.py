@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import re
 from collections.abc import Sequence
 from dataclasses import asdict, fields
@@ -15,6 +14,7 @@ from lmgcpy.bench.machine import load, machine
 from lmgcpy.bench.profile import OVERHEAD, SMALLEST, Profile, profile
 from lmgcpy.bench.reference import APART, ENOUGH, MARGIN, Reference
 from lmgcpy.view.figures import save
+from lmgcpy.writing import make_folder, write_table, write_text
 
 TARGETS = (1e-2, 1e-4, 1e-6)
 """True errors of the tables and profiles."""
@@ -25,7 +25,7 @@ def write_report(
     judged: Sequence[Judged], left_out: Sequence[str], solvers: Sequence[str], folder: Path, load_before: str
 ) -> list[Path]:
     """Write ``runs.csv``, ``references.csv``, the figures and the page; returns their paths, the page last."""
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     paths = [runs_table(judged, folder / "runs.csv"), references_table(judged, folder / "references.csv")]
     pictures = []
     for family in dict.fromkeys(problem.family for problem in judged):
@@ -50,7 +50,7 @@ def write_report(
             *family_rows(judged, family, solvers),
             "",
         ]
-    page.write_text("\n".join(lines), encoding="utf-8")
+    write_text(page, "\n".join(lines))
     return [*paths, *(picture for _, picture in pictures), page]
 
 
@@ -136,24 +136,22 @@ def table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
 def runs_table(judged: Sequence[Judged], path: Path) -> Path:
     """Every run."""
     own = [field.name for field in fields(Run) if field.name != "problem"]
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(["problem", "family", "dimension", "interactions", *own, "judged"])
-        for problem in judged:
-            for run in problem.runs:
-                values = [asdict(run)[name] for name in own]
-                told = "yes" if run.error > problem.reference.floor else "no"
-                writer.writerow([problem.name, problem.family, problem.dimension, problem.interactions, *values, told])
+    rows = []
+    for problem in judged:
+        for run in problem.runs:
+            values = [asdict(run)[name] for name in own]
+            told = "yes" if run.error > problem.reference.floor else "no"
+            rows.append([problem.name, problem.family, problem.dimension, problem.interactions, *values, told])
+    write_table(path, ["problem", "family", "dimension", "interactions", *own, "judged"], rows)
     return path
 
 
 def references_table(judged: Sequence[Judged], path: Path) -> Path:
     """Every reference."""
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(["problem", "first", "its residual", "second", "its residual", "distance", "scale [m/s]"])
-        for problem in judged:
-            told = problem.reference
-            pairs = [part for pair in zip(told.ways, told.residuals, strict=True) for part in pair]
-            writer.writerow([problem.name, *pairs, told.distance, told.scale])
+    rows = []
+    for problem in judged:
+        told = problem.reference
+        pairs = [part for pair in zip(told.ways, told.residuals, strict=True) for part in pair]
+        rows.append([problem.name, *pairs, told.distance, told.scale])
+    write_table(path, ["problem", "first", "its residual", "second", "its residual", "distance", "scale [m/s]"], rows)
     return path

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lmgcpy.view import figures
+from lmgcpy.writing import make_folder, write_table, write_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -19,7 +19,7 @@ class ReportFolder:
     def __init__(self, path: Path):
         self.path = path
         self.written: list[Path] = []
-        path.mkdir(parents=True, exist_ok=True)
+        make_folder(path)
 
     def file(self, name: str) -> Path:
         """The path of a file that is written now."""
@@ -32,11 +32,8 @@ class ReportFolder:
 
     def table(self, name: str, header: Iterable[str], rows: Iterable[Iterable]) -> None:
         """Write a table as CSV."""
-        with self.file(name).open("w", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file)
-            writer.writerow(header)
-            writer.writerows(rows)
+        write_table(self.file(name), header, rows)
 
     def text(self, name: str, text: str) -> None:
         """Write a text."""
-        self.file(name).write_text(text, encoding="utf-8")
+        write_text(self.file(name), text)

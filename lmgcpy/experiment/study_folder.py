@@ -12,6 +12,7 @@ from typing import Any, ClassVar, Generic, TypeVar
 
 from lmgcpy.io.recorder import versions
 from lmgcpy.io.run_format import is_being_written
+from lmgcpy.writing import flush, make_folder, new_file
 
 Study = TypeVar("Study")
 
@@ -47,20 +48,21 @@ class Folder(ABC, Generic[Study]):
     def begin(self, study: Study) -> None:
         """Make the folder and write the study; the runs of a former study are taken away.
 
-        Raises BlockingIOError where one of these is under way.
+        Raises BlockingIOError where one of these is under way, OSError where the study cannot be written; the former one is
+        then as it was.
         """
         former = list((self.path / "runs").glob("*.h5*")) if self.study_file.exists() else []
         for file in former:
             if is_being_written(file):
                 raise BlockingIOError(f"The study in '{self.path}' is under way: wait for its end, or give another folder.")
-        for file in [*former, self.summary]:
-            file.unlink(missing_ok=True)
-        (self.path / "runs").mkdir(parents=True, exist_ok=True)
+        make_folder(self.path / "runs")
         given: Any = study
         about = {"format": self._format, **self.told_beside(study), "study": asdict(given), "versions": versions()}
-        beside = self.study_file.with_suffix(".new")
-        beside.write_text(json.dumps(about, indent=2) + "\n", encoding="utf-8")
-        os.replace(beside, self.study_file)
+        with new_file(self.study_file) as new:
+            new.write_text(json.dumps(about, indent=2) + "\n", encoding="utf-8")
+            flush(new)  # from here on there is room for it: the former study may go
+            for file in [*former, self.summary]:
+                file.unlink(missing_ok=True)
 
     def read(self) -> Study:
         """The study that the folder holds.

@@ -13,11 +13,12 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.errors import named_arguments, place, shown, system_error
+from lmgcpy.errors import named_arguments, shown
 from lmgcpy.io.foreign import Numbers, regular_file
-from lmgcpy.io.hdf5 import h5py
+from lmgcpy.io.hdf5 import h5py, in_memory
 from lmgcpy.solve.delassus import checked_lines
 from lmgcpy.solve.problem import BOTH, CONTACT, PULL, Problem
+from lmgcpy.writing import check_target, write_bytes
 
 CODES = {CONTACT: "coulomb", PULL: "rigid-wire", BOTH: "rigid-rod"}
 """Law of each code of the extension; with a compliance, the elastic one."""
@@ -102,25 +103,12 @@ def write(problem: Problem, path: str | os.PathLike, *, force: bool = False) -> 
     """Write a problem.
 
     Raises FileExistsError where the file is there already, unless ``force``, FileNotFoundError where its folder is not,
-    IsADirectoryError or PermissionError.
+    IsADirectoryError, PermissionError, or OSError where it cannot be written; what was there is then as it was.
     """
     if not isinstance(problem, Problem):
         raise TypeError(f"write takes a problem, such as Simulation.problem() gives, got {shown(problem)}.")
-    path = place(path, "path")
-    folder = os.path.dirname(os.path.abspath(path))
-    if not os.path.isdir(folder):
-        raise FileNotFoundError(f"There is no folder '{folder}' to write '{path}' into: make it first.")
-    if os.path.isdir(path):
-        raise IsADirectoryError(f"'{path}' is a folder: give the name of a file.")
-    if not os.access(path if os.path.exists(path) else folder, os.W_OK):
-        raise PermissionError(f"'{path}' cannot be written: it or its folder is read-only.")
-    if os.path.exists(path) and not force:
-        raise FileExistsError(f"The file '{path}' exists: give another name, or force=True to replace it.")
-    try:
-        with h5py().File(path, "w") as file:
-            _write(problem, file)
-    except (OSError, RuntimeError) as error:
-        raise system_error(f"'{path}' could not be written", error, "Make room, or give another place.") from error
+    path = check_target(path, force=force)
+    write_bytes(path, in_memory(lambda file: _write(problem, file), libver=("earliest", "v110")))
 
 
 def _write(problem: Problem, file: Any) -> None:

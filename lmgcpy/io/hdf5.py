@@ -24,13 +24,12 @@ def h5py() -> Any:
     return h5py
 
 
-def write_new(path: str | os.PathLike, fill: Callable[[Any], None], libver: tuple[str, str]) -> None:
-    """A new file of what ``fill`` puts into it, written as a whole; raises OSError."""
+def in_memory(fill: Callable[[Any], None], libver: tuple[str, str]) -> memoryview:
+    """The bytes of a new file of what ``fill`` puts into it."""
     memory = io.BytesIO()
     with h5py().File(memory, "w", libver=libver) as file:
         fill(file)
-    with open(path, "wb") as raw:
-        raw.write(memory.getbuffer())
+    return memory.getbuffer()
 
 
 def data_sets(file: Any) -> list[Any]:

@@ -23,6 +23,7 @@ from lmgcpy.io.observations import Observations, Observe
 from lmgcpy.io.rows import Rows
 from lmgcpy.io.run import Run
 from lmgcpy.scene.description import describe, functions_of_time
+from lmgcpy.writing import put_in_place
 
 BUFFER = 1 << 25
 """Bytes that are written out at once, however little time has passed."""
@@ -132,7 +133,7 @@ class RunRecorder:
             self._open(beside)
             self._rows.frame(sim)
             self._put(sim, closed=False)
-            os.replace(beside, self.path)
+            put_in_place(beside, self.path)
         except (OSError, RuntimeError) as error:
             self._release()
             with suppress(OSError):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -18,6 +19,8 @@ from lmgcpy.io.rows import detection_positions
 from lmgcpy.io.run_trust import DamagedRows, check_about, check_table, read_group, rows_of
 from lmgcpy.scene.contactor import PlaneContactor, WallContactor
 from lmgcpy.solve.report import SOLVED_CODES, STATUS
+
+log = logging.getLogger("lmgcpy")
 
 
 @dataclass(frozen=True)
@@ -135,10 +138,7 @@ class Run:
         try:
             with form.sentences_of_damage(self.path):
                 self._about = read_group(self._file, "about")
-                observed = [
-                    name.removeprefix(form.OBSERVED) for name in form.growing_tables(self._file)[len(form.GROWING) :]
-                ]
-                check_about(self._about, observed)
+                check_about(self._about, list(self._file.get(form.OBSERVED[:-1], ())))
                 self._commit = form.read_commit(self._file)
                 for name, kind in form.table_types(self._file, self.laws).items():
                     check_table(self._file, name, kind, self._commit.rows(name))
@@ -176,7 +176,7 @@ class Run:
         shape = (self._commit.rows(name), *table.shape[1:])
         if part is ...:
             return Column(lambda key: self._rows(name, key), shape, table.dtype)
-        shape = (shape[0], *np.empty(0).reshape(0, *shape[1:])[part].shape[1:])
+        shape = (shape[0], *np.broadcast_to(0.0, shape[1:])[part].shape)
         return Column(lambda key: self._rows(name, key)[(..., *part[1:])], shape, table.dtype)
 
     def _rows(self, name: str, key: Any, field: str | None = None) -> np.ndarray:
@@ -186,10 +186,9 @@ class Run:
             try:
                 return rows_of(table, key, rows, field=field, forgiving=not self.closed)
             except DamagedRows as error:
-                told = self._named(name, error.spans)
                 raise ValueError(
-                    f"'{self.path}' is damaged: {told} of '{name}' cannot be read, as a checksum is wrong there; the rest of "
-                    "the file can."
+                    f"'{self.path}' is damaged: {self._named(name, error.spans)} of '{name}' cannot be read, as a checksum "
+                    "is wrong there; the rest of the file can."
                 ) from error
 
     def _named(self, name: str, spans: list[tuple[int, int]]) -> str:
@@ -197,10 +196,8 @@ class Run:
         what = "frames" if name.startswith("frames/") else "steps"
         if name == "interactions":
             what, index = "frames", self._column("frames/index")[:]
-            frames = [
-                np.flatnonzero((index["first"] <= last) & (index["first"] + index["count"] > first))
-                for first, last in spans
-            ]
+            end = index["first"] + index["count"]
+            frames = [np.flatnonzero((index["first"] <= last) & (end > first)) for first, last in spans]
             spans = [(int(those[0]), int(those[-1])) for those in frames if len(those)]
         return what + " " + ", ".join(f"{first} to {last}" if last > first else f"{first}" for first, last in spans)
 
@@ -351,7 +348,13 @@ class Run:
         """The last state to go on from."""
         self._table("checkpoint")
         with form.sentences_of_damage(self.path):
-            return form.read_checkpoint(self._file, self.laws)[0]
+            checkpoint, commit = form.read_checkpoint(self._file, self.laws)
+        if self.closed and commit.sequence < self._commit.sequence:
+            log.warning(
+                "The last checkpoint of '%s' is damaged: that of step %d is taken, and later steps are made again.",
+                *(self.path, checkpoint.steps),
+            )
+        return checkpoint
 
     def __repr__(self) -> str:
         if self._file is None:

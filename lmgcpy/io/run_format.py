@@ -33,10 +33,13 @@ import numpy as np
 from lmgcpy.contact.memory import Memory
 from lmgcpy.dynamics.checkpoint import Checkpoint
 from lmgcpy.dynamics.energy import Energy
-from lmgcpy.errors import place, shown
+from lmgcpy.errors import shown
 from lmgcpy.io.dead_file import DeadFile, is_dead
-from lmgcpy.io.hdf5 import cut_off, data_sets, h5py, write_new
+from lmgcpy.io.foreign import regular_file
+from lmgcpy.io.hdf5 import cut_off, data_sets, h5py, in_memory
 from lmgcpy.io.run_trust import DamagedRows, check_structure, read_group, rows_of, write_group
+from lmgcpy.writing import check_target as check_file
+from lmgcpy.writing import put_in_place
 
 FORMAT = "lmgcpy run"
 VERSION = 1
@@ -110,13 +113,7 @@ def open_to_read(path: str | os.PathLike) -> Any:
 
     Raises FileNotFoundError, IsADirectoryError, PermissionError or ValueError with a sentence.
     """
-    path = place(path, "path")
-    if not os.path.exists(path):
-        raise FileNotFoundError(f"There is no file '{path}'.")
-    if os.path.isdir(path):
-        raise IsADirectoryError(f"'{path}' is a folder, not a run file.")
-    if not os.access(path, os.R_OK):
-        raise PermissionError(f"The file '{path}' may not be read: change its permissions.")
+    path = regular_file(path, "a run file")
     if os.path.getsize(path) == 0:
         raise ValueError(f"'{path}' is empty: no lmgcpy run.")
     with open(path, "rb") as raw:
@@ -136,7 +133,7 @@ def open_to_read(path: str | os.PathLike) -> Any:
     try:
         _check_format(path, file)
         with sentences_of_damage(path):
-            check_structure(file)
+            check_structure(file, lambda name: name in GROWING or name.startswith(OBSERVED))
     except BaseException:
         file.close()
         raise
@@ -264,22 +261,10 @@ def is_being_written(path: str | os.PathLike) -> bool:
 
 def check_target(path: str | os.PathLike, force: bool) -> None:
     """Whether a new file may be made there: FileExistsError, FileNotFoundError, PermissionError, IsADirectoryError."""
-    folder = Path(place(path, "record")).absolute().parent
-    if not folder.is_dir():
-        raise FileNotFoundError(f"There is no folder '{folder}' to write '{path}' into: make it first.")
-    if os.path.isdir(path):
-        raise IsADirectoryError(f"'{path}' is a folder: give the name of a file.")
+    instead = f"give another name, force=True to replace it, or lmgcpy.resume('{path}') to go on with its run"
+    check_file(path, force=force, name="record", instead=instead)
     if os.path.exists(path):
-        if not force:
-            raise FileExistsError(
-                f"The file '{path}' exists: give another name, force=True to replace it, or lmgcpy.resume('{path}') to "
-                "go on with its run."
-            )
-        if not os.access(path, os.W_OK):
-            raise PermissionError(f"The file '{path}' is read-only: give another name or change its permissions.")
         Lock(path).release()
-    if not os.access(folder, os.W_OK):
-        raise PermissionError(f"The folder '{folder}' is read-only: '{path}' cannot be written there.")
 
 
 def create(
@@ -307,7 +292,7 @@ def create(
             file.create_dataset(name, (0, *kind.shape), kind.base, **layout)
         _create_slots(file, checkpoint, laws)
 
-    write_new(path, fill, LIBVER)
+    Path(path).write_bytes(in_memory(fill, LIBVER))
 
 
 def _create_slots(file: Any, checkpoint: Checkpoint, laws: int) -> None:
@@ -505,14 +490,14 @@ def mend(path: str | os.PathLike, laws: list[str]) -> Lock:
                     )
                 _create_slots(copy, checkpoint, len(laws))
 
-            write_new(beside, begin, LIBVER)
+            Path(beside).write_bytes(in_memory(begin, LIBVER))
             with writing(beside) as copy:
                 for name in growing_tables(file):
                     _copy_rows(path, file[name], copy[name], commit.rows(name))
                 write_checkpoint(copy, checkpoint, commit, laws)
                 write_commit(copy, commit)
         lock = Lock(beside, path)
-        os.replace(beside, path)
+        put_in_place(beside, path)
     except BaseException:
         with suppress(OSError):
             os.remove(beside)

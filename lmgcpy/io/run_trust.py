@@ -1,16 +1,16 @@
 """Run files read without trust: what they are made of, whether it is what was written, and where it is not.
 
 Growing tables carry HDF5's Fletcher32 checksum by chunk; ``about`` and ``scene``, which are written once, a digest each;
-checkpoints and commits checksums of their own. So damage is found where it is read, and told by table and frames, and what is
-undamaged can be read. A file made on purpose can have the right sums: its structure, types, sizes and codes are checked before
-anything relies on them, and links, data in other files and filters that would load code are refused.
+checkpoints and commits checksums of their own. So damage is found where it is read, and told by table and frames, and what
+is undamaged can be read. A file made on purpose can have the right sums: its structure, types, sizes and codes are checked
+before anything relies on them, and links, data in other files and filters that would load code are refused.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -29,14 +29,15 @@ WORDS: Mapping[str, type] = {"created": str, "laws": list, "options": dict, "ver
 OPTIONS = ("time_step", "theta", "solver", "solver_fields", "on_unconverged", "every", "flush")
 
 
-def check_structure(file: Any) -> None:
-    """ValueError or TypeError where something in the file is neither a group nor a plain data set in the file itself."""
+def check_structure(file: Any, growing: Callable[[str], bool]) -> None:
+    """ValueError or TypeError where something in the file is neither a group nor a plain data set in the file itself, or
+    larger than what fits into the file. ``growing``: whether a path is that of a table of which only some rows count."""
     most = PACKED * file.id.get_filesize()
     for path, item in _items(file, ""):
         check_storage(item, path)
         if item.dtype.kind not in "biufSV" or item.shape is None:
             raise TypeError(f"'{path}' is of a type that no run has, {item.dtype}")
-        if not item.chunks:
+        if not growing(path):
             check_size(item, item.shape, path, most)
 
 
@@ -118,7 +119,7 @@ def check_about(about: Mapping[str, Any], observed: list[str]) -> None:
             raise ValueError(f"'about/options/{name}' is {value!r}")
     if not all(isinstance(law, str) for law in about["laws"]):
         raise ValueError("'about/laws' are no words")
-    if not isinstance(about.get("notes", {}), dict) or about.get("observed", []) != observed:
+    if not isinstance(about.get("notes", {}), dict) or sorted(about.get("observed", [])) != sorted(observed):
         raise ValueError("'about/notes' or 'about/observed' are not those of the file")
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import os
 from collections.abc import Iterable
 from pathlib import Path
@@ -10,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.errors import named_arguments, place, shown
+from lmgcpy.errors import named_arguments, shown
 from lmgcpy.io.run import Run
 from lmgcpy.solve.report import STATUS
+from lmgcpy.writing import make_folder, write_table
 
 BODY = {
     2: ("x [m]", "y [m]", "angle [rad]", "v_x [m/s]", "v_y [m/s]", "spin [rad/s]"),
@@ -57,12 +57,9 @@ def export_csv(run: Run, folder: str | os.PathLike, *, force: bool = False) -> l
 
 def folder_for(folder: str | os.PathLike, force: bool) -> Path:
     """A folder to write into, made if there is none; FileExistsError where it holds something already, unless ``force``."""
-    target = Path(place(folder, "folder"))
-    if target.exists() and not target.is_dir():
-        raise FileExistsError(f"'{folder}' is a file: give the name of a folder.")
-    if target.exists() and any(target.iterdir()) and not force:
+    target = make_folder(folder)
+    if any(target.iterdir()) and not force:
         raise FileExistsError(f"The folder '{folder}' is not empty: give another, or force (--force) to write there.")
-    target.mkdir(parents=True, exist_ok=True)
     return target
 
 
@@ -75,10 +72,7 @@ def interaction_columns(dimension: int) -> tuple[str, ...]:
 
 
 def _write(path: Path, head: tuple[str, ...], rows: Iterable[Iterable[Any]]) -> Path:
-    with open(path, "w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(head)
-        writer.writerows(rows)
+    write_table(path, head, rows)
     return path
 
 

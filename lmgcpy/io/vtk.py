@@ -16,6 +16,7 @@ from lmgcpy.view.boundary import FACETS, cylinder_polygons, wall_polygons
 from lmgcpy.view.drawing import in_space
 from lmgcpy.view.quantities import coordination
 from lmgcpy.view.snapshot import Snapshot, acting_lines, snapshot
+from lmgcpy.writing import write_text
 
 MISSING = 'Files for ParaView are written by VTK, which is not installed: pip install "lmgcpy[view]".'
 PARTS = ("bodies", "forces", "wires", "walls")
@@ -65,7 +66,7 @@ def write_series(path: Path, files: list[tuple[float, str]]) -> Path:
     """A .pvd file: which file shows which time [s]."""
     rows = [f'    <DataSet timestep="{time!r}" group="" part="0" file="{name}"/>' for time, name in files]
     body = "\n".join(["  <Collection>", *rows, "  </Collection>"])
-    path.write_text(f'<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n{body}\n</VTKFile>\n')
+    write_text(path, f'<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n{body}\n</VTKFile>\n')
     return path
 
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.view.drawing import in_space
+from lmgcpy.writing import new_file
 
 
 def polygonal_data(points: np.ndarray, kind: str, cells: Any) -> Any:
@@ -50,11 +51,13 @@ def add_words(data: Any, name: str, words: list[str]) -> None:
 
 
 def write(data: Any, path: Path) -> None:
-    """Write a .vtp file; OSError where that fails."""
+    """Write a .vtp file; raises as :func:`lmgcpy.writing.new_file`."""
+    from vtkmodules.vtkCommonMisc import vtkErrorCode
     from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
 
     writer = vtkXMLPolyDataWriter()
-    writer.SetFileName(str(path))
     writer.SetInputData(data)
-    if not writer.Write() or writer.GetErrorCode():
-        raise OSError(f"'{path}' could not be written: make room, or give another folder.")
+    with new_file(path) as new:
+        writer.SetFileName(str(new))
+        if not writer.Write() or writer.GetErrorCode():
+            raise OSError(vtkErrorCode.GetStringFromErrorCode(writer.GetErrorCode()))

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import keyword
 import re
+import shutil
 from importlib.resources import files
 from pathlib import Path
 from string import Template
 
 import lmgcpy
 from lmgcpy import laws
+from lmgcpy.writing import make_folder, write_text
 
 KINDS = ("contact", "link")
 
@@ -50,7 +52,11 @@ def write_plugin(name: str, folder: Path, *, kind: str = "contact") -> list[Path
     ):
         text = (files(__package__) / source).read_text(encoding="utf-8")
         path = target / where
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(Template(text).substitute(words), encoding="utf-8")
+        try:
+            make_folder(path.parent)
+            write_text(path, Template(text).substitute(words))
+        except OSError:
+            shutil.rmtree(target, ignore_errors=True)  # or it could not be begun again
+            raise
         written.append(path)
     return written

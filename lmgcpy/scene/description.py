@@ -297,11 +297,9 @@ def _contactor(table: Mapping[str, Any], k: int) -> Contactor:
 
 def _check_conditions(scene: Scene, conditions: Mapping[str, Any]) -> None:
     bodies, components = conditions["body"], conditions["component"]
-    for what, codes, most in (
-        ("body", bodies, len(scene.bodies)),
-        ("component", components, len(COMPONENTS[scene.dimension])),
-    ):
-        if len(codes) and not (codes.min() >= 0 and codes.max() < most):
+    there = len(scene.bodies), len(COMPONENTS[scene.dimension])
+    for what, codes, most in zip(("body", "component"), (bodies, components), there, strict=True):
+        if len(codes) and not (codes.dtype.kind in "iu" and codes.min() >= 0 and codes.max() < most):
             raise ValueError(f"a condition is on a {what} that is not there")
     if any(len(conditions[name]) != len(bodies) for name in CONDITION):
         raise ValueError("there are conditions that lack something")

@@ -20,6 +20,7 @@ from lmgcpy.view.recorded import (
     stresses_by_frame,
     wall_forces_by_frame,
 )
+from lmgcpy.writing import check_target
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -50,6 +51,7 @@ def plot(runs: Run | Sequence[Run], path: str | os.PathLike, *, what: str = "rea
     target = Path(place(path, "path"))
     if target.suffix.lower() not in SUFFIXES:
         raise ValueError(f"path must end in {', '.join(SUFFIXES)}, got '{target}'.")
+    check_target(target, force=True)
     figure = CURVES[one_of(what, "what", CURVES)](chosen, names_of(chosen))
     save(figure, target)
     return target

@@ -5,6 +5,7 @@ Nothing here touches matplotlib's global state, so that it works without a displ
 
 from __future__ import annotations
 
+import io
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,6 +14,7 @@ import numpy as np
 
 from lmgcpy.view.palette import BEAD, CONTACT, CURVES, PUSHING, SAND, WIRE
 from lmgcpy.view.recorded import Tested
+from lmgcpy.writing import write_bytes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -29,8 +31,11 @@ def new_figure(width: float = 7.0, height: float = 4.6) -> Figure:
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write a figure: as PNG, or as what the path ends in."""
-    figure.savefig(path, dpi=160, bbox_inches="tight", pad_inches=0.08)  # or titles over axes of equal scale are cut off
+    """Write a figure: as PNG, or as what the path ends in; raises as :func:`lmgcpy.writing.new_file`."""
+    memory = io.BytesIO()  # where writing a PDF fails, matplotlib raises an AttributeError
+    kind = path.suffix[1:] or "png"
+    figure.savefig(memory, format=kind, dpi=160, bbox_inches="tight", pad_inches=0.08)  # or titles are cut off
+    write_bytes(path, memory.getbuffer())
 
 
 def reaction_figure(records: Sequence[Tested], names: Sequence[str] | None = None) -> Figure:

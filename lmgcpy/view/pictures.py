@@ -13,6 +13,7 @@ from lmgcpy.errors import named_arguments, number, place, shown, vector, whole
 from lmgcpy.view.film import Film
 from lmgcpy.view.painter import Painter, has_display, load_pyvista
 from lmgcpy.view.style import OPTIONS
+from lmgcpy.writing import check_target, new_file
 
 SIZE, SIZE_OF_GIF = (1000, 900), (600, 540)
 """Of a panel at the most [pixels]."""
@@ -85,9 +86,7 @@ def render(
     moving = target.suffix.lower() == ".gif"
     if not moving and target.suffix.lower() != ".png":
         raise ValueError(f"path must end in .png or, for a moving picture, in .gif, got '{target}'.")
-    if target.is_dir() or not target.parent.is_dir():
-        wrong = "is a folder" if target.is_dir() else f"cannot be written: there is no folder '{target.parent}'"
-        raise FileNotFoundError(f"'{target}' {wrong}. Give the path of a file in a folder that is there.")
+    check_target(target, force=True)
     size = _size(size, moving)
     if columns is not None:
         columns = whole(columns, "columns", minimum=1)
@@ -151,7 +150,8 @@ def _size(size: Any, moving: bool) -> tuple[int, int]:
 def _write_png(pixels: np.ndarray, path: Path) -> None:
     from PIL import Image
 
-    Image.fromarray(pixels).save(path, optimize=True)
+    with new_file(path) as new:
+        Image.fromarray(pixels).save(new, optimize=True)
 
 
 def _write_gif(film: Film, painter: Painter, path: Path, frames_per_second: float) -> None:
@@ -168,4 +168,5 @@ def _write_gif(film: Film, painter: Painter, path: Path, frames_per_second: floa
             yield Image.fromarray(film.plate(painter, k)).quantize(palette=palette, dither=Image.Dither.NONE)
 
     first, *rest = pictures()
-    first.save(path, save_all=True, append_images=rest, duration=1000.0 / frames_per_second, loop=0, optimize=False)
+    with new_file(path) as new:
+        first.save(new, save_all=True, append_images=rest, duration=1000.0 / frames_per_second, loop=0, optimize=False)

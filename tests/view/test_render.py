@@ -277,7 +277,7 @@ def test_without_pyvista_a_sentence(tmp_path, monkeypatch):
 
 WRONG = {
     "suffix": ({"path": "a.jpg"}, "must end in .png or, for a moving picture, in .gif"),
-    "folder": ({"path": "no/such/a.png"}, "there is no folder 'no/such'"),
+    "folder": ({"path": "no/such/a.png"}, "to write 'no/such/a.png' into: make it first"),
     "what": ({"what": "grain"}, "what cannot be 'grain'; did you mean 'grains'?"),
     "forces": ({"what": "forces"}, "run a Simulation of the scene first"),
     "grains": ({"grains": "sped"}, "grains cannot be 'sped'; did you mean 'speed'?"),
