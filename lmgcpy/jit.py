@@ -12,6 +12,8 @@ directory. Four things it does that ``numba.njit(cache=True)`` does not:
   process anew, and of two functions of one name from two processes the linker keeps the first: the code of another law.
 * :meth:`Kernel.specialise` gives some global names a new meaning, in the kernel and in the functions that it calls, and
   so makes one kernel per interaction law out of one readable template, at no cost per call and cached like every other.
+
+With ``NUMBA_DISABLE_JIT=1`` kernels run as plain Python, names replaced alike.
 """
 
 from __future__ import annotations
@@ -19,9 +21,10 @@ from __future__ import annotations
 import types
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numba
+import numba.extending
 import numpy as np
 from numba.core.ccallback import CFunc
 from numba.core.dispatcher import Dispatcher
@@ -40,12 +43,17 @@ from lmgcpy.jit_fingerprint import (
     rebuildable,
 )
 
+INTERPRETED = bool(numba.config.DISABLE_JIT)  # type: ignore[attr-defined]
+"""Whether kernels run as plain Python: ``NUMBA_DISABLE_JIT=1`` at the start of the process, for debuggers and coverage."""
+
+
 class Kernel(Template):
     """A function compiled at its first call; see the module's text. Made by :func:`kernel`."""
 
     def __init__(self, function: Callable, names: dict[str, Any] | None = None):
         super().__init__(function, names)
         self._dispatcher: Any = None
+        self._interpreted: Callable | None = None
         self._specialised: dict[tuple, Kernel] = {}
         self.__doc__ = function.__doc__
         self.__name__ = function.__name__
@@ -54,7 +62,15 @@ class Kernel(Template):
         return f"<kernel {self.function.__module__}.{self.__name__}>"
 
     def __call__(self, *arguments):
-        return self.dispatcher(*arguments)
+        return self.interpreted(*arguments) if INTERPRETED else self.dispatcher(*arguments)
+
+    @property
+    def interpreted(self) -> Callable:
+        """The kernel as plain Python, with names replaced as in the compiled one; divisions by zero are silent, too."""
+        if self._interpreted is None:
+            assert isinstance(self.function, types.FunctionType)
+            self._interpreted = np.errstate(all="ignore")(_compilable(self.function, self.names, "interpreted", {}))
+        return self._interpreted
 
     @property
     def dispatcher(self) -> Dispatcher:
@@ -68,6 +84,8 @@ class Kernel(Template):
 
     def make_ready(self, *arguments: Any) -> None:
         """Load or compile what a call with such arguments needs; nothing is run."""
+        if INTERPRETED:
+            return
         dispatcher: Any = self.dispatcher
         dispatcher.compile(tuple(map(dispatcher.typeof_pyval, arguments)))
 
@@ -86,6 +104,8 @@ class Kernel(Template):
 
     def pointer(self, signature: numba.core.typing.Signature) -> Any:
         """A C function of this signature: its ``.address`` can stand in a table; keep the object alive."""
+        if INTERPRETED:
+            return Pointer(self.interpreted)
         function, cache = self._prepare(signature.args)
         pointer: Any = CFunc(function, normalize_signature(signature), locals={}, options=OPTIONS)
         pointer._cache = cache
@@ -107,6 +127,23 @@ class Kernel(Template):
             return extension_in_use(content.read)
 
         return _compilable(self.function, self.names, mark, {}), KernelCache(f"{self.__name__}-{mark}", why_not_kept)
+
+
+class Pointer:
+    """What stands in for a C function where kernels run as plain Python."""
+
+    functions: ClassVar[dict[int, Callable]] = {}
+    """By address."""
+
+    def __init__(self, function: Callable):
+        self.address = len(self.functions) + 1
+        self.functions[self.address] = function
+
+
+def intrinsic(stand_in: Callable) -> Callable[[Callable], Any]:
+    """Decorator of what writes machine code for a kernel, see ``numba.extending.intrinsic``; ``stand_in``: what does the
+    same where kernels run as plain Python."""
+    return (lambda definition: stand_in) if INTERPRETED else numba.extending.intrinsic
 
 
 def kernel(function: Callable) -> Kernel:
