@@ -10,7 +10,8 @@ from typing import Any, NamedTuple
 import numba
 import numpy as np
 
-from lmgcpy.jit import Kernel, kernel, may_raise, row_reader
+from lmgcpy.jit import Kernel, kernel, row_reader
+from lmgcpy.jit_fingerprint import may_raise
 from lmgcpy.laws import Law
 from lmgcpy.solve import stiffened_wire_block, wire_block
 from lmgcpy.solve.by_address import group_signature

@@ -19,7 +19,7 @@ import numba
 import numpy as np
 from numba.core import types
 
-from lmgcpy.jit import Kernel, kernel
+from lmgcpy.jit import INTERPRETED, Kernel, kernel
 from lmgcpy.solve.atomic import add, exchange, load, store
 from lmgcpy.solve.by_address import ROOM, call_at, call_work, giving_way, write
 from lmgcpy.solve.system import Groups, System
@@ -188,13 +188,13 @@ def lead(
 ) -> Any:
     """``solver(team, *arguments)`` on a step (groups, system, velocities without impulses, guess) with so many threads.
 
-    A scene without a partition has one task and one chunk, and no use for more than one.
+    A scene without a partition has one task and one chunk, and no use for more than one; neither has plain Python.
     """
     groups, system, free_velocity, guess = step
     tasks = len(groups.task) - 1
     chunks = max(int(np.diff(groups.phase).max(initial=1)), 1)
     words = np.zeros(24, dtype=np.int64)
-    words[HELPERS] = threads - 1 if chunks > 1 else 0
+    words[HELPERS] = threads - 1 if chunks > 1 and not INTERPRETED else 0
     partial, beta, limits = np.zeros((max(tasks, chunks), 4)), np.zeros(1), np.zeros(3)
     job = Job(groups, system, free_velocity, guess, iterates, partial, beta, limits, chunks)
     own = [job]
