@@ -146,7 +146,6 @@ class Simulation:
         tables = model.contactors, model.rows, model.chains
         self._detector = Detector(*tables, model.inverse_mass, model.dimension, model.apart)
         self._size = model.size
-        self._work = np.zeros((max((chain.link_count for chain in self.model.chains), default=0), 4))
         self._links = LinkStiffness.of(model.chains, model.inverse_mass, model.dimension)
         self._last: tuple[StepProblem, Interactions] | None = None
         self.unconverged_steps = 0
@@ -358,7 +357,6 @@ class Simulation:
             size=self._size,
             guess=detector.recall(interactions),
             state=detector.recall_state(interactions),
-            work=self._work,
             wire_blocks=self.solver.wire_blocks,
         )
         return interactions, given, self._solve(given)
