@@ -17,7 +17,7 @@ from lmgcpy.contact.slabs import partition_from
 from lmgcpy.experiment.stages import Stages
 from lmgcpy.experiment.texsol_sample import lay_sample
 from lmgcpy.io.restart import SOLVERS
-from lmgcpy.jit import statistics
+from lmgcpy.jit import INTERPRETED, statistics
 from lmgcpy.jit_cache import CacheWarning, cache_directory
 from lmgcpy.laws import Law, Parameter
 from lmgcpy.solve.active_set import ActiveSet
@@ -37,6 +37,8 @@ def warmup(laws: str, dimension: str | None) -> None:
     step; what the cache has already is left as it is. LMGCPY_CACHE_DIR says where the cache is, if not in the user's cache
     directory.
     """
+    if INTERPRETED:
+        raise RuntimeError("With NUMBA_DISABLE_JIT set nothing is compiled: unset it to fill the cache.")
     dimensions = [int(dimension)] if dimension else [2, 3]
     names = [name.strip() for name in laws.split(",") if name.strip()] or lm.laws.names()
     chosen = [lm.laws.get(name) for name in names]

@@ -6,44 +6,54 @@ directory. Four things it does that ``numba.njit(cache=True)`` does not:
 * Plain functions that a kernel calls are compiled with it, so that nobody has to decorate a helper.
 * Its name in the cache carries a fingerprint of everything the code depends on: its own byte code, the functions it
   calls, in whatever file, the constants it reads, the fields of the named tuples it takes, numba and Python. numba's own
-  cache watches the defining file only and would run stale code after an edit elsewhere.
+  cache watches the defining file only and would run stale code after an edit elsewhere. What cannot be told by its
+  content is compiled without the cache, and a warning says so once (:mod:`lmgcpy.jit_fingerprint`).
 * The functions in the machine code have the fingerprint in their names as well. numba counts them instead, in each
   process anew, and of two functions of one name from two processes the linker keeps the first: the code of another law.
 * :meth:`Kernel.specialise` gives some global names a new meaning, in the kernel and in the functions that it calls, and
   so makes one kernel per interaction law out of one readable template, at no cost per call and cached like every other.
+
+With ``NUMBA_DISABLE_JIT=1`` kernels run as plain Python, names replaced alike.
 """
 
 from __future__ import annotations
 
-import dis
-import hashlib
-import inspect
-import sys
 import types
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
-import llvmlite
 import numba
+import numba.extending
 import numpy as np
 from numba.core.ccallback import CFunc
 from numba.core.dispatcher import Dispatcher
 from numba.core.sigutils import normalize_signature
 
 from lmgcpy.jit_cache import KernelCache
+from lmgcpy.jit_extensions import extension_in_use
+from lmgcpy.jit_fingerprint import (
+    OPTIONS,
+    Content,
+    Template,
+    at_home,
+    context,
+    fingerprint,
+    free_names,
+    rebuildable,
+)
 
-OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True}
-"""Compiler flags of every kernel: division by zero gives infinity, as in numpy, and the interpreter lock is free."""
+INTERPRETED = bool(numba.config.DISABLE_JIT)  # type: ignore[attr-defined]
+"""Whether kernels run as plain Python: ``NUMBA_DISABLE_JIT=1`` at the start of the process, for debuggers and coverage."""
 
 
-class Kernel:
+class Kernel(Template):
     """A function compiled at its first call; see the module's text. Made by :func:`kernel`."""
 
     def __init__(self, function: Callable, names: dict[str, Any] | None = None):
-        self.function = function
-        self.names = names or {}
+        super().__init__(function, names)
         self._dispatcher: Any = None
+        self._interpreted: Callable | None = None
         self._specialised: dict[tuple, Kernel] = {}
         self.__doc__ = function.__doc__
         self.__name__ = function.__name__
@@ -52,7 +62,15 @@ class Kernel:
         return f"<kernel {self.function.__module__}.{self.__name__}>"
 
     def __call__(self, *arguments):
-        return self.dispatcher(*arguments)
+        return self.interpreted(*arguments) if INTERPRETED else self.dispatcher(*arguments)
+
+    @property
+    def interpreted(self) -> Callable:
+        """The kernel as plain Python, with names replaced as in the compiled one; divisions by zero are silent, too."""
+        if self._interpreted is None:
+            assert isinstance(self.function, types.FunctionType)
+            self._interpreted = np.errstate(all="ignore")(_compilable(self.function, self.names, "interpreted", {}))
+        return self._interpreted
 
     @property
     def dispatcher(self) -> Dispatcher:
@@ -66,6 +84,8 @@ class Kernel:
 
     def make_ready(self, *arguments: Any) -> None:
         """Load or compile what a call with such arguments needs; nothing is run."""
+        if INTERPRETED:
+            return
         dispatcher: Any = self.dispatcher
         dispatcher.compile(tuple(map(dispatcher.typeof_pyval, arguments)))
 
@@ -84,6 +104,8 @@ class Kernel:
 
     def pointer(self, signature: numba.core.typing.Signature) -> Any:
         """A C function of this signature: its ``.address`` can stand in a table; keep the object alive."""
+        if INTERPRETED:
+            return Pointer(self.interpreted)
         function, cache = self._prepare(signature.args)
         pointer: Any = CFunc(function, normalize_signature(signature), locals={}, options=OPTIONS)
         pointer._cache = cache
@@ -94,8 +116,34 @@ class Kernel:
     def _prepare(self, arguments: tuple) -> tuple[types.FunctionType, KernelCache]:
         """The function as numba wants it and its place in the cache; ``arguments``: their types, of a C function."""
         assert isinstance(self.function, types.FunctionType)
-        mark = fingerprint(self.function, self.names, arguments)
-        return _compilable(self.function, self.names, mark, {}), KernelCache(f"{self.__name__}-{mark}")
+        content = Content(self.function, self.names, arguments)
+        mark = content.mark
+
+        def why_not_kept() -> str | None:
+            if content.unknown:
+                return content.unknown[0]
+            if fingerprint(self.function, self.names, arguments) != mark:
+                return f"what {self.function.__module__}.{self.__name__} reads was changed after its first use"
+            return extension_in_use(content.read)
+
+        return _compilable(self.function, self.names, mark, {}), KernelCache(f"{self.__name__}-{mark}", why_not_kept)
+
+
+class Pointer:
+    """What stands in for a C function where kernels run as plain Python."""
+
+    functions: ClassVar[dict[int, Callable]] = {}
+    """By address."""
+
+    def __init__(self, function: Callable):
+        self.address = len(self.functions) + 1
+        self.functions[self.address] = function
+
+
+def intrinsic(stand_in: Callable) -> Callable[[Callable], Any]:
+    """Decorator of what writes machine code for a kernel, see ``numba.extending.intrinsic``; ``stand_in``: what does the
+    same where kernels run as plain Python."""
+    return (lambda definition: stand_in) if INTERPRETED else numba.extending.intrinsic
 
 
 def kernel(function: Callable) -> Kernel:
@@ -141,122 +189,6 @@ def row_reader(count: int) -> Callable:
     return _readers[count]
 
 
-# ------------------------------------------------------------------------------------------------------ fingerprints
-
-
-def fingerprint(function: Callable, names: dict[str, Any] | None = None, arguments: tuple = ()) -> str:
-    """Hash of all that the machine code of ``function`` depends on (``names``: replaced globals)."""
-    digest = hashlib.sha256()
-    versions = (sys.version_info[:3], numba.__version__, llvmlite.__version__, sorted(OPTIONS.items()))
-    digest.update(repr(versions).encode())
-    for argument in arguments:
-        _hash_value(digest, getattr(argument, "instance_class", argument), {}, {})
-    _hash_function(digest, function, names or {}, {})
-    return digest.hexdigest()[:16]
-
-
-def may_raise(function: Callable) -> bool:
-    """Whether ``function``, or a plain function that it calls, holds a raise or an assert statement."""
-    seen: set[int] = set()
-
-    def reaches_raise(value: Any) -> bool:
-        value = value.function if isinstance(value, Kernel) else getattr(value, "py_func", value)
-        if not isinstance(value, types.FunctionType) or id(value) in seen:
-            return False
-        seen.add(id(value))
-        if any(
-            step.opname == "RAISE_VARARGS" for code in _code_objects(value.__code__) for step in dis.get_instructions(code)
-        ):
-            return True
-        return any(reaches_raise(called) for called, _ in _free_names(value, {}).values())
-
-    return reaches_raise(function)
-
-
-def _code_objects(code: types.CodeType) -> Iterator[types.CodeType]:
-    yield code
-    for constant in code.co_consts:
-        if isinstance(constant, types.CodeType):
-            yield from _code_objects(constant)
-
-
-def _free_names(function: types.FunctionType, names: dict[str, Any]) -> dict[str, tuple[Any, dict[str, Any]]]:
-    """The global and closure names that a function reads: their values, and the replacements that hold inside those."""
-    read = {name for code in _code_objects(function.__code__) for name in code.co_names}
-    found = {name: (function.__globals__[name], names) for name in read if name in function.__globals__}
-    for name, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True):
-        found[name] = (cell.cell_contents, names)
-    found.update({name: (value, {}) for name, value in names.items() if name in found})
-    return dict(sorted(found.items()))
-
-
-def _context(value: Any, names: dict[str, Any]) -> tuple:
-    """Key of a function and of the replacements that hold inside it: with others it is another function."""
-    return (id(value), *sorted((name, id(replacement)) for name, replacement in names.items()))
-
-
-def _hash_function(digest, function: Callable, names: dict[str, Any], seen: dict) -> None:
-    key = _context(function, names)
-    if key in seen:
-        digest.update(repr(seen[key]).encode())
-        return
-    seen[key] = len(seen)
-    assert isinstance(function, types.FunctionType)
-    for code in _code_objects(function.__code__):
-        constants = [_in_order(c) for c in code.co_consts if not isinstance(c, types.CodeType)]
-        digest.update(repr((code.co_code, constants, code.co_names, code.co_varnames)).encode())
-    digest.update(repr(function.__defaults__).encode())
-    for value in inspect.get_annotations(function).values():
-        if isinstance(value, str):  # where annotations are postponed
-            value = function.__globals__.get(value)
-        digest.update(repr(getattr(value, "_fields", None)).encode())
-    read = {name for code in _code_objects(function.__code__) for name in code.co_names}
-    for name, (value, inner) in _free_names(function, names).items():
-        digest.update(name.encode())
-        if isinstance(value, types.ModuleType):
-            _hash_module(digest, value, read, seen)
-        else:
-            _hash_value(digest, value, inner, seen)
-
-
-def _hash_module(digest, module: types.ModuleType, read: set[str], seen: dict, path: tuple = ()) -> None:
-    """Those attributes of a module, and of modules in it, that have the name of anything that the code reads."""
-    digest.update(module.__name__.encode())
-    if module.__name__.split(".")[0] in ("math", "numpy", "numba") or module in path:
-        return
-    for attribute in sorted(read & set(vars(module))):
-        digest.update(attribute.encode())
-        value = getattr(module, attribute)
-        if isinstance(value, types.ModuleType):
-            _hash_module(digest, value, read, seen, (*path, module))
-        else:
-            _hash_value(digest, value, {}, seen)
-
-
-def _hash_value(digest, value: Any, names: dict[str, Any], seen: dict) -> None:
-    if isinstance(value, Kernel):
-        _hash_function(digest, value.function, {**names, **value.names}, seen)
-    elif isinstance(value, Dispatcher):
-        _hash_function(digest, value.py_func, {}, seen)
-    elif isinstance(value, types.FunctionType):
-        _hash_function(digest, value, names, seen)
-    elif isinstance(value, np.ndarray):
-        digest.update(repr((value.dtype, value.shape)).encode() + value.tobytes())
-    elif isinstance(value, type):
-        digest.update(repr((value.__module__, value.__qualname__, getattr(value, "_fields", None))).encode())
-    elif isinstance(value, (bool, int, float, complex, str, tuple, frozenset, type(None))):
-        digest.update(repr(_in_order(value)).encode())
-    else:
-        digest.update(repr((type(value).__module__, type(value).__qualname__, str(value))).encode())
-
-
-def _in_order(constant: Any) -> Any:
-    """A constant with its sets sorted: their own order changes from process to process."""
-    if isinstance(constant, frozenset):
-        return ("frozenset", *sorted(map(repr, constant)))
-    return tuple(map(_in_order, constant)) if type(constant) is tuple else constant
-
-
 # ------------------------------------------------------------------------------------- functions as numba wants them
 
 
@@ -271,23 +203,27 @@ def _compilable(
     number = len(built)
 
     def ready(value: Any, names: dict[str, Any]) -> Any:
-        if isinstance(value, Kernel):
+        options: dict[str, Any] = OPTIONS
+        if isinstance(value, Template):
             value, names = value.function, {**names, **value.names}
-        if not isinstance(value, types.FunctionType):
+        elif rebuildable(value):  # made anew: numba counts the names of these as well
+            value, names, options = value.py_func, {}, {**value.targetoptions, "locals": value.locals}
+        if not isinstance(value, types.FunctionType) or at_home(value):
             return value
-        key = _context(value, names)
+        key = *context(value, names), repr(sorted(options.items()))
         if key in built and built[key] is None:
             raise TypeError(f"{value.__qualname__} calls itself: a recursive function cannot be compiled into a kernel.")
         if key not in built:
             built[key] = None  # under way
-            built[key] = numba.njit(**OPTIONS)(_compilable(value, names, mark, built))
+            built[key] = numba.jit(**options)(_compilable(value, names, mark, built))
         return built[key]
 
-    found = {name: ready(value, inner) for name, (value, inner) in _free_names(function, names).items()}
+    found = {name: ready(value, inner) for name, (value, inner) in free_names(function, names).items()}
     closure = tuple(types.CellType(found[name]) for name in function.__code__.co_freevars) or None
     # numba imports the module of this name when it loads machine code: one that is always there, as a law's need not be
     scope = {"__builtins__": __builtins__, "__name__": __name__, **found}
     copy = types.FunctionType(function.__code__, scope, function.__name__, function.__defaults__, closure)
+    copy.__kwdefaults__ = function.__kwdefaults__
     copy.__qualname__ = f"{function.__qualname__}_{mark}_{number}"
     copy.__module__ = function.__module__
     return copy

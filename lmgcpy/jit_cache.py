@@ -12,6 +12,7 @@ import hashlib
 import os
 import pickle
 import warnings
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -20,30 +21,49 @@ from numba.core.compiler import CompileResult
 from numba.core.serialize import dumps
 from numba.core.sigutils import normalize_signature
 
+from lmgcpy.jit_fingerprint import described
 from lmgcpy.writing import beside
 
 DIGEST = hashlib.sha256().digest_size
 
 
 def cache_directory() -> Path:
-    """Directory of the compiled kernels: ``LMGCPY_CACHE_DIR`` if set, else the user's cache directory."""
+    """Directory of the compiled kernels: ``LMGCPY_CACHE_DIR`` if set, else the user's cache directory.
+
+    FileNotFoundError where neither is known.
+    """
     given = os.environ.get("LMGCPY_CACHE_DIR")
     if given:
         return Path(given)
     import platformdirs
 
-    return Path(platformdirs.user_cache_dir("lmgcpy", appauthor=False))
+    cause: Exception | None = None
+    try:
+        found = Path(platformdirs.user_cache_dir("lmgcpy", appauthor=False))
+    except RuntimeError as error:
+        found, cause = Path("~"), error
+    if not found.is_absolute():  # what older versions of platformdirs answer: "~/.cache/lmgcpy"
+        raise FileNotFoundError(
+            "lmgcpy finds no directory for compiled kernels, as this user has no home directory. Set LMGCPY_CACHE_DIR to a "
+            "directory that can be written."
+        ) from cause
+    return found
 
 
 class CacheWarning(RuntimeWarning):
-    """The directory of the compiled kernels cannot be written."""
+    """The directory of the compiled kernels cannot be written, or is not known."""
 
 
 class KernelCache(NullCache):
-    """What numba asks for, and gives, the machine code of one kernel; ``stem``: its name and fingerprint."""
+    """What numba asks for, and gives, the machine code of one kernel.
 
-    def __init__(self, stem: str):
+    ``stem``: its name and fingerprint; ``why_not_kept``: asked when it is compiled, a clause where the fingerprint does not
+    tell all that the code depends on.
+    """
+
+    def __init__(self, stem: str, why_not_kept: Callable[[], str | None]):
         self.stem = stem.replace("<", "").replace(">", "")  # of "<lambda>", for file systems that have no such names
+        self.why_not_kept = why_not_kept
 
     def load_overload(self, signature: Any, context: Any) -> CompileResult | None:
         """The code for a signature; None where there is none to be used."""
@@ -63,38 +83,46 @@ class KernelCache(NullCache):
 
     def save_overload(self, signature: Any, result: Any) -> None:
         """Keep compiled code; a directory that cannot be written is told once."""
-        if result.library.has_dynamic_globals:
-            warnings.warn(
-                f"The kernel {self.stem} cannot be kept, as it reads addresses of this process (of a global array of more "
-                "than a megabyte, or of a ctypes function): every process compiles it again.",
+        reason = self.why_not_kept()
+        if reason is None and result.library.has_dynamic_globals:
+            reason = f"{self.stem} reads a global array of more than a megabyte by its address in this process"
+        if reason is not None:
+            _warn_once(
+                reason,
+                f"A compiled kernel cannot be kept, as {reason}: every process compiles it again. Kernels are kept that "
+                "read numbers, strings, members of an Enum, arrays and tuples of these, and call plain functions, or "
+                "numba.njit ones without signatures.",
                 RuntimeWarning,
-                stacklevel=2,
             )
             return
         arguments, _ = normalize_signature(signature)
-        path = self._path(arguments, result.codegen)
+        try:
+            path = self._path(arguments, result.codegen)
+        except FileNotFoundError as error:
+            _warn_once("home", f"{error} Until then every process compiles them again.", CacheWarning)
+            return
         code = dumps(result._reduce())
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             with beside(path, flushed=False) as new:
                 new.write_bytes(hashlib.sha256(code).digest() + code)
         except OSError as error:
-            _warn_once(path.parent, error)
+            _warn_once(
+                str(path.parent),
+                f"lmgcpy cannot keep compiled kernels in {path.parent} ({error.strerror}): every process will compile them "
+                "again. Set LMGCPY_CACHE_DIR to a directory that can be written.",
+                CacheWarning,
+            )
 
     def _path(self, arguments: tuple, codegen: Any) -> Path:
-        key = repr((str(arguments), codegen.magic_tuple()))
+        key = repr(([described(kind) for kind in arguments], codegen.magic_tuple()))
         return cache_directory() / "kernels" / f"{self.stem}-{hashlib.sha256(key.encode()).hexdigest()[:16]}.kernel"
 
 
-_warned: set[Path] = set()
+_warned: set[str] = set()
 
 
-def _warn_once(directory: Path, error: OSError) -> None:
-    if directory not in _warned:
-        _warned.add(directory)
-        warnings.warn(
-            f"lmgcpy cannot keep compiled kernels in {directory} ({error.strerror}): every process will compile them "
-            "again. Set LMGCPY_CACHE_DIR to a directory that can be written.",
-            CacheWarning,
-            stacklevel=2,
-        )
+def _warn_once(about: str, sentence: str, category: type[Warning]) -> None:
+    if about not in _warned:
+        _warned.add(about)
+        warnings.warn(sentence, category, stacklevel=3)

@@ -406,7 +406,7 @@ def refuse(*arguments):
 def test_code_with_addresses_of_this_process_is_not_kept(cache):
     table = np.zeros(200_000)  # numba takes the address of a global array of more than a megabyte
     table[3] = 7.0
-    with pytest.warns(RuntimeWarning, match=r"The kernel lambda-\w+ cannot be kept.*every process compiles it again"):
+    with pytest.warns(RuntimeWarning, match=r"cannot be kept, as lambda-\w+ reads a global array.*every process compiles"):
         assert kernel(lambda i: table[i])(3) == 7.0
     assert not list(cache.glob("kernels/*"))
 
@@ -429,3 +429,32 @@ heavy = [name for name in ("pyvista", "vtk", "matplotlib", "h5py") if name in sy
 print(len(recorder.buffer), *heavy)
 """
     assert in_new_process(code) == ["0"]
+
+
+HOMELESS = """
+import os, pwd, warnings
+def nobody(user):
+    raise KeyError(user)
+pwd.getpwuid = nobody
+from lmgcpy.jit import kernel
+from lmgcpy.jit_cache import cache_directory
+with warnings.catch_warnings(record=True) as told:
+    warnings.simplefilter("always")
+    results = [kernel(lambda x: x + 1.0)(1.0), kernel(lambda x: x + 2.0)(1.0)]
+print(results, len(told), told[0].message, os.listdir())
+cache_directory()
+"""
+
+
+def test_without_a_home_directory_kernels_are_not_kept_and_one_line_names_the_way_out(tmp_path):
+    """A user whom the system does not know, as in a container; where the directory is asked for there is an error."""
+    pytest.importorskip("pwd")
+    environment = {name: value for name, value in os.environ.items() if name not in ("HOME", "LMGCPY_CACHE_DIR")}
+    environment = {name: value for name, value in environment.items() if not name.startswith("XDG_")}
+    done = subprocess.run([sys.executable, "-c", HOMELESS], env=environment, capture_output=True, text=True, cwd=tmp_path)
+    assert done.stdout.startswith("[2.0, 3.0] 1 lmgcpy finds no directory for compiled kernels"), done.stderr
+    assert "Set LMGCPY_CACHE_DIR to a directory that can be written." in done.stdout
+    assert done.stdout.endswith(" []\n")
+    last = done.stderr.splitlines()[-1]
+    assert last.startswith("FileNotFoundError: lmgcpy finds no directory for compiled kernels, as this user has no home")
+    assert "Set LMGCPY_CACHE_DIR" in last

@@ -107,15 +107,13 @@ def assemble(
     size: np.ndarray,
     guess: np.ndarray,
     state: np.ndarray,
-    work: np.ndarray,
     wire_blocks: bool,
 ) -> StepProblem:
     """Gather the groups that have interactions in this step and let each law prepare its numbers.
 
     ``before`` and ``free_velocity``: velocities of the bodies at the start of the step and without impulses, (n, k);
     ``size``: radius of the smallest contactor of each body [m], infinite where it has none that is bounded, (n,);
-    ``guess``: impulses to start from, (m, d); ``state``: of the laws, NaN for new interactions, (m, k), changed in place;
-    ``work``: scratch of the wire blocks.
+    ``guess``: impulses to start from, (m, d); ``state``: of the laws, NaN for new interactions, (m, k), changed in place.
     """
     dimension = interactions.normal.shape[1]
     space = SPACES[dimension]
@@ -142,7 +140,7 @@ def assemble(
         carried=np.zeros((0, dimension - 1)),
         own=np.zeros((0, dimension, dimension)),
         following=np.zeros((0, dimension, dimension)),
-        work=work,
+        work=np.zeros((sum(group.stop - group.start for group in groups if group.chain), 4)),
         scale=np.maximum(rate.take(interactions.candidate), rate.take(interactions.antagonist)),
         squared_error=room(count),
         noise=room(len(before), 2),

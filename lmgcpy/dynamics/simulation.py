@@ -73,10 +73,10 @@ class Simulation:
     energy; ``solver``: of the problem of each step, ``Auto()`` if none is given. The scene is compiled
     and cannot be edited any more; its bodies become views of the simulation's state.
 
-    ``on_unconverged``: what ``run`` does about steps that the solver did not solve to its tolerance: "warn" (one
-    RuntimeWarning at its end), "stop" (RuntimeError after the first) or "ignore"; ``unconverged_steps`` counts them,
-    ``worst_residual`` keeps their largest residual and ``worst_slip`` their largest slip (since the start or the last
-    restore), in any case.
+    ``on_unconverged``: what is done about steps that the solver did not solve to its tolerance: "warn" (one RuntimeWarning
+    at the end of a ``run``, and in a loop on ``step`` one at the first such step), "stop" (RuntimeError after such a step,
+    which is made) or "ignore"; ``unconverged_steps`` counts them, ``worst_residual`` keeps their largest residual and
+    ``worst_slip`` their largest slip (since the start or the last restore), in any case.
 
     ``overlap``: what to do where bodies that see each other overlap at the start by more than 5 % of the smaller radius:
     "warn" (one RuntimeWarning with their number and the worst), "stop" (ValueError) or "ignore". Contact laws leave an
@@ -146,12 +146,13 @@ class Simulation:
         tables = model.contactors, model.rows, model.chains
         self._detector = Detector(*tables, model.inverse_mass, model.dimension, model.apart)
         self._size = model.size
-        self._work = np.zeros((max((chain.link_count for chain in self.model.chains), default=0), 4))
         self._links = LinkStiffness.of(model.chains, model.inverse_mass, model.dimension)
         self._last: tuple[StepProblem, Interactions] | None = None
         self.unconverged_steps = 0
         self.worst_residual = 0.0
         self.worst_slip = 0.0
+        self._running = False  # run has its own word about unsolved steps
+        self._told_unsolved = False
         self.recorder: Recorder | None = None
         """Keeps every run that names no file of its own; set by ``lmgcpy.resume``."""
         self._far_moves = FarMoves(model)
@@ -214,13 +215,17 @@ class Simulation:
             from tqdm import tqdm
 
             turns = tqdm(turns, desc="lmgcpy", unit="step", disable=None)
-        if recorder is None:
-            for _ in turns:
-                self.step()
-                if self._over(until):
-                    break
-        else:
-            self._run_recorded(turns, recorder, until)
+        self._running = True
+        try:
+            if recorder is None:
+                for _ in turns:
+                    self.step()
+                    if self._over(until):
+                        break
+            else:
+                self._run_recorded(turns, recorder, until)
+        finally:
+            self._running = False
         log.info("%s", _Summary(self, self.steps - already, clock.perf_counter() - begin))
         unconverged = self.unconverged_steps - unconverged
         if unconverged and self.on_unconverged == "warn":
@@ -257,11 +262,18 @@ class Simulation:
     def _over(self, until: Callable[[Simulation], bool] | None) -> bool:
         """Whether the run ends after this step; RuntimeError where it must."""
         if self.on_unconverged == "stop" and not self.report.solved:
-            raise RuntimeError(f"Step {self.steps}, to t = {self.time:g} s, was not solved: {self.report}.")
+            raise self._unsolved()
         return until is not None and bool(until(self))
+
+    def _unsolved(self) -> RuntimeError:
+        """What to raise where the last step was not solved."""
+        return RuntimeError(f"Step {self.steps}, to t = {self.time:g} s, was not solved: {self.report}.")
 
     def step(self) -> Report:
         """Make one step, or none; returns how it was solved.
+
+        The first step that the solver did not solve to its tolerance is told (RuntimeWarning), or every one raises
+        RuntimeError, as ``on_unconverged`` says; such a step is made.
 
         Raises FloatingPointError where a number stops being finite, with the body or the interaction, its law and bodies,
         and the time; RuntimeError or TypeError where an imposed function of time fails. Then no step was made: positions,
@@ -311,9 +323,23 @@ class Simulation:
             self.unconverged_steps += 1
             self.worst_residual = max(self.worst_residual, self.report.residual)
             self.worst_slip = max(self.worst_slip, self.report.slip)
+            sentences += self._first_unsolved()
         for sentence in sentences:  # last: where warnings are errors, the step is made all the same
             warnings.warn(sentence, RuntimeWarning, stacklevel=2)
+        if self.on_unconverged == "stop" and not self.report.solved and not self._running:
+            raise self._unsolved()
         return self.report
+
+    def _first_unsolved(self) -> list[str]:
+        """A sentence at the first step that a loop on ``step`` leaves unsolved; ``run`` has its own at its end."""
+        if self._running or self._told_unsolved or self.on_unconverged != "warn":
+            return []
+        self._told_unsolved = True
+        return [
+            f"Step {self.steps}, to t = {self.time:g} s, did not reach the solver's tolerance: {self.report}. Later ones "
+            "are not told; unconverged_steps counts them. Raise max_iterations, relax tolerance or slip, or say "
+            "on_unconverged='ignore'."
+        ]
 
     def _interact(self, before: np.ndarray, free_velocity: np.ndarray, ways: Ways) -> Tried:
         """Detect at the middle of the step what ``ways`` may bring into contact; the problem as assembled and solved."""
@@ -331,7 +357,6 @@ class Simulation:
             size=self._size,
             guess=detector.recall(interactions),
             state=detector.recall_state(interactions),
-            work=self._work,
             wire_blocks=self.solver.wire_blocks,
         )
         return interactions, given, self._solve(given)

@@ -20,10 +20,11 @@ class DampedSimulation(Simulation):
 
     def step(self) -> Report:
         """Make one step, see :meth:`lmgcpy.Simulation.step`."""
-        before = self.state.velocities.copy()
+        before, steps = self.state.velocities.copy(), self.steps
         self.state.velocities *= self._kept
         try:
             return super().step()
         except BaseException:
-            self.state.velocities[:] = before
+            if self.steps == steps:  # else the step is made, and what was raised is about it
+                self.state.velocities[:] = before
             raise

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from numba.core import cgutils, types
-from numba.extending import intrinsic
+
+from lmgcpy.jit import intrinsic
 
 ALIGNED = 8
 """Bytes of the numbers, int64."""
@@ -59,7 +60,29 @@ def _exchange(typing_context, array, index, expected, value):
     return types.boolean(array, types.intp, types.int64, types.int64), generate
 
 
-load: Any = intrinsic(_load)
-store: Any = intrinsic(_store)
-add: Any = intrinsic(_add)
-exchange: Any = intrinsic(_exchange)
+def _load_alone(array, index):
+    """The same of one thread, in Python; as what follows."""
+    return array[index]
+
+
+def _store_alone(array, index, value):
+    array[index] = value
+
+
+def _add_alone(array, index, value):
+    before = array[index]
+    array[index] += value
+    return before
+
+
+def _exchange_alone(array, index, expected, value):
+    is_there = array[index] == expected
+    if is_there:
+        array[index] = value
+    return is_there
+
+
+load: Any = intrinsic(_load_alone)(_load)
+store: Any = intrinsic(_store_alone)(_store)
+add: Any = intrinsic(_add_alone)(_add)
+exchange: Any = intrinsic(_exchange_alone)(_exchange)

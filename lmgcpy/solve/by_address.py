@@ -14,7 +14,8 @@ from typing import Any
 
 from llvmlite import ir
 from numba.core import cgutils, types
-from numba.extending import intrinsic
+
+from lmgcpy.jit import Pointer, intrinsic
 
 ROOM = 1024
 """Words of memory for a named tuple of arrays."""
@@ -94,12 +95,20 @@ def _call_at(typing_context, address):
     return types.int32(types.int64), generate
 
 
-write: Any = intrinsic(_write)
-read: Any = intrinsic(_read)
-call: Any = intrinsic(_call)
+_written: dict[int, Any] = {}
+"""By address, where kernels run as plain Python: there is no more than one for each address that is used again."""
+
+
+def _call_in_python(address, *arguments):
+    return Pointer.functions[int(address)](*arguments)
+
+
+write: Any = intrinsic(lambda address, value: _written.__setitem__(int(address), value))(_write)
+read: Any = intrinsic(lambda pointer: _written[int(pointer)])(_read)
+call: Any = intrinsic(_call_in_python)(_call)
 """``call(address, start, stop, offset, s)`` in compiled code."""
-call_work: Any = intrinsic(_call_work)
-call_at: Any = intrinsic(_call_at)
+call_work: Any = intrinsic(_call_in_python)(_call_work)
+call_at: Any = intrinsic(lambda address: 0)(_call_at)
 
 
 def group_signature(system_type):

@@ -10,7 +10,8 @@ from typing import Any, NamedTuple
 import numba
 import numpy as np
 
-from lmgcpy.jit import Kernel, kernel, may_raise, row_reader
+from lmgcpy.jit import Kernel, kernel, row_reader
+from lmgcpy.jit_fingerprint import may_raise
 from lmgcpy.laws import Law
 from lmgcpy.solve import stiffened_wire_block, wire_block
 from lmgcpy.solve.by_address import group_signature
@@ -251,7 +252,7 @@ def _group_kernels(
     space = SPACES[dimension]
     sweep, error = Kernel(space.sweep, meaning), Kernel(space.error, meaning)
     if stiffened:
-        sweep, error = stiffened_kernels({**space.link, **meaning, "ROWS": dimension, **small_matrices(dimension)}, slope)
+        sweep, error = stiffened_kernels({**space.link, **meaning}, dimension, slope)
     elif slope is not None:
         sweep = Kernel(wire_block.sweep, {**space.link, **meaning, "slope": slope})
     if guarded:
@@ -260,8 +261,10 @@ def _group_kernels(
     return sweep.pointer(signature), error.pointer(signature)
 
 
-def stiffened_kernels(meaning: dict[str, Any], slope: Callable | None) -> tuple[Kernel, Kernel]:
+def stiffened_kernels(meaning: dict[str, Any], dimension: int, slope: Callable | None) -> tuple[Kernel, Kernel]:
     """(sweep, error) for the links of a chain with geometric stiffness; without a ``slope`` one link after another."""
+    columns = stiffened_wire_block.scratch(dimension)
+    meaning = {**meaning, "ROWS": dimension, **columns, **small_matrices(dimension)}
     error = Kernel(stiffened_wire_block.error, meaning)
     if slope is None:
         return Kernel(stiffened_wire_block.sweep_links, meaning), error

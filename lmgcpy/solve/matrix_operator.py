@@ -18,7 +18,7 @@ from lmgcpy.laws.coulomb import Coulomb
 from lmgcpy.laws.elastic import ElasticRod, ElasticWire
 from lmgcpy.solve.law_kernels import group_kernels
 from lmgcpy.solve.problem import BOTH, CONTACT, PULL, Problem
-from lmgcpy.solve.stiffened_wire_block import scratch_width
+from lmgcpy.solve.stiffened_wire_block import scratch
 from lmgcpy.solve.system import Groups
 
 STANDARD: dict[int, type[Law]] = {CONTACT: Coulomb, PULL: ElasticWire, BOTH: ElasticRod}
@@ -228,7 +228,7 @@ def assemble_problem(problem: Problem, wire_blocks: bool) -> tuple[Groups, Matri
         if cones[start] != CONTACT:
             coupling[start : stop - 1] = following[start : stop - 1]
     second = np.where(cones == CONTACT, problem.mu, problem.compliance)
-    longest = max((stop - start for start, stop in runs), default=0)
+    links = max((stop for start, stop in runs if cones[start] != CONTACT), default=0)
     system = MatrixSystem(
         first=columns.indptr.astype(np.int64),
         row=columns.indices.astype(np.int64),
@@ -240,7 +240,7 @@ def assemble_problem(problem: Problem, wire_blocks: bool) -> tuple[Groups, Matri
         impulse=np.zeros((count, d)),
         velocity=np.zeros((count, d)),
         **_stiffening(problem, runs),
-        work=np.zeros((longest, scratch_width(d) if problem.geometric.any() else 4)),
+        work=np.zeros((links, scratch(d)["WIDTH"] if problem.geometric.any() else 4)),
         scale=np.zeros(count) if problem.scale is None else problem.scale,
         squared_error=np.zeros(count),
         noise=np.zeros((count, 2)),

@@ -19,7 +19,8 @@ def small_matrices(d: int) -> dict[str, Callable]:
     that stand in row i of an array from column ``at`` on; ``store_row(m, i, v)``, ``store_square(m, i, at, A)``: into it;
     ``unit(x)``: the identity with 1 + x in its first place; ``transposed(A)``; ``negative(v)``; ``scaled(v, A)``: rows of A
     times the numbers v; ``product(A, B)``; ``times(A, v)``; ``plus(A, B)``, ``less(A, B)``, ``plus_row(v, w)``,
-    ``less_row(v, w)``: sums and differences; ``solve(A, B, v)``: ``(A^-1 B, A^-1 v, |det A|)``.
+    ``less_row(v, w)``, ``scaled_row(v, w)``: sums, differences, and products number by number; ``inverted(A)``:
+    ``(A^-1, |det A|)``.
     """
     R = range(d)
     answers = {
@@ -36,11 +37,12 @@ def small_matrices(d: int) -> dict[str, Callable]:
         "less(A, B)": _matrix("A[{i}][{j}] - B[{i}][{j}]", d),
         "plus_row(v, w)": _vector("v[{i}] + w[{i}]", d),
         "less_row(v, w)": _vector("v[{i}] - w[{i}]", d),
+        "scaled_row(v, w)": _vector("v[{i}] * w[{i}]", d),
     }
     bodies = {head: [f"return {answer}"] for head, answer in answers.items()}
     bodies["store_row(m, i, v)"] = [f"m[i, {a}] = v[{a}]" for a in R]
     bodies["store_square(m, i, at, A)"] = [f"m[i, at + {d * a + b}] = A[{a}][{b}]" for a in R for b in R]
-    bodies["solve(A, B, v)"] = _by_cofactors(d)
+    bodies["inverted(A)"] = _by_cofactors(d)
     made: dict[str, Callable] = {}
     exec("\n".join(f"def {head}:\n    " + "\n    ".join(body) for head, body in bodies.items()), {}, made)
     return made
@@ -71,8 +73,5 @@ def _by_cofactors(d: int) -> list[str]:
             body.append(f"c{i}{j} = {'-' if (i + j) % 2 else ''}({minor})")
     body.append("determinant = " + " + ".join(f"A[0][{j}] * c0{j}" for j in R))
     body.append("inverse = 1.0 / determinant")
-    body += [f"i{j}{i} = c{i}{j} * inverse" for i in R for j in R]
-    matrix = _matrix(" + ".join(f"i{{i}}{k} * B[{k}][{{j}}]" for k in R), d)
-    vector = _vector(" + ".join(f"i{{i}}{k} * v[{k}]" for k in R), d)
-    body.append(f"return {matrix}, {vector}, abs(determinant)")
+    body.append(f"return {_matrix('c{j}{i} * inverse', d)}, abs(determinant)")
     return body

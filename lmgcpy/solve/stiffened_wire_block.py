@@ -14,38 +14,50 @@ with the law's slope s and weight w along the normal, and ``s = -kappa, w = 0, F
 Rows where kappa is zero read ``r_t = 0``. The matrix is a symmetric positive definite one with scaled rows, so that block
 elimination needs no pivoting.
 
-The scratch ``System.work`` has a row for every link: right-hand side (d), slopes (d), eliminated block above the diagonal
-(d x d), columns of the last link of a closed chain (d x d).
+What the elimination leaves depends on W and the slopes alone. W and kappa stay as they are as long as the scratch
+``System.work`` does; so what is eliminated is kept there, from one Newton step and one visit to the next, up to the first
+link whose law has changed its slope. Most steps are then a substitution, at a third of the cost.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from lmgcpy.solve.contact_block import normal_velocity, push_normal, push_row, relative_velocity
+from lmgcpy.solve.contact_block import push_row, relative_velocity
 from lmgcpy.solve.small_matrices import small_matrices
 from lmgcpy.solve.system import System
-from lmgcpy.solve.wire_block import SAME, react, read, slope
+from lmgcpy.solve.wire_block import SAME, react, read, relax_link, slope
+
+
+def scratch(dimension: int) -> dict[str, int]:
+    """Where in a row of the scratch the numbers of a link begin, and how many there are.
+
+    From 0 on: right-hand side (d); SLOPES: of its rows (d); ELIMINATED: 1 if it is, and the normal slope with which;
+    INVERSE: of its eliminated block on the diagonal (d x d); ABOVE: its eliminated block above the diagonal (d x d);
+    CORNER: its block in the columns of the last link of a closed chain (d x d).
+    """
+    d = dimension
+    inverse = 2 * d + 2
+    above, corner, width = (inverse + k * d * d for k in (1, 2, 3))
+    return {"SLOPES": d, "ELIMINATED": 2 * d, "INVERSE": inverse, "ABOVE": above, "CORNER": corner, "WIDTH": width}
+
 
 PREPARED = 0
 """How many numbers the law prepares; given by the specialisation, as what follows."""
 ROWS = 2
 """The dimension d."""
+SLOPES, ELIMINATED, INVERSE, ABOVE, CORNER, _ = scratch(ROWS).values()
 _of_two = small_matrices(ROWS)
 block, row, square = _of_two["block"], _of_two["row"], _of_two["square"]
-store_row, store_square, solve = _of_two["store_row"], _of_two["store_square"], _of_two["solve"]
+store_row, store_square, inverted = _of_two["store_row"], _of_two["store_square"], _of_two["inverted"]
 unit, transposed, negative, scaled = (_of_two[name] for name in ("unit", "transposed", "negative", "scaled"))
 product, times, plus, less = _of_two["product"], _of_two["times"], _of_two["plus"], _of_two["less"]
-plus_row, less_row = _of_two["plus_row"], _of_two["less_row"]
-
-
-def scratch_width(dimension: int) -> int:
-    """Numbers of scratch that a link needs."""
-    return 2 * dimension + 2 * dimension**2
+plus_row, less_row, scaled_row = _of_two["plus_row"], _of_two["less_row"], _of_two["scaled_row"]
 
 
 def residual(start, count, offset, weight, s):
-    """Fill in -F and the slopes; returns (sum of (w F)^2, whether the law of a link changed its piece)."""
+    """Fill in -F and the slopes; returns (sum of (w F)^2, whether the law of a link changed its piece). Normal rows are
+    divided by ``1 + s (w - W)``, as in ``wire_block``: the slope is that for ``w_i = W_ii``, whatever the weight."""
     merit = 0.0
     changed = False
     for k in range(count):
@@ -53,8 +65,8 @@ def residual(start, count, offset, weight, s):
         w = weight * s.delassus[i, 0]
         if w == 0.0:  # both bodies are held
             for a in range(ROWS):
-                s.work[k, a] = 0.0
-                s.work[k, ROWS + a] = 0.0
+                s.work[i, a] = 0.0
+                s.work[i, SLOPES + a] = 0.0
             continue
         prepared = read(s.prepared, offset + k * PREPARED)
         u = relative_velocity(i, s)
@@ -62,115 +74,125 @@ def residual(start, count, offset, weight, s):
         free = (u[0] - w * r,)
         (new,) = react(((w,),), free, prepared)
         ((gradient,),) = slope(((w,),), free, prepared)
-        s.work[k, 0] = new - r
-        before = s.work[k, ROWS]
+        diagonal = 1.0 + gradient * (w - s.delassus[i, 0])
+        gradient /= diagonal
+        s.work[i, 0] = (new - r) / diagonal
+        before = s.work[i, SLOPES]
         if abs(gradient - before) > SAME * abs(gradient) or (gradient == 0.0 and abs(new - r) > SAME * abs(new)):
             changed = True
-        s.work[k, ROWS] = gradient
+        s.work[i, SLOPES] = gradient
         merit += (w * (new - r)) ** 2 + 0.0 * gradient  # a slope that is not finite must not pass for a singular matrix
         stiffness = s.geometric[i]
         for a in range(1, ROWS):
             lag = -stiffness * (u[a] - s.carried[i, a - 1]) - s.impulse[i, a]
-            s.work[k, a] = lag
-            s.work[k, ROWS + a] = -stiffness
+            s.work[i, a] = lag
+            s.work[i, SLOPES + a] = -stiffness
             merit += (s.delassus[i, a] * lag / (1.0 + stiffness * s.delassus[i, a])) ** 2
     return merit, changed
 
 
-def diagonal_block(start, k, weight, s):
-    """The block of the Newton matrix on the diagonal, and the slopes of its rows."""
-    i = start + k
-    gradients = row(s.work, k, ROWS)
-    W = block(s.own, i)
-    return less(unit(gradients[0] * weight * s.delassus[i, 0]), scaled(gradients, W)), gradients
+def diagonal_block(i, gradients, s):
+    """The block of the Newton matrix on the diagonal; ``gradients``: the slopes of its rows."""
+    return less(unit(gradients[0] * s.delassus[i, 0]), scaled(gradients, block(s.own, i)))
 
 
-def eliminated_block(start, k, weight, s):
-    """(P, G, slopes) of link k once the link before it is eliminated: its block on the diagonal plus G times what is left
-    of that link, which is the Schur complement, as -G = -slope W_{i,i-1} is the block below the diagonal."""
-    P, gradients = diagonal_block(start, k, weight, s)
-    G = scaled(gradients, transposed(block(s.following, start + k - 1)))
-    return plus(P, product(G, square(s.work, k - 1, 2 * ROWS))), G, gradients
-
-
-def substitute(start, count, weight, s):
-    """Solve the block-tridiagonal Newton system of ``count`` links for the right-hand side, in place; False where a
-    block is singular."""
-    above = 2 * ROWS
-    for k in range(count):
-        b = row(s.work, k, 0)
-        if k == 0:
-            P, gradients = diagonal_block(start, k, weight, s)
-        else:
-            P, G, gradients = eliminated_block(start, k, weight, s)
-            b = plus_row(b, times(G, row(s.work, k - 1, 0)))
-        left, b, determinant = solve(P, scaled(negative(gradients), block(s.following, start + k)), b)
+def eliminate(start, stop, s):
+    """Eliminate the links one after another, from the first one on that is not or has another slope than it had then;
+    returns how many, -1 where a block is singular."""
+    count = 0
+    for k in range(start, stop):
+        i = np.uintp(k)
+        gradients = row(s.work, i, SLOPES)
+        same = abs(gradients[0] - s.work[i, ELIMINATED + 1]) <= SAME * abs(gradients[0])
+        if count == 0 and same and s.work[i, ELIMINATED] == 1.0:
+            continue
+        P = diagonal_block(i, gradients, s)
+        if k > start:  # Schur complement: -slope W_{i,i-1} is the block below the diagonal
+            before = np.uintp(k - 1)
+            known = product(transposed(block(s.following, before)), square(s.work, before, ABOVE))
+            P = plus(P, scaled(gradients, known))
+        inverse, determinant = inverted(P)
         if not determinant > 0.0:
-            return False
-        store_square(s.work, k, above, left)
-        store_row(s.work, k, b)
-    for k in range(count - 2, -1, -1):
-        known = times(square(s.work, k, above), row(s.work, k + 1, 0))
-        store_row(s.work, k, less_row(row(s.work, k, 0), known))
-    return True
+            s.work[i, ELIMINATED] = 0.0
+            return -1
+        store_square(s.work, i, INVERSE, inverse)
+        store_square(s.work, i, ABOVE, product(inverse, scaled(negative(gradients), block(s.following, i))))
+        s.work[i, ELIMINATED] = 1.0
+        s.work[i, ELIMINATED + 1] = gradients[0]
+        count += 1
+    return count
 
 
-def substitute_columns(start, count, weight, s):
-    """Solve the system of :func:`substitute` for the columns of the last link of a closed chain, in place."""
-    above = 2 * ROWS
-    corner = above + ROWS * ROWS
-    for k in range(count):
-        columns = square(s.work, k, corner)
-        if k == 0:
-            P, _ = diagonal_block(start, k, weight, s)
-        else:
-            P, G, _ = eliminated_block(start, k, weight, s)
-            columns = plus(columns, product(G, square(s.work, k - 1, corner)))
-        store_square(s.work, k, corner, solve(P, columns, row(s.work, k, 0))[0])
-    for k in range(count - 2, -1, -1):
-        known = product(square(s.work, k, above), square(s.work, k + 1, corner))
-        store_square(s.work, k, corner, less(square(s.work, k, corner), known))
+def substitute(start, stop, s):
+    """Solve the block-tridiagonal Newton system of eliminated links for the right-hand side, in place."""
+    b = times(square(s.work, start, INVERSE), row(s.work, start, 0))
+    store_row(s.work, start, b)
+    for k in range(start + 1, stop):
+        i = np.uintp(k)
+        known = times(transposed(block(s.following, np.uintp(k - 1))), b)
+        known = scaled_row(row(s.work, i, SLOPES), known)
+        b = times(square(s.work, i, INVERSE), plus_row(row(s.work, i, 0), known))
+        store_row(s.work, i, b)
+    for k in range(stop - 2, start - 1, -1):
+        i = np.uintp(k)
+        b = less_row(row(s.work, i, 0), times(square(s.work, i, ABOVE), b))
+        store_row(s.work, i, b)
 
 
-def newton_step(start, count, weight, s):
+def substitute_columns(start, last, s):
+    """Solve the system of :func:`substitute` for the columns of the last link of a closed chain."""
+    for k in range(start, last):
+        columns = less(block(s.own, k), block(s.own, k))  # zeros
+        if k == start:  # W_{first,last}
+            columns = plus(columns, transposed(block(s.following, last)))
+        if k == last - 1:  # W_{last-1,last}
+            columns = plus(columns, block(s.following, k))
+        if k > start:
+            known = product(transposed(block(s.following, k - 1)), square(s.work, k - 1, CORNER))
+            columns = less(columns, known)
+        columns = scaled(negative(row(s.work, k, SLOPES)), columns)
+        store_square(s.work, k, CORNER, product(square(s.work, k, INVERSE), columns))
+    for k in range(last - 2, start - 1, -1):
+        known = product(square(s.work, k, ABOVE), square(s.work, k + 1, CORNER))
+        store_square(s.work, k, CORNER, less(square(s.work, k, CORNER), known))
+
+
+def newton_step(start, count, s):
     """The Newton step in the first columns of the scratch; False where the matrix is singular.
 
     In a closed chain the last link also meets the first. Its rows and columns are split off, as in ``wire_block``.
     """
-    last = count - 1
+    stop = start + count
+    last = stop - 1
     closed = False
     for a in range(ROWS):
         for b in range(ROWS):
-            if s.following[start + last, a, b] != 0.0:
+            if s.following[last, a, b] != 0.0:
                 closed = True
-    if not closed:
-        return substitute(start, count, weight, s)
-    corner = 2 * ROWS + ROWS * ROWS
-    P, gradients = diagonal_block(start, last, weight, s)
-    to_first = block(s.following, start + last)
-    to_before = transposed(block(s.following, start + last - 1))
-    for k in range(last):  # columns of the last link: W_{first,last} and W_{last-1,last}
-        columns = less(to_first, to_first)
-        if k == 0:
-            columns = plus(columns, transposed(to_first))
-        if k == last - 1:
-            columns = plus(columns, transposed(to_before))
-        store_square(s.work, k, corner, scaled(negative(row(s.work, k, ROWS)), columns))
-    if not substitute(start, last, weight, s):
+    eliminated = eliminate(start, last if closed else stop, s)
+    if eliminated < 0:
         return False
-    substitute_columns(start, last, weight, s)
-    to_first = scaled(gradients, to_first)
-    to_before = scaled(gradients, to_before)
-    b = plus_row(row(s.work, last, 0), times(to_first, row(s.work, 0, 0)))
+    if not closed:
+        substitute(start, stop, s)
+        return True
+    substitute(start, last, s)
+    if eliminated > 0:
+        substitute_columns(start, last, s)
+    gradients = row(s.work, last, SLOPES)
+    to_first = scaled(gradients, block(s.following, last))
+    to_before = scaled(gradients, transposed(block(s.following, last - 1)))
+    b = plus_row(row(s.work, last, 0), times(to_first, row(s.work, start, 0)))
     b = plus_row(b, times(to_before, row(s.work, last - 1, 0)))
-    P = plus(P, product(to_first, square(s.work, 0, corner)))
-    P = plus(P, product(to_before, square(s.work, last - 1, corner)))
-    _, b, determinant = solve(P, P, b)
+    P = diagonal_block(last, gradients, s)
+    P = plus(P, product(to_first, square(s.work, start, CORNER)))
+    P = plus(P, product(to_before, square(s.work, last - 1, CORNER)))
+    inverse, determinant = inverted(P)
     if not determinant > 0.0:
         return False
+    b = times(inverse, b)
     store_row(s.work, last, b)
-    for k in range(last):
-        store_row(s.work, k, less_row(row(s.work, k, 0), times(square(s.work, k, corner), b)))
+    for k in range(start, last):
+        store_row(s.work, k, less_row(row(s.work, k, 0), times(square(s.work, k, CORNER), b)))
     return True
 
 
@@ -179,8 +201,8 @@ def move(start, count, s):
     for k in range(count):
         i = np.uintp(start + k)
         for a in range(ROWS):
-            s.impulse[i, a] += s.work[k, a]
-        push_row(i, s, s.work[k])
+            s.impulse[i, a] += s.work[i, a]
+        push_row(i, s, s.work[i])
 
 
 def relax(start, count, offset, s):
@@ -190,19 +212,15 @@ def relax(start, count, offset, s):
         w = s.delassus[i, 0]
         if w == 0.0:
             continue
-        prepared = read(s.prepared, offset + k * PREPARED)
-        r = s.impulse[i, 0]
-        (new,) = react(((w,),), (normal_velocity(i, s) - w * r,), prepared)
-        s.impulse[i, 0] = new
-        push_normal(i, s, new - r)
+        relax_link(i, w, read(s.prepared, offset + k * PREPARED), s)
         u = relative_velocity(i, s)
-        s.work[k, 0] = 0.0
+        s.work[i, 0] = 0.0
         for a in range(1, ROWS):
             w = s.delassus[i, a]
             lag = -s.geometric[i] * (u[a] - s.carried[i, a - 1]) - s.impulse[i, a]
-            s.work[k, a] = lag / (1.0 + s.geometric[i] * w)
-            s.impulse[i, a] += s.work[k, a]
-        push_row(i, s, s.work[k])
+            s.work[i, a] = lag / (1.0 + s.geometric[i] * w)
+            s.impulse[i, a] += s.work[i, a]
+        push_row(i, s, s.work[i])
 
 
 def sweep_links(start, stop, offset, s: System):

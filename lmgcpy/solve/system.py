@@ -54,7 +54,8 @@ class System(NamedTuple):
     following: np.ndarray
     """Block of W between each link and the next one of its chain, (links, d, d), or none."""
     work: np.ndarray
-    """Scratch of the wire blocks, (longest chain, numbers a link): 4, and with geometric stiffness more."""
+    """Scratch of the wire blocks, (links, numbers a link): 4, and with geometric stiffness more. It begins with
+    zeros, and outlasts a visit."""
     scale: np.ndarray
     """Time step over the size of the smaller body [s/m], (m,): what turns an error of velocity into a displacement in the
     step, in parts of that body. Zero where no size is known."""

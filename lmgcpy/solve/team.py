@@ -19,7 +19,7 @@ import numba
 import numpy as np
 from numba.core import types
 
-from lmgcpy.jit import Kernel, kernel
+from lmgcpy.jit import INTERPRETED, Kernel, kernel
 from lmgcpy.solve.atomic import add, exchange, load, store
 from lmgcpy.solve.by_address import ROOM, call_at, call_work, giving_way, write
 from lmgcpy.solve.system import Groups, System
@@ -75,7 +75,7 @@ class Iterates(NamedTuple):
 
 
 class Job(NamedTuple):
-    """A step to be solved, for one thread: ``s.work`` is its own."""
+    """A step to be solved."""
 
     groups: Groups
     s: System
@@ -188,30 +188,24 @@ def lead(
 ) -> Any:
     """``solver(team, *arguments)`` on a step (groups, system, velocities without impulses, guess) with so many threads.
 
-    A scene without a partition has one task and one chunk, and no use for more than one.
+    A scene without a partition has one task and one chunk, and no use for more than one; neither has plain Python.
     """
     groups, system, free_velocity, guess = step
     tasks = len(groups.task) - 1
     chunks = max(int(np.diff(groups.phase).max(initial=1)), 1)
     words = np.zeros(24, dtype=np.int64)
-    words[HELPERS] = threads - 1 if chunks > 1 else 0
+    words[HELPERS] = threads - 1 if chunks > 1 and not INTERPRETED else 0
     partial, beta, limits = np.zeros((max(tasks, chunks), 4)), np.zeros(1), np.zeros(3)
     job = Job(groups, system, free_velocity, guess, iterates, partial, beta, limits, chunks)
-    own = [job]
-    for _ in range(int(words[HELPERS])):
-        own.append(job._replace(s=system._replace(work=np.empty_like(system.work))))
-    places = np.empty((len(own), ROOM), dtype=np.int64)
-    addresses = [place.ctypes.data for place in places]
-    for mine, address in zip(own, addresses, strict=True):
-        lay(mine, address)
-    address = work_address(work, job)
+    place = np.empty(ROOM, dtype=np.int64)
+    lay(job, place.ctypes.data)
     shared = words, partial, beta, groups.phase, limits, system.told
-    team = Team(*shared, chunks, len(system.impulse), address, addresses[0], giving_way())
-    if len(own) == 1:
+    team = Team(*shared, chunks, len(system.impulse), work_address(work, job), place.ctypes.data, giving_way())
+    if words[HELPERS] == 0:
         return solver(team, *arguments)
     solver.make_ready(team, *arguments)  # or helpers would spend the compiler's time looking for work
     help_out.make_ready(team)
-    helpers = [threading.Thread(target=help_out, args=(team._replace(job=address),)) for address in addresses[1:]]
+    helpers = [threading.Thread(target=help_out, args=(team,)) for _ in range(threads - 1)]
     for thread in helpers:
         thread.start()
     try:

@@ -17,9 +17,13 @@ that repeated steps refine the solution beyond what the elimination loses to rou
 Under a heavy load ``w r`` dwarfs ``u``: of beads that carry a million times their weight, ``u`` is lost to round-off in
 ``u - W_ii r`` where it matters for the tension. Hence ``w_i`` is a small fraction of ``W_ii``; for links that are slack
 or rigid, or slack or elastic, the fraction makes no difference to the active sets after the first step, as every iterate
-has ``r_i`` or the law's velocity at its bound. A law of three pieces, as the Voigt wire, may then cycle between the two
-outer ones; where that is seen, the visit goes on with ``w_i = W_ii``, whose pieces are those of the single updates,
-until the active set has settled.
+has ``r_i`` or the law's velocity at its bound. In the first step it does: of a taut wire that contacts have moved a
+little, half the links look slack. And a law of three pieces, as the Voigt wire, may cycle between the two outer ones.
+Where either is seen, the visit goes on with ``w_i = W_ii``, whose pieces are those of the single updates, until the
+active set has settled.
+
+The scratch ``System.work`` has four columns: right-hand side, slope, eliminated superdiagonal, column of the last link of
+a closed chain. Its slopes stay from one visit to the next.
 """
 
 from __future__ import annotations
@@ -49,9 +53,10 @@ SAME = 1e-9
 
 
 def residual(start, count, offset, weight, s):
-    """Fill in -F and the slopes, columns 0 and 1 of the scratch; returns (sum of (w F)^2, whether a law changed its piece).
+    """Fill in -F and the slopes, columns 0 and 1; returns (sum of (w F)^2, whether the law of a link changed its piece).
 
-    ``weight``: w_i as a fraction of W_ii.
+    ``weight``: w_i as a fraction of W_ii. Rows are divided by their diagonal entry ``1 + s (w - W)``, which makes of every
+    slope the one for ``w_i = W_ii``: the matrix does not depend on the weight.
     """
     merit = 0.0
     changed = False
@@ -59,8 +64,8 @@ def residual(start, count, offset, weight, s):
         i = np.uintp(start + k)
         w = weight * s.delassus[i, 0]
         if w == 0.0:  # both bodies are held
-            s.work[k, 0] = 0.0
-            s.work[k, 1] = 0.0
+            s.work[i, 0] = 0.0
+            s.work[i, 1] = 0.0
             continue
         prepared = read(s.prepared, offset + k * PREPARED)
         u_n = normal_velocity(i, s)
@@ -68,70 +73,68 @@ def residual(start, count, offset, weight, s):
         free = (u_n - w * r,)
         (new,) = react(((w,),), free, prepared)
         ((gradient,),) = slope(((w,),), free, prepared)
-        s.work[k, 0] = new - r
+        diagonal = 1.0 + gradient * (w - s.delassus[i, 0])
+        gradient /= diagonal
+        s.work[i, 0] = (new - r) / diagonal
         # A piece is known by its slope, up to the round-off of a curve's. Of two pieces of slope 0, as slack and full,
         # a step lands on the one that it was taken on.
-        if abs(gradient - s.work[k, 1]) > SAME * abs(gradient) or (gradient == 0.0 and abs(new - r) > SAME * abs(new)):
+        if abs(gradient - s.work[i, 1]) > SAME * abs(gradient) or (gradient == 0.0 and abs(new - r) > SAME * abs(new)):
             changed = True
-        s.work[k, 1] = gradient
+        s.work[i, 1] = gradient
         merit += (w * (new - r)) ** 2 + 0.0 * gradient  # a slope that is not finite must not pass for a singular matrix
     return merit, changed
 
 
-def diagonal_entry(start, k, weight, s):
-    """``1 + s (w - W)`` of the Newton matrix."""
-    return 1.0 - (1.0 - weight) * s.work[k, 1] * s.delassus[start + k, 0]
-
-
-def substitute(start, count, weight, s, right):
+def substitute(start, stop, s, right):
     """Solve the tridiagonal Newton system for the right-hand side in column ``right`` of the scratch, in place.
 
     Column 2 holds the eliminated superdiagonal. Returns False where a pivot vanishes.
     """
-    above = 0.0
-    for k in range(count):
-        gradient = s.work[k, 1]
-        diagonal = diagonal_entry(start, k, weight, s)
-        lower = -gradient * s.coupling[start + k - 1] if k > 0 else 0.0
-        pivot = diagonal - lower * above
-        if not abs(pivot) > 1e-14 * abs(diagonal):
+    x = above = coupling = 0.0
+    for k in range(start, stop):
+        i = np.uintp(k)
+        gradient = s.work[i, 1]
+        lower = -gradient * coupling
+        pivot = 1.0 - lower * above
+        if not abs(pivot) > 1e-14:
             return False
-        below = s.work[k - 1, right] if k > 0 else 0.0
-        s.work[k, right] = (s.work[k, right] - lower * below) / pivot
-        above = -gradient * s.coupling[start + k] / pivot if k < count - 1 else 0.0
-        s.work[k, 2] = above
-    for k in range(count - 2, -1, -1):
-        s.work[k, right] -= s.work[k, 2] * s.work[k + 1, right]
+        x = (s.work[i, right] - lower * x) / pivot
+        coupling = s.coupling[i] if k < stop - 1 else 0.0
+        above = -gradient * coupling / pivot
+        s.work[i, right] = x
+        s.work[i, 2] = above
+    for k in range(stop - 2, start - 1, -1):
+        i = np.uintp(k)
+        x = s.work[i, right] - s.work[i, 2] * x
+        s.work[i, right] = x
     return True
 
 
-def newton_step(start, count, weight, s):
+def newton_step(start, count, s):
     """The Newton step in column 0 of the scratch; False where the matrix is singular.
 
     In a closed chain the last link also meets the first. Its row and column are split off: two substitutions for the
     others, then its own equation.
     """
-    corner = s.coupling[start + count - 1]
+    last = start + count - 1
+    corner = s.coupling[last]
     if corner == 0.0:
-        return substitute(start, count, weight, s, 0)
-    first = -s.work[0, 1] * corner  # entry (0, last)
-    last = -s.work[count - 1, 1] * corner  # entry (last, 0)
-    inner = count - 1
-    lower = -s.work[inner, 1] * s.coupling[start + inner - 1]
-    for k in range(inner):
-        s.work[k, 3] = 0.0
-    s.work[0, 3] += first
-    s.work[inner - 1, 3] += -s.work[inner - 1, 1] * s.coupling[start + inner - 1]
-    if not (substitute(start, inner, weight, s, 0) and substitute(start, inner, weight, s, 3)):
+        return substitute(start, last + 1, s, 0)
+    to_first = -s.work[last, 1] * corner
+    to_before = -s.work[last, 1] * s.coupling[last - 1]
+    for i in range(start, last):
+        s.work[i, 3] = 0.0
+    s.work[start, 3] += -s.work[start, 1] * corner
+    s.work[last - 1, 3] += -s.work[last - 1, 1] * s.coupling[last - 1]
+    if not (substitute(start, last, s, 0) and substitute(start, last, s, 3)):
         return False
-    diagonal = diagonal_entry(start, inner, weight, s)
-    pivot = diagonal - last * s.work[0, 3] - lower * s.work[inner - 1, 3]
-    if not abs(pivot) > 1e-14 * abs(diagonal):
+    pivot = 1.0 - to_first * s.work[start, 3] - to_before * s.work[last - 1, 3]
+    if not abs(pivot) > 1e-14:
         return False
-    x = (s.work[inner, 0] - last * s.work[0, 0] - lower * s.work[inner - 1, 0]) / pivot
-    s.work[inner, 0] = x
-    for k in range(inner):
-        s.work[k, 0] -= x * s.work[k, 3]
+    x = (s.work[last, 0] - to_first * s.work[start, 0] - to_before * s.work[last - 1, 0]) / pivot
+    s.work[last, 0] = x
+    for i in range(start, last):
+        s.work[i, 0] -= x * s.work[i, 3]
     return True
 
 
@@ -139,10 +142,18 @@ def move(start, count, s):
     """Add column 0 of the scratch to the impulses."""
     for k in range(count):
         i = np.uintp(start + k)
-        d = s.work[k, 0]
+        d = s.work[i, 0]
         if d != 0.0:
             s.impulse[i, 0] += d
             push_normal(i, s, d)
+
+
+def relax_link(i, w, prepared, s):
+    """Update one link along its normal, as if it were a contact."""
+    r = s.impulse[i, 0]
+    (new,) = react(((w,),), (normal_velocity(i, s) - w * r,), prepared)
+    s.impulse[i, 0] = new
+    push_normal(i, s, new - r)
 
 
 def relax(start, count, offset, s):
@@ -152,12 +163,7 @@ def relax(start, count, offset, s):
         w = s.delassus[i, 0]
         if w == 0.0:
             continue
-        prepared = read(s.prepared, offset + k * PREPARED)
-        u_n = normal_velocity(i, s)
-        r = s.impulse[i, 0]
-        (new,) = react(((w,),), (u_n - w * r,), prepared)
-        s.impulse[i, 0] = new
-        push_normal(i, s, new - r)
+        relax_link(i, w, read(s.prepared, offset + k * PREPARED), s)
 
 
 def sweep(start, stop, offset, s: System):
@@ -165,23 +171,26 @@ def sweep(start, stop, offset, s: System):
     count = stop - start
     weight = LIGHT
     cycled = False
-    merit, _ = residual(start, count, offset, weight, s)
+    merit, changed = residual(start, count, offset, weight, s)
+    if changed:  # since the visit before, or this is the first
+        weight = 1.0
+        merit, _ = residual(start, count, offset, weight, s)
     enough = 1e-24 * merit
     for _ in range(NEWTON_STEPS):
         if merit <= enough:
             break
-        if not newton_step(start, count, weight, s):
+        if not newton_step(start, count, s):
             relax(start, count, offset, s)
             merit, _ = residual(start, count, offset, weight, s)
             continue
         move(start, count, s)
         before = merit
         merit, changed = residual(start, count, offset, weight, s)
-        if not changed and not merit < 0.1 * before:  # exact but for round-off
-            if weight == LIGHT:
-                break
-            weight = LIGHT  # what a heavy load has left of round-off
+        if not changed and weight != LIGHT:  # exact but for round-off, of which a heavy load leaves some
+            weight = LIGHT
             merit, _ = residual(start, count, offset, weight, s)
+        elif not changed and not merit < 0.1 * before:  # exact
+            break
         elif changed and not merit < before and weight == LIGHT:
             if cycled:
                 break

@@ -68,9 +68,13 @@ def test_a_jerked_wire_stays_as_long_as_it_is(load, time_step):
 
 @pytest.mark.filterwarnings("ignore:In the step", "ignore:Until t")
 def test_without_it_the_wire_stretches():
-    """What it then says of itself: test_watch.py."""
-    sim = jerked(2, 1.0, 1e-3, geometric_stiffness=False).run(steps=300)
-    assert wire_length(sim) > 0.25 or sum(sim.energy.total_interactions.values()) > 0.14
+    """The motion is chaotic: loads that differ by 1e-12 give 0.32 to 0.36 m. What it says of itself: test_watch.py."""
+    sim = jerked(2, 1.0, 1e-3, geometric_stiffness=False)
+    longest = 0.0
+    for _ in range(300):
+        sim.step()
+        longest = max(longest, wire_length(sim))
+    assert longest > 0.25
     assert not np.any(sim.interactions.impulse[:, 1:])
 
 

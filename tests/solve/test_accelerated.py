@@ -32,7 +32,7 @@ def ball(solver):
     scene = scene_with(lm.Coulomb(friction=0.3))
     scene.add(wall((0, 0), (0, 1)))
     scene.add(disk(0.0, R))
-    return lm.Simulation(scene, time_step=1e-3, solver=solver)
+    return lm.Simulation(scene, time_step=1e-3, solver=solver, on_unconverged="ignore")
 
 
 def pendulum(solver):
@@ -41,7 +41,7 @@ def pendulum(solver):
     top.fix()
     bob = scene.add(disk(1.0, 0.0))
     scene.chain([top, bob], lm.RigidRod())
-    return lm.Simulation(scene, time_step=1e-3, solver=solver)
+    return lm.Simulation(scene, time_step=1e-3, solver=solver, on_unconverged="ignore")
 
 
 def wire(solver, beads=60):
@@ -50,7 +50,7 @@ def wire(solver, beads=60):
     chain = [scene.add(disk(0.0, -0.03 * i)) for i in range(beads)]
     chain[0].fix()
     scene.chain(chain, lm.RigidWire())
-    return lm.Simulation(scene, time_step=1e-3, solver=solver)
+    return lm.Simulation(scene, time_step=1e-3, solver=solver, on_unconverged="ignore")
 
 
 def stack(solver, height=30, friction=0.3):
@@ -58,7 +58,7 @@ def stack(solver, height=30, friction=0.3):
     scene.add(wall((0, 0), (0, 1)))
     for i in range(height):
         scene.add(disk(0.0, (2 * i + 1) * R))
-    return lm.Simulation(scene, time_step=1e-3, solver=solver)
+    return lm.Simulation(scene, time_step=1e-3, solver=solver, on_unconverged="ignore")
 
 
 def wedge(solver, weight=100.0):
@@ -71,7 +71,7 @@ def wedge(solver, weight=100.0):
     scene.add(disk(-R, y))
     scene.add(disk(R, y))
     scene.add(disk(0.0, y + R * np.sqrt(3.0), mass=weight))
-    return lm.Simulation(scene, time_step=1e-3, solver=solver)
+    return lm.Simulation(scene, time_step=1e-3, solver=solver, on_unconverged="ignore")
 
 
 def block(solver, width=14, height=14, friction=0.3, law=None):
@@ -92,7 +92,7 @@ def block(solver, width=14, height=14, friction=0.3, law=None):
         rows.append([scene.add(one) for one in row])
     if law:
         scene.chain(rows[height // 2], law)
-    return lm.Simulation(scene, time_step=1e-3, solver=solver)
+    return lm.Simulation(scene, time_step=1e-3, solver=solver, on_unconverged="ignore")
 
 
 TINY = {
