@@ -142,6 +142,7 @@ class Run:
                 self._commit = form.read_commit(self._file)
                 for name, kind in form.table_types(self._file, self.laws).items():
                     check_table(self._file, name, kind, self._commit.rows(name))
+                self._tails = {} if self.closed else form.read_tails(self._file, self._commit)
                 self.dimension = 2 if self._file["frames/velocities"].shape[2] == 3 else 3
         except BaseException:
             self.close()
@@ -184,7 +185,7 @@ class Run:
         table, rows = self._table(name), self._commit.rows(name)
         with form.sentences_of_damage(self.path):
             try:
-                return rows_of(table, key, rows, field=field, forgiving=not self.closed)
+                return rows_of(table, key, rows, field=field, tail=self._tails.get(name))
             except DamagedRows as error:
                 raise ValueError(
                     f"'{self.path}' is damaged: {self._named(name, error.spans)} of '{name}' cannot be read, as a checksum "

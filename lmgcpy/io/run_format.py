@@ -11,6 +11,7 @@ One HDF5 file (readable from HDF5 1.10 on), nothing in it is ever executed:
     observed/...                    a row a step: what the user's functions said
     checkpoint/0, checkpoint/1      the state to go on from, written in turn
     commits                         two rows written in turn: how much of the tables above counts
+    tails                           as commits: sums of what counts in the last chunk of each table
 
 HDF5's single-writer-multiple-reader mode keeps the structure sound at any moment: the operating system has the writes of
 a killed process in the order in which they were made. What is written counts once the row of ``commits`` made after it
@@ -20,6 +21,7 @@ is there, whole, which a checksum tells; so do checkpoints. A power cut is anoth
 from __future__ import annotations
 
 import errno
+import logging
 import os
 import zlib
 from collections.abc import Mapping
@@ -37,9 +39,11 @@ from lmgcpy.errors import shown
 from lmgcpy.io.dead_file import DeadFile, is_dead
 from lmgcpy.io.foreign import regular_file
 from lmgcpy.io.hdf5 import cut_off, data_sets, h5py, in_memory
-from lmgcpy.io.run_trust import DamagedRows, check_structure, read_group, rows_of, write_group
+from lmgcpy.io.run_trust import DamagedRows, check_structure, read_group, rows_of, tail_sum, write_group
 from lmgcpy.writing import check_target as check_file
 from lmgcpy.writing import put_in_place
+
+log = logging.getLogger("lmgcpy")
 
 FORMAT = "lmgcpy run"
 VERSION = 1
@@ -298,6 +302,7 @@ def create(
 def _create_slots(file: Any, checkpoint: Checkpoint, laws: int) -> None:
     for slot in ("checkpoint/0", "checkpoint/1"):
         _create_slot(file.create_group(slot), checkpoint, laws)
+    file.create_dataset("tails", data=np.zeros((2, len(growing_tables(file)) + 2), dtype=np.int64))
     file.create_dataset("commits", data=np.zeros((2, len(COMMIT)), dtype=np.int64))
 
 
@@ -337,7 +342,13 @@ class Commit:
 
 
 def write_commit(file: Any, commit: Commit) -> None:
-    """Into the row that is not the last one's, whole."""
+    """Into the row that is not the last one's, whole; before it the sums of the chunks that are written again later."""
+    if "tails" in file:  # older files have none
+        sums = [tail_sum(file[name], commit.rows(name)) for name in growing_tables(file)]
+        numbers = np.array([commit.sequence, *sums, 0], dtype=np.int64)
+        numbers[-1] = zlib.crc32(numbers[:-1].tobytes())
+        file["tails"][commit.sequence % 2] = numbers
+        file["tails"].flush()
     row = np.array([*(int(getattr(commit, name)) for name in COMMIT[:-1]), 0], dtype=np.int64)
     row[-1] = zlib.crc32(row[:-1].tobytes())
     file["commits"][commit.sequence % 2] = row
@@ -348,11 +359,23 @@ def read_commit(file: Any) -> Commit:
     rows = np.asarray(file["commits"])
     if rows.shape != (2, len(COMMIT)) or rows.dtype != np.int64:
         raise ValueError(f"'commits' is of type {rows.dtype} and shape {rows.shape}")
-    rows = rows[[zlib.crc32(row[:-1].tobytes()) == row[-1] and row[0] > 0 for row in rows]]
+    whole = [zlib.crc32(row[:-1].tobytes()) == row[-1] and row[0] > 0 for row in rows]
+    if rows[np.logical_not(whole)].any():
+        log.warning("'%s' lost its last entry of what counts: the one before is taken.", file.filename)
+    rows = rows[whole]
     if not len(rows):
         raise RuntimeError("it has no whole entry yet")
     numbers = rows[np.argmax(rows[:, 0])].tolist()
     return Commit(numbers[0], numbers[1], numbers[2], numbers[3], bool(numbers[4]))
+
+
+def read_tails(file: Any, commit: Commit) -> dict[str, int]:
+    """Sums of what counts in the last chunk of each growing table, by its name; empty where they are not known."""
+    if "tails" not in file:
+        return {}
+    names, numbers = growing_tables(file), np.asarray(file["tails"])[commit.sequence % 2].tolist()
+    whole = len(numbers) == len(names) + 2 and zlib.crc32(np.array(numbers[:-1], dtype=np.int64).tobytes()) == numbers[-1]
+    return dict(zip(names, numbers[1:-1], strict=True)) if whole and numbers[0] == commit.sequence else {}
 
 
 # ------------------------------------------------------------------------------------------------------- checkpoints
@@ -492,8 +515,9 @@ def mend(path: str | os.PathLike, laws: list[str]) -> Lock:
 
             Path(beside).write_bytes(in_memory(begin, LIBVER))
             with writing(beside) as copy:
+                sums = read_tails(file, commit)
                 for name in growing_tables(file):
-                    _copy_rows(path, file[name], copy[name], commit.rows(name))
+                    _copy_rows(path, file[name], copy[name], commit.rows(name), sums.get(name))
                 write_checkpoint(copy, checkpoint, commit, laws)
                 write_commit(copy, commit)
         lock = Lock(beside, path)
@@ -505,11 +529,11 @@ def mend(path: str | os.PathLike, laws: list[str]) -> Lock:
     return lock
 
 
-def _copy_rows(path: str | os.PathLike, source: Any, target: Any, rows: int) -> None:
+def _copy_rows(path: str | os.PathLike, source: Any, target: Any, rows: int, tail: int | None) -> None:
     target.resize(rows, axis=0)
     block = 64 * source.chunks[0]
     for first in range(0, rows, block):
         part = slice(first, min(first + block, rows))
         with sentences_of_damage(path):
-            values = rows_of(source, part, rows, field=None, forgiving=True)
+            values = rows_of(source, part, rows, field=None, tail=tail)
         target[part] = values

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import zlib
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
@@ -152,33 +153,43 @@ def _first_of_last(table: Any, rows: int) -> int:
     return (rows - 1) // table.chunks[0] * table.chunks[0]
 
 
-def rows_of(table: Any, key: Any, rows: int, *, field: str | None, forgiving: bool) -> np.ndarray:
+def rows_of(table: Any, key: Any, rows: int, *, field: str | None, tail: int | None) -> np.ndarray:
     """Part of the first ``rows`` of a growing table; :class:`DamagedRows` where a checksum is wrong.
 
-    ``forgiving``: for the last chunk of a file whose writer did not close it, or is at work, the checksum may be that of
-    another moment; what counts in it was written before, and is not written again.
+    ``tail``: in a file whose writer did not close it, or is at work, the :func:`tail_sum`: the last chunk is written again
+    as it grows, so that its checksum may be that of another moment; what counts in it does not change.
     """
     try:
         return (table if field is None else table.fields(field))[key]
     except (OSError, RuntimeError) as error:
-        first, last = _span(key, rows)
-        parts, damaged = [], []
+        first, last = (key, key + 1) if isinstance(key, int) else (key.start, min(key.stop, rows))
         step = table.chunks[0]
-        for start in range(first // step * step, last, step):
+        moved = first // step * step
+        parts, damaged = [], []
+        for start in range(moved, last, step):
             stop = min(start + step, rows)
             try:
                 parts.append(table[start:stop])
             except (OSError, RuntimeError):
-                if forgiving and start == _first_of_last(table, rows):
-                    parts.append(_without_checksum(table, start)[: stop - start])
+                part = _without_checksum(table, start)[: stop - start]
+                if stop == rows and tail is not None and _sum(part) == tail:
+                    parts.append(part)
                 else:
                     damaged.append((start, stop - 1))
         if damaged:
             raise DamagedRows(damaged) from error
         found = np.concatenate(parts)
-        moved = first // step * step
         found = found[key - moved if isinstance(key, int) else slice(key.start - moved, key.stop - moved, key.step)]
         return found if field is None else found[field]
+
+
+def tail_sum(table: Any, rows: int) -> int:
+    """Sum of what counts in the last chunk of a growing table."""
+    return _sum(table[_first_of_last(table, rows) : rows]) if rows else 0
+
+
+def _sum(rows: np.ndarray) -> int:
+    return zlib.crc32(np.ascontiguousarray(rows).tobytes())
 
 
 class DamagedRows(Exception):
@@ -187,11 +198,6 @@ class DamagedRows(Exception):
     def __init__(self, spans: list[tuple[int, int]]):
         self.spans = spans
         super().__init__(spans)
-
-
-def _span(key: int | slice, rows: int) -> tuple[int, int]:
-    """First row of what is asked for, and the row after the last."""
-    return (key, key + 1) if isinstance(key, int) else (key.start, min(key.stop, rows))
 
 
 def _without_checksum(table: Any, start: int) -> np.ndarray:

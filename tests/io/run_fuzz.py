@@ -123,7 +123,22 @@ def one_entry(rng, group, name):
 
 def other_text(rng, group, name):
     """A JSON text becomes another, or none."""
-    texts = (b"", b"{", b"null", b"[]", b"{}", b"3", b"-1", b"1e999", b'"word"', b"NaN", b"[1, 2]", b'{"a": 1}', b"\xff", b"0")
+    texts = (
+        b"",
+        b"{",
+        b"null",
+        b"[]",
+        b"{}",
+        b"3",
+        b"-1",
+        b"1e999",
+        b'"word"',
+        b"NaN",
+        b"[1, 2]",
+        b'{"a": 1}',
+        b"\xff",
+        b"0",
+    )
     if group[name].dtype.kind == "S":
         basis.put(group, name, np.bytes_(texts[rng.integers(len(texts))]))
 
@@ -254,19 +269,19 @@ def refused(refusal, path, resumed=False):
 
 
 def known_of(path):
-    """What a whole file holds, with either checkpoint, and where three more steps from each of these lead."""
+    """What a whole file holds, with either checkpoint and commit, and where three more steps lead."""
     copy = path + ".copy"
     found: dict[str, list] = {}
     ends = []
-    for slot in ("0", "1"):
-        basis.replace(copy, basis.content(path))
-        if slot == "1":  # the last one is damaged, so that the other is taken
-            with h5py.File(DeadFile(copy), "r") as file:
-                last = max("01", key=lambda k: file[f"checkpoint/{k}/numbers"][0])
-                at = file[f"checkpoint/{last}/numbers"].id.get_offset()
-            data = basis.content(copy)
+    with h5py.File(DeadFile(path), "r") as file:
+        last = max("01", key=lambda k: file[f"checkpoint/{k}/numbers"][0])
+        checkpoint = file[f"checkpoint/{last}/numbers"].id.get_offset()
+        commit = file["commits"].id.get_offset() + 8 * 6 * int(np.argmax(file["commits"][:, 0]))
+    for lost in ((), (checkpoint,), (commit,)):  # of what is written in turn, either may be taken
+        data = basis.content(path)
+        for at in lost:
             data[at] ^= 1
-            basis.replace(copy, data)
+        basis.replace(copy, data)
         with lm.io.open_run(copy) as run:
             for name, value in words_of(run).items():
                 found.setdefault(name, []).append(value)
@@ -295,6 +310,8 @@ def main(folder, seed, first, stop):
         if kind in (craft, flip_numbers) and base.endswith("dead.h5"):
             base = bases[0]  # HDF5 does not open what is marked as being written
         print(f"begin {k} {kind.__name__} {os.path.basename(base)}", flush=True)
+        if os.path.exists(path):
+            os.remove(path)  # a lock of the try before would be one on this file
         basis.replace(path, basis.content(base))
         kind(rng, path)
         signal.alarm(SECONDS)
