@@ -64,14 +64,11 @@ class Numbers:
 
     def _item(self, path: str) -> Any:
         """What is there, or None; ValueError where a link leads away."""
-        h5 = h5py()
         item = self._file
         for name in path.split("/"):
-            if not isinstance(item, h5.Group) or not item.id.links.exists(name.encode()):
+            if not isinstance(item, h5py().Group) or not item.id.links.exists(name.encode()):
                 return None
-            if item.id.links.get_info(name.encode()).type != h5.h5l.TYPE_HARD:
-                raise ValueError(f"{path} is a link to elsewhere: data must lie in the file itself")
-            item = item[name]
+            item = child(item, name, path)
         return item
 
     def _read(self, path: str, kinds: str, what: str) -> np.ndarray:
@@ -85,16 +82,31 @@ class Numbers:
             raise TypeError(f"{path} must be {what}, and is of type {item.dtype}")
         if item.shape is None:
             raise ValueError(f"{path} is empty")
-        properties = item.id.get_create_plist()
-        if properties.get_external_count() or properties.get_layout() == h5.h5d.VIRTUAL:
-            raise ValueError(f"{path} has its numbers in other files: they must lie in the file itself")
-        for k in range(properties.get_nfilters()):
-            number = properties.get_filter(k)[0]
-            if number not in FILTERS:
-                raise ValueError(
-                    f"{path} is packed by filter {number}, which is not read: pack it by deflate, or not at all"
-                )
-        chunk = np.prod(item.chunks, dtype=float) if item.chunks else 0.0
-        if item.dtype.itemsize * max(np.prod(item.shape, dtype=float), chunk) > self._most:
-            raise ValueError(f"{path} is said to have shape {item.shape}, more than a file of this size can hold")
+        check_storage(item, path)
+        check_size(item, item.shape, path, self._most)
         return np.asarray(item[()]).ravel()
+
+
+def child(group: Any, name: str, path: str) -> Any:
+    """What a group has under a name; ValueError where that is a link that leads away."""
+    if group.id.links.get_info(name.encode()).type != h5py().h5l.TYPE_HARD:
+        raise ValueError(f"{path} is a link to elsewhere: data must lie in the file itself")
+    return group[name]
+
+
+def check_storage(item: Any, path: str) -> None:
+    """ValueError where the numbers of a data set are in other files, or packed by what is not built in."""
+    properties = item.id.get_create_plist()
+    if properties.get_external_count() or properties.get_layout() == h5py().h5d.VIRTUAL:
+        raise ValueError(f"{path} has its numbers in other files: they must lie in the file itself")
+    for k in range(properties.get_nfilters()):
+        number = properties.get_filter(k)[0]
+        if number not in FILTERS:
+            raise ValueError(f"{path} is packed by filter {number}, which is not read: pack it by deflate, or not at all")
+
+
+def check_size(item: Any, shape: tuple[int, ...], path: str, most: float) -> None:
+    """ValueError where so much of a data set, or one of its chunks, is more than ``most`` bytes."""
+    chunk = np.prod(item.chunks, dtype=float) if item.chunks else 0.0
+    if item.dtype.itemsize * max(np.prod(shape, dtype=float), chunk) > most:
+        raise ValueError(f"{path} is said to have shape {shape}, more than a file of this size can hold")

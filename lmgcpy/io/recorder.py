@@ -159,6 +159,9 @@ class RunRecorder:
             self._advance_commit(closed=False)
             self._sound = False
             self._end()
+        except form.WRONG as error:
+            self._release()
+            raise self._sentence(error, "gone on with") from error
         except BaseException:
             self._release()
             raise
@@ -166,7 +169,7 @@ class RunRecorder:
     def _mend(self) -> None:
         try:
             self._lock = form.mend(self.path, self._rows.laws)
-        except (OSError, RuntimeError) as error:
+        except form.WRONG as error:
             raise self._sentence(error, "mended") from error
 
     def enter(self, sim: Simulation) -> None:
@@ -222,7 +225,7 @@ class RunRecorder:
         """The buffers, then, when these are in the file, a checkpoint and the commit that makes them count."""
         try:
             self._put(sim, closed=closed)
-        except (OSError, RuntimeError) as error:
+        except form.WRONG as error:
             self._release()
             self._steps = -1
             raise self._sentence(error, "written on") from error
@@ -252,7 +255,9 @@ class RunRecorder:
     def _sentence(self, error: Exception, what: str) -> Exception:
         if isinstance(error, (FileExistsError, FileNotFoundError, PermissionError, IsADirectoryError, BlockingIOError)):
             return error
-        remedy = "The simulation is as it was after its last step: make room and record into another file."
+        if str(error).startswith((f"'{self.path}'", "The run file")):  # it was told already
+            return error
+        remedy = "The simulation is as it was after its last step: make room, or record into another file."
         return system_error(f"The run file '{self.path}' could not be {what}", error, remedy)
 
     def _open(self, path: str) -> None:

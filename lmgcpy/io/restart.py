@@ -15,7 +15,8 @@ from lmgcpy.io import run_format as form
 from lmgcpy.io.observations import Observations, Observe
 from lmgcpy.io.recorder import RunRecorder, options
 from lmgcpy.io.run import Run
-from lmgcpy.scene.description import Functions, describe, from_description
+from lmgcpy.scene.description import Functions, build, describe, impose
+from lmgcpy.scene.scene import Scene
 from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
 from lmgcpy.solve.gauss_seidel import GaussSeidel
 from lmgcpy.solve.newton import Auto, Newton
@@ -42,7 +43,7 @@ def resume(
     with _run_to_go_on(path) as run:
         given = run.options
         sim = Simulation(
-            from_description(run.scene, functions),
+            _scene(path, run, functions),
             time_step=given["time_step"],
             theta=given["theta"],
             solver=_solver(path, given) if solver is None else solver,
@@ -79,6 +80,17 @@ def take_up(
         _go_on(sim, run, observe)
 
 
+def _scene(path: str | os.PathLike, run: Run, functions: Functions | None) -> Scene:
+    """The scene of a run; what cannot be one is the file's fault, what functions lack is not."""
+    description = run.scene
+    try:
+        scene = build(description)
+    except (IndexError, KeyError, AttributeError, TypeError, ValueError, OverflowError, MemoryError) as error:
+        raise ValueError(f"'{path}' holds no scene that can be built: {error}".rstrip(".") + ".") from error
+    impose(scene, description["conditions"], functions or {})
+    return scene
+
+
 def _run_to_go_on(path: str | os.PathLike) -> Run:
     """The run of a file that may be written."""
     run = Run(path)
@@ -97,7 +109,8 @@ def _go_on(sim: Simulation, run: Run, observe: Observe | None) -> None:
     columns = run.observed
     observations = Observations(observe or {}, {name: np.dtype((c.dtype, c.shape[1:])) for name, c in columns.items()})
     _same_names(run.path, list(columns), list(observations))
-    sim.restore(run.checkpoint())
+    with form.sentences_of_damage(run.path):
+        sim.restore(run.checkpoint())
     sim.recorder = RunRecorder.going_on(run, sim.steps, observations)
 
 

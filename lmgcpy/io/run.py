@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -15,8 +16,11 @@ from lmgcpy.errors import named_arguments, place
 from lmgcpy.io import run_format as form
 from lmgcpy.io.observations import Observed
 from lmgcpy.io.rows import detection_positions
+from lmgcpy.io.run_trust import DamagedRows, check_about, check_table, read_group, rows_of
 from lmgcpy.scene.contactor import PlaneContactor, WallContactor
 from lmgcpy.solve.report import SOLVED_CODES, STATUS
+
+log = logging.getLogger("lmgcpy")
 
 
 @dataclass(frozen=True)
@@ -133,12 +137,13 @@ class Run:
         self._file = form.open_to_read(self.path)
         try:
             with form.sentences_of_damage(self.path):
-                self._about = form.read_tree(self._file["about"])
+                self._about = read_group(self._file, "about")
+                check_about(self._about, list(self._file.get(form.OBSERVED[:-1], ())))
                 self._commit = form.read_commit(self._file)
-                for name in form.growing_tables(self._file):
-                    if not form.has_rows(self._file, name, self._commit.rows(name)):
-                        raise RuntimeError(f"'{name}' lacks entries")
-                self.dimension = int(form.read_tree(self._file["scene"])["dimension"])
+                for name, kind in form.table_types(self._file, self.laws).items():
+                    check_table(self._file, name, kind, self._commit.rows(name))
+                self._tails = {} if self.closed else form.read_tails(self._file, self._commit)
+                self.dimension = 2 if self._file["frames/velocities"].shape[2] == 3 else 3
         except BaseException:
             self.close()
             raise
@@ -168,13 +173,34 @@ class Run:
         if isinstance(part, str):
             kind = table.dtype[part]
             shape = (self._commit.rows(name), *kind.shape)
-            return Column(lambda key: self._table(name).fields(part)[key], shape, kind.base)
-        shape = (self._commit.rows(name), *np.empty(table.shape[1:])[part].shape)
-        return Column(lambda key: self._cut(self._table(name)[key], part), shape, table.dtype)
+            return Column(lambda key: self._rows(name, key, part), shape, kind.base)
+        shape = (self._commit.rows(name), *table.shape[1:])
+        if part is ...:
+            return Column(lambda key: self._rows(name, key), shape, table.dtype)
+        shape = (shape[0], *np.broadcast_to(0.0, shape[1:])[part].shape)
+        return Column(lambda key: self._rows(name, key)[(..., *part[1:])], shape, table.dtype)
 
-    @staticmethod
-    def _cut(values: np.ndarray, part: Any) -> np.ndarray:
-        return values if part is ... else values[(..., *part[1:])]
+    def _rows(self, name: str, key: Any, field: str | None = None) -> np.ndarray:
+        """Rows of a growing table, by a number or a slice with both ends; ValueError that names those that are damaged."""
+        table, rows = self._table(name), self._commit.rows(name)
+        with form.sentences_of_damage(self.path):
+            try:
+                return rows_of(table, key, rows, field=field, tail=self._tails.get(name))
+            except DamagedRows as error:
+                raise ValueError(
+                    f"'{self.path}' is damaged: {self._named(name, error.spans)} of '{name}' cannot be read, as a checksum "
+                    "is wrong there; the rest of the file can."
+                ) from error
+
+    def _named(self, name: str, spans: list[tuple[int, int]]) -> str:
+        """Rows of a table as frames or steps."""
+        what = "frames" if name.startswith("frames/") else "steps"
+        if name == "interactions":
+            what, index = "frames", self._column("frames/index")[:]
+            end = index["first"] + index["count"]
+            frames = [np.flatnonzero((index["first"] <= last) & (end > first)) for first, last in spans]
+            spans = [(int(those[0]), int(those[-1])) for those in frames if len(those)]
+        return what + " " + ", ".join(f"{first} to {last}" if last > first else f"{first}" for first, last in spans)
 
     @property
     def frame_count(self) -> int:
@@ -214,10 +240,16 @@ class Run:
     def interactions(self, frame: int) -> RunInteractions:
         """Links and all candidates within alert of the step that ended with the frame; negative: from the end."""
         index = self._column("frames/index")[frame]
-        net = self._table("interactions")[int(index["first"]) : int(index["first"] + index["count"])]
+        first, count = int(index["first"]), int(index["count"])
         theta, h = self.options["theta"], self.options["time_step"]
-        detected = detection_positions(self.positions[frame], self.velocities[frame], theta, h)
         with form.sentences_of_damage(self.path):
+            if first < 0 or count < 0 or first + count > self._commit.interactions:
+                raise ValueError(f"frame {frame} is said to have interactions {first} to {first + count - 1}")
+            net = self._rows("interactions", slice(first, first + count))
+            detected = detection_positions(self.positions[frame], self.velocities[frame], theta, h)
+            for name, most in (("law", len(self.laws)), ("candidate", len(detected)), ("antagonist", len(detected))):
+                if count and not (net[name].min() >= 0 and net[name].max() < most):
+                    raise ValueError(f"an interaction of frame {frame} has a {name} that is not there")
             return RunInteractions.of(net, self.laws, detected, h)
 
     # ------------------------------------------------------------------------------------------------------- history
@@ -231,7 +263,11 @@ class Run:
     @property
     def status(self) -> np.ndarray:
         """How the solver ended each step, words, (s,)."""
-        return np.array(STATUS)[self._column("history", "status")[:]]
+        codes = self._column("history", "status")[:]
+        with form.sentences_of_damage(self.path):
+            if ((codes < 0) | (codes >= len(STATUS))).any():
+                raise ValueError("a status in 'history' is none that there is")
+            return np.array(STATUS)[codes]
 
     @property
     def unconverged_steps(self) -> int:
@@ -258,20 +294,23 @@ class Run:
     def scene(self) -> dict[str, Any]:
         """The scene as arrays and words: bodies, contactors, materials, visibility table, chains."""
         with form.sentences_of_damage(self.path):
-            return form.read_tree(self._table("scene"))
+            self._table("scene")
+            return read_group(self._file, "scene")
 
     @property
     def extent(self) -> np.ndarray:
         """Radius of a circle around the position of each body that holds it [m], infinite for walls, (n,)."""
-        return self._table("scene/bodies/extent")[:]
+        with form.sentences_of_damage(self.path):
+            return np.asarray(self.scene["bodies"]["extent"]).reshape(self._file["frames/positions"].shape[1])
 
     @property
     def wall_normals(self) -> dict[int, np.ndarray]:
         """Outward normals of the walls by id of the body, (d,)."""
-        table = form.read_tree(self._table("scene/contactors"))
         flat = (WallContactor.KIND, PlaneContactor.KIND)
-        kinds = zip(table["body"].tolist(), table["kind"].tolist(), table["shape"], strict=True)
-        return {body: shape[: self.dimension] for body, kind, shape in kinds if table["kinds"][kind] in flat}
+        with form.sentences_of_damage(self.path):
+            table = self.scene["contactors"]
+            kinds = zip(table["body"].tolist(), table["kind"].tolist(), table["shape"], strict=True)
+            return {body: shape[: self.dimension] for body, kind, shape in kinds if table["kinds"][kind] in flat}
 
     @property
     def laws(self) -> list[str]:
@@ -310,7 +349,13 @@ class Run:
         """The last state to go on from."""
         self._table("checkpoint")
         with form.sentences_of_damage(self.path):
-            return form.read_checkpoint(self._file, self.laws)[0]
+            checkpoint, commit = form.read_checkpoint(self._file, self.laws)
+        if self.closed and commit.sequence < self._commit.sequence:
+            log.warning(
+                "The last checkpoint of '%s' is damaged: that of step %d is taken, and later steps are made again.",
+                *(self.path, checkpoint.steps),
+            )
+        return checkpoint
 
     def __repr__(self) -> str:
         if self._file is None:

@@ -11,6 +11,7 @@ One HDF5 file (readable from HDF5 1.10 on), nothing in it is ever executed:
     observed/...                    a row a step: what the user's functions said
     checkpoint/0, checkpoint/1      the state to go on from, written in turn
     commits                         two rows written in turn: how much of the tables above counts
+    tails                           as commits: sums of what counts in the last chunk of each table
 
 HDF5's single-writer-multiple-reader mode keeps the structure sound at any moment: the operating system has the writes of
 a killed process in the order in which they were made. What is written counts once the row of ``commits`` made after it
@@ -20,7 +21,7 @@ is there, whole, which a checksum tells; so do checkpoints. A power cut is anoth
 from __future__ import annotations
 
 import errno
-import json
+import logging
 import os
 import zlib
 from collections.abc import Mapping
@@ -34,11 +35,15 @@ import numpy as np
 from lmgcpy.contact.memory import Memory
 from lmgcpy.dynamics.checkpoint import Checkpoint
 from lmgcpy.dynamics.energy import Energy
-from lmgcpy.errors import place, shown
+from lmgcpy.errors import shown
 from lmgcpy.io.dead_file import DeadFile, is_dead
+from lmgcpy.io.foreign import regular_file
 from lmgcpy.io.hdf5 import cut_off, data_sets, h5py, in_memory
+from lmgcpy.io.run_trust import DamagedRows, check_structure, read_group, rows_of, tail_sum, write_group
 from lmgcpy.writing import check_target as check_file
 from lmgcpy.writing import put_in_place
+
+log = logging.getLogger("lmgcpy")
 
 FORMAT = "lmgcpy run"
 VERSION = 1
@@ -46,6 +51,8 @@ LIBVER = ("v110", "v110")
 """The oldest HDF5 with single-writer-multiple-reader files."""
 CHUNK = 1 << 16
 """Bytes of a chunk, about."""
+WRONG = (OSError, RuntimeError, LookupError, ValueError, TypeError, AttributeError, OverflowError, MemoryError)
+"""What reading data that are not what they should be may raise."""
 GROWING = ("frames/index", "frames/positions", "frames/velocities", "interactions", "history")
 """Tables of every file; each observation has one more."""
 OBSERVED = "observed/"
@@ -85,14 +92,21 @@ def growing_tables(file: Any) -> list[str]:
     return [*GROWING, *(OBSERVED + name for name in file.get(OBSERVED[:-1], ()))]
 
 
-def has_rows(file: Any, name: str, rows: int) -> bool:
-    """Whether a growing table has so many rows, and the file does not end before the last of them."""
-    table = file[name]
-    if rows == 0 or len(table) < rows:
-        return rows == 0
-    chunk = (rows - 1) // table.chunks[0] * table.chunks[0]
-    place = table.id.get_chunk_info_by_coord((chunk, *(0,) * (table.ndim - 1)))
-    return place.byte_offset is not None and place.byte_offset + place.size <= file.id.get_filesize()
+def table_types(file: Any, laws: list[str]) -> dict[str, np.dtype]:
+    """What each growing table holds a row, with its shape; the dimension is that of the velocities."""
+    bodies, components = file["frames/velocities"].shape[1:]
+    if components not in (3, 6):
+        raise ValueError(f"'frames/velocities' has {components} components, not 3 or 6")
+    vectors = np.dtype(("f8", (bodies, 3))), np.dtype(("f8", (bodies, components)))
+    kinds = INDEX, *vectors, interaction_type(2 if components == 3 else 3), history_type(len(laws))
+    types = dict(zip(GROWING, kinds, strict=True))
+    for name in growing_tables(file):
+        if name not in types:
+            kind = np.dtype((file[name].dtype, file[name].shape[1:]))
+            if kind.base.kind not in "biuf":
+                raise ValueError(f"'{name}' holds no numbers")
+            types[name] = kind
+    return types
 
 
 # ----------------------------------------------------------------------------------------------------------- opening
@@ -103,13 +117,7 @@ def open_to_read(path: str | os.PathLike) -> Any:
 
     Raises FileNotFoundError, IsADirectoryError, PermissionError or ValueError with a sentence.
     """
-    path = place(path, "path")
-    if not os.path.exists(path):
-        raise FileNotFoundError(f"There is no file '{path}'.")
-    if os.path.isdir(path):
-        raise IsADirectoryError(f"'{path}' is a folder, not a run file.")
-    if not os.access(path, os.R_OK):
-        raise PermissionError(f"The file '{path}' may not be read: change its permissions.")
+    path = regular_file(path, "a run file")
     if os.path.getsize(path) == 0:
         raise ValueError(f"'{path}' is empty: no lmgcpy run.")
     with open(path, "rb") as raw:
@@ -128,6 +136,8 @@ def open_to_read(path: str | os.PathLike) -> Any:
         raise ValueError(f"'{path}' is truncated or damaged: HDF5 cannot open it ({error}).") from error
     try:
         _check_format(path, file)
+        with sentences_of_damage(path):
+            check_structure(file, lambda name: name in GROWING or name.startswith(OBSERVED))
     except BaseException:
         file.close()
         raise
@@ -169,12 +179,17 @@ def _check_format(path: str | os.PathLike, file: Any) -> None:
 
 @contextmanager
 def sentences_of_damage(path: str | os.PathLike):
-    """What HDF5 says of a damaged file, as a ValueError with a sentence."""
+    """What HDF5, numpy and the checks say of a damaged file, as a ValueError with a sentence."""
     try:
         yield
-    except (OSError, RuntimeError, KeyError, IndexError) as error:
-        what = error.args[0] if error.args else error
-        raise ValueError(f"'{path}' is truncated or damaged: {what}.") from error
+    except DamagedRows as error:
+        told = ", ".join(f"{first} to {last}" for first, last in error.spans)
+        raise ValueError(f"'{path}' is damaged: rows {told} of a table cannot be read.") from error
+    except WRONG as error:
+        what = str(error.args[0] if error.args else type(error).__name__)
+        if what.startswith(f"'{path}'"):
+            raise
+        raise ValueError(f"'{path}' is truncated or damaged: {what.rstrip('.')}.") from error
 
 
 def open_to_append(path: str | os.PathLike) -> Any:
@@ -268,8 +283,8 @@ def create(
 
     def fill(file: Any) -> None:
         file.attrs["format"], file.attrs["format_version"] = FORMAT, VERSION
-        write_tree(file.create_group("about"), about)
-        write_tree(file.create_group("scene"), description)
+        write_group(file, "about", about)
+        write_group(file, "scene", description)
         positions = np.dtype(("f8", (bodies, 3)))
         velocities = np.dtype(("f8", checkpoint.velocities.shape))
         kinds = INDEX, positions, velocities, interaction_type(dimension), history_type(laws)
@@ -277,7 +292,7 @@ def create(
         types.update({OBSERVED + name: kind for name, kind in observed.items()})
         for name, kind in types.items():
             rows = max(1, min(1024, CHUNK // kind.itemsize))
-            layout = {"maxshape": (None, *kind.shape), "chunks": (rows, *kind.shape)}
+            layout = {"maxshape": (None, *kind.shape), "chunks": (rows, *kind.shape), "fletcher32": True}
             file.create_dataset(name, (0, *kind.shape), kind.base, **layout)
         _create_slots(file, checkpoint, laws)
 
@@ -287,6 +302,7 @@ def create(
 def _create_slots(file: Any, checkpoint: Checkpoint, laws: int) -> None:
     for slot in ("checkpoint/0", "checkpoint/1"):
         _create_slot(file.create_group(slot), checkpoint, laws)
+    file.create_dataset("tails", data=np.zeros((2, len(growing_tables(file)) + 2), dtype=np.int64))
     file.create_dataset("commits", data=np.zeros((2, len(COMMIT)), dtype=np.int64))
 
 
@@ -305,30 +321,6 @@ def _create_slot(group: Any, checkpoint: Checkpoint, laws: int) -> None:
     longest = checkpoint.memory.state.shape[1]
     growing = {"maxshape": (None, longest), "chunks": (1024, longest)} if longest else {}
     group.create_dataset("state", (0, longest), "f8", **growing)
-
-
-def write_tree(group: Any, tree: Mapping[str, Any]) -> None:
-    """Dictionaries as groups, arrays as data sets, all else as JSON texts."""
-    for name, value in tree.items():
-        if isinstance(value, Mapping) and value:
-            write_tree(group.create_group(name), value)
-        elif isinstance(value, np.ndarray):
-            group.create_dataset(name, data=value)
-        else:
-            group.create_dataset(name, data=np.bytes_(json.dumps(value)))
-
-
-def read_tree(group: Any) -> dict[str, Any]:
-    """What :func:`write_tree` wrote."""
-    tree: dict[str, Any] = {}
-    for name, item in group.items():
-        if not hasattr(item, "dtype"):
-            tree[name] = read_tree(item)
-        elif item.dtype.kind == "S":
-            tree[name] = json.loads(item[()])
-        else:
-            tree[name] = item[()]
-    return tree
 
 
 # ----------------------------------------------------------------------------------------------------------- commits
@@ -350,7 +342,13 @@ class Commit:
 
 
 def write_commit(file: Any, commit: Commit) -> None:
-    """Into the row that is not the last one's, whole."""
+    """Into the row that is not the last one's, whole; before it the sums of the chunks that are written again later."""
+    if "tails" in file:  # older files have none
+        sums = [tail_sum(file[name], commit.rows(name)) for name in growing_tables(file)]
+        numbers = np.array([commit.sequence, *sums, 0], dtype=np.int64)
+        numbers[-1] = zlib.crc32(numbers[:-1].tobytes())
+        file["tails"][commit.sequence % 2] = numbers
+        file["tails"].flush()
     row = np.array([*(int(getattr(commit, name)) for name in COMMIT[:-1]), 0], dtype=np.int64)
     row[-1] = zlib.crc32(row[:-1].tobytes())
     file["commits"][commit.sequence % 2] = row
@@ -359,11 +357,25 @@ def write_commit(file: Any, commit: Commit) -> None:
 def read_commit(file: Any) -> Commit:
     """The last whole commit; RuntimeError where there is none."""
     rows = np.asarray(file["commits"])
-    rows = rows[[zlib.crc32(row[:-1].tobytes()) == row[-1] and row[0] > 0 for row in rows]]
+    if rows.shape != (2, len(COMMIT)) or rows.dtype != np.int64:
+        raise ValueError(f"'commits' is of type {rows.dtype} and shape {rows.shape}")
+    whole = [zlib.crc32(row[:-1].tobytes()) == row[-1] and row[0] > 0 for row in rows]
+    if rows[np.logical_not(whole)].any():
+        log.warning("'%s' lost its last entry of what counts: the one before is taken.", file.filename)
+    rows = rows[whole]
     if not len(rows):
         raise RuntimeError("it has no whole entry yet")
     numbers = rows[np.argmax(rows[:, 0])].tolist()
     return Commit(numbers[0], numbers[1], numbers[2], numbers[3], bool(numbers[4]))
+
+
+def read_tails(file: Any, commit: Commit) -> dict[str, int]:
+    """Sums of what counts in the last chunk of each growing table, by its name; empty where they are not known."""
+    if "tails" not in file:
+        return {}
+    names, numbers = growing_tables(file), np.asarray(file["tails"])[commit.sequence % 2].tolist()
+    whole = len(numbers) == len(names) + 2 and zlib.crc32(np.array(numbers[:-1], dtype=np.int64).tobytes()) == numbers[-1]
+    return dict(zip(names, numbers[1:-1], strict=True)) if whole and numbers[0] == commit.sequence else {}
 
 
 # ------------------------------------------------------------------------------------------------------- checkpoints
@@ -481,25 +493,31 @@ def mend(path: str | os.PathLike, laws: list[str]) -> Lock:
         with open_to_read(path) as file:
             with sentences_of_damage(path):
                 checkpoint, commit = read_checkpoint(file, laws)
-                trees = {name: read_tree(file[name]) for name in ("about", "scene")}
+                trees = {name: read_group(file, name) for name in ("about", "scene")}
                 marks = dict(file.attrs.items())
 
             def begin(copy: Any) -> None:
                 for name, value in marks.items():
                     copy.attrs[name] = value
                 for name, tree in trees.items():
-                    write_tree(copy.create_group(name), tree)
+                    write_group(copy, name, tree)
                 for name in growing_tables(file):
                     table = file[name]
                     copy.create_dataset(
-                        name, (0, *table.shape[1:]), table.dtype, maxshape=table.maxshape, chunks=table.chunks
+                        name,
+                        (0, *table.shape[1:]),
+                        table.dtype,
+                        maxshape=table.maxshape,
+                        chunks=table.chunks,
+                        fletcher32=True,
                     )
                 _create_slots(copy, checkpoint, len(laws))
 
             Path(beside).write_bytes(in_memory(begin, LIBVER))
             with writing(beside) as copy:
+                sums = read_tails(file, commit)
                 for name in growing_tables(file):
-                    _copy_rows(path, file[name], copy[name], commit.rows(name))
+                    _copy_rows(path, file[name], copy[name], commit.rows(name), sums.get(name))
                 write_checkpoint(copy, checkpoint, commit, laws)
                 write_commit(copy, commit)
         lock = Lock(beside, path)
@@ -511,11 +529,11 @@ def mend(path: str | os.PathLike, laws: list[str]) -> Lock:
     return lock
 
 
-def _copy_rows(path: str | os.PathLike, source: Any, target: Any, rows: int) -> None:
+def _copy_rows(path: str | os.PathLike, source: Any, target: Any, rows: int, tail: int | None) -> None:
     target.resize(rows, axis=0)
     block = 64 * source.chunks[0]
     for first in range(0, rows, block):
         part = slice(first, min(first + block, rows))
         with sentences_of_damage(path):
-            values = source[part]
+            values = rows_of(source, part, rows, field=None, tail=tail)
         target[part] = values

@@ -154,10 +154,17 @@ def from_description(description: Mapping[str, Any], functions: Functions | None
     Raises ValueError with a sentence where a function is missing or is one too many, LookupError where a law is not
     registered or nobody has told how two kinds of contactor meet.
     """
+    scene = build(description)
+    impose(scene, description["conditions"], functions or {})
+    return scene
+
+
+def build(description: Mapping[str, Any]) -> Scene:
+    """The scene of a description but for what is imposed on its bodies."""
     laws = [_make_law(**law) for law in description["laws"]]
     scene = Scene(dimension=int(description["dimension"]), gravity=description["gravity"])
     _add_bodies(scene, description)
-    _impose(scene, description["conditions"], functions or {})
+    _check_conditions(scene, description["conditions"])
     for row in description["visibility"]:
         scene.see(row["candidate"], row["antagonist"], laws[row["law"]], alert=row["alert"])
     chains = description["chains"]
@@ -288,7 +295,18 @@ def _contactor(table: Mapping[str, Any], k: int) -> Contactor:
     return RecordedContactor(kind, shape, *sizes)
 
 
-def _impose(scene: Scene, conditions: Mapping[str, Any], functions: Functions) -> None:
+def _check_conditions(scene: Scene, conditions: Mapping[str, Any]) -> None:
+    bodies, components = conditions["body"], conditions["component"]
+    there = len(scene.bodies), len(COMPONENTS[scene.dimension])
+    for what, codes, most in zip(("body", "component"), (bodies, components), there, strict=True):
+        if len(codes) and not (codes.dtype.kind in "iu" and codes.min() >= 0 and codes.max() < most):
+            raise ValueError(f"a condition is on a {what} that is not there")
+    if any(len(conditions[name]) != len(bodies) for name in CONDITION):
+        raise ValueError("there are conditions that lack something")
+
+
+def impose(scene: Scene, conditions: Mapping[str, Any], functions: Functions) -> None:
+    """Impose the conditions of a description on the bodies of its scene; raises as :func:`from_description`."""
     if not isinstance(functions, Mapping):
         raise TypeError(f"functions must be a dictionary such as {{(3, 'y'): f}}, got {shown(functions)}.")
     missing = []

@@ -19,11 +19,11 @@ import lmgcpy as lm
 FUZZ = Path(__file__).parent / "fclib_fuzz.py"
 
 
-def ends(folder, seed, first, stop):
+def ends(folder, seed, first, stop, fuzz=FUZZ):
     """(number, kind of damage, how it ended) of every try, in as many processes as crashes make needed."""
     told = []
     while first < stop:
-        command = [sys.executable, str(FUZZ), str(folder), str(seed), str(first), str(stop)]
+        command = [sys.executable, str(fuzz), str(folder), str(seed), str(first), str(stop)]
         done = subprocess.run(command, capture_output=True, text=True, timeout=900)
         kind = ""
         for line in done.stdout.splitlines():
