@@ -10,6 +10,7 @@ from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any, ClassVar, Generic, TypeVar
 
+from lmgcpy.io.foreign import regular_file
 from lmgcpy.io.recorder import versions
 from lmgcpy.io.run_format import is_being_written
 from lmgcpy.writing import flush, make_folder, new_file
@@ -67,7 +68,7 @@ class Folder(ABC, Generic[Study]):
     def read(self) -> Study:
         """The study that the folder holds.
 
-        Raises FileNotFoundError where there is none; ValueError where its file is damaged or of another version.
+        Raises FileNotFoundError where there is none; ValueError where its file is damaged, a pipe, or of another version.
         """
         if not self.study_file.exists():
             raise FileNotFoundError(
@@ -75,11 +76,12 @@ class Folder(ABC, Generic[Study]):
                 f"lmgcpy {self.COMMAND} --out {self.path}."
             )
         anew = "Put it back as it was, or begin the study anew by --force without --resume."
+        file = Path(regular_file(self.study_file, "the file of a study"))
         try:
-            about = json.loads(self.study_file.read_text(encoding="utf-8"))
+            about = json.loads(file.read_text(encoding="utf-8"))
             form, given, made_with = about["format"], dict(about["study"]), about["versions"]["lmgcpy"]
             kind: Any = self.kind_of(about) if form == self._format else None
-        except (ValueError, KeyError, TypeError) as error:
+        except (ValueError, KeyError, TypeError, RecursionError) as error:
             raise ValueError(f"'{self.study_file}' is damaged ({error}). {anew}") from error
         if kind is None:
             raise ValueError(f"'{self.study_file}' is of another kind of study, '{form}': give another folder by --out.")
