@@ -32,7 +32,7 @@ def read(path: str | os.PathLike) -> Problem:
     """Read a problem.
 
     Raises FileNotFoundError, IsADirectoryError, PermissionError, or ValueError where the file is no problem, is incomplete,
-    damaged, or a pipe. Nothing in the file is believed: see :mod:`lmgcpy.io.foreign` and :class:`lmgcpy.Problem`.
+    damaged, or a pipe. Nothing in the file is believed: see ``lmgcpy/io/foreign.py`` and :class:`lmgcpy.Problem`.
     """
     path = regular_file(path, "a file of a problem")
     try:
