@@ -35,6 +35,8 @@ pendulum that turns by 0.1 rad in a step makes a thousandth on its way up and lo
 damp what the step resolves."""
 ACCOUNTS = 0.5
 """The work of pulling back the excess is at least this part of what is made: else it was made by something else."""
+TINY = 1e-12
+"""Excess in parts of the shortest link below which a step is not looked at: of a link that turns by 1.4e-6 rad."""
 TURNS = 4
 """So often are further chains looked for that make energy once others do not."""
 
@@ -52,8 +54,9 @@ class TurningStretch:
         self._bodies = np.concatenate([np.zeros(0, np.int64), *bodies])
         self._first_body = np.cumsum([0, *(len(of_chain) for of_chain in bodies)])[:-1]
         self._cuts = np.cumsum([0, *(chain.link_count for chain in chains)])
+        self._tiny = TINY * min((float((c.radius_sum + c.reference_gap).min()) for c in chains), default=0.0)
         self._passive = np.array([chain.law.NAME in model.passive for chain in chains], dtype=bool)
-        self._mass = np.where(model.inverse_mass > 0.0, model.mass, 0.0)
+        self._mass = np.where(model.inverse_mass > 0.0, model.mass, 0.0)[self._bodies]
         self.predicted = np.full(self._cuts[-1], np.nan)
 
     def take_back(
@@ -70,20 +73,22 @@ class TurningStretch:
         what ``solve`` returns know the velocities ``after``.
         """
         count, h = len(self.predicted), given.data.time_step
-        excess = solved.data.gap[:count] - self.predicted
-        excess = np.where(excess > 0.0, excess, 0.0)  # none where nothing is known
-        if not excess.any():
+        excess = np.fmax(solved.data.gap[:count] - self.predicted, 0.0)  # none where nothing is known
+        if not excess.max() > self._tiny:
             return solved, None
-        limit = MADE * (self._kinetic(before) + self._kinetic(given.free_velocity - before))
-        first = None
-        gap, done = given.data.gap.copy(), np.zeros(len(limit), dtype=bool)
+        gap, first = given.data.gap, None
+        limit = MADE * self._kinetic(before, given.free_velocity)
+        done = ~self._passive
         for _ in range(TURNS):
-            tension = np.maximum(-solved.system.impulse[:count, 0], 0.0)
+            tension = np.fmax(-solved.system.impulse[:count, 0], 0.0)
             pulled = np.add.reduceat(tension * excess, self._cuts[:-1]) / h  # work of pulling back the excess
-            suspects = np.flatnonzero(self._passive & ~done & (pulled > ACCOUNTS * limit)).tolist()
+            suspects = np.flatnonzero((pulled > ACCOUNTS * limit) & ~done).tolist()
+            if not suspects:
+                break
             chains = [k for k in suspects if limit[k] < self._made(solved, k) < pulled[k] / ACCOUNTS]
             if not chains:
                 break
+            gap = gap.copy()
             for k in chains:
                 part = slice(self._cuts[k], self._cuts[k + 1])
                 gap[part] -= excess[part]
@@ -99,10 +104,12 @@ class TurningStretch:
         data, count = problem.data, len(self.predicted)
         self.predicted = data.gap[:count] + data.time_step * data.after[:count, 0]
 
-    def _kinetic(self, velocity: np.ndarray) -> np.ndarray:
-        """Kinetic energy of the bodies of each chain for velocities (n, k) [J]."""
-        of_bodies = (self._mass[self._bodies] * velocity[self._bodies] ** 2).sum(axis=1)
-        return 0.5 * np.add.reduceat(of_bodies, self._first_body)
+    def _kinetic(self, before: np.ndarray, free: np.ndarray) -> np.ndarray:
+        """Kinetic energy of the bodies of each chain before the step, and what its loads give them from rest [J]; from
+        velocities before it and without impulses, (n, k)."""
+        before = before[self._bodies]
+        given = free[self._bodies] - before
+        return 0.5 * np.add.reduceat(np.einsum("bk,bk->b", self._mass, before * before + given * given), self._first_body)
 
     def _made(self, problem: StepProblem, chain: int) -> float:
         """What a chain makes in the step: the work of its impulses, and what it stores more than before [J]."""
