@@ -95,7 +95,10 @@ class Problem:
         if self.mu.ndim != 1:
             raise ValueError(f"mu of a problem must have shape (m,), got {self.mu.shape}.")
         count, d = len(self.mu), self.dimension
+        if self.W.shape == 2 * self.q.shape and len(self.q) % d == 0:  # two against mu
+            count = len(self.q) // d
         shapes = {
+            "mu": (count,),
             "W": (count * d, count * d),
             "q": (count * d,),
             "compliance": (count,),
