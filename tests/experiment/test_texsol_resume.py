@@ -107,7 +107,7 @@ def test_files_change_no_bit(whole):
     study = Study(**{**about["study"], "laws": tuple(about["study"]["laws"])})
     result = run_study(study)
     again = run_study(study, folder=StudyFolder(whole), resume=True)
-    assert result.compaction.steps == again.compaction.steps == 226
+    assert result.compaction.steps == again.compaction.steps > 0
     assert result.compaction.unrest == again.compaction.unrest
     assert np.array_equal(result.sample.positions, again.sample.positions)
     for mine, other in ((result.records, again.records), (result.checks, again.checks)):
