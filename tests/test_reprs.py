@@ -20,6 +20,7 @@ from lmgcpy.experiment.texsol_sample import lay_sample
 from lmgcpy.experiment.triaxial import Triaxial
 from lmgcpy.io.compare import compare
 from lmgcpy.io.kept import KeptRun
+from lmgcpy.solve.report import Worst
 
 pytestmark = pytest.mark.filterwarnings("ignore:In the step to")
 """Three spheres are no sample: the plates of their triaxial test fly."""
@@ -88,7 +89,7 @@ def things(folder) -> dict[str, object]:
         "0 interactions: none": fresh.interactions,
         "2 interactions: 1 coulomb, 1 elastic-wire": sim.interactions,
         "Report: converged after": sim.report,
-        "Worst(law=": sim.report.worst,
+        "Worst(law=": Worst("coulomb", 0, 1, 1e-9),
         "Energy: kinetic ": sim.energy,
         "Checkpoint of 4 bodies at t = 0.03 s, step 30": sim.checkpoint(),
         "Model in 2D: 4 bodies": sim.model,
