@@ -8,18 +8,23 @@ import numpy as np
 
 from lmgcpy.contact.frames import local_frames
 from lmgcpy.dynamics.assembly import StepProblem
-from lmgcpy.solve.problem import Conic, Problem
+from lmgcpy.solve.problem import Conic, ConicForm, Problem, cone_of
 from lmgcpy.solve.system import System
 
 if TYPE_CHECKING:
     import scipy.sparse as sparse
 
 
+def law_without_conic(step: StepProblem) -> str | None:
+    """Name of a law of the step that has no conic form; None where all have one."""
+    return next((group.law.NAME for group in step.groups if group.law.conic is None), None)
+
+
 def as_problem(step: StepProblem) -> Conic:
     """``W = H^T M^-1 H`` and ``q = H^T v_free + biases`` of a step.
 
     Interactions that cannot act in this step, such as restitution across an open gap, are left out. Raises TypeError for
-    a law that has no conic form.
+    a law that has no conic form, RuntimeError where that of a law raises.
     """
     import scipy.sparse as sparse  # takes as long to import as the rest of lmgcpy
 
@@ -27,15 +32,20 @@ def as_problem(step: StepProblem) -> Conic:
     count = len(system.candidate)
     bias, friction, compliance = np.zeros(count), np.zeros(count), np.zeros(count)
     names: list[str] = []
+    without = law_without_conic(step)
+    if without is not None:
+        raise TypeError(f"Law '{without}' has no conic form, so that this step cannot be written as a problem of its own.")
     for group, where in zip(step.groups, step.offset, strict=True):
-        if group.law.conic is None:
-            raise TypeError(
-                f"Law '{group.law.NAME}' has no conic form, so that this step cannot be written as a problem of its own."
-            )
+        assert group.law.conic is not None
         part = slice(group.start, group.stop)
         size = len(group.law.PREPARED) * (group.stop - group.start)
         prepared = system.prepared[where : where + size].reshape(group.stop - group.start, -1)
-        bias[part], friction[part], compliance[part] = group.law.conic(prepared.T)
+        try:
+            bias[part], friction[part], compliance[part] = group.law.conic(prepared.T)
+        except Exception as error:
+            raise RuntimeError(
+                f"In the step from t = {step.data.time:g} s conic of law '{group.law.NAME}' raised {error!r}."
+            ) from error
         names += [group.law.NAME] * (group.stop - group.start)
     acting = np.isfinite(bias)
     H = interaction_matrix(step)
@@ -60,8 +70,14 @@ def as_problem(step: StepProblem) -> Conic:
         guess=step.guess[acting],
         geometric=geometric[acting],
         scale=system.scale[acting],
+        cone_by_law={group.law.NAME: cone_of(type(group.law)) for group in step.groups},
     )
     return Conic(problem, acting)
+
+
+def conic_form(step: StepProblem) -> ConicForm:
+    """What makes the problem of a step in conic form, for solvers that need it."""
+    return ConicForm(lambda: as_problem(step), law_without_conic(step))
 
 
 def interaction_matrix(step: StepProblem) -> sparse.csr_array:

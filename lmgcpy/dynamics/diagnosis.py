@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from lmgcpy.contact.detector import Group
-from lmgcpy.dynamics.as_problem import as_problem
+from lmgcpy.dynamics.as_problem import conic_form
 from lmgcpy.dynamics.assembly import StepProblem, group_kernels
 from lmgcpy.dynamics.schedule import schedule
 from lmgcpy.solve.solver import Solver
@@ -26,7 +26,7 @@ def fault_of_solve(problem: StepProblem, solver: Solver) -> str:
     table = schedule(problem.groups, watched, problem.offset)
     system = problem.system._replace(prepared=np.append(problem.system.prepared, -1.0))
     given = table, system, problem.free_velocity, problem.guess
-    solver.solve(*given, conic=lambda: as_problem(problem), **problem.space.driver)
+    solver.solve(*given, conic=conic_form(problem), **problem.space.driver)
     start = int(system.prepared[-1])
     if start < 0:
         return "no law was asked: velocities, gaps or masses are too large for numbers of double precision"

@@ -15,7 +15,7 @@ import numpy as np
 
 from lmgcpy.contact.detector import Detector
 from lmgcpy.contact.narrow_phase import Interactions
-from lmgcpy.dynamics.as_problem import as_problem
+from lmgcpy.dynamics.as_problem import as_problem, conic_form
 from lmgcpy.dynamics.assembly import StepProblem, assemble
 from lmgcpy.dynamics.checkpoint import Checkpoint, check
 from lmgcpy.dynamics.diagnosis import LawFault, fault_of_solve
@@ -412,7 +412,7 @@ class Simulation:
         return problem.ended()
 
     def _call_solver(self, problem: StepProblem) -> Outcome:
-        options = {"conic": lambda: as_problem(problem), "threads": self.threads, **problem.space.driver}
+        options = {"conic": conic_form(problem), "threads": self.threads, **problem.space.driver}
         place, system, free_velocity, guess = self._detector.place, problem.system, problem.free_velocity, problem.guess
         if place is None:
             return self.solver.solve(problem.table, system, free_velocity, guess, **options)

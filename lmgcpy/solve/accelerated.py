@@ -33,7 +33,6 @@ Tasora (2015) ACM Trans. Graph. 34(3). Control of the damping: measured here.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -54,7 +53,7 @@ from lmgcpy.solve.gauss_seidel import (
     sweep_groups,
     work,
 )
-from lmgcpy.solve.problem import Conic
+from lmgcpy.solve.problem import ConicForm
 from lmgcpy.solve.report import CONVERGED, NOT_FINITE, ROUND_OFF, SPENT, STAGNATED
 from lmgcpy.solve.solver import Outcome, check_tolerances, largest_slip, outcome
 from lmgcpy.solve.system import Groups
@@ -241,7 +240,7 @@ class AcceleratedGaussSeidel:
         free_velocity: np.ndarray,
         guess: np.ndarray,
         *,
-        conic: Callable[[], Conic] | None = None,
+        conic: ConicForm | None = None,
         threads: int = 1,
         **operator: Any,
     ) -> Outcome:

@@ -6,7 +6,6 @@ no call per interaction, and nothing to compile anew when another set of laws co
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,7 +15,7 @@ from lmgcpy.errors import flag, named_arguments, whole
 from lmgcpy.jit import kernel
 from lmgcpy.solve.by_address import call, read
 from lmgcpy.solve.contact_block import momentum  # of bodies in the plane, unless the specialisation gives another
-from lmgcpy.solve.problem import Conic
+from lmgcpy.solve.problem import ConicForm
 from lmgcpy.solve.report import CONVERGED, NOT_FINITE, ROUND_OFF, SPENT, STAGNATED
 from lmgcpy.solve.rounding import ROUNDING, add_noise, begin_noise, gather_noise  # of bodies, likewise
 from lmgcpy.solve.solver import Outcome, check_tolerances, largest_slip, outcome
@@ -359,7 +358,7 @@ class GaussSeidel:
         free_velocity: np.ndarray,
         guess: np.ndarray,
         *,
-        conic: Callable[[], Conic] | None = None,
+        conic: ConicForm | None = None,
         threads: int = 1,
         **operator: Any,
     ) -> Outcome:

@@ -16,7 +16,6 @@ the laws, as that of every other solver is.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -25,7 +24,7 @@ import numpy as np
 from lmgcpy.errors import flag, named_arguments, whole
 from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
 from lmgcpy.solve.active_set import ActiveSet
-from lmgcpy.solve.problem import Conic
+from lmgcpy.solve.problem import ConicForm
 from lmgcpy.solve.proximal import PATIENCE, proximal_newton
 from lmgcpy.solve.report import CONVERGED, NOT_FINITE, ROUND_OFF
 from lmgcpy.solve.solver import Outcome, check_tolerances, largest_slip
@@ -90,7 +89,7 @@ class Alternating(ABC):
         free_velocity: np.ndarray,
         guess: np.ndarray,
         *,
-        conic: Callable[[], Conic],
+        conic: ConicForm,
         **operator: Any,
     ) -> Outcome:
         """Solve in place from the impulses ``guess``.
@@ -117,13 +116,10 @@ class Alternating(ABC):
                 break
             last = sweeps >= self.max_iterations
             if active is None:
-                try:
-                    problem, acting = conic()
-                except TypeError:
-                    if self.NEEDS_CONIC:
-                        raise
+                if conic.missing and not self.NEEDS_CONIC:
                     guess, turn, last = system.impulse.copy(), self.max_iterations, True
                     continue
+                problem, acting = conic()
                 active = ActiveSet(problem)
             start, left = system.impulse[acting], most - factorisations
             # Newton steps know of the residual only; it is to fall as the worst displacement must

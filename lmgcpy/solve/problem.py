@@ -13,6 +13,7 @@ A link with geometric stiffness kappa has ``r_t = -kappa u_t`` in place of ``r_t
 from __future__ import annotations
 
 import time as clock
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -65,6 +66,8 @@ class Problem:
     """Geometric stiffness of the links [kg], (m,): what they answer to a velocity across them; zero if none is given."""
     scale: np.ndarray | None = None
     """Time step over the radius of the smaller body [s/m], (m,); None where it is not known."""
+    cone_by_law: Mapping[str, int] = field(default_factory=dict)
+    """Cone (0 contact, 1 pull, 2 both) of the laws that are not registered, by name."""
 
     def __post_init__(self):
         whole(self.dimension, "dimension of a problem", minimum=2, maximum=3)
@@ -117,7 +120,8 @@ class Problem:
     @property
     def cones(self) -> np.ndarray:
         """Cone of each interaction (0 contact, 1 pull, 2 both), (m,)."""
-        of = {name: cone_of(law_of_name(name)) for name in set(self.laws)}
+        known = self.cone_by_law
+        of = {name: known[name] if name in known else cone_of(law_of_name(name)) for name in set(self.laws)}
         return np.array([of[name] for name in self.laws], dtype=np.int64)
 
     def velocities(self, impulses: np.ndarray) -> np.ndarray:
@@ -149,6 +153,18 @@ class Conic(NamedTuple):
     problem: Problem
     acting: np.ndarray
     """Which interactions of the step are in the problem, (m,) bool."""
+
+
+@dataclass(frozen=True)
+class ConicForm:
+    """Makes the problem of a step in conic form when it is called, which may take longer than some sweeps."""
+
+    make: Callable[[], Conic]
+    missing: str | None = None
+    """Name of a law of the step that has no conic form: then the call raises TypeError."""
+
+    def __call__(self) -> Conic:
+        return self.make()
 
 
 @dataclass(frozen=True)
@@ -298,7 +314,9 @@ def solve(problem: Problem, *, solver: Solver | None = None, guess: Any = None) 
     free_velocity = problem.q.reshape(-1, problem.dimension).copy()
     all_act = np.ones(len(problem.mu), dtype=bool)
     with np.errstate(all="ignore"):  # what comes out is looked at
-        outcome = solver.solve(table, system, free_velocity, start, conic=lambda: Conic(problem, all_act), **operator)
+        outcome = solver.solve(
+            table, system, free_velocity, start, conic=ConicForm(lambda: Conic(problem, all_act)), **operator
+        )
     seconds = clock.perf_counter() - begin
     del kernels  # the table holds their addresses, which end with them
     impulses = system.impulse

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
@@ -11,7 +10,7 @@ from lmgcpy.errors import number, shown
 from lmgcpy.solve.system import Groups
 
 if TYPE_CHECKING:
-    from lmgcpy.solve.problem import Conic
+    from lmgcpy.solve.problem import ConicForm
 
 
 class Outcome(NamedTuple):
@@ -73,7 +72,7 @@ class Solver(Protocol):
         free_velocity: np.ndarray,
         guess: np.ndarray,
         *,
-        conic: Callable[[], Conic],
+        conic: ConicForm,
         **operator: Any,
     ) -> Outcome:
         """Solve in place from the impulses ``guess``: those in ``system`` and its velocities.
