@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import click
 
-from lmgcpy.cli_study import kept_in, study_in, tell
+from lmgcpy.cli_study import OfStudy, default_in_words, kept_in, study_in, tell
 
 FIELDS = {"grains": "grain_count", "bead": "bead_diameter", "refine": "refinements"}
 """Fields of a study whose options have other names."""
+UNITS = {"diameter": 1e-3}
+"""Of options that are not in SI units."""
 
 
 class Contents(click.ParamType):
@@ -27,18 +30,28 @@ class Contents(click.ParamType):
             self.fail(f"'{value}' is not numbers by commas, such as 0.1,0.4", param, ctx)
 
 
+def told_default(option: str) -> str:
+    """The default of an option."""
+    from lmgcpy.experiment.column_study import ColumnStudy
+
+    return default_in_words(getattr(ColumnStudy(), FIELDS.get(option, option)), UNITS.get(option, 1.0))
+
+
+option = partial(click.option, cls=OfStudy, told=told_default)
+
+
 @click.command()
-@click.option("--contents", type=Contents(), show_default="0.05,0.2,0.8", help="Of wire, by commas: length x d2 / volume.")
-@click.option("--grains", type=int, show_default="1000", help="Grains of sand.")
-@click.option("--aspect", type=float, show_default="2", help="Height of the column over its radius.")
-@click.option("--friction", type=float, show_default="0.5", help="Of grains, wire and ground.")
-@click.option("--diameter", type=float, show_default="0.5", help="Mean diameter d of the grains [mm].")
-@click.option("--bead", type=float, show_default="0.3", help="Diameter of the wire's beads, in mean grain diameters.")
-@click.option("--seed", type=int, show_default="0", help="Of the random sample.")
-@click.option("--refine", type=int, show_default="2", help="Bisections for the least content that stands, if one does.")
-@click.option("--tolerance", type=float, show_default="0.01", help="Residual at which a step is solved.")
-@click.option("--travel", type=float, show_default="1", help="Way of the fastest grain in a step, in radii of a bead.")
-@click.option("--threads", type=int, show_default="2", help="Columns that fall at once.")
+@option("--contents", type=Contents(), help="Of wire, by commas: length x d2 / volume.")
+@option("--grains", type=int, help="Grains of sand.")
+@option("--aspect", type=float, help="Height of the column over its radius.")
+@option("--friction", type=float, help="Of grains, wire and ground.")
+@option("--diameter", type=float, help="Mean diameter d of the grains [mm].")
+@option("--bead", type=float, help="Diameter of the wire's beads, in mean grain diameters.")
+@option("--seed", type=int, help="Of the random sample.")
+@option("--refine", type=int, help="Bisections for the least content that stands, if one does.")
+@option("--tolerance", type=float, help="Residual at which a step is solved.")
+@option("--travel", type=float, help="Way of the fastest grain in a step, in radii of a bead.")
+@option("--threads", type=int, help="Columns that fall at once.")
 @click.option("--quick", is_flag=True, help="A small column and one content, for a look.")
 @kept_in(Path("column"))
 def column(quick: bool, out: Path, force: bool, resume: bool, **options: Any) -> None:
@@ -64,8 +77,6 @@ def new_study(given: dict[str, Any], quick: bool) -> Any:
     """The study that the options ask for; the quick one keeps every option that the user gave."""
     from lmgcpy.experiment.column_study import ColumnStudy
 
-    fields = {FIELDS.get(name, name): value for name, value in given.items()}
-    if "diameter" in fields:
-        fields["diameter"] *= 1e-3
+    fields = {FIELDS.get(name, name): value * UNITS[name] if name in UNITS else value for name, value in given.items()}
     study = ColumnStudy(**fields)
     return replace(study.quick(), **fields) if quick else study

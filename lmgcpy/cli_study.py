@@ -11,6 +11,28 @@ from typing import Any
 import click
 
 
+class OfStudy(click.Option):
+    """An option that stands for a field of a study; its help tells the default that the study has.
+
+    ``told``: gives that of an option by its name, in the option's unit; asked for when help is.
+    """
+
+    def __init__(self, *arguments: Any, told: Callable[[str], str], **more: Any):
+        super().__init__(*arguments, **more)
+        self._told = told
+
+    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
+        self.show_default = self._told(str(self.name))
+        return super().get_help_record(ctx)
+
+
+def default_in_words(value: Any, factor: float) -> str:
+    """The default of a field, in an option's unit of so much."""
+    if isinstance(value, tuple):
+        return ",".join(item if isinstance(item, str) else f"{item:g}" for item in value)
+    return f"{value / factor:g}"
+
+
 def kept_in(default: Path | None, *, shown: bool | str = True) -> Callable[[Any], Any]:
     """The options --out, --force and --resume of a command; ``shown``: what its help says of the folder where no one
     ``default`` is."""

@@ -3,40 +3,57 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import click
 
-from lmgcpy.cli_study import kept_in, study_in, tell
+from lmgcpy.cli_study import OfStudy, default_in_words, kept_in, study_in, tell
 
 FIELDS = {"grains": "grain_count", "beads": "bead_count"}
 """Fields of a study by option, where they are not called alike."""
 IN_SPACE = {"wires", "axes"}
 """Options of 3D."""
+UNITS = {"strain": 0.01, "pressure": 1e3}
+"""Of options that are not in SI units."""
 
 
 def field_value(option: str, value: Any) -> Any:
     """An option as a study takes it."""
     if option in ("laws", "axes"):
         return tuple(word.strip() for word in value.split(",") if word.strip())
-    return value * {"strain": 0.01, "pressure": 1e3}.get(option, 1)
+    return value * UNITS.get(option, 1)
+
+
+def told_default(option: str) -> str:
+    """The default of an option, in 2D and in 3D where it is another."""
+    from lmgcpy.experiment.texsol_folder import STUDIES
+
+    field, factor = FIELDS.get(option, option), UNITS.get(option, 1.0)
+    studies = {dimension: make() for dimension, make in STUDIES.items()}
+    told = {d: default_in_words(getattr(study, field), factor) for d, study in studies.items() if hasattr(study, field)}
+    plane, space = told.get(2, told[3]), told[3]
+    return plane if plane == space else f"{plane}; 3D: {space}"
+
+
+option = partial(click.option, cls=OfStudy, told=told_default)
 
 
 @click.command()
 @click.option("--dimension", type=click.Choice(["2", "3"]), default="2", help="Of the sample.")
-@click.option("--laws", show_default="none,rigid-wire,rigid-rod; 3D: without the rods", help="Of the wire, by commas.")
-@click.option("--grains", type=int, show_default="1700; 3D: 6500", help="Grains of sand.")
-@click.option("--beads", type=int, show_default="300; 3D: 3500", help="Beads of the wire.")
-@click.option("--wires", type=int, show_default="1", help="3D: wires that share the beads.")
-@click.option("--axes", show_default="z,x", help="3D: axes along which the sample is compressed, by commas; z is upright.")
-@click.option("--seed", type=int, show_default="0", help="Of the random sample.")
-@click.option("--strain", type=float, show_default="10; 3D: 15", help="Crushing to reach [%].")
-@click.option("--pressure", type=float, show_default="100", help="On the lateral walls [kPa].")
-@click.option("--tolerance", type=float, show_default="0.003", help="Residual at which a step is solved.")
-@click.option("--axial-rigidity", type=float, show_default="1e7; 3D: 120", help="EA of the elastic laws [N].")
-@click.option("--platen-friction", type=float, show_default="0", help="Coefficient of friction at the platens.")
-@click.option("--threads", type=int, show_default="2", help="Tests that run at once.")
+@option("--laws", help="Of the wire, by commas.")
+@option("--grains", type=int, help="Grains of sand.")
+@option("--beads", type=int, help="Beads of the wire.")
+@option("--wires", type=int, help="3D: wires that share the beads.")
+@option("--axes", help="3D: axes along which the sample is compressed, by commas; z is upright.")
+@option("--seed", type=int, help="Of the random sample.")
+@option("--strain", type=float, help="Crushing to reach [%].")
+@option("--pressure", type=float, help="On the lateral walls [kPa].")
+@option("--tolerance", type=float, help="Residual at which a step is solved.")
+@option("--axial-rigidity", type=float, help="EA of the elastic laws [N].")
+@option("--platen-friction", type=float, help="Coefficient of friction at the platens.")
+@option("--threads", type=int, help="Tests that run at once.")
 @click.option("--quick", is_flag=True, help="A small sample and less crushing, for a look.")
 @kept_in(None, shown="texsol; 3D: texsol-3d")
 def texsol(dimension: str, quick: bool, out: Path | None, force: bool, resume: bool, **options: Any) -> None:

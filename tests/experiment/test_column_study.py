@@ -233,16 +233,3 @@ def test_quick_keeps_what_the_user_said():
         contents=quick.contents, grain_count=77, diameter=2e-3
     )
     assert new_study({"contents": (0.1, 0.7)}, True).contents == (0.1, 0.7)
-
-
-def test_the_help_tells_the_defaults_of_the_study():
-    from lmgcpy.cli_column import FIELDS, column
-
-    study = ColumnStudy()
-    told = {option.name: option.show_default for option in column.params if isinstance(option.show_default, str)}
-    assert {"contents", "grains", "diameter", "travel"} < told.keys()
-    for name, default in told.items():
-        value = getattr(study, FIELDS.get(name, name))
-        value = 1e3 * value if name == "diameter" else value
-        words = ",".join(map(str, value)) if isinstance(value, tuple) else f"{value:g}"
-        assert default == words, name
