@@ -225,5 +225,5 @@ def _compilable(
     copy = types.FunctionType(function.__code__, scope, function.__name__, function.__defaults__, closure)
     copy.__kwdefaults__ = function.__kwdefaults__
     copy.__qualname__ = f"{function.__qualname__}_{mark}_{number}"
-    copy.__module__ = function.__module__
+    copy.__module__ = function.__module__ or __name__  # of a function without one numba would keep all globals
     return copy

@@ -104,7 +104,7 @@ class Content:
         elif isinstance(value, (kinds.Number, kinds.Boolean, np.dtype)):
             self._note(kind.__qualname__, repr(value))
         elif at_home(value):
-            self._note(value.__module__, value.__qualname__)
+            self._note(home_of(value), name_of(value))
         elif isinstance(value, types.FunctionType):
             self._add_function(value, names)
         elif rebuildable(value) and (direct or has_its_name(value)):
@@ -208,13 +208,23 @@ def described(kind: Any) -> str:
 
 def at_home(value: Any) -> bool:
     """Whether a value is a function or class that Python, numpy or numba have under its own name."""
-    home = "numpy" if isinstance(value, np.ufunc) else getattr(value, "__module__", None)
+    home = home_of(value)
     return isinstance(home, str) and home.split(".")[0] in HOUSES and has_its_name(value, home)
+
+
+def home_of(value: Any) -> Any:
+    """The module of a function or class; those of numpy's universal functions have none before numpy 2.2."""
+    return "numpy" if isinstance(value, np.ufunc) else getattr(value, "__module__", None)
+
+
+def name_of(value: Any) -> Any:
+    """The name of a function or class in its module."""
+    return getattr(value, "__qualname__", getattr(value, "__name__", None))
 
 
 def has_its_name(value: Any, home: str | None = None) -> bool:
     """Whether a function or class is what its module has under its name: no other of that name is in the process."""
-    name, home = getattr(value, "__qualname__", getattr(value, "__name__", None)), home or value.__module__
+    name, home = name_of(value), home or value.__module__
     if not isinstance(name, str) or not isinstance(home, str):
         return False
     try:

@@ -1,5 +1,7 @@
 """One contact by itself: every block without negative eigenvalues has a solution or is told to have none."""
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -224,7 +226,8 @@ def test_every_answer_is_finite_and_in_the_cone(G, q, friction):
     r = found.impulse
     assert np.isfinite(r).all()
     assert r[0] >= 0.0
-    assert np.linalg.norm(r[1:]) <= friction * r[0] * (1.0 + 1e-12)
+    # below 1e-150 squares have no digits left, of the solver's as well: there it may stick without friction
+    assert math.hypot(r[1], r[2]) <= friction * r[0] * (1.0 + 1e-12) + 1e-150
 
 
 def test_what_is_no_block_is_told():
