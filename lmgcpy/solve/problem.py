@@ -71,6 +71,10 @@ class Problem:
 
     def __post_init__(self):
         whole(self.dimension, "dimension of a problem", minimum=2, maximum=3)
+        if not isinstance(self.cone_by_law, Mapping):
+            raise TypeError(f"cone_by_law of a problem must be cones by names of laws, got {shown(self.cone_by_law)}.")
+        for law, cone in self.cone_by_law.items():
+            whole(cone, f"cone_by_law[{shown(law)}] of a problem", minimum=CONTACT, maximum=BOTH)
         object.__setattr__(self, "W", checked_operator(self.W))
         for name in ("q", "mu", "compliance", "guess", "geometric") + (() if self.scale is None else ("scale",)):
             object.__setattr__(self, name, numbers(getattr(self, name), f"{name} of a problem"))
