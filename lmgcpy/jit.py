@@ -30,17 +30,20 @@ from numba.core.ccallback import CFunc
 from numba.core.dispatcher import Dispatcher
 from numba.core.sigutils import normalize_signature
 
+from lmgcpy.errors import closest
 from lmgcpy.jit_cache import KernelCache
 from lmgcpy.jit_extensions import extension_in_use
 from lmgcpy.jit_fingerprint import (
     OPTIONS,
     Content,
+    Slot,
     Template,
     at_home,
     context,
     fingerprint,
     free_names,
     rebuildable,
+    slots_of,
 )
 
 INTERPRETED = bool(numba.config.DISABLE_JIT)  # type: ignore[attr-defined]
@@ -93,12 +96,16 @@ class Kernel(Template):
         """The same kernel with the global ``names`` replaced: functions or constants, known to the compiler.
 
         They are replaced in the functions that the kernel calls as well, but not inside what replaces them: a law's
-        own globals stay its own.
+        own globals stay its own. Raises TypeError for a name that none of these reads.
         """
         if not names:
             return self
         key = tuple(sorted((name, id(value)) for name, value in names.items()))
         if key not in self._specialised:
+            slots = slots_of(self.function, self.names)
+            for name in names:
+                if name not in slots:
+                    raise TypeError(f"{self!r} reads no name '{name}' that could be replaced{closest(name, slots)}")
             self._specialised[key] = Kernel(self.function, {**self.names, **names})
         return self._specialised[key]
 
@@ -204,6 +211,8 @@ def _compilable(
 
     def ready(value: Any, names: dict[str, Any]) -> Any:
         options: dict[str, Any] = OPTIONS
+        if isinstance(value, Slot):
+            raise TypeError(f"Nothing stands in for '{value.name}', which {function.__qualname__} calls: specialise it.")
         if isinstance(value, Template):
             value, names = value.function, {**names, **value.names}
         elif rebuildable(value):  # made anew: numba counts the names of these as well

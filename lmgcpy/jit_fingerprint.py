@@ -49,6 +49,16 @@ class Template:
         self.names = names or {}
 
 
+class Slot:
+    """Stands where a template calls what only a specialisation gives; nothing that still reads one can be compiled."""
+
+    def __init__(self, name: str):
+        self.name = name
+
+    def __call__(self, *arguments: Any) -> Any:
+        raise TypeError(f"Nothing stands in for '{self.name}'.")
+
+
 class Content:
     """All that the machine code of ``function`` depends on (``names``: replaced globals; ``arguments``: types of numba)."""
 
@@ -296,6 +306,27 @@ def free_names(function: types.FunctionType, names: dict[str, Any]) -> dict[str,
         found[name] = (cell.cell_contents, names)
     found.update({name: (value, {}) for name, value in names.items() if name in found})
     return dict(sorted(found.items()))
+
+
+def slots_of(function: Any, names: dict[str, Any]) -> set[str]:
+    """The names that can be replaced in a function: those of globals and closures that it reads, and that the functions
+    read which it calls; not inside what replaces them."""
+    found: set[str] = set()
+    todo: list[tuple[Any, dict[str, Any]]] = [(function, names)]
+    seen: set[tuple] = set()
+    while todo:
+        current, replaced = todo.pop()
+        if context(current, replaced) in seen:
+            continue
+        seen.add(context(current, replaced))
+        for name, (value, inner) in free_names(current, replaced).items():
+            found.add(name)
+            part: Any = value
+            if isinstance(part, Template):
+                part, inner = part.function, {**inner, **part.names}
+            if isinstance(part, types.FunctionType) and not at_home(part) and name not in replaced:
+                todo.append((part, inner))
+    return found
 
 
 def attributes_read(function: types.FunctionType) -> dict[str, set[tuple[str, ...]]]:

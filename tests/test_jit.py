@@ -22,6 +22,7 @@ import pytest
 
 from lmgcpy.jit import fingerprint, kernel, row_reader, statistics
 from lmgcpy.jit_cache import cache_directory
+from lmgcpy.jit_fingerprint import Slot
 
 
 @pytest.fixture
@@ -205,6 +206,26 @@ def test_a_kernel_without_specialisation_is_itself(cache):
 
 def test_specialise_reaches_called_helpers(cache):
     assert template.specialise(CONSTANT=5.0)(2.0) == 10.0 * (2.0 + 5.0) + 5.0
+
+
+def test_a_name_that_no_kernel_reads_is_refused():
+    """It was dropped, so that a slip of the pen compiled the stub."""
+    with pytest.raises(TypeError, match=r"reads no name 'CONSTAND' that could be replaced; did you mean 'CONSTANT'\?"):
+        template.specialise(CONSTAND=5.0)
+
+
+unfilled = Slot("unfilled")
+
+
+@kernel
+def needs_a_slot(x):
+    return unfilled(x) + 1.0
+
+
+def test_a_slot_that_nothing_fills_is_refused(cache):
+    with pytest.raises(TypeError, match="Nothing stands in for 'unfilled', which needs_a_slot calls: specialise it"):
+        needs_a_slot(1.0)
+    assert needs_a_slot.specialise(unfilled=own_law)(2.0) == own_law(2.0) + 1.0
 
 
 def test_specialise_does_not_reach_into_what_it_puts_in(cache):
@@ -441,6 +462,7 @@ def nobody(user):
 pwd.getpwuid = nobody
 from lmgcpy.jit import kernel
 from lmgcpy.jit_cache import cache_directory
+from lmgcpy.jit_fingerprint import Slot
 with warnings.catch_warnings(record=True) as told:
     warnings.simplefilter("always")
     results = [kernel(lambda x: x + 1.0)(1.0), kernel(lambda x: x + 2.0)(1.0)]

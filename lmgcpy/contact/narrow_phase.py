@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lmgcpy.jit import kernel, row_reader
+from lmgcpy.jit_fingerprint import Slot
 
 
 class Interactions(NamedTuple):
@@ -51,7 +52,7 @@ def empty_interactions(capacity: int, central: bool, dimension: int, *, plain: b
     )
 
 
-narrow: Callable[..., Any] = lambda position_c, shape_c, position_a, shape_a: (0.0, (0.0, 1.0), (0.0, 0.0))  # noqa: E731
+narrow: Callable[..., Any] = Slot("narrow")
 """The pair's narrow phase, given by the specialisation, like the names below."""
 read_position: Callable[..., Any] = row_reader(3)
 read_shape_c: Callable[..., Any] = row_reader(1)

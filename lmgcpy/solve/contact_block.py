@@ -12,11 +12,12 @@ from typing import Any
 
 import numpy as np
 
+from lmgcpy.jit_fingerprint import Slot
 from lmgcpy.solve.system import System
 
-react: Callable[..., Any] = lambda W, u, prepared: u  # noqa: E731  given by the specialisation
+react: Callable[..., Any] = Slot("react")  # given by the specialisation
 """The law."""
-read: Callable[..., Any] = lambda array, start: ()  # noqa: E731
+read: Callable[..., Any] = Slot("read")
 """Reader of one row of prepared numbers."""
 PREPARED = 0
 """How many numbers the law prepares."""

@@ -11,7 +11,7 @@ import numba
 import numpy as np
 
 from lmgcpy.jit import Kernel, kernel, row_reader
-from lmgcpy.jit_fingerprint import may_raise
+from lmgcpy.jit_fingerprint import Slot, may_raise
 from lmgcpy.laws import Law
 from lmgcpy.solve import stiffened_wire_block, wire_block
 from lmgcpy.solve.by_address import group_signature
@@ -20,16 +20,16 @@ from lmgcpy.solve.space import SPACES
 from lmgcpy.solve.system import System
 from lmgcpy.solve.watched import finite_matrix, finite_vector, guard, noting_reader
 
-prepare: Callable[..., Any] = lambda gap, reference_gap, velocity, time_step, parameters, state: ()  # noqa: E731
+prepare: Callable[..., Any] = Slot("prepare")
 """The law's, given by the specialisation, as what follows."""
-energy: Callable[..., Any] = lambda gap, reference_gap, parameters, state: 0.0  # noqa: E731
-initial: Callable[..., Any] = lambda gap, reference_gap, time, parameters: ()  # noqa: E731
-commit: Callable[..., Any] = lambda gap, reference_gap, velocity, impulse, time_step, parameters, state: ()  # noqa: E731
-read_parameters: Callable[..., Any] = lambda array, start: ()  # noqa: E731
-read_local: Callable[..., Any] = lambda array, start: ()  # noqa: E731
-read_state: Callable[..., Any] = lambda array, start: ()  # noqa: E731
-as_prepared: Callable[..., Any] = lambda row: ()  # noqa: E731
-as_state: Callable[..., Any] = lambda row: ()  # noqa: E731
+energy: Callable[..., Any] = Slot("energy")
+initial: Callable[..., Any] = Slot("initial")
+commit: Callable[..., Any] = Slot("commit")
+read_parameters: Callable[..., Any] = Slot("read_parameters")
+read_local: Callable[..., Any] = Slot("read_local")
+read_state: Callable[..., Any] = Slot("read_state")
+as_prepared: Callable[..., Any] = Slot("as_prepared")
+as_state: Callable[..., Any] = Slot("as_state")
 PARAMETERS = 0
 PREPARED = 0
 STATE = 0
@@ -290,21 +290,20 @@ def _step_kernels(
     law_prepare, law_energy, law_initial, law_commit = functions
     common: dict[str, Any] = {
         "read_parameters": row_reader(parameter_count),
-        "read_local": row_reader(rows),
         "read_state": row_reader(state_count),
-        "as_state": as_floats(state_count),
         "PARAMETERS": parameter_count,
-        "STATE": state_count,
     }
+    states = {"as_state": as_floats(state_count), "STATE": state_count, "read_local": row_reader(rows)}
     preparing = prepare_group.specialise(
         prepare=law_prepare,
         initial=law_initial or zeros(state_count),
         as_prepared=as_floats(prepared_count),
         PREPARED=prepared_count,
         **common,
+        **states,
     )
     storing = law_energy and stored_energy.specialise(energy=law_energy, **common)
-    committing = law_commit and commit_group.specialise(commit=law_commit, **common)
+    committing = law_commit and commit_group.specialise(commit=law_commit, **common, **states)
     return preparing, storing, committing
 
 

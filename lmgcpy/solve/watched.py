@@ -12,9 +12,11 @@ from typing import Any
 
 import numpy as np
 
-body: Callable[..., Any] = lambda start, stop, offset, s: 0.0  # noqa: E731  given by the specialisation, as what follows
-compute: Callable[..., Any] = lambda W, u, prepared: ()  # noqa: E731
-read: Callable[..., Any] = lambda array, start: ()  # noqa: E731
+from lmgcpy.jit_fingerprint import Slot
+
+body: Callable[..., Any] = Slot("body")  # given by the specialisation, as what follows
+compute: Callable[..., Any] = Slot("compute")
+read: Callable[..., Any] = Slot("read")
 
 
 def guard(start, stop, offset, s):

@@ -10,24 +10,25 @@ import numba
 import numpy as np
 
 from lmgcpy.jit import Kernel, kernel, row_reader
+from lmgcpy.jit_fingerprint import Slot
 from lmgcpy.laws import Law
 from lmgcpy.solve.law_kernels import as_floats, not_compiled, zeros
 from lmgcpy.testing.answers import Nonconformance, Numbers
 from lmgcpy.testing.case import Case, velocity
 from lmgcpy.testing.property import drawn
 
-react: Callable[..., Any] = lambda W, u, prepared: u  # noqa: E731  given by the specialisation, as what follows
-prepare: Callable[..., Any] = lambda gap, reference_gap, velocity, time_step, parameters, state: ()  # noqa: E731
+react: Callable[..., Any] = Slot("react")  # given by the specialisation, as what follows
+prepare: Callable[..., Any] = Slot("prepare")
 slope: Callable[..., Any] = lambda W, u, prepared: ((0.0,),)  # noqa: E731
 energy: Callable[..., Any] = lambda gap, reference_gap, parameters, state: 0.0  # noqa: E731
-initial: Callable[..., Any] = lambda gap, reference_gap, time, parameters: ()  # noqa: E731
+initial: Callable[..., Any] = Slot("initial")
 commit: Callable[..., Any] = lambda gap, reference_gap, velocity, impulse, time_step, parameters, state: ()  # noqa: E731
-read_parameters: Callable[..., Any] = lambda array, start: ()  # noqa: E731
-read_vector: Callable[..., Any] = lambda array, start: ()  # noqa: E731
-read_prepared: Callable[..., Any] = lambda array, start: ()  # noqa: E731
-read_state: Callable[..., Any] = lambda array, start: ()  # noqa: E731
-as_prepared: Callable[..., Any] = lambda row: ()  # noqa: E731
-as_state: Callable[..., Any] = lambda row: ()  # noqa: E731
+read_parameters: Callable[..., Any] = Slot("read_parameters")
+read_vector: Callable[..., Any] = Slot("read_vector")
+read_prepared: Callable[..., Any] = Slot("read_prepared")
+read_state: Callable[..., Any] = Slot("read_state")
+as_prepared: Callable[..., Any] = Slot("as_prepared")
+as_state: Callable[..., Any] = Slot("as_state")
 ROWS = PREPARED = STATE = 0
 SLOPE = COMMIT = False
 
