@@ -25,7 +25,6 @@ initial: Callable[..., Any] = Slot("initial")
 commit: Callable[..., Any] = lambda gap, reference_gap, velocity, impulse, time_step, parameters, state: ()  # noqa: E731
 read_parameters: Callable[..., Any] = Slot("read_parameters")
 read_vector: Callable[..., Any] = Slot("read_vector")
-read_prepared: Callable[..., Any] = Slot("read_prepared")
 read_state: Callable[..., Any] = Slot("read_state")
 as_prepared: Callable[..., Any] = Slot("as_prepared")
 as_state: Callable[..., Any] = Slot("as_state")
@@ -83,7 +82,6 @@ def of_law(law: type[Law], rows: int, parameter_count: int) -> Kernel:
         commit=law.commit or commit,
         read_parameters=row_reader(parameter_count),
         read_vector=row_reader(rows),
-        read_prepared=row_reader(len(law.PREPARED)),
         read_state=row_reader(count),
         as_prepared=as_floats(len(law.PREPARED)),
         as_state=as_floats(count),
