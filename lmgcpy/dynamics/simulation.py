@@ -464,8 +464,7 @@ class Simulation:
         self.worst_residual = checkpoint.worst_residual
         self.worst_slip = 0.0  # no checkpoint holds it
         self.energy = deepcopy(checkpoint.energy)
-        if len(checkpoint.predicted):  # files from before there were any hold none
-            self._turning_stretch.predicted = checkpoint.predicted.copy()
+        self._turning_stretch.restore(checkpoint.predicted)
         self._last = None
         self.report = Report()
 

@@ -99,6 +99,10 @@ class TurningStretch:
             solved = solve(again)
         return solved, None if first is None else first - solved.system.impulse
 
+    def restore(self, predicted: np.ndarray) -> None:
+        """Go on from the gaps that a checkpoint holds; files from before there were any hold none."""
+        self.predicted = predicted.copy() if len(predicted) else np.full(len(self.predicted), np.nan)
+
     def remember(self, problem: StepProblem) -> None:
         """Keep what the laws of a step predict, with its velocities ``after``."""
         data, count = problem.data, len(self.predicted)

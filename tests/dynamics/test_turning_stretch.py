@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
@@ -184,6 +185,16 @@ def test_a_run_goes_on_to_the_last_bit_in_the_midst_of_it(taken, tmp_path):
     resumed = lm.resume(tmp_path / "run.h5").run(steps=whole.steps - kept.steps)
     np.testing.assert_array_equal(resumed.positions, whole.positions)
     np.testing.assert_array_equal(resumed.velocities, whole.velocities)
+
+
+def test_what_a_later_step_predicted_is_forgotten_with_an_older_checkpoint():
+    """One of a file from before predicted gaps were kept: nothing is known of them, as in a simulation made anew."""
+    sim = jumper(lm.RigidWire(), 1e-3)
+    start = dataclasses.replace(sim.checkpoint(), predicted=np.zeros(0))
+    sim.run(steps=5)
+    assert np.isfinite(sim.checkpoint().predicted).all()
+    sim.restore(start)
+    assert np.isnan(sim.checkpoint().predicted).all()
 
 
 @pytest.mark.filterwarnings("ignore:In the step", "ignore:Until t")
