@@ -16,7 +16,7 @@ from lmgcpy.errors import named_arguments, place
 from lmgcpy.io import run_format as form
 from lmgcpy.io.observations import Observed
 from lmgcpy.io.rows import detection_positions
-from lmgcpy.io.run_trust import DamagedRows, check_about, check_table, read_group, rows_of
+from lmgcpy.io.run_trust import DamagedRows, check_about, check_digest, check_table, read_group, read_tree, rows_of
 from lmgcpy.scene.contactor import PlaneContactor, WallContactor
 from lmgcpy.solve.report import SOLVED_CODES, STATUS
 
@@ -134,6 +134,7 @@ class Run:
     def refresh(self) -> Run:
         """Look again what the file holds; returns the run."""
         self.close()
+        self._scene_is_sound = False
         self._file = form.open_to_read(self.path)
         try:
             with form.sentences_of_damage(self.path):
@@ -294,21 +295,28 @@ class Run:
     def scene(self) -> dict[str, Any]:
         """The scene as arrays and words: bodies, contactors, materials, visibility table, chains."""
         with form.sentences_of_damage(self.path):
-            self._table("scene")
-            return read_group(self._file, "scene")
+            return read_tree(self._sound_scene())
+
+    def _sound_scene(self) -> Any:
+        """The group of the scene, once its digest was looked at."""
+        group = self._table("scene")
+        if not self._scene_is_sound:
+            check_digest(self._file, "scene")
+            self._scene_is_sound = True
+        return group
 
     @property
     def extent(self) -> np.ndarray:
         """Radius of a circle around the position of each body that holds it [m], infinite for walls, (n,)."""
         with form.sentences_of_damage(self.path):
-            return np.asarray(self.scene["bodies"]["extent"]).reshape(self._file["frames/positions"].shape[1])
+            return self._sound_scene()["bodies/extent"][:].reshape(self._file["frames/positions"].shape[1])
 
     @property
     def wall_normals(self) -> dict[int, np.ndarray]:
         """Outward normals of the walls by id of the body, (d,)."""
         flat = (WallContactor.KIND, PlaneContactor.KIND)
         with form.sentences_of_damage(self.path):
-            table = self.scene["contactors"]
+            table = read_tree(self._sound_scene()["contactors"])
             kinds = zip(table["body"].tolist(), table["kind"].tolist(), table["shape"], strict=True)
             return {body: shape[: self.dimension] for body, kind, shape in kinds if table["kinds"][kind] in flat}
 

@@ -66,13 +66,17 @@ def digest(group: Any) -> str:
     return total.hexdigest()
 
 
+def check_digest(file: Any, name: str) -> None:
+    """ValueError where ``about`` or ``scene`` is not what was written."""
+    written = file[name].attrs.get(DIGEST)
+    if written is not None and written != digest(file[name]):
+        raise ValueError(f"'{name}' is not what was written, by its digest")
+
+
 def read_group(file: Any, name: str) -> dict[str, Any]:
     """The tree of ``about`` or ``scene``; ValueError where it is not what was written."""
-    group = file[name]
-    written = group.attrs.get(DIGEST)
-    if written is not None and written != digest(group):
-        raise ValueError(f"'{name}' is not what was written, by its digest")
-    return read_tree(group)
+    check_digest(file, name)
+    return read_tree(file[name])
 
 
 def read_tree(group: Any) -> dict[str, Any]:
