@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import click
 
-from lmgcpy.cli_study import OfStudy, default_in_words, kept_in, study_in, tell
+from lmgcpy.cli_study import kept_in, options_of, study_in, tell
 
 FIELDS = {"grains": "grain_count", "bead": "bead_diameter", "refine": "refinements"}
 """Fields of a study whose options have other names."""
@@ -30,14 +29,14 @@ class Contents(click.ParamType):
             self.fail(f"'{value}' is not numbers by commas, such as 0.1,0.4", param, ctx)
 
 
-def told_default(option: str) -> str:
-    """The default of an option."""
+def studies() -> dict[str, Any]:
+    """The study as it is if nothing is said."""
     from lmgcpy.experiment.column_study import ColumnStudy
 
-    return default_in_words(getattr(ColumnStudy(), FIELDS.get(option, option)), UNITS.get(option, 1.0))
+    return {"": ColumnStudy()}
 
 
-option = partial(click.option, cls=OfStudy, told=told_default)
+option = options_of(studies, FIELDS, UNITS)
 
 
 @click.command()

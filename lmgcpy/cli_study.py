@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -12,10 +13,7 @@ import click
 
 
 class OfStudy(click.Option):
-    """An option that stands for a field of a study; its help tells the default that the study has.
-
-    ``told``: gives that of an option by its name, in the option's unit; asked for when help is.
-    """
+    """An option that stands for a field of a study; its help tells the default that the study has."""
 
     def __init__(self, *arguments: Any, told: Callable[[str], str], **more: Any):
         super().__init__(*arguments, **more)
@@ -26,11 +24,31 @@ class OfStudy(click.Option):
         return super().get_help_record(ctx)
 
 
-def default_in_words(value: Any, factor: float) -> str:
-    """The default of a field, in an option's unit of so much."""
+def options_of(
+    studies: Callable[[], dict[str, Any]], fields: Mapping[str, str], units: Mapping[str, float]
+) -> Callable[..., Any]:
+    """``click.option`` for the fields of studies; ``studies`` gives them with their defaults, by what is said before those,
+    when help asks.
+
+    ``fields``: names of fields by option, where they are not called alike; ``units``: of options that are not in SI units.
+    """
+
+    def default_of(option: str) -> str:
+        field, unit = fields.get(option, option), units.get(option, 1.0)
+        told: dict[str, str] = {}  # each default once, with what is said before the first that has it
+        for beginning, study in studies().items():
+            if hasattr(study, field):
+                told.setdefault(_in_words(getattr(study, field), unit), beginning if told else "")
+        return "; ".join(beginning + default for default, beginning in told.items())
+
+    return partial(click.option, cls=OfStudy, told=default_of)
+
+
+def _in_words(value: Any, unit: float) -> str:
+    """The default of a field, in so large a unit."""
     if isinstance(value, tuple):
         return ",".join(item if isinstance(item, str) else f"{item:g}" for item in value)
-    return f"{value / factor:g}"
+    return f"{value / unit:g}"
 
 
 def kept_in(default: Path | None, *, shown: bool | str = True) -> Callable[[Any], Any]:

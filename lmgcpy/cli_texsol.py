@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import click
 
-from lmgcpy.cli_study import OfStudy, default_in_words, kept_in, study_in, tell
+from lmgcpy.cli_study import kept_in, options_of, study_in, tell
 
 FIELDS = {"grains": "grain_count", "beads": "bead_count"}
 """Fields of a study by option, where they are not called alike."""
@@ -26,18 +25,14 @@ def field_value(option: str, value: Any) -> Any:
     return value * UNITS.get(option, 1)
 
 
-def told_default(option: str) -> str:
-    """The default of an option, in 2D and in 3D where it is another."""
+def studies() -> dict[str, Any]:
+    """Those in 2D and in 3D, as they are if nothing is said."""
     from lmgcpy.experiment.texsol_folder import STUDIES
 
-    field, factor = FIELDS.get(option, option), UNITS.get(option, 1.0)
-    studies = {dimension: make() for dimension, make in STUDIES.items()}
-    told = {d: default_in_words(getattr(study, field), factor) for d, study in studies.items() if hasattr(study, field)}
-    plane, space = told.get(2, told[3]), told[3]
-    return plane if plane == space else f"{plane}; 3D: {space}"
+    return {f"{dimension}D: ": make() for dimension, make in STUDIES.items()}
 
 
-option = partial(click.option, cls=OfStudy, told=told_default)
+option = options_of(studies, FIELDS, UNITS)
 
 
 @click.command()
