@@ -137,7 +137,7 @@ def open_to_read(path: str | os.PathLike) -> Any:
     try:
         _check_format(path, file)
         with sentences_of_damage(path):
-            check_structure(file, lambda name: name in GROWING or name.startswith(OBSERVED))
+            check_structure(file)
     except BaseException:
         file.close()
         raise

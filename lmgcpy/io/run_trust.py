@@ -11,7 +11,7 @@ from __future__ import annotations
 import hashlib
 import json
 import zlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -30,16 +30,15 @@ WORDS: Mapping[str, type] = {"created": str, "laws": list, "options": dict, "ver
 OPTIONS = ("time_step", "theta", "solver", "solver_fields", "on_unconverged", "every", "flush")
 
 
-def check_structure(file: Any, growing: Callable[[str], bool]) -> None:
+def check_structure(file: Any) -> None:
     """ValueError or TypeError where something in the file is neither a group nor a plain data set in the file itself, or
-    larger than what fits into the file. ``growing``: whether a path is that of a table of which only some rows count."""
+    larger than what fits into the file."""
     most = PACKED * file.id.get_filesize()
     for path, item in _items(file, ""):
         check_storage(item, path)
         if item.dtype.kind not in "biufSV" or item.shape is None:
             raise TypeError(f"'{path}' is of a type that no run has, {item.dtype}")
-        if not growing(path):
-            check_size(item, item.shape, path, most)
+        check_size(item, item.shape, path, most)
 
 
 def _items(group: Any, path: str) -> Iterator[tuple[str, Any]]:

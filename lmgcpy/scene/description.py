@@ -301,8 +301,10 @@ def _check_conditions(scene: Scene, conditions: Mapping[str, Any]) -> None:
     for what, codes, most in zip(("body", "component"), (bodies, components), there, strict=True):
         if len(codes) and not (codes.dtype.kind in "iu" and codes.min() >= 0 and codes.max() < most):
             raise ValueError(f"a condition is on a {what} that is not there")
-    if any(len(conditions[name]) != len(bodies) for name in CONDITION):
+    if bodies.ndim != 1 or any(conditions[name].shape != bodies.shape for name in CONDITION):
         raise ValueError("there are conditions that lack something")
+    if conditions["value"].dtype.kind != "f":
+        raise ValueError("the values of conditions are no numbers")
 
 
 def impose(scene: Scene, conditions: Mapping[str, Any], functions: Functions) -> None:

@@ -181,7 +181,9 @@ BY_HAND = {
         "is a link to"),
     "soft link": ("history", lambda f, n: f.__setitem__(n, h5py.SoftLink("/frames/index")), "history is a link to"),
     "filter": ("frames/positions", plug_in, "is packed by filter 32004, which is not read"),
-    "without end": ("frames/positions", huge, "lacks entries|is of type"),
+    "without end": ("frames/positions", huge, "is said to have shape"),
+    "rows without end": ("frames/velocities", lambda f, n: f.create_dataset(n, (10**14, 8, 3), "f8", chunks=(100, 8, 3),
+        maxshape=(None, 8, 3)), "is said to have shape"),
     "commit without end": ("commits", commit, "'frames/index' lacks entries"),
     "scene's table without end": ("scene/bodies/mass", lambda f, n: f.create_dataset(n, (10**11,), "f8", chunks=(100,)),
         "is said to have shape"),
@@ -201,6 +203,17 @@ def test_a_file_made_by_hand(path, name):
     with pytest.raises(ValueError, match=words) as caught:
         lm.io.open_run(path)
     assert str(caught.value).startswith(f"'{path}' is truncated or damaged: ")
+
+
+def test_conditions_of_another_shape_are_no_scene(path):
+    """With the right digest."""
+    with h5py.File(path, "r+", locking=False) as file:
+        values = file["scene/conditions/value"][:]
+        del file["scene/conditions/value"]
+        file["scene/conditions"].create_dataset("value", data=values[:, None])
+        file["scene"].attrs["digest"] = digest(file["scene"])
+    with pytest.raises(ValueError, match="holds no scene that can be built: there are conditions that lack something"):
+        lm.resume(path, observe={"height": height})
 
 
 def test_a_pipe_is_no_run_file(tmp_path):
