@@ -17,8 +17,8 @@ import numpy as np
 from table import report
 
 import lmgcpy as lm
-from lmgcpy.jit import kernel
-from lmgcpy.solve.by_address import call
+from lmgcpy.compiled.by_address import call
+from lmgcpy.compiled.kernel import kernel
 from lmgcpy.solve.system import Groups, System
 
 SWEEPS = 400

@@ -22,7 +22,7 @@ import lmgcpy as lm
 from lmgcpy.bench.chains import chains
 from lmgcpy.bench.frontier import timed, warm
 from lmgcpy.bench.machine import load
-from lmgcpy.solve.until import solve_until
+from lmgcpy.solve.other_measures import solve_until
 
 NO_FORCE = 1e-10
 """Problems with a smaller |q| hold nothing but round-off."""

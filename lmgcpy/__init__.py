@@ -21,8 +21,8 @@ from lmgcpy.scene.material import Material
 from lmgcpy.scene.scene import Scene
 from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
 from lmgcpy.solve.gauss_seidel import GaussSeidel
-from lmgcpy.solve.local import LocalSolution, solve_local
-from lmgcpy.solve.newton import Auto, Newton
+from lmgcpy.solve.newton.alternating import Auto, Newton
+from lmgcpy.solve.one_contact import LocalSolution, solve_local
 from lmgcpy.solve.problem import Problem, Solution, residual, solve
 
 if TYPE_CHECKING:

@@ -6,9 +6,9 @@ import pytest
 from click.testing import CliRunner
 
 from lmgcpy.cli import main
-from lmgcpy.cli_column import new_study as new_column
-from lmgcpy.cli_study import OfStudy
-from lmgcpy.cli_texsol import new_study as new_texsol
+from lmgcpy.cli.column import new_study as new_column
+from lmgcpy.cli.study_options import OfStudy
+from lmgcpy.cli.texsol import new_study as new_texsol
 
 
 def told(command):

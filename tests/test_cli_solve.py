@@ -13,8 +13,8 @@ from click.testing import CliRunner
 import lmgcpy as lm
 from lmgcpy.bench.figures import COLOURS
 from lmgcpy.cli import main
-from lmgcpy.cli_solve import briefly
-from lmgcpy.solve.until import solve_until
+from lmgcpy.cli.solve import briefly
+from lmgcpy.solve.other_measures import solve_until
 
 
 def run(*arguments):

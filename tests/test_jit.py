@@ -20,9 +20,9 @@ import warnings
 import numpy as np
 import pytest
 
-from lmgcpy.jit import fingerprint, kernel, row_reader, statistics
-from lmgcpy.jit_cache import cache_directory
-from lmgcpy.jit_fingerprint import Slot
+from lmgcpy.compiled.cache import cache_directory
+from lmgcpy.compiled.fingerprint import Slot
+from lmgcpy.compiled.kernel import fingerprint, kernel, row_reader, statistics
 
 
 @pytest.fixture
@@ -149,7 +149,7 @@ def test_the_fingerprint_sees_replaced_names():
 def test_the_fingerprint_of_a_set_does_not_depend_on_the_hash_seed(tmp_path):
     """A test ``x in {...}`` holds a frozenset, whose order differs from process to process: it must not miss the cache."""
     (tmp_path / "jit_set.py").write_text("def f(x):\n    return x in {'ab', 'cd', 'ef', 'gh'}\n")
-    code = "import jit_set, lmgcpy.jit as jit; print(jit.fingerprint(jit_set.f))"
+    code = "import jit_set, lmgcpy.compiled.kernel as jit; print(jit.fingerprint(jit_set.f))"
     marks = {
         subprocess.run(
             [sys.executable, "-c", code],
@@ -289,7 +289,7 @@ def test_a_changed_helper_in_another_module_is_compiled_anew(tmp_path):
     """What numba's own cache gets wrong: it watches the defining file only."""
     code = "import jit_main; print(jit_main.main(3.0), sum(jit_main.main.dispatcher.stats.cache_hits.values()))"
     (tmp_path / "jit_main.py").write_text(
-        "from lmgcpy.jit import kernel\nfrom jit_helper import f\n@kernel\ndef main(x):\n    return f(x)\n"
+        "from lmgcpy.compiled.kernel import kernel\nfrom jit_helper import f\n@kernel\ndef main(x):\n    return f(x)\n"
     )
     environment = {"LMGCPY_CACHE_DIR": str(tmp_path / "cache"), "PYTHONDONTWRITEBYTECODE": "1", **searching(tmp_path)}
     (tmp_path / "jit_helper.py").write_text("def f(x):\n    return 2.0 * x\n")
@@ -305,7 +305,7 @@ def test_functions_of_one_name_from_two_processes_stay_apart(tmp_path):
     source = """
         import sys
         import numpy as np
-        from lmgcpy.jit import kernel, statistics
+        from lmgcpy.compiled.kernel import kernel, statistics
         FACTOR = 0.0
         def helper(x):
             for i in range(x.shape[0]):
@@ -460,9 +460,9 @@ import os, pwd, warnings
 def nobody(user):
     raise KeyError(user)
 pwd.getpwuid = nobody
-from lmgcpy.jit import kernel
-from lmgcpy.jit_cache import cache_directory
-from lmgcpy.jit_fingerprint import Slot
+from lmgcpy.compiled.kernel import kernel
+from lmgcpy.compiled.cache import cache_directory
+from lmgcpy.compiled.fingerprint import Slot
 with warnings.catch_warnings(record=True) as told:
     warnings.simplefilter("always")
     results = [kernel(lambda x: x + 1.0)(1.0), kernel(lambda x: x + 2.0)(1.0)]

@@ -12,9 +12,9 @@ import textwrap
 
 import pytest
 
-from lmgcpy.jit import fingerprint, kernel
-from lmgcpy.jit_extensions import extension_in_use
-from lmgcpy.jit_fingerprint import Content
+from lmgcpy.compiled.extensions import extension_in_use
+from lmgcpy.compiled.fingerprint import Content
+from lmgcpy.compiled.kernel import fingerprint, kernel
 
 ENUM = "from enum import Enum\nclass Mode(Enum):\n    A = 1.5\n    B = 9.0\n"
 ARRAY = "import numpy as np\na = np.zeros(2000)\na[500] = 1.5\n"
@@ -95,7 +95,7 @@ NOT_KEPT = {
 }  # fmt: skip
 RUN = """
 import jit_law
-from lmgcpy.jit import statistics
+from lmgcpy.compiled.kernel import statistics
 print(jit_law.main(3.0), len(statistics().loaded))
 """
 
@@ -117,7 +117,7 @@ def run(tmp_path):
 
 
 def source_of(beginning, expression):
-    return f"from lmgcpy.jit import kernel\n{beginning}\n@kernel\ndef main(x):\n    return {expression}\n"
+    return f"from lmgcpy.compiled.kernel import kernel\n{beginning}\n@kernel\ndef main(x):\n    return {expression}\n"
 
 
 @pytest.mark.parametrize("what", KEPT)
@@ -160,7 +160,7 @@ def test_njit_helpers_of_one_name_from_two_processes_stay_apart(tmp_path):
     long = "; ".join(["x[i] += np.sin(x[i - 1]) * np.sin(x[i])"] * 24)  # too long to be put in where it is called
     (tmp_path / "twins.py").write_text(
         "import sys, numba, numpy as np\n"
-        "from lmgcpy.jit import kernel, statistics\n"
+        "from lmgcpy.compiled.kernel import kernel, statistics\n"
         "def make(factor):\n"
         "    @numba.njit\n"
         "    def helper(x):\n"
@@ -246,7 +246,8 @@ def test_a_law_of_such_a_helper_follows_its_edits_and_is_told_of_once(run):
 
 def test_every_kernel_of_lmgcpy_itself_is_known():
     """Those that threads and drivers call have intrinsics of lmgcpy's own, whose constants are looked at."""
-    from lmgcpy.solve import by_address, gauss_seidel, team
+    from lmgcpy.compiled import by_address
+    from lmgcpy.solve import gauss_seidel, team
 
     for one in (team.lay, team.help_out, gauss_seidel.work, gauss_seidel.gauss_seidel):
         assert Content(one.function).unknown == []

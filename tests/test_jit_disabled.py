@@ -14,7 +14,7 @@ SCENES = """
 import json, sys
 import lmgcpy as lm
 import lmgcpy.testing
-from lmgcpy.jit import statistics
+from lmgcpy.compiled.kernel import statistics
 
 def stack(d):
     scene = lm.Scene(dimension=d, gravity=(0.0,) * (d - 1) + (-9.81,))

@@ -27,7 +27,7 @@ def test_import_is_lean_and_compiles_nothing():
         "import sys, lmgcpy\n"
         "for heavy in ('scipy.sparse', 'matplotlib', 'pyvista', 'vtk', 'h5py', 'tqdm', 'click', 'lmgcpy.view'):\n"
         "    assert heavy not in sys.modules, heavy\n"
-        "from lmgcpy.jit import Kernel\n"
+        "from lmgcpy.compiled.kernel import Kernel\n"
         "import gc\n"
         "kernels = [o for o in gc.get_objects() if isinstance(o, Kernel)]\n"
         "assert kernels and not any(k._dispatcher for k in kernels)\n"

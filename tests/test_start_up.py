@@ -17,7 +17,7 @@ from pathlib import Path
 import pytest
 
 import lmgcpy as lm
-from lmgcpy.cli_warmup import instances
+from lmgcpy.cli.warmup import instances
 
 HERE = Path(__file__).parent
 
@@ -37,7 +37,7 @@ def processor_seconds() -> float:
 
 TELL = """
 import dataclasses, json
-from lmgcpy.jit import statistics
+from lmgcpy.compiled.kernel import statistics
 print()
 print(json.dumps(dataclasses.asdict(statistics())))
 """
@@ -115,7 +115,7 @@ def test_a_second_process_compiles_nothing_and_is_at_its_first_step_within_two_s
 THREE_KERNELS = """
 import sys
 from numba import float64
-from lmgcpy.jit import kernel
+from lmgcpy.compiled.kernel import kernel
 
 @kernel
 def first(x):

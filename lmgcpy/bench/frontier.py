@@ -18,12 +18,12 @@ from lmgcpy.bench.case import Case
 from lmgcpy.bench.reference import ENOUGH, Reference, is_large, make_reference, sweep_budget
 from lmgcpy.laws.coulomb import Coulomb
 from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
-from lmgcpy.solve.active_set import ActiveSet
-from lmgcpy.solve.by_name import SOLVERS, AnySolver
 from lmgcpy.solve.gauss_seidel import GaussSeidel
-from lmgcpy.solve.newton import newton_steps
+from lmgcpy.solve.newton.active_set import ActiveSet
+from lmgcpy.solve.newton.alternating import newton_steps
+from lmgcpy.solve.newton.proximal import proximal_newton
 from lmgcpy.solve.problem import Problem, Solution, solve
-from lmgcpy.solve.proximal import proximal_newton
+from lmgcpy.solve.solvers import SOLVERS, AnySolver
 
 TOLERANCES = tuple(10.0**-k for k in range(1, 11))
 UPDATES, LARGE_UPDATES = 2e8, 1e8

@@ -19,7 +19,7 @@ import numpy as np
 from lmgcpy.bench.case import Case
 from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
 from lmgcpy.solve.gauss_seidel import GaussSeidel
-from lmgcpy.solve.newton import Auto, Newton
+from lmgcpy.solve.newton.alternating import Auto, Newton
 from lmgcpy.solve.problem import Problem, residual, solve
 
 MARGIN = 10.0

@@ -15,7 +15,7 @@ from lmgcpy.bench.machine import load
 from lmgcpy.bench.report import write_report
 from lmgcpy.errors import closest, whole
 from lmgcpy.experiment.stages import Stages
-from lmgcpy.solve.by_name import SOLVERS
+from lmgcpy.solve.solvers import SOLVERS
 
 FAMILIES = ("chains", "2d", "3d", "packings")
 """What is made on the spot."""

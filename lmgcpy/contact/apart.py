@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lmgcpy.jit import kernel
+from lmgcpy.compiled.kernel import kernel
 
 
 @kernel

@@ -16,13 +16,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from lmgcpy.compiled.kernel import Kernel
 from lmgcpy.contact import narrow_phase, narrow_phase_3d
 from lmgcpy.contact.apart import Apart
 from lmgcpy.contact.broad_phase import near_pairs
 from lmgcpy.contact.memory import Memory, carry, recall
 from lmgcpy.contact.narrow_phase import Interactions, empty_interactions, farthest, place_contactors
 from lmgcpy.contact.neighbours import KindPair, Surroundings, kind_pairs, neighbours
-from lmgcpy.contact.room import room
 from lmgcpy.contact.slabs import (
     EVERYWHERE,
     NOWHERE,
@@ -31,8 +31,8 @@ from lmgcpy.contact.slabs import (
     partition,
     sort_pairs,
 )
+from lmgcpy.contact.spare_rows import room
 from lmgcpy.contact.tables import ChainTable, ContactorTable, VisibilityRow
-from lmgcpy.jit import Kernel
 from lmgcpy.laws import Law
 
 STEPS_A_LIST = 4

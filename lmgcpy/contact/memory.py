@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lmgcpy.jit import kernel
+from lmgcpy.compiled.kernel import kernel
 
 
 @dataclass(frozen=True)

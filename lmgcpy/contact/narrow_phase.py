@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lmgcpy.jit import kernel, row_reader
-from lmgcpy.jit_fingerprint import Slot
+from lmgcpy.compiled.fingerprint import Slot
+from lmgcpy.compiled.kernel import kernel, row_reader
 
 
 class Interactions(NamedTuple):

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from lmgcpy.compiled.fingerprint import Slot
+from lmgcpy.compiled.kernel import kernel, row_reader
 from lmgcpy.contact.narrow_phase import Interactions
-from lmgcpy.jit import kernel, row_reader
-from lmgcpy.jit_fingerprint import Slot
 
 narrow: Callable[..., Any] = Slot("narrow")
 """The pair's narrow phase, given by the specialisation, like the names below."""

@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
+from lmgcpy.compiled.fingerprint import Slot
+from lmgcpy.compiled.kernel import kernel, row_reader
 from lmgcpy.contact.apart import Apart
 from lmgcpy.contact.broad_phase import by_first
 from lmgcpy.contact.pairs import Pair, find_pair
 from lmgcpy.contact.tables import ContactorTable, VisibilityRow
-from lmgcpy.jit import kernel, row_reader
-from lmgcpy.jit_fingerprint import Slot
 
 narrow: Callable[..., Any] = Slot("narrow")
 """The pair's narrow phase, given by the specialisation, like the names below."""

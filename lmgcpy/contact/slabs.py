@@ -19,7 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lmgcpy.jit import kernel
+from lmgcpy.compiled.kernel import kernel
 
 _partition_from = [5000]
 """Scenes with so many bounded contactors are partitioned; smaller ones keep the plain order by ids."""

@@ -8,14 +8,14 @@ from typing import Any
 import numba
 import numpy as np
 
+from lmgcpy.compiled.kernel import Kernel
 from lmgcpy.contact.detector import Group
 from lmgcpy.contact.narrow_phase import Interactions
-from lmgcpy.contact.room import room
+from lmgcpy.contact.spare_rows import room
 from lmgcpy.dynamics.schedule import schedule
-from lmgcpy.jit import Kernel
+from lmgcpy.solve.by_dimension import SPACES, Space
 from lmgcpy.solve.law_kernels import LawKernels, StepData, law_kernels, not_compiled
 from lmgcpy.solve.report import Worst
-from lmgcpy.solve.space import SPACES, Space
 from lmgcpy.solve.system import Groups, System
 
 

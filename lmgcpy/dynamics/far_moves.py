@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from lmgcpy.compiled.kernel import kernel
 from lmgcpy.dynamics.model import Model
-from lmgcpy.jit import kernel
 
 OWN, OTHERS = 0.5, 1.0
 """By so many of its own radii, and of the smallest radius that it meets, may a body move in a step before it is told: two

@@ -31,7 +31,7 @@ from lmgcpy.dynamics.overlaps import overlaps_at_start
 from lmgcpy.dynamics.turning_stretch import TurningStretch
 from lmgcpy.dynamics.watch import Watch
 from lmgcpy.errors import flag, named_arguments, number, one_of, place, shown, whole
-from lmgcpy.solve.newton import Auto
+from lmgcpy.solve.newton.alternating import Auto
 from lmgcpy.solve.problem import Problem
 from lmgcpy.solve.report import NOT_FINITE, STATUS, Report
 from lmgcpy.solve.solver import Outcome, Solver, check_solver

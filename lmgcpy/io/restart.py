@@ -19,7 +19,7 @@ from lmgcpy.scene.description import Functions, build, describe, impose
 from lmgcpy.scene.scene import Scene
 from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
 from lmgcpy.solve.gauss_seidel import GaussSeidel
-from lmgcpy.solve.newton import Auto, Newton
+from lmgcpy.solve.newton.alternating import Auto, Newton
 
 SOLVERS = {solver.__name__: solver for solver in (GaussSeidel, AcceleratedGaussSeidel, Newton, Auto)}
 """Solvers that a file may name."""

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from lmgcpy.jit import kernel
+from lmgcpy.compiled.kernel import kernel
 from lmgcpy.sample.bed_2d import FLOOR, LEFT, RIGHT, Bed, cell_of, enter
 from lmgcpy.sample.pocket_2d import Pockets, lowest_place, new_pockets, open_pocket
 

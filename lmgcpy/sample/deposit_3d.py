@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from lmgcpy.jit import kernel
+from lmgcpy.compiled.kernel import kernel
 from lmgcpy.sample.bed_3d import Bed, enter
 from lmgcpy.sample.pocket_3d import new_near, open_pockets
 from lmgcpy.sample.shelves_3d import lowest_place, new_pockets, new_shelves

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lmgcpy.jit import kernel
+from lmgcpy.compiled.kernel import kernel
 
 SKIRTED, REBOUNDED, SWITCHED = 1, 2, 4
 """Bits that tell by which rules a bead was laid."""

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from lmgcpy import errors
-from lmgcpy.jit import kernel
+from lmgcpy.compiled.kernel import kernel
 from lmgcpy.sample import arguments
 from lmgcpy.sample.wire import Wire
 

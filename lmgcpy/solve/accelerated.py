@@ -38,10 +38,10 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.contact.room import room
+from lmgcpy.compiled.by_address import read
+from lmgcpy.compiled.kernel import kernel
+from lmgcpy.contact.spare_rows import room
 from lmgcpy.errors import flag, named_arguments, number, whole
-from lmgcpy.jit import kernel
-from lmgcpy.solve.by_address import read
 from lmgcpy.solve.gauss_seidel import (
     OWN,
     apply_impulses,

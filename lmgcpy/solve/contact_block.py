@@ -1,4 +1,4 @@
-"""One interaction as a block of Gauss-Seidel: templates, specialised for a law's ``react`` (see ``lmgcpy.jit``).
+"""One interaction as a block of Gauss-Seidel: templates, specialised for a law's ``react`` (``lmgcpy.compiled.kernel``).
 
 With the relative velocity ``u`` under the present impulses, the free velocity of one interaction is ``u - W r``; the law
 gives the new impulse; the bodies' velocities follow at once. Names in capitals are constants of the specialisation, so
@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.jit_fingerprint import Slot
+from lmgcpy.compiled.fingerprint import Slot
 from lmgcpy.solve.system import System
 
 react: Callable[..., Any] = Slot("react")  # given by the specialisation

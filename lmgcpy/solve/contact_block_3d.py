@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.jit_fingerprint import Slot
+from lmgcpy.compiled.fingerprint import Slot
 from lmgcpy.solve.system import System
 
 react: Callable[..., Any] = Slot("react")  # given by the specialisation

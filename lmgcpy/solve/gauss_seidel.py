@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from lmgcpy.compiled.by_address import call, read
+from lmgcpy.compiled.kernel import kernel
 from lmgcpy.errors import flag, named_arguments, whole
-from lmgcpy.jit import kernel
-from lmgcpy.solve.by_address import call, read
 from lmgcpy.solve.contact_block import momentum  # of bodies in the plane, unless the specialisation gives another
 from lmgcpy.solve.problem import ConicForm
 from lmgcpy.solve.report import CONVERGED, NOT_FINITE, ROUND_OFF, SPENT, STAGNATED

@@ -10,15 +10,15 @@ from typing import Any, NamedTuple
 import numba
 import numpy as np
 
-from lmgcpy.jit import Kernel, kernel, row_reader
-from lmgcpy.jit_fingerprint import Slot, may_raise
+from lmgcpy.compiled.by_address import group_signature
+from lmgcpy.compiled.fingerprint import Slot, may_raise
+from lmgcpy.compiled.kernel import Kernel, kernel, row_reader
 from lmgcpy.laws import Law
 from lmgcpy.solve import stiffened_wire_block, wire_block
-from lmgcpy.solve.by_address import group_signature
+from lmgcpy.solve.by_dimension import SPACES
+from lmgcpy.solve.guarded_kernels import finite_matrix, finite_vector, guard, noting_reader
 from lmgcpy.solve.small_matrices import small_matrices
-from lmgcpy.solve.space import SPACES
 from lmgcpy.solve.system import System
-from lmgcpy.solve.watched import finite_matrix, finite_vector, guard, noting_reader
 
 prepare: Callable[..., Any] = Slot("prepare")
 """The law's, given by the specialisation, as what follows."""

@@ -301,8 +301,8 @@ def solve(problem: Problem, *, solver: Solver | None = None, guess: Any = None) 
     without bound, ValueError tells that W is not positive semidefinite, or else FloatingPointError that there is no
     solution.
     """
-    from lmgcpy.solve.matrix_operator import DRIVER_NAMES, assemble_problem
-    from lmgcpy.solve.newton import Auto
+    from lmgcpy.solve.matrix_system import DRIVER_NAMES, assemble_problem
+    from lmgcpy.solve.newton.alternating import Auto
     from lmgcpy.solve.report import STATUS
 
     _check(problem, "solve")

@@ -2,7 +2,7 @@
 
 In a loop over an array that a kernel also writes to, the compiler fetches every number from memory again; tuples stay in
 registers. (A block-tridiagonal elimination with blocks of 3 x 3 takes less than half the time.) The functions are made from
-text, as :func:`lmgcpy.jit.row_reader` is: loops would not give the compiler the lengths of the tuples.
+text, as :func:`lmgcpy.compiled.kernel.row_reader` is: loops would not give the compiler the lengths of the tuples.
 """
 
 from __future__ import annotations

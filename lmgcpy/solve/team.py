@@ -19,9 +19,9 @@ import numba
 import numpy as np
 from numba.core import types
 
-from lmgcpy.jit import INTERPRETED, Kernel, kernel
-from lmgcpy.solve.atomic import add, exchange, load, store
-from lmgcpy.solve.by_address import ROOM, call_at, call_work, giving_way, write
+from lmgcpy.compiled.atomic import add, exchange, load, store
+from lmgcpy.compiled.by_address import ROOM, call_at, call_work, giving_way, write
+from lmgcpy.compiled.kernel import INTERPRETED, Kernel, kernel
 from lmgcpy.solve.system import Groups, System
 
 TICKET, DONE, HELPERS = 0, 8, 16

@@ -9,8 +9,8 @@ from typing import Any
 import numba
 import numpy as np
 
-from lmgcpy.jit import Kernel, kernel, row_reader
-from lmgcpy.jit_fingerprint import Slot
+from lmgcpy.compiled.fingerprint import Slot
+from lmgcpy.compiled.kernel import Kernel, kernel, row_reader
 from lmgcpy.laws import Law
 from lmgcpy.solve.law_kernels import as_floats, not_compiled, zeros
 from lmgcpy.testing.answers import Nonconformance, Numbers

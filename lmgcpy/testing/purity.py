@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.jit import Kernel
+from lmgcpy.compiled.kernel import Kernel
 from lmgcpy.laws import Law
 from lmgcpy.laws.registry import ARGUMENTS
 from lmgcpy.testing.answers import Nonconformance

@@ -15,7 +15,7 @@ from lmgcpy.bench.frozen import in_space
 from lmgcpy.bench.profile import OVERHEAD, profile
 from lmgcpy.bench.reference import APART, ENOUGH, MARGIN, Reference, make_reference
 from lmgcpy.bench.report import write_report
-from lmgcpy.solve.by_name import SOLVERS
+from lmgcpy.solve.solvers import SOLVERS
 
 
 def stacked(count=30, mass=10.0, friction=0.3):
@@ -60,7 +60,7 @@ def test_a_large_problem_in_space_is_left_to_sweeps(monkeypatch, tmp_path):
         raise AssertionError("a Newton step was made")
 
     monkeypatch.setattr(lmgcpy.bench.reference, "LARGE", 5)
-    monkeypatch.setattr(importlib.import_module("lmgcpy.solve.newton"), "proximal_newton", refuse)
+    monkeypatch.setattr(importlib.import_module("lmgcpy.solve.newton.alternating"), "proximal_newton", refuse)
     result = judge(next(in_space(20, 0)))
     assert set(result.reference.ways) == {"sweeps", "plain sweeps"}
     assert result.reference.distance < 1e-3  # plain sweeps stagnate at a residual of 1e-5

@@ -225,7 +225,7 @@ def test_what_cannot_be_resumed_gets_a_sentence(whole, tmp_path):
 
 
 def test_quick_keeps_what_the_user_said():
-    from lmgcpy.cli_column import new_study
+    from lmgcpy.cli.column import new_study
 
     quick = new_study({}, True)
     assert quick.grain_count < ColumnStudy().grain_count

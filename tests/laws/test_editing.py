@@ -37,7 +37,7 @@ MORE = 1.0
 RUN = """
 import json
 import lmgcpy as lm
-from lmgcpy.jit import statistics
+from lmgcpy.compiled.kernel import statistics
 from my_law import Soft
 scene = lm.Scene(dimension=2)
 ball = scene.add(lm.disk(radius=0.1, position=(0.0, 0.1), mass=1.0, velocity=(0.0, -1.0)))

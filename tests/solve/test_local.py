@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import lmgcpy as lm
-from lmgcpy.jit import kernel
+from lmgcpy.compiled.kernel import kernel
 from lmgcpy.laws.coulomb import react_in_plane, react_in_space
 
 COUNT = 100_000

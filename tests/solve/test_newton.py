@@ -9,11 +9,11 @@ import scipy.sparse as sparse
 from scipy.sparse.linalg import splu
 
 import lmgcpy as lm
-from lmgcpy.solve.active_set import ActiveSet
-from lmgcpy.solve.elimination import Elimination
-from lmgcpy.solve.newton import DISTURBANCE, WORK, newton_steps
-from lmgcpy.solve.newton_kernels import LINK, OPEN, SLIDE, STICK
-from lmgcpy.solve.proximal import Attempt, proximal_newton
+from lmgcpy.solve.newton.active_set import ActiveSet
+from lmgcpy.solve.newton.alternating import DISTURBANCE, WORK, newton_steps
+from lmgcpy.solve.newton.elimination import Elimination
+from lmgcpy.solve.newton.proximal import Attempt, proximal_newton
+from lmgcpy.solve.newton.rows import LINK, OPEN, SLIDE, STICK
 
 TIGHT = 1e-10
 """Residual to which problems of some hundred unknowns can be solved in double precision, with a margin."""

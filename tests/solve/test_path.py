@@ -8,8 +8,8 @@ import scipy.sparse as sparse
 
 import lmgcpy as lm
 from lmgcpy.bench.frozen import in_the_plane
-from lmgcpy.solve.active_set import ActiveSet
-from lmgcpy.solve.path import RENEW, follow_path
+from lmgcpy.solve.newton.active_set import ActiveSet
+from lmgcpy.solve.newton.path import RENEW, follow_path
 
 EPSILON = 1e-3
 

@@ -5,11 +5,11 @@ import pytest
 import scipy.sparse as sparse
 
 import lmgcpy as lm
-from lmgcpy.solve.active_set import ActiveSet, Status
-from lmgcpy.solve.newton_kernels import LINK, OPEN, SLIDE, STICK
-from lmgcpy.solve.path import Derivative
-from lmgcpy.solve.path_3d import follow_curve, map_of, next_wall, pass_wall
-from lmgcpy.solve.proximal import solution_by_path
+from lmgcpy.solve.newton.active_set import ActiveSet, Status
+from lmgcpy.solve.newton.path import Derivative
+from lmgcpy.solve.newton.path_3d import follow_curve, map_of, next_wall, pass_wall
+from lmgcpy.solve.newton.proximal import solution_by_path
+from lmgcpy.solve.newton.rows import LINK, OPEN, SLIDE, STICK
 
 EPSILON = 1e-3
 

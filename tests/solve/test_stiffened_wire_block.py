@@ -8,8 +8,8 @@ import pytest
 from scipy.optimize import nnls
 
 import lmgcpy as lm
+from lmgcpy.compiled.kernel import Kernel, row_reader
 from lmgcpy.dynamics.assembly import StepProblem
-from lmgcpy.jit import Kernel, row_reader
 from lmgcpy.solve import wire_block
 from lmgcpy.solve.law_kernels import stiffened_kernels
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.jit_fingerprint import Slot
+from lmgcpy.compiled.fingerprint import Slot
 
 body: Callable[..., Any] = Slot("body")  # given by the specialisation, as what follows
 compute: Callable[..., Any] = Slot("compute")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
 from lmgcpy.solve.gauss_seidel import GaussSeidel
-from lmgcpy.solve.newton import Auto, Newton
+from lmgcpy.solve.newton.alternating import Auto, Newton
 
 AnySolver = GaussSeidel | AcceleratedGaussSeidel | Newton | Auto
 

@@ -30,8 +30,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lmgcpy.solve.elimination import Elimination
-from lmgcpy.solve.newton_kernels import LINK, local_maps, natural_map, newton_rows, parity
+from lmgcpy.solve.newton.elimination import Elimination
+from lmgcpy.solve.newton.rows import LINK, local_maps, natural_map, newton_rows, parity
 from lmgcpy.solve.problem import Problem
 
 LARGE = 1e12

@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from lmgcpy.cli_study import kept_in, options_of, study_in, tell
+from lmgcpy.cli.study_options import kept_in, options_of, study_in, tell
 
 FIELDS = {"grains": "grain_count", "beads": "bead_count"}
 """Fields of a study by option, where they are not called alike."""

@@ -13,9 +13,9 @@ from lmgcpy.errors import one_of
 from lmgcpy.writing import check_target, write_bytes
 
 if TYPE_CHECKING:
-    from lmgcpy.solve.by_name import AnySolver
+    from lmgcpy.solve.other_measures import Solved
     from lmgcpy.solve.problem import Problem
-    from lmgcpy.solve.until import Solved
+    from lmgcpy.solve.solvers import AnySolver
 
 FILE = click.Path(path_type=Path)
 MEASURES = ("natural", "fclib")
@@ -39,10 +39,10 @@ def solve(
     interaction. Exit code 0: solved to the tolerance, or to round-off where that lies above it; 1: not.
     """
     from lmgcpy.io import fclib
-    from lmgcpy.solve.by_name import SOLVERS
+    from lmgcpy.solve.other_measures import solve_until
     from lmgcpy.solve.problem import residual
     from lmgcpy.solve.report import SOLVED
-    from lmgcpy.solve.until import solve_until
+    from lmgcpy.solve.solvers import SOLVERS
 
     kind = SOLVERS[one_of(name, "solver", SOLVERS)]
     one_of(measure, "measure", MEASURES)
@@ -91,7 +91,7 @@ def report(
 
 def briefly(solver: AnySolver) -> AnySolver:
     """The same solver for one sweep, and for one Newton step at the most."""
-    from lmgcpy.solve.newton import Alternating
+    from lmgcpy.solve.newton.alternating import Alternating
 
     if isinstance(solver, Alternating):
         return replace(solver, max_iterations=1, max_factorisations=min(1, solver.max_factorisations))

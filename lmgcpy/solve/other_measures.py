@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lmgcpy.solve.by_name import AnySolver
 from lmgcpy.solve.problem import Problem, residual, solve
+from lmgcpy.solve.solvers import AnySolver
 
 ROUNDS = 12
 """Solves in a row at the most; each asks for a natural residual at least three times smaller than the one before."""

@@ -15,7 +15,7 @@ from typing import Any
 from llvmlite import ir
 from numba.core import cgutils, types
 
-from lmgcpy.jit import Pointer, intrinsic
+from lmgcpy.compiled.kernel import Pointer, intrinsic
 
 ROOM = 1024
 """Words of memory for a named tuple of arrays."""

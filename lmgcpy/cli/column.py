@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from lmgcpy.cli_study import kept_in, options_of, study_in, tell
+from lmgcpy.cli.study_options import kept_in, options_of, study_in, tell
 
 FIELDS = {"grains": "grain_count", "bead": "bead_diameter", "refine": "refinements"}
 """Fields of a study whose options have other names."""

@@ -25,9 +25,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lmgcpy.solve.active_set import ActiveSet, Status
-from lmgcpy.solve.path import follow_path
-from lmgcpy.solve.path_3d import follow_curve
+from lmgcpy.solve.newton.active_set import ActiveSet, Status
+from lmgcpy.solve.newton.path import follow_path
+from lmgcpy.solve.newton.path_3d import follow_curve
 
 FIRST = 1e-4
 """epsilon to start with."""

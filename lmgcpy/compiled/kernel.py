@@ -7,7 +7,7 @@ directory. Four things it does that ``numba.njit(cache=True)`` does not:
 * Its name in the cache carries a fingerprint of everything the code depends on: its own byte code, the functions it
   calls, in whatever file, the constants it reads, the fields of the named tuples it takes, numba and Python. numba's own
   cache watches the defining file only and would run stale code after an edit elsewhere. What cannot be told by its
-  content is compiled without the cache, and a warning says so once (:mod:`lmgcpy.jit_fingerprint`).
+  content is compiled without the cache, and a warning says so once (:mod:`lmgcpy.compiled.fingerprint`).
 * The functions in the machine code have the fingerprint in their names as well. numba counts them instead, in each
   process anew, and of two functions of one name from two processes the linker keeps the first: the code of another law.
 * :meth:`Kernel.specialise` gives some global names a new meaning, in the kernel and in the functions that it calls, and
@@ -30,10 +30,9 @@ from numba.core.ccallback import CFunc
 from numba.core.dispatcher import Dispatcher
 from numba.core.sigutils import normalize_signature
 
-from lmgcpy.errors import closest
-from lmgcpy.jit_cache import KernelCache
-from lmgcpy.jit_extensions import extension_in_use
-from lmgcpy.jit_fingerprint import (
+from lmgcpy.compiled.cache import KernelCache
+from lmgcpy.compiled.extensions import extension_in_use
+from lmgcpy.compiled.fingerprint import (
     OPTIONS,
     Content,
     Slot,
@@ -45,6 +44,7 @@ from lmgcpy.jit_fingerprint import (
     rebuildable,
     slots_of,
 )
+from lmgcpy.errors import closest
 
 INTERPRETED = bool(numba.config.DISABLE_JIT)  # type: ignore[attr-defined]
 """Whether kernels run as plain Python: ``NUMBA_DISABLE_JIT=1`` at the start of the process, for debuggers and coverage."""

@@ -23,9 +23,9 @@ import numpy as np
 
 from lmgcpy.errors import flag, named_arguments, whole
 from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
-from lmgcpy.solve.active_set import ActiveSet
+from lmgcpy.solve.newton.active_set import ActiveSet
+from lmgcpy.solve.newton.proximal import PATIENCE, proximal_newton
 from lmgcpy.solve.problem import ConicForm
-from lmgcpy.solve.proximal import PATIENCE, proximal_newton
 from lmgcpy.solve.report import CONVERGED, NOT_FINITE, ROUND_OFF
 from lmgcpy.solve.solver import Outcome, check_tolerances, largest_slip
 from lmgcpy.solve.system import Groups

@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from lmgcpy.jit import kernel
-from lmgcpy.solve.newton_kernels import LINK, OPEN, SLIDE, STICK
+from lmgcpy.compiled.kernel import kernel
+from lmgcpy.solve.newton.rows import LINK, OPEN, SLIDE, STICK
 from lmgcpy.solve.problem import BOTH, CONTACT
 
 

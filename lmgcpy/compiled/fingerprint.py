@@ -3,7 +3,7 @@
 Only what is listed in :meth:`Content._add` is hashed: numbers, strings, members of an Enum, arrays, tuples of these, plain
 functions and ``numba.njit`` ones with all that they read in turn, and what belongs to Python, numpy or numba, whose
 versions are hashed. Of anything else, a ``numba.vectorize`` function or an intrinsic for example, the content is not
-guessed: it is entered in :attr:`Content.unknown`, and the machine code is not kept (see :mod:`lmgcpy.jit_cache`).
+guessed: it is entered in :attr:`Content.unknown`, and the machine code is not kept (see :mod:`lmgcpy.compiled.cache`).
 """
 
 from __future__ import annotations

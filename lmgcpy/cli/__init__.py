@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 import warnings
 
 import click
 
 import lmgcpy
-from lmgcpy import cli_column, cli_laws, cli_run, cli_solve, cli_texsol, cli_view, cli_warmup
+from lmgcpy.cli import column, laws, run, solve, texsol, view, warmup
 from lmgcpy.errors import closest, shown
 
 EXPECTED = (ValueError, TypeError, LookupError, OSError, RuntimeError, FloatingPointError, ImportError, MemoryError)
@@ -72,16 +71,12 @@ def main(traceback: bool) -> None:
 
 
 for command in (
-    cli_texsol.texsol,
-    cli_column.column,
-    *cli_run.COMMANDS,
-    *cli_solve.COMMANDS,
-    *cli_laws.COMMANDS,
-    *cli_view.COMMANDS,
-    cli_warmup.warmup,
+    texsol.texsol,
+    column.column,
+    *run.COMMANDS,
+    *solve.COMMANDS,
+    *laws.COMMANDS,
+    *view.COMMANDS,
+    warmup.warmup,
 ):
     main.add_command(command)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

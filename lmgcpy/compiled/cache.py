@@ -21,7 +21,7 @@ from numba.core.compiler import CompileResult
 from numba.core.serialize import dumps
 from numba.core.sigutils import normalize_signature
 
-from lmgcpy.jit_fingerprint import described
+from lmgcpy.compiled.fingerprint import described
 from lmgcpy.writing import beside
 
 DIGEST = hashlib.sha256().digest_size

@@ -13,15 +13,15 @@ import click
 import numpy as np
 
 import lmgcpy as lm
+from lmgcpy.compiled.cache import CacheWarning, cache_directory
+from lmgcpy.compiled.kernel import INTERPRETED, statistics
 from lmgcpy.contact.slabs import partition_from
 from lmgcpy.experiment.stages import Stages
 from lmgcpy.experiment.texsol_sample import lay_sample
 from lmgcpy.io.restart import SOLVERS
-from lmgcpy.jit import INTERPRETED, statistics
-from lmgcpy.jit_cache import CacheWarning, cache_directory
 from lmgcpy.laws import Law, Parameter
-from lmgcpy.solve.active_set import ActiveSet
-from lmgcpy.solve.proximal import proximal_newton
+from lmgcpy.solve.newton.active_set import ActiveSet
+from lmgcpy.solve.newton.proximal import proximal_newton
 
 REACH = 1.0
 """Alert distance that makes an interaction of every pair in the scenes [m]."""

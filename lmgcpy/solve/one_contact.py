@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from lmgcpy.compiled.kernel import kernel
 from lmgcpy.errors import named_arguments, number, numbers
-from lmgcpy.jit import kernel
 from lmgcpy.laws.coulomb import react_in_plane, react_in_space
 
 SOUND = 1e-9

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lmgcpy.jit import kernel
+from lmgcpy.compiled.kernel import kernel
 from lmgcpy.solve.problem import BOTH, CONTACT, PULL
 
 OPEN, STICK, SLIDE, LINK = range(4)

@@ -6,7 +6,7 @@ from typing import Any
 
 from numba.core import cgutils, types
 
-from lmgcpy.jit import intrinsic
+from lmgcpy.compiled.kernel import intrinsic
 
 ALIGNED = 8
 """Bytes of the numbers, int64."""

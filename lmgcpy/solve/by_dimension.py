@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from lmgcpy.jit import Kernel
+from lmgcpy.compiled.kernel import Kernel
 from lmgcpy.solve import contact_block, contact_block_3d
 
 

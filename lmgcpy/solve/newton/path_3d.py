@@ -21,10 +21,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lmgcpy.jit import kernel
-from lmgcpy.solve.active_set import ActiveSet, Status
-from lmgcpy.solve.newton_kernels import LINK, OPEN, SLIDE, STICK
-from lmgcpy.solve.path import RENEW, Derivative, cell_of
+from lmgcpy.compiled.kernel import kernel
+from lmgcpy.solve.newton.active_set import ActiveSet, Status
+from lmgcpy.solve.newton.path import RENEW, Derivative, cell_of
+from lmgcpy.solve.newton.rows import LINK, OPEN, SLIDE, STICK
 from lmgcpy.solve.problem import BOTH, CONTACT
 
 ANGLE = 0.3

@@ -29,8 +29,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lmgcpy.solve.active_set import ActiveSet, Status
-from lmgcpy.solve.path_kernels import change_of_matrix, next_bend, pass_bend, pass_earlier
+from lmgcpy.solve.newton.active_set import ActiveSet, Status
+from lmgcpy.solve.newton.path_kernels import change_of_matrix, next_bend, pass_bend, pass_earlier
 
 RENEW = 50
 """Bends that are passed with one factorisation."""

@@ -1,0 +1,1 @@
+"""Newton steps on active sets, alone and by turns with sweeps."""
