@@ -8,12 +8,12 @@ from __future__ import annotations
 import numpy as np
 from table import report
 
-from lmgcpy.dynamics.simulation import Simulation
 from lmgcpy.experiment.biaxial import Biaxial
 from lmgcpy.experiment.compaction import compact
 from lmgcpy.experiment.texsol_2d import Study
 from lmgcpy.experiment.texsol_sample import lay_sample
 from lmgcpy.experiment.texsol_tests import DENSITY, LAWS
+from lmgcpy.simulation import Simulation
 
 STEPS = 60
 

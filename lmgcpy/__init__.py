@@ -4,8 +4,6 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 from lmgcpy import contact, io, laws, measure, sample
-from lmgcpy.dynamics.simulation import Simulation
-from lmgcpy.io.restart import resume
 from lmgcpy.laws.coulomb import Coulomb
 from lmgcpy.laws.elastic import ElasticRod, ElasticWire
 from lmgcpy.laws.law import Law, Parameter, State
@@ -19,16 +17,24 @@ from lmgcpy.scene.chain import Chain
 from lmgcpy.scene.contactor import Contactor, DiskContactor
 from lmgcpy.scene.material import Material
 from lmgcpy.scene.scene import Scene
+from lmgcpy.simulation import Simulation
+from lmgcpy.simulation.resume import resume
 from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
 from lmgcpy.solve.gauss_seidel import GaussSeidel
 from lmgcpy.solve.newton.alternating import Auto, Newton
 from lmgcpy.solve.one_contact import LocalSolution, solve_local
-from lmgcpy.solve.problem import Problem, Solution, residual, solve
+from lmgcpy.solve.problem import Problem
+from lmgcpy.solve.report import Outcome
+from lmgcpy.solve.residual import residual
+from lmgcpy.solve.solver import Solver
+from lmgcpy.solve.standalone import Solution, solve
+from lmgcpy.solve.step import Step
+from lmgcpy.version import VERSION
 
 if TYPE_CHECKING:
     from lmgcpy import view
 
-__version__ = "0.1.0"
+__version__ = VERSION
 
 __all__ = [
     "AcceleratedGaussSeidel",
@@ -47,6 +53,7 @@ __all__ = [
     "LocalSolution",
     "Material",
     "Newton",
+    "Outcome",
     "Parameter",
     "Problem",
     "Restitution",
@@ -57,8 +64,10 @@ __all__ = [
     "Signorini",
     "Simulation",
     "Solution",
+    "Solver",
     "Sphere",
     "State",
+    "Step",
     "VoigtRod",
     "VoigtWire",
     "Wall",

@@ -17,7 +17,7 @@ from pathlib import Path
 import pytest
 
 import lmgcpy as lm
-from lmgcpy.cli.warmup import instances
+from lmgcpy.warmup import instances
 
 HERE = Path(__file__).parent
 

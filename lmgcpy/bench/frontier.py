@@ -22,8 +22,9 @@ from lmgcpy.solve.gauss_seidel import GaussSeidel
 from lmgcpy.solve.newton.active_set import ActiveSet
 from lmgcpy.solve.newton.alternating import newton_steps
 from lmgcpy.solve.newton.proximal import proximal_newton
-from lmgcpy.solve.problem import Problem, Solution, solve
+from lmgcpy.solve.problem import Problem
 from lmgcpy.solve.solvers import SOLVERS, AnySolver
+from lmgcpy.solve.standalone import Solution, solve
 
 TOLERANCES = tuple(10.0**-k for k in range(1, 11))
 UPDATES, LARGE_UPDATES = 2e8, 1e8

@@ -12,7 +12,6 @@ from dataclasses import replace
 import numpy as np
 
 from lmgcpy.bench.case import Case
-from lmgcpy.dynamics.simulation import Simulation
 from lmgcpy.experiment.biaxial import Biaxial
 from lmgcpy.experiment.box import Sample
 from lmgcpy.experiment.compaction import compact
@@ -29,6 +28,7 @@ from lmgcpy.scene.body import wall
 from lmgcpy.scene.body_3d import sphere
 from lmgcpy.scene.material import Material
 from lmgcpy.scene.scene import Scene
+from lmgcpy.simulation import Simulation
 from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
 
 DENSITY, PRESSURE = 2600.0, 1e5

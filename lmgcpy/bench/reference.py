@@ -20,7 +20,9 @@ from lmgcpy.bench.case import Case
 from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
 from lmgcpy.solve.gauss_seidel import GaussSeidel
 from lmgcpy.solve.newton.alternating import Auto, Newton
-from lmgcpy.solve.problem import Problem, residual, solve
+from lmgcpy.solve.problem import Problem
+from lmgcpy.solve.residual import residual
+from lmgcpy.solve.standalone import solve
 
 MARGIN = 10.0
 LOOSEST, TIGHTEST = 1e-6, 1e-13

@@ -92,7 +92,7 @@ def law_sentence(law: dict) -> str:
 @click.option("--progress/--no-progress", default=True, help="A bar, on a terminal.")
 def resume(file: Path, steps: int, progress: bool) -> None:
     """Go on with a run, bit for bit, in the same file."""
-    from lmgcpy.io.restart import resume as go_on
+    from lmgcpy.simulation.resume import resume as go_on
 
     sim = go_on(file)
     try:

@@ -40,8 +40,8 @@ def solve(
     """
     from lmgcpy.io import fclib
     from lmgcpy.solve.other_measures import solve_until
-    from lmgcpy.solve.problem import residual
     from lmgcpy.solve.report import SOLVED
+    from lmgcpy.solve.residual import residual
     from lmgcpy.solve.solvers import SOLVERS
 
     kind = SOLVERS[one_of(name, "solver", SOLVERS)]

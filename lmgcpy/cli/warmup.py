@@ -1,30 +1,16 @@
-"""The command ``lmgcpy warmup``: small scenes that need every kernel, so that no later run waits for the compiler."""
+"""The command ``lmgcpy warmup``."""
 
 from __future__ import annotations
 
-import itertools
-import math
 import time as clock
-import warnings
-from collections.abc import Callable
-from typing import Any
 
 import click
-import numpy as np
 
-import lmgcpy as lm
+from lmgcpy import laws as registry
 from lmgcpy.compiled.cache import CacheWarning, cache_directory
 from lmgcpy.compiled.kernel import INTERPRETED, statistics
-from lmgcpy.contact.slabs import partition_from
 from lmgcpy.experiment.stages import Stages
-from lmgcpy.experiment.texsol_sample import lay_sample
-from lmgcpy.io.restart import SOLVERS
-from lmgcpy.laws import Law, Parameter
-from lmgcpy.solve.newton.active_set import ActiveSet
-from lmgcpy.solve.newton.proximal import proximal_newton
-
-REACH = 1.0
-"""Alert distance that makes an interaction of every pair in the scenes [m]."""
+from lmgcpy.warmup import warm_up
 
 
 @click.command()
@@ -40,28 +26,12 @@ def warmup(laws: str, dimension: str | None) -> None:
     if INTERPRETED:
         raise RuntimeError("With NUMBA_DISABLE_JIT set nothing is compiled: unset it to fill the cache.")
     dimensions = [int(dimension)] if dimension else [2, 3]
-    names = [name.strip() for name in laws.split(",") if name.strip()] or lm.laws.names()
-    chosen = [lm.laws.get(name) for name in names]
-    failures: dict[str, Exception] = {}
+    names = [name.strip() for name in laws.split(",") if name.strip()] or registry.names()
+    chosen = [registry.get(name) for name in names]
     begin = clock.perf_counter()
     try:
-        with warnings.catch_warnings(), Stages().stage("warmup", len(chosen) * len(dimensions)) as tick:
-            warnings.simplefilter("error", CacheWarning)
-            for done, (d, law) in enumerate(itertools.product(dimensions, chosen), start=1):
-                try:
-                    law_kernels(law, d)
-                except CacheWarning:
-                    raise
-                except Exception as error:  # of a plug-in's law: the others are compiled all the same
-                    failures[law.NAME] = error
-                tick(done)
-            if 2 in dimensions:
-                lay_sample(20, 5)
-                two_in_flight(2)
-            if 3 in dimensions:
-                lay_in_space()
-                two_in_flight(3)
-            newton_step()
+        with Stages().stage("warmup", len(chosen) * len(dimensions)) as tick:
+            failures = warm_up(chosen, dimensions, tick)
     except CacheWarning as warning:
         raise OSError(str(warning)) from warning
     compiled = set(statistics().compiled)
@@ -75,172 +45,3 @@ def warmup(laws: str, dimension: str | None) -> None:
         raise RuntimeError(
             f"Kernels of {', '.join(failures)} could not be compiled. Why: lmgcpy --traceback warmup --laws {name}"
         ) from cause
-
-
-def law_kernels(law: type[Law], dimension: int) -> None:
-    """All that is made for a law: small scenes of every kind of interaction, two steps each, by every solver, with wires
-    as blocks and link by link, with geometric stiffness and without; the last step as a problem; and what threads share
-    of contacts."""
-    contact = law.APPLIES_TO == "contact"
-    scenes: tuple[Callable[[Law, int], lm.Scene], ...] = (
-        (plain, crooked if dimension == 2 else held) if contact else (wire,)
-    )
-    found = instances(law, dimension)
-    for instance, scene, kind, wire_blocks in itertools.product(found, scenes, SOLVERS.values(), (True, False)):
-        solver = kind(wire_blocks=wire_blocks, max_iterations=2)
-        sim = two_steps(scene(instance, dimension), solver)
-        if law.conic is not None:
-            lm.solve(sim.problem(), solver=solver)
-        if not contact:
-            stiffen(sim, wire_blocks)
-    if contact:
-        for instance, turned, kind in itertools.product(found, (False, True), SOLVERS.values()):
-            with partition_from(0):
-                two_steps(row_of_grains(instance, dimension, turned), kind(max_iterations=2), threads=2)
-
-
-def stiffen(sim: lm.Simulation, wire_blocks: bool) -> None:
-    """Make the kernels that links have with geometric stiffness."""
-    assert sim._last is not None
-    links = sim._links
-    links.stiffen(sim._last[0], np.ones(links.count), np.zeros(links.count), wire_blocks)
-
-
-def two_steps(scene: lm.Scene, solver: Any, *, threads: int = 1) -> lm.Simulation:
-    """A simulation of a scene after two steps."""
-    options = {"solver": solver, "threads": threads, "on_unconverged": "ignore", "overlap": "ignore"}
-    return lm.Simulation(scene, time_step=1e-3, **options).run(steps=2)
-
-
-def instances(law: type[Law], dimension: int) -> list[Law]:
-    """A law with parameters within their bounds, one for every number of rows and of parameters that its kernels know."""
-    parameters = law.parameters()
-    found: dict[tuple[int, ...], Law] = {}
-    refused: Exception | None = None
-    for values in itertools.product(*map(choices, parameters.values())):
-        try:
-            instance = law(**{name: value for name, value in zip(parameters, values, strict=True) if value is not None})
-        except (TypeError, ValueError) as error:
-            refused = error
-            continue
-        found.setdefault((instance.rows(dimension), instance.table(np.ones(1)).shape[1]), instance)
-    if not found:
-        raise ValueError(f"No parameters within their bounds were found that make a law '{law.NAME}': {refused}")
-    return list(found.values())
-
-
-def choices(parameter: Parameter) -> list[float | None]:
-    """Values to try: its least (friction 0 makes another kernel), one inside its bounds, and none if it is optional."""
-    bounds = parameter.bounds
-    low, high = max(bounds["minimum"], bounds["above"]), bounds["maximum"]
-    if math.isfinite(low) and math.isfinite(high):
-        inside = 0.5 * (low + high)
-    else:
-        inside = low + 1.0 if math.isfinite(low) else min(high, 1.0)
-    least = [bounds["minimum"]] if math.isfinite(bounds["minimum"]) else []
-    return [*least, inside, *([None] if parameter.default is None else [])]
-
-
-# ------------------------------------------------------------------------------------------------------------- scenes
-
-
-def grain(dimension: int, *place: float, velocity: tuple[float, ...] = (0.1, -0.1, 0.0)) -> Any:
-    """A disk or a sphere of radius 0.1 m."""
-    start: dict[str, Any] = {"radius": 0.1, "position": place[:dimension], "velocity": velocity[:dimension], "mass": 1.0}
-    return lm.disk(**start) if dimension == 2 else lm.sphere(**start)
-
-
-def bounds(dimension: int) -> list[Any]:
-    """What has no bounds, each as FLOOR and as LID."""
-    nothing = (0,) * (dimension - 2)
-    made: list[Any] = [lm.wall(point=(0, 0, *nothing), normal=(0, 1, *nothing), color="FLOOR")]
-    made.append(lm.wall(point=(0, 1, *nothing), normal=(0, -1, *nothing), color="LID"))
-    if dimension == 3:
-        made += [lm.cylinder_wall(point=(0, 0.5, 0), axis=(1, 0, 0), radius=0.5, color=c) for c in ("FLOOR", "LID")]
-    return made
-
-
-def see_all(scene: lm.Scene, law: Law) -> lm.Scene:
-    """Let grains see each other, and them and the bounds in both orders."""
-    for candidate, antagonist in (("GRAIN", "GRAIN"), ("GRAIN", "FLOOR"), ("LID", "GRAIN")):
-        scene.see(candidate, antagonist, law, alert=REACH)
-    return scene
-
-
-def two_in_flight(dimension: int) -> None:
-    """Two grains that touch and fly together, so far that lists of neighbours are made anew and impulses carried over."""
-    scene = lm.Scene(dimension=dimension)
-    for x in (0.1, 0.3):
-        scene.add(grain(dimension, x, 0.0, 0.0, velocity=(15.0, 0.0, 0.0)))
-    scene.see("GRAIN", "GRAIN", lm.Coulomb(friction=0.3))
-    lm.Simulation(scene, time_step=1e-3).run(steps=4)
-
-
-def newton_step() -> None:
-    """One step of Newton's method, for which sweeps leave nothing to do in scenes as small as these."""
-    sim = lm.Simulation(plain(lm.Coulomb(friction=0.3), 2), time_step=1e-3, on_unconverged="ignore").run(steps=1)
-    problem = sim.problem()
-    proximal_newton(ActiveSet(problem), np.zeros_like(problem.guess), 0.0, 1)
-
-
-def plain(law: Law, dimension: int) -> lm.Scene:
-    """Grains and what has no bounds, each pair in both orders: central contacts, local blocks of W diagonal."""
-    scene = lm.Scene(dimension=dimension)
-    for body in [grain(dimension, x, 0.1, 0.0) for x in (0.1, 0.3)] + bounds(dimension):
-        scene.add(body)
-    return see_all(scene, law)
-
-
-def held(law: Law, dimension: int) -> lm.Scene:
-    """The same with a grain held in x, which couples normal and tangents."""
-    scene = plain(law, dimension)
-    scene.bodies[0].fix("x")
-    return scene
-
-
-def row_of_grains(law: Law, dimension: int, turned: bool) -> lm.Scene:
-    """Long enough for slabs; held in x (``turned``) and with local blocks of W that are full, or not."""
-    scene = lm.Scene(dimension=dimension)
-    for k in range(40):
-        scene.add(grain(dimension, 0.5 * k, 0.1, 0.0))
-        if turned:
-            scene.bodies[-1].fix("x")
-    for body in bounds(dimension):
-        scene.add(body)
-    return see_all(scene, law)
-
-
-def lay_in_space() -> None:
-    """A wire among spheres in a box."""
-    box, radius = (1.0, 1.0, 1.0), 0.1
-    laid = lm.sample.wire_3d(
-        box=box, bead_radius=0.02, interstice=0.01, bead_count=30, theta_max=0.4, phi_max=0.15, raise_angle=None, seed=0
-    )
-    obstacles = laid.positions, laid.radii
-    lm.sample.deposit([radius] * 20, box=box, obstacles=obstacles, seed=0)
-    lm.sample.deposit([radius] * 20, box=(1.0, 1.0, None), seed=0)
-
-
-def crooked(law: Law, dimension: int) -> lm.Scene:
-    """A disk held in x, which couples normal and tangent, and clusters, whose contacts are not central: of an upright
-    one on the floor the local block of W is diagonal even so."""
-    scene = lm.Scene(dimension=2)
-    for x, y in ((0.1, 0.1), (0.25, 0.25)):
-        scene.add(lm.disk(radius=0.1, position=(x, y), mass=1.0, velocity=(0.1, -0.1))).fix("x")
-    for color, x, arm in (("UPRIGHT", 0.5, (0.0, 0.1)), ("LYING", 0.8, (0.1, 0.0))):
-        contactors = [(lm.DiskContactor(0.1), (sign * arm[0], sign * arm[1])) for sign in (1, -1)]
-        place = (x, 0.1 + arm[1])
-        scene.add(lm.RigidBody(contactors, mass=1.0, inertia=0.01, position=place, color=color, velocity=(0.1, -0.1)))
-    scene.add(lm.wall(point=(0, 0), normal=(0, 1), color="FLOOR"))
-    scene.add(lm.wall(point=(0, 1), normal=(0, -1), color="LID"))
-    for candidate, antagonist in (("GRAIN", "GRAIN"), ("UPRIGHT", "FLOOR"), ("LYING", "GRAIN"), ("LID", "LYING")):
-        scene.see(candidate, antagonist, law, alert=REACH)
-    return scene
-
-
-def wire(law: Law, dimension: int) -> lm.Scene:
-    """Three links."""
-    scene = lm.Scene(dimension=dimension)
-    beads = [scene.add(grain(dimension, 0.3 * i, 0.0, 0.0)) for i in range(4)]
-    scene.chain(beads, law)
-    return scene

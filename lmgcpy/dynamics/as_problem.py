@@ -8,7 +8,8 @@ import numpy as np
 
 from lmgcpy.contact.frames import local_frames
 from lmgcpy.dynamics.assembly import StepProblem
-from lmgcpy.solve.problem import Conic, ConicForm, Problem, cone_of
+from lmgcpy.solve.problem import Conic, Problem, cone_of
+from lmgcpy.solve.step import ConicForm
 from lmgcpy.solve.system import System
 
 if TYPE_CHECKING:

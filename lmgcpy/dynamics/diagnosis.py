@@ -8,10 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from lmgcpy.contact.detector import Group
-from lmgcpy.dynamics.as_problem import conic_form
 from lmgcpy.dynamics.assembly import StepProblem, group_kernels
 from lmgcpy.dynamics.schedule import schedule
-from lmgcpy.solve.solver import Solver
 from lmgcpy.solve.system import System
 
 
@@ -19,14 +17,13 @@ class LawFault(Exception):
     """Carries the sentence about a law's fault and the exception that the law raised, if it did."""
 
 
-def fault_of_solve(problem: StepProblem, solver: Solver) -> str:
+def fault_of_solve(problem: StepProblem, solve: Callable[[StepProblem], object], wire_blocks: bool) -> str:
     """A sentence on the first thing that went wrong in the solve of a step; the solve is made again, watched."""
     ways = {"stiffened": bool(len(problem.system.geometric)), "watched": True}
-    watched = [group_kernels(group, problem.space.dimension, solver.wire_blocks, **ways) for group in problem.groups]
+    watched = [group_kernels(group, problem.space.dimension, wire_blocks, **ways) for group in problem.groups]
     table = schedule(problem.groups, watched, problem.offset)
     system = problem.system._replace(prepared=np.append(problem.system.prepared, -1.0))
-    given = table, system, problem.free_velocity, problem.guess
-    solver.solve(*given, conic=conic_form(problem), **problem.space.driver)
+    solve(replace(problem, system=system, kernels=watched, table=table))
     start = int(system.prepared[-1])
     if start < 0:
         return "no law was asked: velocities, gaps or masses are too large for numbers of double precision"

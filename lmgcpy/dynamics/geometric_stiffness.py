@@ -35,8 +35,7 @@ from lmgcpy.contact.frames import local_frames
 from lmgcpy.contact.tables import ChainTable
 from lmgcpy.dynamics.assembly import StepProblem, group_kernels
 from lmgcpy.dynamics.schedule import schedule
-from lmgcpy.solve.report import NOT_FINITE, SOLVED_CODES
-from lmgcpy.solve.solver import Outcome
+from lmgcpy.solve.report import NOT_FINITE, SOLVED_CODES, Outcome
 from lmgcpy.solve.stiffened_wire_block import scratch
 
 ENOUGH = 0.1

@@ -19,7 +19,7 @@ from lmgcpy.scene.material import Material
 from lmgcpy.scene.scene import Scene
 
 if TYPE_CHECKING:
-    from lmgcpy.dynamics.simulation import Simulation
+    from lmgcpy.simulation import Simulation
 
 GRAIN, PLATEN, LATERAL = "GRAIN", "PLATEN", "LATERAL"
 

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lmgcpy.dynamics.simulation import Simulation
 from lmgcpy.errors import named_arguments, number, shown
 from lmgcpy.experiment.column_measure import front, holding
 from lmgcpy.experiment.column_sample import SAND_DENSITY, Laid, glued_grains
@@ -20,6 +19,7 @@ from lmgcpy.scene.body import wall
 from lmgcpy.scene.body_3d import sphere
 from lmgcpy.scene.material import Material
 from lmgcpy.scene.scene import Scene
+from lmgcpy.simulation import Simulation
 from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
 from lmgcpy.solve.gauss_seidel import GaussSeidel
 from lmgcpy.solve.report import SOLVED_CODES

@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.dynamics.simulation import Simulation
 from lmgcpy.errors import named_arguments, number, shown, whole
 from lmgcpy.experiment.box import Box, Sample, characteristic_time
 from lmgcpy.experiment.damped import DampedSimulation
 from lmgcpy.experiment.trial import carry_out
 from lmgcpy.laws.rigid import RigidWire
 from lmgcpy.measure.density import density as solid_fraction
+from lmgcpy.simulation import Simulation
 from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
 from lmgcpy.solve.gauss_seidel import GaussSeidel
 

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.dynamics.simulation import Simulation
 from lmgcpy.errors import named_arguments, number, one_of, shown, whole
 from lmgcpy.experiment.box import Box, Sample, characteristic_time
 from lmgcpy.experiment.trial import carry_out
@@ -21,6 +20,7 @@ from lmgcpy.laws import Law
 from lmgcpy.laws.coulomb import Coulomb
 from lmgcpy.measure.stress import stress
 from lmgcpy.sample.arguments import AXES
+from lmgcpy.simulation import Simulation
 from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
 from lmgcpy.solve.gauss_seidel import GaussSeidel
 from lmgcpy.solve.report import SOLVED, STATUS

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from lmgcpy.dynamics.simulation import Simulation
+from lmgcpy.simulation import Simulation
 from lmgcpy.solve.report import Report
 
 

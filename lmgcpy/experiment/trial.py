@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.dynamics.simulation import Simulation
 from lmgcpy.io.kept import KeptRun
 from lmgcpy.io.observations import Observe
 from lmgcpy.io.recorder import RunRecorder
-from lmgcpy.io.restart import take_up
 from lmgcpy.io.run import Run, open_run
+from lmgcpy.io.take_up import take_up
+from lmgcpy.simulation import Simulation
 
 FLUSH = 2.0
 """How old what is not yet in the file may become [s]."""

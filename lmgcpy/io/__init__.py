@@ -4,9 +4,9 @@ from typing import TYPE_CHECKING, Any
 
 from lmgcpy.io import fclib
 from lmgcpy.io.compare import compare
-from lmgcpy.io.restart import take_up
 from lmgcpy.io.run import Run, open_run
 from lmgcpy.io.tables import export_csv
+from lmgcpy.io.take_up import take_up
 
 if TYPE_CHECKING:
     from lmgcpy.io.vtk import export_vtk

@@ -12,7 +12,7 @@ from lmgcpy.io.rows import Rows, detection_positions
 from lmgcpy.io.run import RunInteractions
 
 if TYPE_CHECKING:
-    from lmgcpy.dynamics.simulation import Simulation
+    from lmgcpy.dynamics.stepper import Stepper
 
 
 class KeptRun:
@@ -33,7 +33,7 @@ class KeptRun:
         """What was observed after the last step, by name."""
         return self._rows.latest
 
-    def start(self, sim: Simulation) -> None:
+    def start(self, sim: Stepper) -> None:
         """A run begins."""
         if self._begun:
             return
@@ -44,11 +44,11 @@ class KeptRun:
         self._rows.begin(list(dict.fromkeys(laws)), sim.model.dimension)
         self._rows.frame(sim)
 
-    def enter(self, sim: Simulation) -> None:
+    def enter(self, sim: Stepper) -> None:
         """A step was made."""
         self._rows.enter(sim)
 
-    def finish(self, sim: Simulation) -> None:
+    def finish(self, sim: Stepper) -> None:
         """The run ends between two steps."""
 
     def abandon(self) -> None:

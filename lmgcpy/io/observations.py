@@ -10,9 +10,9 @@ import numpy as np
 from lmgcpy.errors import closest, shown
 
 if TYPE_CHECKING:
-    from lmgcpy.dynamics.simulation import Simulation
+    from lmgcpy.dynamics.stepper import Stepper
 
-Observe = Mapping[str, Callable[["Simulation"], Any]]
+Observe = Mapping[str, Callable[[Any], Any]]
 """Functions of the simulation by name; each returns a number or an array, of the same shape at every step."""
 
 
@@ -40,7 +40,7 @@ class Observations:
         self._functions = dict(functions)
         self.types: dict[str, np.dtype] = dict(types or {})
 
-    def probe(self, sim: Simulation) -> None:
+    def probe(self, sim: Stepper) -> None:
         """Ask every function once, before the first step, for the type of what it returns.
 
         Raises ValueError with a sentence where one fails, TypeError where it returns no numbers.
@@ -60,7 +60,7 @@ class Observations:
                 )
             self.types[name] = np.dtype((value.dtype, value.shape))
 
-    def look(self, sim: Simulation) -> dict[str, np.ndarray]:
+    def look(self, sim: Stepper) -> dict[str, np.ndarray]:
         """What the functions say now; ValueError where shape or type are not those of before the first step."""
         row = {}
         for name, function in self._functions.items():

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.dynamics.simulation import Simulation
+from lmgcpy.dynamics.stepper import Stepper
 from lmgcpy.errors import number, system_error
 from lmgcpy.io import run_format as form
 from lmgcpy.io.hdf5 import cut_off, data_sets, h5py
@@ -23,6 +23,7 @@ from lmgcpy.io.observations import Observations, Observe
 from lmgcpy.io.rows import Rows
 from lmgcpy.io.run import Run
 from lmgcpy.scene.description import describe, functions_of_time
+from lmgcpy.version import VERSION
 from lmgcpy.writing import put_in_place
 
 BUFFER = 1 << 25
@@ -98,7 +99,7 @@ class RunRecorder:
 
     # ------------------------------------------------------------------------------------------------------- the run
 
-    def start(self, sim: Simulation) -> None:
+    def start(self, sim: Stepper) -> None:
         """Make the file, or open it again where a run went on; raises built-in errors with a sentence."""
         self._clear()
         if self._begun:
@@ -172,7 +173,7 @@ class RunRecorder:
         except form.WRONG as error:
             raise self._sentence(error, "mended") from error
 
-    def enter(self, sim: Simulation) -> None:
+    def enter(self, sim: Stepper) -> None:
         """A step was made; OSError with a sentence where the file cannot grow, with the simulation as it is."""
         try:
             self._rows.enter(sim)
@@ -183,7 +184,7 @@ class RunRecorder:
         if self._rows.bytes > BUFFER or clock.perf_counter() - self._flushed >= self.flush_seconds:
             self._write(sim)
 
-    def finish(self, sim: Simulation) -> None:
+    def finish(self, sim: Stepper) -> None:
         """Write the rest and a checkpoint, and close."""
         self._write(sim, closed=True)
         self._release()
@@ -221,7 +222,7 @@ class RunRecorder:
         self._commit = replace(self._pending or self._commit, sequence=self._commit.sequence + 1, closed=closed)
         self._pending = None
 
-    def _write(self, sim: Simulation, *, closed: bool = False) -> None:
+    def _write(self, sim: Stepper, *, closed: bool = False) -> None:
         """The buffers, then, when these are in the file, a checkpoint and the commit that makes them count."""
         try:
             self._put(sim, closed=closed)
@@ -230,7 +231,7 @@ class RunRecorder:
             self._steps = -1
             raise self._sentence(error, "written on") from error
 
-    def _put(self, sim: Simulation, *, closed: bool) -> None:
+    def _put(self, sim: Stepper, *, closed: bool) -> None:
         self._need(self._rows.bytes + 4 * sim.state.positions.nbytes + SPARE)
         self._sound = False
         self._append()
@@ -278,7 +279,7 @@ class RunRecorder:
             self._lock = None
 
 
-def options(sim: Simulation) -> dict[str, Any]:
+def options(sim: Stepper) -> dict[str, Any]:
     """Options of a simulation, as JSON."""
     return {
         "time_step": sim.time_step,
@@ -294,11 +295,9 @@ def versions() -> dict[str, str]:
     """Versions of all that the numbers depend on."""
     import numba
 
-    import lmgcpy
-
     h5 = h5py()
     return {
-        "lmgcpy": lmgcpy.__version__,
+        "lmgcpy": VERSION,
         "numpy": np.__version__,
         "numba": numba.__version__,
         "h5py": h5.__version__,

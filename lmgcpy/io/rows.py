@@ -12,7 +12,7 @@ from lmgcpy.io.observations import Observations
 from lmgcpy.solve.report import STATUS
 
 if TYPE_CHECKING:
-    from lmgcpy.dynamics.simulation import Simulation
+    from lmgcpy.dynamics.stepper import Stepper
 
 
 class Rows:
@@ -42,7 +42,7 @@ class Rows:
         self.bytes = 0
         self._interaction_count = interactions
 
-    def enter(self, sim: Simulation) -> None:
+    def enter(self, sim: Stepper) -> None:
         """A step was made."""
         self.latest = self.observations.look(sim)
         for name, value in self.latest.items():
@@ -52,7 +52,7 @@ class Rows:
         if sim.steps % self.every == 0:
             self.frame(sim)
 
-    def frame(self, sim: Simulation) -> None:
+    def frame(self, sim: Stepper) -> None:
         """Keep the state as it is now, with the interactions of the last step."""
         net = self._net(sim)
         self.index.append((sim.time, sim.steps, self._interaction_count, len(net)))
@@ -74,7 +74,7 @@ class Rows:
             **{form.OBSERVED + name: rows for name, rows in self.observed.items()},
         }
 
-    def _history(self, sim: Simulation) -> tuple:
+    def _history(self, sim: Stepper) -> tuple:
         report, energy = sim.report, sim.energy
         row: tuple[Any, ...] = (
             *(sim.steps, sim.time, report.iterations, report.residual, STATUS.index(report.status), report.interactions),
@@ -86,7 +86,7 @@ class Rows:
             row += ([work.get(law, 0.0) for law in self.laws], [stored.get(law, 0.0) for law in self.laws])
         return row
 
-    def _net(self, sim: Simulation) -> np.ndarray:
+    def _net(self, sim: Stepper) -> np.ndarray:
         view = sim.interactions
         net = np.zeros(len(view), dtype=form.interaction_type(self.dimension))
         if not len(view):

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lmgcpy.dynamics.simulation import Simulation
+from lmgcpy.dynamics.stepper import Stepper
 from lmgcpy.errors import named_arguments, shown
 
 CARRYING = 2
@@ -33,7 +33,7 @@ class Network:
 
 
 @named_arguments
-def network(sim: Simulation) -> Network:
+def network(sim: Stepper) -> Network:
     """The contact network of the last step of a simulation.
 
     A contact counts where its normal impulse is above zero. Bodies with fewer than two contacts are rattlers; their
@@ -41,7 +41,7 @@ def network(sim: Simulation) -> Network:
     pressed together, as under gravity a body may rest on a single contact. Walls are no bodies here, but contacts at them
     count.
     """
-    if not isinstance(sim, Simulation):
+    if not isinstance(sim, Stepper):
         raise TypeError(f"network is of a simulation, the object that lmgcpy.Simulation(...) makes, got {shown(sim)}.")
     net = sim.interactions
     links = {chain.law.NAME for chain in sim.model.chains}

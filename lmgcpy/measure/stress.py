@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from lmgcpy.dynamics.simulation import Simulation
+from lmgcpy.dynamics.stepper import Stepper
 from lmgcpy.errors import named_arguments, number, numbers, shown
-
-if TYPE_CHECKING:
-    from lmgcpy.io.run import Run
 
 
 @named_arguments
-def stress(sim: Simulation | Run, *, frame: int | None = None, volume: float | None = None) -> dict[str, np.ndarray]:
+def stress(sim: Any, *, frame: int | None = None, volume: float | None = None) -> dict[str, np.ndarray]:
     """``sigma = -(1/V) sum f (x) l`` over the interactions of a step [Pa], traction positive.
 
-    It is the last step of a simulation, or of an open run file the step that ended with ``frame``, by default the last.
+    ``sim``: a simulation, for its last step, or an open run file, for the step that ended with ``frame``, by default the
+    last.
 
     ``f`` is the force on the candidate, ``l`` the vector from the antagonist's centre to the candidate's; at a wall it
     starts, or ends, at the contact point. Returns ``{"total": (d, d), "<NAME>": (d, d), ...}``, one entry for each law
@@ -27,7 +25,7 @@ def stress(sim: Simulation | Run, *, frame: int | None = None, volume: float | N
     without them raises ValueError, which asks for it.
     """
     net: Any
-    if isinstance(sim, Simulation):
+    if isinstance(sim, Stepper):
         if frame is not None:
             raise TypeError("frame is for run files: a simulation knows its last step only.")
         model = sim.model

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lmgcpy.dynamics.simulation import Simulation
+from lmgcpy.dynamics.stepper import Stepper
 from lmgcpy.errors import named_arguments, whole
 from lmgcpy.laws.coulomb import Coulomb
 from lmgcpy.sample import arguments
@@ -55,11 +55,13 @@ def settle(
         scene.see("GRAIN", "OBSTACLE", law)
     height = max(finest, float((positions[:, 1] + radii).max()))
     step = 0.5 * finest / float(np.sqrt(2.0 * GRAVITY * height))
-    sim = Simulation(scene, time_step=step, solver=AcceleratedGaussSeidel(tolerance=1e-2, max_iterations=2000))
+    solver = AcceleratedGaussSeidel(tolerance=1e-2, max_iterations=2000)
+    sim = Stepper(scene, time_step=step, solver=solver, on_unconverged="ignore")
     still = STILL * float(np.sqrt(2.0 * GRAVITY * finest))
     count = len(radii)
     while True:
-        sim.run(steps=20)
+        for _ in range(20):
+            sim.step()
         # at rest, and not just at the top of a flight: slower than gravity could make it since the last look
         if float(np.abs(sim.velocities[:count]).max()) < still:
             break

@@ -34,30 +34,18 @@ Tasora (2015) ACM Trans. Graph. 34(3). Control of the damping: measured here.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from lmgcpy.compiled.by_address import read
 from lmgcpy.compiled.kernel import kernel
 from lmgcpy.contact.spare_rows import room
-from lmgcpy.errors import flag, named_arguments, number, whole
-from lmgcpy.solve.gauss_seidel import (
-    OWN,
-    apply_impulses,
-    at_round_off,
-    begin,
-    measure,
-    part,
-    rate,
-    sweep_groups,
-    work,
-)
-from lmgcpy.solve.problem import ConicForm
-from lmgcpy.solve.report import CONVERGED, NOT_FINITE, ROUND_OFF, SPENT, STAGNATED
-from lmgcpy.solve.solver import Outcome, check_tolerances, largest_slip, outcome
-from lmgcpy.solve.system import Groups
-from lmgcpy.solve.team import Iterates, Team, lead, share_chunks
+from lmgcpy.errors import named_arguments, number
+from lmgcpy.solve.report import CONVERGED, NOT_FINITE, ROUND_OFF, SPENT, STAGNATED, Outcome
+from lmgcpy.solve.solver import Solver
+from lmgcpy.solve.step import Step
+from lmgcpy.solve.sweeps import OWN, apply_impulses, at_round_off, begin, measure, part, rate, sweep_groups
+from lmgcpy.solve.team import Iterates, Team, share_chunks
 
 STEP, EXTRAPOLATE, KEEP, TAKE_BEST, START, *_ = OWN
 """Kinds of work beyond those of plain Gauss-Seidel."""
@@ -213,58 +201,24 @@ def accelerated_gauss_seidel(team: Team, tolerance, slip, max_iterations, moment
 
 @named_arguments
 @dataclass(frozen=True)
-class AcceleratedGaussSeidel:
+class AcceleratedGaussSeidel(Solver):
     """Gauss-Seidel with momentum, for steps that take more than a few dozen sweeps; any law, wires as blocks.
 
-    ``tolerance``, ``max_iterations``, ``wire_blocks``, ``slip``: as of ``GaussSeidel``; ``momentum``: bound of the
-    momentum, in [0, 1); with 0 the sweeps are those of Gauss-Seidel.
+    ``tolerance``, ``max_iterations``, ``wire_blocks``, ``slip``: as of :class:`Solver <lmgcpy.Solver>`; ``momentum``:
+    bound of the momentum, in [0, 1); with 0 the sweeps are those of Gauss-Seidel.
     """
 
-    tolerance: float = 1e-4
-    max_iterations: int = 10_000
-    wire_blocks: bool = True
     momentum: float = 0.97
-    slip: float | None = None
 
-    def __post_init__(self):
-        check_tolerances(self)
-        object.__setattr__(self, "max_iterations", whole(self.max_iterations, "max_iterations", minimum=1))
-        flag(self.wire_blocks, "wire_blocks")
+    def __post_init__(self) -> None:
+        super().__post_init__()
         if not number(self.momentum, "momentum", minimum=0.0) < 1.0:
             raise ValueError(f"momentum must be in [0, 1), got {self.momentum:g}.")
 
-    def solve(
-        self,
-        groups: Groups,
-        system: Any,
-        free_velocity: np.ndarray,
-        guess: np.ndarray,
-        *,
-        conic: ConicForm | None = None,
-        threads: int = 1,
-        **operator: Any,
-    ) -> Outcome:
-        """Solve in place from the impulses ``guess``.
-
-        ``conic`` is for other solvers; ``threads``: how many may work on a partitioned scene; ``operator``: functions that
-        stand in for those on bodies in the plane.
-        """
-        return self.sweep(groups, system, free_velocity, guess, threads=threads, **operator)
-
-    def sweep(
-        self,
-        groups: Groups,
-        system: Any,
-        free_velocity: np.ndarray,
-        guess: np.ndarray,
-        *,
-        swept: bool = False,
-        threads: int = 1,
-        **operator: Any,
-    ) -> Outcome:
-        """The same; ``swept``: whether the guess comes from sweeps on this step and may pass as it is."""
+    def solve(self, step: Step, *, swept: bool = False) -> Outcome:
+        """Sweep from the guess; ``swept``: whether the guess comes from sweeps on this step and may pass as it is."""
+        system = step.system
         count, weight = system.impulse.size, system.delassus[:, : system.impulse.shape[1]].ravel()
         iterates = Iterates(room(count), room(count), room(system.velocity.size), room(count), weight)
-        limits = float(self.tolerance), largest_slip(self), int(self.max_iterations), float(self.momentum), bool(swept)
-        step, task = (groups, system, free_velocity, guess), work.specialise(own_work=own_work, **operator)
-        return outcome(system, *lead(accelerated_gauss_seidel, task, step, iterates, threads, *limits))
+        limits = self.tolerance, self.largest_slip, self.max_iterations, float(self.momentum), swept
+        return step.led(accelerated_gauss_seidel, *limits, iterates=iterates, own_work=own_work)

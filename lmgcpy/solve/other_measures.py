@@ -6,8 +6,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lmgcpy.solve.problem import Problem, residual, solve
+from lmgcpy.solve.problem import Problem
+from lmgcpy.solve.residual import residual
 from lmgcpy.solve.solvers import AnySolver
+from lmgcpy.solve.standalone import solve
 
 ROUNDS = 12
 """Solves in a row at the most; each asks for a natural residual at least three times smaller than the one before."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 CONVERGED, SPENT, STAGNATED, NOT_FINITE, ROUND_OFF = range(5)
 STATUS = ("converged", "budget spent", "stagnated", "not finite", "round-off")
@@ -10,6 +11,21 @@ STATUS = ("converged", "budget spent", "stagnated", "not finite", "round-off")
 SOLVED_CODES = (CONVERGED, ROUND_OFF)
 SOLVED = tuple(STATUS[code] for code in SOLVED_CODES)
 """How a problem ends that is solved: to the tolerance, or where that lies below what arithmetic can tell, to round-off."""
+
+
+class Outcome(NamedTuple):
+    """How a solve ended."""
+
+    iterations: int
+    """Sweeps, or what a solver has in their stead."""
+    residual: float
+    """``|e(r)| / |e(0)|``."""
+    status: int
+    """Index into :data:`STATUS`."""
+    factorisations: int = 0
+    """Newton steps, each of which factorised a sparse matrix."""
+    slip: float = 0.0
+    """Largest ``h |e_i| / R_i``; 0 where no sizes are known."""
 
 
 @dataclass(frozen=True)

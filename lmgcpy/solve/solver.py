@@ -1,32 +1,16 @@
-"""What a solver is to those who call one."""
+"""What a solver is: a small frozen object of options with one ``solve(step)``."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from lmgcpy.errors import number, shown
-from lmgcpy.solve.system import Groups
-
-if TYPE_CHECKING:
-    from lmgcpy.solve.problem import ConicForm
-
-
-class Outcome(NamedTuple):
-    """How a solve ended."""
-
-    iterations: int
-    """Sweeps."""
-    residual: float
-    """``|e(r)| / |e(0)|``."""
-    status: int
-    """Place in ``lmgcpy.solve.report.STATUS``."""
-    factorisations: int = 0
-    """Newton steps, each of which factorised a sparse matrix."""
-    slip: float = 0.0
-    """Largest ``h |e_i| / R_i``; 0 where no sizes are known."""
-
+from lmgcpy.errors import flag, number, shown, whole
+from lmgcpy.solve.report import Outcome
+from lmgcpy.solve.step import Step
 
 MOST_SLIP = 3e-3
 """No tolerance is so loose that an error may move an interaction by more in a step, in parts of its smaller body's radius.
@@ -37,53 +21,50 @@ this bound, are with 3e-3: triaxial 1.01, column 1.01; with 2e-3: biaxial 1.02, 
 biaxial 0.97, triaxial 2.8, column 1.22."""
 
 
-def check_tolerances(solver: Any) -> None:
-    """Check ``tolerance`` and ``slip`` of a frozen solver in place (TypeError, ValueError)."""
-    object.__setattr__(solver, "tolerance", number(solver.tolerance, "tolerance", above=0.0, maximum=1.0))
-    if solver.slip is not None:
-        object.__setattr__(solver, "slip", number(solver.slip, "slip", above=0.0))
+@dataclass(frozen=True)
+class Solver(ABC):
+    """Solves the problem of a time step to a tolerance. A solver of your own is a frozen dataclass with one :meth:`solve`.
 
+    ``tolerance``: a step is solved where ``|e(r)| <= tolerance |e(0)|`` (see ``lmgcpy.residual``); ``max_iterations``:
+    sweeps a step at the most; ``wire_blocks``: False has sweeps visit the links of a wire one at a time, as other codes
+    do; ``slip``: no interaction's error may make a displacement in the step of more than this part of its smaller body's
+    radius, ``h |e_i| <= slip R_i``. None stands for the tolerance, and for 3e-3 where the tolerance is larger.
+    """
 
-def largest_slip(solver: Any) -> float:
-    """What a solver allows of ``h |e_i| / R_i``: what it was given, or else its tolerance up to :data:`MOST_SLIP`."""
-    return float(min(solver.tolerance, MOST_SLIP) if solver.slip is None else solver.slip)
+    tolerance: float = 1e-4
+    max_iterations: int = 10_000
+    wire_blocks: bool = True
+    slip: float | None = None
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "tolerance", number(self.tolerance, "tolerance", above=0.0, maximum=1.0))
+        if self.slip is not None:
+            object.__setattr__(self, "slip", number(self.slip, "slip", above=0.0))
+        object.__setattr__(self, "max_iterations", whole(self.max_iterations, "max_iterations", minimum=1))
+        flag(self.wire_blocks, "wire_blocks")
 
-def outcome(system: Any, sweeps: int, status: int) -> Outcome:
-    """How a solve by sweeps ended, with what they left in ``system.told``."""
-    return Outcome(sweeps, float(system.told[0]), status, 0, float(system.told[1]))
+    @abstractmethod
+    def solve(self, step: Step) -> Outcome:
+        """Leave impulses and velocities in ``step.system`` and say how the solve ended.
 
-
-class Solver(Protocol):
-    """A small frozen configuration object with a ``solve``."""
-
-    @property
-    def tolerance(self) -> float:
-        """Residual at which a problem is solved."""
-
-    @property
-    def wire_blocks(self) -> bool:
-        """Whether wires are solved as blocks."""
-
-    def solve(
-        self,
-        groups: Groups,
-        system: Any,
-        free_velocity: np.ndarray,
-        guess: np.ndarray,
-        *,
-        conic: ConicForm,
-        **operator: Any,
-    ) -> Outcome:
-        """Solve in place from the impulses ``guess``: those in ``system`` and its velocities.
-
-        ``conic`` makes the problem in conic form, for solvers that need it; ``operator``: functions that stand in for
-        those on bodies, for a problem with an assembled W.
+        :meth:`finish` does both for impulses that were found otherwise than by sweeps on ``step.system``.
         """
-        ...
+
+    @property
+    def largest_slip(self) -> float:
+        """What is allowed of ``h |e_i| / R_i``."""
+        return float(min(self.tolerance, MOST_SLIP) if self.slip is None else self.slip)
+
+    def finish(self, step: Step, impulses: np.ndarray, *, iterations: int = 0, factorisations: int = 0) -> Outcome:
+        """Take impulses (m, d) for the answer to a step and measure them by the kernels of its laws."""
+        judged = step.judged(impulses, self.tolerance, self.largest_slip)
+        return judged._replace(iterations=iterations, factorisations=factorisations)
 
 
 def check_solver(solver: Any) -> None:
     """TypeError where ``solver`` is none."""
-    if isinstance(solver, type) or not hasattr(solver, "wire_blocks") or not hasattr(solver, "solve"):
-        raise TypeError(f"solver must be a solver such as lmgcpy.GaussSeidel(), got {shown(solver)}.")
+    if not isinstance(solver, Solver):
+        raise TypeError(
+            f"solver must be a solver such as lmgcpy.GaussSeidel(), or one of your own, derived from lmgcpy.Solver, got "
+            f"{shown(solver)}."
+        )

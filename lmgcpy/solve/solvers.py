@@ -1,4 +1,4 @@
-"""Solvers by the names that the command line knows them by."""
+"""The solvers that come with lmgcpy, by name."""
 
 from __future__ import annotations
 
@@ -14,3 +14,6 @@ SOLVERS: dict[str, type[AnySolver]] = {
     "newton": Newton,
     "auto": Auto,
 }
+"""By the names of the command line."""
+BY_CLASS: dict[str, type[AnySolver]] = {solver.__name__: solver for solver in SOLVERS.values()}
+"""By the names of their classes, as files name them."""

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.dynamics.simulation import Simulation
+from lmgcpy.dynamics.stepper import Stepper
 from lmgcpy.errors import shown, whole
 from lmgcpy.scene.contactor import (
     CylinderContactor,
@@ -183,11 +183,11 @@ def snapshot(source: Any, frame: Any = None) -> Snapshot:
 
     Raises TypeError for what is none of these, ValueError for a frame that there is not.
     """
-    if isinstance(source, (Scene, Simulation)) and frame is not None:
+    if isinstance(source, (Scene, Stepper)) and frame is not None:
         raise TypeError(f"frame is for run files: a {type(source).__name__} is drawn as it is now.")
     if isinstance(source, Scene):
         return _of_scene(source)
-    if isinstance(source, Simulation):
+    if isinstance(source, Stepper):
         return _of_simulation(source)
     if not hasattr(source, "frame_count"):
         raise TypeError(
@@ -222,7 +222,7 @@ def _of_scene(scene: Scene) -> Snapshot:
     )
 
 
-def _of_simulation(sim: Simulation) -> Snapshot:
+def _of_simulation(sim: Stepper) -> Snapshot:
     scene = describe(sim.scene)
     return Snapshot(
         scene=scene,

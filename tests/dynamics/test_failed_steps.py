@@ -30,10 +30,10 @@ class Solver(lm.GaussSeidel):
 
     fault = False
 
-    def solve(self, groups, system, free_velocity, guess, **operator):
-        result = super().solve(groups, system, free_velocity, guess, **operator)
+    def solve(self, step):
+        result = super().solve(step)
         if Solver.fault:
-            system.impulse[-1] = nan
+            step.system.impulse[-1] = nan
         return result
 
 
@@ -225,9 +225,9 @@ def test_the_file_of_a_run_that_halts_stays_good(switches, tmp_path):
     whole = pile(switches).run(steps=30)
 
     class Failing(Solver):
-        def solve(self, *arguments, **operator):
+        def solve(self, step):
             Solver.fault = sim.steps == 20
-            return super().solve(*arguments, **operator)
+            return super().solve(step)
 
     sim = pile(switches)
     sim.solver = Failing(tolerance=1e-3)

@@ -133,11 +133,11 @@ def test_a_step_that_fails_where_no_more_can_be_written_leaves_a_good_file(path)
 
 KILLED = """
     class Killing(lm.GaussSeidel):
-        def solve(self, *arguments, **operator):
+        def solve(self, step):
             steps.append(1)
             if len(steps) == 100:
                 os.kill(os.getpid(), signal.SIGKILL)
-            return super().solve(*arguments, **operator)
+            return super().solve(step)
     steps = []
     heap(solver=Killing()).run(steps=200, record=path, every=1, flush=0.0)
 """

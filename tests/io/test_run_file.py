@@ -152,11 +152,11 @@ def test_a_file_is_read_while_it_is_written(path):
     seen = []
 
     class Watch(lm.GaussSeidel):
-        def solve(self, *arguments, **operator):
+        def solve(self, step):
             if path.exists():
                 with lm.io.open_run(path) as run:
                     seen.append((len(run.history), run.frame_count, float(run.positions[-1].sum())))
-            return super().solve(*arguments, **operator)
+            return super().solve(step)
 
     sim = heap(solver=Watch())
     sim.run(steps=10, record=path, every=1, flush=0.0)
@@ -313,12 +313,12 @@ def test_a_number_that_stops_being_finite_leaves_a_good_file(path):
 class Interrupting(lm.GaussSeidel):
     """Ctrl-C is pressed in the middle of a step."""
 
-    def solve(self, *arguments, **operator):
+    def solve(self, step):
         if len(presses) < 3:
             presses.append(1)
             if len(presses) == 3:
                 signal.raise_signal(signal.SIGINT)
-        return super().solve(*arguments, **operator)
+        return super().solve(step)
 
 
 presses: list[int] = []

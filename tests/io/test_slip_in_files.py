@@ -10,7 +10,7 @@ from click.testing import CliRunner
 
 import lmgcpy as lm
 from lmgcpy.cli import main
-from lmgcpy.io.restart import take_up
+from lmgcpy.io.take_up import take_up
 
 
 def column(solver):

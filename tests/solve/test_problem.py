@@ -5,7 +5,7 @@ import pytest
 import scipy.sparse as sparse
 
 import lmgcpy as lm
-from lmgcpy.solve.problem import project_on_cone
+from lmgcpy.solve.residual import project_on_cone
 
 
 def wired_pile(law=None, friction=0.4):

@@ -15,20 +15,19 @@ the laws, as that of every other solver is.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
-from lmgcpy.errors import flag, named_arguments, whole
+from lmgcpy.errors import named_arguments, whole
 from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
 from lmgcpy.solve.newton.active_set import ActiveSet
 from lmgcpy.solve.newton.proximal import PATIENCE, proximal_newton
-from lmgcpy.solve.problem import ConicForm
-from lmgcpy.solve.report import CONVERGED, NOT_FINITE, ROUND_OFF
-from lmgcpy.solve.solver import Outcome, check_tolerances, largest_slip
-from lmgcpy.solve.system import Groups
+from lmgcpy.solve.report import CONVERGED, NOT_FINITE, ROUND_OFF, Outcome
+from lmgcpy.solve.solver import Solver
+from lmgcpy.solve.step import Step
 
 WORK = 320_000
 """Newton steps of a solve may cost as much as so many sweeps: in large samples in space one takes seconds."""
@@ -55,19 +54,17 @@ def newton_steps(sweeps: int, interactions: int, dimension: int) -> int:
 
 
 @dataclass(frozen=True)
-class Alternating(ABC):
+class Alternating(Solver):
     """Sweeps with momentum and Newton steps by turns.
 
-    ``tolerance``: residual at which a problem is solved; ``max_iterations``: sweeps in all; ``max_factorisations``: Newton
-    steps in all, each of which factorises a sparse matrix (a path counts as the Newton steps that cost as much), and fewer
-    where they would cost more than :data:`WORK` sweeps; ``wire_blocks``, ``slip``: as of ``GaussSeidel``.
+    ``tolerance``, ``wire_blocks``, ``slip``: as of :class:`Solver <lmgcpy.Solver>`; ``max_iterations``: sweeps in all;
+    ``max_factorisations``: Newton steps in all, each of which factorises a sparse matrix (a path counts as the Newton steps
+    that cost as much), and fewer where they would cost more than :data:`WORK` sweeps.
     """
 
     tolerance: float = 1e-8
     max_iterations: int = 20_000
     max_factorisations: int = 2000
-    wire_blocks: bool = True
-    slip: float | None = None
 
     NEEDS_CONIC: ClassVar[bool]
     """Whether laws without a conic form are refused; else they get sweeps alone."""
@@ -76,26 +73,13 @@ class Alternating(ABC):
     def first_turn(self, interactions: int, dimension: int) -> int:
         """Sweeps before the first Newton steps; before the next it is twice as many, and so on."""
 
-    def __post_init__(self):
-        check_tolerances(self)
-        object.__setattr__(self, "max_iterations", whole(self.max_iterations, "max_iterations", minimum=1))
+    def __post_init__(self) -> None:
+        super().__post_init__()
         object.__setattr__(self, "max_factorisations", whole(self.max_factorisations, "max_factorisations"))
-        flag(self.wire_blocks, "wire_blocks")
 
-    def solve(
-        self,
-        groups: Groups,
-        system: Any,
-        free_velocity: np.ndarray,
-        guess: np.ndarray,
-        *,
-        conic: ConicForm,
-        **operator: Any,
-    ) -> Outcome:
-        """Solve in place from the impulses ``guess``.
-
-        ``conic``: makes the problem in conic form; ``operator``: as of ``GaussSeidel``.
-        """
+    def solve(self, step: Step) -> Outcome:
+        """Sweeps and Newton steps by turns from the guess, until one of them solves the step or both are spent."""
+        guess, system = step.guess, step.system
         turn, patience = self.first_turn(*guess.shape), PATIENCE
         sweeps = factorisations = 0
         best, least = guess, np.inf
@@ -103,10 +87,10 @@ class Alternating(ABC):
         last = False
         most = min(self.max_factorisations, newton_steps(WORK, *guess.shape))
         noise = np.random.default_rng(0)
-        slip = largest_slip(self)
+        slip = self.largest_slip
         while True:
             left = min(turn, self.max_iterations - sweeps)
-            swept = self._sweep(left, groups, system, free_velocity, guess, operator, swept=sweeps > 0)
+            swept = self._sweep(left, step.starting_from(guess), swept=sweeps > 0)
             sweeps += swept.iterations
             if swept.status in (CONVERGED, ROUND_OFF, NOT_FINITE):
                 return swept._replace(iterations=sweeps, factorisations=factorisations)
@@ -116,10 +100,10 @@ class Alternating(ABC):
                 break
             last = sweeps >= self.max_iterations
             if active is None:
-                if conic.missing and not self.NEEDS_CONIC:
+                if step.conic.missing and not self.NEEDS_CONIC:
                     guess, turn, last = system.impulse.copy(), self.max_iterations, True
                     continue
-                problem, acting = conic()
+                problem, acting = step.conic()
                 active = ActiveSet(problem)
             start, left = system.impulse[acting], most - factorisations
             # Newton steps know of the residual only; it is to fall as the worst displacement must
@@ -137,24 +121,14 @@ class Alternating(ABC):
                 guess *= 1.0 + DISTURBANCE * noise.standard_normal((len(guess), 1))
             turn, patience = max(turn, min(2 * turn, LONGEST)), min(2 * patience, MOST_PATIENCE)
         if swept.residual > least:
-            swept = self._sweep(1, groups, system, free_velocity, best, operator, swept=True)
+            swept = self._sweep(1, step.starting_from(best), swept=True)
             sweeps += swept.iterations
         return swept._replace(iterations=sweeps, factorisations=factorisations)
 
-    def _sweep(
-        self,
-        most: int,
-        groups: Groups,
-        system: Any,
-        free_velocity: np.ndarray,
-        guess: np.ndarray,
-        operator: dict,
-        *,
-        swept: bool,
-    ) -> Outcome:
-        """At most so many sweeps from a guess, in place."""
+    def _sweep(self, most: int, step: Step, *, swept: bool) -> Outcome:
+        """At most so many sweeps from the guess of a step, in place."""
         solver = AcceleratedGaussSeidel(tolerance=self.tolerance, max_iterations=max(most, 1), slip=self.slip)
-        return solver.sweep(groups, system, free_velocity, guess, swept=swept, **operator)
+        return solver.solve(step, swept=swept)
 
 
 @named_arguments

@@ -1,4 +1,4 @@
-"""Go on with a run from its file, bit for bit."""
+"""Going on with a run in its file, bit for bit."""
 
 from __future__ import annotations
 
@@ -9,55 +9,18 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.dynamics.simulation import Simulation
-from lmgcpy.errors import closest, named_arguments, shown
+from lmgcpy.dynamics.stepper import Stepper
+from lmgcpy.errors import named_arguments, shown
 from lmgcpy.io import run_format as form
 from lmgcpy.io.observations import Observations, Observe
 from lmgcpy.io.recorder import RunRecorder, options
 from lmgcpy.io.run import Run
-from lmgcpy.scene.description import Functions, build, describe, impose
-from lmgcpy.scene.scene import Scene
-from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
-from lmgcpy.solve.gauss_seidel import GaussSeidel
-from lmgcpy.solve.newton.alternating import Auto, Newton
-
-SOLVERS = {solver.__name__: solver for solver in (GaussSeidel, AcceleratedGaussSeidel, Newton, Auto)}
-"""Solvers that a file may name."""
-
-
-@named_arguments
-def resume(
-    path: str | os.PathLike, *, functions: Functions | None = None, observe: Observe | None = None, solver: Any = None
-) -> Simulation:
-    """The simulation of a run file as it was at its last checkpoint; its runs go on in the same file.
-
-    ``functions``: of time, imposed on components, which no file holds, by id of the body and name of the component:
-    ``{(3, "y"): f}``; ``observe``: the functions of the simulation that the run observes, by name. ``solver``: for a run
-    whose solver is not one of lmgcpy's, or to go on with another. Steps beyond the last checkpoint, of a run that was
-    killed, are made again. The answer is that of the run without the interruption to the last bit, with the same
-    versions on the same machine.
-
-    Raises what ``lmgcpy.io.open_run`` raises, PermissionError for a read-only file, BlockingIOError for one that is being
-    written, ValueError for a function that is missing, LookupError for a law that is not registered.
-    """
-    with _run_to_go_on(path) as run:
-        given = run.options
-        sim = Simulation(
-            _scene(path, run, functions),
-            time_step=given["time_step"],
-            theta=given["theta"],
-            solver=_solver(path, given) if solver is None else solver,
-            on_unconverged=given["on_unconverged"],
-            geometric_stiffness=given["geometric_stiffness"],
-            overlap="ignore",  # of the scene's start, which was told when the run began
-        )
-        _go_on(sim, run, observe)
-    return sim
+from lmgcpy.scene.description import describe
 
 
 @named_arguments
 def take_up(
-    sim: Simulation, path: str | os.PathLike, *, observe: Observe | None = None, notes: Mapping[str, Any] | None = None
+    sim: Stepper, path: str | os.PathLike, *, observe: Observe | None = None, notes: Mapping[str, Any] | None = None
 ) -> None:
     """Put a simulation, built as that of a run file was, where the file ends; its runs go on in the file.
 
@@ -65,9 +28,9 @@ def take_up(
     ``observe`` and ``notes`` as they were given when the file was made. Raises what :func:`~lmgcpy.resume` raises, and
     ValueError where the file is of another scene, of other options or of other notes, with what differs.
     """
-    if not isinstance(sim, Simulation):
+    if not isinstance(sim, Stepper):
         raise TypeError(f"sim must be a simulation that is at its start, got {shown(sim)}.")
-    with _run_to_go_on(path) as run:
+    with run_to_go_on(path) as run:
         if not run.options["geometric_stiffness"]:  # as in a file from before there was any: it goes on as it began
             sim.geometric_stiffness = False
         there = {"notes": run.notes, "options": {name: run.options[name] for name in options(sim)}, "scene": run.scene}
@@ -77,21 +40,10 @@ def take_up(
         other = _first_difference(there, here)
         if other:
             raise ValueError(f"'{path}' is the file of another run: {other}. Name another file, or take that one away.")
-        _go_on(sim, run, observe)
+        go_on(sim, run, observe)
 
 
-def _scene(path: str | os.PathLike, run: Run, functions: Functions | None) -> Scene:
-    """The scene of a run; what cannot be one is the file's fault, what functions lack is not."""
-    description = run.scene
-    try:
-        scene = build(description)
-    except (IndexError, KeyError, AttributeError, TypeError, ValueError, OverflowError, MemoryError) as error:
-        raise ValueError(f"'{path}' holds no scene that can be built: {error}".rstrip(".") + ".") from error
-    impose(scene, description["conditions"], functions or {})
-    return scene
-
-
-def _run_to_go_on(path: str | os.PathLike) -> Run:
+def run_to_go_on(path: str | os.PathLike) -> Run:
     """The run of a file that may be written."""
     run = Run(path)
     try:
@@ -104,7 +56,7 @@ def _run_to_go_on(path: str | os.PathLike) -> Run:
     return run
 
 
-def _go_on(sim: Simulation, run: Run, observe: Observe | None) -> None:
+def go_on(sim: Any, run: Run, observe: Observe | None) -> None:
     """Restore the last checkpoint and record what follows."""
     columns = run.observed
     observations = Observations(observe or {}, {name: np.dtype((c.dtype, c.shape[1:])) for name, c in columns.items()})
@@ -146,13 +98,3 @@ def _first_difference(there: Any, here: Any, where: str = "") -> str:
         same = np.shape(there) == np.shape(here) and np.array_equal(there, here, equal_nan=True)
         return "" if same else f"'{where}' is different"
     return "" if there == here else f"'{where}' is {shown(there)} there and {shown(here)} here"
-
-
-def _solver(path: str | os.PathLike, options: dict[str, Any]) -> Any:
-    name, fields = options["solver"], options["solver_fields"]
-    if name not in SOLVERS or fields is None:
-        raise LookupError(
-            f"The run of '{path}' was made with a solver '{name}'{closest(name, SOLVERS)} Give it: "
-            "lmgcpy.resume(path, solver=...)."
-        )
-    return SOLVERS[name](**fields)

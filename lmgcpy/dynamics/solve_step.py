@@ -1,0 +1,78 @@
+"""The solve of one step: the solver is called, with what it needs, and its answer is checked."""
+
+from __future__ import annotations
+
+import time as clock
+
+import numpy as np
+
+from lmgcpy.dynamics.as_problem import conic_form
+from lmgcpy.dynamics.assembly import StepProblem
+from lmgcpy.dynamics.diagnosis import LawFault, fault_of_solve
+from lmgcpy.dynamics.geometric_stiffness import LinkStiffness, solve_stiffened
+from lmgcpy.dynamics.not_finite import VELOCITY, check_bodies, check_impulses
+from lmgcpy.solve.report import NOT_FINITE, STATUS, Outcome, Report
+from lmgcpy.solve.solver import Solver
+from lmgcpy.solve.step import Step
+
+
+def solve_step(
+    problem: StepProblem, solver: Solver, links: LinkStiffness | None, order: np.ndarray | None, threads: int
+) -> tuple[StepProblem, Report]:
+    """Solve from the guess; returns the problem with the stiffness of its links and the velocities at its end.
+
+    ``links``: those that have geometric stiffness, None without; ``order``: where each body stands in the solver's arrays
+    (n,), None for where it is. Raises FloatingPointError with the interaction where a number stops being finite, and
+    RuntimeError where a law fails.
+    """
+
+    def call(problem: StepProblem) -> Outcome:
+        return call_solver(problem, solver, order, threads)
+
+    start, solves = clock.perf_counter(), 1
+    if links is not None and links.count:
+        problem, outcome, solves = solve_stiffened(links, problem, solver.wire_blocks, call)
+    else:
+        outcome = call(problem)
+    report = Report(
+        iterations=outcome.iterations,
+        factorisations=outcome.factorisations,
+        residual=outcome.residual,
+        slip=outcome.slip,
+        status=STATUS[outcome.status],
+        worst=problem.worst(),
+        interactions=len(problem.system.impulse),
+        seconds=clock.perf_counter() - start,
+        solves=solves,
+    )
+    time = problem.data.time
+    if outcome.status == NOT_FINITE:
+        raise fault(problem, solver)
+    check_impulses(problem, solver)
+    check_bodies(problem.system.velocity, VELOCITY[problem.space.dimension], "at its end", time)
+    return problem.ended(), report
+
+
+def call_solver(problem: StepProblem, solver: Solver, order: np.ndarray | None = None, threads: int = 1) -> Outcome:
+    """Have a solver solve the problem of a step in place."""
+    system, free_velocity = problem.system, problem.free_velocity
+    if order is not None:
+        system, free_velocity = system.moved(order, free_velocity)
+    driver = problem.space.driver
+    step = Step(problem.table, system, free_velocity, problem.guess, conic_form(problem), driver, threads)
+    outcome = solver.solve(step)
+    if order is not None:
+        problem.system.velocity[:] = system.velocity.take(order, axis=0)
+    return outcome
+
+
+def fault(problem: StepProblem, solver: Solver) -> Exception:
+    """What to raise where a step has no finite result."""
+    when = f"In the step from t = {problem.data.time:g} s"
+    try:
+        what = fault_of_solve(problem, lambda watched: call_solver(watched, solver), solver.wire_blocks)
+    except LawFault as law_fault:
+        error = RuntimeError(f"{when} {law_fault}.")
+        error.__cause__ = law_fault.__cause__
+        return error
+    return FloatingPointError(f"{when} a number stopped being finite: {what}.")

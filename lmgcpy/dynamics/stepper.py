@@ -1,0 +1,379 @@
+"""Moreau-Jean time stepping (theta-method) of a compiled scene."""
+
+from __future__ import annotations
+
+import time as clock
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from copy import copy, deepcopy
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from lmgcpy.contact.detector import Detector
+from lmgcpy.contact.narrow_phase import Interactions
+from lmgcpy.dynamics.as_problem import as_problem
+from lmgcpy.dynamics.assembly import StepProblem, assemble
+from lmgcpy.dynamics.checkpoint import Checkpoint, check
+from lmgcpy.dynamics.energy import Energy, kinetic_energy
+from lmgcpy.dynamics.far_away import check_places
+from lmgcpy.dynamics.far_moves import FarMoves, Ways, worse
+from lmgcpy.dynamics.geometric_stiffness import LinkStiffness
+from lmgcpy.dynamics.interactions import InteractionView
+from lmgcpy.dynamics.model import Drive, Model, State
+from lmgcpy.dynamics.not_finite import POSITION, VELOCITY, check_bodies, check_detection
+from lmgcpy.dynamics.overlaps import overlaps_at_start
+from lmgcpy.dynamics.solve_step import solve_step
+from lmgcpy.dynamics.turning_stretch import TurningStretch
+from lmgcpy.dynamics.watch import Watch
+from lmgcpy.errors import flag, named_arguments, number, one_of, shown, whole
+from lmgcpy.solve.newton.alternating import Auto
+from lmgcpy.solve.problem import Problem
+from lmgcpy.solve.report import Report
+from lmgcpy.solve.solver import Solver, check_solver
+
+REACTIONS = ("warn", "stop", "ignore")
+"""What may be done about steps that were not solved, and about bodies that overlap at the start."""
+
+
+Loads = list[tuple[Drive, float]]
+"""Imposed forces with the value of each in a step."""
+
+
+class Found(NamedTuple):
+    """The impulses of a step, and what they were found from."""
+
+    interactions: Interactions
+    solved: StepProblem
+    """The step as it was solved first."""
+    way: np.ndarray
+    """``h v`` of the first solve [m, m, m or rad], (n, 3): what the step moves the bodies by."""
+    problem: StepProblem
+    """The step as it was solved last: its velocities and impulses are those of the step."""
+    pushed: np.ndarray | None
+    """Impulses of the first solve beyond those of the last (m, d), which gave only positions; None where there was one."""
+    ways: Ways
+
+
+@named_arguments
+class Stepper:
+    """Makes the steps of a compiled scene; :class:`lmgcpy.Simulation` is a stepper with runs and says what the options are.
+
+    One step, for velocities v, positions q, external forces F, and impulses r along H::
+
+        q_m    = q + (1 - theta) h v              detection at q_m
+        v_free = v + h M^-1 F                     imposed components take their value at the end of the step
+        solve  u = H^T v_free + W r and the laws
+        v      = v_free + M^-1 H r
+        q      = q_m + theta h v
+
+    Where links would make energy as they are pulled back, the positions go another way than the velocities
+    (``lmgcpy/dynamics/turning_stretch.py``).
+    """
+
+    def __init__(
+        self,
+        scene: Any,
+        *,
+        time_step: float,
+        theta: float = 0.5,
+        solver: Solver | None = None,
+        on_unconverged: str = "warn",
+        overlap: str = "warn",
+        threads: int = 1,
+        geometric_stiffness: bool = True,
+    ):
+        self.time_step = number(time_step, "time_step", above=0.0, unit="s")
+        self.theta = number(theta, "theta", minimum=0.5, maximum=1.0)
+        self.solver: Solver = Auto() if solver is None else solver
+        check_solver(self.solver)
+        self.on_unconverged = one_of(on_unconverged, "on_unconverged", REACTIONS)
+        one_of(overlap, "overlap", REACTIONS)
+        self.threads = threads
+        self.geometric_stiffness = flag(geometric_stiffness, "geometric_stiffness")
+        if isinstance(scene, type) or not hasattr(scene, "compile") or not hasattr(scene, "hand_over"):
+            raise TypeError(f"Simulation takes a scene, which lmgcpy.Scene(dimension=2) makes, got {shown(scene)}.")
+        self.scene = scene
+        self.model: Model = scene.compile()
+        check_places(self.model)
+        overlaps = None if overlap == "ignore" else overlaps_at_start(self.model)
+        if overlaps and overlap == "stop":
+            raise ValueError(overlaps)
+        if overlaps:
+            warnings.warn(overlaps, RuntimeWarning, stacklevel=3)
+        self.state: State = self.model.start
+        self.steps = 0
+        self.report = Report()
+        model = self.model
+        self.energy = Energy(kinetic=kinetic_energy(model.mass, model.inverse_mass, self.state.velocities))
+        tables = model.contactors, model.rows, model.chains
+        self._detector = Detector(*tables, model.inverse_mass, model.dimension, model.apart)
+        self._size = model.size
+        self._links = LinkStiffness.of(model.chains, model.inverse_mass, model.dimension)
+        self._last: tuple[StepProblem, Interactions] | None = None
+        self.unconverged_steps = 0
+        self.worst_residual = 0.0
+        self.worst_slip = 0.0
+        self._running = False  # run has its own word about unsolved steps
+        self._told_unsolved = False
+        self._far_moves = FarMoves(model)
+        self._watch = Watch(model)
+        self._turning_stretch = TurningStretch(model)
+        scene.hand_over(self.state)  # last: a scene that was refused can be mended
+
+    # ---------------------------------------------------------------------------------------------------- the loop
+
+    def step(self) -> Report:
+        """Make one step, or none; returns how it was solved.
+
+        The first step that the solver did not solve to its tolerance is told (RuntimeWarning), or every one raises
+        RuntimeError, as ``on_unconverged`` says; such a step is made.
+
+        Raises FloatingPointError where a number stops being finite, with the body or the interaction, its law and bodies,
+        and the time; RuntimeError or TypeError where an imposed function of time fails. Then no step was made: positions,
+        velocities, time, energy, and what is remembered of interactions are those after the last whole step, and with the
+        cause removed the simulation goes on as if nothing had been. Only ``interactions`` are empty until then.
+        """
+        begin = clock.perf_counter()
+        h, theta, state, v = self.time_step, self.theta, self.state, self.state.velocities
+        with self._whole_or_not_at_all():
+            state.positions += (1.0 - theta) * h * v[:, :3]  # q_m
+            loads, free_velocity = self._free_flight(v)  # v_free = v + h M^-1 F
+            found = self._find_impulses(v, free_velocity)  # u = H^T v_free + W r and the laws
+            problem = found.problem
+            problem.commit()
+            # q = q_m + theta h v where one solve gives the way and the velocities, as it mostly does
+            state.positions += found.way - (1.0 - theta) * h * problem.system.velocity[:, :3]
+            self.energy.advance(problem, self.model, loads, v, found.pushed)
+        sentences = self._watched(found, loads, v)
+        state.velocities[:] = problem.system.velocity
+        state.time += h
+        self.steps += 1
+        self._detector.remember(found.interactions, problem.system.impulse, problem.data.state)
+        self._turning_stretch.remember(problem)
+        self._last = problem, found.interactions
+        self.report = replace(self.report, stretch=self._watch.stretch, step_seconds=clock.perf_counter() - begin)
+        if not self.report.solved:
+            sentences += self._count_unsolved()
+        for sentence in sentences:  # last: where warnings are errors, the step is made all the same
+            warnings.warn(sentence, RuntimeWarning, stacklevel=2)
+        if self.on_unconverged == "stop" and not self.report.solved and not self._running:
+            raise self._unsolved()
+        return self.report
+
+    @contextmanager
+    def _whole_or_not_at_all(self) -> Iterator[None]:
+        """Put positions and detector back where the step fails on the way."""
+        # the detector makes its lists anew, never in place, and remembers last of all
+        positions, detector = self.state.positions.copy(), copy(self._detector)
+        self._last = None  # the arrays of the step before make room
+        try:
+            yield
+        except BaseException:
+            self.state.positions[:], self._detector = positions, detector
+            raise
+
+    def _free_flight(self, before: np.ndarray) -> tuple[Loads, np.ndarray]:
+        """Loads at the middle of the step, and velocities without impulses (n, k) with what is imposed at its end."""
+        model, state, h, d = self.model, self.state, self.time_step, self.model.dimension
+        loads = [(load, load.at(state.time + 0.5 * h)) for load in model.forces]
+        free_velocity = before + h * model.inverse_mass * model.force(loads)
+        for drive in model.velocities:
+            free_velocity[drive.body, drive.component] = drive.at(state.time + h)
+        check_bodies(free_velocity, VELOCITY[d], "without impulses", state.time)
+        check_bodies(state.positions, POSITION[d], "in its middle", state.time)
+        return loads, free_velocity
+
+    def _find_impulses(self, before: np.ndarray, free_velocity: np.ndarray) -> Found:
+        """Detect, assemble and solve, once more where bodies got so fast that contacts were not seen."""
+        far, h = self._far_moves, self.time_step
+        ways = far.measure(before, h)
+        interactions, given, solved = self._detect_and_solve(before, free_velocity, ways)
+        after = far.measure(solved.system.velocity, h)
+        if far.unseen(ways, after, self._detector.widest):
+            interactions, given, solved = self._detect_and_solve(before, free_velocity, worse(ways, after))
+            after = far.measure(solved.system.velocity, h)
+        way = h * solved.system.velocity[:, :3]
+        problem, pushed = self._take_back_stretch(given, solved, before)
+        return Found(interactions, solved, way, problem, pushed, worse(ways, after))
+
+    def _detect_and_solve(
+        self, before: np.ndarray, free_velocity: np.ndarray, ways: Ways
+    ) -> tuple[Interactions, StepProblem, StepProblem]:
+        """Detect what ``ways`` may bring into contact at the middle of the step; the problem as assembled and as solved."""
+        state, detector = self.state, self._detector
+        interactions = detector.detect(state.positions, ways.travel, ways.closing)
+        check_detection(detector.groups, interactions, state.time)
+        given = assemble(
+            detector.groups,
+            interactions,
+            time=state.time,
+            time_step=self.time_step,
+            before=before,
+            free_velocity=free_velocity,
+            inverse_mass=self.model.inverse_mass,
+            size=self._size,
+            guess=detector.recall(interactions),
+            state=detector.recall_state(interactions),
+            wire_blocks=self.solver.wire_blocks,
+        )
+        return interactions, given, self._solve(given)
+
+    def _take_back_stretch(
+        self, given: StepProblem, solved: StepProblem, before: np.ndarray
+    ) -> tuple[StepProblem, np.ndarray | None]:
+        """The problem that gives the velocities of the step, and the impulses (m, d) that gave only positions, if any."""
+        if not (self.geometric_stiffness and self._links.count):
+            return solved, None
+        earlier = self.report
+
+        def solve(problem: StepProblem) -> StepProblem:
+            nonlocal earlier
+            solved = self._solve(problem)
+            self.report = earlier = self.report.following(earlier)
+            return solved
+
+        return self._turning_stretch.take_back(given, solved, before, solve)
+
+    def _solve(self, problem: StepProblem) -> StepProblem:
+        """Solve from the guess; returns the problem with the stiffness of its links and the velocities at its end."""
+        links = self._links if self.geometric_stiffness else None
+        problem, self.report = solve_step(problem, self.solver, links, self._detector.place, self.threads)
+        return problem
+
+    # ------------------------------------------------------------------------------------------------- what is said
+
+    def _watched(self, found: Found, loads: Loads, before: np.ndarray) -> list[str]:
+        """Sentences on what a step did that a user should know of."""
+        h, end = self.time_step, self.state.time + self.time_step
+        unresolved = np.zeros(0)
+        if not self.geometric_stiffness:
+            first = found.solved
+            unresolved = self._links.resolution(first.system.impulse, first.data.gap, h)
+        return [
+            *self._far_moves.far(found.ways, before, found.problem.system.velocity, end, h),
+            *self._watch.links(found.solved, unresolved),
+            *self._watch.energy(self.energy, lambda: self._thrust(loads), end, h),
+        ]
+
+    def _thrust(self, loads: Loads) -> float:
+        """Kinetic energy that a step's loads would give to the bodies from rest [J]."""
+        return 0.5 * float((self.model.inverse_mass * (self.time_step * self.model.force(loads)) ** 2).sum())
+
+    def _count_unsolved(self) -> list[str]:
+        """Count a step that was not solved; a sentence at the first one that a loop on ``step`` leaves."""
+        self.unconverged_steps += 1
+        self.worst_residual = max(self.worst_residual, self.report.residual)
+        self.worst_slip = max(self.worst_slip, self.report.slip)
+        if self._running or self._told_unsolved or self.on_unconverged != "warn":
+            return []
+        self._told_unsolved = True
+        return [
+            f"Step {self.steps}, to t = {self.time:g} s, did not reach the solver's tolerance: {self.report}. Later ones "
+            "are not told; unconverged_steps counts them. Raise max_iterations, relax tolerance or slip, or say "
+            "on_unconverged='ignore'."
+        ]
+
+    def _unsolved(self) -> RuntimeError:
+        """What to raise where the last step was not solved."""
+        return RuntimeError(f"Step {self.steps}, to t = {self.time:g} s, was not solved: {self.report}.")
+
+    # -------------------------------------------------------------------------------------------------- checkpoints
+
+    def checkpoint(self) -> Checkpoint:
+        """All that the next step depends on, copied."""
+        return Checkpoint(
+            positions=self.state.positions.copy(),
+            velocities=self.state.velocities.copy(),
+            time=self.state.time,
+            steps=self.steps,
+            unconverged_steps=self.unconverged_steps,
+            worst_residual=self.worst_residual,
+            energy=deepcopy(self.energy),
+            memory=self._detector.give_memory(),
+            predicted=self._turning_stretch.predicted.copy(),
+        )
+
+    @named_arguments
+    def restore(self, checkpoint: Checkpoint) -> None:
+        """Go on from a checkpoint of this scene, bit for bit; ``interactions`` are empty until the next step."""
+        if not isinstance(checkpoint, Checkpoint):
+            raise TypeError(f"restore takes what Simulation.checkpoint() gave, got {shown(checkpoint)}.")
+        check(checkpoint, self.checkpoint())
+        detector = copy(self._detector)
+        detector.take_memory(checkpoint.memory)  # which refuses that of another scene
+        self._detector = detector
+        self.state.positions[:] = checkpoint.positions
+        self.state.velocities[:] = checkpoint.velocities
+        self.state.time = checkpoint.time
+        self.steps = checkpoint.steps
+        self.unconverged_steps = checkpoint.unconverged_steps
+        self.worst_residual = checkpoint.worst_residual
+        self.worst_slip = 0.0  # no checkpoint holds it
+        self.energy = deepcopy(checkpoint.energy)
+        self._turning_stretch.restore(checkpoint.predicted)
+        self._last = None
+        self.report = Report()
+
+    # ------------------------------------------------------------------------------------------------------ results
+
+    @property
+    def threads(self) -> int:
+        """How many threads may share the solver's work on a large scene."""
+        return self._threads
+
+    @threads.setter
+    def threads(self, threads: int) -> None:
+        self._threads = whole(threads, "threads", minimum=1)
+
+    @property
+    def time(self) -> float:
+        """Time [s]."""
+        return self.state.time
+
+    @property
+    def positions(self) -> np.ndarray:
+        """Positions of the bodies, walls included, in the order of ``scene.add`` [m], (n, d), a view of the state."""
+        return self.state.positions[:, : self.model.dimension]
+
+    @property
+    def velocities(self) -> np.ndarray:
+        """Velocities [m/s], (n, d), a view of the state."""
+        return self.state.velocities[:, : self.model.dimension]
+
+    @property
+    def spins(self) -> np.ndarray:
+        """Angular velocities [rad/s], (n,) in 2D, (n, 3) in 3D, a view of the state."""
+        return self.state.velocities[:, 2 if self.model.dimension == 2 else slice(3, 6)]
+
+    @property
+    def rotations(self) -> np.ndarray:
+        """Angles turned [rad], (n,), a view of the state; in 3D none are kept (AttributeError)."""
+        if self.model.dimension == 3:
+            raise AttributeError("In 3D no rotations are kept: spheres look alike from all sides.")
+        return self.state.positions[:, 2]
+
+    @property
+    def interactions(self) -> InteractionView:
+        """Links and all candidates within alert of the last step, copied; none before it and after a step that failed."""
+        if self._last is None:
+            return InteractionView.empty(self.model.dimension, self._detector.state_names)
+        problem, interactions = self._last
+        return InteractionView.of(problem, interactions, self._detector.state_names)
+
+    def problem(self) -> Problem:
+        """The last step as a problem of its own: to solve otherwise, to measure, to write out.
+
+        Raises RuntimeError before the first step and TypeError where a law has no conic form.
+        """
+        if self._last is None:
+            raise RuntimeError("There is no step yet to make a problem of: call step() or run() first.")
+        return as_problem(self._last[0]).problem
+
+    def __repr__(self) -> str:
+        return (
+            f"<{type(self).__name__} of {len(self.positions)} bodies at t = {self.time:g} s, step {self.steps}, "
+            f"h = {self.time_step:g} s; {f'last step {self.report.status}' if self.steps else 'no step yet'}>"
+        )

@@ -1,0 +1,91 @@
+"""Solving a problem that stands alone, without a simulation."""
+
+from __future__ import annotations
+
+import time as clock
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from lmgcpy.errors import LARGEST, named_arguments, numbers
+from lmgcpy.solve.delassus import unsolvable
+from lmgcpy.solve.matrix_system import DRIVER_NAMES, assemble_problem
+from lmgcpy.solve.newton.alternating import Auto
+from lmgcpy.solve.problem import Conic, Problem, check_problem
+from lmgcpy.solve.report import STATUS
+from lmgcpy.solve.residual import residual
+from lmgcpy.solve.solver import Solver, check_solver
+from lmgcpy.solve.step import ConicForm, Step
+
+
+@dataclass(frozen=True)
+class Solution:
+    """What a solver made of a problem."""
+
+    impulses: np.ndarray
+    """[N s], (m, d)."""
+    velocities: np.ndarray
+    """[m/s], (m, d)."""
+    residual: float
+    """``natural``, computed from the problem as it stands."""
+    status: str
+    """"converged", "budget spent", "stagnated", "not finite" or "round-off"."""
+    iterations: int
+    """Sweeps."""
+    factorisations: int
+    """Newton steps."""
+    seconds: float
+    """Time of the clock that the solver took [s]."""
+
+    def __repr__(self) -> str:
+        newton = f" and {self.factorisations} Newton steps" if self.factorisations else ""
+        return (
+            f"<Solution of {len(self.impulses)} interactions: {self.status} after {self.iterations} sweeps{newton} at a "
+            f"residual of {self.residual:.2e} in {self.seconds:.4f} s>"
+        )
+
+
+@named_arguments
+def solve(problem: Problem, *, solver: Solver | None = None, guess: Any = None) -> Solution:
+    """Solve a problem, from ``guess`` (m, d) or the problem's own.
+
+    ``solver``: such as ``lmgcpy.Newton(tolerance=1e-10)``; ``lmgcpy.Auto()`` if none is given. Where the impulses grow
+    without bound, ValueError tells that W is not positive semidefinite, or else FloatingPointError that there is no
+    solution.
+    """
+
+    check_problem(problem, "solve")
+    solver = Auto() if solver is None else solver
+    check_solver(solver)
+    start = problem.guess if guess is None else numbers(guess, "guess")
+    if start.shape != problem.guess.shape:
+        raise ValueError(f"guess must have shape {problem.guess.shape}, got {start.shape}.")
+    start = np.where(problem.rows, start, 0.0)
+    table, system, kernels = assemble_problem(problem, solver.wire_blocks)
+    step = Step(
+        groups=table,
+        system=system,
+        free_velocity=problem.q.reshape(-1, problem.dimension).copy(),
+        guess=start,
+        conic=ConicForm(lambda: Conic(problem, np.ones(len(problem.mu), dtype=bool))),
+        driver=DRIVER_NAMES[problem.dimension],
+    )
+    begin = clock.perf_counter()
+    with np.errstate(all="ignore"):  # the result is checked below
+        outcome = solver.solve(step)
+    seconds = clock.perf_counter() - begin
+    del kernels  # the table holds their addresses, which end with them
+    impulses = system.impulse
+    error = residual(problem, impulses) if (np.abs(impulses) <= LARGEST).all() else np.inf
+    if error > 1.0:  # worse than doing nothing
+        unsolvable(problem.W, finite=error < np.inf)
+    return Solution(
+        impulses=impulses,
+        velocities=problem.velocities(impulses),
+        residual=error,
+        status=STATUS[outcome.status],
+        iterations=outcome.iterations,
+        factorisations=outcome.factorisations,
+        seconds=seconds,
+    )

@@ -1,0 +1,82 @@
+"""What a solver is given: the problem of one time step in one object."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from lmgcpy.compiled.kernel import Kernel
+from lmgcpy.solve.matrix_system import MatrixSystem
+from lmgcpy.solve.problem import Conic
+from lmgcpy.solve.report import Outcome
+from lmgcpy.solve.sweeps import judge, work
+from lmgcpy.solve.system import Groups, System
+from lmgcpy.solve.team import Iterates, lead
+
+
+@dataclass(frozen=True)
+class ConicForm:
+    """Makes the problem of a step in conic form when it is called, which may take longer than some sweeps."""
+
+    make: Callable[[], Conic]
+    missing: str | None = None
+    """Name of a law of the step that has no conic form; the call raises TypeError then."""
+
+    def __call__(self) -> Conic:
+        return self.make()
+
+
+@dataclass(frozen=True)
+class Step:
+    """The problem of one time step, of m interactions in dimension d: ``u = H^T v_free + W r`` and a law for each.
+
+    A solver leaves impulses in ``system.impulse`` and the velocities that belong to them in ``system.velocity``. One that
+    works on an assembled W asks for ``conic()`` and hands its impulses to :meth:`judged`; one that sweeps calls the kernels
+    of the groups through :meth:`led`.
+    """
+
+    groups: Groups
+    """Where the groups of interactions stand, and the kernels of their laws."""
+    system: System | MatrixSystem
+    """The arrays of the interactions and velocities."""
+    free_velocity: np.ndarray
+    """Velocities without impulses: of the bodies (n, k), or of the interactions (m, d) where there are no bodies."""
+    guess: np.ndarray
+    """Impulses to start from [N s], (m, d)."""
+    conic: ConicForm
+    """``conic()`` gives (problem, acting): the step as a :class:`Problem <lmgcpy.Problem>`, and which of the m interactions
+    are in it, (m,) bool. It raises TypeError where a law has no conic form; ``conic.missing`` names that law."""
+    driver: Mapping[str, Any] = field(default_factory=dict)
+    """Slots of the kernels that lead sweeps, for the kind of bodies that there are."""
+    threads: int = 1
+    """How many threads may share the work of a partitioned scene."""
+
+    def starting_from(self, guess: np.ndarray) -> Step:
+        """The same step with other impulses to start from, (m, d)."""
+        return replace(self, guess=guess)
+
+    def led(
+        self, solver: Kernel, *limits: Any, iterates: Iterates | None = None, own_work: Callable | None = None
+    ) -> Outcome:
+        """Run ``solver(team, *limits)``, a kernel that leads sweeps and returns (sweeps, status).
+
+        ``iterates`` and ``own_work``: arrays and work that it has beyond those of plain sweeps.
+        """
+        none = np.zeros(0)
+        slots = dict(self.driver) if own_work is None else {**self.driver, "own_work": own_work}
+        arrays = self.groups, self.system, self.free_velocity, self.guess
+        iterates = Iterates(none, none, none, none, none) if iterates is None else iterates
+        sweeps, status = lead(solver, work.specialise(**slots), arrays, iterates, self.threads, *limits)
+        told = self.system.told
+        return Outcome(sweeps, float(told[0]), status, 0, float(told[1]))
+
+    def judged(self, impulses: np.ndarray, tolerance: float, slip: float) -> Outcome:
+        """Take impulses (m, d) for the answer: velocities are made from them, and the kernels of the laws measure them.
+
+        ``tolerance`` and ``slip``: as of :class:`Solver <lmgcpy.Solver>`. The status is "converged", "round-off", "not
+        finite" or "budget spent".
+        """
+        return self.starting_from(impulses).led(judge, float(tolerance), float(slip))

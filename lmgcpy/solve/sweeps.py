@@ -1,0 +1,286 @@
+"""What solvers by sweeps are made of: sweeping, measuring, and telling an error from round-off.
+
+A sweep visits the groups of interactions in canonical order and calls the kernel of each group once, by its address:
+no call per interaction, and nothing to compile anew when another set of laws comes together.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lmgcpy.compiled.by_address import call, read
+from lmgcpy.compiled.kernel import kernel
+from lmgcpy.solve.contact_block import momentum  # of bodies in the plane, unless the specialisation gives another
+from lmgcpy.solve.report import CONVERGED, NOT_FINITE, ROUND_OFF, SPENT
+from lmgcpy.solve.rounding import ROUNDING, add_noise, begin_noise, gather_noise  # of bodies, likewise
+from lmgcpy.solve.team import Team, share_chunks, share_phases
+
+SWEEP, ERROR, MOMENTUM, NOISE, CLEAR, COMBINE, NOTHING, GUESS, WORST, QUIET, SUM, LOUD, *OWN = map(np.int64, range(20))
+"""Kinds of work, the last those of a solver's own; numbers of numpy, as plain ones make a new function each."""
+NEAR = 32.0
+"""Round-off is looked at closely where the error is within so many times an estimate that costs next to nothing."""
+
+
+@kernel
+def work(kind, task, job):
+    """One task, specialised for what bodies there are; see :mod:`lmgcpy.solve.team`.
+
+    Each kind reads of the job what it needs, no more.
+    """
+    if kind == SWEEP:
+        sweep_pieces(task, job)
+    elif kind == ERROR:
+        measure_pieces(task, job)
+    elif kind <= NOISE:
+        add_momentum(kind, task, job)
+    elif kind <= GUESS:
+        bodies_work(kind, task, job)
+    elif kind <= LOUD:
+        look(kind, task, job)
+    else:
+        own_work(kind, task, job)
+
+
+def sweep_pieces(task, job):
+    """Update the impulses; leaves the sum of what the kernels return."""
+    step = read(job)
+    groups = step.groups
+    total = 0.0
+    for p in range(groups.task[task], groups.task[task + 1]):
+        total += call(groups.sweep[p], groups.start[p], groups.stop[p], groups.offset[p], step.s)
+    step.partial[task, 0] = total
+
+
+def measure_pieces(task, job):
+    """Leaves the sum of squared errors, and each of them in ``error``."""
+    step = read(job)
+    groups = step.groups
+    total = 0.0
+    for p in range(groups.task[task], groups.task[task + 1]):
+        total += call(groups.error[p], groups.start[p], groups.stop[p], groups.offset[p], step.s)
+    step.partial[task, 0] = total
+
+
+def add_momentum(kind, task, job):
+    """Give the impulses, or their sizes, to the bodies."""
+    step = read(job)
+    groups = step.groups
+    for p in range(groups.task[task], groups.task[task + 1]):
+        if kind == MOMENTUM:
+            momentum(groups.start[p], groups.stop[p], groups.walls[p], step.s, step.s.velocity)
+        else:
+            add_noise(groups.start[p], groups.stop[p], groups.walls[p], step.s)
+
+
+def bodies_work(kind, task, job):
+    """What is done to the arrays of bodies and impulses, a part of each."""
+    step = read(job)
+    s = step.s
+    first, last = part(task, s.velocity.shape[0], step.chunks)
+    if kind == CLEAR:
+        clear(first, last, s, step.free_velocity)
+    elif kind == COMBINE:
+        combine(first, last, s, step.free_velocity)
+    else:
+        for b in range(first, last):
+            for k in range(s.velocity.shape[1]):
+                s.velocity[b, k] = step.free_velocity[b, k]
+        first, last = part(task, s.impulse.shape[0], step.chunks)
+        for i in range(first, last):
+            for k in range(s.impulse.shape[1]):
+                s.impulse[i, k] = step.guess[i, k] if kind == GUESS else 0.0
+
+
+def look(kind, task, job):
+    """What is read from the errors of the interactions, a part of them."""
+    step = read(job)
+    s = step.s
+    first, last = part(task, s.noise.shape[0], step.chunks)
+    low, high = part(task, s.squared_error.shape[0], step.chunks)
+    found = step.partial[task]
+    if kind == WORST:
+        worst(low, high, s, found)
+    elif kind == QUIET:
+        begin_noise(first, last, s, step.free_velocity)
+    elif kind == SUM:
+        gather_noise(low, high, s)
+        total = 0.0
+        for i in range(low, high):
+            total += s.floor[i] * s.floor[i]
+        found[0] = total
+    else:
+        gather_noise(low, high, s)
+        found[0] = loud(low, high, s, step.limits)
+
+
+def worst(first, last, s, found):
+    """The sum of ``(W_nn r_n)^2`` of some interactions [m^2/s^2], the largest ``(scale e)^2``, its row and its error."""
+    largest = -1.0
+    row = first
+    total = 0.0
+    for k in range(first, last):
+        i = np.uintp(k)
+        share = s.scale[i] * s.scale[i] * s.squared_error[i]
+        total += (s.delassus[i, 0] * s.impulse[i, 0]) ** 2
+        if share > largest:
+            largest = share
+            row = k
+    found[0] = total
+    found[1] = largest
+    found[2] = row
+    found[3] = np.sqrt(s.squared_error[row]) if row < last else 0.0
+
+
+def loud(first, last, s, limits):
+    """How many interactions are off by more than round-off and by more than ``limits`` allow them anyway."""
+    count = 0.0
+    for i in range(first, last):
+        allowed = limits[0]
+        if s.scale[i] * allowed > limits[1]:
+            allowed = limits[1] / s.scale[i]
+        if not s.squared_error[i] <= max(allowed, ROUNDING * s.floor[i]) ** 2:
+            count += 1.0
+    return count
+
+
+def part(task, count, chunks):
+    """Which of so many rows a task has that works on whole arrays: the first, and the one after the last."""
+    return task * count // chunks, (task + 1) * count // chunks
+
+
+def own_work(kind, task, job):
+    """What solvers do beyond; given by the specialisation where there is any."""
+
+
+def clear(first, last, s, free_velocity):
+    """Make room for the momentum of some bodies."""
+    for b in range(first, last):
+        for k in range(s.velocity.shape[1]):
+            s.velocity[b, k] = 0.0
+
+
+def combine(first, last, s, free_velocity):
+    """``v = v_free + M^-1 H r`` of some bodies, from their momentum."""
+    for b in range(first, last):
+        for k in range(s.velocity.shape[1]):
+            s.velocity[b, k] = free_velocity[b, k] + s.inverse_mass[b, k] * s.velocity[b, k]
+
+
+# ------------------------------------------------------------------------------------------- what leads the work
+
+
+def total_error(team):
+    """Euclidean norm of e over all interactions [m/s]."""
+    share_phases(ERROR, team)
+    total = 0.0
+    for task in range(team.phase[-1]):
+        total += team.partial[task, 0]
+    return np.sqrt(total)
+
+
+def sum_of_parts(kind, team):
+    """Have a kind of work done for whole arrays; the sum of what the parts leave."""
+    share_chunks(kind, team)
+    total = 0.0
+    for task in range(team.chunks):
+        total += team.partial[task, 0]
+    return total
+
+
+def rate(team, nothing, tolerance, slip):
+    """The residual, or what stands for it where the displacements that the errors make are more than ``slip`` allows: so
+    many times the tolerance as the largest is of ``slip``. Both are within their bounds where this is within tolerance;
+    they are left in ``team.told``."""
+    residual = total_error(team) / nothing
+    share_chunks(WORST, team)
+    largest = -1.0
+    for task in range(team.chunks):
+        if team.partial[task, 1] > largest:
+            largest = team.partial[task, 1]
+            team.told[2] = team.partial[task, 2]
+            team.told[3] = team.partial[task, 3]
+    team.told[0] = residual
+    team.told[1] = np.sqrt(max(largest, 0.0))
+    excess = team.told[1] / slip
+    return tolerance * excess if excess > 1.0 and tolerance * excess > residual else residual
+
+
+def sweep_groups(team):
+    """One sweep over all interactions; False where a law raised an exception."""
+    share_phases(SWEEP, team)
+    total = 0.0
+    for task in range(team.phase[-1]):
+        total += team.partial[task, 0]
+    return total == 0.0
+
+
+def measure(team, nothing, tolerance, slip):
+    """What :func:`rate` says; success is told only after measuring again on velocities made anew."""
+    residual = rate(team, nothing, tolerance, slip)
+    if residual <= tolerance:
+        apply_impulses(team)
+        residual = rate(team, nothing, tolerance, slip)
+    return residual
+
+
+def at_round_off(team, nothing, tolerance, slip):
+    """Whether what :func:`measure` left above the tolerance is round-off.
+
+    It is where every interaction is off by no more than its own round-off, or by so little that the tolerances are kept if
+    all others are off by no more. That is seen on velocities made anew, and only where a rough estimate allows it, the
+    terms of all velocities but for a small factor.
+    """
+    rough = team.limits[2]
+    for task in range(team.chunks):
+        rough += team.partial[task, 0]
+    error = team.told[3] if team.told[0] <= tolerance else team.told[0] * nothing
+    if not error <= NEAR * ROUNDING * np.sqrt(rough):
+        return False
+    apply_impulses(team)
+    rate(team, nothing, tolerance, slip)
+    share_chunks(QUIET, team)
+    share_phases(NOISE, team)
+    team.limits[0] = tolerance * nothing / np.sqrt(team.rows)
+    team.limits[1] = slip
+    return sum_of_parts(LOUD, team) == 0.0
+
+
+def apply_impulses(team):
+    """``v = v_free + M^-1 H r``, from the impulses, so that nothing of the path by which they came is left in v."""
+    share_chunks(CLEAR, team)
+    share_phases(MOMENTUM, team)
+    share_chunks(COMBINE, team)
+
+
+def begin(team, tolerance, slip, swept):
+    """Start from the guess; returns (``|e(0)|``, residual, whether nothing is left to do, status).
+
+    Where ``|e(0)|`` is no more than round-off, near rest, no error can be told relative to it, and ``r = 0`` is the answer.
+    Else there is something to do, and only a guess that was ``swept`` before may pass as it is: an interaction that begins
+    to act would otherwise be left without an impulse as long as others are loaded more.
+    """
+    share_chunks(NOTHING, team)
+    nothing = total_error(team)
+    share_chunks(QUIET, team)
+    team.limits[2] = sum_of_parts(SUM, team)
+    team.told[:] = 0.0
+    if nothing <= ROUNDING * np.sqrt(team.limits[2]):
+        return nothing, 0.0, True, CONVERGED
+    if not np.isfinite(nothing):
+        team.told[0] = nothing
+        return nothing, nothing, True, NOT_FINITE
+    share_chunks(GUESS, team)
+    apply_impulses(team)
+    residual = rate(team, nothing, tolerance, slip)
+    return nothing, residual, swept and residual <= tolerance, CONVERGED
+
+
+@kernel
+def judge(team: Team, tolerance, slip):
+    """Take the guess for the answer and measure it on velocities made from it; returns (0 sweeps, status)."""
+    nothing, residual, done, status = begin(team, tolerance, slip, True)
+    if done:
+        return 0, status
+    if not np.isfinite(residual):
+        return 0, NOT_FINITE
+    return 0, ROUND_OFF if at_round_off(team, nothing, tolerance, slip) else SPENT
