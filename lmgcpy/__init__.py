@@ -3,7 +3,7 @@
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from lmgcpy import contact, io, laws, measure, sample
+from lmgcpy import contact, former_names, io, laws, measure, sample
 from lmgcpy.laws.coulomb import Coulomb
 from lmgcpy.laws.elastic import ElasticRod, ElasticWire
 from lmgcpy.laws.law import Law, Parameter, State
@@ -34,6 +34,7 @@ from lmgcpy.version import VERSION
 if TYPE_CHECKING:
     from lmgcpy import view
 
+former_names.know()
 __version__ = VERSION
 
 __all__ = [

@@ -245,9 +245,9 @@ def test_sweeps_go_on_from_where_newton_steps_came_to(monkeypatch):
     def idle(active, start, *given):
         return Attempt(impulses=start, residual=np.inf, last=3.0 * start, factorisations=1)
 
-    def watched(self, most, groups, system, free_velocity, guess, *rest, **options):
-        starts.append(guess.copy())
-        return sweep(self, most, groups, system, free_velocity, guess, *rest, **options)
+    def watched(self, most, step, *, swept):
+        starts.append(step.guess.copy())
+        return sweep(self, most, step, swept=swept)
 
     sweep = lm.Newton._sweep
     monkeypatch.setattr(sys.modules[lm.Newton.__module__], "proximal_newton", idle)

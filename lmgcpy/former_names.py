@@ -1,0 +1,38 @@
+"""Modules that have moved, under the names that the documentation gave them before: they are the same modules."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from collections.abc import Sequence
+from importlib.abc import Loader, MetaPathFinder
+from importlib.machinery import ModuleSpec
+from types import ModuleType
+
+MOVED = {
+    "lmgcpy.jit": "lmgcpy.compiled.kernel",
+}
+"""New names by former ones."""
+
+
+class FormerNames(MetaPathFinder, Loader):
+    """Finds a module that has moved by its former name."""
+
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        return ModuleSpec(fullname, self) if fullname in MOVED else None
+
+    def create_module(self, spec: ModuleSpec) -> ModuleType:
+        module = importlib.import_module(MOVED[spec.name])
+        self._own = module.__spec__
+        return module
+
+    def exec_module(self, module: ModuleType) -> None:
+        module.__spec__ = self._own  # the import has put that of the former name in its place
+
+
+def know() -> None:
+    """Have imports find former names."""
+    if not any(isinstance(finder, FormerNames) for finder in sys.meta_path):
+        sys.meta_path.append(FormerNames())
