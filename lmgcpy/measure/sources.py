@@ -1,0 +1,193 @@
+"""What measures, curves and pictures read: the last step of a simulation, or the frames of a run file.
+
+Simulations and run files are made in rooms above this one, so they are described here by their attributes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol, TypeGuard
+
+import numpy as np
+
+from lmgcpy.dynamics.model import Model
+
+
+class ActingInteractions(Protocol):
+    """Links and contacts of one step in canonical order; m interactions in d dimensions."""
+
+    @property
+    def law(self) -> np.ndarray:
+        """Names of the laws, (m,)."""
+
+    @property
+    def candidate(self) -> np.ndarray:
+        """Ids of the candidate bodies, (m,)."""
+
+    @property
+    def antagonist(self) -> np.ndarray:
+        """Ids of the antagonist bodies, (m,)."""
+
+    @property
+    def normal(self) -> np.ndarray:
+        """Normals from the antagonist to the candidate, (m, d)."""
+
+    @property
+    def frame(self) -> np.ndarray:
+        """Rows n, t(, s) of the local frames, (m, d, d)."""
+
+    @property
+    def impulse(self) -> np.ndarray:
+        """Impulses in the local frame, normal first [N s], (m, d)."""
+
+    @property
+    def force(self) -> np.ndarray:
+        """Forces in the local frame, impulse / time step [N], (m, d)."""
+
+    @property
+    def lever(self) -> np.ndarray:
+        """Contact point seen from the centre of the candidate, and of the antagonist [m], (m, 2, d)."""
+
+    def __len__(self) -> int:
+        """Number of interactions."""
+        ...
+
+
+class SteppedScene(Protocol):
+    """A simulation after its last step; n bodies in d dimensions."""
+
+    @property
+    def scene(self) -> Any:
+        """The scene that was compiled."""
+
+    @property
+    def model(self) -> Model:
+        """The compiled scene."""
+
+    @property
+    def steps(self) -> int:
+        """Number of steps made."""
+        ...
+
+    @property
+    def time(self) -> float:
+        """Time [s]."""
+        ...
+
+    @property
+    def positions(self) -> np.ndarray:
+        """Positions [m], (n, d)."""
+
+    @property
+    def rotations(self) -> np.ndarray:
+        """Angles turned [rad], (n,), in 2D."""
+
+    @property
+    def velocities(self) -> np.ndarray:
+        """Velocities [m/s], (n, d)."""
+
+    @property
+    def spins(self) -> np.ndarray:
+        """Angular velocities [rad/s], (n,), in 3D (n, 3)."""
+
+    @property
+    def interactions(self) -> ActingInteractions:
+        """Interactions of the last step; none before the first step."""
+
+
+class RecordedRun(Protocol):
+    """An open run file; f frames of n bodies in d dimensions. Tables are read when they are indexed."""
+
+    @property
+    def path(self) -> Any:
+        """Path of the file."""
+
+    @property
+    def dimension(self) -> int:
+        """2 or 3."""
+        ...
+
+    @property
+    def scene(self) -> Mapping[str, Any]:
+        """The scene as :func:`lmgcpy.scene.description.describe` gives it."""
+        ...
+
+    @property
+    def laws(self) -> Sequence[str]:
+        """Names of the laws of the scene."""
+        ...
+
+    @property
+    def extent(self) -> np.ndarray:
+        """Radius of the circle that holds each body [m], infinite for walls, (n,)."""
+
+    @property
+    def wall_normals(self) -> dict[int, np.ndarray]:
+        """Outward normals of the walls by id, (d,) each."""
+        ...
+
+    @property
+    def frame_count(self) -> int:
+        """Number of frames f."""
+        ...
+
+    @property
+    def times(self) -> np.ndarray:
+        """Times of the frames [s], (f,)."""
+
+    @property
+    def steps(self) -> np.ndarray:
+        """Number of steps made up to each frame, (f,)."""
+
+    @property
+    def positions(self) -> Any:
+        """Positions [m], (f, n, d)."""
+
+    @property
+    def rotations(self) -> Any:
+        """Angles turned [rad], (f, n), in 2D."""
+
+    @property
+    def velocities(self) -> Any:
+        """Velocities [m/s], (f, n, d)."""
+
+    @property
+    def spins(self) -> Any:
+        """Angular velocities [rad/s], (f, n), in 3D (f, n, 3)."""
+
+    def interactions(self, frame: int) -> ActingInteractions:
+        """Interactions of the step that ended with a frame."""
+
+    @property
+    def history(self) -> Any:
+        """One row for each step."""
+
+    @property
+    def energy(self) -> Mapping[str, Any]:
+        """Parts of the energy balance, one value for each step."""
+        ...
+
+    @property
+    def observed(self) -> Mapping[str, Any]:
+        """What the run observed after each step, by name."""
+        ...
+
+    @property
+    def options(self) -> Mapping[str, Any]:
+        """Options of the simulation."""
+        ...
+
+    @property
+    def notes(self) -> Mapping[str, Any]:
+        """What the author of the run noted."""
+        ...
+
+
+def is_simulation(source: Any) -> TypeGuard[SteppedScene]:
+    """Whether something steps a compiled scene."""
+    return hasattr(source, "model") and hasattr(source, "interactions")
+
+
+def is_run(source: Any) -> TypeGuard[RecordedRun]:
+    """Whether something is an open run file."""
+    return hasattr(source, "frame_count")
