@@ -15,7 +15,7 @@ import numpy as np
 
 from lmgcpy.view.boundary import edges
 from lmgcpy.view.camera import Camera
-from lmgcpy.view.compose import PALE, THICK, force_tubes
+from lmgcpy.view.compose import PALE, force_tubes
 from lmgcpy.view.drawing import Balls, Drawing, Paint, Tubes, in_space
 from lmgcpy.view.film import Film
 from lmgcpy.view.palette import BEAD, SAND, WIRE
@@ -24,6 +24,9 @@ from lmgcpy.view.pictures import write_film
 
 SIZE = (700, 700)
 """Largest size of a panel [pixels]. Two panels are read at 60 % of it, on a page or a screen."""
+
+THIN = 0.12
+"""Radius of a wire in radii of its beads, so that the beads are seen behind it."""
 
 
 class ForceFrame(Protocol):
@@ -134,7 +137,7 @@ def sample_drawing(sample: ParticleSample) -> Drawing:
     points = in_space(sample.positions)
     a = np.concatenate([np.zeros(0, np.int64), *(chain[:-1] for chain in sample.chains)])
     b = np.concatenate([np.zeros(0, np.int64), *(chain[1:] for chain in sample.chains)])
-    thickness = THICK[2] * np.minimum(sample.radii[a], sample.radii[b])
+    thickness = THIN * np.minimum(sample.radii[a], sample.radii[b])
     return Drawing(
         flat=True,
         balls=_particles(sample.positions, sample.radii, sample.bead_count, 1.0),
