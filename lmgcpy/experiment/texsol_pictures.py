@@ -1,21 +1,57 @@
-"""The pictures of a 3D study, after figures 6 and 7 of the paper, from its run files by pyvista."""
+"""The pictures of a study by pyvista: in 2D after figures 3 and 4 of the paper, in 3D after figures 6 and 7."""
 
 from __future__ import annotations
 
 from contextlib import ExitStack
 
 from lmgcpy.experiment.report_files import ReportFolder
+from lmgcpy.experiment.texsol_2d import frames_at_equal_force
 from lmgcpy.experiment.texsol_folder import StudyFolder
 from lmgcpy.experiment.texsol_tests import Result
 from lmgcpy.io.run import open_run
 
 
-def draw_pictures(result: Result, folder: StudyFolder, report: ReportFolder) -> str:
-    """Draw wire layout, sample and force chains; returns the sentence why there are none, or nothing."""
+def reason_without_pictures() -> str:
+    """A sentence that says why there can be no pictures of the sample, or nothing."""
     try:
         import pyvista  # noqa: F401
     except ImportError:
         return 'There are no pictures of the sample, as pyvista is not installed: pip install "lmgcpy[view]" brings it.'
+    from lmgcpy.view.painter import NoOpenGL, Painter
+
+    try:
+        Painter(off_screen=True).close()
+    except NoOpenGL as error:
+        return f"There are no pictures of the sample. {error}"
+    return ""
+
+
+def draw_flat_pictures(result: Result, report: ReportFolder) -> str:
+    """Draw the sample, and force chains of each test with a wire beside those of the sand.
+
+    Returns the sentence that says why there are no pictures, or nothing.
+    """
+    reason = reason_without_pictures()
+    if reason:
+        return reason
+    from lmgcpy.view.figures import name_of
+    from lmgcpy.view.force_chains import draw_chains, draw_sample
+
+    sample, sand = result.sample, result.records.get("none")
+    draw_sample(report.file("sample.png"), sample)
+    for law, record in result.records.items():
+        if law != "none" and sand is not None:
+            with_wire, without = frames_at_equal_force(record, sand)
+            path = report.file(f"chains-{law}.png")
+            draw_chains(path, (name_of(law), with_wire), ("sand", without), sample.radii, sample.bead_count)
+    return ""
+
+
+def draw_pictures(result: Result, folder: StudyFolder, report: ReportFolder) -> str:
+    """Draw wire layout, sample and force chains; returns the sentence why there are none, or nothing."""
+    reason = reason_without_pictures()
+    if reason:
+        return reason
     import lmgcpy.view as view
 
     with ExitStack() as stack:

@@ -9,7 +9,8 @@ import numpy as np
 import lmgcpy.view.figures as figures
 from lmgcpy.experiment.biaxial import BiaxialRecord
 from lmgcpy.experiment.report_files import ReportFolder
-from lmgcpy.experiment.texsol_2d import column, compression_in_links, frames_at_equal_force, stiffening
+from lmgcpy.experiment.texsol_2d import column, compression_in_links, stiffening
+from lmgcpy.experiment.texsol_pictures import draw_flat_pictures
 from lmgcpy.experiment.texsol_tests import Result, deviation, versions
 
 NEAR_ZERO = 0.2
@@ -20,27 +21,15 @@ def write_report(result: Result, out: Path) -> list[Path]:
     """Write everything into the folder ``out``, which is made; returns the files."""
     report = ReportFolder(out)
     records = list(result.records.values())
-    sand = result.records.get("none")
     wires = [record for record in records if record.law != "none"]
-    report.figure("sample.png", figures.sample_figure(result.sample))
     report.table("reaction.csv", *_reaction_table(records))
     report.figure("reaction.png", figures.reaction_figure(records))
     report.table("stress.csv", *_stress_table(records))
     shown = next((record for record in wires if record.law == "rigid-wire"), wires[0] if wires else None)
     if shown is not None:
         report.figure("stress.png", figures.stress_figure(shown))
-    for record in wires:
-        if sand is None:
-            break
-        with_wire, without = frames_at_equal_force(record, sand)
-        drawn = figures.chains_figure(
-            (figures.name_of(record.law), with_wire),
-            ("sand", without),
-            result.sample.radii,
-            result.sample.bead_count,
-        )
-        report.figure(f"chains-{record.law}.png", drawn)
-    report.text("summary.md", summary(result))
+    missing = draw_flat_pictures(result, report)
+    report.text("summary.md", summary(result, missing))
     return report.written
 
 
@@ -97,10 +86,10 @@ def _stress_table(records: list[BiaxialRecord]) -> tuple[list[str], list[list]]:
 # ----------------------------------------------------------------------------------------------------------- summary
 
 
-def summary(result: Result) -> str:
-    """The study in words and numbers, as Markdown."""
+def summary(result: Result, missing: str = "") -> str:
+    """The study in words and numbers, as Markdown; ``missing``: why there are no pictures of the sample."""
     parts = [_sample_part(result), _stiffening_part(result), _column_part(result), _wire_stress_part(result)]
-    parts += [_runs_part(result), _accuracy_part(result)]
+    parts += [_runs_part(result), _accuracy_part(result), missing]
     return "\n\n".join(["# TexSol in 2D: what the wire does to the sand", *filter(None, parts)]) + "\n"
 
 

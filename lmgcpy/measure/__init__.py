@@ -1,4 +1,4 @@
-"""What is measured on a sample: density, Weber stress by law, the contact network."""
+"""Measures of a sample: solid fraction, Weber stress by law, contact network."""
 
 from lmgcpy.measure.density import density
 from lmgcpy.measure.network import Network, network

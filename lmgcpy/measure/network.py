@@ -10,19 +10,19 @@ from lmgcpy.dynamics.stepper import Stepper
 from lmgcpy.errors import named_arguments, shown
 
 CARRYING = 2
-"""Contacts that a body needs at the least to carry a force on; one with fewer is a rattler."""
+"""Least number of contacts through which a body carries a force on. A body with fewer contacts is a rattler."""
 
 
 @dataclass(frozen=True)
 class Network:
-    """Who pushes whom in a step; links are not part of it. d dimensions."""
+    """Contacts that carry force in a step, without links; d dimensions."""
 
     pairs: np.ndarray
     """Ids of candidate and antagonist of each contact between bodies that carry force, walls included, (c, 2)."""
     coordination: float
-    """Mean number of contacts of a body that is no rattler, those at walls included; 0 where there is none."""
+    """Mean number of contacts of a body that is no rattler, contacts at walls included; 0 if every body is a rattler."""
     rattlers: np.ndarray
-    """Ids of the bodies that carry no force, (r,)."""
+    """Ids of the rattlers, the bodies that carry no force, (r,)."""
     fabric: np.ndarray
     """Mean of n (x) n over the contacts, of trace 1, (d, d); zero without contacts."""
 
@@ -36,13 +36,13 @@ class Network:
 def network(sim: Stepper) -> Network:
     """The contact network of the last step of a simulation.
 
-    A contact counts where its normal impulse is above zero. Bodies with fewer than two contacts are rattlers; their
-    contacts are left out, which may make rattlers of others, and so on until none is left: this is for samples that are
-    pressed together, as under gravity a body may rest on a single contact. Walls are no bodies here, but contacts at them
-    count.
+    A contact counts if its normal impulse is above zero. Bodies with fewer than two contacts are rattlers. Their contacts
+    are left out, which may make rattlers of other bodies; this is repeated until no rattler has a contact. The measure is
+    meant for samples that are pressed together: under gravity a body may rest on a single contact. Walls do not count as
+    bodies, but contacts at walls count.
     """
     if not isinstance(sim, Stepper):
-        raise TypeError(f"network is of a simulation, the object that lmgcpy.Simulation(...) makes, got {shown(sim)}.")
+        raise TypeError(f"network takes a simulation, the object that lmgcpy.Simulation(...) makes, got {shown(sim)}.")
     net = sim.interactions
     links = {chain.law.NAME for chain in sim.model.chains}
     acting = (net.impulse[:, 0] > 0.0) & ~np.isin(net.law, list(links))

@@ -2,42 +2,43 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from lmgcpy.dynamics.stepper import Stepper
 from lmgcpy.errors import named_arguments, number, numbers, shown
+from lmgcpy.measure.sources import ActingInteractions, RecordedRun, is_run
 
 
 @named_arguments
-def stress(sim: Any, *, frame: int | None = None, volume: float | None = None) -> dict[str, np.ndarray]:
+def stress(
+    sim: Stepper | RecordedRun, *, frame: int | None = None, volume: float | None = None
+) -> dict[str, np.ndarray]:
     """``sigma = -(1/V) sum f (x) l`` over the interactions of a step [Pa], traction positive.
 
-    ``sim``: a simulation, for its last step, or an open run file, for the step that ended with ``frame``, by default the
-    last.
+    The step is the last one of a simulation. Of an open run file it is the step that ended with ``frame``, by default the
+    last frame.
 
-    ``f`` is the force on the candidate, ``l`` the vector from the antagonist's centre to the candidate's; at a wall it
-    starts, or ends, at the contact point. Returns ``{"total": (d, d), "<NAME>": (d, d), ...}``, one entry for each law
-    that the scene knows.
+    ``f`` is the force on the candidate. The branch vector ``l`` leads from the antagonist's centre to the candidate's; at
+    a wall it starts, or ends, at the contact point. The function returns ``{"total": (d, d), "<NAME>": (d, d), ...}``, one
+    entry for each law of the scene.
 
-    ``volume`` [m^3, per metre of depth in 2D]: by default that of the box between two pairs of opposite walls; a scene
-    without them raises ValueError, which asks for it.
+    ``volume`` [m^3, per metre of depth in 2D] is by default that of the box between opposite walls. A scene without such
+    walls raises ValueError, which asks for the volume.
     """
-    net: Any
+    net: ActingInteractions
     if isinstance(sim, Stepper):
         if frame is not None:
             raise TypeError("frame is for run files: a simulation knows its last step only.")
         model = sim.model
         net, positions, extent, normals = sim.interactions, sim.positions, model.extent, model.wall_normals
         laws = [chain.law.NAME for chain in model.chains] + [row.law.NAME for row in model.rows]
-    elif hasattr(sim, "frame_count"):
+    elif is_run(sim):
         k = -1 if frame is None else frame
         net, positions, extent, normals = sim.interactions(k), sim.positions[k], sim.extent, sim.wall_normals
-        laws = sim.laws
+        laws = list(sim.laws)
     else:
         raise TypeError(
-            f"stress is of a simulation, the object that lmgcpy.Simulation(...) makes, or of a run file that "
+            f"stress takes a simulation, the object that lmgcpy.Simulation(...) makes, or a run file that "
             f"lmgcpy.io.open_run opens, got {shown(sim)}."
         )
     d = positions.shape[1]
@@ -53,10 +54,12 @@ def stress(sim: Any, *, frame: int | None = None, volume: float | None = None) -
 
 
 def box_volume(positions: np.ndarray, wall_normals: dict[int, np.ndarray]) -> float:
-    """Volume of the box between the walls [m^3, per metre of depth in 2D]: the product of the distances between walls
-    that face each other; ValueError unless there is one such pair in each direction, at right angles.
+    """Volume of the box between the walls [m^3, per metre of depth in 2D].
 
-    ``positions``: of all bodies [m], (n, d); ``wall_normals``: outward normals, (d,), by id of the body.
+    It is the product of the distances between walls that face each other. The function raises ValueError unless there is
+    one such pair of walls in each direction, at right angles.
+
+    ``positions`` are those of all bodies [m], (n, d); ``wall_normals`` are the outward normals, (d,), by id of the body.
     """
     walls = [(normal, positions[body]) for body, normal in wall_normals.items()]
     pairs = [

@@ -1,4 +1,4 @@
-"""The paper's slow way to a deposit: loose grains fall under gravity, by the simulation itself."""
+"""The paper's slow way to a deposit: time steps let loose grains fall under gravity."""
 
 from __future__ import annotations
 
@@ -14,7 +14,9 @@ from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
 
 GRAVITY = 9.81
 STILL = 0.01
-"""Largest speed of a deposit at rest, in parts of that of a fall by the finest radius."""
+"""Largest speed of a deposit at rest, as part of the speed after a fall by the finest radius."""
+LOOK_EVERY = 20
+"""Number of steps after which the speeds are looked at."""
 
 
 @named_arguments
@@ -29,9 +31,9 @@ def settle(
 ) -> np.ndarray:
     """Let loose disks fall into a box, around fixed obstacles, until they rest; positions [m], (n, 2).
 
-    Steps are such that a grain that has fallen through the whole sample moves by half the finest radius in one. Raises
-    RuntimeError where the grains have not come to rest after ``max_steps``, and ValueError where they rest above the
-    top of the box or an argument makes no sense.
+    The time step is such that a grain that has fallen through the whole sample moves by half the finest radius in one
+    step. The function raises RuntimeError if the grains have not come to rest after ``max_steps``, and ValueError if they
+    rest above the top of the box or an argument makes no sense.
     """
     lengths = arguments.box(box)
     if len(lengths) != 2:
@@ -60,9 +62,9 @@ def settle(
     still = STILL * float(np.sqrt(2.0 * GRAVITY * finest))
     count = len(radii)
     while True:
-        for _ in range(20):
+        for _ in range(LOOK_EVERY):
             sim.step()
-        # at rest, and not just at the top of a flight: slower than gravity could make it since the last look
+        # A grain at the top of its flight is slow as well, but gravity makes it faster than this by the next look.
         if float(np.abs(sim.velocities[:count]).max()) < still:
             break
         if sim.steps >= max_steps:

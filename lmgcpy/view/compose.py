@@ -167,10 +167,21 @@ def _forces(moment: Snapshot, legend: list[tuple[str, str]]) -> list[Tubes]:
     """Normal forces along the line of the two centres; at a wall from the contact point to the centre."""
     forces = acting(moment, "what='forces'")
     start, end = acting_lines(moment)
-    size = np.abs(forces.normal)
+    link = np.arange(len(forces.normal)) < moment.link_count
+    return force_tubes(in_space(start), in_space(end), forces.normal, link, legend)
+
+
+def force_tubes(
+    start: np.ndarray, end: np.ndarray, normal: np.ndarray, link: np.ndarray, legend: list[tuple[str, str]]
+) -> list[Tubes]:
+    """Tubes as thick as normal forces (m,), pushing positive [N], from ``start`` to ``end`` [m], (m, 3) each.
+
+    ``link``: whether a force acts in a link, (m,). Colours tell contacts from links and compression from tension; the
+    entries of those that occur are added to the ``legend``.
+    """
+    size = np.abs(normal)
     strong = size > WEAKEST * size.max(initial=0.0)
-    link = np.arange(len(size)) < moment.link_count
-    pushing = forces.normal > 0.0
+    pushing = normal > 0.0
     pieces = []
     for chosen, label, color, level in (
         (pushing & ~link, "contact reaction", CONTACT, 2),
@@ -181,5 +192,5 @@ def _forces(moment: Snapshot, legend: list[tuple[str, str]]) -> list[Tubes]:
         mine = chosen & strong
         if mine.any():
             legend.append((label, color))
-            pieces.append(Tubes(in_space(start), in_space(end), size, Paint(color), by_force=True, level=level).take(mine))
+            pieces.append(Tubes(start, end, size, Paint(color), by_force=True, level=level).take(mine))
     return pieces

@@ -5,15 +5,17 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lmgcpy.errors import named_arguments, one_of, place, shown
+from lmgcpy.measure.sources import RecordedRun, is_run
 from lmgcpy.solve.report import SOLVED_CODES
 from lmgcpy.view import figures
 from lmgcpy.view.figures import name_of, new_figure, save
 from lmgcpy.view.recorded import (
+    Tested,
     frames_with_forces,
     is_test,
     recorded_test,
@@ -25,13 +27,11 @@ from lmgcpy.writing import check_target
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from lmgcpy.io.run import Run
-
 SUFFIXES = (".png", ".svg", ".pdf")
 
 
 @named_arguments
-def plot(runs: Run | Sequence[Run], path: str | os.PathLike, *, what: str = "reaction") -> Path:
+def plot(runs: RecordedRun | Sequence[RecordedRun], path: str | os.PathLike, *, what: str = "reaction") -> Path:
     """Draw curves of one run or of several, which ``lmgcpy.io.open_run`` opened, into a PNG, SVG or PDF file.
 
     ``what``:
@@ -45,8 +45,9 @@ def plot(runs: Run | Sequence[Run], path: str | os.PathLike, *, what: str = "rea
 
     Returns the path. Raises ValueError where a run does not hold what is asked for.
     """
-    chosen = list(runs) if isinstance(runs, (list, tuple)) else [runs]
-    if not chosen or not all(hasattr(run, "frame_count") for run in chosen):
+    given = list(runs) if isinstance(runs, (list, tuple)) else [runs]
+    chosen = [run for run in given if is_run(run)]
+    if not chosen or len(chosen) < len(given):
         raise TypeError(f"runs must be what lmgcpy.io.open_run(path) opens, one or a list of them, got {shown(runs)}.")
     target = Path(place(path, "path"))
     if target.suffix.lower() not in SUFFIXES:
@@ -57,7 +58,7 @@ def plot(runs: Run | Sequence[Run], path: str | os.PathLike, *, what: str = "rea
     return target
 
 
-def names_of(runs: Sequence[Any]) -> list[str]:
+def names_of(runs: Sequence[RecordedRun]) -> list[str]:
     """Runs by their files, with as many folders before them as tell them apart."""
     paths = [Path(run.path).resolve().with_suffix("") for run in runs]
     for depth in range(1, 1 + max(len(path.parts) for path in paths)):
@@ -67,13 +68,13 @@ def names_of(runs: Sequence[Any]) -> list[str]:
     return names
 
 
-def tests_by_name(records: Sequence[Any], names: Sequence[str]) -> list[str]:
+def tests_by_name(records: Sequence[Tested], names: Sequence[str]) -> list[str]:
     """Tests by their laws where these tell them apart, else by their files."""
     laws = [name_of(record.law) for record in records]
     return laws if len(set(laws)) == len(laws) else list(names)
 
 
-def reaction(runs: Sequence[Any], names: Sequence[str]) -> Figure:
+def reaction(runs: Sequence[RecordedRun], names: Sequence[str]) -> Figure:
     """Support reactions, or forces on walls."""
     if all(is_test(run) for run in runs):
         records = [recorded_test(run) for run in runs]
@@ -94,7 +95,7 @@ def reaction(runs: Sequence[Any], names: Sequence[str]) -> Figure:
     return figure
 
 
-def deviator(runs: Sequence[Any], names: Sequence[str]) -> Figure:
+def deviator(runs: Sequence[RecordedRun], names: Sequence[str]) -> Figure:
     """Deviators of the Weber stress."""
     if all(is_test(run) for run in runs):
         records = [recorded_test(run) for run in runs]
@@ -111,7 +112,7 @@ def deviator(runs: Sequence[Any], names: Sequence[str]) -> Figure:
     return figure
 
 
-def stress(runs: Sequence[Any], names: Sequence[str]) -> Figure:
+def stress(runs: Sequence[RecordedRun], names: Sequence[str]) -> Figure:
     """Principal values of the Weber stress."""
     if all(is_test(run) for run in runs):
         records = [recorded_test(run) for run in runs]
@@ -129,7 +130,7 @@ def stress(runs: Sequence[Any], names: Sequence[str]) -> Figure:
     return figure
 
 
-def energy(runs: Sequence[Any], names: Sequence[str]) -> Figure:
+def energy(runs: Sequence[RecordedRun], names: Sequence[str]) -> Figure:
     """Energies, and works since the start."""
     figure = new_figure(7.0 * len(runs))
     panels = figure.subplots(1, len(runs), squeeze=False, sharey=True)[0]
@@ -152,7 +153,7 @@ def energy(runs: Sequence[Any], names: Sequence[str]) -> Figure:
     return figure
 
 
-def solver(runs: Sequence[Any], names: Sequence[str]) -> Figure:
+def solver(runs: Sequence[RecordedRun], names: Sequence[str]) -> Figure:
     """Residuals and iterations."""
     figure = new_figure(7.0, 6.4)
     above, below = figure.subplots(2, 1, sharex=True)
@@ -183,7 +184,7 @@ def solver(runs: Sequence[Any], names: Sequence[str]) -> Figure:
     return figure
 
 
-CURVES: dict[str, Callable[[Sequence[Any], Sequence[str]], Any]] = {
+CURVES: dict[str, Callable[[Sequence[RecordedRun], Sequence[str]], Figure]] = {
     "reaction": reaction,
     "deviator": deviator,
     "stress": stress,
@@ -193,7 +194,7 @@ CURVES: dict[str, Callable[[Sequence[Any], Sequence[str]], Any]] = {
 """What may be plotted."""
 
 
-def _refuse_without_steps(run: Any, *, frames: bool = False) -> None:
+def _refuse_without_steps(run: RecordedRun, *, frames: bool = False) -> None:
     if not len(run.history) or (frames and not frames_with_forces(run)):
         what = "frame after a step" if frames else "step"
         raise ValueError(f"'{run.path}' holds no {what} yet: there is nothing to draw.")

@@ -94,10 +94,10 @@ class Drawing:
     """Polygons [m], (v, 3) each; pieces of line, v = 2, in a flat drawing."""
     lines: np.ndarray
     """Thin lines: edges of walls [m], (k, 2, 3)."""
-    ground: list[np.ndarray]
-    """Polygons that are filled: walls on which things lie [m], (v, 3) each."""
     grain: float
     """Mean radius of the grains [m]."""
+    ground: list[np.ndarray] = field(default_factory=list)
+    """Polygons that are filled: walls on which things lie [m], (v, 3) each."""
     time: float | None = None
     """[s]; None of a scene."""
     legend: list[tuple[str, str]] = field(default_factory=list)

@@ -1,4 +1,4 @@
-"""Figures of the mechanical tests, after figures 3 to 5 of the paper.
+"""Figures of the mechanical tests: curves, after figures 3 and 5 of the paper.
 
 Nothing here touches matplotlib's global state, so that it works without a display and from threads.
 """
@@ -8,19 +8,17 @@ from __future__ import annotations
 import io
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lmgcpy.view.palette import BEAD, CONTACT, CURVES, PUSHING, SAND, WIRE
+from lmgcpy.view.palette import CURVES, WIRE
 from lmgcpy.view.recorded import Tested
 from lmgcpy.writing import write_bytes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-    from lmgcpy.experiment.biaxial import Frame
 
 
 def new_figure(width: float = 7.0, height: float = 4.6) -> Figure:
@@ -142,43 +140,6 @@ def principal_series(record: Tested, part: str) -> np.ndarray:
     return principal_values(record.smooth(record.stress[part]))
 
 
-def chains_figure(left: tuple[str, Frame], right: tuple[str, Frame], radii: np.ndarray, bead_count: int) -> Figure:
-    """Two samples with their forces as lines as wide as the force, at one scale (fig. 4)."""
-    figure = new_figure(11.0, 5.8)
-    unit = max(float(np.quantile(np.abs(frame.forces), 0.999)) for _, frame in (left, right) if len(frame.forces))
-    for axes, (title, frame) in zip(figure.subplots(1, 2), (left, right), strict=True):
-        _draw_particles(axes, frame.positions, radii, bead_count, faint=True)
-        pushing = frame.forces > 0.0
-        for chosen, color in (
-            (pushing & ~frame.in_wire, CONTACT),
-            (frame.in_wire & ~pushing, WIRE),
-            (frame.in_wire & pushing, PUSHING),
-        ):
-            _draw_forces(axes, frame.lines[chosen], frame.forces[chosen] / unit, color)
-        _draw_box(axes, *frame.walls)
-        axes.set_title(
-            f"{title}\n{100 * frame.strain:.1f} % crushing, {1e-3 * frame.top_force:.0f} kN/m on top", fontsize="medium"
-        )
-        axes.set_aspect("equal")
-        axes.set_axis_off()
-    _legend_of_forces(figure, any((f.in_wire & (f.forces > 0)).any() for _, f in (left, right)))
-    return figure
-
-
-def sample_figure(sample: Any) -> Figure:
-    """The sample in 2D, its wires drawn through the beads."""
-    figure = new_figure(6.0, 6.2)
-    axes = figure.subplots()
-    _draw_particles(axes, sample.positions, sample.radii, sample.bead_count, faint=False)
-    for chain in sample.chains:
-        axes.plot(*sample.positions[chain].T, color=WIRE, linewidth=0.8)
-    _draw_box(axes, 0.0, sample.width, 0.0, sample.height)
-    axes.set_title(f"{len(sample.radii)} particles, {sample.bead_count} of them beads of the wire", fontsize="medium")
-    axes.set_aspect("equal")
-    axes.set_axis_off()
-    return figure
-
-
 def name_of(law: str) -> str:
     """A law as a legend calls it."""
     return "sand (no law)" if law == "none" else law.replace("-", " ")
@@ -193,49 +154,3 @@ def color_of(records: Sequence[Tested], k: int) -> str | None:
     """That of the law of a test; None, so that matplotlib chooses, where another test has the same law."""
     law = records[k].law
     return CURVES.get(law) if sum(record.law == law for record in records) == 1 else f"C{k}"
-
-
-def _draw_particles(axes: Axes, positions: np.ndarray, radii: np.ndarray, bead_count: int, faint: bool) -> None:
-    from matplotlib.collections import EllipseCollection
-
-    colors = np.array([SAND] * len(radii), dtype=object)
-    colors[:bead_count] = BEAD
-    size = 2.0 * radii
-    disks = EllipseCollection(
-        size,
-        size,
-        np.zeros(len(radii)),
-        units="x",
-        offsets=positions,
-        offset_transform=axes.transData,
-        facecolors=colors.tolist(),
-        edgecolors="none" if faint else "#6b6b6b",
-        linewidths=0.2,
-        alpha=0.35 if faint else 1.0,
-    )
-    axes.add_collection(disks)
-
-
-def _draw_box(axes: Axes, left: float, right: float, bottom: float, top: float) -> None:
-    axes.plot([left, right, right, left, left], [bottom, bottom, top, top, bottom], color="black", linewidth=1.0)
-    margin = 0.02 * (right - left)
-    axes.set_xlim(left - margin, right + margin)
-    axes.set_ylim(bottom - margin, top + margin)
-
-
-def _draw_forces(axes: Axes, lines: np.ndarray, width: np.ndarray, color: str) -> None:
-    from matplotlib.collections import LineCollection
-
-    axes.add_collection(
-        LineCollection(list(lines), linewidths=4.0 * np.abs(width), colors=color, capstyle="round", zorder=3)
-    )
-
-
-def _legend_of_forces(figure: Figure, compressed: bool) -> None:
-    from matplotlib.lines import Line2D
-
-    entries = [(CONTACT, "contact reaction"), (WIRE, "wire in tension")]
-    if compressed:
-        entries.append((PUSHING, "rod in compression"))
-    handles = [Line2D([], [], color=color, linewidth=3) for color, _ in entries]
-    figure.legend(handles, [label for _, label in entries], loc="outside lower center", ncols=3, frameon=False)

@@ -2,82 +2,67 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
-from functools import partial
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from lmgcpy.errors import number, shown, vector
-from lmgcpy.view.camera import Camera, View
-from lmgcpy.view.compose import compose
+from lmgcpy.view.camera import View
 from lmgcpy.view.drawing import Drawing
 from lmgcpy.view.painter import Painter
+from lmgcpy.view.panels import Panel
 from lmgcpy.view.plate import plate
 from lmgcpy.view.quantities import Limits, Quantity
-from lmgcpy.view.snapshot import Snapshot, frame_number, snapshot
-from lmgcpy.view.style import Style, style_of
 
 THICKEST = 0.5
 """Thickness of the force that the scale of forces names, in mean diameters of the grains."""
 REFERENCE = 0.999
-"""Quantile of the forces that is the scale's, where the user names none."""
-
-
-@dataclass(frozen=True)
-class Panel:
-    """One panel through time: what gives its moments, and how it shows them."""
-
-    style: Style
-    camera: Camera
-    moments: Sequence[Callable[[], Snapshot]]
-
-    def moment(self, k: int) -> Snapshot:
-        """Of picture number k, of a panel that stands still the only one."""
-        return self.moments[min(k, len(self.moments) - 1)]()
+"""Quantile of the forces that the scale names if the user names no force."""
+READ_WIDTH = 1000.0
+"""Width at which pictures are read [pixels]. Text and thin lines of a wider picture grow with it."""
 
 
 class Film:
-    """All pictures of one file: panels, what they have in common, and the plates that they make.
+    """All pictures of one file: panels, the scales that they share, and the plates that they make.
 
-    ``words``: options of the panels by name; ``moving``: whether runs give all their frames.
+    ``limits``: ends of the colour scale, by default from the values; ``force``: the force that is drawn half as thick as a
+    mean grain [N]; ``size``: largest width and height of a panel [pixels]; ``columns``: panels in a row, by default all.
     """
 
     def __init__(
         self,
-        source: Any,
-        frame: Any,
-        words: dict[str, Any],
+        panels: Sequence[Panel],
         *,
-        moving: bool,
-        limits: Any,
-        force: Any,
         size: tuple[int, int],
+        limits: Any = None,
+        force: Any = None,
         columns: int | None = None,
     ):
-        self.panels = [_panel(one, at, said, moving) for one, at, said in _panels(source, frame, words)]
-        self.frame_count = max(len(panel.moments) for panel in self.panels)
-        if moving and self.frame_count == 1:
-            raise ValueError("A .gif moves: give a run of several frames as source, or a path that ends in .png.")
-        self.dimension = self.panels[0].moment(0).dimension
-        self.columns = len(self.panels) if columns is None else columns
+        self.panels = panels
+        self.frame_count = max(len(panel.drawings) for panel in panels)
+        self.dimension = panels[0].dimension
+        self.columns = len(panels) if columns is None else columns
         self.views: list[View] = []
         self.limits: dict[Quantity, Limits] = {}
         self.force = 0.0
         self.grain = 0.0
         self.legend: list[tuple[str, str]] = []
-        self.letters = [0] * len(self.panels)
-        """Of the longest title of each panel."""
+        self.letters = [0] * len(panels)
+        """Number of letters of the longest title of each panel."""
         self._drawn: tuple[tuple[int, int], Drawing] | None = None
         self._survey()
         self._take_scales(limits, force)
         self.scale = min(min(size[0] / view.width, size[1] / view.height) for view in self.views)
+        """Pixels for each metre."""
+        row = sum(view.width for view in self.views[: self.columns])
+        self.zoom = max(1.0, self.scale * row / READ_WIDTH)
+        """Factor by which text and thin lines are enlarged."""
 
     def _survey(self) -> None:
-        """Look at every picture for what they have in common."""
+        """Look at every picture for the scales, views and legend that they share."""
         for number_of_panel, panel in enumerate(self.panels):
-            for k in range(len(panel.moments)):
+            for k in range(len(panel.drawings)):
                 drawing = self.drawing(number_of_panel, k)
                 view = View.of(panel.camera, drawing.bounds())
                 if k == 0:
@@ -106,7 +91,7 @@ class Film:
             self.limits[next(iter(self.limits))] = float(low), float(high)
         if force is not None:
             force = number(force, "force", above=0.0, unit="N")
-            if all(panel.style.what != "forces" for panel in self.panels):
+            if not any(panel.shows_forces for panel in self.panels):
                 raise ValueError("force is the scale of a picture of forces: say what='forces', or leave it out.")
             self.force = force
 
@@ -117,7 +102,7 @@ class Film:
 
     @property
     def note(self) -> str:
-        """What a thickness means."""
+        """The line that says what a thickness means."""
         if self.force == 0.0:
             return ""
         from matplotlib.ticker import EngFormatter
@@ -126,23 +111,23 @@ class Film:
         return f"half as thick as a mean grain: {EngFormatter(unit, places=1)(self.force)}"
 
     def drawing(self, number_of_panel: int, k: int) -> Drawing:
-        """What a panel shows in picture number k."""
+        """Drawing of a panel in picture number k."""
         panel = self.panels[number_of_panel]
-        key = number_of_panel, min(k, len(panel.moments) - 1)
+        key = number_of_panel, panel.index(k)
         if self._drawn is None or self._drawn[0] != key:
-            self._drawn = key, compose(panel.moment(k), panel.style)
+            self._drawn = key, panel.drawing(k)
         return self._drawn[1]
 
     def plate(self, painter: Painter, k: int) -> np.ndarray:
         """Picture number k, (height, width, 3) uint8."""
         images, titles = [], []
         for i, view in enumerate(self.views):
-            images.append(painter.image(self.drawing(i, k), view, self.scale, self.limits, self.thickness))
+            images.append(painter.image(self.drawing(i, k), view, self.scale, self.limits, self.thickness, self.zoom))
             titles.append(self._title(i, k))
-        return plate(images, titles, self.letters, self.limits, self.legend, self.note, self.columns)
+        return plate(images, titles, self.letters, self.limits, self.legend, self.note, self.columns, self.zoom)
 
     def _title(self, number_of_panel: int, k: int) -> str:
-        title, time = self.panels[number_of_panel].style.title, self.drawing(number_of_panel, k).time
+        title, time = self.panels[number_of_panel].title, self.drawing(number_of_panel, k).time
         if title is not None:
             return title
         return "" if time is None else f"t = {time:.4g} s"
@@ -151,35 +136,3 @@ class Film:
         """Open the window of the first panel."""
         drawing = self.drawing(0, 0)
         painter.show(drawing, self.views[0], self.limits, self.thickness, self._title(0, 0), self.legend, self.note)
-
-
-def _panels(source: Any, frame: Any, words: dict[str, Any]) -> Iterator[tuple[Any, Any, dict[str, Any]]]:
-    """Source, frame and words of each panel: what is a list has one entry a panel, the rest is the same for all."""
-    given = {"source": source, "frame": frame, **words}
-    lengths = {name: len(value) for name, value in given.items() if isinstance(value, list)}
-    count = max(lengths.values(), default=1)
-    for name, length in lengths.items():
-        if length != count or length == 0:
-            raise ValueError(
-                f"Lists give one entry a panel, all as many: {', '.join(f'{n} has {c}' for n, c in lengths.items())}. "
-                f"Make {name} as long as the others."
-            )
-    for i in range(count):
-        each = {name: value[i] if isinstance(value, list) else value for name, value in given.items()}
-        yield each.pop("source"), each.pop("frame"), each
-
-
-def _panel(source: Any, frame: Any, words: dict[str, Any], moving: bool) -> Panel:
-    is_run = hasattr(source, "frame_count")
-    moments: list[Callable[[], Snapshot]]
-    if moving and is_run and (frame is None or isinstance(frame, range)):
-        chosen = range(source.frame_count) if frame is None else frame
-        moments = [partial(snapshot, source, frame_number(source, k)) for k in chosen]
-        if not moments:
-            raise ValueError(f"frame must name a frame at least, got {shown(frame)}.")
-    else:
-        one = snapshot(source, frame)
-        moments = [lambda: one]
-    first = moments[0]()
-    style = style_of(words, dimension=first.dimension, is_scene=first.time is None)
-    return Panel(style, Camera.looking(style.direction), moments)

@@ -79,6 +79,10 @@ def can_draw(window: Any) -> bool:
     return False
 
 
+class NoOpenGL(OSError):
+    """There is no OpenGL to draw with on this machine."""
+
+
 class Painter:
     """Draws into one plotter, one drawing after the other."""
 
@@ -87,7 +91,7 @@ class Painter:
         with quiet():
             self.plotter = pyvista.Plotter(off_screen=off_screen, lighting="light kit")
         if not can_draw(self.plotter.render_window):
-            raise OSError(
+            raise NoOpenGL(
                 "No OpenGL was found to draw with: install Mesa's EGL or OSMesa (on Debian and Ubuntu libegl1 with "
                 "libgl1-mesa-dri, or libosmesa6)."
             )
@@ -101,13 +105,20 @@ class Painter:
         self.plotter.close()
 
     def image(
-        self, drawing: Drawing, view: View, scale: float, limits: dict[Quantity, Limits], thickness: float
+        self,
+        drawing: Drawing,
+        view: View,
+        scale: float,
+        limits: dict[Quantity, Limits],
+        thickness: float,
+        zoom: float = 1.0,
     ) -> np.ndarray:
-        """The view's rectangle, (height, width, 3) uint8; ``scale`` [pixels/m], ``thickness`` of forces [m/N]."""
+        """The view's rectangle, (height, width, 3) uint8; ``scale`` [pixels/m], ``thickness`` of forces [m/N]. ``zoom``
+        enlarges the edges of walls."""
         plotter = self.plotter
         width, height = view.image_size(scale)
         plotter.window_size = [FINER * width, FINER * height]
-        forward = self.draw(drawing, limits, thickness, view.camera.towards, finer=FINER)
+        forward = self.draw(drawing, limits, thickness, view.camera.towards, finer=FINER * zoom)
         solid = all(balls.opacity == 1.0 for balls in drawing.balls)
         if drawing.flat or not solid:
             plotter.disable_ssao()
@@ -130,7 +141,7 @@ class Painter:
         limits: dict[Quantity, Limits],
         thickness: float,
         towards: np.ndarray,
-        finer: int = 1,
+        finer: float = 1.0,
     ) -> float:
         """Put a drawing in the place of what was drawn before; what is translucent is laid from the back ``towards`` the
         eye, so that it mixes rightly. Returns how far the levels of a flat drawing reach towards the eye [m]."""
@@ -224,7 +235,7 @@ class Painter:
         look.SetDiffuse(1.0 if flat else DIFFUSE)
         self.plotter.add_actor(actor, reset_camera=False, render=False)
 
-    def _add_walls(self, drawing: Drawing, finer: int) -> None:
+    def _add_walls(self, drawing: Drawing, finer: float) -> None:
         pyvista = load_pyvista()
         for polygon in drawing.ground:
             face = pyvista.PolyData(polygon, faces=[len(polygon), *range(len(polygon))])

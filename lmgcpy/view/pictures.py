@@ -12,6 +12,7 @@ import numpy as np
 from lmgcpy.errors import named_arguments, number, place, shown, vector, whole
 from lmgcpy.view.film import Film
 from lmgcpy.view.painter import Painter, has_display, load_pyvista
+from lmgcpy.view.panels import panels_of
 from lmgcpy.view.style import OPTIONS
 from lmgcpy.writing import check_target, new_file
 
@@ -91,18 +92,13 @@ def render(
     if columns is not None:
         columns = whole(columns, "columns", minimum=1)
     number(frames_per_second, "frames_per_second", above=0.0, maximum=100.0)
-    words = dict(zip(OPTIONS, (what, grains, wires, opacity, clip, section, camera, title), strict=True))
+    options = dict(zip(OPTIONS, (what, grains, wires, opacity, clip, section, camera, title), strict=True))
     load_pyvista()
-    film = Film(source, frame, words, moving=moving, limits=limits, force=force, size=size, columns=columns)
-    painter = Painter(off_screen=True)
-    try:
-        if moving:
-            _write_gif(film, painter, target, frames_per_second)
-        else:
-            _write_png(film.plate(painter, 0), target)
-    finally:
-        painter.close()
-    return target
+    panels = panels_of(source, frame, options, moving=moving)
+    if moving and all(len(panel.drawings) == 1 for panel in panels):
+        raise ValueError("A .gif moves: give a run of several frames as source, or a path that ends in .png.")
+    film = Film(panels, limits=limits, force=force, size=size, columns=columns)
+    return write_film(film, target, frames_per_second)
 
 
 @named_arguments
@@ -130,7 +126,8 @@ def show(
     for name, value in zip((*OPTIONS, "source", "frame"), (*given, source, frame), strict=True):
         if isinstance(value, (list, range)):
             raise TypeError(f"show has one panel: {name} must not be a list, got {shown(value)}.")
-    film = Film(source, frame, dict(zip(OPTIONS, given, strict=True)), moving=False, limits=limits, force=force, size=SIZE)
+    panels = panels_of(source, frame, dict(zip(OPTIONS, given, strict=True)), moving=False)
+    film = Film(panels, limits=limits, force=force, size=SIZE)
     painter = Painter(off_screen=False)
     if not (painter.plotter.notebook or has_display()):
         painter.close()
@@ -145,6 +142,19 @@ def _size(size: Any, moving: bool) -> tuple[int, int]:
     return whole(int(width), "the width in size", minimum=16, maximum=20_000), whole(
         int(height), "the height in size", minimum=16, maximum=20_000
     )
+
+
+def write_film(film: Film, target: Path, frames_per_second: float = 20.0) -> Path:
+    """Draw all pictures of a film into a .gif, or its first picture into a .png; returns the path."""
+    painter = Painter(off_screen=True)
+    try:
+        if target.suffix.lower() == ".gif":
+            _write_gif(film, painter, target, frames_per_second)
+        else:
+            _write_png(film.plate(painter, 0), target)
+    finally:
+        painter.close()
+    return target
 
 
 def _write_png(pixels: np.ndarray, path: Path) -> None:

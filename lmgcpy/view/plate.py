@@ -24,26 +24,28 @@ def plate(
     legend: Sequence[tuple[str, str]],
     note: str,
     columns: int,
+    zoom: float = 1.0,
 ) -> np.ndarray:
     """Put images (height, width, 3) of uint8 on one, (height, width, 3), so many ``columns`` in a row.
 
-    In a row images stand on one line, each in the middle of its column, which has room for as many ``letters`` as its
-    longest title ever has: all plates of a film have one size.
+    In a row images stand on one line, each in the middle of its column. A column is wide enough for as many ``letters`` as
+    its longest title ever has, so that all plates of a film have one size. ``zoom`` enlarges text and colour scales.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
 
-    above = TITLE if any(titles) else 0
-    needs = [max(panel.shape[1], LETTER * count) for panel, count in zip(panels, letters, strict=True)]
+    letter, line_height, bar, dpi = (round(zoom * pixels) for pixels in (LETTER, LEGEND, BAR, DPI))
+    above = round(zoom * TITLE) if any(titles) else 0
+    needs = [max(panel.shape[1], letter * count) for panel, count in zip(panels, letters, strict=True)]
     widths = [max(needs[k::columns]) for k in range(min(columns, len(panels)))]
     heights = [above + max(p.shape[0] for p in panels[k : k + columns]) for k in range(0, len(panels), columns)]
     entries = [*dict.fromkeys(legend), *([(note, "")] if note else [])]
-    lines = _legend_lines(entries, sum(widths))
+    lines = _legend_lines(entries, sum(widths), letter)
     tall = sum(heights)
-    wide = max([sum(widths) + BAR * len(scales), *(LETTER * (len(label) + 5) for label, _ in entries)])
-    height = tall + LEGEND * len(lines)
-    figure = Figure(figsize=(wide / DPI, height / DPI), dpi=DPI)
+    wide = max([sum(widths) + bar * len(scales), *(letter * (len(label) + 5) for label, _ in entries)])
+    height = tall + line_height * len(lines)
+    figure = Figure(figsize=(wide / dpi, height / dpi), dpi=dpi)
     corners = []
     for k, (panel, title) in enumerate(zip(panels, titles, strict=True)):
         row, column = divmod(k, columns)
@@ -51,14 +53,14 @@ def plate(
         figure.text(middle / wide, 1.0 - (top + 0.5 * above) / height, title, ha="center", va="center")
         corners.append((sum(heights[: row + 1]) - panel.shape[0], round(middle - 0.5 * panel.shape[1])))
     for k, (quantity, limits) in enumerate(scales.items()):
-        _scale(figure, quantity, limits, sum(widths) + k * BAR, 0.5 * tall, min(0.7 * tall, 500.0))
+        _scale(figure, quantity, limits, sum(widths) + k * bar, 0.5 * tall, min(0.7 * tall, 500.0 * zoom), zoom)
     for line, together in enumerate(lines):
         handles = [Line2D([], [], color=color or "none", linewidth=4) for _, color in together]
         figure.legend(
             handles,
             [label for label, _ in together],
             loc="center",
-            bbox_to_anchor=(0.5, 1.0 - (tall + (line + 0.5) * LEGEND) / height),
+            bbox_to_anchor=(0.5, 1.0 - (tall + (line + 0.5) * line_height) / height),
             ncols=len(together),
             frameon=False,
             handlelength=1.4,
@@ -71,27 +73,28 @@ def plate(
     return image
 
 
-def _legend_lines(entries: Sequence[tuple[str, str]], width: int) -> list[list[tuple[str, str]]]:
+def _legend_lines(entries: Sequence[tuple[str, str]], width: int, letter: int) -> list[list[tuple[str, str]]]:
     """Entries line by line, as many as fit."""
     lines: list[list[tuple[str, str]]] = []
-    room = 0
+    left = 0
     for label, color in entries:
-        need = LETTER * (len(label) + 5)
-        if not lines or need > room:
+        need = letter * (len(label) + 5)
+        if not lines or need > left:
             lines.append([])
-            room = width
+            left = width
         lines[-1].append((label, color))
-        room -= need
+        left -= need
     return lines
 
 
-def _scale(figure: Any, quantity: Quantity, limits: Limits, left: float, middle: float, height: float) -> None:
-    """A colour scale with its label and unit; places in pixels, from the upper left corner."""
+def _scale(figure: Any, quantity: Quantity, limits: Limits, left: float, middle: float, height: float, zoom: float) -> None:
+    """A colour scale with its label and unit; ``left``, ``middle`` and ``height`` in pixels, from the upper left corner."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 
     wide, tall = figure.bbox.width, figure.bbox.height
-    axes = figure.add_axes(((left + 8.0) / wide, 1.0 - (middle + 0.5 * height) / tall, 18.0 / wide, height / tall))
+    x, y = left + 8.0 * zoom, middle + 0.5 * height
+    axes = figure.add_axes((x / wide, 1.0 - y / tall, 18.0 * zoom / wide, height / tall))
     low, high = limits
     beyond = "neither" if not quantity.outliers else "both" if quantity.scale == "both" else "max"
     colors = ScalarMappable(Normalize(low, high if high > low else low + 1.0), quantity.map())

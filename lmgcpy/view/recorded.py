@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
+from lmgcpy.measure.sources import RecordedRun
 from lmgcpy.measure.stress import stress
 
 PARTS = ("total", "sand", "wire")
@@ -66,18 +67,18 @@ def running_mean(strain: np.ndarray, values: np.ndarray, width: float) -> np.nda
     return (sums[high] - sums[low]) / (high - low).reshape(-1, *[1] * (values.ndim - 1))
 
 
-def is_test(run: Any) -> bool:
+def is_test(run: RecordedRun) -> bool:
     """Whether a run is one of the mechanical tests, which observe what curves need."""
     return {"reactions", "size", "stress"} <= set(run.observed) and len(run.history) > 0
 
 
-def link_laws(run: Any) -> list[str]:
+def link_laws(run: RecordedRun) -> list[str]:
     """Names of the laws of the chains."""
     laws = run.scene["laws"]
     return list(dict.fromkeys(laws[k]["name"] for k in run.scene["chains"]["law"].tolist()))
 
 
-def recorded_test(run: Any) -> RecordedTest:
+def recorded_test(run: RecordedRun) -> RecordedTest:
     """The test that a run file holds; see :func:`is_test`."""
     size, sigma = run.observed["size"][:], run.observed["stress"][:]
     axis = "xyz".index(run.notes.get("axis", "xyz"[run.dimension - 1]))
@@ -91,12 +92,12 @@ def recorded_test(run: Any) -> RecordedTest:
     )
 
 
-def frames_with_forces(run: Any) -> list[int]:
+def frames_with_forces(run: RecordedRun) -> list[int]:
     """Frames that end a step."""
     return [k for k, step in enumerate(run.steps.tolist()) if step > 0]
 
 
-def stresses_by_frame(run: Any) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+def stresses_by_frame(run: RecordedRun) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """Times [s], (f,), and Weber stress of :data:`PARTS` [Pa], (f, d, d) each, of any run in a box of walls; ValueError
     where it is in none."""
     frames, wires = frames_with_forces(run), link_laws(run)
@@ -116,7 +117,7 @@ def stresses_by_frame(run: Any) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     return run.times[frames], {name: np.array(part).reshape(-1, *nothing.shape) for name, part in parts.items()}
 
 
-def wall_forces_by_frame(run: Any) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+def wall_forces_by_frame(run: RecordedRun) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """Times [s], (f,), and by wall the normal force on it [N], (f,), of any run."""
     bodies = run.scene["bodies"]
     names = {wall: f"{bodies['colors'][bodies['color'][wall]]}, body {wall}" for wall in run.wall_normals}

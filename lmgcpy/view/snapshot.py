@@ -11,6 +11,7 @@ import numpy as np
 
 from lmgcpy.dynamics.stepper import Stepper
 from lmgcpy.errors import shown, whole
+from lmgcpy.measure.sources import ActingInteractions, RecordedRun, is_run
 from lmgcpy.scene.contactor import (
     CylinderContactor,
     DiskContactor,
@@ -62,7 +63,7 @@ class Forces:
     """Normal force of each link of the chains [N], (l,)."""
 
     @classmethod
-    def of(cls, net: Any, links: int) -> Forces:
+    def of(cls, net: ActingInteractions, links: int) -> Forces:
         """From interactions, the first of them ``links``; in a run's first frame, before the first step, none acts."""
         normal = net.force[:, 0]
         return cls(net.candidate, net.antagonist, normal, net.lever, normal[:links] if len(net) else np.zeros(links))
@@ -183,13 +184,13 @@ def snapshot(source: Any, frame: Any = None) -> Snapshot:
 
     Raises TypeError for what is none of these, ValueError for a frame that there is not.
     """
-    if isinstance(source, (Scene, Stepper)) and frame is not None:
+    if frame is not None and isinstance(source, (Scene, Stepper)):
         raise TypeError(f"frame is for run files: a {type(source).__name__} is drawn as it is now.")
     if isinstance(source, Scene):
         return _of_scene(source)
     if isinstance(source, Stepper):
         return _of_simulation(source)
-    if not hasattr(source, "frame_count"):
+    if not is_run(source):
         raise TypeError(
             "What is drawn is a Scene, a Simulation, or a run that lmgcpy.io.open_run(path) opened, "
             f"got {shown(source)} as source."
@@ -197,7 +198,7 @@ def snapshot(source: Any, frame: Any = None) -> Snapshot:
     return _of_run(source, frame_number(source, frame))
 
 
-def frame_number(run: Any, frame: Any) -> int:
+def frame_number(run: RecordedRun, frame: Any) -> int:
     """Number of a frame, counted from the start; None is the last."""
     count = run.frame_count
     if count == 0:
@@ -235,7 +236,7 @@ def _of_simulation(sim: Stepper) -> Snapshot:
     )
 
 
-def _of_run(run: Any, frame: int) -> Snapshot:
+def _of_run(run: RecordedRun, frame: int) -> Snapshot:
     scene = run.scene
     return Snapshot(
         scene=scene,

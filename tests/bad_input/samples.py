@@ -152,7 +152,7 @@ ROWS: dict[str, tuple] = {
     "window of two numbers": (lambda w: density(window=(0, 1)), ValueError,
         "window must be two corners ((x0, y0), (x1, y1)) [m], got (0, 1)"),
     "stress of a scene": (lambda w: lm.measure.stress(w.scene), TypeError,
-        "stress is of a simulation", "got <Scene in 2D: 5 bodies"),
+        "stress takes a simulation", "got <Scene in 2D: 5 bodies"),
     "stress without a box": (lambda w: lm.measure.stress(w.sim), ValueError,
         "0 pairs of walls face each other", "Give volume= [m^2]"),
     "volume negative": (lambda w: lm.measure.stress(w.sim, volume=-1.0), ValueError,

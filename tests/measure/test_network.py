@@ -64,5 +64,5 @@ def test_a_square_lattice_has_four_contacts_each(links):
 
 
 def test_what_is_no_simulation_is_refused():
-    with pytest.raises(TypeError, match="network is of a simulation"):
+    with pytest.raises(TypeError, match="network takes a simulation"):
         lm.measure.network(3)

@@ -69,7 +69,7 @@ def test_wrong_sources_get_sentences(tmp_path):
     sim = lm.Simulation(mixed_scene(), time_step=1e-3).run(steps=1, record=tmp_path / "run.h5")
     with pytest.raises(TypeError, match="frame is for run files"):
         lm.measure.stress(sim, frame=0, volume=1.0)
-    with pytest.raises(TypeError, match=r"of a simulation, .* or of a run file"):
+    with pytest.raises(TypeError, match=r"takes a simulation, .* or a run file"):
         lm.measure.stress("run.h5")
     with lm.io.open_run(tmp_path / "run.h5") as run:
         with pytest.raises(ValueError, match="Give volume="):
