@@ -14,13 +14,13 @@ from lmgcpy.measure.sphere_in_box import sphere_volume_in_box
 def density(positions: Any, radii: Any, window: Any) -> float:
     """Solid fraction [-] in a window: the area of the disks inside the rectangle over its own area; in 3D the volumes.
 
-    The disks or spheres are assumed not to overlap: what two of them share is counted twice.
+    The disks or spheres are assumed not to overlap: the common part of two of them counts twice.
 
     ``positions`` [m], shape (n, d); ``radii`` [m], shape (n,); ``window`` the corners ((x0, y0), (x1, y1)) [m], lower
     left and upper right, in 3D ((x0, y0, z0), (x1, y1, z1)).
 
-    Raises ValueError where shapes do not match, a radius is negative or the window is empty, TypeError for what are no
-    numbers.
+    The function raises ValueError if shapes do not match, a radius is negative or the window is empty; TypeError if an
+    argument does not consist of numbers.
     """
     centres = numbers(positions, "positions")
     sizes = numbers(radii, "radii")
@@ -34,7 +34,7 @@ def density(positions: Any, radii: Any, window: Any) -> float:
         centres = centres.reshape(0, dimension)
     if centres.ndim != 2 or centres.shape[1] != dimension or sizes.shape != (len(centres),):
         raise ValueError(
-            f"density is of {'disks' if dimension == 2 else 'spheres'} in a window of {dimension} coordinates: positions "
+            f"density takes {'disks' if dimension == 2 else 'spheres'} in a window of {dimension} coordinates: positions "
             f"must have shape (n, {dimension}) and radii (n,), got {centres.shape} and {sizes.shape}."
         )
     if (sizes < 0.0).any():
@@ -57,7 +57,7 @@ def disk_area_in_rectangle(
     Q(x, y) is the disk's area left of x and below y. Exact to round-off, some 1e-16 of the disk's own area.
     """
     unit = np.where(radii > 0.0, radii, 1.0)
-    with np.errstate(over="ignore"):  # a disk that is next to nothing
+    with np.errstate(over="ignore"):  # disks of almost no radius
         left, right = (x0 - centres[:, 0]) / unit, (x1 - centres[:, 0]) / unit
         below, above = (y0 - centres[:, 1]) / unit, (y1 - centres[:, 1]) / unit
     area = _quadrant(right, above) - _quadrant(left, above) - _quadrant(right, below) + _quadrant(left, below)
@@ -67,12 +67,12 @@ def disk_area_in_rectangle(
 def _quadrant(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Area of the unit disk where x < a and y < b.
 
-    With the corner (a, b) inside the disk it is ab + (a sqrt(1-a²) + b sqrt(1-b²) + asin a + asin b)/2 + pi/4: the
-    integral of b + sqrt(1-x²) from -sqrt(1-b²) to a, and the cap left of it. With the corner outside, it is the disk
-    less the caps beyond a and b, a cap alone, or nothing.
+    With the corner (a, b) inside the disk the area is ab + (a sqrt(1-a²) + b sqrt(1-b²) + asin a + asin b)/2 + pi/4: the
+    integral of b + sqrt(1-x²) from -sqrt(1-b²) to a, and the cap left of it. With the corner outside, the area is the
+    disk less the caps beyond a and b, a cap alone, or zero.
     """
     a, b = np.clip(a, -1.0, 1.0), np.clip(b, -1.0, 1.0)
-    # area below a chord at height a: pi/2 + a sqrt(1-a²) + asin a
+    # Area below a chord at height a, without its constant part pi/2.
     chord_a, chord_b = a * np.sqrt(1.0 - a * a) + np.arcsin(a), b * np.sqrt(1.0 - b * b) + np.arcsin(b)
     inside = a * b + 0.5 * (chord_a + chord_b) + 0.25 * np.pi
     outside = np.where(

@@ -1,4 +1,4 @@
-"""Volumes of spheres cut by a box with faces along the axes: by octants, each by the divergence theorem."""
+"""Volumes of spheres cut by a box with faces along the axes: a sum over octants, each by the divergence theorem."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def sphere_volume_in_box(centres: np.ndarray, radii: np.ndarray, low: np.ndarray
     cut = ~whole & (above > low).all(axis=1) & (below < high).all(axis=1)
     volume = np.where(whole, 4.0 / 3.0 * np.pi * radii**3, 0.0)
     r, middle = radii[cut], centres[cut]
-    with np.errstate(over="ignore"):  # a sphere that is next to nothing
+    with np.errstate(over="ignore"):  # spheres of almost no radius
         ends = (low - middle) / r[:, None], (high - middle) / r[:, None]
     part = np.zeros(len(r))
     for i, j, k in np.ndindex(2, 2, 2):
@@ -30,12 +30,12 @@ def sphere_volume_in_box(centres: np.ndarray, radii: np.ndarray, low: np.ndarray
 def _octant(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
     """Volume of the unit ball where x > a, y > b and z > c.
 
-    With the corner (a, b, c) inside the ball it is bounded by a spherical triangle and by pieces of the planes, at
-    distances a, b, c from the ball's centre: V = (solid angle - a A_a - b A_b - c A_c)/3. With the corner outside,
-    nothing is left where a, b, c >= 0; else what is beyond a < 0 is all but the mirror image of what is beyond -a.
+    With the corner (a, b, c) inside the ball the octant is bounded by a spherical triangle and by pieces of the planes, at
+    distances a, b, c from the ball's centre: V = (solid angle - a A_a - b A_b - c A_c)/3. With the corner outside, the
+    volume is zero if a, b, c >= 0; otherwise the part beyond a < 0 is the whole less the mirror image of that beyond -a.
     """
     a, b, c = (np.clip(one, -1.0, 1.0) for one in (a, b, c))
-    # from each edge's line the ball reaches so far along it
+    # Half chords of the ball along the three edges of the octant.
     along_x, along_y, along_z = _leg(b, c), _leg(c, a), _leg(a, b)
     total = np.full_like(a, -np.pi)
     for p, q, s, along_p, along_q, along_s in (
@@ -43,7 +43,7 @@ def _octant(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
         (b, c, a, along_y, along_z, along_x),
         (c, a, b, along_z, along_x, along_y),
     ):
-        # the arc at p; solid angle by Gauss-Bonnet: angles of the triangle - pi - sum of p times arc
+        # Arc of the triangle at p. Gauss-Bonnet: solid angle = sum of the angles - pi - sum of p times arc.
         arc = np.arctan2(along_s, q) - np.arctan2(s, along_q)
         piece = 0.5 * ((1.0 - p * p) * arc - q * (along_s - s) - s * (along_q - q))
         total += np.arctan2(along_p, q * s) - p * arc - p * piece
@@ -55,7 +55,7 @@ def _octant(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
 
 
 def _wedge(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Volume of the unit ball where x > a and y > b, in the same way."""
+    """Volume of the unit ball where x > a and y > b, by the same theorem."""
     along = _leg(a, b)
     total = 2.0 * np.arctan2(along, a * b)
     for p, q in ((a, b), (b, a)):

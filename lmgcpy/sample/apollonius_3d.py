@@ -1,7 +1,7 @@
-"""The spheres that touch three supports from outside (Apollonius): a curve, and where along it they meet others.
+"""The spheres that touch three supports from outside (problem of Apollonius): a curve, and gaps to others along it.
 
 Let one of the supports, the base, be a sphere of radius r0 around p0. For a sphere of radius r around c that touches it
-let v = c - p0 and s = r + r0: |v| = s. It then touches any other support where a form is zero that is linear in v and s,
+let v = c - p0 and s = r + r0: |v| = s. It touches any other support where a gap form is zero, which is linear in v and s,
 
     F(v, s) = e - d . v - rho s,
 
@@ -11,22 +11,22 @@ a unit vector w normal to both d, and |v| = s gives g(s) = sqrt(s² - |alpha + b
 With k = 1 - beta² and h = alpha . beta it is g² = k s² - 2 h s - alpha². As this is not positive at s = 0, g is real in
 one interval of s > 0 only, and concave there.
 
-Along the curve any form is A + B s + C g(s): convex or concave, with at most two roots.
+GapAlong the curve any gap form is A + B s + C g(s): convex or concave, with at most two roots.
 """
 
 # no `from __future__ import annotations`: the fingerprint of a kernel reads the fields of the named tuples it takes
 import math
 from typing import NamedTuple
 
-from lmgcpy.sample.bed_3d import Bed, plane_of, point_of
+from lmgcpy.sample.bed_3d import SphereBed, plane_of, point_of
 
 SLIVER = 1e-6
 """Sine of the angle below which two directions count as one: round-off grows as its inverse."""
 ROUND_OFF = 1e-12
-"""Of a form, relative to its terms; some hundred times what was seen."""
+"""Round-off of a gap form, relative to its terms; about a hundred times the largest that was seen."""
 
 
-class Form(NamedTuple):
+class GapForm(NamedTuple):
     """F(v, s) = e - d . v - rho s."""
 
     d: tuple[float, float, float]
@@ -34,7 +34,7 @@ class Form(NamedTuple):
     e: float
 
 
-class Curve(NamedTuple):
+class TangentCurve(NamedTuple):
     """v(s) = alpha + beta s + g(s) w."""
 
     alpha: tuple[float, float, float]
@@ -42,7 +42,7 @@ class Curve(NamedTuple):
     w: tuple[float, float, float]
 
 
-class Along(NamedTuple):
+class GapAlong(NamedTuple):
     """F(s) = a + b s + c g(s)."""
 
     a: float
@@ -70,53 +70,55 @@ def added(x, a, y):
     return x[0] + a * y[0], x[1] + a * y[1], x[2] + a * y[2]
 
 
-def tangency(support, base, slack, bed: Bed):
-    """The form that is zero where a sphere that touches ``base`` overlaps a support by ``slack`` [m]."""
+def tangency(support, base, slack, bed: SphereBed):
+    """The gap form that is zero where a sphere that touches ``base`` overlaps a support by ``slack`` [m]."""
     centre, r = point_of(base, bed), bed.radius[base]
     if support >= 0:
         d = added(point_of(support, bed), -1.0, centre)
         rho = bed.radius[support] - slack - r
-        return Form(d, rho, 0.5 * (dot(d, d) - rho * rho))
+        return GapForm(d, rho, 0.5 * (dot(d, d) - rho * rho))
     normal, offset = plane_of(support, bed)
-    return Form(scaled(-1.0, normal), 1.0, r + dot(normal, centre) - offset + slack)
+    return GapForm(scaled(-1.0, normal), 1.0, r + dot(normal, centre) - offset + slack)
 
 
-def tangent_curve(one: Form, other: Form):
+def tangent_curve(one: GapForm, other: GapForm):
     """The spheres that touch the base and two supports, w along one.d x other.d: (whether there are any, curve)."""
     w = cross(one.d, other.d)
     square = dot(w, w)
     if square <= SLIVER**2 * dot(one.d, one.d) * dot(other.d, other.d):
-        return False, Curve(w, w, w)
+        return False, TangentCurve(w, w, w)
+    # Dual basis of the two d: alpha and beta solve d . v = e - rho s for both supports.
     a, b = scaled(1.0 / square, cross(other.d, w)), scaled(1.0 / square, cross(w, one.d))
     alpha = added(scaled(one.e, a), other.e, b)
     beta = added(scaled(-one.rho, a), -other.rho, b)
-    return True, Curve(alpha, beta, scaled(1.0 / math.sqrt(square), w))
+    return True, TangentCurve(alpha, beta, scaled(1.0 / math.sqrt(square), w))
 
 
-def tangent_ring(one: Form):
+def tangent_ring(one: GapForm):
     """The spheres that touch the base and one support: at each s a circle around alpha + beta s, of radius g(s)."""
     square = dot(one.d, one.d)
-    return Curve(scaled(one.e / square, one.d), scaled(-one.rho / square, one.d), (0.0, 0.0, 0.0))
+    return TangentCurve(scaled(one.e / square, one.d), scaled(-one.rho / square, one.d), (0.0, 0.0, 0.0))
 
 
-def across(curve: Curve, s):
+def across(curve: TangentCurve, s):
     """g(s), zero outside its interval."""
     u = added(curve.alpha, s, curve.beta)
     return math.sqrt(max(s * s - dot(u, u), 0.0))
 
 
-def place(curve: Curve, s):
+def centre_at(curve: TangentCurve, s):
     """v(s)."""
     return added(added(curve.alpha, s, curve.beta), across(curve, s), curve.w)
 
 
-def coefficients(curve: Curve):
+def coefficients(curve: TangentCurve):
     """k, h and alpha² in g² = k s² - 2 h s - alpha²."""
     return 1.0 - dot(curve.beta, curve.beta), dot(curve.alpha, curve.beta), dot(curve.alpha, curve.alpha)
 
 
-def real_interval(curve: Curve):
-    """The interval of s > 0 in which g is real, but for round-off; the first end above the last for none."""
+def real_interval(curve: TangentCurve):
+    """The interval of s > 0 in which g is real, up to round-off; the first end is above the last if there is none."""
+    # Roots of k s² - 2 h s - alpha² = 0: one without cancellation, the other from the product -alpha²/k.
     k, h, square = coefficients(curve)
     root = h * h + k * square
     if root < 0.0:
@@ -125,35 +127,36 @@ def real_interval(curve: Curve):
     if t == 0.0:
         return (0.0, math.inf) if k >= 0.0 and square == 0.0 else (math.inf, 0.0)
     one, other = t / k, -square / t
-    if k >= 0.0:  # of the two the lower one is negative, or infinite
+    if k >= 0.0:  # the lower root is negative, or infinite
         return max(one, other) * (1.0 - ROUND_OFF), math.inf
     return min(one, other) * (1.0 - ROUND_OFF), max(one, other) * (1.0 + ROUND_OFF)
 
 
-def along(form: Form, curve: Curve):
-    """A form along a curve."""
-    return Along(
+def along(form: GapForm, curve: TangentCurve):
+    """A gap form along a curve."""
+    return GapAlong(
         form.e - dot(form.d, curve.alpha), -dot(form.d, curve.beta) - form.rho, -dot(form.d, curve.w)
     )  # fmt: skip
 
 
-def largest_on(form: Form, one: Form, ring: Curve):
-    """The largest value of a form on the ring of another one, at each s."""
+def largest_on(form: GapForm, one: GapForm, ring: TangentCurve):
+    """The largest value of a gap form on the ring of another one, at each s."""
     a, b, _ = along(form, ring)
+    # Part of d across the axis of the ring; on the ring -d . v varies by g times its length.
     across_axis = added(form.d, -dot(form.d, one.d) / dot(one.d, one.d), one.d)
-    return Along(a, b, math.sqrt(dot(across_axis, across_axis)))
+    return GapAlong(a, b, math.sqrt(dot(across_axis, across_axis)))
 
 
-def negative(form: Along, curve: Curve, s):
-    """Whether F(s) < 0, for certain: at a root, round-off must not take one side of it for the other."""
+def negative(form: GapAlong, curve: TangentCurve, s):
+    """Whether F(s) < 0 beyond round-off, which must not take one side of a root for the other."""
     return form.a + form.b * s + form.c * across(curve, s) < -ROUND_OFF * (abs(form.a) + abs(form.b * s))
 
 
-def between_roots(form: Along, curve: Curve, s):
+def between_roots(form: GapAlong, curve: TangentCurve, s):
     """The interval around s in which F has no root: its ends, infinite where there is none.
 
-    A + B s = -C g, squared, is (B² - C² k) s² + 2 (A B + C² h) s + A² + C² alpha² = 0; its discriminant has a factor C²
-    that must not be left to round-off. Roots of A + B s = +C g are left out, in doubt they count as ends.
+    A + B s = -C g, squared, is (B² - C² k) s² + 2 (A B + C² h) s + A² + C² alpha² = 0. Its discriminant has a factor C²,
+    which is taken out by hand because of round-off. Roots of A + B s = +C g are left out; in doubt they count as ends.
     """
     a, b, c = form
     k, h, square = coefficients(curve)
@@ -161,6 +164,7 @@ def between_roots(form: Along, curve: Curve, s):
     root = k * a * a + 2.0 * a * b * h - b * b * square + c * c * (h * h + k * square)
     if root >= 0.0:
         half = a * b + c * c * h
+        # Two roots without cancellation; a root counts if A + B s has the sign of -C.
         t = -(half + math.copysign(abs(c) * math.sqrt(root), half))
         for end in (t / (b * b - c * c * k), (a * a + c * c * square) / t):
             if (a + b * end) * math.copysign(1.0, c) <= ROUND_OFF * (abs(a) + abs(b * end)):
@@ -171,8 +175,8 @@ def between_roots(form: Along, curve: Curve, s):
     return below, above
 
 
-def clipped(form: Along, curve: Curve, first, last):
-    """What is left of an interval of s where a form is negative at an end of it; the first end above the last for none."""
+def clipped(form: GapAlong, curve: TangentCurve, first, last):
+    """What is left of an interval of s if a gap form is negative at its ends; first > last if nothing is left."""
     if negative(form, curve, last):
         last = min(last, between_roots(form, curve, last)[0])
     if first <= last and negative(form, curve, first):

@@ -1,4 +1,4 @@
-"""What the makers of samples ask of their arguments, each refusal a sentence: what, where, what to do."""
+"""Checks of the arguments of samples. Each error is a sentence: what is wrong, where, and what to do."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from lmgcpy import errors
 
 AXES = "xyz"
 WIDEST = 1e7
-"""How many of the coarsest bodies may lie side by side on the floor of a box."""
+"""Largest number of coarsest bodies side by side on the floor of a box."""
 
 
 def generator(seed: Any) -> np.random.Generator:
-    """The random numbers of a seed: a whole number, None, or a generator."""
+    """Random generator from a seed: a whole number, None, or a generator."""
     try:
         return np.random.default_rng(seed)
     except (TypeError, ValueError) as error:
@@ -24,7 +24,7 @@ def generator(seed: Any) -> np.random.Generator:
 
 
 def radii(values: Any, name: str = "radii", least: int = 1) -> np.ndarray:
-    """Radii [m], shape (n,), all above zero."""
+    """Check radii [m], shape (n,): all are above zero."""
     array = errors.numbers(values, name)
     if array.ndim != 1:
         raise ValueError(f"{name} must have shape (n,), got {array.shape}.")
@@ -37,7 +37,7 @@ def radii(values: Any, name: str = "radii", least: int = 1) -> np.ndarray:
 
 
 def spheres(positions: Any, sizes: Any, dimension: int, name: str) -> tuple[np.ndarray, np.ndarray]:
-    """Positions [m], shape (n, dimension), and as many radii [m]."""
+    """Check positions [m], shape (n, dimension), and as many radii [m]."""
     centres = errors.numbers(positions, f"the positions of {name}")
     if centres.size == 0:
         centres = centres.reshape(0, dimension)
@@ -50,7 +50,7 @@ def spheres(positions: Any, sizes: Any, dimension: int, name: str) -> tuple[np.n
 
 
 def obstacles(value: Any, dimension: int) -> tuple[np.ndarray, np.ndarray]:
-    """The pair (positions, radii) of obstacles; ``None`` means no obstacle."""
+    """Check the pair (positions, radii) of obstacles; ``None`` means no obstacle."""
     if value is None:
         return np.empty((0, dimension)), np.empty(0)
     if not isinstance(value, (tuple, list)) or len(value) != 2:
@@ -62,7 +62,7 @@ def obstacles(value: Any, dimension: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def box(value: Any, *, dimensions: Sequence[int] = (2, 3), open_top: bool = True) -> tuple[float, ...]:
-    """Lengths of a box that starts at the origin [m]; the last one is infinite where ``None`` was given."""
+    """Check the lengths of a box that starts at the origin [m]; the last one is infinite if ``None`` was given."""
     kinds = " or ".join(str(dimension) for dimension in dimensions)
     if not isinstance(value, (tuple, list, np.ndarray)) or getattr(value, "shape", None) == ():
         raise TypeError(f"box must be a tuple of {kinds} lengths [m], got {errors.shown(value)}.")
@@ -81,9 +81,9 @@ def box(value: Any, *, dimensions: Sequence[int] = (2, 3), open_top: bool = True
     return tuple(lengths)
 
 
-def room(lengths: tuple[float, ...], coarsest: float, what: str, *, widest: float = WIDEST) -> None:
-    """Refuse a box that is narrower than the coarsest body, or too wide to be divided into cells of its size: more than
-    ``widest`` of them side by side on its floor.
+def refuse_unfit(lengths: tuple[float, ...], coarsest: float, what: str, *, widest: float = WIDEST) -> None:
+    """Refuse a box that is narrower than the coarsest body, or so wide that it cannot be divided into cells of the body's
+    size: more than ``widest`` bodies lie side by side on its floor.
     """
     for axis, length in enumerate(lengths):
         if length < 2.0 * coarsest * (1.0 - 1e-12):
@@ -94,6 +94,6 @@ def room(lengths: tuple[float, ...], coarsest: float, what: str, *, widest: floa
     side_by_side = math.prod(length / (2.0 * coarsest) for length in lengths[:-1])
     if side_by_side > widest:
         raise ValueError(
-            f"the box is too wide for {what}: {side_by_side:.1e} of them lie side by side, {widest:.0e} at the most can be "
-            "dealt with. Are its lengths and the radii both in metres?"
+            f"the box is too wide for {what}: {side_by_side:.1e} of them lie side by side; at most {widest:.0e} are "
+            "possible. Are its lengths and the radii both in metres?"
         )

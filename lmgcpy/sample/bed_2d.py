@@ -1,6 +1,6 @@
-"""What lies in a 2D box already: disks in the cells of a grid, a floor, two walls.
+"""The bodies that lie in a 2D box: disks in the cells of a grid, a floor, two walls.
 
-Supports are named by a whole number: a disk by its place in the bed, the floor and the walls by the constants below.
+Supports are named as :mod:`lmgcpy.sample.supports` says.
 """
 
 # no `from __future__ import annotations`: the fingerprint of a kernel reads the fields of the named tuples it takes
@@ -8,13 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-FLOOR = -1
-LEFT = -2
-RIGHT = -3
-NONE = -4
+from lmgcpy.sample.cells import cell_of, put
+from lmgcpy.sample.supports import FLOOR, LEFT, NONE, RIGHT
 
 
-class Bed(NamedTuple):
+class DiskBed(NamedTuple):
     """Disks placed in a box [0, width] x [0, ...), each entered in every cell that its bounding box touches.
 
     Cells are as wide as a mean disk, and a search visits the cells of its own bounding box only: that serves gradings
@@ -22,7 +20,7 @@ class Bed(NamedTuple):
     """
 
     x: np.ndarray
-    """Centres of obstacles, then grains [m]; those of grains not placed yet are undefined."""
+    """Centres of obstacles, then grains [m]; those of grains that are not placed yet are undefined."""
     y: np.ndarray
     radius: np.ndarray
     width: float
@@ -30,18 +28,12 @@ class Bed(NamedTuple):
     """Overlap [m] below which two disks touch."""
     cell_size: float
     cell_head: np.ndarray
-    """Latest entry of each cell, shape (rows, columns), -1 for none."""
+    """Latest entry of each cell, shape (rows, columns), -1 for none; see :mod:`lmgcpy.sample.cells`."""
     entry_disk: np.ndarray
+    """Disk of each entry; a disk has an entry in each cell that its bounding box touches."""
     entry_next: np.ndarray
     entry_count: np.ndarray
-    """One number: entries in use."""
-
-
-def cell_of(coordinate, size, count):
-    """Row or column of a coordinate, clipped to the grid."""
-    if coordinate <= 0.0:
-        return 0
-    return min(int(min(coordinate / size, 1e9)), count - 1)
+    """Number of entries in use, shape (1,)."""
 
 
 def enter(disk, bed):
@@ -52,8 +44,7 @@ def enter(disk, bed):
     for row in range(cell_of(y - r, size, rows), cell_of(y + r, size, rows) + 1):
         for column in range(cell_of(x - r, size, columns), cell_of(x + r, size, columns) + 1):
             bed.entry_disk[entry] = disk
-            bed.entry_next[entry] = bed.cell_head[row, column]
-            bed.cell_head[row, column] = entry
+            put(bed.cell_head, bed.entry_next, (row, column), entry)
             entry += 1
     bed.entry_count[0] = entry
 

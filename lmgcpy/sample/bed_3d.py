@@ -1,6 +1,6 @@
-"""What lies in a 3D box already: spheres in the cells of a grid, a floor, four walls.
+"""The bodies that lie in a 3D box: spheres in the cells of a grid, a floor, four walls.
 
-Supports are named by a whole number: a sphere by its place in the bed, the floor and the walls by the constants below.
+Supports are named as :mod:`lmgcpy.sample.supports` says.
 """
 
 # no `from __future__ import annotations`: the fingerprint of a kernel reads the fields of the named tuples it takes
@@ -8,41 +8,30 @@ from typing import NamedTuple
 
 import numpy as np
 
-FLOOR = -1
-LEFT = -2
-RIGHT = -3
-FRONT = -4
-BACK = -5
-NONE = -6
+from lmgcpy.sample.cells import cell_of, put
+from lmgcpy.sample.supports import BACK, FLOOR, FRONT, LEFT, NONE, RIGHT
 
 
-class Bed(NamedTuple):
+class SphereBed(NamedTuple):
     """Spheres placed in a box [0, width] x [0, depth] x [0, ...), each entered in the cell of its centre.
 
     Cells are about as wide as a mean sphere. Spheres beyond the last cell, in any direction, are in the last one.
     """
 
     centre: np.ndarray
-    """Centres of obstacles, then grains [m], shape (n, 3); those of grains not placed yet are undefined."""
+    """Centres of obstacles, then grains [m], shape (n, 3); those of grains that are not placed yet are undefined."""
     radius: np.ndarray
     width: float
     depth: float
     tolerance: float
     """Overlap [m] below which two spheres touch."""
     coarsest: float
-    """Radius [m] of the coarsest sphere, obstacles among them: a search must reach so far."""
+    """Radius [m] of the coarsest sphere, grain or obstacle. A search reaches as far."""
     cell_size: float
     cell_head: np.ndarray
-    """Latest sphere of each cell, shape (layers, rows, columns), -1 for none."""
+    """Latest sphere of each cell, shape (layers, rows, columns), -1 for none; see :mod:`lmgcpy.sample.cells`."""
     next_sphere: np.ndarray
     """Next sphere in the cell of each, -1 for none."""
-
-
-def cell_of(coordinate, size, count):
-    """Layer, row or column of a coordinate, clipped to the grid."""
-    if coordinate <= 0.0:
-        return 0
-    return min(int(min(coordinate / size, 1e9)), count - 1)
 
 
 def point_of(sphere, bed):
@@ -55,9 +44,8 @@ def enter(sphere, bed):
     layers, rows, columns = bed.cell_head.shape
     x, y, z = point_of(sphere, bed)
     size = bed.cell_size
-    layer, row, column = cell_of(z, size, layers), cell_of(y, size, rows), cell_of(x, size, columns)
-    bed.next_sphere[sphere] = bed.cell_head[layer, row, column]
-    bed.cell_head[layer, row, column] = sphere
+    cell = cell_of(z, size, layers), cell_of(y, size, rows), cell_of(x, size, columns)
+    put(bed.cell_head, bed.next_sphere, cell, sphere)
 
 
 def plane_of(support, bed):

@@ -1,4 +1,4 @@
-"""Grains put into a box, around obstacles: the two ways of the paper's section 3."""
+"""Deposits of grains in a box, around obstacles: the two methods of the paper's section 3."""
 
 from __future__ import annotations
 
@@ -30,11 +30,12 @@ def deposit(
     """Positions [m], shape (n, d), of a deposit of grains with the given ``radii`` [m], in the order of ``radii``.
 
     ``method="geometric"``
-        grains are placed one after the other, each at the lowest place where it rests on two supports, in 3D three,
-        without friction: grains placed before, obstacles, the floor and the walls. Nothing overlaps by more than 1e-10
-        of the finest radius. No path is asked for by which a grain could have fallen there: overhangs are filled and
-        fine grains find the holes left below, so that a wide grading (ratio 10) holds more of its fine grains at the
-        bottom; with ratios up to some 3 in 2D, and 2 in 3D, no such trend is seen. After Taboada's pre-processor.
+        Grains are placed one after the other, each at the lowest position where it rests without friction on two
+        supports, in 3D on three. Supports are grains placed before, obstacles, the floor and the walls. Nothing overlaps
+        by more than 1e-10 of the finest radius. A grain needs no path by which it could have fallen to its position:
+        overhangs are filled, and fine grains find the holes left below. A wide grading (ratio 10) therefore holds more
+        of its fine grains at the bottom; with ratios up to about 3 in 2D, and 2 in 3D, no such trend is seen. The method
+        follows Taboada's pre-processor.
         Measured for 1700 grains, diameters uniform by number with ratio 2, in a box of 0.67 m: solid fraction 0.827
         (0.825 to 0.829 over 20 seeds) one coarsest diameter away from walls, floor and top, in 20 ms; 0.786, beads
         included, around a wire of 300 beads, where a void is left below each bead that hangs over.
@@ -42,14 +43,15 @@ def deposit(
         over 5 seeds), 0.640 with ratio 2, 0.663 with ratio 5, each in a second; 100 000 take 4 to 10 s. Equal spheres
         begin as a crystal on the floor, some five layers high, and come to 0.606.
     ``method="grid"``
-        a loose grid of grains, in 2D brought down by a simulation under gravity: slow, but a state of mechanics. In 3D
-        it is the loose grid itself, see :func:`lmgcpy.sample.grid_positions`, for a simulation to start from.
+        Grains are laid on a loose grid. In 2D a simulation lets them fall under gravity: this is slow, but ends in
+        mechanical equilibrium. In 3D the loose grid itself is returned, for a simulation to start from; see
+        :func:`lmgcpy.sample.grid_positions`.
 
     ``box``: lengths [m] of a box that starts at the origin; the last may be ``None``, an open top. ``obstacles``: pair
-    (positions, radii) [m] of spheres that hang in space, such as the beads of a wire. ``order``: of insertion,
-    "random" or as "given"; ``seed`` is for the random one.
+    (positions, radii) [m] of spheres that hang in space, such as the beads of a wire. ``order`` of insertion is "random",
+    from the ``seed``, or as "given".
 
-    Raises ValueError where the grains do not fit, saying how many did, and ValueError or TypeError where an argument
+    The function raises ValueError if the grains do not fit, and says how many did; ValueError or TypeError if an argument
     makes no sense.
     """
     method = errors.one_of(method, "method", METHODS)
@@ -57,7 +59,7 @@ def deposit(
     sizes = arguments.radii(radii)
     lengths = arguments.box(box)
     centres, obstacle_radii = arguments.obstacles(obstacles, len(lengths))
-    arguments.room(lengths, float(sizes.max()), "the coarsest grain")
+    arguments.refuse_unfit(lengths, float(sizes.max()), "the coarsest grain")
     rng = arguments.generator(seed)
     if method == "grid":
         from lmgcpy.sample.settle import settle

@@ -5,11 +5,10 @@ import math
 import numpy as np
 
 from lmgcpy.compiled.kernel import kernel
-from lmgcpy.sample.bed_2d import FLOOR, LEFT, RIGHT, Bed, cell_of, enter
-from lmgcpy.sample.pocket_2d import Pockets, lowest_place, new_pockets, open_pocket
-
-TOLERANCE = 1e-10
-"""Overlap, relative to the finest radius, up to which two bodies count as touching."""
+from lmgcpy.sample.bed_2d import DiskBed, enter
+from lmgcpy.sample.cells import cell_of
+from lmgcpy.sample.pocket_2d import DiskPockets, lowest_rest, new_pockets, open_pocket
+from lmgcpy.sample.supports import FLOOR, LEFT, RIGHT, TOLERANCE
 
 
 def deposit_2d(
@@ -20,9 +19,9 @@ def deposit_2d(
     obstacle_positions: np.ndarray,
     obstacle_radii: np.ndarray,
 ) -> tuple[np.ndarray, int]:
-    """Positions [m], shape (n, 2), of grains placed in the ``order`` given, and how many of them found a place.
+    """Positions [m], shape (n, 2), of grains placed in the ``order`` given, and the number of grains placed.
 
-    ``height`` of the box may be infinite. Where a grain finds no place, it and all after it are left at the origin.
+    The ``height`` of the box may be infinite. If a grain fits nowhere, it and all grains after it stay at the origin.
     """
     bed = empty_bed(radii[order], width, obstacle_positions, obstacle_radii)
     placed = fill(bed, len(obstacle_radii), height)
@@ -32,18 +31,18 @@ def deposit_2d(
     return positions, placed
 
 
-def empty_bed(radii: np.ndarray, width: float, obstacle_positions: np.ndarray, obstacle_radii: np.ndarray) -> Bed:
-    """A bed with room for obstacles and grains, none of them in its cells yet."""
+def empty_bed(radii: np.ndarray, width: float, obstacle_positions: np.ndarray, obstacle_radii: np.ndarray) -> DiskBed:
+    """A bed for obstacles and grains, none of which is in its cells yet."""
     radius = np.concatenate((obstacle_radii, radii))
     x = np.concatenate((obstacle_positions[:, 0], np.empty(len(radii))))
     y = np.concatenate((obstacle_positions[:, 1], np.empty(len(radii))))
     area = math.pi * float(np.sum(radius**2))
     top = area / (0.7 * width) + 6.0 * float(radii.max())
-    # no more than some cells a disk, however narrow or wide the box
+    # At most about eight cells for each disk, however narrow or wide the box is.
     size = max(2.0 * float(radii.mean()), math.sqrt(width * top / (8.0 * len(radius) + 64.0)))
     columns, rows = int(width / size) + 1, int(top / size) + 1
     entry_count = int(np.sum((np.floor(2.0 * radius / size) + 2.0) ** 2))
-    return Bed(
+    return DiskBed(
         x=x,
         y=y,
         radius=radius,
@@ -58,11 +57,11 @@ def empty_bed(radii: np.ndarray, width: float, obstacle_positions: np.ndarray, o
 
 
 @kernel
-def fill(bed: Bed, obstacle_count, height):
-    """Enter the obstacles, then place the grains in their order; the number placed. Sets ``bed.x`` and ``bed.y``.
+def fill(bed: DiskBed, obstacle_count, height):
+    """Enter the obstacles, then place the grains in their order; returns the number placed and sets ``bed.x``, ``bed.y``.
 
-    The pockets that are open at any time are those of the surface and of the holes below it, in number as a row of
-    grains: going through all of them for every grain costs less than keeping them sorted.
+    Open pockets are those of the surface and of the holes below it, about as many as a row of grains has. Searching all of
+    them for every grain costs less than keeping them sorted.
     """
     finest, coarsest = bed.radius[obstacle_count:].min(), bed.radius[obstacle_count:].max()
     pockets = new_pockets(1024)
@@ -74,8 +73,8 @@ def fill(bed: Bed, obstacle_count, height):
         pockets, count = open_around(disk, finest, coarsest, bed, pockets, count, met)
     for disk in range(obstacle_count, len(bed.x)):
         r = bed.radius[disk]
-        x, y, count = lowest_place(r, bed, pockets, count)
-        if y == np.inf or y + r > height + bed.tolerance:  # infinite: there is no pocket left
+        x, y, count = lowest_rest(r, bed, pockets, count)
+        if y == np.inf or y + r > height + bed.tolerance:  # infinite if no pocket is left
             return disk - obstacle_count
         bed.x[disk], bed.y[disk] = x, y
         enter(disk, bed)
@@ -83,8 +82,8 @@ def fill(bed: Bed, obstacle_count, height):
     return len(bed.x) - obstacle_count
 
 
-def open_around(disk, finest, coarsest, bed: Bed, pockets: Pockets, count, met):
-    """Open the pockets between a disk and all supports near it: (pockets, count). ``met`` marks disks dealt with."""
+def open_around(disk, finest, coarsest, bed: DiskBed, pockets: DiskPockets, count, met):
+    """Open the pockets between a disk and all supports near it: (pockets, count). ``met`` marks disks that were seen."""
     for left, right in ((LEFT, disk), (disk, RIGHT), (FLOOR, disk), (disk, FLOOR)):
         pockets, count = open_pocket(left, right, finest, coarsest, bed, pockets, count)
     rows, columns = bed.cell_head.shape

@@ -5,12 +5,10 @@ import math
 import numpy as np
 
 from lmgcpy.compiled.kernel import kernel
-from lmgcpy.sample.bed_3d import Bed, enter
+from lmgcpy.sample.bed_3d import SphereBed, enter
 from lmgcpy.sample.pocket_3d import new_near, open_pockets
-from lmgcpy.sample.shelves_3d import lowest_place, new_pockets, new_shelves
-
-TOLERANCE = 1e-10
-"""Overlap, relative to the finest radius, up to which two bodies count as touching."""
+from lmgcpy.sample.shelves_3d import lowest_rest, new_pockets, new_shelves
+from lmgcpy.sample.supports import TOLERANCE
 
 
 def deposit_3d(
@@ -22,14 +20,14 @@ def deposit_3d(
     obstacle_positions: np.ndarray,
     obstacle_radii: np.ndarray,
 ) -> tuple[np.ndarray, int]:
-    """Positions [m], shape (n, 3), of grains placed in the ``order`` given, and how many of them found a place.
+    """Positions [m], shape (n, 3), of grains placed in the ``order`` given, and the number of grains placed.
 
-    ``height`` of the box may be infinite. Where a grain finds no place, it and all after it are left at the origin.
+    The ``height`` of the box may be infinite. If a grain fits nowhere, it and all grains after it stay at the origin.
     """
     top = expected_top(radii, width * depth)
     bed = empty_bed(radii[order], width, depth, top, obstacle_positions, obstacle_radii)
     obstacle_count = len(obstacle_radii)
-    # thin shelves, so that grains of one size see few pockets that are not the lowest, but no more shelves than bodies
+    # Shelves are thin, so that grains of one size see few pockets besides the lowest, but no more than there are bodies.
     shelf_height = max(0.1 * float(radii.mean()), top / (len(bed.radius) + 64.0))
     placed = fill(bed, obstacle_count, height, int(top / shelf_height) + 1, shelf_height)
     positions = np.zeros((len(radii), 3))
@@ -38,7 +36,7 @@ def deposit_3d(
 
 
 def expected_top(radii: np.ndarray, area: float) -> float:
-    """Height [m] that grains on an area will hardly exceed; if they do, around many obstacles, it takes longer."""
+    """Height [m] that grains on an area hardly exceed. If they do, around many obstacles, the deposit takes longer."""
     return 4.0 / 3.0 * math.pi * float(np.sum(radii**3)) / (0.5 * area) + 6.0 * float(radii.max())
 
 
@@ -49,17 +47,17 @@ def empty_bed(
     top: float,
     obstacle_positions: np.ndarray,
     obstacle_radii: np.ndarray,
-) -> Bed:
-    """A bed with room for obstacles and grains, none of them in its cells yet, which are as many as it takes to ``top``."""
+) -> SphereBed:
+    """A bed for obstacles and grains, none of which is in its cells yet; cells reach up to ``top`` [m]."""
     radius = np.concatenate((obstacle_radii, radii))
-    # no more than some cells a sphere, however narrow or wide the box
+    # At most about eight cells for each sphere, however narrow or wide the box is.
     size = max(2.0 * float(radii.mean()), math.cbrt(width * depth * top / (8.0 * len(radius) + 64.0)))
-    return Bed(
+    return SphereBed(
         centre=np.concatenate((obstacle_positions, np.empty((len(radii), 3)))),
         radius=radius,
         width=width,
         depth=depth,
-        # not below round-off of the positions, some units in the last place
+        # The tolerance is not below round-off of the positions, some units in the last place.
         tolerance=max(TOLERANCE * float(radii.min()), 1e-15 * (width + depth + top)),
         coarsest=float(radius.max()),
         cell_size=size,
@@ -69,15 +67,15 @@ def empty_bed(
 
 
 @kernel
-def fill(bed: Bed, obstacle_count, height, shelf_count, shelf_height):
-    """Enter the obstacles, then place the grains in their order; the number placed. Sets ``bed.centre``."""
+def fill(bed: SphereBed, obstacle_count, height, shelf_count, shelf_height):
+    """Enter the obstacles, then place the grains in their order; returns the number placed and sets ``bed.centre``."""
     finest, coarsest = bed.radius[obstacle_count:].min(), bed.radius[obstacle_count:].max()
     pockets, shelves = new_pockets(1024), new_shelves(shelf_count, shelf_height, finest, coarsest)
     near = new_near(len(bed.radius) + 5)
     for sphere in range(len(bed.radius)):
         if sphere >= obstacle_count:
             r = bed.radius[sphere]
-            (x, y, z), pockets = lowest_place(r, bed, pockets, shelves)
+            (x, y, z), pockets = lowest_rest(r, bed, pockets, shelves)
             if z == math.inf or z + r > height + bed.tolerance:
                 return sphere - obstacle_count
             bed.centre[sphere, 0], bed.centre[sphere, 1], bed.centre[sphere, 2] = x, y, z

@@ -87,7 +87,7 @@ def _size_curve(rows: Any) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _by_mass(probability: np.ndarray, size: np.ndarray, passing: np.ndarray, dimension: int) -> np.ndarray:
-    """Sizes of given cumulated probability by number, where the cumulated mass is straight between the knots.
+    """Sizes of given cumulated probability by number, if the cumulated mass is linear between the knots.
 
     In an interval of slope m = d(passing)/dD the number of grains per size is m / D^d, its integral from D0 to D is
     m (D0^-e - D^-e) / e with e = d - 1, which is solved for D.

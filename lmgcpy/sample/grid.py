@@ -1,4 +1,4 @@
-"""Grains on a loose grid, to be deposited by a simulation: the first way of the paper's section 3."""
+"""Grains on a loose grid, which a simulation deposits: the first method of the paper's section 3."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def grid_positions(
     spacing = errors.number(spacing, "spacing", minimum=1.0)
     order = errors.one_of(order, "order", ("random", "given"))
     coarsest = float(sizes.max())
-    arguments.room(lengths, coarsest, "the coarsest grain")
+    arguments.refuse_unfit(lengths, coarsest, "the coarsest grain")
     pitch = 2.0 * coarsest * spacing
     base = np.array(lengths[:-1])
     # 1e-9: a box of exactly five diameters has five cells

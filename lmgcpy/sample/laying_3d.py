@@ -1,4 +1,4 @@
-"""The walk of :func:`lmgcpy.sample.wire_3d`, compiled: bead after bead by the rules of the paper's section 4."""
+"""The compiled walk of :func:`lmgcpy.sample.wire_3d`: bead after bead by the rules of the paper's section 4."""
 
 # no `from __future__ import annotations`: the fingerprint of a kernel reads the fields of the named tuples it takes
 import math
@@ -7,20 +7,21 @@ from typing import NamedTuple
 import numpy as np
 
 from lmgcpy.compiled.kernel import kernel
+from lmgcpy.sample.cells import put, take_out
 
 SKIRTED, REBOUNDED, SWITCHED = 1, 2, 4
-"""Bits that tell by which rules a bead was laid."""
+"""Bits of a mark, one for each rule by which a bead was laid."""
 
 AHEAD = 100
-"""Links after which a wire that is to end at the top is to be back at its planned height. 10 would hold the height
-three times as well, but phi_up would vary twice as much and a box hold a sixth less wire."""
+"""Number of links after which a wire that ends at the top is back at its planned height. With 10 links the height is held
+three times as well, but phi_up varies twice as much and a box holds a sixth less wire."""
 
 RETREAT_LENGTH = 30
-"""Most beads given up at once."""
+"""Largest number of beads that are given up at once."""
 
 
-class Rules(NamedTuple):
-    """Numbers of the rules; lengths [m], angles [rad]."""
+class LayingRules(NamedTuple):
+    """Parameters of the rules; lengths [m], angles [rad]."""
 
     link: float
     """Distance between the centres of consecutive beads."""
@@ -29,24 +30,24 @@ class Rules(NamedTuple):
     skirting_max: float
     rebound_max: float
     raise_angle: float
-    """Raise angle at the start, or NaN where it is to lead to the top."""
+    """Raise angle at the start, or NaN if the wire ends at the top."""
     switch: bool
     trials: int
-    """Draws of a bead before its wire goes back."""
+    """Number of draws of a bead before its wire goes back."""
     retreats: int
-    """Times a wire may go back before it is cut."""
+    """Number of times a wire may go back before it is cut."""
 
 
-class Spheres(NamedTuple):
-    """Spheres [m] and the cells they lie in: lists by a hash of the cell, so that an empty box costs nothing."""
+class SphereCells(NamedTuple):
+    """Spheres [m] in cells; see :mod:`lmgcpy.sample.cells`. A hash names the cell, so that an empty box costs nothing."""
 
     positions: np.ndarray
     """Centres, (n, 3)."""
     radii: np.ndarray
     edge: float
-    """Of a cell, twice the largest distance of two centres in contact: a bead looks into eight cells at the most."""
+    """Edge of a cell: twice the largest distance of two centres in contact. A bead looks into at most eight cells."""
     first: np.ndarray
-    """Sphere put last into the cells of each hash, or -1; a power of two of them."""
+    """Latest sphere of each hash, or -1; their number is a power of two."""
     following: np.ndarray
     """Next sphere of the same hash, or -1, (n,)."""
 
@@ -61,9 +62,9 @@ def lay(positions, theta, phi, phi_up, marks, counts, lengths, radius, rules, ob
     beads = spheres(positions.reshape(-1, 3), np.full(wire_count * bead_count, radius), radius)
     obstacles = spheres(obstacle_positions, obstacle_radii, radius)
     for i in range(len(obstacle_radii)):
-        put(obstacles, i)
+        enter(obstacles, i)
     for wire in range(wire_count):
-        put(beads, wire * bead_count)
+        enter(beads, wire * bead_count)
         phi_up[wire, 0] = 0.0 if math.isnan(rules.raise_angle) else rules.raise_angle
         counts[wire] = 1
     planned_rises = (max(radius, lengths[2] - radius) - positions[:, 0, 2]) / max(1, bead_count - 1)
@@ -73,37 +74,38 @@ def lay(positions, theta, phi, phi_up, marks, counts, lengths, radius, rules, ob
             while counts[wire] < wanted and retreats[wire] <= rules.retreats:
                 n = counts[wire]
                 bead = wire * bead_count + n
-                found, x, y, z, theta[wire, n], phi[wire, n], phi_up[wire, n], marks[wire, n] = place(
+                found, x, y, z, theta[wire, n], phi[wire, n], phi_up[wire, n], marks[wire, n] = drawn_bead(
                     beads, obstacles, bead, theta[wire, n - 1], phi_up[wire, n - 1], bead_count - n,
                     planned_rises[wire], lengths, radius, rules, rng,
                 )  # fmt: skip
                 if found:
                     positions[wire, n, 0], positions[wire, n, 1], positions[wire, n, 2] = x, y, z
-                    put(beads, bead)
+                    enter(beads, bead)
                     counts[wire] += 1
                     continue
                 if retreats[wire] < rules.retreats:
                     counts[wire] = max(1, n - 1 - retreats[wire] % RETREAT_LENGTH)
                     for given_up in range(n - 1, counts[wire] - 1, -1):
-                        remove(beads, wire * bead_count + given_up)
+                        leave(beads, wire * bead_count + given_up)
                 retreats[wire] += 1
 
 
-def place(beads, obstacles, bead, theta_before, phi_up, links_left, planned_rise, lengths, radius, rules, rng):
-    """A place for a bead: (found, x, y, z, theta, phi, phi_up, mark).
+def drawn_bead(beads, obstacles, bead, theta_before, phi_up, links_left, planned_rise, lengths, radius, rules, rng):
+    """Draw a bead that is free: (found, x, y, z, theta, phi, phi_up, mark).
 
-    ``links_left``: this one and those after it. ``planned_rise``: of one link, where the wire is to end at the top.
+    ``links_left`` counts this link and those after it. ``planned_rise`` is that of one link of a wire that ends at the top.
     """
     start = beads.positions[bead - 1]
     lowest, highest = radius, max(radius, lengths[2] - radius)
     to_top = math.isnan(rules.raise_angle)
     if to_top:
-        # over the draws of phi_random the mean of sin(phi) is sin(phi_up) sin(phi_max) / phi_max
+        # Mean rise of an upright link; over the draws the mean of sin(phi) is sin(phi_up) sin(phi_max)/phi_max.
         mean_rise = rules.link * (math.sin(rules.phi_max) / rules.phi_max if rules.phi_max > 0.0 else 1.0)
         ahead = min(AHEAD, links_left)
+        # Raise angle that leads back to the planned height, ``ahead`` links on.
         aim = highest - (links_left - ahead) * planned_rise
         phi_up = math.asin(max(-1.0, min(1.0, (aim - start[2]) / (ahead * mean_rise))))
-        # below this place the top would be out of reach of the beads that are left
+        # Below this height the beads that are left cannot reach the top.
         lowest = max(lowest, highest - rules.link - (links_left - 1) * mean_rise)
     phi_up_before = phi_up
     turn, tilt, mark = rules.theta_max, rules.phi_max, 0
@@ -113,6 +115,7 @@ def place(beads, obstacles, bead, theta_before, phi_up, links_left, planned_rise
         x = start[0] + rules.link * math.cos(phi) * math.cos(theta)
         y = start[1] + rules.link * math.cos(phi) * math.sin(theta)
         z = start[2] + rules.link * math.sin(phi)
+        # Rebound at a lateral face, switch at the top or bottom, skirting at a bead or obstacle; else the bead is free.
         if x < radius or y < radius or x > lengths[0] - radius or y > lengths[1] - radius:
             turn = rules.rebound_max
             mark |= REBOUNDED
@@ -130,41 +133,36 @@ def place(beads, obstacles, bead, theta_before, phi_up, links_left, planned_rise
 
 
 def spheres(positions, radii, radius):
-    """Spheres of which none is in its cell yet, to be met by one of ``radius``."""
+    """Cells for spheres that a sphere of ``radius`` may meet; none is entered yet."""
     largest = radius
     for i in range(len(radii)):
         largest = max(largest, radii[i])
     hashes = 16
     while hashes < 2 * len(radii):
         hashes *= 2
-    return Spheres(
+    return SphereCells(
         positions, radii, 2.0 * (radius + largest), np.full(hashes, -1, np.int64), np.full(len(radii), -1, np.int64)
     )
 
 
-def put(those, i):
-    """Sphere i into its cell."""
-    x, y, z = those.positions[i]
-    h = hashed(cell(x, those.edge), cell(y, those.edge), cell(z, those.edge), those.first)
-    those.following[i] = those.first[h]
-    those.first[h] = i
+def enter(those, i):
+    """Enter sphere i into its cell."""
+    put(those.first, those.following, hash_at(those, i), i)
 
 
-def remove(those, i):
-    """Sphere i out of its cell."""
+def leave(those, i):
+    """Take sphere i out of its cell."""
+    take_out(those.first, those.following, hash_at(those, i), i)
+
+
+def hash_at(those, i):
+    """Hash of the cell of sphere i."""
     x, y, z = those.positions[i]
-    h = hashed(cell(x, those.edge), cell(y, those.edge), cell(z, those.edge), those.first)
-    if those.first[h] == i:
-        those.first[h] = those.following[i]
-        return
-    before = those.first[h]
-    while those.following[before] != i:
-        before = those.following[before]
-    those.following[before] = those.following[i]
+    return hashed(cell(x, those.edge), cell(y, those.edge), cell(z, those.edge), those.first)
 
 
 def meets(those, x, y, z, radius, but):
-    """Whether a sphere at (x, y, z) meets any, except number ``but``."""
+    """Whether a sphere at (x, y, z) meets any other than number ``but``."""
     edge = those.edge
     half = 0.5 * edge
     for k in range(cell(z - half, edge), cell(z + half, edge) + 1):
@@ -183,9 +181,10 @@ def meets(those, x, y, z, radius, but):
 
 
 def cell(x, edge):
+    """Number of the cell of a coordinate, along one axis."""
     return math.floor(x / edge)
 
 
 def hashed(i, j, k, first):
-    """Hash of a cell: large primes keep neighbours apart."""
+    """Hash of a cell; large primes keep neighbours apart."""
     return (i * 73856093 ^ j * 19349663 ^ k * 83492791) & (len(first) - 1)

@@ -32,7 +32,7 @@ class Wire:
 
     @property
     def cut(self) -> bool:
-        """Whether the wire ends before the number of beads asked for, as there was no place for the next one."""
+        """Whether the wire ends before the requested number of beads, as the next bead fitted nowhere."""
         return self.bead_count < self.requested_count
 
     @property

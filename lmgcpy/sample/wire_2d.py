@@ -1,4 +1,4 @@
-"""A wire in a rectangle: a random walk that rebounds at the walls and prefers places where little wire lies yet."""
+"""A wire in a rectangle: a random walk that rebounds at the walls and prefers regions with little wire."""
 
 import math
 from typing import Any
@@ -11,19 +11,19 @@ from lmgcpy.sample import arguments
 from lmgcpy.sample.wire import Wire
 
 REBOUND = 2.0 * math.pi / 3.0
-"""Largest turn [rad] where no smaller one leads to a free place: the paper's rebound and skirting."""
+"""Largest turn [rad] if no smaller turn leads to a free position: the paper's rebound and skirting."""
 
 TRIALS = 200
-"""Draws of a direction before the walk goes back some beads."""
+"""Number of draws of a direction before the walk goes back some beads."""
 
 RETREATS = 1000
-"""Times the walk may go back before the wire is cut."""
+"""Number of times the walk may go back before the wire is cut."""
 
 RETREAT_LENGTH = 30
-"""Most beads given up at once."""
+"""Largest number of beads that are given up at once."""
 
 EVEN_ORIENTATION = 1.0
-"""Weight of the wire's orientation so far against its crowding, both relative to their scale."""
+"""Weight of the orientation of the links laid so far against crowding, both relative to their scales."""
 
 WALL = 2.0
 """Weight of the beads' images in the walls. Plain mirrors (1) leave a third too many beads beside the walls, as a wire
@@ -49,22 +49,23 @@ def wire_2d(
 
         theta_n = theta_(n-1) + theta_random,    theta_random in [-theta_max, theta_max],
 
-    inside the box and at least ``clearance`` away from every other earlier bead. Where no such direction is free, at a
-    wall or at the wire itself, theta_random is drawn from [-2 pi/3, 2 pi/3]. Where that fails too, the walk gives up
-    its last 1 to 30 beads and tries anew; after 1000 such retreats the wire is cut at the longest it has been. Links
-    may cross each other: beads are all that exists.
+    inside the box and at least ``clearance`` away from every other earlier bead. If no such direction is free, at a wall
+    or at the wire itself, theta_random is drawn from [-2 pi/3, 2 pi/3]. If that fails too, the walk gives up its last 1
+    to 30 beads and tries again. After 1000 such retreats the wire is cut, at the longest that it has been. Links may cross
+    each other: only beads have a volume.
 
-    A plain walk of 300 beads leaves much of the box empty (``choices=1``). So theta_random is the best of ``choices``
-    free draws: the one that leads, a few links ahead, to where the fewest beads lie, walls counting as mirrors, and
-    along which the fewest links run. Measured over 80 seeds with beads of 7.5 mm and interstices of 21 mm in a box of
-    0.67 m, for the default against the plain walk: the emptiest of 4 x 4 cells holds 0.65 against 0.30 of the mean, the
-    variance over the cells is 0.8 against 4.2 of the mean, and the anisotropy ``|mean exp(2i theta)|`` of the links is 0.03
-    against 0.11. A small ``theta_max`` makes a stiff wire, which fills the box less evenly (1.9 of the mean for 0.2).
+    A plain walk of 300 beads leaves much of the box empty (``choices=1``). Therefore theta_random is the best of
+    ``choices`` free draws: the draw that leads, a few links ahead, to the region with the fewest beads (walls count as
+    mirrors), and to which the fewest links are parallel. Measured over 80 seeds with beads of 7.5 mm and interstices of
+    21 mm in a box of 0.67 m, for the default against the plain walk: the emptiest of 4 x 4 cells holds 0.65 against 0.30
+    of the mean, the variance over the cells is 0.8 against 4.2 of the mean, and the anisotropy ``|mean exp(2i theta)|``
+    of the links is 0.03 against 0.11. A small ``theta_max`` makes a stiff wire, which fills the box less evenly (1.9 of
+    the mean for 0.2).
 
     ``box``: its two lengths [m], from the origin. ``bead_radius``, ``interstice`` (surface to surface), ``clearance``
     [m]. ``start``: centre of the first bead [m], drawn at random if ``None``.
 
-    Raises ValueError or TypeError where an argument makes no sense. A wire that does not fit is no error: see
+    The function raises ValueError or TypeError if an argument makes no sense. A wire that does not fit is no error: see
     :attr:`Wire.cut`.
     """
     width, height = lengths = arguments.box(box, dimensions=(2,), open_top=False)
@@ -74,7 +75,7 @@ def wire_2d(
     requested_count = errors.whole(bead_count, "bead_count", minimum=1)
     choices = errors.whole(choices, "choices", minimum=1)
     theta_max = errors.number(theta_max, "theta_max", minimum=0.0, maximum=math.pi, unit="rad")
-    arguments.room(lengths, radius, "a bead")
+    arguments.refuse_unfit(lengths, radius, "a bead")
     rng = arguments.generator(seed)
     if start is None:
         first = np.array([rng.uniform(radius, max(radius, length - radius)) for length in lengths])
@@ -89,7 +90,7 @@ def wire_2d(
     positions[0] = first
     directions[0] = rng.uniform(-math.pi, math.pi)
     link = interstice + 2.0 * radius
-    # strands of the finished wire are some area / length apart; this is the scale on which it can be even
+    # Strands of the finished wire are about area / length apart; on this scale the wire can be even.
     reach = 4.0 * max(link, width * height / (requested_count * link))
     longest = np.empty_like(positions)
     laid = walk(
@@ -104,10 +105,12 @@ def walk(
 ):  # fmt: skip
     """Lay beads from the first of ``positions`` and ``directions`` on; ``longest`` gets them. Returns their number."""
     bead_count = len(positions)
+    # Mean crowding of an even wire: the weight (1 - d/reach)² integrates to pi reach²/6.
     wanted = 2.0 * radius + clearance
     crowd = bead_count * math.pi * reach**2 / (6.0 * width * height)
     laid, most, retreats = 1, 0, 0
     while laid < bead_count:
+        # Best of the free draws: least crowding ahead, least agreement with the mean orientation.
         cosine, sine = orientation(directions, laid)
         best, chosen, found = math.inf, 0.0, 0
         for trial in range(TRIALS):
@@ -136,6 +139,7 @@ def walk(
             directions[laid] = chosen
             laid += 1
             continue
+        # Retreat: the longest wire so far is kept, the last beads are given up.
         if laid > most:
             longest[:laid] = positions[:laid]
             most = laid

@@ -9,7 +9,7 @@ import numpy as np
 
 from lmgcpy import errors
 from lmgcpy.sample import arguments
-from lmgcpy.sample.laying_3d import REBOUNDED, SKIRTED, SWITCHED, Rules, lay
+from lmgcpy.sample.laying_3d import REBOUNDED, SKIRTED, SWITCHED, LayingRules, lay
 from lmgcpy.sample.wires import Wires
 
 BEAD_TO_GRAIN = 0.2
@@ -19,9 +19,10 @@ WIDE = 2.0 * math.pi / 3.0
 """Range [rad] of the random angle where a bead skirts the chain or rebounds."""
 
 LONGEST_BOX = 1e6
-"""Length of a box in radii of a bead up to which round-off of positions stays below 1e-9 of a radius."""
+"""Largest length of a box in radii of a bead, for which round-off of positions stays below 1e-9 of a radius."""
 
 MOST_BEADS = 10**8
+"""Largest number of beads of all wires."""
 
 
 @errors.named_arguments
@@ -53,19 +54,18 @@ def wire_3d(
         theta_n = theta_(n-1) + theta_random,    theta_random in [-theta_max, theta_max],    theta_0 = 0,
         phi_n   = phi_up + phi_random,           phi_random   in [-phi_max, phi_max].
 
-    Skirting: where it would intersect a bead or an obstacle, phi_random is drawn from [-skirting_max, skirting_max].
-    Rebound: where it would leave a lateral face of the box, theta_random is drawn from [-rebound_max, rebound_max].
-    Switch: where it would leave the top or the bottom, phi_up changes its sign, unless it leads away from there already
-    and phi_random alone was to blame; ``switch=False`` makes a wire that never turns back. After each of these the bead
-    is drawn anew, ``trials`` times at the most. Where no place is found the wire gives up its last 1 to 30 beads and
-    tries again, and after ``retreats`` of those it is cut: see :attr:`Wires.cut_wires`, :attr:`Wires.lengths` and
-    :attr:`Wires.ends`. ``retreats=0`` is the paper's cut at once; a third of the wires of 5000 beads measured below then
-    end early, mostly in a corner of the box, out of which a rebound of 2 pi/3 does not always lead. Links may cross
-    each other: beads are all that exists.
+    Skirting: if the bead would intersect a bead or an obstacle, phi_random is drawn from [-skirting_max, skirting_max].
+    Rebound: if it would leave a lateral face of the box, theta_random is drawn from [-rebound_max, rebound_max].
+    Switch: if it would leave the top or the bottom, phi_up changes its sign, unless phi_up leads away from there already;
+    ``switch=False`` makes a wire that never turns back. After each of these the bead is drawn anew, at most ``trials``
+    times. If no free position is found, the wire gives up its last 1 to 30 beads and tries again. After ``retreats`` of
+    these it is cut: see :attr:`Wires.cut_wires`, :attr:`Wires.lengths` and :attr:`Wires.ends`. ``retreats=0`` cuts the wire
+    at once, as in the paper; a third of the wires of 5000 beads measured below then end early, mostly in a corner of the
+    box, out of which a rebound of 2 pi/3 does not always lead. Links may cross each other: only beads have a volume.
 
-    ``raise_angle`` is phi_up [rad]; the wire goes up and down as often as it is long enough for. ``None`` lays it once
-    from below upward, as the Texsoleuse raises a bank, and puts its last bead within s of the top of the box. The planned
-    height rises by the same for every link, and phi_up leads back to the plan m = 100 links ahead (or at the last bead)::
+    ``raise_angle`` is phi_up [rad]; the wire goes up and down as often as its length allows. ``None`` lays it once from
+    below upward, as the Texsoleuse raises a bank, and puts its last bead within s of the top of the box. The planned
+    height rises by the same amount for every link, and phi_up leads back to it m = 100 links ahead (or at the last bead)::
 
         sin(phi_up) = (planned height of bead n - 1 + m, less z_(n-1)) / (m s sin(phi_max)/phi_max).
 
@@ -81,16 +81,16 @@ def wire_3d(
     3 ms and lie 3 mm (standard deviation) off the planned height, 40 000 beads (50 km/m³) in 40 ms and 12 mm; at some
     60 000 the box is full. 100 000 in a box of 0.5 m: 80 ms.
 
-    Raises ValueError or TypeError where an argument makes no sense. A wire that is cut is no error.
+    The function raises ValueError or TypeError if an argument makes no sense. A wire that is cut is no error.
     """
     lengths = np.array(arguments.box(box, dimensions=(3,), open_top=False))
     radius = _bead_radius(bead_radius, grain_radii)
-    arguments.room(tuple(lengths), radius, "a bead", widest=math.inf)
+    arguments.refuse_unfit(tuple(lengths), radius, "a bead", widest=math.inf)
     _refuse_long_box(lengths, radius)
     interstice = errors.number(interstice, "interstice", minimum=0.0, unit="m")
     wire_count = errors.whole(wires, "wires", minimum=1, maximum=MOST_BEADS)
     each = errors.whole(bead_count, "bead_count", minimum=1, maximum=MOST_BEADS // wire_count)
-    rules = Rules(
+    rules = LayingRules(
         link=interstice + 2.0 * radius,
         theta_max=errors.number(theta_max, "theta_max", minimum=0.0, maximum=math.pi, unit="rad"),
         phi_max=errors.number(phi_max, "phi_max", minimum=0.0, maximum=0.5 * math.pi, unit="rad"),
@@ -171,7 +171,7 @@ def _first_beads(start: Any, wire_count: int, lengths: np.ndarray, radius: float
 
 
 def _refuse_overlaps(first: np.ndarray, radius: float, centres: np.ndarray, obstacle_radii: np.ndarray) -> None:
-    """The first beads are not drawn, so they have to be free."""
+    """Refuse first beads that overlap: they are not drawn, so that they have to be free."""
     for number, position in enumerate(first):
         met = np.linalg.norm(first[:number] - position, axis=1) < 2.0 * radius * (1.0 - 1e-12)
         if met.any():
@@ -187,8 +187,9 @@ def _refuse_overlaps(first: np.ndarray, radius: float, centres: np.ndarray, obst
             )
 
 
-def _refuse_unreachable_top(first: np.ndarray, each: int, top: float, rules: Rules) -> None:
-    """With raise_angle=None; upright links rise by their length times the mean of cos(phi_random)."""
+def _refuse_unreachable_top(first: np.ndarray, each: int, top: float, rules: LayingRules) -> None:
+    """Refuse a wire with raise_angle=None that cannot reach the top: upright links rise by their length times the mean of
+    cos(phi_random)."""
     rise = top - float(first[:, 2].min())
     reach = (each - 1) * rules.link * (math.sin(rules.phi_max) / rules.phi_max if rules.phi_max > 0.0 else 1.0)
     if rise > reach:

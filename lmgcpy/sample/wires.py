@@ -1,4 +1,4 @@
-"""Wires as the generator in 3D lays them: their beads, wire after wire, and the rule by which each bead was laid."""
+"""Wires that the generator in 3D lays: their beads, wire after wire, and the rule by which each bead was laid."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Wires(Wire):
     """Direction in the (x, y) plane of the link that leads to each bead [rad], shape (n,), turns added up."""
 
     phi: np.ndarray
-    """Its angle to that plane [rad], shape (n,). The link is s (cos phi cos theta, cos phi sin theta, sin phi)."""
+    """Angle of that link to the plane [rad], shape (n,). The link is s (cos phi cos theta, cos phi sin theta, sin phi)."""
 
     phi_up: np.ndarray
     """The raise angle in force at each bead, with its sign [rad], shape (n,)."""
@@ -67,7 +67,7 @@ class Wires(Wire):
 
     @property
     def cut_wires(self) -> np.ndarray:
-        """Numbers of the wires that were cut, as there was no place for their next bead."""
+        """Numbers of the wires that were cut, as their next bead fitted nowhere."""
         return np.flatnonzero(np.bincount(self.wire, minlength=self.wire_count) < self.requested_count // self.wire_count)
 
     def __str__(self) -> str:

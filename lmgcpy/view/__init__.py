@@ -1,7 +1,7 @@
 """Pictures of scenes, simulations and runs by pyvista, and curves of runs by matplotlib.
 
-Importing this imports neither: they are loaded when the first picture is made. ``pip install "lmgcpy[view]"`` brings
-pyvista.
+Importing this package imports neither library: they are loaded when the first picture is made.
+``pip install "lmgcpy[view]"`` brings pyvista.
 """
 
 from lmgcpy.view.curves import plot

@@ -8,25 +8,25 @@ from lmgcpy.view.drawing import in_space
 from lmgcpy.view.snapshot import Snapshot
 
 MARGIN = 0.06
-"""By how much of the sample's diagonal a wall that no other ends reaches beyond it."""
+"""Length by which a wall that no other wall ends reaches beyond the sample, as part of the sample's diagonal."""
 FAR = 1.0
-"""A wall farther than so many diagonals is not drawn."""
+"""Distance beyond which a wall is not drawn, in diagonals of the sample."""
 FACETS = 72
-"""Of a cylinder."""
+"""Number of facets of a cylinder."""
 
 
-def frame_of(moment: Snapshot) -> np.ndarray:
-    """Low and high corner of what is bounded, with the walls that are near it, and a margin [m], (2, d)."""
-    rounds = moment.rounds
+def drawn_box(snap: Snapshot) -> np.ndarray:
+    """Low and high corner of the box around all bodies with bounds, the walls near them, and a margin [m], (2, d)."""
+    rounds = snap.rounds
     if not len(rounds.position):
-        walls = moment.walls.position
-        middle = walls.mean(axis=0) if len(walls) else np.zeros(moment.dimension)
+        walls = snap.walls.position
+        middle = walls.mean(axis=0) if len(walls) else np.zeros(snap.dimension)
         return np.stack([middle - 1.0, middle + 1.0])
     radius = rounds.shape[:, :1]
     box = np.stack([(rounds.position - radius).min(axis=0), (rounds.position + radius).max(axis=0)])
     diagonal = float(np.linalg.norm(box[1] - box[0]))
     reached = box.copy()
-    for point, normal in zip(moment.walls.position, moment.walls.shape, strict=True):
+    for point, normal in zip(snap.walls.position, snap.walls.shape, strict=True):
         nearest = np.where(normal > 0.0, box[0], box[1])
         away = float((nearest - point) @ normal)
         if 0.0 < away <= FAR * diagonal:
@@ -35,21 +35,21 @@ def frame_of(moment: Snapshot) -> np.ndarray:
     return reached + MARGIN * diagonal * np.array([[-1.0], [1.0]])
 
 
-def wall_polygons(moment: Snapshot) -> list[np.ndarray]:
-    """The part of each line or plane that bounds the others' outside [m]: (2, 3) in 2D, (v, 3) in 3D.
+def wall_polygons(snap: Snapshot) -> list[np.ndarray]:
+    """The part of each line or plane that bounds the sample [m]: (2, 3) in 2D, (v, 3) in 3D.
 
-    A large piece of the wall is cut by the frame of the sample and by every other wall.
+    A large piece of the wall is cut by the box around the sample and by every other wall.
     """
-    low, high = frame_of(moment)
-    points, normals = moment.walls.position, moment.walls.shape
-    axes = np.eye(moment.dimension)
+    low, high = drawn_box(snap)
+    points, normals = snap.walls.position, snap.walls.shape
+    axes = np.eye(snap.dimension)
     limits = [(axes[k], low) for k in range(len(axes))] + [(-axes[k], high) for k in range(len(axes))]
     size = float(np.linalg.norm(high - low))
     found = []
     for i, (point, normal) in enumerate(zip(points, normals, strict=True)):
         foot = 0.5 * (low + high)
         foot = foot - ((foot - point) @ normal) * normal
-        if moment.dimension == 2:
+        if snap.dimension == 2:
             along = np.array([-normal[1], normal[0]])
             piece = np.stack([foot - size * along, foot + size * along])
         else:
@@ -58,28 +58,28 @@ def wall_polygons(moment: Snapshot) -> list[np.ndarray]:
         others = [(normals[k], points[k]) for k in range(len(normals)) if k != i and abs(normals[k] @ normal) < 1.0 - 1e-9]
         for direction, through in (*limits, *others):
             piece = cut(piece, direction, through)
-        if len(piece) >= moment.dimension:
+        if len(piece) >= snap.dimension:
             found.append(in_space(piece))
         else:
             found.append(np.zeros((0, 3)))
     return found
 
 
-def cylinder_polygons(moment: Snapshot) -> list[np.ndarray]:
+def cylinder_polygons(snap: Snapshot) -> list[np.ndarray]:
     """Facets of the hollow cylinders, as long as the sample [m], (4, 3) each."""
-    if not len(moment.cylinders.body):
+    if not len(snap.cylinders.body):
         return []
-    low, high = frame_of(moment)
+    low, high = drawn_box(snap)
     corners = np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[-1], high[-1])])
     angle = np.linspace(0.0, 2.0 * np.pi, FACETS + 1)
     found = []
-    for point, shape in zip(moment.cylinders.position, moment.cylinders.shape, strict=True):
+    for point, shape in zip(snap.cylinders.position, snap.cylinders.shape, strict=True):
         axis, radius = shape[:3], shape[3]
         one, other = across(axis)
         ring = point + radius * (np.cos(angle)[:, None] * one + np.sin(angle)[:, None] * other)
         reach = (corners - point) @ axis
         below, above = reach.min(), reach.max()
-        for wall, normal in zip(moment.walls.position, moment.walls.shape, strict=True):
+        for wall, normal in zip(snap.walls.position, snap.walls.shape, strict=True):
             if normal @ axis > 1.0 - 1e-9:
                 below = max(below, (wall - point) @ axis)
             elif normal @ axis < -1.0 + 1e-9:
@@ -98,7 +98,7 @@ def across(axis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def cut(piece: np.ndarray, direction: np.ndarray, through: np.ndarray) -> np.ndarray:
-    """The part of a convex polygon (v, d), or of a line (2, d), that is ahead of ``through``, seen along ``direction``."""
+    """The part of a convex polygon (v, d), or of a line (2, d), on the side of ``through`` where ``direction`` points."""
     if not len(piece):
         return piece
     ahead = (piece - through) @ direction
@@ -118,7 +118,7 @@ def cut(piece: np.ndarray, direction: np.ndarray, through: np.ndarray) -> np.nda
 
 
 def edges(polygons: list[np.ndarray]) -> np.ndarray:
-    """Edges of polygons, and lines as they are [m], (k, 2, 3)."""
+    """Edges of polygons, and lines unchanged [m], (k, 2, 3)."""
     pieces = [np.zeros((0, 2, 3))]
     for polygon in polygons:
         if len(polygon) == 2:

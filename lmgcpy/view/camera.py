@@ -1,4 +1,4 @@
-"""Where the eye is: parallel projection of points onto the pixels of a panel."""
+"""Parallel projection of points onto the pixels of a panel."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 MARGIN = 0.03
-"""White around a panel, as part of its longer side."""
+"""White margin around a panel, as part of its longer side."""
 
 
 @dataclass(frozen=True)
@@ -20,7 +20,7 @@ class Camera:
 
     @classmethod
     def looking(cls, direction: tuple[float, float, float]) -> Camera:
-        """Looking from a direction; z is up, and seen along z, y is."""
+        """A camera that looks from a direction; z is up, or y if it looks along z."""
         towards = np.array(direction)
         upward = np.array([0.0, 0.0, 1.0]) if abs(towards[2]) < 1.0 - 1e-9 else np.array([0.0, 1.0, 0.0])
         right = np.cross(upward, towards)
@@ -28,7 +28,7 @@ class Camera:
         return cls(right, np.cross(towards, right), towards)
 
     def on_screen(self, points: np.ndarray) -> np.ndarray:
-        """To the right, upward and towards the eye [m], (k, 3)."""
+        """Coordinates of points to the right, upward and towards the eye [m], (k, 3)."""
         return points @ np.column_stack([self.right, self.up, self.towards])
 
 
@@ -39,7 +39,7 @@ class View:
     camera: Camera
     low: np.ndarray
     high: np.ndarray
-    """Corners of all that is seen, on the screen [m], (3,): to the right, upward, towards the eye."""
+    """Corners of the seen box on the screen [m], (3,): to the right, upward, towards the eye."""
 
     @classmethod
     def of(cls, camera: Camera, corners: np.ndarray) -> View:
@@ -55,12 +55,12 @@ class View:
 
     @property
     def width(self) -> float:
-        """[m]."""
+        """Width [m]."""
         return float(self.high[0] - self.low[0])
 
     @property
     def height(self) -> float:
-        """[m]."""
+        """Height [m]."""
         return float(self.high[1] - self.low[1])
 
     @property

@@ -1,4 +1,4 @@
-"""From a moment and a style to a drawing: bodies, wires, forces, walls."""
+"""The drawing of a snapshot in a style: bodies, wires, forces, walls."""
 
 from __future__ import annotations
 
@@ -14,29 +14,29 @@ from lmgcpy.view.snapshot import Snapshot, acting_lines
 from lmgcpy.view.style import Style
 
 THICK = {2: 0.35, 3: 1.0}
-"""A wire's radius in radii of its beads. In 3D it holds the beads; in 2D, where they are as large as grains, one sees
-them behind it."""
+"""Radius of a wire in radii of its beads. In 3D the wire hides its beads. In 2D beads are as large as grains and are seen
+behind the wire."""
 BEHIND = 0.5
-"""By how much it is thinner behind its forces."""
+"""Factor by which a wire is thinner behind its forces."""
 SEEN_THROUGH = {"layout": 0.4, "forces": 0.6}
-"""Part of the light that comes through the whole sample where something inside is to be seen."""
+"""Part of the light that comes through the whole sample in pictures that show something inside."""
 PALE = 0.35
 """Opacity of disks behind forces."""
 WEAKEST = 0.01
-"""Forces below this part of the largest are left out: they would be thinner than a pixel."""
+"""Smallest force that is drawn, as part of the largest; smaller forces would be thinner than a pixel."""
 
 
-def compose(moment: Snapshot, style: Style) -> Drawing:
-    """The drawing of one panel; colours and thicknesses are not yet scaled."""
-    flat = moment.dimension == 2
-    wrong = _wrong(moment) if style.what == "layout" else (np.zeros(0, np.int64), np.zeros(0, np.int64))
+def compose(snap: Snapshot, style: Style) -> Drawing:
+    """The drawing of one panel. Colours and thicknesses are scaled later, for all panels together."""
+    flat = snap.dimension == 2
+    wrong = _wrong(snap) if style.what == "layout" else (np.zeros(0, np.int64), np.zeros(0, np.int64))
     legend: list[tuple[str, str]] = []
-    balls = _grains(moment, style, wrong[0], legend)
-    wires = _wires(moment, style, wrong[1], legend)
-    forces = _forces(moment, legend) if style.what == "forces" else []
-    walls = wall_polygons(moment)
-    below = [normal[-1] > 0.5 for normal in moment.walls.shape]
-    cylinders = cylinder_polygons(moment)
+    balls = _grains(snap, style, wrong[0], legend)
+    wires = _wires(snap, style, wrong[1], legend)
+    forces = _forces(snap, legend) if style.what == "forces" else []
+    walls = wall_polygons(snap)
+    below = [normal[-1] > 0.5 for normal in snap.walls.shape]
+    cylinders = cylinder_polygons(snap)
     rings = [np.stack([facet[i], facet[i + 1]]) for facet in cylinders for i in (0, 2)]
     drawing = Drawing(
         flat=flat,
@@ -45,8 +45,8 @@ def compose(moment: Snapshot, style: Style) -> Drawing:
         walls=[polygon for polygon in walls if len(polygon)] + cylinders,
         lines=edges(walls + rings),
         ground=[] if flat else [polygon for polygon, floor in zip(walls, below, strict=True) if floor and len(polygon)],
-        grain=_mean_radius(moment),
-        time=moment.time,
+        grain=_mean_radius(snap),
+        time=snap.time,
         legend=legend,
     )
     if style.clip is not None:
@@ -59,20 +59,20 @@ def compose(moment: Snapshot, style: Style) -> Drawing:
 # ------------------------------------------------------------------------------------------------------------ bodies
 
 
-def _wrong(moment: Snapshot) -> tuple[np.ndarray, np.ndarray]:
-    """Ids of bodies that overlap, and numbers of links that are too long, among all links."""
-    overlaps, links = overlaps_of(moment, OVERLAP), long_links_of(moment, EXCESS)
+def _wrong(snap: Snapshot) -> tuple[np.ndarray, np.ndarray]:
+    """Ids of the bodies that overlap, and indices of the links that are too long."""
+    overlaps, links = overlaps_of(snap, OVERLAP), long_links_of(snap, EXCESS)
     bodies = np.unique(np.concatenate([overlaps["candidate"], overlaps["antagonist"]]))
-    first = np.concatenate([[0], np.cumsum([len(chain.reference) for chain in moment.chains])]).astype(np.int64)
+    first = np.concatenate([[0], np.cumsum([len(chain.reference) for chain in snap.chains])]).astype(np.int64)
     return bodies, first[links["chain"]] + links["link"]
 
 
-def _grains(moment: Snapshot, style: Style, wrong: np.ndarray, legend: list[tuple[str, str]]) -> list[Balls]:
-    """Disks and spheres that are no beads, and in red those that overlap, beads as well."""
-    rounds, flat = moment.rounds, moment.dimension == 2
+def _grains(snap: Snapshot, style: Style, wrong: np.ndarray, legend: list[tuple[str, str]]) -> list[Balls]:
+    """Disks and spheres that are no beads, and in red those that overlap, beads included."""
+    rounds, flat = snap.rounds, snap.dimension == 2
     red = np.isin(rounds.body, wrong)
-    bead = moment.beads[rounds.body]
-    # beads are grains in a flat picture, where the wire is drawn over them
+    bead = snap.beads[rounds.body]
+    # In 2D beads are drawn like grains, and the wire over them.
     chosen = (~bead | flat) & ~red
     if style.grains == "hidden":
         chosen &= bead
@@ -80,10 +80,10 @@ def _grains(moment: Snapshot, style: Style, wrong: np.ndarray, legend: list[tupl
         chosen &= ~bead
     everything = Balls(in_space(rounds.position), rounds.shape[:, 0], Paint(SAND), rim=flat)
     pieces = []
-    for part, paint in _paints(moment, style, legend):
+    for part, paint in _paints(snap, style, legend):
         mine = chosen & part
         if mine.any():
-            whole = Balls(everything.centres, everything.radii, paint, _opacity(moment, style, mine), flat)
+            whole = Balls(everything.centres, everything.radii, paint, _opacity(snap, style, mine), flat)
             pieces.append(whole.take(mine))
     if red.any():
         legend.append((f"overlaps by more than {100 * OVERLAP:g} %", WRONG))
@@ -91,31 +91,31 @@ def _grains(moment: Snapshot, style: Style, wrong: np.ndarray, legend: list[tupl
     return pieces
 
 
-def _paints(moment: Snapshot, style: Style, legend: list[tuple[str, str]]) -> list[tuple[np.ndarray, Paint]]:
-    """Which contactors have which paint: grains, beads."""
-    body = moment.rounds.body
-    bead = moment.beads[body]
+def _paints(snap: Snapshot, style: Style, legend: list[tuple[str, str]]) -> list[tuple[np.ndarray, Paint]]:
+    """Contactors and their paints, for grains and for beads."""
+    body = snap.rounds.body
+    bead = snap.beads[body]
     if style.grains in GRAINS:
-        quantity, values = GRAINS[style.grains](moment)
+        quantity, values = GRAINS[style.grains](snap)
         return [(np.ones(len(body), dtype=bool), Paint(values=values[body], quantity=quantity))]
     if style.grains == "color":
-        words = dict.fromkeys(moment.colors[body].tolist())
+        words = dict.fromkeys(snap.colors[body].tolist())
         shades = {word: GROUPS[k % len(GROUPS)] for k, word in enumerate(words)}
         legend += shades.items()
-        values = np.array([rgb(shades[word]) for word in moment.colors[body]]).reshape(-1, 3)
+        values = np.array([rgb(shades[word]) for word in snap.colors[body]]).reshape(-1, 3)
         return [(np.ones(len(body), dtype=bool), Paint(values=values))]
     return [(~bead, Paint(SAND)), (bead, Paint(BEAD))]
 
 
-def _opacity(moment: Snapshot, style: Style, chosen: np.ndarray) -> float:
-    """As asked for, or so that one sees what is inside: a ray through the sample crosses ``sum(pi r^2)/area`` balls."""
+def _opacity(snap: Snapshot, style: Style, chosen: np.ndarray) -> float:
+    """Opacity that the user asked for, or one at which the inside is seen: a ray crosses ``sum(pi r^2)/area`` balls."""
     if style.opacity is not None:
         return style.opacity
-    if moment.dimension == 2 or style.section is not None:
+    if snap.dimension == 2 or style.section is not None:
         return PALE if style.what == "forces" else 1.0
-    if style.what == "grains" or (style.what == "layout" and (not moment.chains or style.wires == "hidden")):
+    if style.what == "grains" or (style.what == "layout" and (not snap.chains or style.wires == "hidden")):
         return 1.0
-    rounds = moment.rounds
+    rounds = snap.rounds
     centres, radii = rounds.position[chosen], rounds.shape[chosen, 0]
     sides = centres.max(axis=0) - centres.min(axis=0) + 2.0 * radii.mean()
     crossed = float(np.pi * (radii**2).sum() / np.prod(sides) ** (2.0 / 3.0))
@@ -125,25 +125,25 @@ def _opacity(moment: Snapshot, style: Style, chosen: np.ndarray) -> float:
 # ------------------------------------------------------------------------------------------------------------- wires
 
 
-def _wires(moment: Snapshot, style: Style, wrong: np.ndarray, legend: list[tuple[str, str]]) -> list[Tubes]:
-    """Links as tubes, and in red those that are too long."""
-    if style.wires == "hidden" or not moment.chains:
+def _wires(snap: Snapshot, style: Style, wrong: np.ndarray, legend: list[tuple[str, str]]) -> list[Tubes]:
+    """Links as tubes; links that are too long are red."""
+    if style.wires == "hidden" or not snap.chains:
         return []
-    a = np.concatenate([chain.path[:-1] for chain in moment.chains])
-    b = np.concatenate([chain.path[1:] for chain in moment.chains])
-    radius = moment.scene["bodies"]["link_radius"]
-    thickness = THICK[moment.dimension] * np.minimum(radius[a], radius[b])
+    a = np.concatenate([chain.path[:-1] for chain in snap.chains])
+    b = np.concatenate([chain.path[1:] for chain in snap.chains])
+    radius = snap.scene["bodies"]["link_radius"]
+    thickness = THICK[snap.dimension] * np.minimum(radius[a], radius[b])
     if style.what == "forces":
         thickness *= BEHIND
-    thickness[thickness == 0.0] = 0.1 * _mean_radius(moment)  # of bodies that are no disks
+    thickness[thickness == 0.0] = 0.1 * _mean_radius(snap)  # links between bodies that are no disks
     if style.wires in WIRES:
-        quantity, values = WIRES[style.wires](moment)
+        quantity, values = WIRES[style.wires](snap)
         paint = Paint(values=values, quantity=quantity)
     else:
         label, color = ("course of the wire", BEAD) if style.what == "forces" else ("wire", WIRE)
         paint = Paint(color)
         legend.append((label, color))
-    tubes = Tubes(in_space(moment.positions[a]), in_space(moment.positions[b]), thickness, paint)
+    tubes = Tubes(in_space(snap.positions[a]), in_space(snap.positions[b]), thickness, paint)
     red = np.zeros(len(a), dtype=bool)
     red[wrong] = True
     pieces = [tubes.take(~red)]
@@ -153,9 +153,9 @@ def _wires(moment: Snapshot, style: Style, wrong: np.ndarray, legend: list[tuple
     return pieces
 
 
-def _mean_radius(moment: Snapshot) -> float:
-    """Of the grains, where there are none of the beads [m]."""
-    radii, bead = moment.rounds.shape[:, 0], moment.beads[moment.rounds.body]
+def _mean_radius(snap: Snapshot) -> float:
+    """Mean radius of the grains [m]; mean radius of the beads if there are no grains; 1 if there are neither."""
+    radii, bead = snap.rounds.shape[:, 0], snap.beads[snap.rounds.body]
     chosen = radii if bead.all() else radii[~bead]
     return float(chosen.mean()) if len(chosen) else 1.0
 
@@ -163,11 +163,11 @@ def _mean_radius(moment: Snapshot) -> float:
 # ------------------------------------------------------------------------------------------------------------ forces
 
 
-def _forces(moment: Snapshot, legend: list[tuple[str, str]]) -> list[Tubes]:
+def _forces(snap: Snapshot, legend: list[tuple[str, str]]) -> list[Tubes]:
     """Normal forces along the line of the two centres; at a wall from the contact point to the centre."""
-    forces = acting(moment, "what='forces'")
-    start, end = acting_lines(moment)
-    link = np.arange(len(forces.normal)) < moment.link_count
+    forces = acting(snap, "what='forces'")
+    start, end = acting_lines(snap)
+    link = np.arange(len(forces.normal)) < snap.link_count
     return force_tubes(in_space(start), in_space(end), forces.normal, link, legend)
 
 

@@ -43,7 +43,7 @@ def plot(runs: RecordedRun | Sequence[RecordedRun], path: str | os.PathLike, *, 
     * "energy": kinetic and stored energy, and the works of loads, drives and interactions since the start;
     * "solver": residual and iterations of every step, and which steps were not solved.
 
-    Returns the path. Raises ValueError where a run does not hold what is asked for.
+    The function returns the path, and raises ValueError if a run does not hold what is asked for.
     """
     given = list(runs) if isinstance(runs, (list, tuple)) else [runs]
     chosen = [run for run in given if is_run(run)]
@@ -59,7 +59,7 @@ def plot(runs: RecordedRun | Sequence[RecordedRun], path: str | os.PathLike, *, 
 
 
 def names_of(runs: Sequence[RecordedRun]) -> list[str]:
-    """Runs by their files, with as many folders before them as tell them apart."""
+    """Names of runs: their files, with as many folders as are needed to tell them apart."""
     paths = [Path(run.path).resolve().with_suffix("") for run in runs]
     for depth in range(1, 1 + max(len(path.parts) for path in paths)):
         names = ["/".join(path.parts[-depth:]) for path in paths]
@@ -69,7 +69,7 @@ def names_of(runs: Sequence[RecordedRun]) -> list[str]:
 
 
 def tests_by_name(records: Sequence[Tested], names: Sequence[str]) -> list[str]:
-    """Tests by their laws where these tell them apart, else by their files."""
+    """Names of tests: their laws if all differ, else their files."""
     laws = [name_of(record.law) for record in records]
     return laws if len(set(laws)) == len(laws) else list(names)
 
@@ -131,7 +131,7 @@ def stress(runs: Sequence[RecordedRun], names: Sequence[str]) -> Figure:
 
 
 def energy(runs: Sequence[RecordedRun], names: Sequence[str]) -> Figure:
-    """Energies, and works since the start."""
+    """Energies, and works since the start of the run."""
     figure = new_figure(7.0 * len(runs))
     panels = figure.subplots(1, len(runs), squeeze=False, sharey=True)[0]
     for axes, run, name in zip(panels, runs, names, strict=True):
@@ -191,7 +191,7 @@ CURVES: dict[str, Callable[[Sequence[RecordedRun], Sequence[str]], Figure]] = {
     "energy": energy,
     "solver": solver,
 }
-"""What may be plotted."""
+"""The functions that draw curves, by the word that asks for them."""
 
 
 def _refuse_without_steps(run: RecordedRun, *, frames: bool = False) -> None:

@@ -1,4 +1,4 @@
-"""Part of a drawing in 3D: without what is before a plane, or only what a plane cuts."""
+"""Part of a drawing in 3D: all that is behind a plane, or only what the plane cuts."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from lmgcpy.view.drawing import Drawing, in_space
 from lmgcpy.view.style import Plane
 
 OTHERS = {0: [1, 2], 1: [0, 2], 2: [0, 1]}
-"""The axes that one sees across each axis: to the right, and up."""
+"""Axes that point to the right and up in a view along each axis."""
 
 
 def coordinate(drawing: Drawing, plane: Plane) -> float:
-    """Where the plane is [m]."""
+    """Coordinate of a plane along its axis [m]; by default the middle of the drawing."""
     axis, at = plane
     corners = drawing.bounds()
     return 0.5 * float(corners[0, axis] + corners[-1, axis]) if at is None else at
 
 
 def clip(drawing: Drawing, plane: Plane, direction: tuple[float, float, float]) -> Drawing:
-    """Without the balls and tubes whose middle is between the plane and the eye, which is in ``direction``; where one looks
-    along the plane, without those beyond it."""
+    """The drawing without the balls and tubes whose middle is between the plane and the eye, which is in ``direction``. If
+    one looks along the plane, those on its positive side are left out."""
     axis, at = plane[0], coordinate(drawing, plane)
     side = -1.0 if direction[axis] < -1e-9 else 1.0
 
@@ -61,7 +61,7 @@ def section(drawing: Drawing, plane: Plane) -> Drawing:
 
 
 def _crossing(polygon: np.ndarray, axis: int, at: float) -> np.ndarray:
-    """Where a plane cuts a convex polygon [m], (2, 3), or (0, 3)."""
+    """Line along which a plane cuts a convex polygon [m], (2, 3), or (0, 3) if it does not."""
     ahead = polygon[:, axis] - at
     points = []
     for i in range(len(polygon)):

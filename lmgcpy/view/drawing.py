@@ -1,6 +1,6 @@
-"""What is drawn, as arrays: balls, tubes, sheets and lines in space, each with its paint.
+"""Drawings as arrays: balls, tubes, walls and lines in space, each with its paint.
 
-A flat drawing has its coordinates in the plane, z = 0; what is of a higher ``level`` lies over what is of a lower one.
+A flat drawing has its coordinates in the plane z = 0; items of a higher ``level`` cover those of a lower level.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ class Paint:
     """One colour, one colour an item, or values of a quantity; k items."""
 
     color: str = ""
-    """One for all, as '#rrggbb'."""
+    """One colour for all items, as '#rrggbb'."""
     values: np.ndarray | None = None
-    """Of the quantity, (k,), or RGB, (k, 3) uint8."""
+    """Values of the quantity, (k,), or RGB, (k, 3) uint8."""
     quantity: Quantity | None = None
 
     def take(self, chosen: np.ndarray) -> Paint:
@@ -36,7 +36,7 @@ class Paint:
 
 
 def rgb(color: str) -> np.ndarray:
-    """'#rrggbb' as three bytes."""
+    """Red, green and blue of '#rrggbb' as three bytes."""
     return np.frombuffer(bytes.fromhex(color[1:]), dtype=np.uint8)
 
 
@@ -51,7 +51,7 @@ class Balls:
     paint: Paint
     opacity: float = 1.0
     rim: bool = False
-    """Whether a disk has a darker edge."""
+    """Whether disks have a darker edge."""
     level: int = 0
 
     def take(self, chosen: np.ndarray) -> Balls:
@@ -67,7 +67,7 @@ class Tubes:
     ends: np.ndarray
     """[m], (k, 3)."""
     radii: np.ndarray
-    """[m], (k,), or forces [N], which a scale makes thick."""
+    """Radii [m], (k,), or forces [N] that a scale turns into radii."""
     paint: Paint
     by_force: bool = False
     level: int = 1
@@ -85,7 +85,7 @@ class Tubes:
 
 @dataclass(frozen=True)
 class Drawing:
-    """All that one panel shows."""
+    """Everything that one panel shows."""
 
     flat: bool
     balls: list[Balls]
@@ -97,11 +97,11 @@ class Drawing:
     grain: float
     """Mean radius of the grains [m]."""
     ground: list[np.ndarray] = field(default_factory=list)
-    """Polygons that are filled: walls on which things lie [m], (v, 3) each."""
+    """Filled polygons: walls on which bodies lie [m], (v, 3) each."""
     time: float | None = None
     """[s]; None of a scene."""
     legend: list[tuple[str, str]] = field(default_factory=list)
-    """What the plain colours mean: label and colour."""
+    """Meaning of the plain colours: label and colour."""
 
     def bounds(self) -> np.ndarray:
         """Corners of a box that holds everything [m], (k, 3)."""
@@ -117,11 +117,11 @@ class Drawing:
         return np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
 
     def paints(self) -> list[Paint]:
-        """Paints of all that is round."""
+        """Paints of all balls and tubes."""
         return [*(balls.paint for balls in self.balls), *(tubes.paint for tubes in self.tubes)]
 
     def forces(self) -> np.ndarray:
-        """Sizes of the forces that are drawn [N]."""
+        """Absolute values of the forces that are drawn [N]."""
         return np.abs(np.concatenate([np.zeros(0), *(tubes.radii for tubes in self.tubes if tubes.by_force)]))
 
 

@@ -39,8 +39,8 @@ def save(figure: Figure, path: Path) -> None:
 def reaction_figure(records: Sequence[Tested], names: Sequence[str] | None = None) -> Figure:
     """Support reaction against crushing percentage, one curve a test (fig. 3): running means, and faintly the steps.
 
-    Where one bears many times what another does, a second panel shows all on a logarithmic scale, and the first one
-    keeps to those that compare. ``names``: of the tests, by default those of their laws.
+    If one test bears many times what another bears, a second panel shows all tests on a logarithmic scale, and the first
+    one shows those of similar size. ``names`` of the tests are by default those of their laws.
     """
     names = names_of(records) if names is None else names
     tops = [float(record.smooth(record.reaction).max()) for record in records]
@@ -99,13 +99,13 @@ def stress_figure(*records: Tested, names: Sequence[str] | None = None) -> Figur
         axes.set_title(f"Weber stress with {name}")
         axes.legend(frameon=False, fontsize="small", ncols=3, loc="upper left")
     low, high = panels[0].get_ylim()
-    panels[0].set_ylim(low, high + 0.15 * (high - low))  # where the legends are
+    panels[0].set_ylim(low, high + 0.15 * (high - low))  # space for the legends
     panels[0].set_ylabel("principal stress, traction positive [kPa]")
     return figure
 
 
 def draw_principal(axes: Axes, abscissa: np.ndarray, stress: dict[str, np.ndarray]) -> None:
-    """Greatest and smallest principal value of each part [Pa] over the abscissa, in kPa; without a wire only the whole."""
+    """Draw the greatest and smallest principal value of each part [Pa] in kPa; without a wire only those of the whole."""
     parts = [("total", "black", "whole sample"), ("sand", CURVES["none"], "sand part"), ("wire", WIRE, "wire part")]
     for part, color, label in parts if stress["wire"].any() else parts[:1]:
         values = 1e-3 * principal_values(stress[part])
@@ -115,7 +115,7 @@ def draw_principal(axes: Axes, abscissa: np.ndarray, stress: dict[str, np.ndarra
 
 
 def draw_curve(axes: Axes, record: Tested, values: np.ndarray, name: str, color: str | None) -> None:
-    """The running mean of something against crushing, and faintly its steps."""
+    """Draw the running mean of values against crushing, and faintly the values of the steps."""
     percent = 100.0 * record.strain
     (line,) = axes.plot(percent, record.smooth(values), color=color, label=name)
     axes.plot(percent, values, color=line.get_color(), linewidth=0.4, alpha=0.35)
@@ -141,16 +141,16 @@ def principal_series(record: Tested, part: str) -> np.ndarray:
 
 
 def name_of(law: str) -> str:
-    """A law as a legend calls it."""
+    """Name of a law in a legend."""
     return "sand (no law)" if law == "none" else law.replace("-", " ")
 
 
 def names_of(records: Sequence[Tested]) -> list[str]:
-    """Tests by the names of their laws."""
+    """Names of tests: those of their laws."""
     return [name_of(record.law) for record in records]
 
 
 def color_of(records: Sequence[Tested], k: int) -> str | None:
-    """That of the law of a test; None, so that matplotlib chooses, where another test has the same law."""
+    """Colour of the law of a test; the k-th colour of matplotlib if another test has the same law."""
     law = records[k].law
     return CURVES.get(law) if sum(record.law == law for record in records) == 1 else f"C{k}"

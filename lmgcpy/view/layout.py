@@ -11,12 +11,12 @@ from lmgcpy.errors import named_arguments, number
 from lmgcpy.view.snapshot import Snapshot, snapshot
 
 OVERLAP = 0.01
-"""Part of the smaller radius from which an overlap is told: what is laid geometrically overlaps by 1e-9 of it, a sample
-relaxed at a tolerance of 1e-2 by up to 3.5 %, at few places by more than this."""
+"""Least overlap that is reported, as part of the smaller radius. A geometric deposit overlaps by 1e-9 of it. A sample
+relaxed at a tolerance of 1e-2 overlaps by up to 3.5 %, at few contacts by more than 1 %."""
 EXCESS = 0.01
-"""Part of its reference length by which a link must exceed it to be told; the time stepping itself leaves less."""
+"""Least excess of a link over its reference length that is reported, as part of that length. Time stepping leaves less."""
 SHOWN = 10
-"""Lines of a table that are written out."""
+"""Number of lines of a table that are written out."""
 
 PAIR = np.dtype([("candidate", "i8"), ("antagonist", "i8"), ("depth", "f8"), ("share", "f8")])
 LINK = np.dtype(
@@ -29,17 +29,17 @@ LINK = np.dtype(
 
 @dataclass(frozen=True)
 class Layout:
-    """What :func:`check` found, the worst first. ``str`` of it is a table."""
+    """Overlaps and long links that :func:`check` found, the worst first. ``str`` makes a table."""
 
     overlaps: np.ndarray
-    """A row a pair: ``candidate``, ``antagonist`` (ids), ``depth`` [m], ``share`` of the smaller radius."""
+    """One row for each pair: ``candidate``, ``antagonist`` (ids), ``depth`` [m], ``share`` of the smaller radius."""
     links: np.ndarray
-    """A row a link: ``chain`` and ``link`` (numbers), ``antagonist``, ``candidate`` (ids), ``length`` between the centres
-    [m], ``excess``: the part of its reference length by which it is longer."""
+    """One row for each link: ``chain`` and ``link`` (numbers), ``antagonist``, ``candidate`` (ids), ``length`` between the
+    centres [m], ``excess``: the part of its reference length by which it is longer."""
 
     @property
     def sound(self) -> bool:
-        """Whether there is nothing to tell."""
+        """Whether nothing was found."""
         return not len(self.overlaps) and not len(self.links)
 
     def __repr__(self) -> str:
@@ -68,27 +68,27 @@ class Layout:
 def check(source: Any, *, frame: int | None = None, overlap: float = OVERLAP, excess: float = EXCESS) -> Layout:
     """Look for bodies that overlap and for links longer than their reference, in a scene, a simulation, or a run.
 
-    ``frame``: of a run, by default the last. Told are overlaps deeper than the part ``overlap`` of the smaller radius,
-    between bodies that see each other (between all, in a scene without a visibility table), and links longer than their
-    reference length by more than the part ``excess`` of it. Shapes other than disks, spheres, lines, planes and cylinders
-    are taken for the circles that hold them.
+    ``frame`` of a run is by default the last. The result holds overlaps deeper than the part ``overlap`` of the smaller
+    radius, between bodies that see each other (between all bodies in a scene without a visibility table), and links longer
+    than their reference length by more than the part ``excess`` of it. Shapes other than disks, spheres, lines, planes and
+    cylinders count as the circles that hold them.
     """
     overlap = number(overlap, "overlap", minimum=0.0)
     excess = number(excess, "excess", minimum=0.0)
-    moment = snapshot(source, frame)
-    return Layout(overlaps_of(moment, overlap), long_links_of(moment, excess))
+    snap = snapshot(source, frame)
+    return Layout(overlaps_of(snap, overlap), long_links_of(snap, excess))
 
 
-def overlaps_of(moment: Snapshot, share: float) -> np.ndarray:
+def overlaps_of(snap: Snapshot, share: float) -> np.ndarray:
     """Rows of :data:`PAIR`, deepest first for their radius."""
-    rounds = moment.rounds
+    rounds = snap.rounds
     radius = rounds.shape[:, 0]
     first, second, gap = near_pairs(rounds.position, radius)
     pieces = [(rounds.body[first], rounds.body[second], gap, np.minimum(radius[first], radius[second]))]
-    for wall, point, normal in zip(moment.walls.body, moment.walls.position, moment.walls.shape, strict=True):
+    for wall, point, normal in zip(snap.walls.body, snap.walls.position, snap.walls.shape, strict=True):
         gap = (rounds.position - point) @ normal - radius
         pieces.append((rounds.body, np.full(len(gap), wall), gap, radius))
-    for tube, point, shape in zip(moment.cylinders.body, moment.cylinders.position, moment.cylinders.shape, strict=True):
+    for tube, point, shape in zip(snap.cylinders.body, snap.cylinders.position, snap.cylinders.shape, strict=True):
         away = rounds.position - point
         away -= (away @ shape[:3])[:, None] * shape[:3]
         gap = shape[3] - np.linalg.norm(away, axis=1) - radius
@@ -96,21 +96,22 @@ def overlaps_of(moment: Snapshot, share: float) -> np.ndarray:
     a, b, gap, smaller = (np.concatenate(part) for part in zip(*pieces, strict=True))
     deep = (-gap > share * smaller) & (a != b)
     a, b, depth, part = a[deep], b[deep], -gap[deep], -gap[deep] / smaller[deep]
-    seen = visible(moment, a, b)
+    seen = visible(snap, a, b)
     order = np.argsort(-part[seen], kind="stable")
     found = np.zeros(len(order), dtype=PAIR)
     low, high = np.minimum(a, b)[seen][order], np.maximum(a, b)[seen][order]
     found["antagonist"], found["candidate"] = low, high
     found["depth"], found["share"] = depth[seen][order], part[seen][order]
-    _, unique = np.unique(np.column_stack([low, high]), axis=0, return_index=True)  # of clusters the deepest contactors
+    _, unique = np.unique(np.column_stack([low, high]), axis=0, return_index=True)  # clusters: their deepest contactors
     return found[np.sort(unique)]
 
 
 def near_pairs(positions: np.ndarray, radius: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Pairs of circles or spheres that touch or overlap, and their gaps [m], (p,) each.
 
-    A tree for each octave of the radius, so that beads among large grains do not each look at a grain's whole
-    surroundings. (Detection has compiled kernels for this, which a look at a file should not wait for.)
+    There is a tree for each octave of the radius, so that beads among large grains do not each search the whole
+    neighbourhood of a grain. (The compiled kernels of detection could do this, but a look at a file should not wait for
+    the compiler.)
     """
     from scipy.spatial import cKDTree
 
@@ -130,27 +131,27 @@ def near_pairs(positions: np.ndarray, radius: np.ndarray) -> tuple[np.ndarray, n
     return a, b, gap
 
 
-def visible(moment: Snapshot, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+def visible(snap: Snapshot, a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Whether bodies see each other, (p,)."""
-    table = moment.scene["visibility"]
+    table = snap.scene["visibility"]
     if not table:
         return np.ones(len(a), dtype=bool)
-    words = moment.scene["bodies"]["colors"]
+    words = snap.scene["bodies"]["colors"]
     sees = np.zeros((len(words), len(words)), dtype=bool)
     for row in table:
         if row["candidate"] in words and row["antagonist"] in words:
             i, j = words.index(row["candidate"]), words.index(row["antagonist"])
             sees[i, j] = sees[j, i] = True
-    color = moment.scene["bodies"]["color"]
+    color = snap.scene["bodies"]["color"]
     return sees[color[a], color[b]]
 
 
-def long_links_of(moment: Snapshot, excess: float) -> np.ndarray:
+def long_links_of(snap: Snapshot, excess: float) -> np.ndarray:
     """Rows of :data:`LINK`, the longest first for their reference."""
     rows = [np.zeros(0, dtype=LINK)]
-    for number_of_chain, chain in enumerate(moment.chains):
+    for number_of_chain, chain in enumerate(snap.chains):
         a, b = chain.path[:-1], chain.path[1:]
-        length = np.linalg.norm(moment.positions[b] - moment.positions[a], axis=1)
+        length = np.linalg.norm(snap.positions[b] - snap.positions[a], axis=1)
         over = length / chain.reference - 1.0
         link = np.flatnonzero(over > excess)
         row = np.zeros(len(link), dtype=LINK)

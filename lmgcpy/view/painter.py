@@ -1,8 +1,8 @@
-"""The thin part that needs pyvista: a drawing as pixels, or in a window.
+"""The part of the view that needs pyvista: it paints a drawing as pixels, or in a window.
 
-Spheres and cylinders are computed pixel by pixel from one vertex each (VTK's sphere and stick mappers): exact at any size,
-and the fastest way to many of them. With software rendering on two cores 10 000 spheres of 450 triangles each take 2.5 s
-(one mesh) or 4 s (glyphs) to turn in a window of a thousand by a thousand pixels, these 0.2 to 0.5 s.
+Spheres and cylinders are computed pixel by pixel from one vertex each (VTK's sphere and stick mappers). This is exact at
+any size, and the fastest method for many of them. With software rendering on two cores, 10 000 spheres of 450 triangles
+each take 2.5 s (one mesh) or 4 s (glyphs) to turn in a window of a thousand by a thousand pixels; these take 0.2 to 0.5 s.
 """
 
 from __future__ import annotations
@@ -23,24 +23,24 @@ from lmgcpy.view.quantities import Limits, Quantity
 
 MISSING = 'Pictures need pyvista, which is not installed: pip install "lmgcpy[view]".'
 FINER = 2
-"""An image is computed so many times as wide and high, and averaged: smooth edges of what has no triangles."""
+"""Factor by which an image is computed wider and higher than it is; averaging then smooths the edges."""
 RIM = 0.07
 """Width of the darker edge of a disk, in mean radii, at most a third of its own radius."""
 DARKER = 0.55
-"""Of the edge."""
+"""Factor by which the edge of a disk is darker."""
 AMBIENT, DIFFUSE = 0.25, 0.85
-"""Light that comes from everywhere, and from the lamps."""
+"""Ambient light, and diffuse light from the lamps."""
 SHADE = 3.0
-"""Distance within which neighbours take light from each other, in mean radii of the grains (ambient occlusion): without it
-a dense sample has no faces, as every sphere of it is lit alike."""
+"""Distance within which neighbours take light from each other (ambient occlusion), in mean radii of the grains. Without it
+a dense sample looks flat, as all its spheres are lit alike."""
 EDGE_WIDTH = 1.2
-"""Of the edges of walls [pixels]."""
+"""Width of the edges of walls [pixels]."""
 BAR = 0.11
 """Width of a colour scale in a window, as part of the window's."""
 
 
 def load_pyvista() -> Any:
-    """The module; ImportError with a sentence where it is missing."""
+    """The module pyvista; ImportError with a sentence if it is missing."""
     try:
         import pyvista
     except ImportError as error:
@@ -50,7 +50,7 @@ def load_pyvista() -> Any:
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Without VTK's line on standard error about the X server that there is not, after which it finds another way."""
+    """Suppress VTK's message about a missing X server, after which it draws without one."""
     from vtkmodules.vtkCommonCore import vtkLogger
 
     before = vtkLogger.GetCurrentVerbosityCutoff()
@@ -67,7 +67,7 @@ def has_display() -> bool:
 
 
 def can_draw(window: Any) -> bool:
-    """Whether VTK's last resort is there, if it took it: drawing without the library ends the process."""
+    """Whether OSMesa is installed, if VTK fell back to it: drawing without the library ends the process."""
     if window.GetClassName() != "vtkOSOpenGLRenderWindow":
         return True
     for name in ("libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so", "osmesa.dll"):
@@ -84,7 +84,7 @@ class NoOpenGL(OSError):
 
 
 class Painter:
-    """Draws into one plotter, one drawing after the other."""
+    """Paints drawings into one plotter, one after the other."""
 
     def __init__(self, *, off_screen: bool):
         pyvista = load_pyvista()
@@ -97,11 +97,11 @@ class Painter:
             )
         self.plotter.set_background("white")
         self.plotter.enable_parallel_projection()
-        if off_screen:  # what is translucent is laid in its order, which VTK's mixing in any order only comes near
+        if off_screen:  # balls are sorted by depth, which is exact; VTK's order-independent mixing is not
             self.plotter.renderer.SetUseOIT(False)
 
     def close(self) -> None:
-        """Give back the window."""
+        """Close the plotter."""
         self.plotter.close()
 
     def image(
@@ -143,8 +143,8 @@ class Painter:
         towards: np.ndarray,
         finer: float = 1.0,
     ) -> float:
-        """Put a drawing in the place of what was drawn before; what is translucent is laid from the back ``towards`` the
-        eye, so that it mixes rightly. Returns how far the levels of a flat drawing reach towards the eye [m]."""
+        """Replace the former drawing by this one. Translucent balls are sorted from the back ``towards`` the eye, so that
+        their colours mix correctly. Returns the height of the levels of a flat drawing towards the eye [m]."""
         plotter = self.plotter
         plotter.clear_actors()
         largest = max((balls.radii.max(initial=0.0) for balls in drawing.balls), default=0.0)
@@ -163,7 +163,7 @@ class Painter:
         return 4.0 * step
 
     def _add_disks(self, balls: Balls, colors: np.ndarray, grain: float, step: float) -> None:
-        """Disks, with darker edges; in a flat picture the translucent is pale, as there is nothing behind it but white."""
+        """Add disks with darker edges. Translucent disks are pale, as only white is behind them."""
         if balls.opacity == 0.0:
             return
         edges = DARKER * colors if balls.rim else colors
@@ -212,7 +212,7 @@ class Painter:
         self._add_balls(both, np.tile(radii, 2), np.tile(colors, (2, 1)), 1.0, up, flat=flat)
 
     def _points(self, centres: np.ndarray, colors: np.ndarray, up: float, **arrays: np.ndarray) -> Any:
-        """A cloud with arrays at its points."""
+        """A cloud of points with arrays."""
         points = load_pyvista().PolyData((centres + np.array([0.0, 0.0, up])).astype(np.float32))
         for name, values in arrays.items():
             points[name] = values.astype(np.float32 if values.dtype.kind == "f" else np.int64)

@@ -1,7 +1,7 @@
-"""Colours that have a meaning, the same in every picture and figure."""
+"""Colours with a meaning, the same in every picture and figure."""
 
 SAND, BEAD, WIRE = "#d9cba3", "#9ab7dd", "#1b4f9c"
-"""Grains; beads; wires, and what is in tension in them."""
+"""Grains; beads; wires and links in tension."""
 CONTACT, PUSHING, COHESION = "#b2182b", "#e08214", "#35978f"
 """Contact reactions, links in compression, contacts in tension."""
 WRONG = "#ff0000"
@@ -17,4 +17,4 @@ CURVES = {
     "elastic-wire": "#35978f",
     "elastic-rod": "#762a83",
 }
-"""Curves of tests by the law of the wire."""
+"""Colours of the curves of tests, by the law of the wire."""

@@ -17,7 +17,7 @@ from lmgcpy.view.style import OPTIONS
 from lmgcpy.writing import check_target, new_file
 
 SIZE, SIZE_OF_GIF = (1000, 900), (600, 540)
-"""Of a panel at the most [pixels]."""
+"""Largest size of a panel [pixels], of a .png and of a .gif."""
 
 
 @named_arguments
@@ -54,7 +54,7 @@ def render(
     * "forces": force chains as tubes as thick as the normal force: contacts in red, wires in tension in blue, links in
       compression in orange.
 
-    Any of these can be told how to show bodies and wires:
+    Options say how each of these shows bodies and wires:
 
     * ``grains``, what their colour means: "speed", "spin", "rotation" (2D), "coordination", "radius", "layer" (height at
       the start), "color" (that of the visibility table), "plain", or "hidden";
@@ -80,8 +80,8 @@ def render(
 
     ``size``: pixels (width, height) that no panel exceeds, by default (1000, 900), of a moving picture (600, 540).
 
-    Raises ImportError where pyvista is missing, with how to install it; OSError without any OpenGL; ValueError, TypeError
-    for what cannot be drawn.
+    The function raises ImportError if pyvista is missing, and says how to install it; OSError without any OpenGL;
+    ValueError or TypeError for what cannot be drawn.
     """
     target = Path(place(path, "path"))
     moving = target.suffix.lower() == ".gif"
@@ -119,8 +119,8 @@ def show(
 ) -> None:
     """Show a scene, a simulation or a run in a window, which the mouse turns, or in a notebook.
 
-    Arguments as in :func:`render`, for one panel. Returns when the window is closed. Raises OSError where there is no
-    display.
+    Arguments are those of :func:`render`, for one panel. The function returns when the window is closed, and raises OSError
+    if there is no display.
     """
     given = (what, grains, wires, opacity, clip, section, camera, title)
     for name, value in zip((*OPTIONS, "source", "frame"), (*given, source, frame), strict=True):
@@ -165,7 +165,7 @@ def _write_png(pixels: np.ndarray, path: Path) -> None:
 
 
 def _write_gif(film: Film, painter: Painter, path: Path, frames_per_second: float) -> None:
-    """All pictures with one palette, which the first, the middle and the last give, so that nothing flickers."""
+    """Write all pictures with one palette, made from the first, the middle and the last, so that colours do not flicker."""
     from PIL import Image
 
     count = film.frame_count

@@ -13,7 +13,7 @@ DPI = 100
 TITLE, LEGEND, BAR = 34, 34, 104
 """Heights of the lines above and below, width of a colour scale [pixels]."""
 LETTER = 8
-"""Width of a letter [pixels]."""
+"""Mean width of a letter [pixels]."""
 
 
 def plate(
@@ -74,7 +74,7 @@ def plate(
 
 
 def _legend_lines(entries: Sequence[tuple[str, str]], width: int, letter: int) -> list[list[tuple[str, str]]]:
-    """Entries line by line, as many as fit."""
+    """Entries of the legend, as many in each line as fit."""
     lines: list[list[tuple[str, str]]] = []
     left = 0
     for label, color in entries:

@@ -1,4 +1,4 @@
-"""What colours mean: quantities of bodies and of links, their values, units and colour maps."""
+"""Quantities of bodies and of links that colours show: values, units and colour maps."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from lmgcpy.view.snapshot import Forces, Snapshot
 Limits = tuple[float, float]
 
 LAYERS = 12
-"""Bands of colour by which layers are told apart."""
+"""Number of bands of colour for layers."""
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """A quantity and its colours. ``scale``: from the smallest to the largest value ("range"), from 0 ("zero"), or as far
-    to both sides of 0 ("both"). ``bands``: how many steps of colour, 0 for a smooth scale. ``outliers``: the part of the
-    values that may lie beyond the end of the scale, which has their colour."""
+    """A quantity and its colours. The ``scale`` goes from the smallest to the largest value ("range"), starts at 0
+    ("zero"), or reaches as far to both sides of 0 ("both"). ``bands`` is the number of colours, 0 for a smooth scale.
+    ``outliers`` is the part of the values that may lie beyond the ends of the scale; they have the colour of the end."""
 
     label: str
     colormap: str
@@ -61,42 +61,42 @@ LENGTH = Quantity("length of wire [m]", "plasma", "zero")
 TENSION = {2: Quantity("tension [N/m]", "plasma", "zero"), 3: Quantity("tension [N]", "plasma", "zero")}
 
 
-def speed(moment: Snapshot) -> tuple[Quantity, np.ndarray]:
+def speed(snap: Snapshot) -> tuple[Quantity, np.ndarray]:
     """Speeds of the bodies [m/s], (n,)."""
-    return SPEED, np.linalg.norm(moment.velocities, axis=1)
+    return SPEED, np.linalg.norm(snap.velocities, axis=1)
 
 
-def spin(moment: Snapshot) -> tuple[Quantity, np.ndarray]:
-    """Angular velocities [rad/s], in 3D their size, (n,)."""
-    if moment.dimension == 2:
-        return SPIN, moment.spins
-    return SPIN_IN_SPACE, np.linalg.norm(moment.spins, axis=1)
+def spin(snap: Snapshot) -> tuple[Quantity, np.ndarray]:
+    """Angular velocities [rad/s], in 3D their absolute values, (n,)."""
+    if snap.dimension == 2:
+        return SPIN, snap.spins
+    return SPIN_IN_SPACE, np.linalg.norm(snap.spins, axis=1)
 
 
-def rotation(moment: Snapshot) -> tuple[Quantity, np.ndarray]:
+def rotation(snap: Snapshot) -> tuple[Quantity, np.ndarray]:
     """Angles turned since the start [rad], (n,); ValueError in 3D."""
-    if moment.rotations is None:
+    if snap.rotations is None:
         raise ValueError("grains cannot be 'rotation' in 3D, where no rotation is kept: ask for 'spin'.")
-    return ROTATION, moment.rotations - moment.scene["bodies"]["position"][:, 2]
+    return ROTATION, snap.rotations - snap.scene["bodies"]["position"][:, 2]
 
 
-def coordination(moment: Snapshot) -> tuple[Quantity, np.ndarray]:
-    """Contacts that push, walls included, of each body, (n,)."""
-    forces = acting(moment, "grains='coordination'")
-    contacts = slice(moment.link_count, None)
+def coordination(snap: Snapshot) -> tuple[Quantity, np.ndarray]:
+    """Number of contacts of each body that push, walls included, (n,)."""
+    forces = acting(snap, "grains='coordination'")
+    contacts = slice(snap.link_count, None)
     pushing = forces.normal[contacts] > 0.0
     pairs = np.column_stack([forces.candidate, forces.antagonist])[contacts][pushing]
-    return COORDINATION, np.bincount(pairs.ravel(), minlength=len(moment.positions)).astype(float)
+    return COORDINATION, np.bincount(pairs.ravel(), minlength=len(snap.positions)).astype(float)
 
 
-def radius(moment: Snapshot) -> tuple[Quantity, np.ndarray]:
+def radius(snap: Snapshot) -> tuple[Quantity, np.ndarray]:
     """Radii of the circles that hold the bodies [m], (n,)."""
-    return RADIUS, moment.scene["bodies"]["extent"]
+    return RADIUS, snap.scene["bodies"]["extent"]
 
 
-def layer(moment: Snapshot) -> tuple[Quantity, np.ndarray]:
+def layer(snap: Snapshot) -> tuple[Quantity, np.ndarray]:
     """Heights of the bodies at the start [m], (n,)."""
-    return LAYER, moment.start[:, -1]
+    return LAYER, snap.start[:, -1]
 
 
 GRAINS: dict[str, Callable[[Snapshot], tuple[Quantity, np.ndarray]]] = {
@@ -110,20 +110,20 @@ GRAINS: dict[str, Callable[[Snapshot], tuple[Quantity, np.ndarray]]] = {
 """Quantities of bodies by their name."""
 
 
-def arc_length(moment: Snapshot) -> tuple[Quantity, np.ndarray]:
+def arc_length(snap: Snapshot) -> tuple[Quantity, np.ndarray]:
     """Length of wire up to the middle of each link, chain by chain [m], (l,)."""
-    lengths = [np.linalg.norm(np.diff(moment.positions[chain.path], axis=0), axis=1) for chain in moment.chains]
+    lengths = [np.linalg.norm(np.diff(snap.positions[chain.path], axis=0), axis=1) for chain in snap.chains]
     return LENGTH, np.concatenate([np.cumsum(length) - 0.5 * length for length in lengths] or [np.zeros(0)])
 
 
-def tension(moment: Snapshot) -> tuple[Quantity, np.ndarray]:
+def tension(snap: Snapshot) -> tuple[Quantity, np.ndarray]:
     """Tensions of the links [N], zero where they push, (l,)."""
-    return TENSION[moment.dimension], np.maximum(-acting(moment, "wires='tension'").link, 0.0)
+    return TENSION[snap.dimension], np.maximum(-acting(snap, "wires='tension'").link, 0.0)
 
 
-def height_laid(moment: Snapshot) -> tuple[Quantity, np.ndarray]:
+def height_laid(snap: Snapshot) -> tuple[Quantity, np.ndarray]:
     """Heights of the middles of the links at the start [m], (l,)."""
-    heights = [moment.start[chain.path, -1] for chain in moment.chains]
+    heights = [snap.start[chain.path, -1] for chain in snap.chains]
     return LAYER, np.concatenate([0.5 * (h[1:] + h[:-1]) for h in heights] or [np.zeros(0)])
 
 
@@ -135,8 +135,8 @@ WIRES: dict[str, Callable[[Snapshot], tuple[Quantity, np.ndarray]]] = {
 """Quantities of links by their name."""
 
 
-def acting(moment: Snapshot, what: str) -> Forces:
-    """The forces of the moment; ValueError where no step was made yet."""
-    if moment.forces is None:
+def acting(snap: Snapshot, what: str) -> Forces:
+    """The forces of a snapshot; ValueError if no step was made yet."""
+    if snap.forces is None:
         raise ValueError(f"{what} shows the forces of a step, and none was made yet: run a Simulation of the scene first.")
-    return moment.forces
+    return snap.forces

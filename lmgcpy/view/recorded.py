@@ -1,4 +1,4 @@
-"""What curves are drawn from: a run, read as the records of the mechanical tests are."""
+"""Data of curves: what runs recorded, as the records of the mechanical tests hold it."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ PARTS = ("total", "sand", "wire")
 
 
 class Tested(Protocol):
-    """A mechanical test as curves show it; s steps, d dimensions. Records of the tests are such."""
+    """A mechanical test as curves show it; s steps, d dimensions. The records of the tests follow this protocol."""
 
     @property
     def law(self) -> str:
-        """Of the wire, "none" without."""
+        """Law of the wire, "none" without a wire."""
 
     @property
     def strain(self) -> np.ndarray:
@@ -99,7 +99,7 @@ def frames_with_forces(run: RecordedRun) -> list[int]:
 
 def stresses_by_frame(run: RecordedRun) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """Times [s], (f,), and Weber stress of :data:`PARTS` [Pa], (f, d, d) each, of any run in a box of walls; ValueError
-    where it is in none."""
+    without such a box."""
     frames, wires = frames_with_forces(run), link_laws(run)
     try:
         rows = [stress(run, frame=k) for k in frames]
@@ -118,7 +118,7 @@ def stresses_by_frame(run: RecordedRun) -> tuple[np.ndarray, dict[str, np.ndarra
 
 
 def wall_forces_by_frame(run: RecordedRun) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Times [s], (f,), and by wall the normal force on it [N], (f,), of any run."""
+    """Times [s], (f,), and the normal force on each wall [N], (f,), by its name, of any run."""
     bodies = run.scene["bodies"]
     names = {wall: f"{bodies['colors'][bodies['color'][wall]]}, body {wall}" for wall in run.wall_normals}
     frames = frames_with_forces(run)

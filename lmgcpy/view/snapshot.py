@@ -1,4 +1,4 @@
-"""One moment of a scene, a simulation or a run as arrays: what every picture is drawn from."""
+"""Snapshots: a scene, a simulation or a frame of a run as arrays, from which every picture is drawn."""
 
 from __future__ import annotations
 
@@ -28,19 +28,19 @@ FLAT = (WallContactor.KIND, PlaneContactor.KIND)
 
 @dataclass(frozen=True)
 class Contactors:
-    """Contactors of one family where they are now; k of them."""
+    """Positions and shapes of k contactors of one family."""
 
     body: np.ndarray
-    """Ids of their bodies, (k,)."""
+    """Ids of the bodies, (k,)."""
     position: np.ndarray
-    """[m], (k, d)."""
+    """Positions [m], (k, d)."""
     shape: np.ndarray
-    """Numbers of their shapes, (k, widest)."""
+    """Parameters of the shapes, (k, p)."""
 
 
 @dataclass(frozen=True)
-class Chain:
-    """Links between consecutive bodies of ``path``, of a closed chain the first again at its end; l of them."""
+class ChainLinks:
+    """The l links between consecutive bodies of ``path``. The path of a closed chain ends with its first body."""
 
     path: np.ndarray
     """Ids of the bodies, (l + 1,)."""
@@ -50,7 +50,7 @@ class Chain:
 
 @dataclass(frozen=True)
 class Forces:
-    """What acted in the last step at contacts and links; m of them, links first, chain by chain."""
+    """Forces of the last step at m contacts and links. Links come first, chain by chain."""
 
     candidate: np.ndarray
     antagonist: np.ndarray
@@ -64,18 +64,19 @@ class Forces:
 
     @classmethod
     def of(cls, net: ActingInteractions, links: int) -> Forces:
-        """From interactions, the first of them ``links``; in a run's first frame, before the first step, none acts."""
+        """Forces of interactions, of which the first ``links`` are links; zero before the first step of a run."""
         normal = net.force[:, 0]
         return cls(net.candidate, net.antagonist, normal, net.lever, normal[:links] if len(net) else np.zeros(links))
 
 
 @dataclass(frozen=True)
 class Snapshot:
-    """One moment; n bodies, d dimensions. ``scene`` is what :func:`lmgcpy.scene.description.describe` tells."""
+    """Bodies and forces at one time; n bodies, d dimensions. ``scene`` is the result of
+    :func:`lmgcpy.scene.description.describe`."""
 
     scene: Mapping[str, Any]
     time: float | None
-    """[s]; None of a scene."""
+    """Time [s]; None for a scene."""
     positions: np.ndarray
     """[m], (n, d)."""
     rotations: np.ndarray | None
@@ -85,7 +86,7 @@ class Snapshot:
     spins: np.ndarray
     """[rad/s], (n,), in 3D (n, 3)."""
     forces: Forces | None
-    """None where no step was made yet."""
+    """None if no step was made yet."""
 
     @property
     def dimension(self) -> int:
@@ -99,12 +100,12 @@ class Snapshot:
 
     @cached_property
     def colors(self) -> np.ndarray:
-        """Words by which the visibility table calls the bodies, (n,)."""
+        """Colours of the bodies in the visibility table, (n,)."""
         bodies = self.scene["bodies"]
         return np.array(bodies["colors"] or [""])[bodies["color"]]
 
     @cached_property
-    def chains(self) -> list[Chain]:
+    def chains(self) -> list[ChainLinks]:
         """The chains of the scene."""
         table, radius = self.scene["chains"], self.scene["bodies"]["link_radius"]
         members = np.split(table["bodies"], np.cumsum(table["body_count"]))
@@ -112,17 +113,17 @@ class Snapshot:
         found = []
         for path, gap, closed in zip(members, gaps, table["closed"], strict=False):
             path = np.append(path, path[0]) if closed else path
-            found.append(Chain(path, gap + radius[path[:-1]] + radius[path[1:]]))
+            found.append(ChainLinks(path, gap + radius[path[:-1]] + radius[path[1:]]))
         return found
 
     @cached_property
     def link_count(self) -> int:
-        """Links of all chains: the first of the interactions."""
+        """Number of links of all chains, which are the first interactions."""
         return links_of(self.scene)
 
     @cached_property
     def beads(self) -> np.ndarray:
-        """Whether a body is part of a chain, and no load on it: larger than most of its bodies by half, (n,)."""
+        """Whether a body is a bead of a chain, (n,). A body above 1.5 times the median of its chain is a load."""
         part, radius = np.zeros(len(self.positions), dtype=bool), self.scene["bodies"]["link_radius"]
         for chain in self.chains:
             part[chain.path] = radius[chain.path] <= 1.5 * np.median(radius[chain.path])
@@ -130,7 +131,7 @@ class Snapshot:
 
     @cached_property
     def rounds(self) -> Contactors:
-        """Disks and spheres, and for shapes from elsewhere the circles that hold them; the radius [m] is their shape."""
+        """Disks and spheres, and the circles that hold shapes of plug-ins; the radius [m] is their shape."""
         table = self.scene["contactors"]
         chosen = np.isfinite(table["bounding_radius"])
         return self._contactors(chosen, table["bounding_radius"][:, None])
@@ -166,23 +167,23 @@ class Snapshot:
         return Contactors(body, self.positions[body] + offset, shape[chosen])
 
 
-def acting_lines(moment: Snapshot) -> tuple[np.ndarray, np.ndarray]:
-    """Ends of the line along which each interaction acts [m], (m, d) each: centres; of what has no bounds the contact
-    point."""
-    forces = moment.forces
+def acting_lines(snap: Snapshot) -> tuple[np.ndarray, np.ndarray]:
+    """Ends of the line along which each interaction acts [m], (m, d) each: the two centres, or the contact point at a body
+    without bounds."""
+    forces = snap.forces
     assert forces is not None
     c, a = forces.candidate, forces.antagonist
-    from_candidate = moment.positions[c] + forces.lever[:, 0]
-    from_antagonist = moment.positions[a] + forces.lever[:, 1]
-    start = np.where(moment.unbounded[a, None], from_candidate, moment.positions[a])
-    end = np.where(moment.unbounded[c, None], from_antagonist, moment.positions[c])
+    from_candidate = snap.positions[c] + forces.lever[:, 0]
+    from_antagonist = snap.positions[a] + forces.lever[:, 1]
+    start = np.where(snap.unbounded[a, None], from_candidate, snap.positions[a])
+    end = np.where(snap.unbounded[c, None], from_antagonist, snap.positions[c])
     return start, end
 
 
 def snapshot(source: Any, frame: Any = None) -> Snapshot:
-    """The present moment of a Scene or a Simulation, or a ``frame`` of an open run, by default the last.
+    """The snapshot of a Scene or a Simulation, or of a ``frame`` of an open run, by default the last.
 
-    Raises TypeError for what is none of these, ValueError for a frame that there is not.
+    The function raises TypeError for any other source, ValueError for a frame that does not exist.
     """
     if frame is not None and isinstance(source, (Scene, Stepper)):
         raise TypeError(f"frame is for run files: a {type(source).__name__} is drawn as it is now.")
@@ -250,5 +251,5 @@ def _of_run(run: RecordedRun, frame: int) -> Snapshot:
 
 
 def links_of(scene: Mapping[str, Any]) -> int:
-    """Links of all chains of a scene's description."""
+    """Number of links of all chains of a scene's description."""
     return int(scene["chains"]["link_count"].sum())

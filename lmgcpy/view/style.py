@@ -1,4 +1,4 @@
-"""What a user asks a panel to show, checked."""
+"""Style of a panel: what it shows and from where, from the checked options of a user."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from lmgcpy.view.quantities import GRAINS, WIRES
 
 AXES = ("x", "y", "z")
 SUITABLE = {"layout": ("plain", "length"), "grains": ("speed", "plain"), "forces": ("plain", "plain")}
-"""Pictures, and what grains and wires show in each if nothing is said."""
+"""Pictures, and the default quantities of grains and wires in each."""
 OPTIONS = ("what", "grains", "wires", "opacity", "clip", "section", "camera", "title")
-"""What can be said of each panel."""
+"""Options of a panel."""
 
 Plane = tuple[int, float | None]
-"""Number of the axis and coordinate [m], None for the middle."""
+"""Number of the axis, and coordinate [m] or None for the middle."""
 
 
 @dataclass(frozen=True)
@@ -29,19 +29,19 @@ class Style:
     grains: str
     wires: str
     opacity: float | None
-    """None: as translucent as the sample needs."""
+    """None: the opacity follows from the sample."""
     clip: Plane | None
     section: Plane | None
     direction: tuple[float, float, float]
-    """From which one looks, a unit vector; (0, 0, 1) on a flat picture."""
+    """Unit vector towards the eye; (0, 0, 1) for a flat picture."""
     title: str | None
-    """None: the time, where there is one."""
+    """None: the time, if the source has one."""
 
 
 def style_of(options: Mapping[str, Any], *, dimension: int, is_scene: bool) -> Style:
-    """A style from a user's words by :data:`OPTIONS`, of which None is what suits the picture.
+    """A style from a user's :data:`OPTIONS`; None stands for the default of the picture.
 
-    Sentences for what cannot be (TypeError, ValueError).
+    The function raises TypeError or ValueError, with a sentence, for what is not possible.
     """
     what, grains, wires, opacity, clip, section, camera, title = (options[name] for name in OPTIONS)
     what = one_of(("layout" if is_scene else "grains") if what is None else what, "what", SUITABLE)
@@ -81,7 +81,7 @@ def _plane(value: Any, name: str) -> Plane | None:
 
 
 def _direction(camera: Any) -> tuple[float, float, float]:
-    """Unit vector towards the eye: along x one looks from its far end, along y from its near end, as maps have it."""
+    """Unit vector towards the eye: "x" looks from large x, "y" from small y."""
     named = {"isometric": (1.0, -1.0, 1.0), "x": (1.0, 0.0, 0.0), "y": (0.0, -1.0, 0.0), "z": (0.0, 0.0, 1.0)}
     if isinstance(camera, str):
         given = np.array(named[one_of(camera, "camera", named)])

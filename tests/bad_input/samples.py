@@ -139,7 +139,7 @@ ROWS: dict[str, tuple] = {
         "wire_2d has no argument 'bead_cout'; did you mean 'bead_count'?"),
     # -------------------------------------------------------------------------------------------------------- measures
     "density in space": (lambda w: density(positions=[[0.0, 0.0, 0.0]]), ValueError,
-        "density is of disks", "got (1, 3) and (1,)"),
+        "density takes disks", "got (1, 3) and (1,)"),
     "density short of positions": (lambda w: density(radii=[1.0, 2.0]), ValueError, "radii (n,), got (1, 2) and (2,)"),
     "density of a radius below zero": (lambda w: density(radii=[-1.0]), ValueError,
         "radii must not be negative, but number 0 is -1 m"),

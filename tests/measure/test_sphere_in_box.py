@@ -108,7 +108,7 @@ def test_nothing():
 @pytest.mark.parametrize(
     ("wrong", "words"),
     [
-        ({"positions": [[0.0, 0.0]]}, r"density is of spheres in a window of 3 coordinates.*got \(1, 2\) and \(1,\)"),
+        ({"positions": [[0.0, 0.0]]}, r"density takes spheres in a window of 3 coordinates.*got \(1, 2\) and \(1,\)"),
         ({"window": ((0, 0, 0, 0), (1, 1, 1, 1))}, "two corners .* three coordinates each in 3D"),
         ({"window": ((0, 0, 1), (1, 1, 1))}, "from its lower left to its upper right corner"),
     ],

@@ -10,7 +10,7 @@ from lmgcpy.sample import deposit, grading, wire_2d
 from lmgcpy.sample.apollonius_2d import tangent_radii
 from lmgcpy.sample.bed_2d import blocker, enter
 from lmgcpy.sample.deposit_2d import empty_bed
-from lmgcpy.sample.pocket_2d import lowest_place, new_pockets, open_pocket, rest
+from lmgcpy.sample.pocket_2d import lowest_rest, new_pockets, open_pocket, rest
 
 OVERLAP = 1e-9  # of the radius: the tolerance asked for; built are 1e-10 of the finest radius and round-off
 
@@ -183,9 +183,9 @@ def test_free_between():
     for r in (1.984, 7.7):
         _, x, y = rest(0, 1, r, bed)
         blockers.append(blocker(x, y, r, bed))
-        assert np.isinf(lowest_place(r, bed, pockets, 1)[1])
+        assert np.isinf(lowest_rest(r, bed, pockets, 1)[1])
     assert blockers == [2, 2]
-    _, y, count = lowest_place(4.18, bed, pockets, 1)
+    _, y, count = lowest_rest(4.18, bed, pockets, 1)
     assert y == pytest.approx(11.17, abs=0.01)
     fine, coarse = tangent_radii(0, 1, 2, bed)
     for r in (fine, coarse):

@@ -12,8 +12,8 @@ from scipy.spatial import cKDTree
 
 from lmgcpy.measure.density import density
 from lmgcpy.sample import deposit, grading
-from lmgcpy.sample.apollonius_3d import across, along, between_roots, place, real_interval, tangency, tangent_curve
-from lmgcpy.sample.bed_3d import Bed
+from lmgcpy.sample.apollonius_3d import across, along, between_roots, centre_at, real_interval, tangency, tangent_curve
+from lmgcpy.sample.bed_3d import SphereBed
 
 OVERLAP = 1e-9  # of the radius: the tolerance asked for; built are 1e-10 of the finest radius and round-off
 PLANES = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0]])
@@ -223,7 +223,7 @@ def test_lowest_pocket(kind):
 def bed_of(positions, radii):
     """A bed for the functions of one base; they run here as plain Python."""
     none = np.empty(0, np.int64)
-    return Bed(np.array(positions), np.array(radii), 10.0, 10.0, 1e-10, max(radii), 1.0, np.empty((1, 1, 1)), none)
+    return SphereBed(np.array(positions), np.array(radii), 10.0, 10.0, 1e-10, max(radii), 1.0, np.empty((1, 1, 1)), none)
 
 
 unit = st.floats(-1.0, 1.0)
@@ -243,7 +243,7 @@ def test_curve_and_forms(spheres, more):
     least, most = real_interval(curve) if found else (1.0, 0.0)
     assume(least <= most and np.linalg.norm(np.cross(forms[0].d, forms[1].d)) > 1e-2)
     s = min(max(least, radii[0] + 1e-3) + more, most)
-    centre = positions[0] + place(curve, s)
+    centre = positions[0] + centre_at(curve, s)
     r = s - radii[0]
     reach = np.abs(r + radii)
     distance = np.linalg.norm(centre - positions, axis=1)

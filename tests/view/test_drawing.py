@@ -15,9 +15,9 @@ from lmgcpy.view.style import OPTIONS, style_of
 
 
 def drawn(source, **options):
-    moment = snapshot(source)
+    snap = snapshot(source)
     words = {**dict.fromkeys(OPTIONS), **options}
-    return compose(moment, style_of(words, dimension=moment.dimension, is_scene=moment.time is None))
+    return compose(snap, style_of(words, dimension=snap.dimension, is_scene=snap.time is None))
 
 
 def area(polygon):
@@ -46,16 +46,16 @@ def test_a_tilted_wall_in_a_corner():
 
 
 def test_an_open_box_ends_a_little_beyond_the_sample():
-    moment = snapshot(mixed_scene())
-    pieces = wall_polygons(moment)
+    snap = snapshot(mixed_scene())
+    pieces = wall_polygons(snap)
     assert [len(piece) for piece in pieces] == [2, 2, 2]
     floor, left, right = pieces
     np.testing.assert_allclose(floor[:, 1], 0.0, atol=1e-12)
     assert floor[:, 0].min() == pytest.approx(0.0, abs=1e-12)  # where the left wall stands
-    top = (moment.rounds.position[:, 1] + moment.rounds.shape[:, 0]).max()
+    top = (snap.rounds.position[:, 1] + snap.rounds.shape[:, 0]).max()
     assert top < left[:, 1].max() < 1.2 * top
-    normal = moment.walls.shape[2]
-    np.testing.assert_allclose((right[:, :2] - moment.walls.position[2]) @ normal, 0.0, atol=1e-12)
+    normal = snap.walls.shape[2]
+    np.testing.assert_allclose((right[:, :2] - snap.walls.position[2]) @ normal, 0.0, atol=1e-12)
 
 
 def test_a_far_wall_does_not_shrink_the_picture():

@@ -23,9 +23,9 @@ SIZE = (300, 300)
 
 def where(source, points, image, top=0, **options):
     """Pixels of points in a picture of one panel without a title: the projection again, from the documented rule."""
-    moment = snapshot(source)
-    style = style_of({**dict.fromkeys(OPTIONS), **options}, dimension=moment.dimension, is_scene=moment.time is None)
-    view = View.of(Camera.looking(style.direction), compose(moment, style).bounds())
+    snap = snapshot(source)
+    style = style_of({**dict.fromkeys(OPTIONS), **options}, dimension=snap.dimension, is_scene=snap.time is None)
+    view = View.of(Camera.looking(style.direction), compose(snap, style).bounds())
     scale = min(SIZE[0] / view.width, SIZE[1] / view.height)
     points = np.asarray(points, dtype=float)
     at = view.pixels(np.pad(points, ((0, 0), (0, 3 - points.shape[1]))), scale)
@@ -222,10 +222,10 @@ def test_many_spheres_are_one_actor(tmp_path):
     for position in np.random.default_rng(0).uniform(0.0, 1.0, (10_000, 3)):
         scene.add(lm.sphere(radius=0.01, position=position, mass=1.0))
     scene.see("GRAIN", "OTHER", lm.Signorini())
-    moment = snapshot(scene)
+    snap = snapshot(scene)
     style = style_of(dict.fromkeys(OPTIONS), dimension=3, is_scene=True)
     painter = Painter(off_screen=True)
-    painter.draw(compose(moment, style), {}, 0.0, np.array([0.0, 0.0, 1.0]))
+    painter.draw(compose(snap, style), {}, 0.0, np.array([0.0, 0.0, 1.0]))
     (actor,) = painter.plotter.actors.values()
     assert actor.GetMapper().GetInput().GetNumberOfPoints() == 10_000
     painter.close()

@@ -34,22 +34,22 @@ def test_a_run_shows_what_the_simulation_showed(both):
 
 
 def test_clusters_turn_with_their_body(both):
-    moment = snapshot(both[0])
+    snap = snapshot(both[0])
     for body in both[0].scene.bodies[40:44]:
         c, s = np.cos(body.rotation), np.sin(body.rotation)
         turned = [body.position + np.array([c * x - s * y, s * x + c * y]) for _, (x, y) in body.contactors]
-        np.testing.assert_allclose(moment.rounds.position[moment.rounds.body == body.id], turned, atol=1e-15)
+        np.testing.assert_allclose(snap.rounds.position[snap.rounds.body == body.id], turned, atol=1e-15)
 
 
 def test_tension_is_that_of_each_link(both):
     """Chains come first among the interactions, link by link; a closed one has a link more."""
     sim, _ = both
-    moment, net = snapshot(sim), sim.interactions
-    joined = [pair for chain in moment.chains for pair in zip(chain.path[1:], chain.path[:-1], strict=True)]
-    first = slice(0, moment.link_count)
+    snap, net = snapshot(sim), sim.interactions
+    joined = [pair for chain in snap.chains for pair in zip(chain.path[1:], chain.path[:-1], strict=True)]
+    first = slice(0, snap.link_count)
     assert joined == list(zip(net.candidate[first], net.antagonist[first], strict=True))
-    assert [len(chain.reference) for chain in moment.chains] == [7, 2, 5, 4]
-    np.testing.assert_array_equal(WIRES["tension"](moment)[1], np.maximum(-net.force[first, 0], 0.0))
+    assert [len(chain.reference) for chain in snap.chains] == [7, 2, 5, 4]
+    np.testing.assert_array_equal(WIRES["tension"](snap)[1], np.maximum(-net.force[first, 0], 0.0))
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
@@ -76,19 +76,19 @@ def test_a_load_on_a_wire_is_no_bead():
 
 def test_a_scene_is_a_moment_without_forces():
     scene = mixed_scene()
-    moment = snapshot(scene)
-    assert moment.time is None
-    assert moment.forces is None
-    np.testing.assert_array_equal(moment.positions, moment.start)
+    snap = snapshot(scene)
+    assert snap.time is None
+    assert snap.forces is None
+    np.testing.assert_array_equal(snap.positions, snap.start)
     with pytest.raises(ValueError, match="run a Simulation of the scene first"):
-        GRAINS["coordination"](moment)
+        GRAINS["coordination"](snap)
 
 
 def test_before_the_first_step_nothing_acts(both):
-    moment = snapshot(both[1], 0)
-    assert (moment.forces.link == 0.0).all()
-    assert len(moment.forces.link) == moment.link_count
-    assert (GRAINS["coordination"](moment)[1] == 0.0).all()
+    snap = snapshot(both[1], 0)
+    assert (snap.forces.link == 0.0).all()
+    assert len(snap.forces.link) == snap.link_count
+    assert (GRAINS["coordination"](snap)[1] == 0.0).all()
 
 
 def test_frames_there_are_not_and_sources_that_are_none(both):
