@@ -12,6 +12,7 @@ import os
 from functools import cache
 from typing import Any
 
+import numba
 from llvmlite import ir
 from numba.core import cgutils, types
 
@@ -114,6 +115,11 @@ call_at: Any = intrinsic(lambda address: 0)(_call_at)
 def group_signature(system_type):
     """numba signature of the kernels that :func:`call` calls."""
     return types.float64(types.int64, types.int64, types.int64, system_type)
+
+
+def work_signature(job):
+    """numba signature of the kernels that :func:`call_work` calls on such a job."""
+    return types.void(types.int64, types.int64, types.CPointer(numba.typeof(job)))
 
 
 @cache

@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numba
 import numpy as np
 
-from lmgcpy.compiled.kernel import Kernel
+from lmgcpy.compiled.kernel import CompilerError, Kernel
 from lmgcpy.contact.detector import Group
 from lmgcpy.contact.narrow_phase import Interactions
 from lmgcpy.contact.spare_rows import room
@@ -73,7 +72,7 @@ def ask(group: Group, kernel: Kernel, functions: str, system: System, data: Step
     """Call a kernel of a law; TypeError where it cannot be compiled, RuntimeError where the law raises."""
     try:
         return kernel(*arguments)
-    except numba.core.errors.NumbaError as error:
+    except CompilerError as error:
         raise not_compiled(type(group.law), error) from error
     except Exception as error:
         c, a = system.candidate[data.at[0]], system.antagonist[data.at[0]]

@@ -12,7 +12,7 @@ import numpy as np
 
 from lmgcpy.compiled.by_address import group_signature
 from lmgcpy.compiled.fingerprint import Slot, may_raise
-from lmgcpy.compiled.kernel import Kernel, kernel, row_reader
+from lmgcpy.compiled.kernel import CompilerError, Kernel, kernel, row_reader
 from lmgcpy.laws import Law
 from lmgcpy.solve import stiffened_wire_block, wire_block
 from lmgcpy.solve.by_dimension import SPACES
@@ -218,7 +218,7 @@ def group_kernels(
     try:
         given = len(law.PREPARED), dimension, rows, diagonal, system_type, tuple(names.items()), stiffened, watched
         return _group_kernels(*functions, *given)
-    except numba.core.errors.NumbaError as error:
+    except CompilerError as error:
         raise not_compiled(law, error) from error
 
 

@@ -15,12 +15,10 @@ import threading
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
-from numba.core import types
 
 from lmgcpy.compiled.atomic import add, exchange, load, store
-from lmgcpy.compiled.by_address import ROOM, call_at, call_work, giving_way, write
+from lmgcpy.compiled.by_address import ROOM, call_at, call_work, giving_way, work_signature, write
 from lmgcpy.compiled.kernel import INTERPRETED, Kernel, kernel
 from lmgcpy.solve.system import Groups, System
 
@@ -161,8 +159,7 @@ def work_address(work: Kernel, job: Job) -> int:
     """Address of the compiled work; it stays for as long as the process."""
     key = work, type(job.s), tuple(_kinds(job))
     if key not in _pointers:
-        pointer = work.pointer(types.void(types.int64, types.int64, types.CPointer(numba.typeof(job))))
-        _pointers[key] = pointer
+        _pointers[key] = work.pointer(work_signature(job))
     return _pointers[key].address
 
 

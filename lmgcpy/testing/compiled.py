@@ -6,11 +6,10 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any
 
-import numba
 import numpy as np
 
 from lmgcpy.compiled.fingerprint import Slot
-from lmgcpy.compiled.kernel import Kernel, kernel, row_reader
+from lmgcpy.compiled.kernel import CompilerError, Kernel, kernel, row_reader
 from lmgcpy.laws import Law
 from lmgcpy.solve.law_kernels import as_floats, not_compiled, zeros
 from lmgcpy.testing.answers import Nonconformance, Numbers
@@ -120,7 +119,7 @@ def compiled(case: Case, draw: Any) -> str:
             first,
             after,
         )
-    except numba.core.errors.NumbaError as error:
+    except CompilerError as error:
         raise Nonconformance("compiled", str(not_compiled(type(law), error)), law) from error
     except Exception as error:
         return f"compiled, the law raised {error!r}; interpreted it did not."
