@@ -14,9 +14,9 @@ import lmgcpy.testing
 from lmgcpy.experiment import column
 from lmgcpy.experiment.biaxial import Biaxial
 from lmgcpy.experiment.box import Sample
-from lmgcpy.experiment.column_sample import lay_column
+from lmgcpy.experiment.column.sample import lay_column
 from lmgcpy.experiment.compaction import compact
-from lmgcpy.experiment.texsol_sample import lay_sample
+from lmgcpy.experiment.texsol.sample import lay_sample
 from lmgcpy.experiment.triaxial import Triaxial
 from lmgcpy.io.compare import compare
 from lmgcpy.solve.report import Worst
@@ -118,8 +118,8 @@ def things(folder) -> dict[str, object]:
         "TriaxialRecord of law 'rigid-wire'": triaxial.run(1e-4, frames=0),
         "Laid column of content 0: <Sample in 3D: 60 particles": column_laid,
         "Mould(side=": column_laid.mould,
-        "Column of content 0: 60 particles": poured,
-        "State of 60 particles": course.end,
+        "SandColumn of content 0: 60 particles": poured,
+        "ColumnState of 60 particles": course.end,
         "Course of ": course,
         "LawReport: Signorini() conforms": findings,
         "Finding: interface holds": findings.findings[0],

@@ -16,8 +16,8 @@ import lmgcpy as lm
 from lmgcpy.compiled.cache import CacheWarning, cache_directory
 from lmgcpy.compiled.kernel import INTERPRETED, statistics
 from lmgcpy.contact.slabs import partition_from
-from lmgcpy.experiment.stages import Stages
-from lmgcpy.experiment.texsol_sample import lay_sample
+from lmgcpy.experiment.study.stages import Stages
+from lmgcpy.experiment.texsol.sample import lay_sample
 from lmgcpy.io.restart import SOLVERS
 from lmgcpy.laws import Law, Parameter
 from lmgcpy.solve.newton.active_set import ActiveSet

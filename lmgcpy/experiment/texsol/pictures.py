@@ -1,0 +1,95 @@
+"""Figures and pictures of the TexSol studies that no other study has."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import ExitStack
+from typing import TYPE_CHECKING
+
+import lmgcpy.view.figures as figures
+from lmgcpy.experiment.study.folder import StudyFolder
+from lmgcpy.experiment.study.report import ReportFolder
+from lmgcpy.experiment.texsol.result import TexSolResult
+from lmgcpy.experiment.triaxial import TriaxialRecord
+from lmgcpy.io.run import open_run
+from lmgcpy.sample.arguments import AXES
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def title(record: TriaxialRecord) -> str:
+    """The name of a test in a legend."""
+    return f"{figures.name_of(record.law)} along {record.axis}"
+
+
+def layers_figure(records: Sequence[TriaxialRecord]) -> Figure:
+    """The wire's part of the stress within the layers and across them against crushing, a panel a test."""
+    drawn = figures.new_figure(max(7.0, 5.0 * len(records)))
+    panels = drawn.subplots(1, len(records), squeeze=False, sharey=True)[0]
+    for axes, record in zip(panels, records, strict=True):
+        percent = 100.0 * record.strain
+        for k, axis in enumerate(AXES):
+            component = 1e-3 * record.smooth(record.stress["wire"][:, k, k], 0.005)
+            compressed = ", compressed" if axis == record.axis else ""
+            within = "within the layers" if axis != "z" else "across the layers"
+            style = "-" if axis != "z" else "--"
+            axes.plot(percent, component, label=f"{axis}{axis}, {within}{compressed}", linestyle=style)
+        axes.axhline(0.0, color="grey", linewidth=0.5)
+        axes.set_title(title(record), fontsize="medium")
+        axes.set_xlabel("crushing [%]")
+        axes.set_xlim(left=0.0)
+        axes.legend(frameon=False, fontsize="small")
+    panels[0].set_ylabel("wire's part of the stress, traction positive [kPa]")
+    return drawn
+
+
+def draw_pictures(result: TexSolResult, folder: StudyFolder, report: ReportFolder) -> str:
+    """Draw wire, sample and force chains of a 3D study from its run files (figures 6 and 7 of the paper).
+
+    Returns a sentence that says why there are no pictures, or nothing.
+    """
+    try:
+        import pyvista  # noqa: F401
+    except ImportError:
+        return 'There are no pictures of the sample, as pyvista is not installed: pip install "lmgcpy[view]" brings it.'
+    import lmgcpy.view as view
+
+    with ExitStack() as stack:
+        relaxation = stack.enter_context(open_run(folder.run_file("compaction")))
+        if result.sample.wires:
+            view.render(
+                relaxation,
+                report.file("wire.png"),
+                what="layout",
+                frame=0,
+                grains="hidden",
+                wires="length",
+                camera=["isometric", "x"],
+                title=["wire as laid", "seen along x"],
+            )
+            view.render(
+                relaxation,
+                report.file("sample.png"),
+                what="layout",
+                frame=-1,
+                grains=["hidden", "plain"],
+                wires="layer",
+                clip=[None, "y"],
+                opacity=1.0,
+                title=["wire in the compacted sample", "the same with its grains, cut open"],
+            )
+        for axis in result.study.axes:
+            names = [f"{law}-{axis}" for law in result.study.laws]
+            runs = [stack.enter_context(open_run(folder.run_file(name))) for name in names]
+            titles = ["sand" if law == "none" else law.replace("-", " ") for law in result.study.laws]
+            percent = f"{100.0 * result.study.strain:g} % along {axis}"
+            view.render(
+                runs,
+                report.file(f"chains-{axis}.png"),
+                what="forces",
+                grains="hidden",
+                camera="y",
+                title=[f"{name} at {percent}" for name in titles],
+            )
+    return ""
