@@ -21,8 +21,8 @@ from table import RESULTS, report
 import lmgcpy as lm
 from lmgcpy.experiment.biaxial import Biaxial, BiaxialRecord
 from lmgcpy.experiment.compaction import compact
-from lmgcpy.experiment.texsol_sample import lay_sample
-from lmgcpy.experiment.texsol_tests import DENSITY
+from lmgcpy.experiment.texsol.sample import lay_sample
+from lmgcpy.experiment.texsol.study import DENSITY
 from lmgcpy.view.figures import new_figure, save
 
 PRESSURE, STRAIN, TOLERANCE = 1e5, 0.02, 1e-4

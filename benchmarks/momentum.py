@@ -15,8 +15,8 @@ import lmgcpy as lm
 from lmgcpy.experiment.biaxial import Biaxial
 from lmgcpy.experiment.box import Box
 from lmgcpy.experiment.compaction import compact
-from lmgcpy.experiment.texsol_sample import lay_sample
-from lmgcpy.experiment.texsol_tests import DENSITY
+from lmgcpy.experiment.texsol.sample import lay_sample
+from lmgcpy.experiment.texsol.study import DENSITY
 
 PRESSURE, MOST = 1e5, 12_000
 TOLERANCES = (1e-1, 1e-2, 1e-3)

@@ -10,15 +10,14 @@ from table import report
 
 from lmgcpy.experiment.biaxial import Biaxial
 from lmgcpy.experiment.compaction import compact
-from lmgcpy.experiment.texsol_2d import Study
-from lmgcpy.experiment.texsol_sample import lay_sample
-from lmgcpy.experiment.texsol_tests import DENSITY, LAWS
+from lmgcpy.experiment.texsol.sample import lay_sample
+from lmgcpy.experiment.texsol.study import DENSITY, LAWS, Study2D
 from lmgcpy.simulation import Simulation
 
 STEPS = 60
 
 
-def measure(law: str, study: Study, sample) -> list:
+def measure(law: str, study: Study2D, sample) -> list:
     made = LAWS[law](study.axial_rigidity)
     biaxial = Biaxial(sample, made, pressure=study.pressure, density=DENSITY, solver=study.solver())
     sim = biaxial.simulation = Simulation(biaxial.box.scene, time_step=biaxial.time_step, solver=biaxial.solver)
@@ -38,7 +37,7 @@ def measure(law: str, study: Study, sample) -> list:
 
 
 if __name__ == "__main__":
-    study = Study()
+    study = Study2D()
     sample = compact(lay_sample(study.grain_count, study.bead_count), pressure=study.pressure, density=DENSITY).sample
     header = ["law", "interactions", "iterations", "residual", "solver [ms]", "the rest [ms]", "its part (goal 20 %)"]
     report("step_budget", header, [measure(law, study, sample) for law in study.laws])

@@ -27,7 +27,7 @@ from lmgcpy.bench.machine import load
 from lmgcpy.experiment.biaxial import Biaxial, BiaxialRecord
 from lmgcpy.experiment.box import Sample
 from lmgcpy.experiment.compaction import compact
-from lmgcpy.experiment.texsol_sample import lay_sample
+from lmgcpy.experiment.texsol.sample import lay_sample
 
 PRESSURE, DENSITY, STRAIN = 1e5, 2600.0, 0.02
 SAMPLES = range(5)

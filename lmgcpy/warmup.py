@@ -13,7 +13,7 @@ import numpy as np
 import lmgcpy as lm
 from lmgcpy.compiled.cache import CacheWarning
 from lmgcpy.contact.slabs import partition_from
-from lmgcpy.experiment.texsol_sample import lay_sample
+from lmgcpy.experiment.texsol.sample import lay_sample
 from lmgcpy.laws import Law, Parameter
 from lmgcpy.solve.newton.active_set import ActiveSet
 from lmgcpy.solve.newton.proximal import proximal_newton

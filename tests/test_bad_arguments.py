@@ -18,13 +18,11 @@ import scipy.sparse as sparse
 import lmgcpy as lm
 from lmgcpy.experiment.biaxial import Biaxial
 from lmgcpy.experiment.box import Sample
-from lmgcpy.experiment.column_sample import lay_column
-from lmgcpy.experiment.column_study import ColumnStudy
+from lmgcpy.experiment.column.sample import lay_column
+from lmgcpy.experiment.column.study import ColumnStudy
 from lmgcpy.experiment.compaction import compact
-from lmgcpy.experiment.texsol_2d import Study
-from lmgcpy.experiment.texsol_3d import Study3D
-from lmgcpy.experiment.texsol_sample import lay_sample
-from lmgcpy.experiment.texsol_sample_3d import lay_sample_3d
+from lmgcpy.experiment.texsol.sample import lay_sample, lay_sample_3d
+from lmgcpy.experiment.texsol.study import Study2D, Study3D
 from lmgcpy.experiment.triaxial import Triaxial
 from lmgcpy.sample.settle import settle
 
@@ -275,7 +273,7 @@ CALLS = {
          "frames_per_second": [*POSITIVE, 101.0]}),
     "view.show": (lm.view.show, {"source": scene()}, PANEL),
     "view.plot": (lm.view.plot, {"runs": None, "path": "a.png"}, {"runs": THING}),
-    "Study": (Study, {}, STUDY),
+    "Study2D": (Study2D, {}, STUDY),
     "Study3D": (Study3D, {},
         {**STUDY, "laws": [*STUDY["laws"], ("rigid-rod",)], "axes": [3, "z", (), ("z", "z"), ("w",)],
          "wires": [*COUNT, 0]}),

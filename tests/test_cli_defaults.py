@@ -21,7 +21,7 @@ def told(command):
 def as_given(option, words):
     """An option's words as the command would give them on."""
     if option in ("laws", "axes"):
-        return words
+        return tuple(words.split(","))
     if option == "contents":
         return tuple(map(float, words.split(",")))
     return float(words) if "." in words or "e" in words else int(words)

@@ -14,12 +14,11 @@ import lmgcpy.testing
 from lmgcpy.experiment import column
 from lmgcpy.experiment.biaxial import Biaxial
 from lmgcpy.experiment.box import Sample
-from lmgcpy.experiment.column_sample import lay_column
+from lmgcpy.experiment.column.sample import lay_column
 from lmgcpy.experiment.compaction import compact
-from lmgcpy.experiment.texsol_sample import lay_sample
+from lmgcpy.experiment.texsol.sample import lay_sample
 from lmgcpy.experiment.triaxial import Triaxial
 from lmgcpy.io.compare import compare
-from lmgcpy.io.kept import KeptRun
 from lmgcpy.solve.report import Worst
 
 pytestmark = pytest.mark.filterwarnings("ignore:In the step to")
@@ -105,7 +104,6 @@ def things(folder) -> dict[str, object]:
         "wire of 200 beads, 0.597 m long": lm.sample.wire_3d(**beads),
         "4 bodies, 30 steps, 4 frames": run,
         "2 interactions of a frame: 1 coulomb, 1 elastic-wire": run.interactions(-1),
-        "run kept in memory: 0 steps, 0 frames": KeptRun(every=1, observe={}),
         "float64 array of shape (4, 4, 2), in the file": run.positions,
         "Difference: They differ in step of the frame": compare(run, lm.io.open_run(other)),
         "Network of ": net,
@@ -120,8 +118,8 @@ def things(folder) -> dict[str, object]:
         "TriaxialRecord of law 'rigid-wire'": triaxial.run(1e-4, frames=0),
         "Laid column of content 0: <Sample in 3D: 60 particles": column_laid,
         "Mould(side=": column_laid.mould,
-        "Column of content 0: 60 particles": poured,
-        "State of 60 particles": course.end,
+        "SandColumn of content 0: 60 particles": poured,
+        "ColumnState of 60 particles": course.end,
         "Course of ": course,
         "LawReport: Signorini() conforms": findings,
         "Finding: interface holds": findings.findings[0],

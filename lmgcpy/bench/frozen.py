@@ -15,9 +15,8 @@ from lmgcpy.bench.case import Case
 from lmgcpy.experiment.biaxial import Biaxial
 from lmgcpy.experiment.box import Sample
 from lmgcpy.experiment.compaction import compact
-from lmgcpy.experiment.texsol_3d import Study3D, relaxation
-from lmgcpy.experiment.texsol_sample import lay_sample
-from lmgcpy.experiment.texsol_sample_3d import lay_sample_3d
+from lmgcpy.experiment.texsol.sample import lay_sample, lay_sample_3d
+from lmgcpy.experiment.texsol.study import Study3D
 from lmgcpy.experiment.triaxial import Triaxial
 from lmgcpy.laws import Law
 from lmgcpy.laws.coulomb import Coulomb
@@ -56,7 +55,7 @@ def in_space(grains: int = 200, beads: int = 110) -> Iterator[Case]:
             sim.run(steps=steps - sim.steps)
             yield Case(f"box-{'texsol' if wire else 'sand'}-step-{steps}", "box 3D", sim.problem())
     laid = lay_sample_3d(grains, beads, density=DENSITY, seed=0)
-    sample = compact(laid, pressure=PRESSURE, density=DENSITY, **relaxation(Study3D(pressure=PRESSURE), laid)).sample
+    sample = compact(laid, pressure=PRESSURE, density=DENSITY, **Study3D(pressure=PRESSURE).relaxation(laid)).sample
     for law in (None, RigidWire(), ElasticWire(axial_rigidity=Study3D().axial_rigidity)):
         yield from steps_of_test(Triaxial, sample, law, replace(RUN, momentum=Study3D.MOMENTUM))
 

@@ -14,7 +14,7 @@ from lmgcpy.bench.frozen import in_space, in_the_plane, packings
 from lmgcpy.bench.machine import load
 from lmgcpy.bench.report import write_report
 from lmgcpy.errors import closest, whole
-from lmgcpy.experiment.stages import Stages
+from lmgcpy.experiment.study.stages import Stages
 from lmgcpy.solve.solvers import SOLVERS
 
 FAMILIES = ("chains", "2d", "3d", "packings")

@@ -133,7 +133,7 @@ def bench(folders: tuple[Path, ...], out: Path, make: str, spheres: str, solvers
     two references each. Writes tables, figures and the page frontier.md.
     """
     from lmgcpy.bench.study import Bench, run_bench
-    from lmgcpy.experiment.stages import Stages
+    from lmgcpy.experiment.study.stages import Stages
 
     families = () if make.strip() == "none" else words(make)
     study = Bench(folders, families, sizes(spheres), words(solvers), quick)

@@ -1,4 +1,4 @@
-"""What the commands that make studies have in common: a folder that is kept, ``--force``, ``--resume``, and Ctrl-C."""
+"""What the commands of studies share: options with the study's defaults, a folder, ``--force``, ``--resume``, Ctrl-C."""
 
 from __future__ import annotations
 
@@ -12,8 +12,24 @@ from typing import Any
 import click
 
 
+class CommaList(click.ParamType):
+    """Several entries in one word, separated by commas."""
+
+    name = "list"
+
+    def __init__(self, kind: Callable[[str], Any] = str, entries: str = "words", example: str = "a,b"):
+        self.kind, self.entries, self.example = kind, entries, example
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[Any, ...]:
+        """The entries, without the space around them and without empty ones."""
+        try:
+            return tuple(self.kind(entry.strip()) for entry in value.split(",") if entry.strip())
+        except ValueError:
+            self.fail(f"'{value}' is not {self.entries} by commas, such as {self.example}", param, ctx)
+
+
 class OfStudy(click.Option):
-    """An option that stands for a field of a study; its help tells the default that the study has."""
+    """An option for a field of a study; its help tells the default of the study."""
 
     def __init__(self, *arguments: Any, told: Callable[[str], str], **more: Any):
         super().__init__(*arguments, **more)
@@ -27,15 +43,15 @@ class OfStudy(click.Option):
 def options_of(
     studies: Callable[[], dict[str, Any]], fields: Mapping[str, str], units: Mapping[str, float]
 ) -> Callable[..., Any]:
-    """``click.option`` for the fields of studies; ``studies`` gives them with their defaults, by what is said before those,
-    when help asks.
+    """``click.option`` for the fields of studies.
 
-    ``fields``: names of fields by option, where they are not called alike; ``units``: of options that are not in SI units.
+    ``studies`` is called when help is asked for and gives the studies with their defaults, by the words that help says
+    before these. ``fields``: names of fields by option, if they differ; ``units``: units of options that are not in SI.
     """
 
     def default_of(option: str) -> str:
         field, unit = fields.get(option, option), units.get(option, 1.0)
-        told: dict[str, str] = {}  # each default once, with what is said before the first that has it
+        told: dict[str, str] = {}  # each default once, with the words before the first that has it
         for beginning, study in studies().items():
             if hasattr(study, field):
                 told.setdefault(_in_words(getattr(study, field), unit), beginning if told else "")
@@ -44,16 +60,25 @@ def options_of(
     return partial(click.option, cls=OfStudy, told=default_of)
 
 
+def study_of(
+    kind: Callable[..., Any], given: Mapping[str, Any], quick: bool, fields: Mapping[str, str], units: Mapping[str, float]
+) -> Any:
+    """The study of this class that the options ask for; the quick one keeps every option that the user gave."""
+    asked = {fields.get(name, name): value * units[name] if name in units else value for name, value in given.items()}
+    study = kind(**asked)
+    return replace(study.quick(), **asked) if quick else study
+
+
 def _in_words(value: Any, unit: float) -> str:
-    """The default of a field, in so large a unit."""
+    """The default of a field in its unit."""
     if isinstance(value, tuple):
         return ",".join(item if isinstance(item, str) else f"{item:g}" for item in value)
     return f"{value / unit:g}"
 
 
 def kept_in(default: Path | None, *, shown: bool | str = True) -> Callable[[Any], Any]:
-    """The options --out, --force and --resume of a command; ``shown``: what its help says of the folder where no one
-    ``default`` is."""
+    """The options --out, --force and --resume of a command; ``shown``: what its help says of the folder if there is no
+    single ``default``."""
     folder = click.Path(path_type=Path, file_okay=False)
     options = [
         click.option("--out", type=folder, default=default, show_default=shown, help="Folder to write."),
@@ -73,42 +98,47 @@ def kept_in(default: Path | None, *, shown: bool | str = True) -> Callable[[Any]
     return add
 
 
-def study_in(folder: Any, given: dict[str, Any], *, quick: bool, force: bool, resume: bool, new: Callable[[], Any]) -> Any:
-    """The study to be carried out in a folder: the ``new`` one that the options ``given`` ask for, or the one that the
-    folder holds, with as many threads as the user says."""
-    if not resume:
-        study = new()
+def carry_out(
+    folder: Any, options: Mapping[str, Any], new: Callable[[dict[str, Any]], Any], *, quick: bool, force: bool, resume: bool
+) -> None:
+    """Carry a study out in its folder, and print which files were written and the summary.
+
+    ``new`` makes the study that the options ask for; with ``resume`` it is the one that the folder holds, with the number
+    of threads that the user gives.
+    """
+    from lmgcpy.experiment.study.engine import carry_out_study
+    from lmgcpy.experiment.study.stages import Stages
+
+    given = {name: value for name, value in options.items() if value is not None}
+    if resume:
+        strange = [name for name in given if name != "threads"]
+        strange += [name for name, there in (("quick", quick), ("force", force)) if there]
+        if strange:
+            words = ", ".join("--" + name.replace("_", "-") for name in sorted(strange))
+            raise click.UsageError(f"--resume takes the study as it is in '{folder.study_file}': leave out {words}.")
+        study = replace(folder.read(), **given)
+    else:
+        study = new(given)
         if not force:
             refuse_what_is_there(folder)
-        return study
-    strange = [name for name in given if name != "threads"]
-    strange += [name for name, there in (("quick", quick), ("force", force)) if there]
-    if strange:
-        options = ", ".join("--" + name.replace("_", "-") for name in sorted(strange))
-        raise click.UsageError(f"--resume takes the study as it is in '{folder.study_file}': leave out {options}.")
-    return replace(folder.read(), **given)
+    try:
+        written = study.report(carry_out_study(study, Stages(), folder, resume=resume), folder)
+    except KeyboardInterrupt:
+        click.echo(f"Interrupted; go on with: lmgcpy {study.COMMAND} --resume --out {folder.path}", err=True)
+        sys.exit(130)
+    for path in written:
+        click.echo(path)
+    click.echo(folder.summary.read_text(encoding="utf-8"), nl=False)
 
 
 def refuse_what_is_there(folder: Any) -> None:
-    """Keep a folder that is not empty from being written into."""
+    """Raise if the folder is not empty, so that nothing in it is overwritten."""
     if folder.interrupted:
         raise click.ClickException(
-            f"The folder '{folder.path}' holds an interrupted study: go on with lmgcpy {folder.COMMAND} --resume --out "
-            f"{folder.path}, or begin anew by --force."
+            f"The folder '{folder.path}' holds an interrupted study: go on with lmgcpy {folder.kind.COMMAND} --resume "
+            f"--out {folder.path}, or begin anew by --force."
         )
     if folder.path.exists() and any(folder.path.iterdir()):
         raise click.ClickException(
             f"The folder '{folder.path}' is not empty: give another by --out, or --force to write there."
         )
-
-
-def tell(folder: Any, carry_out: Callable[[], list[Path]]) -> None:
-    """Carry a study out, and say which files were written, and what is in the summary."""
-    try:
-        written = carry_out()
-    except KeyboardInterrupt:
-        click.echo(f"Interrupted; go on with: lmgcpy {folder.COMMAND} --resume --out {folder.path}", err=True)
-        sys.exit(130)
-    for path in written:
-        click.echo(path)
-    click.echo(folder.summary.read_text(encoding="utf-8"), nl=False)

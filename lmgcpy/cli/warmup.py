@@ -9,7 +9,7 @@ import click
 from lmgcpy import laws as registry
 from lmgcpy.compiled.cache import CacheWarning, cache_directory
 from lmgcpy.compiled.kernel import INTERPRETED, statistics
-from lmgcpy.experiment.stages import Stages
+from lmgcpy.experiment.study.stages import Stages
 from lmgcpy.warmup import warm_up
 
 

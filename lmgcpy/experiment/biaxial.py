@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from lmgcpy.experiment.compression import Compression, CompressionRecord
-from lmgcpy.io.kept import KeptRun
 from lmgcpy.io.run import Run
 
 
@@ -52,7 +51,7 @@ class Biaxial(Compression):
     DIMENSION = 2
     BLOCK_SPIN = False
 
-    def record(self, run: KeptRun | Run) -> BiaxialRecord:
+    def record(self, run: Run) -> BiaxialRecord:
         """What a run measured, with its frames."""
         measured = self.measured(run)
         (k,) = self.box.lateral
@@ -61,7 +60,7 @@ class Biaxial(Compression):
         frames = [self._frame(run, i, strain[step - 1], top[step - 1]) for i, step in enumerate(run.steps) if step > 0]
         return BiaxialRecord(**measured, lateral=lateral, frames=frames)
 
-    def _frame(self, run: KeptRun | Run, k: int, strain: float, top_force: float) -> Frame:
+    def _frame(self, run: Run, k: int, strain: float, top_force: float) -> Frame:
         net, positions = run.interactions(k), run.positions[k]
         acting = net.force[:, 0] != 0.0
         antagonist, candidate = net.antagonist[acting], net.candidate[acting]

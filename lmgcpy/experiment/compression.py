@@ -13,7 +13,6 @@ import numpy as np
 from lmgcpy.errors import named_arguments, number, one_of, shown, whole
 from lmgcpy.experiment.box import Box, Sample, characteristic_time
 from lmgcpy.experiment.trial import carry_out
-from lmgcpy.io.kept import KeptRun
 from lmgcpy.io.observations import Observe
 from lmgcpy.io.run import Run
 from lmgcpy.laws import Law
@@ -204,7 +203,7 @@ class Compression(ABC):
         return {"reactions": self.box.reactions, "size": self.box.size, "stress": self._stress}
 
     @abstractmethod
-    def record(self, run: KeptRun | Run) -> CompressionRecord:
+    def record(self, run: Run) -> CompressionRecord:
         """What a run measured."""
 
     def _stress(self, sim: Simulation) -> np.ndarray:
@@ -213,7 +212,7 @@ class Compression(ABC):
         wire = np.zeros((self.DIMENSION, self.DIMENSION)) if self.law is None else sigma[self.law.NAME]
         return np.stack([sigma["total"], sigma[Coulomb.NAME], wire])
 
-    def measured(self, run: KeptRun | Run) -> dict[str, Any]:
+    def measured(self, run: Run) -> dict[str, Any]:
         """The fields of a :class:`CompressionRecord`."""
         history, size, sigma = run.history[:], run.observed["size"][:], run.observed["stress"][:]
         low, high = run.observed["reactions"][:, 2 * self.axis : 2 * self.axis + 2].T

@@ -1,15 +1,15 @@
-"""A test step by step: observed, ended by its rule, kept in memory or in a run file from which it goes on."""
+"""A test step by step: observed, ended by its rule, recorded in a run file, from which it goes on."""
 
 from __future__ import annotations
 
 import os
+import tempfile
 from collections import deque
 from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
-from lmgcpy.io.kept import KeptRun
 from lmgcpy.io.observations import Observe
 from lmgcpy.io.recorder import RunRecorder
 from lmgcpy.io.run import Run, open_run
@@ -17,10 +17,28 @@ from lmgcpy.io.take_up import take_up
 from lmgcpy.simulation import Simulation
 
 FLUSH = 2.0
-"""How old what is not yet in the file may become [s]."""
+"""Greatest age of what is not yet in the file [s]."""
+NO_FLUSH = 1e9
+"""The same for a temporary file, from which nobody goes on: it is written at the end [s]."""
 
 Rule = Callable[[Mapping[str, np.ndarray]], bool]
-"""Whether a test is over, from the last rows of its observations, the newest last."""
+"""Says whether a test is over, from the last rows of its observations; the newest row is the last one."""
+
+
+class TemporaryRun(Run):
+    """A run in a file of a temporary directory, which is deleted when the run is closed."""
+
+    def __init__(self, path: str, directory: tempfile.TemporaryDirectory):
+        self._directory: tempfile.TemporaryDirectory | None = None
+        super().__init__(path)
+        self._directory = directory
+
+    def close(self) -> None:
+        """Close and delete the file; arrays that were read stay."""
+        super().close()
+        if self._directory is not None:
+            self._directory.cleanup()
+            self._directory = None
 
 
 def carry_out(
@@ -35,22 +53,51 @@ def carry_out(
     file: str | os.PathLike | None = None,
     on_step: Callable[[int], None] | None = None,
     interrupted: Callable[[], bool] | None = None,
-) -> KeptRun | Run:
-    """Make ``steps`` steps, fewer where the ``rule`` ends the test, and give them back as a run, to be closed.
+) -> Run:
+    """Make ``steps`` steps, fewer if the ``rule`` ends the test, and return the run, which the caller closes.
 
-    The rule is asked after every step, with the last ``window`` rows of what the functions ``observe`` say. With a
-    ``file`` the run is kept in it; if it is there already, the simulation, which is at its start, goes on from where the
-    file ends, and a test that was over is only read. ``notes``: what makes a test the same beside its scene and
-    options. A frame is kept ``every`` so many steps; ``on_step`` is told how many steps are done.
+    The rule is asked after every step; it gets the last ``window`` rows of what the functions ``observe`` return. The run
+    is recorded in the ``file``. If the file exists, the simulation, which is at its start, goes on from where the file
+    ends, and a test that is over is only read. Without a ``file`` the run is recorded in a temporary one, which is deleted
+    when the run is closed. ``notes``: what identifies a test beside its scene and its options. A frame is recorded
+    ``every`` so many steps; ``on_step`` is called with the number of steps done.
 
-    Raises KeyboardInterrupt where ``interrupted`` ends the test between two steps, with a good file; ValueError where the
-    file is that of another test.
+    Raises KeyboardInterrupt if ``interrupted`` ends the test between two steps; the file is then complete up to there.
+    Raises ValueError if the file is that of another test.
     """
+    if file is not None:
+        _advance(sim, os.fspath(file), FLUSH, steps, observe, every, notes, rule, window, on_step, interrupted)
+        return open_run(file)
+    directory = tempfile.TemporaryDirectory(prefix="lmgcpy-", ignore_cleanup_errors=True)
+    try:
+        path = os.path.join(directory.name, "run.h5")
+        _advance(sim, path, NO_FLUSH, steps, observe, every, notes, rule, window, on_step, interrupted)
+        return TemporaryRun(path, directory)
+    except KeyboardInterrupt:
+        directory.cleanup()
+        raise KeyboardInterrupt("Interrupted; there is no file to go on from.") from None
+    except BaseException:
+        directory.cleanup()
+        raise
+
+
+def _advance(
+    sim: Simulation,
+    file: str,
+    flush: float,
+    steps: int,
+    observe: Observe,
+    every: int,
+    notes: Mapping[str, Any],
+    rule: Rule | None,
+    window: int,
+    on_step: Callable[[int], None] | None,
+    interrupted: Callable[[], bool] | None,
+) -> None:
+    """Make the steps that the file lacks."""
     recent: dict[str, deque] = {name: deque(maxlen=window) for name in observe}
-    if file is None:
-        sim.recorder = KeptRun(every=every, observe=observe)
-    elif not os.path.exists(file):
-        sim.recorder = RunRecorder(file, every=every, flush=FLUSH, observe=observe, notes=notes)
+    if not os.path.exists(file):
+        sim.recorder = RunRecorder(file, every=every, flush=flush, observe=observe, notes=notes)
     else:
         take_up(sim, file, observe=observe, notes=notes)
         _cut_to_the_checkpoint(sim, file)
@@ -60,7 +107,7 @@ def carry_out(
         if on_step:
             on_step(sim.steps)
     recorder = sim.recorder
-    assert isinstance(recorder, (KeptRun, RunRecorder))
+    assert isinstance(recorder, RunRecorder)
 
     def stopped() -> bool:
         return interrupted is not None and interrupted()
@@ -80,11 +127,10 @@ def carry_out(
     sim.recorder = None
     if not over():
         raise KeyboardInterrupt(recorder.how_to_go_on())
-    return recorder if isinstance(recorder, KeptRun) else open_run(recorder.path)
 
 
-def _cut_to_the_checkpoint(sim: Simulation, file: str | os.PathLike) -> None:
-    """Of a killed run: forget the rows of steps that will be made again."""
+def _cut_to_the_checkpoint(sim: Simulation, file: str) -> None:
+    """Forget the rows of steps that a killed run made after its last checkpoint: they are made again."""
     with open_run(file) as run:
         if run.closed:
             return

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from lmgcpy.experiment.compression import Compression, CompressionRecord
-from lmgcpy.io.kept import KeptRun
 from lmgcpy.io.observations import Observe
 from lmgcpy.io.run import Run
 from lmgcpy.sample.arguments import AXES
@@ -58,7 +57,7 @@ class Triaxial(Compression):
         """What is kept of every step."""
         return {**super().observed(), "network": self.box.network, "penetration": self.box.penetration}
 
-    def record(self, run: KeptRun | Run) -> TriaxialRecord:
+    def record(self, run: Run) -> TriaxialRecord:
         """What a run measured."""
         measured = self.measured(run)
         size, net = measured["size"], run.observed["network"][:]

@@ -8,10 +8,8 @@ import lmgcpy as lm
 from lmgcpy.experiment.biaxial import Biaxial
 from lmgcpy.experiment.box import Sample
 from lmgcpy.experiment.compaction import compact
-from lmgcpy.experiment.texsol_2d import Study
-from lmgcpy.experiment.texsol_3d import Study3D
-from lmgcpy.experiment.texsol_sample import lay_sample
-from lmgcpy.experiment.texsol_sample_3d import lay_sample_3d
+from lmgcpy.experiment.texsol.sample import lay_sample, lay_sample_3d
+from lmgcpy.experiment.texsol.study import Study2D, Study3D
 from lmgcpy.experiment.triaxial import Triaxial
 from lmgcpy.sample.settle import settle
 
@@ -161,29 +159,29 @@ ROWS: dict[str, tuple] = {
     "stress not square": (lambda w: lm.measure.principal([1.0, 2.0]), ValueError,
         "A stress tensor must have shape (2, 2) or (3, 3), got (2,)"),
     # ----------------------------------------------------------------------------------------------------- experiments
-    "study of a law unknown": (lambda w: Study(laws=("rigid-wir",)), ValueError,
+    "study of a law unknown": (lambda w: Study2D(laws=("rigid-wir",)), ValueError,
         "no law 'rigid-wir'; did you mean 'rigid-wire'"),
-    "study of no law": (lambda w: Study(laws=()), ValueError, "laws must name each law once, got none"),
-    "study of a law twice": (lambda w: Study(laws=("none", "none")), ValueError,
+    "study of no law": (lambda w: Study2D(laws=()), ValueError, "laws must name each law once, got none"),
+    "study of a law twice": (lambda w: Study2D(laws=("none", "none")), ValueError,
         "laws must name each law once, got none, none"),
-    "study of three grains": (lambda w: Study(grain_count=3), ValueError, "grains must be at least 10, got 3"),
-    "study of beads below zero": (lambda w: Study(bead_count=-1), ValueError, "beads must be at least 0, got -1"),
-    "study of one bead": (lambda w: Study(bead_count=1), ValueError, "beads must be at least 2 for a wire, got 1"),
-    "study of no strain": (lambda w: Study(strain=0.0), ValueError, "strain must be above 0, got 0"),
-    "study crushed to nothing": (lambda w: Study(strain=0.7), ValueError, "strain must be at most 0.5, got 0.7"),
-    "study under suction": (lambda w: Study(pressure=-1.0), ValueError, "pressure must be above 0 Pa, got -1 Pa"),
-    "study under NaN": (lambda w: Study(pressure=nan), ValueError, "pressure must be finite, got nan"),
-    "study without tolerance": (lambda w: Study(tolerance=0.0), ValueError, "tolerance must be above 0, got 0"),
-    "study of a wire that pushes": (lambda w: Study(axial_rigidity=-1.0), ValueError,
+    "study of three grains": (lambda w: Study2D(grain_count=3), ValueError, "grains must be at least 10, got 3"),
+    "study of beads below zero": (lambda w: Study2D(bead_count=-1), ValueError, "beads must be at least 0, got -1"),
+    "study of one bead": (lambda w: Study2D(bead_count=1), ValueError, "beads must be at least 2 for a wire, got 1"),
+    "study of no strain": (lambda w: Study2D(strain=0.0), ValueError, "strain must be above 0, got 0"),
+    "study crushed to nothing": (lambda w: Study2D(strain=0.7), ValueError, "strain must be at most 0.5, got 0.7"),
+    "study under suction": (lambda w: Study2D(pressure=-1.0), ValueError, "pressure must be above 0 Pa, got -1 Pa"),
+    "study under NaN": (lambda w: Study2D(pressure=nan), ValueError, "pressure must be finite, got nan"),
+    "study without tolerance": (lambda w: Study2D(tolerance=0.0), ValueError, "tolerance must be above 0, got 0"),
+    "study of a wire that pushes": (lambda w: Study2D(axial_rigidity=-1.0), ValueError,
         "axial_rigidity must be above 0 N, got -1 N"),
-    "study without threads": (lambda w: Study(threads=0), ValueError, "threads must be at least 1, got 0"),
-    "study without iterations": (lambda w: Study(max_iterations=0), ValueError,
+    "study without threads": (lambda w: Study2D(threads=0), ValueError, "threads must be at least 1, got 0"),
+    "study without iterations": (lambda w: Study2D(max_iterations=0), ValueError,
         "max_iterations must be at least 1, got 0"),
-    "study of friction below zero": (lambda w: Study(friction=-0.4), ValueError,
+    "study of friction below zero": (lambda w: Study2D(friction=-0.4), ValueError,
         "friction must be at least 0, got -0.4"),
-    "study too fast": (lambda w: Study(inertial_number=1.0), ValueError, "inertial_number must be at most 0.1, got 1"),
-    "study misspelt": (lambda w: Study(grains=100), TypeError,
-        "Study has no argument 'grains'; did you mean 'strain'?"),
+    "study too fast": (lambda w: Study2D(inertial_number=1.0), ValueError, "inertial_number must be at most 0.1, got 1"),
+    "study misspelt": (lambda w: Study2D(grains=100), TypeError,
+        "Study2D has no argument 'grains'; did you mean 'strain'?"),
     "sample of one bead": (lambda w: lay_sample(100, 1), ValueError,
         "beads must be 0 (sand alone) or at least 2: one bead is no wire"),
     "sample of a long wire": (lambda w: lay_sample(50, 5000), ValueError,

@@ -5,7 +5,7 @@ import pytest
 import lmgcpy as lm
 from lmgcpy.experiment.box import characteristic_time
 from lmgcpy.experiment.compaction import compact
-from lmgcpy.experiment.texsol_sample_3d import lay_sample_3d
+from lmgcpy.experiment.texsol.sample import lay_sample_3d
 
 PRESSURE, DENSITY = 1e5, 2600.0
 

@@ -1,6 +1,6 @@
 """The biaxial test: its boundary conditions, its measures, and what it must conserve."""
 
-import sys
+import tempfile
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from lmgcpy.experiment.biaxial import Biaxial
 from lmgcpy.experiment.box import characteristic_time
 from lmgcpy.experiment.compaction import compact
 from lmgcpy.experiment.compression import RAMP
-from lmgcpy.experiment.texsol_sample import lay_sample
+from lmgcpy.experiment.texsol.sample import lay_sample
 
 PRESSURE, DENSITY = 1e5, 2600.0
 
@@ -90,11 +90,16 @@ def test_repetition_gives_the_same_bits(sample, records):
     np.testing.assert_array_equal(again.reaction, records["rigid-wire"].reaction)
 
 
-def test_without_a_file_h5py_is_not_needed(sample, monkeypatch, tmp_path):
-    monkeypatch.setitem(sys.modules, "h5py", None)  # importing it fails
+def test_without_a_file_nothing_is_left_behind(sample, monkeypatch, tmp_path):
+    """The temporary file goes with the run, whether the test ends, is interrupted or fails."""
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     assert len(Biaxial(sample).run(0.001, frames=1).frames) == 1
-    with pytest.raises(ImportError, match="install h5py"):
-        Biaxial(sample).run(0.001, file=tmp_path / "test.h5")
+    assert not list(tmp_path.iterdir())
+    with pytest.raises(KeyboardInterrupt, match=r"Interrupted; there is no file to go on from\."):
+        Biaxial(sample).run(0.001, interrupted=lambda: True)
+    with pytest.raises(ZeroDivisionError):
+        Biaxial(sample).run(0.001, on_step=lambda done: 1 / 0)
+    assert not list(tmp_path.iterdir())
 
 
 def test_rough_platens_narrow_the_ends(sample):

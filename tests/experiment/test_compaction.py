@@ -8,7 +8,7 @@ import lmgcpy as lm
 from lmgcpy.experiment.box import Box, characteristic_time
 from lmgcpy.experiment.compaction import WINDOW, Unrest, compact, inner_solid_fraction, unrest
 from lmgcpy.experiment.damped import DampedSimulation
-from lmgcpy.experiment.texsol_sample_3d import lay_sample_3d
+from lmgcpy.experiment.texsol.sample import lay_sample_3d
 
 
 def straightness(sample, links=10):

@@ -300,18 +300,19 @@ def test_a_study_that_finds_no_room_leaves_the_former_one(tmp_path):
     child(
         """
         from dataclasses import dataclass
-        from lmgcpy.experiment.study_folder import Folder
+        from lmgcpy.experiment.study.folder import StudyFolder
 
         @dataclass(frozen=True)
         class Study:
             text: str
-
-        class StudyFolder(Folder):
             COMMAND = "test"
-            def kind_of(self, about):
-                return Study
+            def kind(self):
+                return {}
+            @classmethod
+            def class_of(cls, about):
+                return cls
 
-        kept = StudyFolder(folder)
+        kept = StudyFolder(folder, Study)
         kept.begin(Study("first"))
         run().close()
         os.replace(folder / "run.h5", kept.run_file("one"))

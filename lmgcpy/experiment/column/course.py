@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from lmgcpy.errors import named_arguments, number, shown
-from lmgcpy.experiment.column_measure import front, holding
-from lmgcpy.experiment.column_sample import SAND_DENSITY, Laid, glued_grains
+from lmgcpy.experiment.column.measure import front, holding
+from lmgcpy.experiment.column.sample import SAND_DENSITY, Laid, glued_grains
 from lmgcpy.experiment.trial import carry_out
 from lmgcpy.laws.coulomb import Coulomb
 from lmgcpy.laws.rigid import RigidWire
@@ -36,7 +36,7 @@ FRAMES = 16
 
 
 @dataclass(frozen=True)
-class State:
+class ColumnState:
     """Where the particles of a column are, and how they move; n of them, beads first."""
 
     positions: np.ndarray
@@ -47,7 +47,7 @@ class State:
     """[rad/s], (n, 3)."""
 
     def __repr__(self) -> str:
-        return f"<State of {len(self.positions)} particles>"
+        return f"<ColumnState of {len(self.positions)} particles>"
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class Course:
     """Sweeps, (s,)."""
     unconverged: int
     """Steps that did not reach the tolerance."""
-    end: State
+    end: ColumnState
     """Where the particles are after the last step."""
     at_rest: bool
     """Whether it ended by coming to rest."""
@@ -82,7 +82,7 @@ class Course:
         return f"<Course of {len(self.time)} steps to t = {self.time[-1] if len(self.time) else 0.0:.3g} s, {rest}>"
 
 
-class Column:
+class SandColumn:
     """The scene of a column on its rough ground, in its mould or out of it, from a state or as laid.
 
     The ground is a plane in which grains are stuck half-way, out to ``reach`` [m] from the axis: on a bare plane spheres
@@ -91,7 +91,7 @@ class Column:
     """
 
     def __init__(
-        self, laid: Laid, *, friction: float, reach: float, mould: bool, state: State | None = None, seed: int = 0
+        self, laid: Laid, *, friction: float, reach: float, mould: bool, state: ColumnState | None = None, seed: int = 0
     ):
         if not isinstance(laid, Laid):
             raise TypeError(f"A column is of what lay_column() lays, got {shown(laid)}.")
@@ -99,7 +99,7 @@ class Column:
         self.laid = laid
         self.grains = slice(sample.bead_count, len(sample.radii))
         self.scene = Scene(dimension=3, gravity=(0.0, 0.0, -GRAVITY))
-        start = state or State(sample.positions, np.zeros_like(sample.positions), np.zeros_like(sample.positions))
+        start = state or ColumnState(sample.positions, np.zeros_like(sample.positions), np.zeros_like(sample.positions))
         self._add_particles(start)
         self._add_ground(glued_grains(laid.mould, reach, laid.diameter, seed))
         law = Coulomb(friction=friction)
@@ -111,7 +111,7 @@ class Column:
         self._masses = np.array([body.mass for body in self.scene.bodies[: len(sample.radii)]])
         self._link_count = max(sample.bead_count - 1, 0)
 
-    def _add_particles(self, start: State) -> None:
+    def _add_particles(self, start: ColumnState) -> None:
         sample, sand = self.laid.sample, Material("sand", density=SAND_DENSITY)
         bodies = []
         for i, radius in enumerate(sample.radii.tolist()):
@@ -173,19 +173,19 @@ class Column:
         pull = -sim.interactions.force[: self._link_count, 0]  # links come first
         return np.array([pull.max(), pull.mean()]) if len(pull) else np.zeros(2)
 
-    def state(self, sim: Simulation) -> State:
+    def state(self, sim: Simulation) -> ColumnState:
         """Of the particles, copied."""
         n = len(self._masses)
-        return State(sim.positions[:n].copy(), sim.velocities[:n].copy(), sim.spins[:n].copy())
+        return ColumnState(sim.positions[:n].copy(), sim.velocities[:n].copy(), sim.spins[:n].copy())
 
     def __repr__(self) -> str:
         particles, bodies = len(self._masses), len(self.scene.bodies)
-        return f"<Column of content {self.laid.content:.3g}: {particles} particles, {bodies} bodies>"
+        return f"<SandColumn of content {self.laid.content:.3g}: {particles} particles, {bodies} bodies>"
 
 
 @named_arguments
 def let_go(
-    column: Column,
+    column: SandColumn,
     *,
     duration: float,
     least: float = 0.0,

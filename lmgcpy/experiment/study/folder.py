@@ -1,44 +1,40 @@
-"""The folder of a study: ``study.json`` says what is computed, ``runs`` holds a run file for each of its runs."""
+"""The folder of a study: ``study.json`` says what is computed, ``runs`` holds the run file of each of its runs."""
 
 from __future__ import annotations
 
 import json
 import os
-from abc import ABC, abstractmethod
-from collections.abc import Callable
 from dataclasses import asdict, fields
 from pathlib import Path
-from typing import Any, ClassVar, Generic, TypeVar
+from typing import Any
 
 from lmgcpy.io.foreign import regular_file
 from lmgcpy.io.recorder import versions
 from lmgcpy.io.run_format import is_being_written
 from lmgcpy.writing import flush, make_folder, new_file
 
-Study = TypeVar("Study")
 
+class StudyFolder:
+    """The folder in which a study is kept; it is not made before :meth:`begin`.
 
-class Folder(ABC, Generic[Study]):
-    """Where a study is kept; nothing is made before :meth:`begin`."""
+    ``kind``: the class of the study, or one above those that the folder may hold, a subclass of
+    :class:`lmgcpy.experiment.study.engine.Study`.
+    """
 
-    COMMAND: ClassVar[str]
-    """Of ``lmgcpy``, which makes such studies."""
-
-    def __init__(self, path: str | os.PathLike):
+    def __init__(self, path: str | os.PathLike, kind: Any):
         self.path = Path(path)
+        self.kind = kind
         self.study_file = self.path / "study.json"
-
-    @property
-    def _format(self) -> str:
-        return f"lmgcpy {self.COMMAND} study"
+        self.runs = self.path / "runs"
+        self._format = f"lmgcpy {kind.COMMAND} study"
 
     def run_file(self, name: str) -> Path:
         """The run file of that name."""
-        return self.path / "runs" / f"{name}.h5"
+        return self.runs / f"{name}.h5"
 
     @property
     def summary(self) -> Path:
-        """Written last, when the study is complete."""
+        """The summary, which is written last, when the study is complete."""
         return self.path / "summary.md"
 
     @property
@@ -46,41 +42,40 @@ class Folder(ABC, Generic[Study]):
         """Whether it holds a study that is not complete."""
         return self.study_file.exists() and not self.summary.exists()
 
-    def begin(self, study: Study) -> None:
-        """Make the folder and write the study; the runs of a former study are taken away.
+    def begin(self, study: Any) -> None:
+        """Make the folder and write the study; the runs of a former study are deleted.
 
-        Raises BlockingIOError where one of these is under way, OSError where the study cannot be written; the former one is
-        then as it was.
+        Raises BlockingIOError if one of these is under way, OSError if the study cannot be written; the former study is
+        unchanged then.
         """
-        former = list((self.path / "runs").glob("*.h5*")) if self.study_file.exists() else []
+        former = list(self.runs.glob("*.h5*")) if self.study_file.exists() else []
         for file in former:
             if is_being_written(file):
                 raise BlockingIOError(f"The study in '{self.path}' is under way: wait for its end, or give another folder.")
-        make_folder(self.path / "runs")
-        given: Any = study
-        about = {"format": self._format, **self.told_beside(study), "study": asdict(given), "versions": versions()}
+        make_folder(self.runs)
+        about = {"format": self._format, **study.kind(), "study": asdict(study), "versions": versions()}
         with new_file(self.study_file) as new:
             new.write_text(json.dumps(about, indent=2) + "\n", encoding="utf-8")
             flush(new)  # from here on there is room for it: the former study may go
             for file in [*former, self.summary]:
                 file.unlink(missing_ok=True)
 
-    def read(self) -> Study:
+    def read(self) -> Any:
         """The study that the folder holds.
 
-        Raises FileNotFoundError where there is none; ValueError where its file is damaged, a pipe, or of another version.
+        Raises FileNotFoundError if there is none; ValueError if its file is damaged, a pipe, or of another version.
         """
         if not self.study_file.exists():
             raise FileNotFoundError(
                 f"There is no study to go on with in '{self.path}': '{self.study_file}' is missing. Begin one by "
-                f"lmgcpy {self.COMMAND} --out {self.path}."
+                f"lmgcpy {self.kind.COMMAND} --out {self.path}."
             )
         anew = "Put it back as it was, or begin the study anew by --force without --resume."
         file = Path(regular_file(self.study_file, "the file of a study"))
         try:
             about = json.loads(file.read_text(encoding="utf-8"))
             form, given, made_with = about["format"], dict(about["study"]), about["versions"]["lmgcpy"]
-            kind: Any = self.kind_of(about) if form == self._format else None
+            kind: Any = self.kind.class_of(about) if form == self._format else None
         except (ValueError, KeyError, TypeError, RecursionError) as error:
             raise ValueError(f"'{self.study_file}' is damaged ({error}). {anew}") from error
         if kind is None:
@@ -96,11 +91,3 @@ class Folder(ABC, Generic[Study]):
             return kind(**{name: tuple(value) if isinstance(value, list) else value for name, value in given.items()})
         except (TypeError, ValueError) as error:
             raise ValueError(f"'{self.study_file}' is damaged: {error} {anew}") from error
-
-    def told_beside(self, study: Study) -> dict[str, Any]:
-        """What the file says beside the fields of the study."""
-        return {}
-
-    @abstractmethod
-    def kind_of(self, about: dict[str, Any]) -> Callable[..., Study]:
-        """The class of the study that the file tells of; KeyError where there is none."""

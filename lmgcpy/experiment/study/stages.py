@@ -1,4 +1,4 @@
-"""How far a long study is: a bar per stage on a terminal, one line per finished stage otherwise."""
+"""Progress of a long study: a bar for every stage on a terminal, otherwise one line for every finished stage."""
 
 from __future__ import annotations
 
@@ -16,16 +16,25 @@ class Tick(Protocol):
 
 
 class Stages:
-    """Stages of a study, told on ``stream``; ``quiet`` says nothing."""
+    """Shows the stages of a study on ``stream``; if ``quiet``, nothing is shown.
+
+    In another process, where a pickled copy arrives, the lines go to that process' standard error and there are no bars.
+    """
 
     def __init__(self, stream: TextIO | None = None, *, quiet: bool = False):
         self.stream = sys.stderr if stream is None else stream
         self.quiet = quiet
         self.terminal = self.stream.isatty() and not quiet
 
+    def __getstate__(self) -> bool:
+        return self.quiet
+
+    def __setstate__(self, quiet: bool) -> None:
+        self.stream, self.quiet, self.terminal = sys.stderr, quiet, False
+
     @contextmanager
     def stage(self, name: str, total: int) -> Iterator[Tick]:
-        """A stage of ``total`` steps at the most; several may be under way at once."""
+        """A stage of at most ``total`` steps; several stages may be under way at once."""
         from tqdm import tqdm
 
         begin = clock.perf_counter()

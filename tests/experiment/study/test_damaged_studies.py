@@ -8,17 +8,11 @@ import os
 import numpy as np
 import pytest
 
-from lmgcpy.experiment.column_folder import ColumnFolder
-from lmgcpy.experiment.column_study import ColumnStudy
-from lmgcpy.experiment.texsol_2d import Study
-from lmgcpy.experiment.texsol_3d import Study3D
-from lmgcpy.experiment.texsol_folder import StudyFolder
+from lmgcpy.experiment.column.study import ColumnStudy
+from lmgcpy.experiment.study.folder import StudyFolder
+from lmgcpy.experiment.texsol.study import Study2D, Study3D, TexSolStudy
 
-STUDIES = {
-    "texsol": (StudyFolder, Study),
-    "texsol 3D": (StudyFolder, Study3D),
-    "column": (ColumnFolder, ColumnStudy),
-}
+STUDIES = {"texsol": (TexSolStudy, Study2D), "texsol 3D": (TexSolStudy, Study3D), "column": (ColumnStudy, ColumnStudy)}
 TEXTS = (b"", b"{", b"[]", b"null", b"3", b'"word"', b"\xff\xfe", b"[" * 100_000, b'{"format": 3}', b"\0" * 100,
          b'{"format": "lmgcpy texsol study", "study": {}, "versions": {"lmgcpy": 1}}', b"9" * 5000)  # fmt: skip
 VALUES = (None, True, -1, 0, 1, 3, 10**400, -(10**18), 1e308, float("nan"), float("inf"), "word", "", [], {}, [1, "a"],
@@ -28,7 +22,7 @@ VALUES = (None, True, -1, 0, 1, 3, 10**400, -(10**18), 1e308, float("nan"), floa
 @pytest.fixture(params=STUDIES.values(), ids=STUDIES)
 def folder(request, tmp_path):
     kind, study = request.param
-    made = kind(tmp_path / "study")
+    made = StudyFolder(tmp_path / "study", kind)
     made.begin(study())
     return made, study
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lmgcpy.experiment.compaction import compact, inner_solid_fraction
-from lmgcpy.experiment.texsol_sample import lay_sample
+from lmgcpy.experiment.texsol.sample import lay_sample
 
 
 def overlaps(sample):

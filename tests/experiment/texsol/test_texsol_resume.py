@@ -14,9 +14,10 @@ import lmgcpy as lm
 from lmgcpy.cli import main
 from lmgcpy.experiment.biaxial import Biaxial
 from lmgcpy.experiment.compaction import compact
-from lmgcpy.experiment.texsol_2d import Study, run_study
-from lmgcpy.experiment.texsol_folder import StudyFolder
-from lmgcpy.experiment.texsol_sample import lay_sample
+from lmgcpy.experiment.study.engine import carry_out_study
+from lmgcpy.experiment.study.folder import StudyFolder
+from lmgcpy.experiment.texsol.sample import lay_sample
+from lmgcpy.experiment.texsol.study import Study2D, TexSolStudy
 
 OPTIONS = {"laws": "none,rigid-wire", "grains": 30, "beads": 8, "strain": 0.5, "tolerance": 0.1, "seed": 1}
 TINY = ["texsol", *(str(word) for name, value in OPTIONS.items() for word in (f"--{name}", value))]
@@ -28,7 +29,7 @@ def run(*arguments):
 
 
 def stopped(signal, name, step, *arguments):
-    script = Path(__file__).parent / "stop_study.py"
+    script = Path(__file__).parents[1] / "stop_study.py"
     command = [sys.executable, script, signal, name, str(step), *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True, timeout=100)
 
@@ -104,9 +105,9 @@ def test_interrupted_and_killed_again_and_again_it_is_the_same_study(whole, tmp_
 def test_files_change_no_bit(whole):
     """The same study kept in memory."""
     about = json.loads((whole / "study.json").read_text())
-    study = Study(**{**about["study"], "laws": tuple(about["study"]["laws"])})
-    result = run_study(study)
-    again = run_study(study, folder=StudyFolder(whole), resume=True)
+    study = Study2D(**{**about["study"], "laws": tuple(about["study"]["laws"])})
+    result = carry_out_study(study)
+    again = carry_out_study(study, folder=StudyFolder(whole, TexSolStudy), resume=True)
     assert result.compaction.steps == again.compaction.steps > 0
     assert result.compaction.unrest == again.compaction.unrest
     assert np.array_equal(result.sample.positions, again.sample.positions)
@@ -124,7 +125,7 @@ def test_files_change_no_bit(whole):
 
 def test_force_begins_anew_and_a_finished_study_is_only_told_again(whole, tmp_path):
     out = tmp_path / "study"
-    StudyFolder(out).begin(Study(grain_count=40))
+    StudyFolder(out, TexSolStudy).begin(Study2D(grain_count=40))
     (out / "runs" / "rigid-rod.h5").write_text("of the former study")
     done = run(*TINY, "--out", out, "--force")
     assert done.exit_code == 0, done.output
@@ -138,8 +139,8 @@ def test_force_begins_anew_and_a_finished_study_is_only_told_again(whole, tmp_pa
 
 
 def test_a_study_under_way_is_left_alone(tmp_path):
-    out = StudyFolder(tmp_path / "study")
-    out.begin(Study())
+    out = StudyFolder(tmp_path / "study", TexSolStudy)
+    out.begin(Study2D())
     lm.Simulation(one_disk(), time_step=1.0).run(steps=1, record=out.run_file("none"))
     hold = "import sys; from lmgcpy.io.run_format import Lock; l = Lock(sys.argv[1]); print('held', flush=True); input()"
     with subprocess.Popen([sys.executable, "-c", hold, out.run_file("none")], stdin=-1, stdout=-1, text=True) as other:
@@ -171,7 +172,7 @@ def test_what_cannot_be_resumed_gets_a_sentence(whole, tmp_path):
     assert "leave out --axial-rigidity, --quick, --seed" in told(whole, "--seed", 2, "--quick", "--axial-rigidity", 1e6)
 
     out = tmp_path / "study"
-    folder = StudyFolder(out)
+    folder = StudyFolder(out, TexSolStudy)
     about = json.loads((whole / "study.json").read_text())
     out.mkdir()
 
@@ -191,9 +192,9 @@ def test_what_cannot_be_resumed_gets_a_sentence(whole, tmp_path):
 @pytest.mark.parametrize("name", ["compaction", "none"])
 def test_a_run_of_another_study_is_refused_and_ends_the_others(name, whole, tmp_path):
     other, out = tmp_path / "other", tmp_path / "study"
-    study = Study(laws=("none",), grain_count=30, bead_count=8, strain=0.005, tolerance=0.1, seed=2, check_strain=0.0)
-    run_study(study, folder=StudyFolder(other))
-    StudyFolder(out).begin(StudyFolder(whole).read())
+    study = Study2D(laws=("none",), grain_count=30, bead_count=8, strain=0.005, tolerance=0.1, seed=2, check_strain=0.0)
+    carry_out_study(study, folder=StudyFolder(other, TexSolStudy))
+    StudyFolder(out, TexSolStudy).begin(StudyFolder(whole, TexSolStudy).read())
     (out / "runs" / f"{name}.h5").write_bytes((other / "runs" / f"{name}.h5").read_bytes())
     done = run("texsol", "--resume", "--out", out)
     assert done.exit_code == 1

@@ -1,14 +1,48 @@
-"""The pictures of a study by pyvista: in 2D after figures 3 and 4 of the paper, in 3D after figures 6 and 7."""
+"""Figures and pictures of the TexSol studies that no other study has."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import ExitStack
+from typing import TYPE_CHECKING
 
-from lmgcpy.experiment.report_files import ReportFolder
-from lmgcpy.experiment.texsol_2d import frames_at_equal_force
-from lmgcpy.experiment.texsol_folder import StudyFolder
-from lmgcpy.experiment.texsol_tests import Result
+import lmgcpy.view.figures as figures
+from lmgcpy.experiment.study.folder import StudyFolder
+from lmgcpy.experiment.study.report import ReportFolder
+from lmgcpy.experiment.texsol.conclusions_2d import frames_at_equal_force
+from lmgcpy.experiment.texsol.result import TexSolResult
+from lmgcpy.experiment.triaxial import TriaxialRecord
 from lmgcpy.io.run import open_run
+from lmgcpy.sample.arguments import AXES
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def title(record: TriaxialRecord) -> str:
+    """The name of a test in a legend."""
+    return f"{figures.name_of(record.law)} along {record.axis}"
+
+
+def layers_figure(records: Sequence[TriaxialRecord]) -> Figure:
+    """The wire's part of the stress within the layers and across them against crushing, a panel a test."""
+    drawn = figures.new_figure(max(7.0, 5.0 * len(records)))
+    panels = drawn.subplots(1, len(records), squeeze=False, sharey=True)[0]
+    for axes, record in zip(panels, records, strict=True):
+        percent = 100.0 * record.strain
+        for k, axis in enumerate(AXES):
+            component = 1e-3 * record.smooth(record.stress["wire"][:, k, k], 0.005)
+            compressed = ", compressed" if axis == record.axis else ""
+            within = "within the layers" if axis != "z" else "across the layers"
+            style = "-" if axis != "z" else "--"
+            axes.plot(percent, component, label=f"{axis}{axis}, {within}{compressed}", linestyle=style)
+        axes.axhline(0.0, color="grey", linewidth=0.5)
+        axes.set_title(title(record), fontsize="medium")
+        axes.set_xlabel("crushing [%]")
+        axes.set_xlim(left=0.0)
+        axes.legend(frameon=False, fontsize="small")
+    panels[0].set_ylabel("wire's part of the stress, traction positive [kPa]")
+    return drawn
 
 
 def reason_without_pictures() -> str:
@@ -26,15 +60,14 @@ def reason_without_pictures() -> str:
     return ""
 
 
-def draw_flat_pictures(result: Result, report: ReportFolder) -> str:
-    """Draw the sample, and force chains of each test with a wire beside those of the sand.
+def draw_flat_pictures(result: TexSolResult, report: ReportFolder) -> str:
+    """Draw the sample of a 2D study, and force chains of each test with a wire beside those of the sand (figure 4).
 
     Returns the sentence that says why there are no pictures, or nothing.
     """
     reason = reason_without_pictures()
     if reason:
         return reason
-    from lmgcpy.view.figures import name_of
     from lmgcpy.view.force_chains import draw_chains, draw_sample
 
     sample, sand = result.sample, result.records.get("none")
@@ -43,12 +76,15 @@ def draw_flat_pictures(result: Result, report: ReportFolder) -> str:
         if law != "none" and sand is not None:
             with_wire, without = frames_at_equal_force(record, sand)
             path = report.file(f"chains-{law}.png")
-            draw_chains(path, (name_of(law), with_wire), ("sand", without), sample.radii, sample.bead_count)
+            draw_chains(path, (figures.name_of(law), with_wire), ("sand", without), sample.radii, sample.bead_count)
     return ""
 
 
-def draw_pictures(result: Result, folder: StudyFolder, report: ReportFolder) -> str:
-    """Draw wire layout, sample and force chains; returns the sentence why there are none, or nothing."""
+def draw_pictures(result: TexSolResult, folder: StudyFolder, report: ReportFolder) -> str:
+    """Draw wire, sample and force chains of a 3D study from its run files (figures 6 and 7 of the paper).
+
+    Returns a sentence that says why there are no pictures, or nothing.
+    """
     reason = reason_without_pictures()
     if reason:
         return reason

@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 import sys
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,11 +17,13 @@ from click.testing import CliRunner
 import lmgcpy as lm
 import lmgcpy.view
 from lmgcpy.cli import main
-from lmgcpy.experiment import column_study
-from lmgcpy.experiment.column import time_unit
-from lmgcpy.experiment.column_folder import ColumnFolder
-from lmgcpy.experiment.column_report import lasting_tension, linear_content
-from lmgcpy.experiment.column_study import ColumnStudy, Fall, bracket, middle, run_study
+from lmgcpy.experiment.column import study as column_study
+from lmgcpy.experiment.column.course import time_unit
+from lmgcpy.experiment.column.quantities import lasting_tension, linear_content
+from lmgcpy.experiment.column.result import Fall, bracket, middle
+from lmgcpy.experiment.column.study import ColumnStudy
+from lmgcpy.experiment.study.engine import carry_out_study
+from lmgcpy.experiment.study.folder import StudyFolder
 
 TINY = ["column", "--grains", "30", "--contents", "0.6", "--travel", "2", "--aspect", "1"]
 RUNS = ("pour-dry", "pour-0.6", "release-dry", "release-0.6")
@@ -65,9 +68,9 @@ class Outcome:
     ],
 )
 def test_the_ladder_is_refined_where_it_brackets(threshold, refinements, tried, monkeypatch):
-    monkeypatch.setattr(column_study, "_fall", lambda study, content, *rest: Outcome(content, threshold))
+    monkeypatch.setattr(column_study, "_fall", lambda site, study, content, laid: Outcome(content, threshold))
     study = ColumnStudy(contents=(4.0, 1.0), grain_count=60, refinements=refinements)
-    assert [fall.content for fall in run_study(study).falls] == tried
+    assert [fall.content for fall in carry_out_study(study).falls] == tried
 
 
 def course(height, radius):
@@ -85,14 +88,16 @@ def test_a_column_stands_that_keeps_its_height_and_its_place(height, radius, sta
 
 
 def test_an_error_in_one_column_ends_the_others(monkeypatch):
-    def fail(study, content, *rest):
+    def fail(site, study, content, laid):
         if content == 0.0:
             raise FloatingPointError("of the dry column")
+        while not site.interrupted():
+            time.sleep(0.01)
         raise KeyboardInterrupt
 
     monkeypatch.setattr(column_study, "_fall", fail)
     with pytest.raises(FloatingPointError, match="of the dry column"):
-        run_study(ColumnStudy(contents=(0.4,), grain_count=60))
+        carry_out_study(ColumnStudy(contents=(0.4,), grain_count=60))
 
 
 # ----------------------------------------------------------------------------------------------------- from end to end
@@ -126,7 +131,7 @@ def test_tables_say_what_the_runs_hold(whole):
     with (out / "columns.csv").open() as file:
         dry, wired = csv.DictReader(file)
     assert (dry["beads"], dry["wire content [km/m^3]"]) == ("0", "0")
-    again = run_study(ColumnFolder(out).read(), folder=ColumnFolder(out), resume=True)
+    again = carry_out_study(StudyFolder(out, ColumnStudy).read(), folder=StudyFolder(out, ColumnStudy), resume=True)
     length_per_volume = float(wired["wire content [km/m^3]"])
     assert length_per_volume == pytest.approx(linear_content(again.falls[1]), rel=1e-5)
     # content / d^2, but for the volume: that of the settled column instead of that at a solid fraction of 0.6
@@ -143,7 +148,8 @@ def test_tables_say_what_the_runs_hold(whole):
 
 def test_lasting_tension_is_a_running_mean(whole):
     """Constants stay, but for half a window at the ends; a blow of one step counts as what it is over a tenth of a unit."""
-    fall = run_study(ColumnFolder(whole[0]).read(), folder=ColumnFolder(whole[0]), resume=True).falls[1]
+    folder = StudyFolder(whole[0], ColumnStudy)
+    fall = carry_out_study(folder.read(), folder=folder, resume=True).falls[1]
     steps = len(fall.release.time)
     count = round(0.1 * time_unit(fall.laid) / fall.release.time[0])
     blow = np.full((steps, 2), 3.0)
@@ -154,16 +160,14 @@ def test_lasting_tension_is_a_running_mean(whole):
 
 
 def test_without_pyvista_it_says_what_is_missing(whole, tmp_path, monkeypatch):
-    from lmgcpy.experiment.column_report import write_report
-
     def missing(*arguments, **options):
         raise ImportError("Pictures need pyvista: pip install lmgcpy[view].")
 
-    folder = ColumnFolder(tmp_path / "study")
+    folder = StudyFolder(tmp_path / "study", ColumnStudy)
     shutil.copytree(whole[0], folder.path, ignore=shutil.ignore_patterns("*.png"))
-    result = run_study(folder.read(), folder=folder, resume=True)
+    result = carry_out_study(folder.read(), folder=folder, resume=True)
     monkeypatch.setattr(lmgcpy.view, "render", missing)
-    written = write_report(result, folder)
+    written = result.study.report(result, folder)
     assert [path.name for path in written] == ["columns.csv", "course.csv", "course.png", "summary.md"]
     assert "There is no picture of the columns. Pictures need pyvista" in folder.summary.read_text()
 
@@ -174,7 +178,7 @@ def without_seconds(summary):
 
 
 def stopped(signal, name, step, *arguments):
-    script = Path(__file__).parent / "stop_study.py"
+    script = Path(__file__).parents[1] / "stop_study.py"
     command = [sys.executable, script, signal, name, str(step), *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True, timeout=100)
 

@@ -14,8 +14,9 @@ from click.testing import CliRunner
 
 import lmgcpy as lm
 from lmgcpy.cli import main
-from lmgcpy.experiment.texsol_3d import (
-    Study3D,
+from lmgcpy.experiment.study.engine import carry_out_study
+from lmgcpy.experiment.study.folder import StudyFolder
+from lmgcpy.experiment.texsol.conclusions_3d import (
     at,
     boundary_mismatch,
     cohesion,
@@ -25,11 +26,9 @@ from lmgcpy.experiment.texsol_3d import (
     layer_parts,
     peak,
     principal_axes,
-    run_study_3d,
 )
-from lmgcpy.experiment.texsol_folder import StudyFolder
-from lmgcpy.experiment.texsol_report_3d import write_report_3d
-from lmgcpy.experiment.texsol_summary_3d import summary
+from lmgcpy.experiment.texsol.report_3d import summary
+from lmgcpy.experiment.texsol.study import Study3D, TexSolStudy
 from lmgcpy.experiment.triaxial import TriaxialRecord
 
 STRAIN = np.linspace(0.0002, 0.1, 500)
@@ -177,7 +176,7 @@ def test_with_pyvista_the_same_study_has_its_pictures(whole, tmp_path, monkeypat
 def test_interrupted_and_killed_it_is_the_same_study(whole, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pyvista", None)
     out = tmp_path / "study"
-    script = Path(__file__).parent / "stop_study.py"
+    script = Path(__file__).parents[1] / "stop_study.py"
 
     def stopped(signal, name, step, *arguments):
         command = [sys.executable, script, signal, name, str(step), *map(str, arguments)]
@@ -198,12 +197,12 @@ def test_interrupted_and_killed_it_is_the_same_study(whole, tmp_path, monkeypatc
 
 
 def test_a_folder_knows_its_dimension(whole, tmp_path):
-    study = StudyFolder(whole).read()
+    study = StudyFolder(whole, TexSolStudy).read()
     assert isinstance(study, Study3D)
     assert study.axes == ("z", "x")
     about = json.loads((whole / "study.json").read_text())
     assert about["dimension"] == 3
-    folder = StudyFolder(tmp_path)
+    folder = StudyFolder(tmp_path, TexSolStudy)
     folder.study_file.write_text(json.dumps({**about, "dimension": 4}))
     with pytest.raises(ValueError, match=r"study.json' is damaged"):
         folder.read()
@@ -213,15 +212,15 @@ def test_a_study_of_sand_alone_and_one_of_elastic_wire_alone(tmp_path, monkeypat
     """Conclusions that need both are left out."""
     monkeypatch.setitem(sys.modules, "pyvista", None)
     few = {"grain_count": 30, "strain": 0.002, "tolerance": 0.01, "check_strain": 0.0, "axes": ("y",)}
-    sand = run_study_3d(Study3D(laws=("none",), bead_count=0, **few))
+    sand = carry_out_study(Study3D(laws=("none",), bead_count=0, **few))
     text = summary(sand)
     assert "without wire" in text
     assert "strengthens" not in text
-    folder = StudyFolder(tmp_path / "study")
+    folder = StudyFolder(tmp_path / "study", TexSolStudy)
     study = Study3D(laws=("elastic-wire",), bead_count=24, wires=2, **few)
-    wire = run_study_3d(study, folder=folder)
+    wire = carry_out_study(study, folder=folder)
     assert wire.sample.wires == (12, 12)
-    write_report_3d(wire, folder)
+    study.report(wire, folder)
     text = (folder.path / "summary.md").read_text()
     assert "2 wires" in text
     assert "strengthens" not in text

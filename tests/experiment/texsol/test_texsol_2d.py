@@ -6,16 +6,12 @@ import numpy as np
 import pytest
 
 from lmgcpy.experiment.biaxial import BiaxialRecord, Frame
-from lmgcpy.experiment.texsol_2d import (
-    Study,
-    column,
-    compression_in_links,
-    frames_at_equal_force,
-    run_study,
-    stiffening,
-)
-from lmgcpy.experiment.texsol_report import summary, write_report
-from lmgcpy.experiment.texsol_tests import deviation
+from lmgcpy.experiment.study.engine import carry_out_study
+from lmgcpy.experiment.study.folder import StudyFolder
+from lmgcpy.experiment.texsol.conclusions_2d import column, compression_in_links, frames_at_equal_force, stiffening
+from lmgcpy.experiment.texsol.report_2d import summary
+from lmgcpy.experiment.texsol.result import deviation
+from lmgcpy.experiment.texsol.study import Study2D
 
 STRAIN = np.linspace(0.0002, 0.1, 500)
 
@@ -103,11 +99,11 @@ def test_frames_at_equal_force():
 @pytest.fixture(scope="module")
 def result():
     laws = ("none", "rigid-wire", "rigid-rod", "elastic-wire", "elastic-rod")
-    return run_study(Study(laws=laws, grain_count=100, bead_count=20, strain=0.02, check_strain=0.004, seed=2))
+    return carry_out_study(Study2D(laws=laws, grain_count=100, bead_count=20, strain=0.02, check_strain=0.004, seed=2))
 
 
 def test_a_small_study_writes_what_it_promises(result, tmp_path):
-    written = {path.name for path in write_report(result, tmp_path / "out")}
+    written = {path.name for path in result.study.report(result, StudyFolder(tmp_path / "out", Study2D))}
     wires = ("rigid-wire", "rigid-rod", "elastic-wire", "elastic-rod")
     assert written == {
         "reaction.csv", "reaction.png", "stress.csv", "stress.png", "sample.png", "summary.md",
@@ -129,5 +125,5 @@ def test_the_summary_answers_the_questions(result):
 
 def test_threads_do_not_change_the_result(result):
     study = result.study
-    alone = run_study(Study(**{**study.__dict__, "laws": ("rigid-wire",), "threads": 1, "check_strain": 0.0}))
+    alone = carry_out_study(Study2D(**{**study.__dict__, "laws": ("rigid-wire",), "threads": 1, "check_strain": 0.0}))
     np.testing.assert_array_equal(alone.records["rigid-wire"].reaction, result.records["rigid-wire"].reaction)

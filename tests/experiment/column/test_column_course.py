@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import lmgcpy as lm
-from lmgcpy.experiment.column import GRAVITY, POUR, RELEASE, Column, let_go, time_unit
-from lmgcpy.experiment.column_sample import SAND_DENSITY, SPACING, Mould, glued_grains, lay_column
+from lmgcpy.experiment.column.course import GRAVITY, POUR, RELEASE, SandColumn, let_go, time_unit
+from lmgcpy.experiment.column.sample import SAND_DENSITY, SPACING, Mould, glued_grains, lay_column
 from lmgcpy.measure.density import density
 
 pytestmark = pytest.mark.filterwarnings("ignore:In the step to")  # a whipping end of the wire
@@ -23,7 +23,7 @@ def wired():
 
 
 def column(laid, **more):
-    return Column(laid, **{"friction": 0.5, "reach": REACH * laid.mould.radius, "mould": False, **more})
+    return SandColumn(laid, **{"friction": 0.5, "reach": REACH * laid.mould.radius, "mould": False, **more})
 
 
 def poured(laid):
@@ -135,7 +135,7 @@ def test_what_cannot_be_laid_gets_a_sentence(wrong, told):
 
 def test_a_column_is_of_what_was_laid(dry):
     with pytest.raises(TypeError, match="A column is of what lay_column"):
-        Column(dry.sample, friction=0.5, reach=0.01, mould=False)
+        SandColumn(dry.sample, friction=0.5, reach=0.01, mould=False)
 
 
 # ----------------------------------------------------------------------------------------------------- pour and release

@@ -1,0 +1,91 @@
+"""What became of the columns of a study, and which content of wire makes them stand."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from lmgcpy.experiment.column.course import Course
+from lmgcpy.experiment.column.sample import Laid
+
+KEPT_HEIGHT, KEPT_RADIUS = 0.95, 1.10
+"""A column stands if it keeps this part of its height and if the radius that holds 95 % of its mass grows by no more than
+this factor: half a grain each for a column of a dozen grains' height and half as many to its radius. No layer has left
+it then."""
+
+
+@dataclass(frozen=True)
+class Fall:
+    """What became of one column."""
+
+    content: float
+    """Asked for; :attr:`Laid.content` is what was laid."""
+    laid: Laid
+    pour: Course
+    release: Course
+
+    @property
+    def kept_height(self) -> float:
+        """Height at the end over that at the release."""
+        return float(self.release.height[-1, 0] / self.pour.height[-1, 0])
+
+    @property
+    def grown_radius(self) -> float:
+        """Radius that holds 95 % of the mass at the end over that at the release."""
+        return float(self.release.spread[-1, 0] / self.pour.spread[-1, 0])
+
+    @property
+    def stands(self) -> bool:
+        """See :data:`KEPT_HEIGHT`."""
+        return self.kept_height >= KEPT_HEIGHT and self.grown_radius <= KEPT_RADIUS
+
+
+@dataclass(frozen=True)
+class ColumnResult:
+    """All that a study computed."""
+
+    study: Any
+    """A :class:`~lmgcpy.experiment.column.study.ColumnStudy`."""
+    falls: tuple[Fall, ...]
+    """By content, the dry column first."""
+
+    @property
+    def dry(self) -> Fall:
+        """The column without wire."""
+        return self.falls[0]
+
+    @property
+    def seconds(self) -> float:
+        """Time of the clock that the steps of all runs took [s]."""
+        return sum(fall.pour.seconds + fall.release.seconds for fall in self.falls)
+
+
+def run_name(what: str, content: float) -> str:
+    """Name of a run: "pour" or "release" of a column."""
+    return f"{what}-{content}" if content > 0.0 else f"{what}-dry"
+
+
+def words(content: float) -> str:
+    """A column as lists and legends call it."""
+    return f"wire {content:.3g}" if content > 0.0 else "dry sand"
+
+
+def bracket(stands: Mapping[float, bool]) -> tuple[float | None, float | None]:
+    """(greatest content below that falls, least that stands); None where there is none. The dry column has content 0.
+
+    More wire is taken to hold better: of contents above the least that stands nothing is asked.
+    """
+    standing = [content for content, stood in stands.items() if stood]
+    least = min(standing, default=None)
+    fallen = [content for content, stood in stands.items() if not stood and (least is None or content < least)]
+    return max(fallen, default=None), least
+
+
+def middle(stands: Mapping[float, bool]) -> float | None:
+    """The content to try next: in the middle of the bracket; None where two contents of wire make none."""
+    below, above = bracket(stands)
+    if not below or above is None:
+        return None
+    return float(f"{math.sqrt(below * above):.3g}")  # three digits, as it is told

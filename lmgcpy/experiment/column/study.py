@@ -1,0 +1,149 @@
+"""The columns side by side: the same sand without wire and with more and more of it, and the content at which it stands."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, ClassVar
+
+from lmgcpy.errors import named_arguments, number, shown, whole
+from lmgcpy.experiment.column.course import (
+    LEAST,
+    POUR,
+    RELEASE,
+    ColumnState,
+    Course,
+    SandColumn,
+    let_go,
+    time_step,
+    time_unit,
+)
+from lmgcpy.experiment.column.measure import dry_run_out
+from lmgcpy.experiment.column.result import ColumnResult, Fall, middle, run_name, words
+from lmgcpy.experiment.column.sample import Laid, lay_column
+from lmgcpy.experiment.study.engine import Site, Study, Task
+from lmgcpy.experiment.study.folder import StudyFolder
+from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
+
+GROUND_MARGIN = 1.4
+"""The rough ground reaches so many times as far as dry sand is expected to run."""
+
+
+@named_arguments
+@dataclass(frozen=True)
+class ColumnStudy(Study):
+    """What to compute: columns with these ``contents`` of wire beside the dry one.
+
+    A content is the wire's length times the mean grain ``diameter`` [m] squared, over the volume of the sand; ``aspect``:
+    height over radius; ``bead_diameter`` in mean grain diameters; ``travel``: way of a grain that has fallen through
+    the whole height in one step, in radii of a bead. If some contents stand and some do not, the least is found by
+    ``refinements`` bisections.
+    """
+
+    COMMAND: ClassVar[str] = "column"
+    # an end of the wire whips faster than a grain falls: alert distances follow the fastest body, contacts are seen
+    IGNORED: ClassVar[tuple[str, ...]] = ("In the step to t = .* more than half its radius",)
+
+    contents: tuple[float, ...] = (0.05, 0.2, 0.8)
+    grain_count: int = 1000
+    aspect: float = 2.0
+    friction: float = 0.5
+    diameter: float = 5e-4
+    bead_diameter: float = 0.3
+    seed: int = 0
+    refinements: int = 2
+    tolerance: float = 1e-2
+    max_iterations: int = 200
+    travel: float = 1.0
+    threads: int = 2
+
+    def __post_init__(self):
+        if not isinstance(self.contents, (tuple, list)):
+            raise TypeError(f"contents must be a tuple of numbers, got {shown(self.contents)}.")
+        contents = tuple(number(content, "contents", above=0.0, maximum=10.0) for content in self.contents)
+        if not contents or len(set(contents)) < len(contents):
+            raise ValueError(
+                f"contents must name each content once, got {', '.join(map('{:g}'.format, contents)) or 'none'}."
+            )
+        object.__setattr__(self, "contents", tuple(sorted(contents)))
+        whole(self.grain_count, "grains", minimum=10)
+        number(self.aspect, "aspect", minimum=0.1, maximum=20.0)
+        number(self.friction, "friction", minimum=0.0)
+        number(self.diameter, "diameter", above=0.0, unit="m")
+        number(self.bead_diameter, "bead_diameter", minimum=0.05, maximum=0.45)
+        whole(self.seed, "seed")
+        whole(self.refinements, "refinements", maximum=20)
+        number(self.tolerance, "tolerance", above=0.0, maximum=1.0)
+        whole(self.max_iterations, "max_iterations", minimum=1)
+        number(self.travel, "travel", above=0.0, maximum=4.0)
+        whole(self.threads, "threads", minimum=1)
+
+    def quick(self) -> ColumnStudy:
+        """The same on a small column with one content, for a look: 300 grains."""
+        return replace(self, contents=(0.4,), grain_count=300)
+
+    @property
+    def reach(self) -> float:
+        """Of the rough ground, in radii of the column."""
+        return GROUND_MARGIN * (1.0 + dry_run_out(self.aspect))
+
+    def lay_column(self, content: float) -> Laid:
+        """The column with this content of wire, before it settles."""
+        return lay_column(
+            grain_count=self.grain_count,
+            content=content,
+            aspect=self.aspect,
+            diameter=self.diameter,
+            bead_diameter=self.bead_diameter,
+            seed=self.seed,
+        )
+
+    # ------------------------------------------------------------------------------------------- what the engine asks for
+
+    def lay(self, site: Site) -> dict[float, Laid]:
+        """The columns by content, the dry one with them."""
+        return {content: self.lay_column(content) for content in (0.0, *self.contents)}
+
+    def tests(self, prepared: dict[float, Laid], done: Mapping[str, Fall]) -> list[Task]:
+        wanted = prepared
+        if done:
+            falls = {fall.content: fall.stands for fall in done.values()}
+            between = middle(falls) if len(done) < len(prepared) + self.refinements else None
+            wanted = {} if between is None or between in falls else {between: self.lay_column(between)}
+        # the longest first, so that no thread waits for the last
+        contents = sorted(wanted, reverse=True)
+        return [Task(run_name("fall", content), _fall, (self, content, wanted[content])) for content in contents]
+
+    def result(self, prepared: Any, done: Mapping[str, Fall]) -> ColumnResult:
+        return ColumnResult(self, tuple(sorted(done.values(), key=lambda fall: fall.content)))
+
+    def report(self, result: ColumnResult, folder: StudyFolder) -> list[Path]:
+        from lmgcpy.experiment.column.report import write_report
+
+        return write_report(result, folder)
+
+
+def _fall(site: Site, study: ColumnStudy, content: float, laid: Laid) -> Fall:
+    """A column poured and released."""
+    unit, reach = time_unit(laid), study.reach * laid.mould.radius
+    solver = AcceleratedGaussSeidel(tolerance=study.tolerance, max_iterations=study.max_iterations)
+
+    def course(what: str, units: float, least: float, state: ColumnState | None) -> Course:
+        return site.run(
+            run_name(what, content),
+            f"{what}, {words(content)}",
+            math.ceil(units * unit / time_step(laid, study.travel)),
+            let_go,
+            SandColumn(laid, friction=study.friction, reach=reach, mould=what == "pour", state=state, seed=study.seed),
+            duration=units * unit,
+            least=least * unit,
+            travel=study.travel,
+            solver=solver,
+            name=f"column, {what}",
+        )
+
+    pour = course("pour", POUR, 0.0, None)
+    release = course("release", RELEASE, LEAST, pour.end)
+    return Fall(content, laid, pour, release)

@@ -1,0 +1,64 @@
+"""What the 2D study concludes from its records (paper, section 3)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from lmgcpy.experiment.biaxial import BiaxialRecord, Frame
+
+
+def stiffening(wire: BiaxialRecord, sand: BiaxialRecord, strains: Sequence[float]) -> list[tuple[float, float]]:
+    """(crushing, reaction with the wire / reaction of the sand) at the given crushing, as far as the tests went."""
+    found = []
+    for strain in strains:
+        if strain <= min(wire.strain[-1], sand.strain[-1]) + 1e-3:
+            there = [np.interp(strain, record.strain, record.smooth(record.reaction, 0.005)) for record in (wire, sand)]
+            found.append((strain, float(there[0] / there[1])))
+    return found
+
+
+def column(rod: BiaxialRecord, wire: BiaxialRecord, factor: float = 2.0) -> tuple[float | None, float]:
+    """(crushing, ratio): where the rods' mean reaction first exceeds ``factor`` times the wire's, and the greatest ratio
+    of the two. The crushing is None where it never does so for 0.5 % on end.
+    """
+    strain = rod.strain[rod.strain <= wire.strain[-1]]
+    of_wire = np.interp(strain, wire.strain, wire.smooth(wire.reaction))
+    ratio = rod.smooth(rod.reaction)[: len(strain)] / of_wire
+    above = ratio > factor
+    for k in np.flatnonzero(above):
+        if above[(strain >= strain[k]) & (strain <= strain[k] + 0.005)].all():
+            return float(strain[k]), float(ratio.max())
+    return None, float(ratio.max())
+
+
+def compression_in_links(record: BiaxialRecord) -> tuple[float, float]:
+    """(share, crushing): the greatest share of the vertical load that links carry in compression, and where.
+
+    The share is the part of the vertical Weber stress that comes from links with a compressive force, over the total,
+    frame by frame.
+    """
+    best = (0.0, 0.0)
+    for frame in record.frames:
+        x0, x1, y0, y1 = frame.walls
+        chosen = frame.in_wire & (frame.forces > 0.0)
+        branch = frame.lines[chosen, 1] - frame.lines[chosen, 0]
+        length = np.linalg.norm(branch, axis=1)
+        carried = float(np.sum(frame.forces[chosen] * branch[:, 1] ** 2 / length)) / ((x1 - x0) * (y1 - y0))
+        total = frame.top_force / (x1 - x0)
+        if total > 0.0 and carried / total > best[0]:
+            best = (carried / total, frame.strain)
+    return best
+
+
+def frames_at_equal_force(wire: BiaxialRecord, sand: BiaxialRecord) -> tuple[Frame, Frame]:
+    """A frame of each at the same force on top, to 1 %: of all such pairs the most crushed one. Where there is none, the
+    pair whose forces differ least."""
+    force = [np.array([frame.top_force for frame in record.frames]) for record in (wire, sand)]
+    strain = [np.array([frame.strain for frame in record.frames]) for record in (wire, sand)]
+    apart = np.abs(force[0][:, None] - force[1][None]) / np.maximum(force[0][:, None], force[1][None])
+    crushed = strain[0][:, None] + strain[1][None]
+    rank = np.where(apart <= 0.01, crushed, -apart)
+    i, j = np.unravel_index(int(np.argmax(rank)), rank.shape)
+    return wire.frames[i], sand.frames[j]

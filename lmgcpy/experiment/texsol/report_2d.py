@@ -1,0 +1,161 @@
+"""What ``lmgcpy texsol`` writes in 2D: tables, figures and the summary of a study."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import lmgcpy.view.figures as figures
+from lmgcpy.experiment.biaxial import BiaxialRecord
+from lmgcpy.experiment.study.folder import StudyFolder
+from lmgcpy.experiment.study.report import ReportFolder, markdown, sections, texts
+from lmgcpy.experiment.texsol.conclusions_2d import column, compression_in_links, stiffening
+from lmgcpy.experiment.texsol.pictures import draw_flat_pictures
+from lmgcpy.experiment.texsol.result import TexSolResult
+from lmgcpy.experiment.texsol.runs_report import accuracy_part, runs_part
+
+NEAR_ZERO = 0.2
+"""A principal stress counts as near zero if its ratio to the other one is below this."""
+
+
+def write_report(result: TexSolResult, folder: StudyFolder) -> list[Path]:
+    """Write everything into the study's folder, which is made if it is missing; returns the files."""
+    report = ReportFolder(folder.path)
+    records = list(result.records.values())
+    wires = [record for record in records if record.law != "none"]
+    report.table("reaction.csv", map(_reaction_columns, records))
+    report.figure("reaction.png", figures.reaction_figure(records))
+    report.table("stress.csv", map(_stress_columns, records))
+    shown = next((record for record in wires if record.law == "rigid-wire"), wires[0] if wires else None)
+    if shown is not None:
+        report.figure("stress.png", figures.stress_figure(shown))
+    missing = draw_flat_pictures(result, report)
+    report.text(folder.summary.name, summary(result, missing))
+    return report.written
+
+
+def _reaction_columns(record: BiaxialRecord) -> Mapping[str, Any]:
+    return {
+        "law": [record.law] * len(record.strain),
+        "crushing [%]": texts(100 * record.strain, ".6f"),
+        "support reaction [N/m]": texts(record.reaction, ".6g"),
+        "mean support reaction [N/m]": texts(record.smooth(record.reaction), ".6g"),
+        "upper force [N/m]": texts(record.top_force, ".6g"),
+        "width [m]": texts(record.size[:, 0], ".9g"),
+        "height [m]": texts(record.size[:, 1], ".9g"),
+        "residual": texts(record.residual, ".3e"),
+        "iterations": map(int, record.iterations),
+    }
+
+
+def _stress_columns(record: BiaxialRecord) -> Mapping[str, Any]:
+    columns: dict[str, Any] = {
+        "law": [record.law] * len(record.strain),
+        "crushing [%]": texts(100 * record.strain, ".6f"),
+    }
+    for part, sigma in record.stress.items():
+        greater, smaller = figures.principal_series(record, part).T
+        columns |= {f"{part} greater [Pa]": texts(greater, ".6g"), f"{part} smaller [Pa]": texts(smaller, ".6g")}
+        for component in ("xx", "yy", "xy", "yx"):
+            i, j = map("xy".index, component)
+            columns[f"{part} {component} [Pa]"] = texts(sigma[:, i, j], ".6g")
+    return columns
+
+
+# ----------------------------------------------------------------------------------------------------------- summary
+
+
+def summary(result: TexSolResult, missing: str = "") -> str:
+    """The study in words and numbers, as Markdown; ``missing``: why there are no pictures of the sample."""
+    inertial_number = ("inertial number", lambda record: f"{record.inertial_number:.1e}")
+    parts = [_sample_part(result), _stiffening_part(result), _column_part(result), _wire_stress_part(result)]
+    parts += [runs_part(result, "law", inertial_number, boundary_mismatch), accuracy_part(result, "law"), missing]
+    return sections("TexSol in 2D: what the wire does to the sand", parts)
+
+
+def _sample_part(result: TexSolResult) -> str:
+    study, relaxed, sample = result.study, result.compaction, result.sample
+    rest = "at rest" if relaxed.at_rest else "NOT at rest"
+    return (
+        f"{len(sample.radii)} particles, {sample.bead_count} of them beads of one wire, seed {study.seed}, in "
+        f"{sample.width:.3f} m x {sample.height:.3f} m, relaxed without friction to {1e-3 * study.pressure:g} kPa in "
+        f"{relaxed.steps} steps ({rest}: loads balanced to {100 * relaxed.unrest.imbalance:.1f} %, deepest overlap "
+        f"{relaxed.penetration:.1e} m). Solid fraction one coarsest diameter from the walls: "
+        f"**{relaxed.solid_fraction:.3f}**. Test: friction {study.friction:g}, at the platens {study.platen_friction:g}, "
+        f"{100 * study.strain:g} % of crushing, no gravity."
+    )
+
+
+def _stiffening_part(result: TexSolResult) -> str:
+    sand = result.records.get("none")
+    if sand is None:
+        return ""
+    strains = [strain for strain in (0.005, 0.01, 0.02, 0.05, 0.10) if strain <= result.study.strain + 1e-9]
+    rows = []
+    for law, record in result.records.items():
+        if law != "none":
+            ratios = dict(stiffening(record, sand, strains))
+            found = {f"{100 * strain:g} %": f"{ratios[strain]:.2f}" if strain in ratios else "" for strain in strains}
+            rows.append({"law": law, **found})
+    if not rows:
+        return ""
+    told = "Support reaction with the wire over that of the sand at equal crushing:"
+    return f"## By how much the wire stiffens the sand\n\n{told}\n\n{markdown(rows)}"
+
+
+def _column_part(result: TexSolResult) -> str:
+    rods = [record for law, record in result.records.items() if law.endswith("rod")]
+    wire = result.records.get("rigid-wire")
+    if not rods:
+        return ""
+    lines = ["## Did the rods form a compression column?", ""]
+    for rod in rods:
+        share, at = compression_in_links(rod)
+        text = (
+            f"{rod.law}: compressed links carry up to {100 * share:.0f} % of the vertical load "
+            f"(at {100 * at:.1f} % of crushing); those of a wire carry none."
+        )
+        if wire is not None:
+            where, ratio = column(rod, wire)
+            if where is None:
+                text += f" **No**: the reaction does not exceed twice the rigid wire's; it is {ratio:.1f} times at most."
+            else:
+                text += (
+                    f" **Yes**: from {100 * where:.1f} % of crushing on the reaction exceeds twice the rigid wire's, "
+                    f"which has no such jump; at the most it is {ratio:.1f} times."
+                )
+        lines.append(text)
+    return "\n".join(lines)
+
+
+def _wire_stress_part(result: TexSolResult) -> str:
+    lines = ["## The wire's part of the stress", ""]
+    for law, record in result.records.items():
+        if law == "none":
+            continue
+        values = figures.principal_series(record, "wire")
+        total = figures.principal_series(record, "total")
+        late = record.strain > 0.5 * record.strain[-1]
+        greater, smaller = values[late].mean(axis=0)
+        if greater <= 0.0:
+            lines.append(f"* {law}: the wire bore no tension in the second half of the test.")
+            continue
+        ratio = smaller / greater
+        one_sided = abs(ratio) < NEAR_ZERO
+        verdict = "one tensile principal stress and one near zero" if one_sided else "not one tensile and one near zero"
+        lines.append(
+            f"* {law}, second half of the test: {1e-3 * greater:.1f} and {1e-3 * smaller:.1f} kPa (traction positive), the "
+            f"second {ratio:.2f} times the first: **{verdict}** (near zero: below {NEAR_ZERO:g} times); "
+            f"the whole sample bears {1e-3 * total[late, 0].mean():.1f} and {1e-3 * total[late, 1].mean():.1f} kPa."
+        )
+    return "\n".join(lines) if len(lines) > 2 else ""
+
+
+def boundary_mismatch(record: BiaxialRecord) -> float:
+    """Relative difference of the mean Weber stress and the mean forces on the walls over their area, the worse axis."""
+    width, height = record.size[:, 0], record.size[:, 1]
+    vertical = -(record.stress["total"][:, 1, 1] * width).mean()
+    lateral = -(record.stress["total"][:, 0, 0] * height).mean()
+    platens = 0.5 * (record.reaction + record.top_force).mean()
+    return float(max(abs(vertical / platens - 1.0), abs(lateral / record.lateral.mean() - 1.0)))

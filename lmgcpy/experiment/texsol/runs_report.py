@@ -1,0 +1,69 @@
+"""Parts of the report that the 2D study and the 3D study share: the runs, and how they change at a tighter tolerance."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from lmgcpy.experiment.study.report import markdown, versions
+from lmgcpy.experiment.texsol.result import TexSolResult, deviation
+
+
+def runs_part(
+    result: TexSolResult,
+    test: str,
+    own: tuple[str, Callable[[Any], str]],
+    mismatch: Callable[[Any], float],
+    compaction: str = "",
+) -> str:
+    """What every run took and how exact it is.
+
+    ``test``: heading of the tests' names; ``own``: heading and entry, of a record, of the dimension's own column;
+    ``mismatch``: relative difference of the Weber stress and the walls' forces; ``compaction``: a sentence on it.
+    """
+    heading, entry = own
+    rows = [
+        {
+            test: name,
+            "steps": f"{len(record.strain)}",
+            "mean residual": f"{record.residual.mean():.1e}",
+            "worst residual": f"{record.residual.max():.1e}",
+            "unconverged steps": f"{record.unconverged}",
+            "iterations a step": f"{record.iterations.mean():.0f}",
+            "interactions": f"{record.interactions.mean():.0f}",
+            heading: entry(record),
+            "energy defect [J]": f"{np.abs(record.defect).max():.1e}",
+            "stress against walls": f"{100 * mismatch(record):.2f} %",
+            "seconds": f"{record.seconds:.0f}",
+        }
+        for name, record in result.records.items()
+    ]
+    return (
+        f"## The runs\n\n{markdown(rows)}\n\n{compaction}{result.seconds:.0f} s of steps in all, {result.study.threads} "
+        f"tests at once; {versions()}."
+    )
+
+
+def accuracy_part(result: TexSolResult, test: str) -> str:
+    """The change of every checked test at the tighter tolerance; nothing if no test was checked."""
+    study = result.study
+    if not result.checks:
+        return ""
+    rows = [
+        {
+            test: name,
+            "change": f"{100 * deviation(result.records[name], check):.1f} %",
+            "tolerance": f"{check.tolerance:.0e}",
+            "mean residual there": f"{check.residual.mean():.1e}",
+            "unconverged steps there": f"{check.unconverged} of {len(check.strain)}",
+            "seconds there": f"{check.seconds:.0f}",
+        }
+        for name, check in result.checks.items()
+    ]
+    return (
+        "## How far the result is the solver's\n\n"
+        f"Mean change of the reaction over the first {100 * min(study.check_strain, study.strain):g} % of crushing at a "
+        f"{study.TIGHTER:g} times tighter tolerance:\n\n{markdown(rows)}"
+    )

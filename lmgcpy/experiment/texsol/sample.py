@@ -1,0 +1,127 @@
+"""TexSol samples: wires are laid, grains are deposited around them; the relaxation follows.
+
+In 2D a wire lies in random orientation (paper, section 3), in 3D wires lie in layers (section 4).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lmgcpy.errors import named_arguments, number, whole
+from lmgcpy.experiment.box import Sample
+from lmgcpy.sample import deposit, grading, wire_2d, wire_3d
+from lmgcpy.sample.wire_3d import BEAD_TO_GRAIN
+
+SOLID_FRACTION_2D = 0.79
+"""Solid fraction of a deposit around a wire; it sizes the box so that the sample comes out about square."""
+SOLID_FRACTION_3D = 0.555
+"""Solid fraction of a deposit in its box, walls included; it sizes the box so that the sample comes out about cubic."""
+THETA_MAX, PHI_MAX = 0.1, 0.05
+"""Random turns from bead to bead [rad] in the layer and out of it: a thread that is straight over some grains."""
+
+
+@named_arguments
+def lay_sample(
+    grain_count: int = 1700,
+    bead_count: int = 300,
+    *,
+    minimum: float = 0.005,
+    maximum: float = 0.010,
+    seed: int = 0,
+    method: str = "geometric",
+) -> Sample:
+    """Lay the wire and deposit the grains around it; not yet relaxed.
+
+    Grain radii are uniform by diameter between ``minimum`` and ``maximum`` [m]. The beads have the mean radius of the
+    grains, close to that of the sand so that the chain makes no membrane, and the reference gap is 5 % wider than the
+    coarsest grain, so that every grain passes between two beads of a taut wire. The wire is laid with gaps as wide as
+    the coarsest grain, 3 % slack: laid taut it would be tense in all directions after relaxation. ``method`` is that of
+    :func:`lmgcpy.sample.deposit`.
+    """
+    whole(grain_count, "grains", minimum=10)
+    whole(bead_count, "beads", minimum=0)
+    if bead_count == 1:
+        raise ValueError("beads must be 0 (sand alone) or at least 2: one bead is no wire.")
+    number(minimum, "minimum radius", above=0.0, unit="m")
+    radii = grading(grain_count, minimum=minimum, maximum=maximum, by="diameter", seed=seed)
+    bead_radius = 0.5 * (minimum + maximum)
+    laid_gap = 2.0 * maximum
+    gap = 1.05 * laid_gap
+    area = np.pi * (float(np.sum(radii**2)) + bead_count * bead_radius**2)
+    side = float(np.sqrt(area / SOLID_FRACTION_2D))
+    if bead_count == 0:
+        positions = deposit(radii, box=(side, None), method=method, seed=seed)
+        return Sample(positions, radii, (), gap, _box(positions, radii, side))
+    # the wire stays below the surface of the deposit
+    wire = wire_2d(
+        box=(side, side - 2.0 * maximum), bead_radius=bead_radius, interstice=laid_gap, bead_count=bead_count, seed=seed
+    )
+    if wire.cut:
+        raise ValueError(
+            f"No place was found for a wire of {bead_count} beads among {grain_count} grains, only for {wire.bead_count}: "
+            "take fewer beads, more grains or another seed."
+        )
+    grains = deposit(radii, box=(side, None), obstacles=(wire.positions, wire.radii), method=method, seed=seed)
+    positions, sizes = np.vstack([wire.positions, grains]), np.concatenate([wire.radii, radii])
+    return Sample(positions, sizes, (bead_count,), gap, _box(positions, sizes, side))
+
+
+@named_arguments
+def lay_sample_3d(
+    grain_count: int = 6500,
+    bead_count: int = 3500,
+    *,
+    wires: int = 1,
+    minimum: float = 0.4e-3,
+    maximum: float = 0.6e-3,
+    density: float = 2600.0,
+    seed: int = 0,
+) -> Sample:
+    """Lay the wires from below upward and deposit the grains around them; not yet compacted.
+
+    Grain radii are uniform by diameter between ``minimum`` and ``maximum`` [m]. A bead is 20 % as large as the smallest
+    grain (paper, section 4) and the interstice as wide as a bead: no grain passes between two beads. A bead weighs as
+    much as a mean grain of ``density`` [kg/m^3]: in tests as slow as these inertia plays no part, but beads of their own
+    mass, a hundredth of a grain's, hand on so little momentum in a sweep that the solver does not come to an end.
+    ``bead_count`` is that of all ``wires`` together, which lie side by side.
+    """
+    whole(grain_count, "grains", minimum=10)
+    whole(wires, "wires", minimum=1)
+    whole(bead_count, "beads", minimum=0)
+    if bead_count and bead_count < 2 * wires:
+        raise ValueError(f"beads must be 0 (sand alone) or at least 2 for each wire, got {bead_count} for {wires}.")
+    number(minimum, "minimum radius", above=0.0, unit="m")
+    radii = grading(grain_count, minimum=minimum, maximum=maximum, by="diameter", seed=seed)
+    mean_mass = number(density, "density", above=0.0, unit="kg/m^3") * 4.0 / 3.0 * np.pi * float(np.mean(radii**3))
+    side = float(np.cbrt(4.0 / 3.0 * np.pi * np.sum(radii**3) / SOLID_FRACTION_3D))
+    bead_radius = BEAD_TO_GRAIN * float(minimum)
+    gap = 2.0 * bead_radius
+    if bead_count == 0:
+        positions = deposit(radii, box=(side, side, None), seed=seed)
+        return Sample(positions, radii, (), gap, _box(positions, radii, side))
+    # the wires stay below the surface of the deposit
+    thread = wire_3d(
+        box=(side, side, side - 2.0 * maximum),
+        bead_radius=bead_radius,
+        interstice=gap,
+        bead_count=bead_count // wires,
+        theta_max=THETA_MAX,
+        phi_max=PHI_MAX,
+        wires=wires,
+        seed=seed,
+    )
+    if thread.cut:
+        raise ValueError(
+            f"No place was found for {bead_count} beads of wire among {grain_count} grains, only for {thread.bead_count}: "
+            "take fewer beads, more grains or another seed."
+        )
+    grains = deposit(radii, box=(side, side, None), obstacles=(thread.positions, thread.radii), seed=seed)
+    positions, sizes = np.vstack([thread.positions, grains]), np.concatenate([thread.radii, radii])
+    each = tuple(len(chain) for chain in thread.chains)
+    return Sample(positions, sizes, each, gap, _box(positions, sizes, side), bead_mass=mean_mass)
+
+
+def _box(positions: np.ndarray, radii: np.ndarray, side: float) -> np.ndarray:
+    """Sizes of a box of this side that reaches to the top of the highest particle [m], (d,)."""
+    dimension = positions.shape[1]
+    return np.array([*[side] * (dimension - 1), float((positions[:, -1] + radii).max())])

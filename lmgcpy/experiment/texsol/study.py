@@ -1,0 +1,345 @@
+"""The TexSol studies: one sample, compacted, and compressed once per law of the wire and axis.
+
+In 2D it is the paper's study (section 3), biaxial tests of a wire in random orientation. In 3D it is the continuation
+(section 4), triaxial tests across and along the layers of the wire.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, ClassVar
+
+from lmgcpy.errors import closest, named_arguments, number, shown, whole
+from lmgcpy.experiment.biaxial import Biaxial
+from lmgcpy.experiment.box import Sample, characteristic_time
+from lmgcpy.experiment.compaction import Compaction, compact
+from lmgcpy.experiment.compression import Compression
+from lmgcpy.experiment.study.engine import Site, Study, Task
+from lmgcpy.experiment.study.folder import StudyFolder
+from lmgcpy.experiment.texsol.result import TexSolResult
+from lmgcpy.experiment.texsol.sample import lay_sample, lay_sample_3d
+from lmgcpy.experiment.triaxial import Triaxial
+from lmgcpy.laws import Law
+from lmgcpy.laws.elastic import ElasticRod, ElasticWire
+from lmgcpy.laws.rigid import RigidRod, RigidWire
+from lmgcpy.sample.arguments import AXES
+from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
+
+DENSITY = 2600.0
+"""Density of the particles [kg/m^3]."""
+RELAXATION_STEPS = 800
+"""Greatest number of steps of a relaxation, if the study does not say otherwise."""
+RELAXATION_STEP_3D = 0.08
+"""Time step of the compaction in 3D, in parts of ``d sqrt(rho/p)``."""
+
+LAWS: dict[str, Callable[[float], Law | None]] = {
+    "none": lambda axial_rigidity: None,
+    "rigid-wire": lambda axial_rigidity: RigidWire(),
+    "rigid-rod": lambda axial_rigidity: RigidRod(),
+    "elastic-wire": lambda axial_rigidity: ElasticWire(axial_rigidity=axial_rigidity),
+    "elastic-rod": lambda axial_rigidity: ElasticRod(axial_rigidity=axial_rigidity),
+}
+"""Laws that may link the beads; "none" is sand."""
+
+
+@dataclass(frozen=True)
+class PlannedTest:
+    """A test of a study: a law, an axis, and how much tighter than the study's its tolerance is."""
+
+    law: str
+    axis: str | None
+    """None: the upright one, in 2D."""
+    strain: float
+    frames: int
+    tighter: float = 1.0
+
+    @property
+    def name(self) -> str:
+        """The name of its run file."""
+        name = self.law if self.axis is None else f"{self.law}-{self.axis}"
+        return f"{name}-tight" if self.tighter > 1.0 else name
+
+
+@named_arguments
+@dataclass(frozen=True)
+class TexSolStudy(Study):
+    """What to compute; the subclasses have the defaults.
+
+    ``axial_rigidity`` EA [N] is that of the elastic laws. ``check_strain``: crushing over which the tests are made again
+    at a tighter tolerance.
+    """
+
+    COMMAND: ClassVar[str] = "texsol"
+    DIMENSION: ClassVar[int]
+    TEST: ClassVar[type[Compression]]
+    """The test of the sample."""
+    FRAMES: ClassVar[int]
+    """Number of frames of a test that are recorded."""
+    TIGHTER: ClassVar[float]
+    """Factor by which the tolerance of the checks is tighter."""
+    WIRE_BLOCKS: ClassVar[bool] = True
+    """Whether the solver takes a wire as one block."""
+    MOMENTUM: ClassVar[float] = AcceleratedGaussSeidel.momentum
+    """Bound of the solver's momentum."""
+
+    laws: tuple[str, ...]
+    grain_count: int
+    bead_count: int
+    seed: int
+    strain: float
+    pressure: float
+    tolerance: float
+    max_iterations: int
+    friction: float
+    platen_friction: float
+    inertial_number: float
+    axial_rigidity: float
+    check_strain: float
+    threads: int
+
+    def __post_init__(self):
+        self._check_names("laws", "law", LAWS)
+        whole(self.grain_count, "grains", minimum=10)
+        whole(self.bead_count, "beads", minimum=0)
+        if self.bead_count < 2 and set(self.laws) != {"none"}:
+            raise ValueError(f"beads must be at least 2 for a wire, got {self.bead_count}; laws 'none' goes without.")
+        whole(self.seed, "seed")
+        number(self.strain, "strain", above=0.0, maximum=0.5)
+        number(self.pressure, "pressure", above=0.0, unit="Pa")
+        number(self.tolerance, "tolerance", above=0.0, maximum=1.0)
+        whole(self.max_iterations, "max_iterations", minimum=1)
+        number(self.friction, "friction", minimum=0.0)
+        number(self.platen_friction, "platen_friction", minimum=0.0)
+        number(self.inertial_number, "inertial_number", above=0.0, maximum=0.1)
+        number(self.axial_rigidity, "axial_rigidity", above=0.0, unit="N")
+        number(self.check_strain, "check_strain", minimum=0.0, maximum=0.5)
+        whole(self.threads, "threads", minimum=1)
+
+    def _check_names(self, field: str, what: str, known) -> None:
+        """Check that a field names some of what is known, each once."""
+        names = getattr(self, field)
+        if not isinstance(names, (tuple, list)):
+            raise TypeError(f"{field} must be a tuple of names, got {shown(names)}.")
+        for name in names:
+            if name not in known:
+                raise ValueError(f"The study has no {what} '{name}'{closest(name, known)}")
+        if not names or len(set(names)) < len(names):
+            raise ValueError(f"{field} must name each {what} once, got {', '.join(names) or 'none'}.")
+
+    @classmethod
+    def kind(cls) -> dict[str, Any]:
+        return {"dimension": cls.DIMENSION}
+
+    @classmethod
+    def class_of(cls, about: Mapping[str, Any]) -> type[TexSolStudy]:
+        return STUDIES[about.get("dimension", 2)]
+
+    @abstractmethod
+    def quick(self) -> TexSolStudy:
+        """The same on a small sample, for a look."""
+
+    @property
+    def test_axes(self) -> Sequence[str | None]:
+        """The axes along which the sample is compressed."""
+        return (None,)
+
+    @abstractmethod
+    def lay_sample(self) -> Sample:
+        """The sample before its relaxation."""
+
+    def relaxation(self, laid: Sample) -> dict[str, Any]:
+        """Options of :func:`lmgcpy.experiment.compaction.compact` for the laid sample."""
+        return {}
+
+    def solver(self, tighter: float = 1.0) -> AcceleratedGaussSeidel:
+        """The solver of the tests, its tolerance divided by ``tighter``."""
+        return AcceleratedGaussSeidel(
+            tolerance=self.tolerance / tighter,
+            max_iterations=self.max_iterations,
+            wire_blocks=self.WIRE_BLOCKS,
+            momentum=self.MOMENTUM,
+        )
+
+    def test(self, sample: Sample, planned: PlannedTest) -> Compression:
+        """A planned test of the relaxed sample, ready to run."""
+        return self.TEST(
+            sample,
+            LAWS[planned.law](self.axial_rigidity),
+            axis=planned.axis,
+            pressure=self.pressure,
+            density=DENSITY,
+            friction=self.friction,
+            platen_friction=self.platen_friction,
+            inertial_number=self.inertial_number,
+            solver=self.solver(planned.tighter),
+        )
+
+    @property
+    def checks(self) -> list[PlannedTest]:
+        """The tests that are made again at a tighter tolerance: those along the first axis."""
+        strain = min(self.check_strain, self.strain)
+        first = self.test_axes[0]
+        return [PlannedTest(law, first, strain, 0, self.TIGHTER) for law in self.laws] if strain > 0.0 else []
+
+    @property
+    def planned(self) -> list[PlannedTest]:
+        """The tests, law by law."""
+        return [PlannedTest(law, axis, self.strain, self.FRAMES) for law in self.laws for axis in self.test_axes]
+
+    # ------------------------------------------------------------------------------------------- what the engine asks for
+
+    def lay(self, site: Site) -> Sample:
+        with site.stage("sample: wire laid, grains deposited", 1) as tick:
+            laid = self.lay_sample()
+            tick(1)
+        return laid
+
+    def prepare(self, laid: Sample, site: Site) -> Compaction:
+        options = {"pressure": self.pressure, "density": DENSITY, "max_steps": RELAXATION_STEPS, **self.relaxation(laid)}
+        return site.run("compaction", "relaxation to the pressure", options["max_steps"], compact, laid, **options)
+
+    def tests(self, prepared: Compaction, done: Mapping[str, Any]) -> list[Task]:
+        # the longest first, so that no thread waits for the last: checks, and among them rods before wires before sand
+        tests = [*sorted(self.checks, key=_shortness), *sorted(self.planned, key=_shortness)]
+        return [] if done else [Task(test.name, _compress, (self, prepared.sample, test)) for test in tests]
+
+    def result(self, prepared: Compaction, done: Mapping[str, Any]) -> TexSolResult:
+        records = {test.name: done[test.name] for test in self.planned}
+        return TexSolResult(
+            self, prepared, records, {test.name.removesuffix("-tight"): done[test.name] for test in self.checks}
+        )
+
+
+def _shortness(test: PlannedTest) -> tuple[bool, bool]:
+    return "rod" not in test.law, "wire" not in test.law
+
+
+def _compress(site: Site, study: TexSolStudy, sample: Sample, planned: PlannedTest) -> Any:
+    """A test of the study, carried out."""
+    test = study.test(sample, planned)
+    label = test.NAME if planned.axis is None else f"{test.NAME} along {planned.axis}"
+    label += f", {planned.law}" + (f", tolerance / {planned.tighter:g}" if planned.tighter > 1.0 else "")
+    steps = test.step_count(planned.strain)
+    return site.run(planned.name, label, steps, test.run, planned.strain, frames=planned.frames)
+
+
+@named_arguments
+@dataclass(frozen=True)
+class Study2D(TexSolStudy):
+    """What to compute in 2D. The defaults are the paper's sample: 2000 particles, of which 300 are wire beads.
+
+    Other fields as in :class:`TexSolStudy`.
+    """
+
+    DIMENSION: ClassVar[int] = 2
+    TEST: ClassVar[type[Compression]] = Biaxial
+    FRAMES: ClassVar[int] = 100
+    TIGHTER: ClassVar[float] = 10.0
+
+    laws: tuple[str, ...] = ("none", "rigid-wire", "rigid-rod")
+    grain_count: int = 1700
+    bead_count: int = 300
+    seed: int = 0
+    strain: float = 0.10
+    pressure: float = 1e5
+    tolerance: float = 3e-3
+    max_iterations: int = 6000
+    friction: float = 0.4
+    platen_friction: float = 0.0
+    inertial_number: float = 1e-3
+    axial_rigidity: float = 1e7
+    check_strain: float = 0.05
+    threads: int = 2
+
+    def quick(self) -> Study2D:
+        """The same on a small sample, for a look: 340 particles, 5 % crushing."""
+        return replace(self, grain_count=280, bead_count=60, strain=0.05, check_strain=0.02)
+
+    def lay_sample(self) -> Sample:
+        return lay_sample(self.grain_count, self.bead_count, seed=self.seed)
+
+    def report(self, result: TexSolResult, folder: StudyFolder) -> list[Path]:
+        from lmgcpy.experiment.texsol.report_2d import write_report
+
+        return write_report(result, folder)
+
+
+@named_arguments
+@dataclass(frozen=True)
+class Study3D(TexSolStudy):
+    """What to compute in 3D. The defaults are a sample of 10 000 particles, of which 3500 are wire beads.
+
+    ``axes`` along which the sample is compressed, a test each: "z" is across the layers of the wire, "x" and "y" are
+    along them. ``wires`` share the beads. Checks, none by default, are made
+    along the first axis: with 10 000 particles their steps take thousands of sweeps. Other fields as in
+    :class:`TexSolStudy`.
+    """
+
+    DIMENSION: ClassVar[int] = 3
+    TEST: ClassVar[type[Compression]] = Triaxial
+    FRAMES: ClassVar[int] = 20
+    TIGHTER: ClassVar[float] = 3.0
+    WIRE_BLOCKS: ClassVar[bool] = False
+    """Grains hold the wire at every bead: blocks take as many sweeps as links one by one, and each 1.5 times as long."""
+    MOMENTUM: ClassVar[float] = 0.9
+    """With the solver's own 0.97 steps with a taut wire stall at 0.05; with 0.9 they take 300 sweeps to 0.01."""
+
+    laws: tuple[str, ...] = ("none", "rigid-wire")
+    grain_count: int = 6500
+    bead_count: int = 3500
+    seed: int = 0
+    strain: float = 0.15
+    pressure: float = 1e5
+    tolerance: float = 1e-2
+    max_iterations: int = 2000
+    friction: float = 0.4
+    platen_friction: float = 0.0
+    inertial_number: float = 2e-3
+    axial_rigidity: float = 120.0
+    check_strain: float = 0.0
+    threads: int = 2
+    axes: tuple[str, ...] = ("z", "x")
+    wires: int = 1
+
+    def __post_init__(self):
+        rods = [law for law in self.laws if str(law).endswith("rod")] if isinstance(self.laws, (tuple, list)) else []
+        if rods:
+            raise ValueError(
+                f"laws of the study in 3D cannot be '{rods[0]}': a chain of beads finer than the grains gives way sideways "
+                "and is no column that could bear a push. Take rigid-wire or elastic-wire."
+            )
+        super().__post_init__()
+        self._check_names("axes", "axis", tuple(AXES))
+        whole(self.wires, "wires", minimum=1)
+
+    def quick(self) -> Study3D:
+        """The same on a small sample, for a look: 770 particles, 8 % crushing."""
+        return replace(self, grain_count=500, bead_count=270, strain=0.08, tolerance=3e-3)
+
+    @property
+    def test_axes(self) -> Sequence[str]:
+        return self.axes
+
+    def lay_sample(self) -> Sample:
+        return lay_sample_3d(self.grain_count, self.bead_count, wires=self.wires, density=DENSITY, seed=self.seed)
+
+    def relaxation(self, laid: Sample) -> dict[str, Any]:
+        """The steps are short, as beads are small and move fast; a drag keeps the wire from being crumpled.
+
+        The tolerance is 1e-3, as a relaxation gains little in a step, and errors would add up to overlaps.
+        """
+        step = RELAXATION_STEP_3D * characteristic_time(laid.diameter, DENSITY, self.pressure)
+        solver = AcceleratedGaussSeidel(tolerance=1e-3, max_iterations=2000, wire_blocks=self.WIRE_BLOCKS)
+        return {"time_step": step, "drag": 2.0, "solver": solver, "max_steps": 1500}
+
+    def report(self, result: TexSolResult, folder: StudyFolder) -> list[Path]:
+        from lmgcpy.experiment.texsol.report_3d import write_report
+
+        return write_report(result, folder)
+
+
+STUDIES: dict[int, Any] = {kind.DIMENSION: kind for kind in (Study2D, Study3D)}
+"""The studies by dimension."""
