@@ -1,0 +1,67 @@
+"""Imports run one way: no floor of the package imports one above it, and no file imports one that imports it back."""
+
+import ast
+from pathlib import Path
+
+import lmgcpy
+
+ROOT = Path(lmgcpy.__file__).parent
+FLOORS = """
+    version errors former_names
+    writing
+    compiled
+    laws
+    contact
+    solve
+    dynamics
+    scene
+    measure sample
+    view
+    io
+    simulation
+    lmgcpy
+    experiment
+    plugin_template bench testing
+    warmup
+    cli
+"""
+FLOOR = {room: number for number, line in enumerate(FLOORS.split("\n")) for room in line.split()}
+
+
+def imports() -> dict[str, set[str]]:
+    """The files of the package by what they import of it, inside functions and for types only as well."""
+    dotted = {path: ".".join(path.relative_to(ROOT.parent).with_suffix("").parts) for path in ROOT.rglob("*.py")}
+    names = {name.removesuffix(".__init__"): path for path, name in dotted.items()}
+    taken: dict[str, set[str]] = {name: set() for name in names}
+    for name, path in names.items():
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ImportFrom):
+                assert node.level == 0, f"{path}: a relative import"
+                full = [f"{node.module}.{alias.name}" for alias in node.names]
+                taken[name] |= {one if one in names else str(node.module) for one in full} & names.keys()
+            elif isinstance(node, ast.Import):
+                taken[name] |= {alias.name for alias in node.names} & names.keys()
+    return taken
+
+
+def room(name: str) -> str:
+    return name.split(".")[1] if "." in name else name
+
+
+def test_no_floor_imports_one_above_it():
+    arrows = {(name, other) for name, others in imports().items() for other in others if room(name) != room(other)}
+    assert {room(name) for name in imports()} == FLOOR.keys()
+    assert [f"{name} -> {other}" for name, other in sorted(arrows) if FLOOR[room(other)] >= FLOOR[room(name)]] == []
+
+
+def test_no_circles():
+    """Files that import none of those left, and files that none of those left imports, are taken away: circles stay."""
+    left = {name: others - {name} for name, others in imports().items()}
+    while True:
+        imported = set().union(*left.values()) if left else set()
+        free = [name for name, others in left.items() if not others & left.keys() or name not in imported]
+        if not free:
+            break
+        for name in free:
+            del left[name]
+    assert left == {}
