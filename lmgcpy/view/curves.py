@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lmgcpy.errors import named_arguments, one_of, place, shown
+from lmgcpy.errors import file_path, named_arguments, one_of, shown
 from lmgcpy.solve.report import SOLVED_CODES
 from lmgcpy.view import figures
 from lmgcpy.view.figures import name_of, new_figure, save
@@ -48,7 +48,7 @@ def plot(runs: Run | Sequence[Run], path: str | os.PathLike, *, what: str = "rea
     chosen = list(runs) if isinstance(runs, (list, tuple)) else [runs]
     if not chosen or not all(hasattr(run, "frame_count") for run in chosen):
         raise TypeError(f"runs must be what lmgcpy.io.open_run(path) opens, one or a list of them, got {shown(runs)}.")
-    target = Path(place(path, "path"))
+    target = Path(file_path(path, "path"))
     if target.suffix.lower() not in SUFFIXES:
         raise ValueError(f"path must end in {', '.join(SUFFIXES)}, got '{target}'.")
     check_target(target, force=True)
