@@ -1,4 +1,4 @@
-"""Sentences for users: what is wrong, where, and what to do. All are built-in kinds of exception."""
+"""Checks of arguments. Each raises a built-in exception with a sentence: what is wrong, where, and what to do."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ from typing import Any, TypeVar
 import numpy as np
 
 LARGEST = 1e70
-"""Numbers beyond are no quantities of mechanics in SI units, and their squares and products would overflow; of what must
-be above zero the same holds for numbers below its inverse."""
+"""Largest number that is accepted. Larger ones are no quantities of mechanics in SI units, and their squares and products
+would overflow. A number that must be above zero is at least the inverse."""
 SHOWN = 80
-"""Characters of a wrong value that a sentence shows."""
+"""Number of characters of a wrong value that a sentence shows."""
 LISTED = 20
-"""Known words that a sentence lists."""
+"""Number of known words that a sentence lists."""
 
 What = TypeVar("What", bound=Callable)
 
 
 def shown(value: object) -> str:
-    """``repr(value)`` as it fits in a sentence: one line, not too long, without an address in memory."""
+    """``repr(value)`` shortened for a sentence: one line, not too long, without an address in memory."""
     value = value.item() if isinstance(value, np.generic) else value
     text = re.sub(r" at 0x[0-9a-fA-F]+", "", " ".join(repr(value).split()))
     return text if len(text) <= SHOWN else f"{text[: SHOWN - 4]} ..."
 
 
 def closest(word: object, known: Iterable[str]) -> str:
-    """Ending of a sentence about an unknown word: the closest match, if any, and the whole list."""
+    """The end of a sentence about an unknown word: the closest match, if there is one, and the list of known words."""
     names = sorted(known)
     match = difflib.get_close_matches(str(word), names, n=1, cutoff=0.5)
     hint = f"; did you mean '{match[0]}'?" if match else "."
@@ -42,7 +42,7 @@ def closest(word: object, known: Iterable[str]) -> str:
 
 
 def one_of(value: Any, name: str, known: Iterable[str]) -> str:
-    """``value`` as one of the ``known`` words, or a sentence that names it (TypeError, ValueError)."""
+    """``value``, if it is one of the ``known`` words; raises TypeError or ValueError with a sentence that names it."""
     known = list(known)
     if not isinstance(value, str):
         raise TypeError(f"{name} must be one of {', '.join(map(repr, known))}, got {shown(value)}.")
@@ -52,7 +52,7 @@ def one_of(value: Any, name: str, known: Iterable[str]) -> str:
 
 
 def flag(value: Any, name: str) -> bool:
-    """``value`` as True or False, or a sentence that names it (TypeError)."""
+    """``value``, if it is True or False; raises TypeError with a sentence that names it."""
     if not isinstance(value, (bool, np.bool_)):
         raise TypeError(f"{name} must be True or False, got {shown(value)}.")
     return bool(value)
@@ -67,9 +67,10 @@ def number(
     above: float = -math.inf,
     unit: str = "",
 ) -> float:
-    """``value`` as a finite float within bounds (``above``: exclusive), or a sentence that names it.
+    """``value`` as a finite float within bounds (``above`` is exclusive).
 
-    Raises TypeError for what is no number and ValueError for NaN, infinity or a number out of bounds.
+    Raises TypeError for a value that is no number, and ValueError for NaN, infinity or a number out of bounds. The
+    sentence names it.
     """
     unit = f" {unit}" if unit and unit != "-" else ""
     no_number = f"{name} must be a number{unit and ' in' + unit}, got {shown(value)}."
@@ -97,7 +98,7 @@ def number(
 
 
 def whole(value: Any, name: str, *, minimum: int = 0, maximum: int = 2**62) -> int:
-    """``value`` as an integer within bounds, or a sentence that names it (TypeError, ValueError)."""
+    """``value`` as an integer within bounds; raises TypeError or ValueError with a sentence that names it."""
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
         raise TypeError(f"{name} must be a whole number, got {shown(value)}.")
     if value < minimum:
@@ -108,9 +109,9 @@ def whole(value: Any, name: str, *, minimum: int = 0, maximum: int = 2**62) -> i
 
 
 def numbers(value: Any, name: str, what: str = "an array of numbers") -> np.ndarray:
-    """``value`` as a new contiguous array of finite floats of any shape, or a sentence that names it.
+    """``value`` as a new contiguous array of finite floats of any shape.
 
-    Raises TypeError for what are no numbers and ValueError for NaN or infinity among them.
+    Raises TypeError if it holds anything but numbers, and ValueError for NaN or infinity. The sentence names it.
     """
 
     def no_numbers() -> TypeError:
@@ -123,7 +124,7 @@ def numbers(value: Any, name: str, what: str = "an array of numbers") -> np.ndar
     except TypeError as error:
         raise no_numbers() from error
     except ValueError as error:
-        if not str(error).startswith(name):  # numpy's: rows of different lengths
+        if not str(error).startswith(name):  # the error is numpy's: rows of different lengths
             raise no_numbers() from error
         raise
     if given.dtype.kind not in "iuf":
@@ -140,7 +141,7 @@ def numbers(value: Any, name: str, what: str = "an array of numbers") -> np.ndar
 
 
 def vector(value: Any, name: str, size: int) -> np.ndarray:
-    """``value`` as a finite float array of shape (size,), or a sentence that names it (TypeError, ValueError)."""
+    """``value`` as a finite float array of shape (size,); raises TypeError or ValueError with a sentence that names it."""
     result = numbers(value, name, f"{size} numbers")
     if result.shape != (size,):
         shape = f"{result.size} numbers" if result.ndim == 1 else f"an array of shape {result.shape}"
@@ -148,8 +149,8 @@ def vector(value: Any, name: str, size: int) -> np.ndarray:
     return result
 
 
-def place(value: Any, name: str) -> str:
-    """``value`` as the path of a file or folder, or a sentence that names it (TypeError, ValueError)."""
+def file_path(value: Any, name: str) -> str:
+    """``value`` as the path of a file or folder; raises TypeError or ValueError with a sentence that names it."""
     if not isinstance(value, (str, os.PathLike)) or not isinstance(os.fspath(value), str):
         raise TypeError(f"{name} must be the path of a file, got {shown(value)}.")
     if not os.fspath(value) or "\0" in os.fspath(value):
@@ -158,7 +159,7 @@ def place(value: Any, name: str) -> str:
 
 
 def system_error(what: str, cause: BaseException, remedy: str) -> OSError:
-    """An OSError that reads as a sentence, the cause's own words in its middle, and has the number of its cause."""
+    """An OSError with a sentence that quotes the words of its cause, and with the error number of its cause."""
     words = str(getattr(cause, "strerror", None) or cause).split(" (")[0]  # HDF5 adds details in brackets
     error = OSError(f"{what}: {words}. {remedy}")
     error.errno = getattr(cause, "errno", None) or errno.EIO
@@ -166,9 +167,9 @@ def system_error(what: str, cause: BaseException, remedy: str) -> OSError:
 
 
 def named_arguments(what: What) -> What:
-    """Decorator of a public function or class: a call with a wrong set of arguments gets a sentence (TypeError).
+    """Decorator of a public function or class: a call with a wrong set of arguments raises TypeError with a sentence.
 
-    It names an argument that is unknown, with the closest match, one that is missing, or what came by position.
+    The sentence names an unknown argument, with the closest match, a missing one, or one that must have a name.
     """
     function: Callable = what.__init__ if isinstance(what, type) else what  # type: ignore[misc]
 
@@ -178,7 +179,7 @@ def named_arguments(what: What) -> What:
             return function(*given, **named)
         except TypeError as error:
             if error.__traceback__ is None or error.__traceback__.tb_next is not None:
-                raise  # by the function, not by the call
+                raise  # the function raised it, not the call
             raise TypeError(_wrong_call(function, given, named)) from None
 
     if isinstance(what, type):

@@ -1,9 +1,8 @@
-"""The one way to write a file: beside its place, flushed to the disk, then put in its place.
+"""Writing of files: every file is written under another name in its folder, flushed to the disk, and then renamed.
 
-So whoever looks finds the old file or the new one, both whole, whatever happens meanwhile: a full disk, Ctrl-C, a kill, a
-power cut. What fails leaves nothing behind and names the file. A file that is replaced keeps its permissions, and a
-symbolic link goes on leading to it; a hard link keeps the old content. What is no file, such as a device, is written in
-place.
+So a reader finds the old file or the new one, both complete, even after a full disk, Ctrl-C, a kill or a power cut. A
+write that fails leaves nothing behind and names the file. A replaced file keeps its permissions; a symbolic link leads to
+the new file, and a hard link keeps the old content. A path that is no file, such as a device, is written directly.
 """
 
 from __future__ import annotations
@@ -17,20 +16,20 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from lmgcpy.errors import place, system_error
+from lmgcpy.errors import file_path, system_error
 
-REMEDY = "Make room, or give another place."
+REMEDY = "Make room, or give another path."
 
 
 def check_target(
     path: Any, *, force: bool, name: str = "path", instead: str = "give another name, or force=True to replace it"
 ) -> str:
-    """The path of a file that may be written, or a sentence before any work is done for it.
+    """The path of a file that may be written; it is checked before any work is done for it.
 
-    Raises TypeError, ValueError, FileNotFoundError where its folder is not there, IsADirectoryError, PermissionError, and
-    FileExistsError where there is one already, unless ``force``; ``instead``: what to do then.
+    Raises TypeError, ValueError, FileNotFoundError if its folder is missing, IsADirectoryError, PermissionError, and
+    FileExistsError if the file exists, unless ``force``. ``instead`` ends that sentence: it says what to do.
     """
-    path = place(path, name)
+    path = file_path(path, name)
     folder = os.path.dirname(os.path.realpath(path))
     if not os.path.isdir(folder):
         raise FileNotFoundError(f"There is no folder '{folder}' to write '{path}' into: make it first.")
@@ -50,10 +49,10 @@ def check_target(
 
 @contextmanager
 def new_file(path: str | os.PathLike) -> Iterator[Path]:
-    """An empty file to write to within the block, of the same suffix, that takes the place of ``path`` at its end.
+    """An empty file with the suffix of ``path``, to be written within the block; at its end it replaces ``path``.
 
-    Where the block raises, what was there stays. An OSError becomes a sentence that names the file, with the number of its
-    cause; those of :func:`check_target` are raised before.
+    If the block raises, the old file stays. An OSError becomes a sentence that names the file, with the error number of its
+    cause. The errors of :func:`check_target` are raised first.
     """
     check_target(path, force=True)
     try:
@@ -65,8 +64,10 @@ def new_file(path: str | os.PathLike) -> Iterator[Path]:
 
 @contextmanager
 def beside(path: str | os.PathLike, *, flushed: bool = True) -> Iterator[Path]:
-    """As :func:`new_file`, with the errors of the system as they are; ``flushed=False``: faster, for what may be lost in a
-    power cut."""
+    """The same as :func:`new_file`, but errors of the system pass unchanged.
+
+    ``flushed=False`` is faster; a power cut may then lose the file.
+    """
     target = Path(os.path.realpath(path))
     mode = _mode(target)
     if mode is not None and not stat.S_ISREG(mode):
@@ -78,15 +79,15 @@ def beside(path: str | os.PathLike, *, flushed: bool = True) -> Iterator[Path]:
         yield new
         if mode is not None:
             os.chmod(new, stat.S_IMODE(mode))
-        put_in_place(new, target, flushed=flushed)
+        replace_file(new, target, flushed=flushed)
     except BaseException:
         with suppress(OSError):
             os.remove(new)
         raise
 
 
-def put_in_place(new: str | os.PathLike, path: str | os.PathLike, *, flushed: bool = True) -> None:
-    """Give a file that is whole its name; raises OSError."""
+def replace_file(new: str | os.PathLike, path: str | os.PathLike, *, flushed: bool = True) -> None:
+    """Rename the complete file ``new`` to ``path``; raises OSError."""
     if flushed:
         flush(new)
     os.replace(new, path)
@@ -112,19 +113,19 @@ def _mode(path: Path) -> int | None:
 
 
 def write_bytes(path: str | os.PathLike, data: Any) -> None:
-    """Write a file; raises as :func:`new_file`."""
+    """Write a file; raises the errors of :func:`new_file`."""
     with new_file(path) as new:
         new.write_bytes(data)
 
 
 def write_text(path: str | os.PathLike, text: str) -> None:
-    """Write a file in UTF-8; raises as :func:`new_file`."""
+    """Write a file in UTF-8; raises the errors of :func:`new_file`."""
     with new_file(path) as new:
         new.write_text(text, encoding="utf-8")
 
 
 def write_table(path: str | os.PathLike, head: Iterable[Any], rows: Iterable[Iterable[Any]]) -> None:
-    """Write a table as CSV; raises as :func:`new_file`."""
+    """Write a table as CSV; raises the errors of :func:`new_file`."""
     with new_file(path) as new, open(new, "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(head)
@@ -132,15 +133,15 @@ def write_table(path: str | os.PathLike, head: Iterable[Any], rows: Iterable[Ite
 
 
 def make_folder(path: str | os.PathLike) -> Path:
-    """A folder, made with those above it if it is not there.
+    """A folder; it is made, with its parents, if it does not exist.
 
-    Raises FileExistsError where a file has its name, OSError with a sentence where it cannot be made.
+    Raises FileExistsError if a file has its name, and OSError with a sentence if it cannot be made.
     """
-    folder = Path(place(path, "folder"))
+    folder = Path(file_path(path, "folder"))
     if folder.exists() and not folder.is_dir():
         raise FileExistsError(f"'{path}' is a file: give the name of a folder.")
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise system_error(f"The folder '{path}' could not be made", error, "Give another place.") from error
+        raise system_error(f"The folder '{path}' could not be made", error, "Give another path.") from error
     return folder

@@ -79,7 +79,7 @@ def lmgcpy_laws(register):
     [
         (BROKEN, ["ModuleNotFoundError: No module named 'a_module_that_is_nowhere'"]),
         (RIVAL, ["Law 'coulomb' is there twice", "from lmgcpy (Coulomb)", "from lmgcpy-law-test 1.2 (Rival)"]),
-        (LATE, ["written for version 99 of the interface of laws, this lmgcpy has version 1"]),
+        (LATE, ["written for version 99 of the interface of laws, but this lmgcpy has version 1"]),
     ],
 )
 def test_plug_ins_that_failed_to_load_are_listed_with_the_reason(tmp_path, text, words):

@@ -127,8 +127,8 @@ def compare(a: Path, b: Path, tolerance: float) -> None:
 @click.option("--force", is_flag=True, help="Write into a folder that is not empty.")
 def export(file: Path, csv: Path | None, vtk: Path | None, force: bool) -> None:
     """A run as tables of text, or as files for ParaView."""
+    from lmgcpy.io.csv_tables import export_csv
     from lmgcpy.io.run import open_run
-    from lmgcpy.io.tables import export_csv
     from lmgcpy.io.vtk import export_vtk
 
     if csv is None and vtk is None:

@@ -1,4 +1,4 @@
-"""Where two runs part: which quantity differs first, when, and by how much."""
+"""The first difference of two runs: its quantity, its time, and its size."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ class Difference:
     """The first difference of two runs."""
 
     quantity: str
-    """What differs."""
+    """Name of the quantity that differs."""
     time: float
-    """[s]; NaN where the runs differ as wholes."""
+    """Time of the difference [s]; NaN if the runs differ as wholes."""
     step: int
-    """At whose end they differ."""
+    """Step at whose end the runs differ."""
     by: float
     """Largest difference, in the unit of the quantity."""
     relative: float
-    """The same relative to the largest of the quantity's values, of then or, with a tolerance, of the runs."""
+    """Largest difference relative to the largest value: at that time or, with a tolerance, in the two runs."""
     where: str = ""
-    """The body, or the two values, where there is more to say."""
+    """The body, or the two values."""
 
     def __str__(self) -> str:
         when = f"at t = {self.time:g} s, step {self.step}" if np.isfinite(self.time) else "as wholes"
@@ -43,11 +43,11 @@ class Difference:
 
 @named_arguments
 def compare(a: Run, b: Run, *, tolerance: float = 0.0) -> Difference | None:
-    """The first difference of two runs, None where there is none.
+    """The first difference of two runs; None if they agree.
 
-    ``tolerance``: what is allowed, relative to the largest value of the quantity in the two runs; with 0 the runs
-    must agree to the last bit, the solver's iterations and residuals as well. Impulses are compared by identity of the
-    interactions. Times of the clock are not compared.
+    ``tolerance`` is the allowed difference, relative to the largest value of the quantity in the two runs. With 0 the runs
+    must agree to the last bit, and so must the iterations and residuals of the solver. Impulses are compared by the
+    identity of their interactions. Clock times are not compared.
     """
     for run in (a, b):
         if not isinstance(run, Run):
@@ -64,23 +64,28 @@ def compare(a: Run, b: Run, *, tolerance: float = 0.0) -> Difference | None:
     if events:
         return events[0][2]
     if list(a.observed) != list(b.observed):
-        told = " and ".join(", ".join(run.observed) or "nothing" for run in (a, b))
-        return Difference("what they observe", np.nan, 0, np.nan, np.nan, f"{told}; equal in what both do.")
+        names = " and ".join(", ".join(run.observed) or "nothing" for run in (a, b))
+        return Difference("the observed names", np.nan, 0, np.nan, np.nan, f"{names}; equal in the names of both.")
     for what, mine, other in (("steps", len(a.history), len(b.history)), ("frames", a.frame_count, b.frame_count)):
         if mine != other:
             return Difference(
-                f"number of {what}", np.nan, 0, np.nan, np.nan, f"{mine} and {other}; equal as far as both go."
+                f"number of {what}",
+                np.nan,
+                0,
+                np.nan,
+                np.nan,
+                f"{mine} and {other}; equal up to the shorter end.",
             )
     return None
 
 
 def _in_history(a: Run, b: Run, tolerance: float) -> Iterator[tuple[int, int, Difference]]:
-    """The first difference of each column of the history and of each observation: (step, rank, what)."""
+    """The first difference of each column of the history and of each observation: (step, rank, difference)."""
     count = min(len(a.history), len(b.history))
     mine, other = a.history[:count], b.history[:count]
-    kept = set(mine.dtype.names or ()) & set(other.dtype.names or ())  # older files keep less
+    kept = set(mine.dtype.names or ()) & set(other.dtype.names or ())  # older files have fewer columns
     names = [name for name in (*ENERGIES, *SOLVER) if name in kept]
-    if tolerance > 0.0:  # these say how the answer was found, and of round-off
+    if tolerance > 0.0:  # the solver's columns depend on the path to the answer, and the defect is round-off
         names = [name for name in names if name not in (*SOLVER, "defect")]
     columns = [(f"{name} energy" if name in ("kinetic", "stored") else name, mine[name], other[name]) for name in names]
     columns = [("step", mine["step"], other["step"]), ("time", mine["time"], other["time"]), *columns]
@@ -94,22 +99,22 @@ def _in_history(a: Run, b: Run, tolerance: float) -> Iterator[tuple[int, int, Di
         with np.errstate(invalid="ignore"):
             by = np.where(same, 0.0, np.abs(x - y)).max(axis=1, initial=0.0)
         largest = max(np.abs(values[np.isfinite(values)]).max(initial=0.0) for values in (x, y))
-        wrong = ~(by <= tolerance * largest)  # not finite: wrong
+        wrong = ~(by <= tolerance * largest)  # NaN counts as wrong
         if wrong.any():
             k = int(np.argmax(wrong))
             yield int(mine["step"][k]), 20 + rank, _difference(quantity, mine[k], by[k], largest)
 
 
 def _in_frames(a: Run, b: Run, tolerance: float) -> Iterator[tuple[int, int, Difference]]:
-    """The first frame that differs, and there the first quantity."""
-    index_a, index_b = a._column("frames/index")[:], b._column("frames/index")[:]
+    """The first difference of the first frame that differs: (step, rank, difference)."""
+    index_a, index_b = a._array("frames/index")[:], b._array("frames/index")[:]
     scale = dict.fromkeys(("positions", "rotations", "velocities", "spins", "impulses"), 0.0)
     for run in (a, b) if tolerance > 0.0 else ():
         for k in range(run.frame_count):
             for name in scale:
                 values = run.interactions(k).impulse if name == "impulses" else getattr(run, name)[k]
                 scale[name] = max(scale[name], float(np.abs(values).max(initial=0.0)))
-    if tolerance > 0.0:  # what turns by round-off only has no size of its own: a radian, a roll at the largest velocity
+    if tolerance > 0.0:  # rotations by round-off have no scale of their own: take a radian, and rolling at the top speed
         extent = a.scene["bodies"]["extent"]
         size = float(extent[np.isfinite(extent)].max(initial=0.0)) or 1.0
         scale["rotations"] = max(scale["rotations"], 1.0)
@@ -149,7 +154,7 @@ def _difference(quantity: str, row: Any, by: float, largest: float, where: str =
 
 
 def _identities(net: RunInteractions) -> list[tuple[str, int, int, int]]:
-    """Law, candidate, antagonist, and which of several between the two."""
+    """Law, candidate, antagonist, and the number of the interaction among those of the same three."""
     seen: dict[tuple[str, int, int], int] = {}
     result = []
     for key in zip(net.law.tolist(), net.candidate.tolist(), net.antagonist.tolist(), strict=True):
@@ -159,7 +164,7 @@ def _identities(net: RunInteractions) -> list[tuple[str, int, int, int]]:
 
 
 def _matched(a: RunInteractions, b: RunInteractions) -> tuple[np.ndarray, np.ndarray]:
-    """Impulses of both by identity; zero where there is no such interaction."""
+    """Impulses of both by the identity of their interactions; zero for an interaction that one of them lacks."""
     mine, other = _identities(a), _identities(b)
     if mine == other:
         return a.impulse, b.impulse

@@ -1,8 +1,8 @@
 """Problems in FCLIB's local layout (HDF5), the exchange format of published frictional-contact problems.
 
-``fclib_local/W`` holds the operator as CSR (``p``, ``i``, ``x``, ``m``, ``n``, ``nz`` = -2), ``fclib_local/vectors`` ``q``
-and ``mu``, ``fclib_local/spacedim`` the dimension. Two extensions: ``fclib_local/law`` (0 Coulomb contact, 1 wire, 2 rod)
-with ``fclib_local/compliance`` and, where links have any, ``fclib_local/geometric`` (their geometric stiffness), and
+``fclib_local/W`` holds the operator as CSR (``p``, ``i``, ``x``, ``m``, ``n``, ``nz`` = -2), ``fclib_local/vectors`` holds
+``q`` and ``mu``, and ``fclib_local/spacedim`` the dimension. lmgcpy adds ``fclib_local/law`` (0 Coulomb contact, 1 wire,
+2 rod), ``fclib_local/compliance``, ``fclib_local/geometric`` if links have geometric stiffness, and
 ``fclib_local/guesses/r``.
 """
 
@@ -14,16 +14,16 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.errors import named_arguments, shown
-from lmgcpy.io.foreign import Numbers, regular_file
 from lmgcpy.io.hdf5 import h5py, in_memory
+from lmgcpy.io.untrusted import NumberReader, regular_file
 from lmgcpy.solve.delassus import checked_lines
 from lmgcpy.solve.problem import BOTH, CONTACT, PULL, Problem
 from lmgcpy.writing import check_target, write_bytes
 
 CODES = {CONTACT: "coulomb", PULL: "rigid-wire", BOTH: "rigid-rod"}
-"""Law of each code of the extension; with a compliance, the elastic one."""
+"""Name of the law of each code; with a compliance, :data:`ELASTIC` replaces it."""
 ROWS, COLUMNS = -2, -1
-"""What ``nz`` says of W."""
+"""Values of ``nz``: W is stored by compressed rows or by compressed columns."""
 ELASTIC = {"rigid-wire": "elastic-wire", "rigid-rod": "elastic-rod"}
 
 
@@ -31,13 +31,13 @@ ELASTIC = {"rigid-wire": "elastic-wire", "rigid-rod": "elastic-rod"}
 def read(path: str | os.PathLike) -> Problem:
     """Read a problem.
 
-    Raises FileNotFoundError, IsADirectoryError, PermissionError, or ValueError where the file is no problem, is incomplete,
-    damaged, or a pipe. Nothing in the file is believed: see ``lmgcpy/io/foreign.py`` and :class:`lmgcpy.Problem`.
+    Raises FileNotFoundError, IsADirectoryError, PermissionError, and ValueError if the file is no problem, incomplete,
+    damaged, or a pipe. ``lmgcpy/io/untrusted.py`` and :class:`lmgcpy.Problem` check the whole content.
     """
     path = regular_file(path, "a file of a problem")
     try:
         with h5py().File(path, "r") as file:
-            return _read(Numbers(file))
+            return _read(NumberReader(file))
     except (OSError, RuntimeError, KeyError) as error:
         raise ValueError(f"'{path}' is no HDF5 file, or is damaged: {_words(error)}.") from error
     except MemoryError as error:
@@ -50,7 +50,7 @@ def _words(error: Exception) -> str:
     return str(error.args[0] if error.args else error).rstrip(".")
 
 
-def _read(file: Numbers) -> Problem:
+def _read(file: NumberReader) -> Problem:
     dimension = file.whole("fclib_local/spacedim")
     if dimension not in (2, 3):
         raise ValueError(f"fclib_local/spacedim must be 2 or 3, got {dimension}")
@@ -75,14 +75,14 @@ def _read(file: Numbers) -> Problem:
     return Problem(W, q, mu, dimension, tuple(names), compliance, guess, geometric)
 
 
-def _operator(file: Numbers, size: int) -> Any:
-    """W of a problem of so many rows; compressed columns (``nz`` = -1) are read as well."""
+def _operator(file: NumberReader, size: int) -> Any:
+    """W of a problem with ``size`` rows, from compressed rows (``nz`` = -2) or compressed columns (``nz`` = -1)."""
     import scipy.sparse as sparse
 
     for name in ("m", "n"):
         if f"fclib_local/W/{name}" in file and file.whole(f"fclib_local/W/{name}") != size:
-            told = file.whole(f"fclib_local/W/{name}")
-            raise ValueError(f"fclib_local/W/{name} is {told}, but there are {size} numbers in fclib_local/vectors/q")
+            given = file.whole(f"fclib_local/W/{name}")
+            raise ValueError(f"fclib_local/W/{name} is {given}, but there are {size} numbers in fclib_local/vectors/q")
     kind = file.whole("fclib_local/W/nz") if "fclib_local/W/nz" in file else ROWS
     if kind not in (ROWS, COLUMNS):
         raise ValueError(f"fclib_local/W/nz must be -2 (compressed rows) or -1 (compressed columns), got {kind}")
@@ -102,8 +102,8 @@ def _one_each(values: np.ndarray, size: int, name: str) -> np.ndarray:
 def write(problem: Problem, path: str | os.PathLike, *, force: bool = False) -> None:
     """Write a problem.
 
-    Raises FileExistsError where the file is there already, unless ``force``, FileNotFoundError where its folder is not,
-    IsADirectoryError, PermissionError, or OSError where it cannot be written; what was there is then as it was.
+    Raises FileExistsError if the file exists, unless ``force``, FileNotFoundError if its folder is missing,
+    IsADirectoryError, PermissionError, and OSError if it cannot be written; then an old file stays.
     """
     if not isinstance(problem, Problem):
         raise TypeError(f"write takes a problem, such as Simulation.problem() gives, got {shown(problem)}.")

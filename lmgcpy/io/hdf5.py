@@ -1,9 +1,9 @@
-"""h5py, imported when a file is first needed, and what HDF5 must be spared: it does not survive a write that fails.
+"""Import of h5py at the first use, and writing that survives a full disk, which HDF5 itself does not.
 
-A data set that cannot write what is left of it when it is closed brings the process down, then or at its end; and a file
-that is closed after a write that failed is marked as whole, with an end that it has not. Hence new files are made in
-memory; files that grow have all their data sets held open, so that what fails fails where it is told; and the file is cut
-off before it is closed.
+If HDF5 closes a data set and cannot write the rest of it, the process crashes, at once or at its end. If it closes a file
+after a failed write, it marks the file as complete although its end is missing. So new files are made in memory. For files
+that grow, all data sets are held open, so that a failed write raises an error; then the file is cut off before it is
+closed.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import Any
 
 
 def h5py() -> Any:
-    """The module; ImportError with a sentence where it is not installed."""
+    """The module h5py; ImportError with a sentence if it is not installed."""
     try:
         import h5py
     except ImportError as error:
@@ -25,7 +25,7 @@ def h5py() -> Any:
 
 
 def in_memory(fill: Callable[[Any], None], libver: tuple[str, str]) -> memoryview:
-    """The bytes of a new file of what ``fill`` puts into it."""
+    """The bytes of a new file with the content that ``fill`` writes."""
     memory = io.BytesIO()
     with h5py().File(memory, "w", libver=libver) as file:
         fill(file)
@@ -33,17 +33,17 @@ def in_memory(fill: Callable[[Any], None], libver: tuple[str, str]) -> memoryvie
 
 
 def data_sets(file: Any) -> list[Any]:
-    """All data sets of a file: while they are held, no other handle writes when it is closed."""
+    """All data sets of a file. While they are held, closing another handle writes nothing."""
     found: list[Any] = []
     file.visititems(lambda name, item: found.append(item) if hasattr(item, "dtype") else None)
     return found
 
 
 def cut_off(file: Any) -> None:
-    """Leave the file on the disk as it is, as if its writer had been killed: what HDF5 still writes goes nowhere.
+    """Redirect the file to the null device: later writes of HDF5 are lost, and the file on the disk stays unchanged.
 
-    It must be called before the data sets and the file are closed. Where HDF5 does not share its descriptors with Python
-    nothing happens.
+    Call it before the data sets and the file are closed. On systems where HDF5 does not share its descriptors with Python
+    it does nothing.
     """
     if os.name == "posix":
         with suppress(OSError, NotImplementedError, RuntimeError, ValueError):

@@ -1,4 +1,4 @@
-"""Observations: what a user's functions say of the simulation after every step, kept with the run."""
+"""Observations: values that a user's functions return after every step, recorded with the run."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ if TYPE_CHECKING:
     from lmgcpy.dynamics.stepper import Stepper
 
 Observe = Mapping[str, Callable[[Any], Any]]
-"""Functions of the simulation by name; each returns a number or an array, of the same shape at every step."""
+"""Functions of the simulation by name; each returns a number or an array of the same shape at every step."""
 
 
 class Observed(dict[str, Any]):
-    """What was observed, by name; LookupError with a sentence for another name."""
+    """Observed values by name; LookupError with a sentence for an unknown name."""
 
     def __missing__(self, name: str) -> NoReturn:
         raise LookupError(f"Nothing was observed under the name {shown(name)}{closest(name, self)}")
 
 
 class Observations:
-    """Functions by name, and the type of what each returns, as a numpy type with its shape.
+    """Functions by name, and the type of the values of each, as a numpy type with its shape.
 
-    ``types``: by name, from a file; without it :meth:`probe` finds them.
+    ``types`` gives the types by name, from a file; without it :meth:`probe` finds them.
     """
 
     def __init__(self, functions: Observe, types: Mapping[str, np.dtype] | None = None):
@@ -41,16 +41,16 @@ class Observations:
         self.types: dict[str, np.dtype] = dict(types or {})
 
     def probe(self, sim: Stepper) -> None:
-        """Ask every function once, before the first step, for the type of what it returns.
+        """Call every function once, before the first step, to find the type of its values.
 
-        Raises ValueError with a sentence where one fails, TypeError where it returns no numbers.
+        Raises ValueError with a sentence if a function fails, and TypeError if it returns no numbers.
         """
         for name, function in self._functions.items():
             try:
                 value = np.asarray(function(sim))
             except Exception as error:
                 raise ValueError(
-                    f"observe['{name}'] fails before the first step, where its shape is asked for: "
+                    f"observe['{name}'] fails before the first step, when lmgcpy asks for its shape: "
                     f"{type(error).__name__}: {error}. There may be no interactions yet; let it return NaN then."
                 ) from error
             if value.dtype.kind not in "biuf" or not value.size:
@@ -61,15 +61,15 @@ class Observations:
             self.types[name] = np.dtype((value.dtype, value.shape))
 
     def look(self, sim: Stepper) -> dict[str, np.ndarray]:
-        """What the functions say now; ValueError where shape or type are not those of before the first step."""
+        """The values now; ValueError if a shape or type differs from that before the first step."""
         row = {}
         for name, function in self._functions.items():
             value, kind = np.asarray(function(sim)), self.types[name]
             if value.shape != kind.shape or not np.can_cast(value.dtype, kind.base, "safe"):
                 raise ValueError(
-                    f"observe['{name}'] returned {value.dtype} of shape {value.shape} after step {sim.steps}, where its "
-                    f"table is of {kind.base} of shape {kind.shape}: let it return the same at every step, before the "
-                    "first as well (0.0, not 0)."
+                    f"observe['{name}'] returned {value.dtype} of shape {value.shape} after step {sim.steps}, but its "
+                    f"table is of {kind.base} of shape {kind.shape}: let it return the same type and shape at every step, "
+                    "and before the first step (0.0, not 0)."
                 )
             row[name] = value.astype(kind.base)
         return row

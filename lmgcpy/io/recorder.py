@@ -1,4 +1,4 @@
-"""Writes a run into its file while it is made."""
+"""Recording of a run in its file, step by step."""
 
 from __future__ import annotations
 
@@ -17,29 +17,28 @@ import numpy as np
 
 from lmgcpy.dynamics.stepper import Stepper
 from lmgcpy.errors import number, system_error
-from lmgcpy.io import run_format as form
+from lmgcpy.io import run_format
 from lmgcpy.io.hdf5 import cut_off, data_sets, h5py
 from lmgcpy.io.observations import Observations, Observe
 from lmgcpy.io.rows import Rows
 from lmgcpy.io.run import Run
 from lmgcpy.scene.description import describe, functions_of_time
 from lmgcpy.version import VERSION
-from lmgcpy.writing import put_in_place
+from lmgcpy.writing import replace_file
 
 BUFFER = 1 << 25
-"""Bytes that are written out at once, however little time has passed."""
+"""Size of the buffers in bytes at which they are written, even before ``flush`` seconds have passed."""
 COUNTED = {"frames": "frames/index", "interactions": "interactions", "history": "history"}
-"""Which table tells what a commit counts."""
+"""Table that gives each count of a commit."""
 SPARE = 1 << 20
-"""Bytes that must be left on the disk beyond what is written: a full disk is better seen before than by HDF5."""
+"""Bytes that must stay free on the disk after a write: HDF5 does not survive a full disk."""
 
 
 class RunRecorder:
-    """Keeps a run in an HDF5 file: a frame ``every`` so many steps, the history of every step, checkpoints.
+    """Records a run in an HDF5 file: a frame every ``every`` steps, the history of every step, and checkpoints.
 
-    The file is open during ``Simulation.run`` only. ``flush`` [s]: how old what is not yet in it may become;
-    ``observe``: functions of the simulation by name, called after every step; ``notes``: what else to keep, anything
-    that is JSON.
+    The file is open during ``Simulation.run`` only. Unwritten steps are at most ``flush`` [s] old. ``observe`` gives
+    functions of the simulation by name, called after every step. ``notes`` are further data for the file, any JSON.
     """
 
     def __init__(
@@ -62,14 +61,14 @@ class RunRecorder:
         self._functions: list[tuple[int, str]] = []
         self._file: Any = None
         self._held: list[Any] = []
-        self._sound = True  # nothing is half-way in the file
-        self._lock: form.Lock | None = None
-        self._commit = form.Commit()
+        self._sound = True  # no write is incomplete
+        self._lock: run_format.Lock | None = None
+        self._commit = run_format.Commit()
         self._clear()
 
     @classmethod
     def going_on(cls, run: Run, steps: int, observations: Observations) -> RunRecorder:
-        """The recorder of a file that is there, whose last checkpoint is at so many steps."""
+        """The recorder of an existing file, whose last checkpoint is at step ``steps``."""
         recorder = cls(run.path, every=run.options["every"], flush=run.options["flush"])
         recorder._rows.observations = observations
         recorder._rows.begin(run.laws, run.dimension)
@@ -80,27 +79,28 @@ class RunRecorder:
 
     @property
     def latest(self) -> dict[str, np.ndarray]:
-        """What was observed after the last step, by name."""
+        """Observations after the last step, by name."""
         return self._rows.latest
 
     def writes(self, path: str | os.PathLike) -> bool:
-        """Whether that is the file this recorder has begun."""
+        """Whether this recorder has begun the file at ``path``."""
         return self._begun and os.path.abspath(path) == os.path.abspath(self.path)
 
     def how_to_go_on(self) -> str:
-        way = f"lmgcpy resume {self.path} --steps N"
+        """A sentence with the command that continues the run."""
+        command = f"lmgcpy resume {self.path} --steps N"
         functions = ", ".join(f'({body}, "{name}"): f' for body, name in self._functions)
         observe = ", ".join(f'"{name}": f' for name in self._rows.observations)
         again = {"functions": functions, "observe": observe}
         if functions or observe:
             given = ", ".join(f"{what}={{{those}}}" for what, those in again.items() if those)
-            way = f"lmgcpy.resume({self.path!r}, {given}).run(steps=N)"
-        return f"Interrupted after step {self._steps}; go on with: {way}"
+            command = f"lmgcpy.resume({self.path!r}, {given}).run(steps=N)"
+        return f"Interrupted after step {self._steps}; go on with: {command}"
 
     # ------------------------------------------------------------------------------------------------------- the run
 
     def start(self, sim: Stepper) -> None:
-        """Make the file, or open it again where a run went on; raises built-in errors with a sentence."""
+        """Make the file, or open it again to continue its run; raises built-in errors with a sentence."""
         self._clear()
         if self._begun:
             if sim.steps != self._steps:
@@ -110,7 +110,7 @@ class RunRecorder:
                 )
             self._reopen()
             return
-        form.check_target(self.path, self._force)
+        run_format.check_target(self.path, self._force)
         description = describe(sim.scene)
         if not sim.scene.bodies:
             raise ValueError("A scene without bodies has nothing to record.")
@@ -126,26 +126,26 @@ class RunRecorder:
             "versions": versions(),
         }
         self._rows.begin(about["laws"], sim.model.dimension)
-        # under another name until it holds its first frame and checkpoint: what has the name is a run to go on with
-        beside = f"{self.path}.new"
+        # the file has another name until it holds its first frame and checkpoint, so that every run file can be continued
+        unfinished = f"{self.path}.new"
         try:
-            form.create(beside, about, description, sim.checkpoint(), observations.types)
-            self._lock = form.Lock(beside, self.path)
-            self._open(beside)
+            run_format.create(unfinished, about, description, sim.checkpoint(), observations.types)
+            self._lock = run_format.Lock(unfinished, self.path)
+            self._open(unfinished)
             self._rows.frame(sim)
             self._put(sim, closed=False)
-            put_in_place(beside, self.path)
+            replace_file(unfinished, self.path)
         except (OSError, RuntimeError) as error:
             self._release()
             with suppress(OSError):
-                os.remove(beside)
+                os.remove(unfinished)
             raise self._sentence(error, "made") from error
         self._begun = True
 
     def _reopen(self) -> None:
-        with form.open_to_read(self.path) as file, form.sentences_of_damage(self.path):
-            commit = form.read_commit(file)
-        self._lock = form.Lock(self.path)
+        with run_format.open_to_read(self.path) as file, run_format.sentences_of_damage(self.path):
+            commit = run_format.read_commit(file)
+        self._lock = run_format.Lock(self.path)
         try:
             try:
                 if not commit.closed:
@@ -155,12 +155,12 @@ class RunRecorder:
                 self._release()
                 self._mend()
                 self._open(self.path)
-            self._commit = form.read_commit(self._file)
+            self._commit = run_format.read_commit(self._file)
             self._clear()
             self._advance_commit(closed=False)
             self._sound = False
             self._end()
-        except form.WRONG as error:
+        except run_format.WRONG as error:
             self._release()
             raise self._sentence(error, "gone on with") from error
         except BaseException:
@@ -169,15 +169,15 @@ class RunRecorder:
 
     def _mend(self) -> None:
         try:
-            self._lock = form.mend(self.path, self._rows.laws)
-        except form.WRONG as error:
+            self._lock = run_format.mend(self.path, self._rows.laws)
+        except run_format.WRONG as error:
             raise self._sentence(error, "mended") from error
 
     def enter(self, sim: Stepper) -> None:
-        """A step was made; OSError with a sentence where the file cannot grow, with the simulation as it is."""
+        """Record a completed step; OSError with a sentence if the file cannot grow. The simulation does not change."""
         try:
             self._rows.enter(sim)
-        except BaseException:  # of a user's function
+        except BaseException:  # a user's function failed
             self.abandon()
             raise
         self._steps = sim.steps
@@ -185,12 +185,12 @@ class RunRecorder:
             self._write(sim)
 
     def finish(self, sim: Stepper) -> None:
-        """Write the rest and a checkpoint, and close."""
+        """Write the remaining rows and a checkpoint, and close the file."""
         self._write(sim, closed=True)
         self._release()
 
     def abandon(self) -> None:
-        """Write what is known of whole steps and close; the last checkpoint stands."""
+        """Write the rows of completed steps and close the file; the last checkpoint stays."""
         with suppress(OSError, RuntimeError):
             self._sound = False
             self._append()
@@ -204,11 +204,11 @@ class RunRecorder:
 
     def _clear(self) -> None:
         self._rows.clear(self._commit.interactions)
-        self._pending: form.Commit | None = None
+        self._pending: run_format.Commit | None = None
         self._flushed = clock.perf_counter()
 
     def _append(self) -> None:
-        """Enter the buffers into the tables; they count from the next commit on."""
+        """Append the buffers to the tables; the rows become valid with the next commit."""
         counts, tables = self._commit, self._rows.tables()
         for name, rows in tables.items():
             if len(rows):
@@ -223,10 +223,10 @@ class RunRecorder:
         self._pending = None
 
     def _write(self, sim: Stepper, *, closed: bool = False) -> None:
-        """The buffers, then, when these are in the file, a checkpoint and the commit that makes them count."""
+        """Write the buffers, then a checkpoint, then the commit that makes both valid."""
         try:
             self._put(sim, closed=closed)
-        except form.WRONG as error:
+        except run_format.WRONG as error:
             self._release()
             self._steps = -1
             raise self._sentence(error, "written on") from error
@@ -237,14 +237,14 @@ class RunRecorder:
         self._append()
         self._file.flush()
         self._advance_commit(closed=closed)
-        form.write_checkpoint(self._file, sim.checkpoint(), self._commit, self._rows.laws)
+        run_format.write_checkpoint(self._file, sim.checkpoint(), self._commit, self._rows.laws)
         self._end()
         self._steps = sim.steps
         self._clear()
 
     def _end(self) -> None:
-        """Make what was written count."""
-        form.write_commit(self._file, self._commit)
+        """Write the commit, which makes the new rows valid."""
+        run_format.write_commit(self._file, self._commit)
         self._file.flush()
         self._sound = True
 
@@ -256,13 +256,13 @@ class RunRecorder:
     def _sentence(self, error: Exception, what: str) -> Exception:
         if isinstance(error, (FileExistsError, FileNotFoundError, PermissionError, IsADirectoryError, BlockingIOError)):
             return error
-        if str(error).startswith((f"'{self.path}'", "The run file")):  # it was told already
+        if str(error).startswith((f"'{self.path}'", "The run file")):  # it is a sentence already
             return error
-        remedy = "The simulation is as it was after its last step: make room, or record into another file."
+        remedy = "The simulation stands at the end of its last step: make room, or record into another file."
         return system_error(f"The run file '{self.path}' could not be {what}", error, remedy)
 
     def _open(self, path: str) -> None:
-        self._file = form.open_to_append(path)
+        self._file = run_format.open_to_append(path)
         self._held = data_sets(self._file)
         self._sound = True
 
@@ -292,7 +292,7 @@ def options(sim: Stepper) -> dict[str, Any]:
 
 
 def versions() -> dict[str, str]:
-    """Versions of all that the numbers depend on."""
+    """Versions of the software on which the numbers depend."""
     import numba
 
     h5 = h5py()

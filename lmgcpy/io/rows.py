@@ -1,4 +1,4 @@
-"""What a run leaves step by step, as rows of the tables of :mod:`lmgcpy.io.run_format`."""
+"""Rows of the tables of :mod:`lmgcpy.io.run_format`, collected step by step."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lmgcpy.errors import whole
-from lmgcpy.io import run_format as form
+from lmgcpy.io import run_format
 from lmgcpy.io.observations import Observations
 from lmgcpy.solve.report import STATUS
 
@@ -16,23 +16,23 @@ if TYPE_CHECKING:
 
 
 class Rows:
-    """Rows that were made and not yet taken: a history and the observations of every step, a frame ``every`` so many."""
+    """Rows that are not yet written: history and observations of every step, and a frame every ``every`` steps."""
 
     def __init__(self, every: int, observations: Observations):
         self.every = whole(every, "every", minimum=1)
         self.observations = observations
         self.latest: dict[str, np.ndarray] = {}
-        """What was observed after the last step."""
+        """Observations after the last step."""
         self.begin([], 2)
 
     def begin(self, laws: list[str], dimension: int) -> None:
-        """Rows of a run with these laws, none yet."""
+        """Begin a run with these laws, without rows."""
         self.laws = laws
         self.dimension = dimension
         self.clear(0)
 
     def clear(self, interactions: int) -> None:
-        """Forget the rows; so many interactions are in the table already."""
+        """Forget the rows; ``interactions`` counts those that the table holds already."""
         self.history: list[tuple] = []
         self.observed: dict[str, list[np.ndarray]] = {name: [] for name in self.observations}
         self.index: list[tuple] = []
@@ -43,7 +43,7 @@ class Rows:
         self._interaction_count = interactions
 
     def enter(self, sim: Stepper) -> None:
-        """A step was made."""
+        """Add the rows of a completed step."""
         self.latest = self.observations.look(sim)
         for name, value in self.latest.items():
             self.observed[name].append(value)
@@ -53,7 +53,7 @@ class Rows:
             self.frame(sim)
 
     def frame(self, sim: Stepper) -> None:
-        """Keep the state as it is now, with the interactions of the last step."""
+        """Add a frame: the current state, and the interactions of the last step."""
         net = self._net(sim)
         self.index.append((sim.time, sim.steps, self._interaction_count, len(net)))
         self.positions.append(sim.state.positions.copy())
@@ -63,15 +63,15 @@ class Rows:
         self.bytes += 2 * self.positions[-1].nbytes + net.nbytes
 
     def tables(self) -> dict[str, Any]:
-        """The rows by name of their table."""
-        nothing = np.zeros(0, dtype=form.interaction_type(self.dimension))
+        """The rows by the name of their table."""
+        nothing = np.zeros(0, dtype=run_format.interaction_type(self.dimension))
         return {
-            "frames/index": np.array(self.index, dtype=form.INDEX),
+            "frames/index": np.array(self.index, dtype=run_format.INDEX),
             "frames/positions": self.positions,
             "frames/velocities": self.velocities,
             "interactions": np.concatenate(self.interactions or [nothing]),
-            "history": np.array(self.history, dtype=form.history_type(len(self.laws))),
-            **{form.OBSERVED + name: rows for name, rows in self.observed.items()},
+            "history": np.array(self.history, dtype=run_format.history_type(len(self.laws))),
+            **{run_format.OBSERVED + name: rows for name, rows in self.observed.items()},
         }
 
     def _history(self, sim: Stepper) -> tuple:
@@ -88,14 +88,14 @@ class Rows:
 
     def _net(self, sim: Stepper) -> np.ndarray:
         view = sim.interactions
-        net = np.zeros(len(view), dtype=form.interaction_type(self.dimension))
+        net = np.zeros(len(view), dtype=run_format.interaction_type(self.dimension))
         if not len(view):
             return net
         for code, law in enumerate(self.laws):
             net["law"][view.law == law] = code
         for name in ("candidate", "antagonist", "gap", "normal", "impulse"):
             net[name] = getattr(view, name)
-        # a wall has no centre that a lever could start from
+        # a wall has no centre, so that its contact point is measured from the other body
         from_wall = ~np.isfinite(sim.model.extent)[view.candidate]
         seen_from = np.where(from_wall, view.antagonist, view.candidate)
         lever = np.where(from_wall[:, None], view.lever[:, 1], view.lever[:, 0])
@@ -105,5 +105,5 @@ class Rows:
 
 
 def detection_positions(positions: np.ndarray, velocities: np.ndarray, theta: float, time_step: float) -> np.ndarray:
-    """Where the bodies were at the detection of the step that ended here, ``q_m = q - theta h v`` [m], (n, d)."""
+    """Positions at the detection of the step that has ended, ``q_m = q - theta h v`` [m], (n, d)."""
     return positions - theta * time_step * velocities

@@ -1,4 +1,4 @@
-"""A run file as arrays."""
+"""Reading of a run file as arrays."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ import numpy as np
 
 from lmgcpy.contact.frames import local_frames
 from lmgcpy.dynamics.checkpoint import Checkpoint
-from lmgcpy.errors import named_arguments, place
-from lmgcpy.io import run_format as form
+from lmgcpy.errors import file_path, named_arguments
+from lmgcpy.io import run_format
 from lmgcpy.io.observations import Observed
 from lmgcpy.io.rows import detection_positions
 from lmgcpy.io.run_trust import DamagedRows, check_about, check_digest, check_table, read_group, read_tree, rows_of
@@ -25,7 +25,7 @@ log = logging.getLogger("lmgcpy")
 
 @dataclass(frozen=True)
 class RunInteractions:
-    """Interactions of a frame, in canonical order; m of them."""
+    """The m interactions of a frame, in canonical order."""
 
     law: np.ndarray
     """Names of the laws, (m,)."""
@@ -34,21 +34,21 @@ class RunInteractions:
     antagonist: np.ndarray
     """Ids of the antagonist bodies, (m,)."""
     gap: np.ndarray
-    """At the detection configuration [m], (m,)."""
+    """Gaps at the detection configuration [m], (m,)."""
     normal: np.ndarray
-    """From the antagonist to the candidate, (m, d)."""
+    """Unit normals from the antagonist to the candidate, (m, d)."""
     point: np.ndarray
-    """Contact point at the detection configuration [m], (m, d)."""
+    """Contact points at the detection configuration [m], (m, d)."""
     lever: np.ndarray
-    """Contact point seen from the positions of the candidate and of the antagonist there [m], (m, 2, d)."""
+    """Vectors from the positions of candidate and antagonist to the contact point, at the detection [m], (m, 2, d)."""
     impulse: np.ndarray
-    """In the local frame, normal first [N s], (m, d)."""
+    """Impulses in the local frame, normal component first [N s], (m, d)."""
     force: np.ndarray
-    """impulse / time step [N], (m, d)."""
+    """Impulses divided by the time step [N], (m, d)."""
 
     @classmethod
     def of(cls, net: np.ndarray, laws: list[str], detected: np.ndarray, time_step: float) -> RunInteractions:
-        """From rows of the file; ``detected``: positions of the bodies at the detection [m], (n, d)."""
+        """Interactions from rows of the file; ``detected`` are the positions of the bodies at the detection [m], (n, d)."""
         candidate, antagonist = net["candidate"].astype(np.int64), net["antagonist"].astype(np.int64)
         return cls(
             law=np.array(laws or [""])[net["law"]],
@@ -64,7 +64,7 @@ class RunInteractions:
 
     @property
     def frame(self) -> np.ndarray:
-        """Rows n, t(, s) of the local frame, (m, d, d)."""
+        """Local frames with the rows n, t(, s), (m, d, d)."""
         return local_frames(self.normal)
 
     def __len__(self) -> int:
@@ -76,8 +76,8 @@ class RunInteractions:
         return f"<{len(self)} interactions of a frame: {by_law or 'none'}>"
 
 
-class Column:
-    """An array that stays in the file: index it, or give it to numpy, and what is asked for is read."""
+class FileArray:
+    """An array in the file. Indexing it, or passing it to numpy, reads the requested part."""
 
     def __init__(self, read: Callable[[Any], np.ndarray], shape: tuple[int, ...], dtype: np.dtype):
         self._read = read
@@ -103,7 +103,7 @@ class Column:
             first = slice(start, max(start, stop), stride) if stride > 0 else np.arange(start, stop, stride)
         else:
             first = np.arange(len(self))[first]
-        if isinstance(first, np.ndarray):  # in the order asked for, which HDF5 does not do
+        if isinstance(first, np.ndarray):  # HDF5 cannot read rows in any order
             part = self._read(slice(0, len(self)))[first]
         else:
             part = self._read(first)
@@ -121,29 +121,29 @@ class Column:
 
 @named_arguments
 class Run:
-    """A run file, also one that is still being written; f frames, s steps, n bodies, d dimensions, L laws.
+    """A run file, even one that is being written; it has f frames, s steps, n bodies, d dimensions, L laws.
 
-    A context manager. What the file held when it was opened or last refreshed is shown.
+    It is a context manager. It shows the content of the file at the time of opening or of the last refresh.
     """
 
     def __init__(self, path: str | os.PathLike):
-        self.path = place(path, "path")
+        self.path = file_path(path, "path")
         self._file: Any = None
         self.refresh()
 
     def refresh(self) -> Run:
-        """Look again what the file holds; returns the run."""
+        """Read the content of the file again; returns the run."""
         self.close()
         self._scene_is_sound = False
-        self._file = form.open_to_read(self.path)
+        self._file = run_format.open_to_read(self.path)
         try:
-            with form.sentences_of_damage(self.path):
+            with run_format.sentences_of_damage(self.path):
                 self._about = read_group(self._file, "about")
-                check_about(self._about, list(self._file.get(form.OBSERVED[:-1], ())))
-                self._commit = form.read_commit(self._file)
-                for name, kind in form.table_types(self._file, self.laws).items():
+                check_about(self._about, list(self._file.get(run_format.OBSERVED[:-1], ())))
+                self._commit = run_format.read_commit(self._file)
+                for name, kind in run_format.table_types(self._file, self.laws).items():
                     check_table(self._file, name, kind, self._commit.rows(name))
-                self._tails = {} if self.closed else form.read_tails(self._file, self._commit)
+                self._tails = {} if self.closed else run_format.read_tails(self._file, self._commit)
                 self.dimension = 2 if self._file["frames/velocities"].shape[2] == 3 else 3
         except BaseException:
             self.close()
@@ -151,7 +151,7 @@ class Run:
         return self
 
     def close(self) -> None:
-        """Close the file; arrays that were read stay."""
+        """Close the file. Arrays that were read stay valid."""
         if self._file is not None:
             self._file.close()
             self._file = None
@@ -169,22 +169,22 @@ class Run:
             raise ValueError(f"'{self.path}' was closed: open it again with lmgcpy.io.open_run.")
         return self._file[name]
 
-    def _column(self, name: str, part: Any = ...) -> Column:
+    def _array(self, name: str, part: Any = ...) -> FileArray:
         table = self._table(name)
         if isinstance(part, str):
             kind = table.dtype[part]
             shape = (self._commit.rows(name), *kind.shape)
-            return Column(lambda key: self._rows(name, key, part), shape, kind.base)
+            return FileArray(lambda key: self._rows(name, key, part), shape, kind.base)
         shape = (self._commit.rows(name), *table.shape[1:])
         if part is ...:
-            return Column(lambda key: self._rows(name, key), shape, table.dtype)
+            return FileArray(lambda key: self._rows(name, key), shape, table.dtype)
         shape = (shape[0], *np.broadcast_to(0.0, shape[1:])[part].shape)
-        return Column(lambda key: self._rows(name, key)[(..., *part[1:])], shape, table.dtype)
+        return FileArray(lambda key: self._rows(name, key)[(..., *part[1:])], shape, table.dtype)
 
     def _rows(self, name: str, key: Any, field: str | None = None) -> np.ndarray:
-        """Rows of a growing table, by a number or a slice with both ends; ValueError that names those that are damaged."""
+        """Rows of a growing table, by an index or a slice with both ends; ValueError names damaged frames or steps."""
         table, rows = self._table(name), self._commit.rows(name)
-        with form.sentences_of_damage(self.path):
+        with run_format.sentences_of_damage(self.path):
             try:
                 return rows_of(table, key, rows, field=field, tail=self._tails.get(name))
             except DamagedRows as error:
@@ -194,10 +194,10 @@ class Run:
                 ) from error
 
     def _named(self, name: str, spans: list[tuple[int, int]]) -> str:
-        """Rows of a table as frames or steps."""
+        """The rows of a table in words, as frames or steps."""
         what = "frames" if name.startswith("frames/") else "steps"
         if name == "interactions":
-            what, index = "frames", self._column("frames/index")[:]
+            what, index = "frames", self._array("frames/index")[:]
             end = index["first"] + index["count"]
             frames = [np.flatnonzero((index["first"] <= last) & (end > first)) for first, last in spans]
             spans = [(int(those[0]), int(those[-1])) for those in frames if len(those)]
@@ -205,45 +205,46 @@ class Run:
 
     @property
     def frame_count(self) -> int:
-        """How many frames."""
+        """Number of frames."""
         return self._commit.frames
 
     @property
     def times(self) -> np.ndarray:
         """Times of the frames [s], (f,)."""
-        return self._column("frames/index", "time")[:]
+        return self._array("frames/index", "time")[:]
 
     @property
     def steps(self) -> np.ndarray:
-        """Steps made before the frames, (f,)."""
-        return self._column("frames/index", "step")[:]
+        """Number of steps made before each frame, (f,)."""
+        return self._array("frames/index", "step")[:]
 
     @property
-    def positions(self) -> Column:
+    def positions(self) -> FileArray:
         """Positions of the bodies [m], (f, n, d)."""
-        return self._column("frames/positions", np.s_[:, : self.dimension])
+        return self._array("frames/positions", np.s_[:, : self.dimension])
 
     @property
-    def velocities(self) -> Column:
-        """Velocities [m/s], (f, n, d)."""
-        return self._column("frames/velocities", np.s_[:, : self.dimension])
+    def velocities(self) -> FileArray:
+        """Velocities of the bodies [m/s], (f, n, d)."""
+        return self._array("frames/velocities", np.s_[:, : self.dimension])
 
     @property
-    def rotations(self) -> Column:
-        """Angles turned [rad], (f, n); in 3D none are kept: (f, n, 0)."""
-        return self._column("frames/positions", np.s_[:, 2] if self.dimension == 2 else np.s_[:, 3:])
+    def rotations(self) -> FileArray:
+        """Angles of rotation [rad], (f, n); 3D keeps none: (f, n, 0)."""
+        return self._array("frames/positions", np.s_[:, 2] if self.dimension == 2 else np.s_[:, 3:])
 
     @property
-    def spins(self) -> Column:
+    def spins(self) -> FileArray:
         """Angular velocities [rad/s], (f, n), in 3D (f, n, 3)."""
-        return self._column("frames/velocities", np.s_[:, 2] if self.dimension == 2 else np.s_[:, 3:])
+        return self._array("frames/velocities", np.s_[:, 2] if self.dimension == 2 else np.s_[:, 3:])
 
     def interactions(self, frame: int) -> RunInteractions:
-        """Links and all candidates within alert of the step that ended with the frame; negative: from the end."""
-        index = self._column("frames/index")[frame]
+        """Links, and all contacts within alert, of the step that ended with the frame; a negative ``frame`` counts from
+        the end."""
+        index = self._array("frames/index")[frame]
         first, count = int(index["first"]), int(index["count"])
         theta, h = self.options["theta"], self.options["time_step"]
-        with form.sentences_of_damage(self.path):
+        with run_format.sentences_of_damage(self.path):
             if first < 0 or count < 0 or first + count > self._commit.interactions:
                 raise ValueError(f"frame {frame} is said to have interactions {first} to {first + count - 1}")
             net = self._rows("interactions", slice(first, first + count))
@@ -256,24 +257,24 @@ class Run:
     # ------------------------------------------------------------------------------------------------------- history
 
     @property
-    def history(self) -> Column:
-        """A row a step (s,): step, time, iterations, residual, status (code), interactions, seconds, slip, stretch and
-        made (not in files made before these were kept), energies."""
-        return self._column("history")
+    def history(self) -> FileArray:
+        """One row a step, (s,): step, time, iterations, residual, status (code), interactions, seconds, slip, stretch, made
+        and energies. Older files lack some columns."""
+        return self._array("history")
 
     @property
     def status(self) -> np.ndarray:
-        """How the solver ended each step, words, (s,)."""
-        codes = self._column("history", "status")[:]
-        with form.sentences_of_damage(self.path):
+        """Status of the solver at the end of each step, a word, (s,)."""
+        codes = self._array("history", "status")[:]
+        with run_format.sentences_of_damage(self.path):
             if ((codes < 0) | (codes >= len(STATUS))).any():
                 raise ValueError("a status in 'history' is none that there is")
             return np.array(STATUS)[codes]
 
     @property
     def unconverged_steps(self) -> int:
-        """Steps that the solver did not solve, to its tolerance or to round-off."""
-        return int((~np.isin(self._column("history", "status")[:], SOLVED_CODES)).sum())
+        """Number of steps that the solver did not solve to its tolerance or to round-off."""
+        return int((~np.isin(self._array("history", "status")[:], SOLVED_CODES)).sum())
 
     @property
     def energy(self) -> dict[str, Any]:
@@ -285,20 +286,20 @@ class Run:
         return energy
 
     @property
-    def observed(self) -> dict[str, Column]:
-        """What the functions given as ``observe`` said after each step, by name, (s, ...) each."""
-        return Observed({name: self._column(form.OBSERVED + name) for name in self._about.get("observed", ())})
+    def observed(self) -> dict[str, FileArray]:
+        """Values of the functions of ``observe`` after each step, by name, (s, ...) each."""
+        return Observed({name: self._array(run_format.OBSERVED + name) for name in self._about.get("observed", ())})
 
     # --------------------------------------------------------------------------------------------------- description
 
     @property
     def scene(self) -> dict[str, Any]:
         """The scene as arrays and words: bodies, contactors, materials, visibility table, chains."""
-        with form.sentences_of_damage(self.path):
+        with run_format.sentences_of_damage(self.path):
             return read_tree(self._sound_scene())
 
     def _sound_scene(self) -> Any:
-        """The group of the scene, once its digest was looked at."""
+        """The group of the scene; its digest is checked at the first call."""
         group = self._table("scene")
         if not self._scene_is_sound:
             check_digest(self._file, "scene")
@@ -307,15 +308,15 @@ class Run:
 
     @property
     def extent(self) -> np.ndarray:
-        """Radius of a circle around the position of each body that holds it [m], infinite for walls, (n,)."""
-        with form.sentences_of_damage(self.path):
+        """Bounding radius of each body around its position [m], (n,); infinite for walls."""
+        with run_format.sentences_of_damage(self.path):
             return self._sound_scene()["bodies/extent"][:].reshape(self._file["frames/positions"].shape[1])
 
     @property
     def wall_normals(self) -> dict[int, np.ndarray]:
-        """Outward normals of the walls by id of the body, (d,)."""
+        """Outward normals of the walls, (d,) each, by id of the body."""
         flat = (WallContactor.KIND, PlaneContactor.KIND)
-        with form.sentences_of_damage(self.path):
+        with run_format.sentences_of_damage(self.path):
             table = read_tree(self._sound_scene()["contactors"])
             kinds = zip(table["body"].tolist(), table["kind"].tolist(), table["shape"], strict=True)
             return {body: shape[: self.dimension] for body, kind, shape in kinds if table["kinds"][kind] in flat}
@@ -327,37 +328,37 @@ class Run:
 
     @property
     def options(self) -> dict[str, Any]:
-        """Time step, theta, solver and its fields, how often frames are kept.
+        """Time step, theta, solver and its fields, number of steps between frames.
 
-        Of a file from before there was geometric stiffness it is off, so that the run goes on as it began.
+        In an older file without geometric stiffness it is off, so that the run continues without it.
         """
         return {"geometric_stiffness": False, **self._about["options"]}
 
     @property
     def notes(self) -> dict[str, Any]:
-        """What else was kept with the run by who recorded it."""
+        """Notes that were recorded with the run."""
         return self._about.get("notes", {})
 
     @property
     def versions(self) -> dict[str, str]:
-        """Versions of all that the numbers depend on."""
+        """Versions of the software on which the numbers depend."""
         return self._about["versions"]
 
     @property
     def created(self) -> str:
-        """When the file was made."""
+        """Time at which the file was made."""
         return self._about["created"]
 
     @property
     def closed(self) -> bool:
-        """Whether its writer ended as it should."""
+        """Whether the writer ended normally."""
         return self._commit.closed
 
     def checkpoint(self) -> Checkpoint:
-        """The last state to go on from."""
+        """The last checkpoint, from which the run can continue."""
         self._table("checkpoint")
-        with form.sentences_of_damage(self.path):
-            checkpoint, commit = form.read_checkpoint(self._file, self.laws)
+        with run_format.sentences_of_damage(self.path):
+            checkpoint, commit = run_format.read_checkpoint(self._file, self.laws)
         if self.closed and commit.sequence < self._commit.sequence:
             log.warning(
                 "The last checkpoint of '%s' is damaged: that of step %d is taken, and later steps are made again.",
@@ -377,9 +378,9 @@ class Run:
 
 @named_arguments
 def open_run(path: str | os.PathLike) -> Run:
-    """Open a run file to read; one that is being written as well.
+    """Open a run file for reading, even one that is being written.
 
-    Raises FileNotFoundError, PermissionError, IsADirectoryError, or ValueError for what is no run file, is damaged, or
-    comes from a newer lmgcpy.
+    Raises FileNotFoundError, PermissionError, IsADirectoryError, and ValueError if the file is no run file, damaged, or
+    from a newer lmgcpy.
     """
     return Run(path)

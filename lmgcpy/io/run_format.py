@@ -1,21 +1,21 @@
-"""The run file: what it holds, how it is opened, and how it stays good when its writer is killed.
+"""The run file: its content, how it is opened, and how it survives the kill of its writer.
 
-One HDF5 file (readable from HDF5 1.10 on), nothing in it is ever executed:
+A run file is one HDF5 file (readable from HDF5 1.10 on). Nothing in it is ever executed:
 
     about, versions, options        JSON texts
-    scene/...                       what :mod:`lmgcpy.scene.description` says, arrays and JSON texts
-    frames/index                    time, step, first interaction and how many, a row a frame
-    frames/positions, velocities    (frames, n, 3): x, y, angle; in 3D x, y, z, and velocities with three spins more
-    interactions                    those of all frames, one after the other
-    history                         a row a step: solver and energy
-    observed/...                    a row a step: what the user's functions said
-    checkpoint/0, checkpoint/1      the state to go on from, written in turn
-    commits                         two rows written in turn: how much of the tables above counts
-    tails                           as commits: sums of what counts in the last chunk of each table
+    scene/...                       the description (:mod:`lmgcpy.scene.description`), arrays and JSON texts
+    frames/index                    one row a frame: time, step, first interaction, number of interactions
+    frames/positions, velocities    (frames, n, 3): x, y, angle; in 3D x, y, z, and velocities with three more spins
+    interactions                    interactions of all frames, one after the other
+    history                         one row a step: solver and energy
+    observed/...                    one row a step: values of the user's functions
+    checkpoint/0, checkpoint/1      the state from which the run continues, written in turn
+    commits                         two rows, written in turn: the number of valid rows of each table
+    tails                           two rows, written in turn: sums of the valid rows in the last chunk of each table
 
-HDF5's single-writer-multiple-reader mode keeps the structure sound at any moment: the operating system has the writes of
-a killed process in the order in which they were made. What is written counts once the row of ``commits`` made after it
-is there, whole, which a checksum tells; so do checkpoints. A power cut is another matter: nothing is forced to the disk.
+HDF5's single-writer-multiple-reader mode keeps the structure valid at any time: the operating system has the writes of a
+killed process in their order. Written rows count as soon as a later row of ``commits`` is complete, which its checksum
+shows; the same holds for checkpoints. A power cut can still damage the file, because nothing is forced to the disk.
 """
 
 from __future__ import annotations
@@ -36,12 +36,12 @@ from lmgcpy.contact.memory import Memory
 from lmgcpy.dynamics.checkpoint import Checkpoint
 from lmgcpy.dynamics.energy import Energy
 from lmgcpy.errors import shown
-from lmgcpy.io.dead_file import DeadFile, is_dead
-from lmgcpy.io.foreign import regular_file
 from lmgcpy.io.hdf5 import cut_off, data_sets, h5py, in_memory
 from lmgcpy.io.run_trust import DamagedRows, check_structure, read_group, rows_of, tail_sum, write_group
+from lmgcpy.io.unclosed_file import UnclosedFile, is_unclosed
+from lmgcpy.io.untrusted import regular_file
 from lmgcpy.writing import check_target as check_file
-from lmgcpy.writing import put_in_place
+from lmgcpy.writing import replace_file
 
 log = logging.getLogger("lmgcpy")
 
@@ -50,11 +50,11 @@ VERSION = 1
 LIBVER = ("v110", "v110")
 """The oldest HDF5 with single-writer-multiple-reader files."""
 CHUNK = 1 << 16
-"""Bytes of a chunk, about."""
+"""Approximate size of a chunk in bytes."""
 WRONG = (OSError, RuntimeError, LookupError, ValueError, TypeError, AttributeError, OverflowError, MemoryError)
-"""What reading data that are not what they should be may raise."""
+"""Exceptions that reading of damaged data may raise."""
 GROWING = ("frames/index", "frames/positions", "frames/velocities", "interactions", "history")
-"""Tables of every file; each observation has one more."""
+"""Growing tables of every file; each observation adds one."""
 OBSERVED = "observed/"
 COMMIT = ("sequence", "frames", "interactions", "history", "closed", "checksum")
 
@@ -62,8 +62,10 @@ INDEX = np.dtype([("time", "f8"), ("step", "i8"), ("first", "i8"), ("count", "i8
 
 
 def interaction_type(dimension: int) -> np.dtype:
-    """A row of ``interactions``: ids, code of the law, gap [m], normal, contact point [m], impulse in the local frame
-    [N s]."""
+    """Type of a row of ``interactions``: ids, code of the law, gap [m], normal, contact point [m], impulse [N s].
+
+    The impulse is in the local frame.
+    """
     vector = ("f8", (dimension,))
     return np.dtype(
         [
@@ -79,7 +81,7 @@ def interaction_type(dimension: int) -> np.dtype:
 
 
 def history_type(law_count: int) -> np.dtype:
-    """A row of ``history``; energies in [J], ``work`` and ``stored`` by law."""
+    """Type of a row of ``history``; energies in [J], ``work`` and ``stored`` by law."""
     fields: list[Any] = [("step", "i8"), ("time", "f8"), ("iterations", "i4"), ("residual", "f8"), ("status", "i1")]
     fields += [("interactions", "i4"), ("seconds", "f8"), ("step_seconds", "f8"), ("slip", "f8")]
     fields += [("stretch", "f8"), ("made", "f8")]
@@ -93,7 +95,7 @@ def growing_tables(file: Any) -> list[str]:
 
 
 def table_types(file: Any, laws: list[str]) -> dict[str, np.dtype]:
-    """What each growing table holds a row, with its shape; the dimension is that of the velocities."""
+    """Type and shape of the rows of each growing table. The number of velocity components gives the dimension."""
     bodies, components = file["frames/velocities"].shape[1:]
     if components not in (3, 6):
         raise ValueError(f"'frames/velocities' has {components} components, not 3 or 6")
@@ -113,7 +115,7 @@ def table_types(file: Any, laws: list[str]) -> dict[str, np.dtype]:
 
 
 def open_to_read(path: str | os.PathLike) -> Any:
-    """The HDF5 file of a run, possibly one that is being written or whose writer was killed.
+    """The HDF5 file of a run, even one that is being written or whose writer was killed.
 
     Raises FileNotFoundError, IsADirectoryError, PermissionError or ValueError with a sentence.
     """
@@ -127,11 +129,11 @@ def open_to_read(path: str | os.PathLike) -> Any:
     # HDF5's shared mode does not look at the end of the file
     closed = len(head) == 48 and head[8] in (2, 3) and head[11] == 0
     if len(head) < 48 or (closed and os.path.getsize(path) < int.from_bytes(head[28:36], "little")):
-        raise ValueError(f"'{path}' is truncated: its end is missing. Take it from where it is whole.")
+        raise ValueError(f"'{path}' is truncated: its end is missing. Take a complete copy.")
     try:
         if closed:
-            _look_through(path)
-        file = h5py().File(DeadFile(path), "r") if is_dead(path, head) else _open_shared(path)
+            _visit_chunks(path)
+        file = h5py().File(UnclosedFile(path), "r") if is_unclosed(path, head) else _open_shared(path)
     except (OSError, RuntimeError, ValueError, KeyError) as error:
         raise ValueError(f"'{path}' is truncated or damaged: HDF5 cannot open it ({error}).") from error
     try:
@@ -144,8 +146,8 @@ def open_to_read(path: str | os.PathLike) -> Any:
     return file
 
 
-def _look_through(path: str | os.PathLike) -> None:
-    """Read what tells where the data are; what is damaged there says so, where the shared mode would try again for ever."""
+def _visit_chunks(path: str | os.PathLike) -> None:
+    """Read the index of all chunks. Damage there raises an error, while the shared mode would try again without end."""
 
     def look(name: str, item: Any) -> None:
         if getattr(item, "chunks", None):
@@ -159,7 +161,7 @@ def _open_shared(path: str | os.PathLike) -> Any:
     try:
         return h5py().File(path, "r", swmr=True, locking=False)
     except (OSError, ValueError):
-        return h5py().File(path, "r", locking=False)  # files of others need not be of a kind that can be shared
+        return h5py().File(path, "r", locking=False)  # files of other programs may not support the shared mode
 
 
 def _check_format(path: str | os.PathLike, file: Any) -> None:
@@ -179,12 +181,12 @@ def _check_format(path: str | os.PathLike, file: Any) -> None:
 
 @contextmanager
 def sentences_of_damage(path: str | os.PathLike):
-    """What HDF5, numpy and the checks say of a damaged file, as a ValueError with a sentence."""
+    """Turn the errors of HDF5, numpy and the checks on a damaged file into a ValueError with a sentence."""
     try:
         yield
     except DamagedRows as error:
-        told = ", ".join(f"{first} to {last}" for first, last in error.spans)
-        raise ValueError(f"'{path}' is damaged: rows {told} of a table cannot be read.") from error
+        rows = ", ".join(f"{first} to {last}" for first, last in error.spans)
+        raise ValueError(f"'{path}' is damaged: rows {rows} of a table cannot be read.") from error
     except WRONG as error:
         what = str(error.args[0] if error.args else type(error).__name__)
         if what.startswith(f"'{path}'"):
@@ -193,7 +195,7 @@ def sentences_of_damage(path: str | os.PathLike):
 
 
 def open_to_append(path: str | os.PathLike) -> Any:
-    """The file in writing mode, marked as shared from the first moment; OSError where its writer did not close it."""
+    """The file in writing mode, marked as shared at once; OSError if its last writer did not close it."""
     h5 = h5py()
     access = h5.h5p.create(h5.h5p.FILE_ACCESS)
     access.set_libver_bounds(h5.h5f.LIBVER_V110, h5.h5f.LIBVER_V110)
@@ -204,7 +206,7 @@ def open_to_append(path: str | os.PathLike) -> Any:
 
 @contextmanager
 def writing(path: str | os.PathLike):
-    """The file in writing mode, closed at the end; as it was where a write fails."""
+    """The file in writing mode, closed at the end; if a write fails, the file stays unchanged."""
     file = open_to_append(path)
     held = data_sets(file)
     try:
@@ -219,9 +221,9 @@ def writing(path: str | os.PathLike):
 
 
 class Lock:
-    """Tells other processes that a file is being written; the system takes it back when the process ends.
+    """A lock that tells other writers that a file is being written. The system releases it when the process ends.
 
-    Readers are not kept out.
+    Readers are not locked out.
     """
 
     def __init__(self, path: str | os.PathLike, name: str | os.PathLike | None = None):
@@ -229,7 +231,7 @@ class Lock:
         try:
             import fcntl
         except ImportError:
-            return  # no such locks here
+            return  # this system has no such locks
         self._handle = os.open(path, os.O_RDWR)
         try:
             fcntl.flock(self._handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -237,26 +239,26 @@ class Lock:
         except OSError as error:
             self.release()
             busy = BlockingIOError(
-                f"The file '{name or path}' is being written by another run: wait for its end, or give another."
+                f"The file '{name or path}' is being written by another run: wait for its end, or give another file."
             )
             busy.errno = errno.EAGAIN
             raise busy from error
 
     def release(self) -> None:
-        """Let others write."""
+        """Release the lock, so that others can write."""
         if self._handle is not None:
             os.close(self._handle)
             self._handle = None
 
 
 def is_being_written(path: str | os.PathLike) -> bool:
-    """Whether a living process has the file under its hands."""
+    """Whether a running process is writing the file."""
     try:
         Lock(path).release()
     except BlockingIOError:
         return True
     except OSError:
-        return False  # read-only: nobody writes
+        return False  # nobody writes a read-only file
     return False
 
 
@@ -264,7 +266,7 @@ def is_being_written(path: str | os.PathLike) -> bool:
 
 
 def check_target(path: str | os.PathLike, force: bool) -> None:
-    """Whether a new file may be made there: FileExistsError, FileNotFoundError, PermissionError, IsADirectoryError."""
+    """Raise unless a file may be made there: FileExistsError, FileNotFoundError, PermissionError, IsADirectoryError."""
     instead = f"give another name, force=True to replace it, or lmgcpy.resume('{path}') to go on with its run"
     check_file(path, force=force, name="record", instead=instead)
     if os.path.exists(path):
@@ -278,7 +280,7 @@ def create(
     checkpoint: Checkpoint,
     observed: Mapping[str, np.dtype],
 ) -> None:
-    """A file of a run of no frames yet, closed; ``observed``: types of the observations by name."""
+    """Make the file of a run without frames, and close it; ``observed`` gives the types of the observations by name."""
     dimension, bodies, laws = int(description["dimension"]), len(checkpoint.positions), len(about["laws"])
 
     def fill(file: Any) -> None:
@@ -328,7 +330,7 @@ def _create_slot(group: Any, checkpoint: Checkpoint, laws: int) -> None:
 
 @dataclass(frozen=True)
 class Commit:
-    """How much of the growing tables counts; ``closed``: the writer ended as it should, at the checkpoint."""
+    """Numbers of valid rows of the growing tables; ``closed``: the writer ended normally, at the checkpoint."""
 
     sequence: int = 0
     frames: int = 0
@@ -337,12 +339,12 @@ class Commit:
     closed: bool = False
 
     def rows(self, table: str) -> int:
-        """How many rows of a growing table count."""
+        """Number of valid rows of a growing table."""
         return self.history if table.startswith(OBSERVED) else getattr(self, table.split("/")[0])
 
 
 def write_commit(file: Any, commit: Commit) -> None:
-    """Into the row that is not the last one's, whole; before it the sums of the chunks that are written again later."""
+    """Write a commit over the older of the two, after the sums of the chunks that will be rewritten later."""
     if "tails" in file:  # older files have none
         sums = [tail_sum(file[name], commit.rows(name)) for name in growing_tables(file)]
         numbers = np.array([commit.sequence, *sums, 0], dtype=np.int64)
@@ -355,22 +357,22 @@ def write_commit(file: Any, commit: Commit) -> None:
 
 
 def read_commit(file: Any) -> Commit:
-    """The last whole commit; RuntimeError where there is none."""
+    """The last complete commit; RuntimeError if there is none."""
     rows = np.asarray(file["commits"])
     if rows.shape != (2, len(COMMIT)) or rows.dtype != np.int64:
         raise ValueError(f"'commits' is of type {rows.dtype} and shape {rows.shape}")
     whole = [zlib.crc32(row[:-1].tobytes()) == row[-1] and row[0] > 0 for row in rows]
     if rows[np.logical_not(whole)].any():
-        log.warning("'%s' lost its last entry of what counts: the one before is taken.", file.filename)
+        log.warning("The last commit of '%s' is damaged: the one before is taken.", file.filename)
     rows = rows[whole]
     if not len(rows):
-        raise RuntimeError("it has no whole entry yet")
+        raise RuntimeError("it has no complete commit yet")
     numbers = rows[np.argmax(rows[:, 0])].tolist()
     return Commit(numbers[0], numbers[1], numbers[2], numbers[3], bool(numbers[4]))
 
 
 def read_tails(file: Any, commit: Commit) -> dict[str, int]:
-    """Sums of what counts in the last chunk of each growing table, by its name; empty where they are not known."""
+    """Sums of the valid rows in the last chunk of each growing table, by name; empty if the file has none."""
     if "tails" not in file:
         return {}
     names, numbers = growing_tables(file), np.asarray(file["tails"])[commit.sequence % 2].tolist()
@@ -383,18 +385,19 @@ def read_tails(file: Any, commit: Commit) -> dict[str, int]:
 ENERGIES = ("kinetic", "loads", "drives", "defect", "total_loads", "total_drives")
 BY_LAW = ("interactions", "stored", "total_interactions")
 COUNTS = ("sequence", "frames", "interactions", "history")
-"""What the tables held when the checkpoint was made."""
+"""Fields of the commit that belongs to a checkpoint."""
 REMEMBERED = ("identity", "impulse", "state")
-"""What is remembered by interaction; states only where a law of the scene keeps one."""
+"""Arrays with a row for each remembered interaction; ``state`` is empty unless a law of the scene keeps one."""
 NUMBERS = (*COUNTS, "steps", "unconverged_steps", "memory", "listed", "rebuilds", "checksum")
 
 
 def write_checkpoint(file: Any, checkpoint: Checkpoint, commit: Commit, laws: list[str]) -> None:
-    """Into the slot that is not the last one's."""
+    """Write a checkpoint over the older of the two."""
     group = file[f"checkpoint/{commit.sequence % 2}"]
     arrays = _arrays(checkpoint, commit, laws)
-    arrays["energy"] = arrays["energy"][: len(group["energy"])]  # older files have no place for the last one, nor
-    arrays = {name: array for name, array in arrays.items() if name in group}  # for predicted gaps
+    # older files have no column for the last energy, and no predicted gaps
+    arrays["energy"] = arrays["energy"][: len(group["energy"])]
+    arrays = {name: array for name, array in arrays.items() if name in group}
     arrays["numbers"][-1] = _checksum(arrays)
     for name, array in arrays.items():
         item = group[name]
@@ -435,7 +438,7 @@ def _checksum(arrays: Mapping[str, np.ndarray]) -> int:
 
 
 def read_checkpoint(file: Any, laws: list[str]) -> tuple[Checkpoint, Commit]:
-    """The last whole checkpoint and what the tables held then; RuntimeError where there is none."""
+    """The last complete checkpoint and its commit; RuntimeError if there is none."""
     best: tuple[Checkpoint, Commit] | None = None
     for slot in ("0", "1"):
         group = file["checkpoint"][slot]
@@ -448,7 +451,7 @@ def read_checkpoint(file: Any, laws: list[str]) -> tuple[Checkpoint, Commit]:
         if whole and (best is None or commit.sequence > best[1].sequence):
             best = _checkpoint(arrays, numbers, laws), commit
     if best is None:
-        raise RuntimeError("it has no whole checkpoint to go on from")
+        raise RuntimeError("it has no complete checkpoint to go on from")
     return best
 
 
@@ -484,11 +487,11 @@ def _checkpoint(arrays: Mapping[str, np.ndarray], numbers: Mapping[str, int], la
 
 
 def mend(path: str | os.PathLike, laws: list[str]) -> Lock:
-    """Make a file whose writer was killed one that can be written again: a copy, cut at the last checkpoint.
+    """Replace a file whose writer was killed by a copy that ends at the last checkpoint and can be written again.
 
-    The copy takes the place of the file when it is whole. Returns the lock on it.
+    The file is replaced only when the copy is complete. Returns the lock on the new file.
     """
-    beside = f"{os.fspath(path)}.mending"
+    copied = f"{os.fspath(path)}.mending"
     try:
         with open_to_read(path) as file:
             with sentences_of_damage(path):
@@ -513,18 +516,18 @@ def mend(path: str | os.PathLike, laws: list[str]) -> Lock:
                     )
                 _create_slots(copy, checkpoint, len(laws))
 
-            Path(beside).write_bytes(in_memory(begin, LIBVER))
-            with writing(beside) as copy:
+            Path(copied).write_bytes(in_memory(begin, LIBVER))
+            with writing(copied) as copy:
                 sums = read_tails(file, commit)
                 for name in growing_tables(file):
                     _copy_rows(path, file[name], copy[name], commit.rows(name), sums.get(name))
                 write_checkpoint(copy, checkpoint, commit, laws)
                 write_commit(copy, commit)
-        lock = Lock(beside, path)
-        put_in_place(beside, path)
+        lock = Lock(copied, path)
+        replace_file(copied, path)
     except BaseException:
         with suppress(OSError):
-            os.remove(beside)
+            os.remove(copied)
         raise
     return lock
 

@@ -1,9 +1,9 @@
-"""Run files read without trust: what they are made of, whether it is what was written, and where it is not.
+"""Checks of run files: structure, types, sizes, checksums and digests.
 
-Growing tables carry HDF5's Fletcher32 checksum by chunk; ``about`` and ``scene``, which are written once, a digest each;
-checkpoints and commits checksums of their own. So damage is found where it is read, and told by table and frames, and what
-is undamaged can be read. A file made on purpose can have the right sums: its structure, types, sizes and codes are checked
-before anything relies on them, and links, data in other files and filters that would load code are refused.
+Growing tables have HDF5's Fletcher32 checksum for each chunk. ``about`` and ``scene`` are written once and have a digest
+each. Checkpoints and commits have checksums of their own. So damage is found when it is read; the error names the table
+and its frames, and the rest of the file can be read. A malicious file can have correct sums. So structure, types, sizes
+and codes are checked before they are used, and links, data in other files and filters that would load code are refused.
 """
 
 from __future__ import annotations
@@ -16,23 +16,23 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.io.foreign import PACKED, check_size, check_storage, child
 from lmgcpy.io.hdf5 import h5py
+from lmgcpy.io.untrusted import PACKED, check_size, check_storage, child
 
 DIGEST = "digest"
-"""Attribute of ``about`` and ``scene``; files from before it have none."""
+"""Attribute of ``about`` and ``scene``; older files have none."""
 DEPTH = 8
-"""So deep groups may lie in each other; those of a run lie three deep."""
-CHECKSUM = 4
-"""Bytes of the checksum at the end of a chunk."""
-WORDS: Mapping[str, type] = {"created": str, "laws": list, "options": dict, "versions": dict}
-"""What ``about`` must hold."""
+"""Largest depth of nested groups; a run file has three levels."""
+ABOUT: Mapping[str, type] = {"created": str, "laws": list, "options": dict, "versions": dict}
+"""Entries of ``about`` and their types."""
 OPTIONS = ("time_step", "theta", "solver", "solver_fields", "on_unconverged", "every", "flush")
 
 
 def check_structure(file: Any) -> None:
-    """ValueError or TypeError where something in the file is neither a group nor a plain data set in the file itself, or
-    larger than what fits into the file."""
+    """Raise ValueError or TypeError unless the file has only groups and plain data sets.
+
+    The data must lie in the file itself, and no data set may be larger than the file can hold.
+    """
     most = PACKED * file.id.get_filesize()
     for path, item in _items(file, ""):
         check_storage(item, path)
@@ -57,7 +57,7 @@ def _items(group: Any, path: str) -> Iterator[tuple[str, Any]]:
 
 
 def digest(group: Any) -> str:
-    """SHA-256 of all names, types, shapes and numbers of a group."""
+    """SHA-256 of the names, types, shapes and numbers of a group."""
     total = hashlib.sha256()
     for path, item in sorted(_items(group, "")):
         total.update(f"{path}\0{item.dtype.str if item.dtype.names is None else item.dtype}\0{item.shape}\0".encode())
@@ -66,20 +66,20 @@ def digest(group: Any) -> str:
 
 
 def check_digest(file: Any, name: str) -> None:
-    """ValueError where ``about`` or ``scene`` is not what was written."""
+    """Raise ValueError if the digest of ``about`` or ``scene`` is wrong."""
     written = file[name].attrs.get(DIGEST)
     if written is not None and written != digest(file[name]):
         raise ValueError(f"'{name}' is not what was written, by its digest")
 
 
 def read_group(file: Any, name: str) -> dict[str, Any]:
-    """The tree of ``about`` or ``scene``; ValueError where it is not what was written."""
+    """The tree of ``about`` or ``scene``; ValueError if its digest is wrong."""
     check_digest(file, name)
     return read_tree(file[name])
 
 
 def read_tree(group: Any) -> dict[str, Any]:
-    """What :func:`write_tree` wrote."""
+    """The tree that :func:`write_tree` wrote."""
     tree: dict[str, Any] = {}
     for name, item in group.items():
         if not hasattr(item, "dtype"):
@@ -92,14 +92,14 @@ def read_tree(group: Any) -> dict[str, Any]:
 
 
 def write_group(file: Any, name: str, tree: Mapping[str, Any]) -> None:
-    """A tree and its digest."""
+    """Write a tree and its digest."""
     group = file.create_group(name)
     write_tree(group, tree)
     group.attrs[DIGEST] = digest(group)
 
 
 def write_tree(group: Any, tree: Mapping[str, Any]) -> None:
-    """Dictionaries as groups, arrays as data sets, all else as JSON texts."""
+    """Write dictionaries as groups, arrays as data sets, and other values as JSON texts."""
     for name, value in tree.items():
         if isinstance(value, Mapping) and value:
             write_tree(group.create_group(name), value)
@@ -110,8 +110,8 @@ def write_tree(group: Any, tree: Mapping[str, Any]) -> None:
 
 
 def check_about(about: Mapping[str, Any], observed: list[str]) -> None:
-    """ValueError where ``about`` lacks something, or something in it is of another type."""
-    for name, kind in WORDS.items():
+    """Raise ValueError if an entry of ``about`` is missing or has another type."""
+    for name, kind in ABOUT.items():
         if not isinstance(about.get(name), kind):
             raise ValueError(f"'about/{name}' is missing or no {kind.__name__}")
     missing = [name for name in OPTIONS if name not in about["options"]]
@@ -128,7 +128,7 @@ def check_about(about: Mapping[str, Any], observed: list[str]) -> None:
 
 
 def check_table(file: Any, name: str, kind: np.dtype, rows: int) -> None:
-    """ValueError where a growing table is of another type, or so many rows of it are not in the file."""
+    """Raise ValueError if a growing table has another type, or if the file holds fewer than ``rows`` rows of it."""
     table = file[name]
     if not hasattr(table, "chunks") or not table.chunks:
         raise ValueError(f"'{name}' is no growing table")
@@ -147,20 +147,20 @@ def check_table(file: Any, name: str, kind: np.dtype, rows: int) -> None:
 
 
 def _is_inside(table: Any, rows: int) -> bool:
-    """Whether the file does not end before the last of so many rows."""
-    place = table.id.get_chunk_info_by_coord((_first_of_last(table, rows), *(0,) * (table.ndim - 1)))
-    return place.byte_offset is not None and place.byte_offset + place.size <= table.file.id.get_filesize()
+    """Whether the file contains the chunk of the last of ``rows`` rows."""
+    chunk = table.id.get_chunk_info_by_coord((_start_of_last_chunk(table, rows), *(0,) * (table.ndim - 1)))
+    return chunk.byte_offset is not None and chunk.byte_offset + chunk.size <= table.file.id.get_filesize()
 
 
-def _first_of_last(table: Any, rows: int) -> int:
+def _start_of_last_chunk(table: Any, rows: int) -> int:
     return (rows - 1) // table.chunks[0] * table.chunks[0]
 
 
 def rows_of(table: Any, key: Any, rows: int, *, field: str | None, tail: int | None) -> np.ndarray:
-    """Part of the first ``rows`` of a growing table; :class:`DamagedRows` where a checksum is wrong.
+    """Part of the first ``rows`` rows of a growing table; raises :class:`DamagedRows` if a checksum is wrong.
 
-    ``tail``: in a file whose writer did not close it, or is at work, the :func:`tail_sum`: the last chunk is written again
-    as it grows, so that its checksum may be that of another moment; what counts in it does not change.
+    ``tail`` is the :func:`tail_sum` in a file that its writer did not close or still writes. There the last chunk is
+    rewritten as it grows, so that its checksum may belong to an earlier or later content; the committed rows do not change.
     """
     try:
         return (table if field is None else table.fields(field))[key]
@@ -187,8 +187,8 @@ def rows_of(table: Any, key: Any, rows: int, *, field: str | None, tail: int | N
 
 
 def tail_sum(table: Any, rows: int) -> int:
-    """Sum of what counts in the last chunk of a growing table."""
-    return _sum(table[_first_of_last(table, rows) : rows]) if rows else 0
+    """Checksum of the committed rows in the last chunk of a growing table."""
+    return _sum(table[_start_of_last_chunk(table, rows) : rows]) if rows else 0
 
 
 def _sum(rows: np.ndarray) -> int:
@@ -196,7 +196,7 @@ def _sum(rows: np.ndarray) -> int:
 
 
 class DamagedRows(Exception):
-    """``spans``: first and last row of each part of a table that cannot be read."""
+    """Rows of a table that cannot be read; ``spans`` holds the first and last row of each part."""
 
     def __init__(self, spans: list[tuple[int, int]]):
         self.spans = spans

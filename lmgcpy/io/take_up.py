@@ -1,4 +1,4 @@
-"""Going on with a run in its file, bit for bit."""
+"""Continuing a run in its file, bit for bit."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from lmgcpy.dynamics.stepper import Stepper
 from lmgcpy.errors import named_arguments, shown
-from lmgcpy.io import run_format as form
+from lmgcpy.io import run_format
 from lmgcpy.io.observations import Observations, Observe
 from lmgcpy.io.recorder import RunRecorder, options
 from lmgcpy.io.run import Run
@@ -22,19 +22,19 @@ from lmgcpy.scene.description import describe
 def take_up(
     sim: Stepper, path: str | os.PathLike, *, observe: Observe | None = None, notes: Mapping[str, Any] | None = None
 ) -> None:
-    """Put a simulation, built as that of a run file was, where the file ends; its runs go on in the file.
+    """Bring a new simulation of the scene of a run file to the end of the file; its runs continue in the file.
 
-    For programs that build their scene anew each time they are started: functions of time need not be named.
-    ``observe`` and ``notes`` as they were given when the file was made. Raises what :func:`~lmgcpy.resume` raises, and
-    ValueError where the file is of another scene, of other options or of other notes, with what differs.
+    It serves programs that build their scene at every start: functions of time need no names. ``observe`` and ``notes``
+    must be those with which the file was made. Raises the errors of :func:`~lmgcpy.resume`, and ValueError if the file has
+    another scene, other options or other notes; the sentence names the difference.
     """
     if not isinstance(sim, Stepper):
         raise TypeError(f"sim must be a simulation that is at its start, got {shown(sim)}.")
     with run_to_go_on(path) as run:
-        if not run.options["geometric_stiffness"]:  # as in a file from before there was any: it goes on as it began
+        if not run.options["geometric_stiffness"]:  # older files have none: their run continues without it
             sim.geometric_stiffness = False
         there = {"notes": run.notes, "options": {name: run.options[name] for name in options(sim)}, "scene": run.scene}
-        if there["options"]["solver_fields"]:  # files made before solvers had it hold no slip
+        if there["options"]["solver_fields"]:  # older files hold no slip
             there["options"]["solver_fields"] = {"slip": None, **there["options"]["solver_fields"]}
         here = {"notes": json.loads(json.dumps(dict(notes or {}))), "options": options(sim), "scene": describe(sim.scene)}
         other = _first_difference(there, here)
@@ -44,12 +44,12 @@ def take_up(
 
 
 def run_to_go_on(path: str | os.PathLike) -> Run:
-    """The run of a file that may be written."""
+    """The run of a file that may be written; it raises a sentence if the file is read-only or being written."""
     run = Run(path)
     try:
         if not os.access(path, os.W_OK):
             raise PermissionError(f"The file '{path}' is read-only: change its permissions, or copy it, to go on with it.")
-        form.Lock(path).release()
+        run_format.Lock(path).release()
     except BaseException:
         run.close()
         raise
@@ -57,11 +57,11 @@ def run_to_go_on(path: str | os.PathLike) -> Run:
 
 
 def go_on(sim: Any, run: Run, observe: Observe | None) -> None:
-    """Restore the last checkpoint and record what follows."""
+    """Restore the last checkpoint, and record the next steps in the file."""
     columns = run.observed
     observations = Observations(observe or {}, {name: np.dtype((c.dtype, c.shape[1:])) for name, c in columns.items()})
     _same_names(run.path, list(columns), list(observations))
-    with form.sentences_of_damage(run.path):
+    with run_format.sentences_of_damage(run.path):
         sim.restore(run.checkpoint())
     sim.recorder = RunRecorder.going_on(run, sim.steps, observations)
 
@@ -76,13 +76,13 @@ def _same_names(path: str, there: list[str], here: list[str]) -> None:
         )
     if strange:
         raise ValueError(
-            f"observe names {', '.join(strange)}, which '{path}' does not observe; what a file observes is said when it is "
-            f"made. It observes {', '.join(there) or 'nothing'}."
+            f"observe names {', '.join(strange)}, which '{path}' does not observe; observations cannot be added to a file. "
+            f"It observes {', '.join(there) or 'nothing'}."
         )
 
 
 def _first_difference(there: Any, here: Any, where: str = "") -> str:
-    """Where two trees of dictionaries, arrays and plain values part, as a part of a sentence; empty if nowhere."""
+    """The first difference of two trees of dictionaries, arrays and plain values, as a clause; empty if there is none."""
     if isinstance(there, list) and isinstance(here, list):
         there, here = dict(enumerate(there)), dict(enumerate(here))
     if isinstance(there, dict) and isinstance(here, dict):

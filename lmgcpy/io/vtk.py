@@ -1,4 +1,4 @@
-"""A run for ParaView: bodies, acting forces, wires and walls as VTK's polygonal data, frame by frame."""
+"""Export of a run for ParaView: bodies, forces, wires and walls as VTK's polygonal data, frame by frame."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.errors import named_arguments, shown
+from lmgcpy.io.csv_tables import folder_for
 from lmgcpy.io.run import Run, RunInteractions
-from lmgcpy.io.tables import folder_for
 from lmgcpy.io.vtk_data import add_arrays, add_words, polygonal_data, write
 from lmgcpy.view.boundary import FACETS, cylinder_polygons, wall_polygons
 from lmgcpy.view.drawing import in_space
@@ -20,24 +20,26 @@ from lmgcpy.writing import write_text
 
 MISSING = 'Files for ParaView are written by VTK, which is not installed: pip install "lmgcpy[view]".'
 PARTS = ("bodies", "forces", "wires", "walls")
-"""What a run is told in: a series of files each."""
+"""Parts of the export; each is a series of files."""
 
 
 @named_arguments
 def export_vtk(run: Run, folder: str | os.PathLike, *, force: bool = False) -> list[Path]:
     """Write a run into a folder for ParaView; returns the paths of the series to open, .pvd files.
 
-    * ``bodies.pvd``: a point for each disk or sphere, with ``body``, ``radius`` [m], ``velocity`` [m/s], ``spin`` [rad/s],
-      ``mass`` [kg], ``coordination``, ``color`` (its word is in the field ``color_names``); shapes from elsewhere are the
-      circles that hold them;
-    * ``forces.pvd``: a line for each contact or link that acts, between the centres, at a wall from the contact point,
-      with ``force``, the vector that acts on the candidate [N], ``normal_force`` (pushing positive) and ``tension`` [N],
-      ``candidate``, ``antagonist``, ``gap`` [m], ``law`` (its name is in the field ``law_names``);
-    * ``wires.pvd``: a line for each link, with ``tension`` [N], ``excess`` (over its reference length, relative),
-      ``chain``, ``link``, ``law``, and at its points ``radius`` [m], ``velocity`` and ``length``, of wire up to there [m];
-    * ``walls.pvd``: lines and planes, cut to the sample, with ``body``.
+    * ``bodies.pvd`` has a point for each disk or sphere, with ``body``, ``radius`` [m], ``velocity`` [m/s], ``spin``
+      [rad/s], ``mass`` [kg], ``coordination``, and ``color`` (its word is in the field ``color_names``). Foreign shapes
+      appear as their bounding circles.
+    * ``forces.pvd`` has a line for each contact or link with a force. The line goes between the centres; at a wall it
+      starts at the contact point. It has ``force``, the vector that acts on the candidate [N], ``normal_force`` (positive
+      if it pushes) and ``tension`` [N], ``candidate``, ``antagonist``, ``gap`` [m], and ``law`` (its name is in the field
+      ``law_names``).
+    * ``wires.pvd`` has a line for each link, with ``tension`` [N], ``excess`` (relative to its reference length),
+      ``chain``, ``link`` and ``law``. Its points have ``radius`` [m], ``velocity`` and ``length``, the length of the wire
+      up to the point [m].
+    * ``walls.pvd`` has lines and planes, cut to the sample, with ``body``.
 
-    Raises FileExistsError where the folder holds something already, unless ``force``; ImportError without VTK.
+    Raises FileExistsError if the folder is not empty, unless ``force``, and ImportError without VTK.
     """
     if not isinstance(run, Run):
         raise TypeError(f"export_vtk takes a run, which lmgcpy.io.open_run(path) opens, got {shown(run)}.")
@@ -48,12 +50,12 @@ def export_vtk(run: Run, folder: str | os.PathLike, *, force: bool = False) -> l
     target = folder_for(folder, force)
     series: dict[str, list[tuple[float, str]]] = {part: [] for part in PARTS}
     for frame, time in enumerate(run.times.tolist()):
-        moment, net = snapshot(run, frame), run.interactions(frame)
+        taken, net = snapshot(run, frame), run.interactions(frame)
         made = {
-            "bodies": bodies(moment),
-            "forces": forces(moment, net, run.laws),
-            "wires": wires(moment, net, run.laws),
-            "walls": walls(moment),
+            "bodies": bodies(taken),
+            "forces": forces(taken, net, run.laws),
+            "wires": wires(taken, net, run.laws),
+            "walls": walls(taken),
         }
         for part, data in made.items():
             name = f"{part}-{frame:05d}.vtp"
@@ -63,7 +65,7 @@ def export_vtk(run: Run, folder: str | os.PathLike, *, force: bool = False) -> l
 
 
 def write_series(path: Path, files: list[tuple[float, str]]) -> Path:
-    """A .pvd file: which file shows which time [s]."""
+    """Write a .pvd file, which gives the time [s] of each file."""
     rows = [f'    <DataSet timestep="{time!r}" group="" part="0" file="{name}"/>' for time, name in files]
     body = "\n".join(["  <Collection>", *rows, "  </Collection>"])
     write_text(path, f'<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n{body}\n</VTKFile>\n')
@@ -73,35 +75,35 @@ def write_series(path: Path, files: list[tuple[float, str]]) -> Path:
 # ------------------------------------------------------------------------------------------------------------- parts
 
 
-def bodies(moment: Snapshot) -> Any:
+def bodies(taken: Snapshot) -> Any:
     """Disks and spheres."""
-    rounds = moment.rounds
+    rounds = taken.rounds
     count = len(rounds.body)
     data = polygonal_data(rounds.position, "verts", np.arange(count)[:, None])
     body = rounds.body
-    spins = moment.spins if moment.dimension == 3 else moment.spins[:, None] * np.array([0.0, 0.0, 1.0])
+    spins = taken.spins if taken.dimension == 3 else taken.spins[:, None] * np.array([0.0, 0.0, 1.0])
     arrays = {
         "body": body,
         "radius": rounds.shape[:, 0],
-        "velocity": in_space(moment.velocities)[body],
+        "velocity": in_space(taken.velocities)[body],
         "spin": spins[body],
-        "mass": moment.scene["bodies"]["mass"][body],
-        "coordination": coordination(moment)[1][body].astype(np.int64),
-        "color": moment.scene["bodies"]["color"][body],
+        "mass": taken.scene["bodies"]["mass"][body],
+        "coordination": coordination(taken)[1][body].astype(np.int64),
+        "color": taken.scene["bodies"]["color"][body],
     }
     add_arrays(data.GetPointData(), arrays)
-    add_words(data, "color_names", moment.scene["bodies"]["colors"])
+    add_words(data, "color_names", taken.scene["bodies"]["colors"])
     return data
 
 
-def forces(moment: Snapshot, net: RunInteractions, laws: list[str]) -> Any:
-    """Contacts and links that act."""
-    start, end = acting_lines(moment)
+def forces(taken: Snapshot, net: RunInteractions, laws: list[str]) -> Any:
+    """Contacts and links with a force."""
+    start, end = acting_lines(taken)
     acting = net.force.any(axis=1)
     count = int(acting.sum())
-    points = np.stack([start[acting], end[acting]], axis=1).reshape(-1, moment.dimension)
+    points = np.stack([start[acting], end[acting]], axis=1).reshape(-1, taken.dimension)
     data = polygonal_data(points, "lines", np.arange(2 * count).reshape(-1, 2))
-    link = np.arange(len(net)) < moment.link_count
+    link = np.arange(len(net)) < taken.link_count
     arrays = {
         "force": in_space(np.einsum("mk,mkd->md", net.force, net.frame)),
         "normal_force": net.force[:, 0],
@@ -116,10 +118,10 @@ def forces(moment: Snapshot, net: RunInteractions, laws: list[str]) -> Any:
     return data
 
 
-def wires(moment: Snapshot, net: RunInteractions, laws: list[str]) -> Any:
+def wires(taken: Snapshot, net: RunInteractions, laws: list[str]) -> Any:
     """Links of the chains."""
-    assert moment.forces is not None
-    paths = [chain.path for chain in moment.chains]
+    assert taken.forces is not None
+    paths = [chain.path for chain in taken.chains]
     body = np.concatenate([np.zeros(0, np.int64), *paths])
     cells, along = [np.zeros((0, 2), np.int64)], [np.zeros(0)]
     first = 0
@@ -127,22 +129,22 @@ def wires(moment: Snapshot, net: RunInteractions, laws: list[str]) -> Any:
         point = first + np.arange(len(path))
         first += len(path)
         cells.append(np.column_stack([point[:-1], point[1:]]))
-        steps = np.linalg.norm(np.diff(moment.positions[path], axis=0), axis=1)
+        steps = np.linalg.norm(np.diff(taken.positions[path], axis=0), axis=1)
         along.append(np.concatenate([[0.0], np.cumsum(steps)]))
     link = np.concatenate(cells)
-    length = np.linalg.norm(np.diff(moment.positions[body][link], axis=1)[:, 0], axis=1)
-    reference = np.concatenate([np.zeros(0), *(chain.reference for chain in moment.chains)])
-    data = polygonal_data(moment.positions[body], "lines", link)
+    length = np.linalg.norm(np.diff(taken.positions[body][link], axis=1)[:, 0], axis=1)
+    reference = np.concatenate([np.zeros(0), *(chain.reference for chain in taken.chains)])
+    data = polygonal_data(taken.positions[body], "lines", link)
     points = {
-        "radius": moment.scene["bodies"]["link_radius"][body],
-        "velocity": in_space(moment.velocities)[body],
+        "radius": taken.scene["bodies"]["link_radius"][body],
+        "velocity": in_space(taken.velocities)[body],
         "length": np.concatenate(along),
     }
     add_arrays(data.GetPointData(), points)
-    law_of_chain = [moment.scene["laws"][k]["name"] for k in moment.scene["chains"]["law"].tolist()]
-    counts = [len(chain.reference) for chain in moment.chains]
+    law_of_chain = [taken.scene["laws"][k]["name"] for k in taken.scene["chains"]["law"].tolist()]
+    counts = [len(chain.reference) for chain in taken.chains]
     arrays = {
-        "tension": np.maximum(-moment.forces.link, 0.0),
+        "tension": np.maximum(-taken.forces.link, 0.0),
         "excess": length / reference - 1.0,
         "chain": np.repeat(np.arange(len(paths)), counts),
         "link": np.concatenate([np.zeros(0, np.int64), *map(np.arange, counts)]),
@@ -153,18 +155,18 @@ def wires(moment: Snapshot, net: RunInteractions, laws: list[str]) -> Any:
     return data
 
 
-def walls(moment: Snapshot) -> Any:
-    """Lines and planes, and facets of cylinders."""
-    pieces = [(body, piece) for body, piece in zip(moment.walls.body, wall_polygons(moment), strict=True) if len(piece)]
-    pieces += [(moment.cylinders.body[k // FACETS], facet) for k, facet in enumerate(cylinder_polygons(moment))]
+def walls(taken: Snapshot) -> Any:
+    """Lines, planes, and facets of cylinders."""
+    pieces = [(body, piece) for body, piece in zip(taken.walls.body, wall_polygons(taken), strict=True) if len(piece)]
+    pieces += [(taken.cylinders.body[k // FACETS], facet) for k, facet in enumerate(cylinder_polygons(taken))]
     points = np.concatenate([np.zeros((0, 3)), *(piece for _, piece in pieces)])
     first = np.cumsum([0, *(len(piece) for _, piece in pieces)])
     cells = [np.arange(first[i], first[i + 1]) for i in range(len(pieces))]
-    data = polygonal_data(points, "lines" if moment.dimension == 2 else "polys", cells)
+    data = polygonal_data(points, "lines" if taken.dimension == 2 else "polys", cells)
     add_arrays(data.GetCellData(), {"body": np.array([body for body, _ in pieces], dtype=np.int64)})
     return data
 
 
 def codes(names: np.ndarray, known: list[str]) -> np.ndarray:
-    """Places of names in a list, (k,)."""
+    """Index of each name in a list, (k,); -1 for an unknown name."""
     return np.array([known.index(name) if name in known else -1 for name in names.tolist()], dtype=np.int64)

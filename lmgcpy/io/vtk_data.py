@@ -1,4 +1,4 @@
-"""Points, cells and arrays as VTK's polygonal data, and their files."""
+"""VTK's polygonal data: points, cells, arrays, and their files."""
 
 from __future__ import annotations
 
@@ -12,25 +12,25 @@ from lmgcpy.writing import new_file
 
 
 def polygonal_data(points: np.ndarray, kind: str, cells: Any) -> Any:
-    """Points [m], (p, d), and cells that name them, of a kind: "verts", "lines" or "polys"."""
+    """Polygonal data of points [m], (p, d), and cells of point indices; ``kind`` is "verts", "lines" or "polys"."""
     from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
     from vtkmodules.vtkCommonCore import vtkPoints
     from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 
-    places = vtkPoints()
-    places.SetData(numpy_to_vtk(np.ascontiguousarray(in_space(points)), deep=True))
+    vtk_points = vtkPoints()
+    vtk_points.SetData(numpy_to_vtk(np.ascontiguousarray(in_space(points)), deep=True))
     offsets = np.cumsum([0, *map(len, cells)]).astype(np.int64)
     members = np.concatenate([np.zeros(0, np.int64), *cells]).astype(np.int64)
     array = vtkCellArray()
     array.SetData(numpy_to_vtkIdTypeArray(offsets, deep=True), numpy_to_vtkIdTypeArray(members, deep=True))
     data = vtkPolyData()
-    data.SetPoints(places)
+    data.SetPoints(vtk_points)
     {"verts": data.SetVerts, "lines": data.SetLines, "polys": data.SetPolys}[kind](array)
     return data
 
 
 def add_arrays(attributes: Any, arrays: dict[str, np.ndarray]) -> None:
-    """Arrays at points or cells by name."""
+    """Add arrays, by name, to the attributes of points or cells."""
     from vtkmodules.util.numpy_support import numpy_to_vtk
 
     for name, values in arrays.items():
@@ -40,7 +40,7 @@ def add_arrays(attributes: Any, arrays: dict[str, np.ndarray]) -> None:
 
 
 def add_words(data: Any, name: str, words: list[str]) -> None:
-    """Words that codes stand for."""
+    """Add the words that integer codes stand for."""
     from vtkmodules.vtkCommonCore import vtkStringArray
 
     array = vtkStringArray()
@@ -51,7 +51,7 @@ def add_words(data: Any, name: str, words: list[str]) -> None:
 
 
 def write(data: Any, path: Path) -> None:
-    """Write a .vtp file; raises as :func:`lmgcpy.writing.new_file`."""
+    """Write a .vtp file; raises the errors of :func:`lmgcpy.writing.new_file`."""
     from vtkmodules.vtkCommonMisc import vtkErrorCode
     from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
 

@@ -1,4 +1,4 @@
-"""Interaction laws: what they are, the built-in ones, and the registry through which users add their own."""
+"""Interaction laws: the abstract class, the built-in laws, and the registry through which users add their own."""
 
 from lmgcpy.laws import builtin
 from lmgcpy.laws.law import INTERFACE, Law, Parameter, State

@@ -1,4 +1,4 @@
-"""The laws that come with lmgcpy, registered through the hook that strangers use."""
+"""The laws that come with lmgcpy; they register through the same hook as plug-ins."""
 
 from __future__ import annotations
 

@@ -8,7 +8,7 @@ from lmgcpy.laws.law import Law, Parameter
 from lmgcpy.laws.signorini import approach
 
 ROUND_OFF = 1e-14
-"""What is no more than this of its terms is zero: blocks of W that are singular are told by it."""
+"""A sum that is no larger than this part of its terms counts as zero. The test for singular blocks of W uses it."""
 
 
 def react_in_plane(W, q_n, q_t, friction):
@@ -16,30 +16,34 @@ def react_in_plane(W, q_n, q_t, friction):
 
     Statuses are tried in the order open, stick, slide. For a symmetric positive definite ``W`` a solution exists; with
     strong coupling, ``mu |W_nt| > W_nn``, there may be several, and this order is the rule that picks one. A singular
-    block may have none (:func:`react_to_full_block`): then the impulse is that without friction.
+    block may have no solution (:func:`react_to_full_block`): then the impulse is that without friction.
     """
     (w_nn, w_nt), (w_tn, w_tt) = W
+    # open: u = q satisfies the law with r = 0
     if q_n >= 0.0 or w_nn <= 0.0:
         return (0.0, 0.0)
+    # normal impulse without friction, u_n = 0
     alone = -q_n / w_nn
+    # diagonal block: r_n and r_t decouple, and r_t is projected on the disk of radius mu r_n
     if w_nt == 0.0 and w_tn == 0.0 and w_tt > 0.0:
         limit = friction * alone
         return (alone, min(limit, max(-limit, -q_t / w_tt)))
     determinant = w_nn * w_tt - w_nt * w_tn
     if not determinant > ROUND_OFF * w_nn * w_tt:
-        # u_t is what it is at u_n = 0, whatever r_t: nothing to stop, or one way to slide
+        # singular block: with u_n = 0 the velocity u_t does not depend on r_t, so that the contact sticks or slides one way
         u_t = q_t + w_tn * alone
         if abs(u_t) <= ROUND_OFF * (abs(q_t) + abs(w_tn * alone)):
             return (alone, 0.0)
         side = -1.0 if u_t > 0.0 else 1.0
         slope = w_nn + side * friction * w_nt
         return (-q_n / slope, -side * friction * q_n / slope) if slope > 0.0 else (alone, 0.0)
+    # stick: r = -W^-1 q, if it is in the cone
     r_n = (w_nt * q_t - w_tt * q_n) / determinant
     r_t = (w_tn * q_n - w_nn * q_t) / determinant
     if r_n >= 0.0 and abs(r_t) <= friction * r_n:
         return (r_n, r_t)
-    # Sliding with r_t = side mu r_n, u_n = 0, and u_t on the other side. Both sides fail by round-off only: then the
-    # one that fails by less is taken.
+    # slide: r_t = side mu r_n, u_n = 0, and u_t of the other sign. Both signs can fail by round-off only; the loop keeps
+    # the one that fails by less.
     best = -1.0
     chosen = (0.0, 0.0)
     for side in (1.0, -1.0):
@@ -56,8 +60,9 @@ def react_in_plane(W, q_n, q_t, friction):
 def slide_at(slowness, w_nn, q_n, coupling, shear, free):
     """``(|r_t|, r_n, r_t)`` of a contact that slides with ``u_n = 0`` and ``u_t = -slowness r_t``.
 
-    ``coupling``: (W_nt, W_ns); ``shear``: (S_tt, S_ts, S_ss), what is left of W once r_n is eliminated; ``free``: q_t
-    likewise. Then ``(S + slowness I) r_t = -free`` and ``r_n = -(q_n + W_nt . r_t)/W_nn``.
+    ``coupling``: (W_nt, W_ns); ``shear``: (S_tt, S_ts, S_ss), the Schur complement of the normal row of W; ``free``: the
+    tangential free velocity after the same elimination of r_n. Then ``(S + slowness I) r_t = -free`` and
+    ``r_n = -(q_n + W_nt . r_t)/W_nn``.
     """
     a = shear[0] + slowness
     b = shear[2] + slowness
@@ -70,9 +75,11 @@ def slide_at(slowness, w_nn, q_n, coupling, shear, free):
 
 def react_in_space(W, q_n, q_t, q_s, friction):
     """Impulse (r_n, r_t, r_s) of ``0 <= u_n _|_ r_n >= 0``, ``|r_t| <= mu r_n``, opposing ``u_t``, for ``u = q + W r``."""
+    # open: u = q satisfies the law with r = 0
     if q_n >= 0.0:
         return (0.0, 0.0, 0.0)
     (w_nn, w_nt, w_ns), (_, w_tt, w_ts), (_, _, w_ss) = W
+    # diagonal block with W_tt = W_ss: r_n and r_t decouple, and r_t is projected on the disk of radius mu r_n
     if w_nt == 0.0 and w_ns == 0.0 and w_ts == 0.0 and w_tt == w_ss and w_nn > 0.0 and w_tt > 0.0:
         r_n = -q_n / w_nn
         limit = friction * r_n
@@ -83,22 +90,24 @@ def react_in_space(W, q_n, q_t, q_s, friction):
 
 
 def react_to_full_block(W, q_n, q_t, q_s, friction):
-    """The same for ``q_n < 0`` and any symmetric block without negative eigenvalues; a function of its own, and a long one,
-    so that the compiler makes :func:`react_in_space` part of the sweep and not this.
+    """The same for ``q_n < 0`` and any symmetric block without negative eigenvalues.
 
-    Statuses are tried in the order open, stick, slide. A contact that slides has ``u_t = -l r_t``, l > 0. Where W is
-    positive definite ``|r_t| - mu r_n`` goes from above zero at l = 0, where it sticks, to ``mu q_n / W_nn < 0``, so that
-    there is a root, by regula falsi in a bracket. Where W couples n strongly with t there may be several; the bracket's is
-    taken.
+    It is a function of its own, so that the compiler inlines :func:`react_in_space` in the sweep and leaves this long one
+    out. Statuses are tried in the order open, stick, slide. A contact that slides has ``u_t = -l r_t``, l > 0. Where W is
+    positive definite, ``|r_t| - mu r_n`` falls from above zero at l = 0, where it sticks, to ``mu q_n / W_nn < 0``. So
+    there is a root, and regula falsi finds it in a bracket. Where W couples n strongly with t there may be several roots;
+    the function takes the one of the bracket.
 
-    Where S, what is left of the tangential block once r_n is eliminated, is singular, sticking is the limit of l to 0: the
-    least ``r_t`` that stops the contact. Where none does, ``|r_t|`` grows without bound as l falls, and ``mu r_n`` may grow
-    faster: friction that presses the contact in. Then a root is looked for on the way (:func:`first_root`), and if there is
-    none no impulse satisfies the law: the one returned is that without friction, and :func:`lmgcpy.solve_local` tells.
+    Where S, the Schur complement of the normal row, is singular, sticking is the limit of l to 0: the least ``r_t`` that
+    stops the contact. Where no ``r_t`` stops it, ``|r_t|`` grows without bound as l falls, and ``mu r_n`` may grow faster:
+    friction presses the contact in. Then :func:`first_root` searches a root among growing values of l. If there is none,
+    no impulse satisfies the law: the function returns the impulse without friction, and :func:`lmgcpy.solve_local` reports
+    the status "infeasible".
     """
     (w_nn, w_nt, w_ns), (_, w_tt, w_ts), (_, _, w_ss) = W
     if w_nn <= 0.0:
         return (0.0, 0.0, 0.0)
+    # Schur complement of the normal row, and the tangential free velocity after the elimination of r_n
     coupling = (w_nt, w_ns)
     shear = (w_tt - w_nt * w_nt / w_nn, w_ts - w_nt * w_ns / w_nn, w_ss - w_ns * w_ns / w_nn)
     free = (q_t - w_nt * q_n / w_nn, q_s - w_ns * q_n / w_nn)
@@ -107,10 +116,12 @@ def react_to_full_block(W, q_n, q_t, q_s, friction):
     c, s = 1.0, 0.0
     rests = True
     if not shear[0] * shear[2] - shear[1] * shear[1] > ROUND_OFF * w_tt * w_ss:
+        # singular Schur complement: in its eigenframe, l starts at round-off
         error = 100.0 * ROUND_OFF * (abs(q_t) + abs(q_s) - (abs(w_nt) + abs(w_ns)) * q_n / w_nn)
         c, s, coupling, shear, free = in_eigenframe(coupling, shear, free, scale, error)
         low = ROUND_OFF * (shear[0] if shear[0] > 0.0 else scale)
         rests = free[1] == 0.0 and (shear[0] > 0.0 or free[0] <= error)
+    # stick: l = 0 (its limit for a singular S), if r is in the cone
     size, r_n, r_t, r_s = slide_at(low, w_nn, q_n, coupling, shear, free)
     above = size - friction * r_n
     if above <= 0.0:
@@ -121,10 +132,11 @@ def react_to_full_block(W, q_n, q_t, q_s, friction):
             return (-q_n / w_nn, 0.0, 0.0)
         size, r_n, r_t, r_s = slide_at(low, w_nn, q_n, coupling, shear, free)
         above = size - friction * r_n
+    # slide: bracket of the root of |r_t| - mu r_n
     high = max(scale, 4.0 * low)
     size, r_n, r_t, r_s = slide_at(high, w_nn, q_n, coupling, shear, free)
     below = size - friction * r_n
-    for _ in range(200):  # one or two where friction is not nearly zero
+    for _ in range(200):  # one or two turns, unless friction is nearly zero
         if below <= 0.0:
             break
         low = high
@@ -134,7 +146,7 @@ def react_to_full_block(W, q_n, q_t, q_s, friction):
         below = size - friction * r_n
     side = 0
     for _ in range(200):
-        # regula falsi that halves the end which stays (Illinois), a bisection where that does not shrink the bracket
+        # Illinois step: regula falsi that halves the value at the end which stays; bisection if it leaves the bracket
         middle = (low * below - high * above) / (below - above)
         if not low < middle < high:
             middle = 0.5 * (low + high)
@@ -156,13 +168,17 @@ def react_to_full_block(W, q_n, q_t, q_s, friction):
             side = -1
     if r_n <= 0.0:
         return (0.0, 0.0, 0.0)
-    factor = friction * r_n / size if size > 0.0 else 0.0  # on the cone to the last digit
+    # r_t scaled to mu r_n, so that the impulse is on the cone to the last digit
+    factor = friction * r_n / size if size > 0.0 else 0.0
     return (r_n, factor * (c * r_t - s * r_s), factor * (s * r_t + c * r_s))
 
 
 def in_eigenframe(coupling, shear, free, scale, error):
-    """Of a singular S: cos and sin of its eigenvector, and coupling, S = diag(lambda, 0) and free velocity in the frame of
-    its eigenvectors; where S vanishes, in that of the free velocity. What is below ``error`` [m/s] is zero."""
+    """Eigenframe of a singular S: cos and sin of its angle, then coupling, ``S = diag(lambda, 0)`` and free velocity in it.
+
+    Where S vanishes, the frame is that of the free velocity. A free velocity across it below ``error`` [m/s] counts as
+    zero.
+    """
     eigenvalue = max(shear[0] + shear[2], 0.0)
     angle = 0.5 * math.atan2(2.0 * shear[1], shear[0] - shear[2])
     if eigenvalue <= ROUND_OFF * scale:
@@ -175,8 +191,10 @@ def in_eigenframe(coupling, shear, free, scale, error):
 
 
 def first_root(low, scale, w_nn, q_n, coupling, shear, free, friction):
-    """Least of some 250 values of l, from ``low`` on and each a quarter above the one before, at which ``|r_t| > mu r_n``;
-    -1 if there is none."""
+    """The least of some 250 values of l at which ``|r_t| > mu r_n``; -1 if there is none.
+
+    The values begin at ``low``, and each is a quarter above the one before.
+    """
     slowness = low
     while slowness < 1e3 * scale:
         slowness *= 1.25

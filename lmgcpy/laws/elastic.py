@@ -1,8 +1,8 @@
 """Elastic links, implicit in the elongation: stable at any stiffness.
 
-The force is that of the elongation at the end of the step, ``r_n = -h k (g + h u_n - g_ref)``, so that stiffness enters
-as a compliance ``C = 1/(h^2 k)`` beside W: the stiffer the link the closer to the rigid law, at every time step. It
-damps as the implicit Euler method does: with one degree of freedom of frequency omega the amplitude falls by
+The force follows from the elongation at the end of the step, ``r_n = -h k (g + h u_n - g_ref)``. So stiffness enters as
+a compliance ``C = 1/(h^2 k)`` beside W: the stiffer the link, the closer it is to the rigid law, at every time step. The
+law damps as the implicit Euler method does: with one degree of freedom of frequency omega, the amplitude falls by
 ``1/sqrt(1 + (h omega)^2)`` a step.
 """
 
@@ -19,8 +19,8 @@ from lmgcpy.laws.rigid import pull_back
 class AxialLink(Law):
     """A link whose stiffness is given as ``stiffness`` k [N/m] or as ``axial_rigidity`` EA [N], ``k = EA / l0``.
 
-    ``l0 = g_ref + R_a + R_b`` is the reference length between centres, so that a wire given by its EA answers alike
-    however many beads stand for it.
+    ``l0 = g_ref + R_a + R_b`` is the reference length between centres. So the answer of a wire given by its EA does not
+    depend on the number of its beads.
     """
 
     APPLIES_TO = "link"
@@ -39,7 +39,7 @@ class AxialLink(Law):
 
     @staticmethod
     def per_link(of_link: float | None, axial: float | None, reference_length: np.ndarray) -> np.ndarray:
-        """A property of each link from that of one link or of the wire, shape (count, 1)."""
+        """A property of each link, shape (count, 1), from its value for one link or from its axial value for the wire."""
         length = np.asarray(reference_length, dtype=float)[:, None]
         return np.full_like(length, of_link) if axial is None else axial / length
 

@@ -1,4 +1,4 @@
-"""What an interaction law is.
+"""The interface of interaction laws.
 
 At one interaction the time step reduces to ``u = u_free + W r``: ``u`` the relative velocity at the end of the step
 [m/s], ``r`` the impulse [N s], ``W`` the local block of the Delassus operator [1/kg], all in the local frame, normal
@@ -19,8 +19,8 @@ import numpy as np
 from lmgcpy.errors import closest, named_arguments, number, shown
 
 INTERFACE = 1
-"""Version of what a law is here: its functions, their arguments, its class attributes. It grows when one of them changes
-in a way that a law written before would notice."""
+"""Version of the interface of laws: their functions, the arguments of these, the class attributes. It grows when a change
+would break a law that is written for the version before."""
 
 REQUIRED = object()
 
@@ -32,15 +32,15 @@ TRAITS = {
     "potential": "the impulse derives from the stored energy that `energy` returns",
     "rigid": "no compliance: an interaction that starts beyond its reference would be a blow",
 }
-"""What a law may declare of itself, and what it then promises."""
+"""Traits that a law may declare, and what each promises."""
 
 
 @named_arguments
 class Parameter:
     """A number that a law takes, declared in the class body: ``friction = Parameter("-", minimum=0.0)``.
 
-    ``unit``: in SI, "-" for none; ``minimum`` and ``above`` (exclusive) bound it; without ``default`` it is required;
-    a default of None makes it optional.
+    ``unit`` is an SI unit, or "-" for none. ``minimum``, ``maximum`` and ``above`` (exclusive) bound the number. Without
+    ``default`` it is required; a default of None makes it optional.
     """
 
     def __init__(
@@ -91,22 +91,51 @@ Declaration = TypeVar("Declaration", Parameter, State)
 
 
 class Law(ABC):
-    """An interaction law; subclass it, and register the class with ``lm.laws.register``.
+    """An interaction law. Subclass it, and register the class with ``lm.laws.register``.
+
+    A dashpot between two bodies, ``r_n = -h c u_n``, reads so. With ``u = u_free + W r`` its exact solution is
+    ``r = -u_free / (W + 1/(h c))``::
+
+        >>> import lmgcpy as lm
+        >>> class Dashpot(lm.Law):
+        ...     NAME = "dashpot"
+        ...     APPLIES_TO = "link"
+        ...     PREPARED = ("compliance",)
+        ...     TRAITS = frozenset({"dissipative"})
+        ...
+        ...     viscosity = lm.Parameter("N s/m", "force per velocity c", above=0.0)
+        ...
+        ...     @staticmethod
+        ...     def prepare(gap, reference_gap, velocity, time_step, parameters, state):
+        ...         (viscosity,) = parameters
+        ...         return (1.0 / (time_step * viscosity),)
+        ...
+        ...     @staticmethod
+        ...     def react(W, u, prepared):
+        ...         return (-u[0] / (W[0][0] + prepared[0]),)
+        >>> law = Dashpot(viscosity=8.0)
+        >>> law
+        Dashpot(viscosity=8)
+        >>> compliance = law.prepare(0.0, 0.0, (1.0,), 0.125, (law.viscosity,), ())
+        >>> law.react(((1.0,),), (1.0,), compliance)  # half the velocity is left
+        (-0.5,)
 
     Class attributes:
 
-    * ``NAME``: as files and tables call it;
+    * ``NAME``: the name of the law in files and tables;
     * ``APPLIES_TO``: "contact" or "link";
     * ``PREPARED``: names of the numbers that ``prepare`` returns;
     * ``TRAITS``: what the law promises, out of :data:`~lmgcpy.laws.law.TRAITS`;
-    * ``PAIRS``: kinds of contactors that a contact law is for, as ``{("disk", "wall")}``; None: all;
+    * ``PAIRS``: pairs of contactor kinds that a contact law serves, as ``{("disk", "wall")}``; None for all;
     * ``INTERFACE``: version of the interface that the law is written for;
     * :class:`Parameter` attributes, in the order in which ``prepare`` receives their values;
-    * :class:`State` attributes, likewise: what the law keeps for each interaction (damage, plastic length, wear).
+    * :class:`State` attributes, in the same order: numbers that the law keeps for each interaction (damage, plastic
+      length, wear).
 
-    The state of an interaction starts with ``initial`` (zeros without one) in the first step in which the interaction is
-    there: links are there from the start, contacts from when they come within alert to when they leave it, and with them
-    goes their state. ``commit`` makes the new state once a step, after the solver; without ``commit`` it stays.
+    The state of an interaction starts with ``initial`` (without it, with zeros) in the first step of the interaction. A
+    link exists from the start. A contact exists from the step in which its bodies come within the alert distance to the
+    step in which they leave it; then its state is lost. ``commit`` makes the new state once a step, after the solver;
+    without ``commit`` the state stays.
 
     An instance is frozen and comparable: two laws with equal parameters are equal.
     """
@@ -116,25 +145,25 @@ class Law(ABC):
     PREPARED: ClassVar[tuple[str, ...]]
     TRAITS: ClassVar[frozenset[str]] = frozenset()
     PAIRS: ClassVar[frozenset[tuple[str, str]] | None] = None
-    INTERFACE: ClassVar[int] = 1  # of a law that names none: the first
+    INTERFACE: ClassVar[int] = 1  # a law that names no version is written for the first
 
     initial: ClassVar[Callable | None] = None
-    """``initial(gap, reference_gap, time, parameters)``: state of an interaction that is new at ``time`` [s], 0 where the
-    simulation starts, a tuple of as many numbers as there are; None: zeros."""
+    """``initial(gap, reference_gap, time, parameters)``: state of an interaction that is new at ``time`` [s], a tuple with
+    one number for each :class:`State`. The simulation starts at time 0. None: zeros."""
     commit: ClassVar[Callable | None] = None
     """``commit(gap, reference_gap, velocity, impulse, time_step, parameters, state)``: the state after the step.
 
-    ``gap`` [m] at the detection configuration, as ``prepare`` got it; ``velocity`` [m/s] relative, at the end of the
-    step: the predicted gap is ``gap + time_step * velocity[0]``; ``impulse`` [N s], the force is
-    ``impulse / time_step``."""
+    ``gap`` [m] is the gap at the detection configuration, the same as in ``prepare``. ``velocity`` [m/s] is the relative
+    velocity at the end of the step: the predicted gap is ``gap + time_step * velocity[0]``. ``impulse`` [N s] is
+    ``time_step`` times the force."""
     slope: ClassVar[Callable | None] = None
-    """``slope(W, u, prepared)``: generalized derivative of ``react`` by ``u``, a tuple of rows; None if not given."""
+    """``slope(W, u, prepared)``: generalized derivative of ``react`` by ``u``, a tuple of rows; None if there is none."""
     energy: ClassVar[Callable | None] = None
     """``energy(gap, reference_gap, parameters, state)``: energy stored in one interaction [J]; None if it stores none."""
 
     conic: ClassVar[Callable | None] = None
     """``conic(prepared)``: bias [m/s], friction and compliance [1/kg] of the law in conic form (see
-    ``lmgcpy.solve.problem``) from columns of prepared numbers, for solvers that need one; None if it has none."""
+    ``lmgcpy.solve.problem``), from columns of prepared numbers. Some solvers need it. None if the law has no conic form."""
 
     @staticmethod
     @abstractmethod
@@ -146,11 +175,11 @@ class Law(ABC):
         parameters: tuple[float, ...],
         state: tuple[float, ...],
     ) -> tuple[float, ...]:
-        """Once a step: the few numbers that ``react`` needs, a tuple as long as ``PREPARED``.
+        """The few numbers that ``react`` needs, a tuple as long as ``PREPARED``; called once a step and interaction.
 
-        ``gap`` [m] at the detection configuration, ``reference_gap`` [m] (links; 0 for contacts), ``velocity`` [m/s]:
-        relative velocity at the start of the step, a tuple, normal first; ``time_step`` [s]; ``parameters`` and ``state``
-        (empty for a law that keeps none): tuples.
+        ``gap`` [m] is the gap at the detection configuration, ``reference_gap`` [m] that of a link (0 for contacts),
+        ``velocity`` [m/s] the relative velocity at the start of the step, a tuple, normal component first, ``time_step``
+        [s] the step. ``parameters`` and ``state`` are tuples; ``state`` is empty for a law without state.
         """
 
     @staticmethod
@@ -182,7 +211,7 @@ class Law(ABC):
         self.validate()
 
     def validate(self) -> None:
-        """Check parameters against each other, for laws whose parameters depend on one another; raise a sentence."""
+        """Check parameters against each other; raise ValueError with a sentence. A law may override it."""
         return None
 
     @classmethod
@@ -208,7 +237,7 @@ class Law(ABC):
         return dict(self.__dict__["_values"])
 
     def rows(self, dimension: int) -> int:
-        """How many components of the impulse the law may make non-zero: 1 (normal) or ``dimension``."""
+        """Number of components of the impulse that the law may make non-zero: 1 (normal) or ``dimension``."""
         return 1
 
     def table(self, reference_length: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Which laws there are: one pluggy hook for the built-in ones, installed plug-ins and a user's script alike.
+"""The registry of laws: one pluggy hook serves built-in laws, installed plug-ins and a user's script alike.
 
 A plug-in distribution names a module under the entry-point group ``lmgcpy``; that module implements
 ``lmgcpy_laws(register)`` and calls ``register(MyLaw)`` for each of its laws.
@@ -51,7 +51,7 @@ class Registration:
 
 
 class Registry:
-    """The laws by name; failures of plug-ins are kept and told when their law is asked for."""
+    """The laws by name. It keeps the failures of plug-ins and names them when a law is not found."""
 
     def __init__(self) -> None:
         self._laws: dict[str, Registration] = {}
@@ -63,13 +63,13 @@ class Registry:
     def register(self, law: type[Law], *, distribution: str = "script") -> type[Law]:
         """Add a law class; returns it, so that it serves as a decorator.
 
-        Raises TypeError for what does not fit the interface of :class:`~lmgcpy.Law` and ValueError for a name that another
-        distribution has taken. A script may register a class of the same name again: the new one replaces the old.
+        Raises TypeError for a class that does not fit the interface of :class:`~lmgcpy.Law`, and ValueError for a name that
+        another distribution has taken. A script may register a class of the same name again: the new one replaces the old.
         """
         check_interface(law)
         taken = self._laws.get(law.NAME)
         if taken is not None and taken.law is law:
-            return law  # as it is there already
+            return law
         if taken is not None and not taken.distribution == distribution == "script":
             raise ValueError(
                 f"Law '{law.NAME}' is there twice: from {taken.distribution} ({taken.law.__qualname__}) and from "
@@ -79,7 +79,7 @@ class Registry:
         return law
 
     def add_plugin(self, plugin: Any, distribution: str) -> None:
-        """Call the hook of one plug-in (a module or object) in the name of its distribution."""
+        """Call the hook of one plug-in (a module or object); its laws are registered for ``distribution``."""
         self._manager.register(plugin, name=f"{distribution} {id(plugin)}")  # a distribution may bring several
         for implementation in self._manager.hook.lmgcpy_laws.get_hookimpls():
             if implementation.plugin is plugin:
@@ -133,7 +133,7 @@ def check_interface(law: Any) -> None:
     where = f"Law class {law.__qualname__}"
     if law.INTERFACE != INTERFACE:
         raise TypeError(
-            f"{where} is written for version {law.INTERFACE!r} of the interface of laws, this lmgcpy has version "
+            f"{where} is written for version {law.INTERFACE!r} of the interface of laws, but this lmgcpy has version "
             f"{INTERFACE}: install a version of the law, or of lmgcpy, that fits."
         )
     for name, kind in (("NAME", str), ("APPLIES_TO", str), ("PREPARED", tuple), ("TRAITS", frozenset)):
@@ -157,10 +157,10 @@ def check_interface(law: Any) -> None:
         if function is None:
             continue
         if not isinstance(inspect.getattr_static(law, name), staticmethod):
-            raise TypeError(f"{where}: {name} must be a static method: it is compiled, and gets no self.")
+            raise TypeError(f"{where}: {name} must be a static method: it is compiled and has no self.")
         got = tuple(inspect.signature(function).parameters)
         if got != expected:
-            raise TypeError(f"{where}: {name} must take ({', '.join(expected)}), it takes ({', '.join(got)}).")
+            raise TypeError(f"{where}: {name} must take ({', '.join(expected)}), but it takes ({', '.join(got)}).")
 
 
 registry = Registry()

@@ -11,12 +11,12 @@ from lmgcpy.laws.law import Parameter
 class Restitution(Coulomb):
     """Where the gap is closed: ``0 <= u_n + e min(u_n^-, 0)  _|_  r_n >= 0`` and Coulomb's friction; else ``r = 0``.
 
-    ``u_n^-`` is the normal velocity at the start of the step. In a collision of several bodies it is dissipative for
-    certain only if the coefficient is the same everywhere (Moreau).
+    ``u_n^-`` is the normal velocity at the start of the step. In a collision of several bodies the law is certainly
+    dissipative only if the coefficient is the same everywhere (Moreau).
 
     All shocks of a step happen at once: with ``e = 1`` a disk that meets a row of touching disks bounces off as from one
-    block, and keeps the energy. For shocks that follow one another, as in Newton's cradle, leave gaps of ``h v/e``, the way
-    of a step over the coefficient: a contact whose gap is open has no impulse in that step.
+    block, and keeps the energy. A contact whose gap is open has no impulse in that step. So for shocks that follow one
+    another, as in Newton's cradle, leave gaps of ``h v/e``, the travel of one step divided by the coefficient.
     """
 
     NAME = "restitution"

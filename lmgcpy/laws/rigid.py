@@ -1,7 +1,7 @@
 """Links of fixed and of greatest length: the paper's rigid rod and rigid wire (section 2.2).
 
-Both see the predicted elongation ``g + h u_n - g_ref``, not the velocity alone: with ``u_n = 0`` the length of a rod
-would drift, with the bias its error stays of second order in the step.
+Both laws use the predicted elongation ``g + h u_n - g_ref``, not the velocity alone. With ``u_n = 0`` the length of a rod
+would drift; with the bias its error stays of second order in the step.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ def pull_back(gap, reference_gap, time_step):
 
 
 class RigidRod(Law):
-    """``u_n + (g - g_ref)/h = 0``: the distance is kept, by tension or compression."""
+    """``u_n + (g - g_ref)/h = 0``: tension or compression keeps the distance."""
 
     NAME = "rigid-rod"
     APPLIES_TO = "link"
@@ -40,7 +40,7 @@ class RigidRod(Law):
 
 
 class RigidWire(Law):
-    """``0 <= -(u_n + (g - g_ref)/h)  _|_  -r_n >= 0``: slack below its reference gap, inextensible beyond."""
+    """``0 <= -(u_n + (g - g_ref)/h)  _|_  -r_n >= 0``: slack below the reference gap, inextensible at it."""
 
     NAME = "rigid-wire"
     APPLIES_TO = "link"

@@ -1,4 +1,4 @@
-"""Elastic links with viscosity in parallel (Kelvin and Voigt), implicit like the elastic ones.
+"""Elastic links with viscosity in parallel (Kelvin and Voigt), implicit like the elastic links.
 
 ``r_n = -h k (g + h u_n - g_ref) - h c u_n = -(u_n + b)/C`` with ``C = 1/(h^2 k + h c)`` and
 ``b = h k/(h k + c) (g - g_ref)/h``.
@@ -62,10 +62,10 @@ class VoigtRod(VoigtLink):
 
 
 class VoigtWire(VoigtLink):
-    """The Voigt rod's force where it is a tension and the predicted gap exceeds the reference; else none.
+    """The force of the Voigt rod where it is a tension and the predicted gap exceeds the reference; elsewhere no force.
 
-    A slack link that is drawn taut within the step meets the viscous force at once. There the graph of the law jumps; it
-    is completed by its vertical part, on which the link ends the step at its reference gap, so that the law stays
+    In a slack link that is drawn taut within the step, the viscous force sets in at once, and the graph of the law jumps.
+    The law completes the graph by its vertical part, on which the link ends the step at its reference gap. So it stays
     monotone and has one answer.
     """
 

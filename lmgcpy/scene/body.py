@@ -1,6 +1,7 @@
-"""Bodies: rigid, with mass, contactors, and conditions on their components.
+"""Rigid bodies with mass, contactors, and conditions on the components of their velocity.
 
-Before a scene is compiled a body holds its own start; afterwards its attributes are views of the simulation's state.
+Before the scene is compiled, a body holds its own initial values. Afterwards its attributes are views of the simulation's
+state.
 """
 
 from __future__ import annotations
@@ -22,28 +23,30 @@ from lmgcpy.scene.material import Material
 if TYPE_CHECKING:
     from lmgcpy.dynamics.model import State
 
-STILL: Any = object()
-"""Velocity or spin of a body of which none is given."""
+AT_REST: Any = object()
+"""Default of velocity and spin: the body starts at rest."""
 
 Prescribed = float | Callable[[float], float]
-UNSAID: Mapping[int, Prescribed] = MappingProxyType({})
-"""Conditions of a body of which none were given: one for all, as most have none."""
+NO_CONDITIONS: Mapping[int, Prescribed] = MappingProxyType({})
+"""Conditions of a body without conditions. All such bodies share it."""
 
 
 RADIUS, MASS, INERTIA = 9, 10, 11
-"""Where in its row of numbers a round body keeps them [m, kg, kg m^2]."""
+"""Columns of the radius [m], mass [kg] and inertia [kg m^2] in the row of a round body."""
 
 
-class Starts:
-    """Rows of twelve numbers, in which bodies keep where and how they start, up to nine, and round ones what they are: an
-    array of one's own would take 120 bytes, and a number of one's own 32."""
+class StartRows:
+    """Rows of twelve numbers, one a body: up to nine initial positions and velocities, then the constants of a round body.
+
+    The rows save memory: an array for each body would take 120 bytes, and a number 32.
+    """
 
     def __init__(self) -> None:
         self.block, self.taken = np.empty((0, 12)), 0
         self._lock = Lock()
 
     def take(self) -> tuple[np.ndarray, int]:
-        """A block and a row in it that nobody has."""
+        """A block and the index of a free row in it."""
         with self._lock:
             if self.taken == len(self.block):
                 self.block, self.taken = np.zeros((256, 12)), 0
@@ -51,47 +54,49 @@ class Starts:
             return self.block, self.taken - 1
 
 
-_starts = Starts()
+_start_rows = StartRows()
 
 
 @named_arguments
 class Body(ABC):
-    """A rigid body. Masses are per metre of depth [kg] in 2D; ``color`` is what the visibility table calls it.
+    """A rigid body. In 2D masses are per metre of depth [kg]. The visibility table names bodies by their ``color``.
 
-    Subclasses give ``dimension``, ``mass``, ``inertia`` and ``contactors``. ``rotation`` is for 2D: in 3D none is kept.
+    Subclasses give ``dimension``, ``mass``, ``inertia`` and ``contactors``. ``rotation`` exists in 2D only: in 3D none is
+    kept.
     """
 
-    __slots__ = ("_block", "_color", "_forces", "_id", "_row", "_state", "_velocities")  # there may be a hundred thousand
+    # slots save memory: a scene may have a hundred thousand bodies
+    __slots__ = ("_block", "_color", "_forces", "_id", "_row", "_state", "_velocities")
 
     dimension: int = 2
-    placed_by: str = "position"
-    """What the argument is called that says where the body is."""
+    position_argument: str = "position"
+    """Name of the argument that gives the position."""
 
-    def __init__(self, *, position: Any, color: str, velocity: Any = STILL, rotation: float = 0.0, spin: Any = STILL):
+    def __init__(self, *, position: Any, color: str, velocity: Any = AT_REST, rotation: float = 0.0, spin: Any = AT_REST):
         what, d = type(self).__name__, self.dimension
         self._state: State | None = None
         self.color = color
         self._id = -1
-        at = vector(position, f"{self.placed_by} of a {what}", d)
-        moving = vector(np.zeros(d) if velocity is STILL else velocity, f"velocity of a {what}", d)
+        at = vector(position, f"{self.position_argument} of a {what}", d)
+        moving = vector(np.zeros(d) if velocity is AT_REST else velocity, f"velocity of a {what}", d)
         turned: Any = number(rotation, "rotation") if d == 2 else ()
         if d == 2:
-            turning: Any = number(0.0 if spin is STILL else spin, "spin")
+            turning: Any = number(0.0 if spin is AT_REST else spin, "spin")
         else:
-            turning = vector(np.zeros(3) if spin is STILL else spin, f"spin of a {what}", 3)
-        self._block, self._row = _starts.take()
+            turning = vector(np.zeros(3) if spin is AT_REST else spin, f"spin of a {what}", 3)
+        self._block, self._row = _start_rows.take()
         start = np.hstack([at, turned, moving, turning])
         self._block[self._row, : len(start)] = start
-        self._velocities = self._forces = UNSAID
+        self._velocities = self._forces = NO_CONDITIONS
 
     @property
     def id(self) -> int:
-        """Row of the body in all that a simulation gives by body; -1 before it is in a scene, which gives it."""
+        """Row of the body in the arrays of a simulation; -1 before the body is added to a scene."""
         return self._id
 
     @property
     def color(self) -> str:
-        """What the visibility table calls the body."""
+        """The colour by which the visibility table names the body."""
         return self._color
 
     @color.setter
@@ -104,7 +109,7 @@ class Body(ABC):
     @property
     @abstractmethod
     def mass(self) -> float:
-        """Mass [kg], per metre of depth in 2D; infinite where none is needed."""
+        """Mass [kg], per metre of depth in 2D; infinite if the body needs none."""
 
     @property
     @abstractmethod
@@ -114,16 +119,16 @@ class Body(ABC):
     @property
     @abstractmethod
     def contactors(self) -> list[tuple[Contactor, tuple[float, ...]]]:
-        """Contactors, each with its offset from the centre in the frame of the body [m]."""
+        """Contactors, each with its offset [m] from the centre of the body, along the axes of the body."""
 
     @property
     def link_radius(self) -> float:
-        """From the centre to the surface along a link [m]."""
+        """Distance from the centre to the surface along a link [m]."""
         return 0.0
 
     @property
     def extent(self) -> float:
-        """Radius of a circle around the centre that holds all contactors [m]."""
+        """Radius of a circle around the centre that contains all contactors [m]."""
         return max(math.hypot(*offset) + contactor.bounding_radius for contactor, offset in self.contactors)
 
     @property
@@ -133,19 +138,19 @@ class Body(ABC):
 
     @property
     def held_by_default(self) -> bool:
-        """Whether a component that nothing is said of is held at rest."""
+        """Whether the components without a condition are held at rest."""
         return False
 
     # ------------------------------------------------------------------------------------------------------- state
 
     @property
     def _position(self) -> np.ndarray:
-        """(x, y, angle) or (x, y, z) at the start."""
+        """Initial (x, y, angle) or (x, y, z)."""
         return self._block[self._row, :3]
 
     @property
     def _velocity(self) -> np.ndarray:
-        """Velocities and spins at the start."""
+        """Initial velocities and spins."""
         return self._block[self._row, 3 : 3 + len(self.components)]
 
     def _now(self, positions: bool) -> np.ndarray:
@@ -155,37 +160,39 @@ class Body(ABC):
 
     @property
     def position(self) -> np.ndarray:
-        """Position [m], (d,); of a wall, its point. A live view."""
+        """Position [m], (d,), a live view. The position of a wall is its point."""
         return self._now(True)[: self.dimension]
 
     @property
     def rotation(self) -> float:
-        """Angle turned [rad], in 2D."""
+        """Angle of rotation [rad], in 2D."""
         if self.dimension == 3:
             raise AttributeError(f"{self!r} has no rotation: in 3D none is kept.")
         return float(self._now(True)[2])
 
     @property
     def velocity(self) -> np.ndarray:
-        """Velocity [m/s], (d,). A live view."""
+        """Velocity [m/s], (d,), a live view."""
         return self._now(False)[: self.dimension]
 
     @property
     def spin(self) -> Any:
-        """Angular velocity [rad/s]: a number in 2D, (3,) in 3D, a live view."""
+        """Angular velocity [rad/s]: a number in 2D, a live view (3,) in 3D."""
         turning = self._now(False)[self.dimension :]
         return float(turning[0]) if self.dimension == 2 else turning
 
     @property
     def components(self) -> tuple[str, ...]:
-        """Names of the components of its velocity."""
+        """Names of the components of the velocity."""
         return COMPONENTS[self.dimension]
 
     # -------------------------------------------------------------------------------------------------- conditions
 
     def fix(self, *components: str) -> Body:
-        """Hold the named components ("x", "y", "spin"; in 3D also "z", and "spin_x" …), all of them without names, at rest;
-        returns the body."""
+        """Hold the named components at rest; without names, hold all of them. Returns the body.
+
+        The components are "x", "y" and "spin" in 2D; in 3D "x", "y", "z", and "spin_x" …
+        """
         for component in components:
             if not isinstance(component, str):
                 raise TypeError(f"fix takes names of components, as in fix('x', 'y'), got {shown(component)}.")
@@ -193,7 +200,7 @@ class Body(ABC):
 
     @named_arguments
     def impose_velocity(self, **components: Prescribed) -> Body:
-        """Drive components x, y, z [m/s], spin … [rad/s] by a number or a function of time [s]; returns the body."""
+        """Drive components x, y, z [m/s], spin … [rad/s] by a number or a function of time [s]. Returns the body."""
         return self._drive("impose_velocity", components)
 
     def _drive(self, call: str, components: dict[str, Prescribed]) -> Body:
@@ -205,7 +212,7 @@ class Body(ABC):
 
     @named_arguments
     def impose_force(self, **components: Prescribed) -> Body:
-        """Free components and load them: x, y, z [N], spin … [N m], numbers or functions of time [s]; returns the body."""
+        """Free components and load them: x, y, z [N], spin … [N m], numbers or functions of time [s]. Returns the body."""
         for component, value in self._checked("impose_force", components):
             if component in self._velocities:
                 raise ValueError(self._twice(component, "driven by impose_velocity or fix", "loaded"))
@@ -248,13 +255,13 @@ class Body(ABC):
 
     def __repr__(self) -> str:
         which = f"body {self.id}" if self.id >= 0 else "body not yet in a scene"
-        place = ", ".join(f"{x:g}" for x in self.position)
-        return f"<{type(self).__name__} '{self.color}', {which}, at ({place}) m>"
+        position = ", ".join(f"{x:g}" for x in self.position)
+        return f"<{type(self).__name__} '{self.color}', {which}, at ({position}) m>"
 
 
 @named_arguments
 class RigidBody(Body):
-    """A body of given mass and inertia made of any contactors: a cluster of disks, or shapes of one's own."""
+    """A body of given mass and inertia with any contactors: a cluster of disks, or contactors that you define."""
 
     def __init__(self, contactors: list, *, mass: float, inertia: float, **start: Any):
         super().__init__(**start)
@@ -284,12 +291,12 @@ class RigidBody(Body):
 
 
 class Round(Body):
-    """A disk or a sphere; subclasses make its contactor and say what it weighs and how it resists turning."""
+    """A disk or a sphere. Subclasses give the contactor, the volume, and the ratio of inertia to mass."""
 
     __slots__ = ("_material",)
 
-    what: str
-    """What it is called in sentences."""
+    noun: str
+    """Name of the shape in error messages."""
 
     def __init__(
         self,
@@ -304,35 +311,35 @@ class Round(Body):
         own = self._block[self._row]
         own[RADIUS] = self._shape(radius).radius
         if material is not None and not isinstance(material, Material):
-            raise TypeError(f"material of a {self.what} must be a lmgcpy.Material, got {shown(material)}.")
+            raise TypeError(f"material of a {self.noun} must be a lmgcpy.Material, got {shown(material)}.")
         if mass is None and material is None:
-            raise TypeError(f"A {self.what} needs a material= or a mass= [kg].")
+            raise TypeError(f"A {self.noun} needs a material= or a mass= [kg].")
         if mass is None:
             assert material is not None
             mass = material.density * self._volume
-        own[MASS] = number(mass, f"mass of a {self.what}", above=0.0, unit="kg")
+        own[MASS] = number(mass, f"mass of a {self.noun}", above=0.0, unit="kg")
         inertia = own[MASS] * self._turning if inertia is None else inertia
-        own[INERTIA] = number(inertia, f"inertia of a {self.what}", above=0.0)
+        own[INERTIA] = number(inertia, f"inertia of a {self.noun}", above=0.0)
         self._material = material
 
     @staticmethod
     @abstractmethod
     def _shape(radius: float) -> Any:
-        """Its contactor."""
+        """The contactor of that radius [m]."""
 
     @property
     @abstractmethod
     def _volume(self) -> float:
-        """Volume, in 2D area [m^3, m^2]."""
+        """Volume [m^3], or area in 2D [m^2]."""
 
     @property
     @abstractmethod
     def _turning(self) -> float:
-        """Inertia over mass [m^2]."""
+        """Ratio of inertia to mass [m^2]."""
 
     @property
     def material(self) -> Material | None:
-        """What it is made of, if it was given one."""
+        """The material, or None if the body was made from its mass."""
         return self._material
 
     @property
@@ -350,7 +357,7 @@ class Round(Body):
 
     @property
     def _contactor(self) -> Any:
-        """Made when asked for: a hundred thousand are not kept."""
+        """The contactor, made at each call to save memory."""
         return self._shape(self.radius)
 
     @property
@@ -368,11 +375,11 @@ class Round(Body):
 
 @named_arguments
 class Disk(Round):
-    """A disk: grain, bead. Its mass is that of its material, or ``mass`` [kg]; its inertia m R^2/2, or ``inertia``."""
+    """A disk. ``mass`` [kg] overrides the mass from the material, and ``inertia`` [kg m^2] overrides m R^2/2."""
 
     __slots__ = ()
 
-    what = "disk"
+    noun = "disk"
     _shape = DiskContactor
 
     @property
@@ -386,9 +393,9 @@ class Disk(Round):
 
 @named_arguments
 class Wall(Body):
-    """The half-space behind a line, in 3D a plane. Every component is held unless freed by a load; it never turns."""
+    """The half-space behind a line, or behind a plane in 3D. A wall never turns; its components are held unless loaded."""
 
-    placed_by = "point"
+    position_argument = "point"
 
     def __init__(self, *, point: Any, normal: Any, mass: float | None = None, **start: Any):
         self.dimension = 3 if hasattr(point, "__len__") and getattr(point, "shape", None) != () and len(point) == 3 else 2
@@ -456,6 +463,8 @@ def disk(
 
 @named_arguments
 def wall(*, point: Any, normal: Any, color: str = "WALL", mass: float | None = None) -> Wall:
-    """A half-space bounded by the line, in 3D the plane, through ``point`` [m] with outward ``normal``; ``mass`` [kg] if
-    it is loaded."""
+    """The half-space behind the line, or the plane in 3D, through ``point`` [m] with the outward ``normal``.
+
+    A wall that is to be loaded needs a ``mass`` [kg].
+    """
     return Wall(point=point, normal=normal, color=color, mass=mass)

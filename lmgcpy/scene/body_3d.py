@@ -1,4 +1,4 @@
-"""Bodies of 3D: spheres, and cylinders seen from inside."""
+"""Bodies in 3D: spheres and hollow cylinders."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from lmgcpy.scene.material import Material
 
 @named_arguments
 class Sphere(Round):
-    """A sphere: grain, bead. Its mass is that of its material, or ``mass`` [kg]; its inertia 2/5 m R^2, or ``inertia``."""
+    """A sphere. ``mass`` [kg] overrides the mass from the material, and ``inertia`` [kg m^2] overrides 2/5 m R^2."""
 
     __slots__ = ()
 
     dimension = 3
-    what = "sphere"
+    noun = "sphere"
     _shape = SphereContactor
 
     @property
@@ -32,10 +32,10 @@ class Sphere(Round):
 
 @named_arguments
 class CylinderWall(Body):
-    """A hollow cylinder, seen from inside. Every component is held unless freed by a load; it never turns."""
+    """A hollow cylinder around the bodies. It never turns; its components are held unless loaded."""
 
     dimension = 3
-    placed_by = "point"
+    position_argument = "point"
 
     def __init__(self, *, point: Any, axis: Any, radius: float, mass: float | None = None, **start: Any):
         super().__init__(position=point, **start)
@@ -95,5 +95,5 @@ def sphere(
 
 @named_arguments
 def cylinder_wall(*, point: Any, axis: Any, radius: float, color: str = "WALL", mass: float | None = None) -> CylinderWall:
-    """A hollow cylinder of ``radius`` [m] around ``axis`` through ``point`` [m]; ``mass`` [kg] if it is loaded."""
+    """A hollow cylinder of ``radius`` [m] around ``axis`` through ``point`` [m]. To be loaded it needs a ``mass`` [kg]."""
     return CylinderWall(point=point, axis=axis, radius=radius, color=color, mass=mass)

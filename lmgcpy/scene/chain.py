@@ -1,4 +1,4 @@
-"""Chains: wires and rods made of bodies linked one to the next."""
+"""Chains: wires and rods made of bodies, each linked to the next."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from lmgcpy.scene.body import Body, Round
 from lmgcpy.scene.contactor import DiskContactor, SphereContactor
 
 BLOW = 1e-6
-"""Relative excess over the reference length from which a rigid link at the start is refused: its bias would set the
-bodies moving at that length divided by the time step."""
-ROOM = 1e-3
-"""Linked neighbours collide by default where the reference gap is above this part of the smaller radius. A taut wire holds
-the gap at its reference, to what the solver's tolerance leaves of the step; a contact acts from a gap of zero on. Where the
-two are no further apart than that, both act at once, and what one pulls the other pushes."""
+"""Relative excess over the reference length from which a rigid link is refused at the start. Its bias would give the
+bodies a velocity of that excess divided by the time step."""
+COLLISION_GAP = 1e-3
+"""Linked neighbours collide by default if the reference gap is above this part of the smaller radius. A taut wire holds the
+gap at its reference, within the solver's tolerance, and a contact acts from a gap of zero. If both act at the same gap, the
+link pulls and the contact pushes without bound."""
 
 
 class Chain:
-    """Bodies linked one to the next: link i from ``bodies[i]``, antagonist, to ``bodies[i + 1]``, candidate.
+    """Bodies, each linked to the next: link i goes from ``bodies[i]``, antagonist, to ``bodies[i + 1]``, candidate.
 
-    ``reference_gaps`` are between surfaces [m], (links,). Links act between centres and carry no moment.
+    ``reference_gaps`` [m], (links,), are gaps between surfaces. Links act between centres and carry no moment.
     """
 
     def __init__(
@@ -63,33 +63,33 @@ class Chain:
         return list(zip(self._path[:-1], self._path[1:], strict=True))
 
     def lengths(self) -> np.ndarray:
-        """Present distances between the centres [m], (links,)."""
+        """Current distances between the centres [m], (links,)."""
         return np.array([np.linalg.norm(b.position - a.position) for a, b in self._pairs()])
 
     @property
     def path(self) -> np.ndarray:
-        """Ids of the bodies along the chain; of a closed one the first comes again at the end."""
+        """Ids of the bodies along the chain; a closed chain repeats the first id at the end."""
         return np.array([body.id for body in self._path], dtype=np.int64)
 
     @property
     def colliding(self) -> np.ndarray:
-        """Whether the two bodies of a link may be in contact as well, (links,) bool."""
+        """Whether the two bodies of a link may also be in contact, (links,) bool."""
         if self.neighbours_collide is not None:
             return np.full(len(self.reference_gaps), self.neighbours_collide)
         shortest = self.reference_gaps
         if self.relaxation > 0.0:
             shortest = np.minimum(shortest, self.start_gaps)
         cores = np.array([[core_radius(a), core_radius(b)] for a, b in self._pairs()])
-        return shortest + self.radius_sums - cores.sum(axis=1) > ROOM * cores.min(axis=1)
+        return shortest + self.radius_sums - cores.sum(axis=1) > COLLISION_GAP * cores.min(axis=1)
 
     @property
     def apart(self) -> np.ndarray:
-        """Ids of the linked bodies that do not collide, the lower first, (p, 2) int64."""
+        """Pairs of ids of linked bodies that do not collide, the lower id first, (p, 2) int64."""
         path = self.path
         return np.sort(np.column_stack([path[:-1], path[1:]])[~self.colliding], axis=1)
 
     def _refuse_no_length(self, gaps: np.ndarray, what: str, remedy: str) -> None:
-        """Between centres that coincide a link has no direction."""
+        """Refuse links between centres that coincide: they have no direction."""
         lengths = gaps + self.radius_sums
         i = int(np.argmin(lengths))
         if not lengths[i] > 0.0:
@@ -118,8 +118,10 @@ class Chain:
 
 
 def core_radius(body: Body) -> float:
-    """Radius of the largest circle or sphere around the centre that the body is known to fill [m]: to its surface along a
-    link, or what one of its disks or spheres fills; 0 where neither is known."""
+    """Radius [m] of the largest circle or sphere around the centre that the body certainly fills.
+
+    It is the largest of the link radius and of what the disks or spheres of the body fill; 0 if neither is known.
+    """
     if isinstance(body, Round):
         return body.radius
     filled = (c.radius - math.hypot(*at) for c, at in body.contactors if isinstance(c, (DiskContactor, SphereContactor)))

@@ -1,7 +1,7 @@
-"""Contactors: the shapes by which bodies meet.
+"""Contactors: the shapes of bodies in contact.
 
-A new shape is a subclass of :class:`Contactor` and one narrow phase for each kind it is to meet
-(``lmgcpy.contact.register_pair``); nothing in the package knows the list of shapes.
+A new shape needs a subclass of :class:`Contactor`, and one narrow phase for each kind of contactor that it can touch
+(``lmgcpy.contact.register_pair``). No other part of the package lists the shapes.
 """
 
 from __future__ import annotations
@@ -16,27 +16,27 @@ from lmgcpy.errors import named_arguments, number, vector
 
 
 class Contactor(ABC):
-    """A shape in the frame of its body; areas and moments are those of 2D, per metre of depth."""
+    """A shape fixed to a body. Areas and moments are those of 2D, per metre of depth."""
 
     __slots__ = ()
 
     KIND: ClassVar[str]
-    """Name by which narrow phases are registered."""
+    """Name under which narrow phases are registered."""
 
     @property
     @abstractmethod
     def shape(self) -> tuple[float, ...]:
-        """Numbers that the narrow phase receives."""
+        """The numbers that the narrow phase receives."""
 
     @property
     @abstractmethod
     def bounding_radius(self) -> float:
-        """Radius of a circle around the contactor's position that holds it [m]; infinite for what has no bounds."""
+        """Radius [m] of a circle around the contactor's position that contains the shape; may be infinite."""
 
     @property
     @abstractmethod
     def area(self) -> float:
-        """Area [m^2]; zero for what has none of its own."""
+        """Area [m^2]; zero if the shape has no area of its own."""
 
     @property
     @abstractmethod
@@ -91,7 +91,7 @@ class WallContactor(Contactor):
 
 
 def direction(value, name: str, dimension: int) -> np.ndarray:
-    """A unit vector, (dimension,); ValueError where the given one is zero."""
+    """The unit vector along ``value``, (dimension,); ValueError for a zero vector."""
     given = vector(value, name, dimension)
     length = float(np.linalg.norm(given))
     if length == 0.0:
@@ -99,8 +99,8 @@ def direction(value, name: str, dimension: int) -> np.ndarray:
     return given / length
 
 
-class InSpace(Contactor):
-    """A shape in 3D, which has no area and no moment of its own."""
+class SpatialContactor(Contactor):
+    """A shape in 3D, without area and moment of its own."""
 
     __slots__ = ()
 
@@ -108,7 +108,7 @@ class InSpace(Contactor):
     second_moment = 0.0
 
 
-class SphereContactor(InSpace):
+class SphereContactor(SpatialContactor):
     """A sphere of radius ``radius`` [m]."""
 
     __slots__ = ("radius",)
@@ -126,7 +126,7 @@ class SphereContactor(InSpace):
         return self.radius
 
 
-class PlaneContactor(InSpace):
+class PlaneContactor(SpatialContactor):
     """The half-space behind a plane through the contactor's position with the outward ``normal``."""
 
     KIND = "plane"
@@ -140,8 +140,8 @@ class PlaneContactor(InSpace):
         return tuple(self.normal.tolist())
 
 
-class CylinderContactor(InSpace):
-    """All that is outside a cylinder of radius ``radius`` [m] around ``axis`` through the contactor's position."""
+class CylinderContactor(SpatialContactor):
+    """The outside of a cylinder of radius ``radius`` [m] around ``axis`` through the contactor's position."""
 
     KIND = "cylinder"
     bounding_radius = math.inf

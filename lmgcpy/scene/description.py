@@ -1,7 +1,7 @@
-"""A scene as plain arrays, numbers and words, and back: what a file can hold.
+"""The description of a scene: plain arrays, numbers and words that a file can hold, and the way back to a scene.
 
-Laws are held by name and parameters, contactors by kind and shape, bodies by what the model needs of them. What no file
-can hold are functions of time; a description says where they were.
+A description holds laws by name and parameters, contactors by kind and shape, and bodies by the numbers that the model
+needs. It cannot hold functions of time; it records the components on which they were imposed.
 """
 
 from __future__ import annotations
@@ -36,17 +36,19 @@ KINDS: dict[type[Body], str] = {
     Sphere: "sphere",
     CylinderWall: "cylinder",
 }
-"""Bodies that come back as what they were; others come back as :class:`RecordedBody`."""
+"""Classes of bodies that a description restores; bodies of other classes come back as :class:`RecordedBody`."""
 
 _COLLIDE = (False, True, None)
-"""What may be said of linked neighbours, by the code that a file holds."""
+"""Values of ``neighbours_collide``; a file holds the index."""
+
+_CONDITION_FIELDS = ("body", "component", "loaded", "function", "value")
 
 Functions = Mapping[tuple[int, str], Callable[[float], float]]
 """Functions of time by id of the body and name of the component."""
 
 
 class RecordedContactor(Contactor):
-    """A contactor of a kind defined elsewhere, known by the numbers of its shape."""
+    """A contactor of a foreign kind, known by the numbers of its shape."""
 
     area = 0.0
     second_moment = 0.0
@@ -62,7 +64,7 @@ class RecordedContactor(Contactor):
 
 
 class RecordedBody(Body):
-    """A body of a class defined elsewhere, known by what the model needs of it."""
+    """A body of a foreign class, known by the numbers that the model needs."""
 
     mass = 0.0
     inertia = 0.0
@@ -74,7 +76,7 @@ class RecordedBody(Body):
 
 
 def describe(scene: Scene) -> dict[str, Any]:
-    """The scene as its bodies were at the start: a tree of dictionaries with arrays, lists, numbers and words."""
+    """The description of the initial scene: a tree of dictionaries with arrays, lists, numbers and words."""
     bodies = scene.bodies
     laws: list[Law] = []
     items = [(body, contactor, offset) for body in bodies for contactor, offset in body.contactors]
@@ -101,7 +103,7 @@ def describe(scene: Scene) -> dict[str, Any]:
             "kind": body_kind,
             "colors": colors,
             "color": color,
-            "material": np.array([_place(getattr(body, "material", None), materials) for body in bodies], dtype=np.int64),
+            "material": np.array([_index(getattr(body, "material", None), materials) for body in bodies], dtype=np.int64),
             "position": np.array([body._position for body in bodies]).reshape(-1, 3),
             "velocity": np.array([body._velocity for body in bodies]).reshape(-1, len(COMPONENTS[scene.dimension])),
             "mass": np.array([body.mass for body in bodies], dtype=float),
@@ -144,15 +146,15 @@ def describe(scene: Scene) -> dict[str, Any]:
         },
         "laws": [
             {"name": law.NAME, "distribution": _distribution(law), "parameters": law.values} for law in laws
-        ],  # last: the tables above have entered theirs
+        ],  # last, because the tables above add their laws to the list
     }
 
 
 def from_description(description: Mapping[str, Any], functions: Functions | None = None) -> Scene:
-    """The scene of a description. ``functions``: those of time, by body and component, ``{(3, "y"): f}``.
+    """The scene of a description. ``functions`` gives the functions of time by body and component, ``{(3, "y"): f}``.
 
-    Raises ValueError with a sentence where a function is missing or is one too many, LookupError where a law is not
-    registered or nobody has told how two kinds of contactor meet.
+    Raises ValueError with a sentence if a function is missing or superfluous, and LookupError if a law or the narrow phase
+    of two kinds of contactor is not registered.
     """
     scene = build(description)
     impose(scene, description["conditions"], functions or {})
@@ -160,7 +162,7 @@ def from_description(description: Mapping[str, Any], functions: Functions | None
 
 
 def build(description: Mapping[str, Any]) -> Scene:
-    """The scene of a description but for what is imposed on its bodies."""
+    """The scene of a description without the conditions on its bodies."""
     laws = [_make_law(**law) for law in description["laws"]]
     scene = Scene(dimension=int(description["dimension"]), gravity=description["gravity"])
     _add_bodies(scene, description)
@@ -168,7 +170,7 @@ def build(description: Mapping[str, Any]) -> Scene:
     for row in description["visibility"]:
         scene.see(row["candidate"], row["antagonist"], laws[row["law"]], alert=row["alert"])
     chains = description["chains"]
-    # files from before linked neighbours could be kept apart: all collided
+    # in files without the field, linked neighbours always collided
     collide = chains.get("neighbours_collide", np.full(len(chains["law"]), _COLLIDE.index(True)))
     members = np.split(chains["bodies"], np.cumsum(chains["body_count"]))
     gaps = np.split(chains["reference_gaps"], np.cumsum(chains["link_count"]))
@@ -185,29 +187,29 @@ def build(description: Mapping[str, Any]) -> Scene:
 
 
 def functions_of_time(description: Mapping[str, Any]) -> list[tuple[int, str]]:
-    """Where functions of time were imposed, by id of the body and name of the component."""
+    """Id of the body and name of the component of each condition that is a function of time."""
     conditions = description["conditions"]
-    places = zip(conditions["body"], conditions["component"], conditions["function"], strict=True)
+    rows = zip(conditions["body"], conditions["component"], conditions["function"], strict=True)
     names = COMPONENTS[description["dimension"]]
-    return [(int(body), names[component]) for body, component, function in places if function]
+    return [(int(body), names[component]) for body, component, function in rows if function]
 
 
-# ------------------------------------------------------------------------------------------------------------- there
+# ---------------------------------------------------------------------------------------------- scene to description
 
 
 def _codes(words: list[str]) -> tuple[list[str], np.ndarray]:
-    """The words that occur, and for each entry which of them it is, (n,) int64."""
+    """The different words, and the index of each entry among them, (n,) int64."""
     table = list(dict.fromkeys(words))
-    place = {word: i for i, word in enumerate(table)}
-    return table, np.array([place[word] for word in words], dtype=np.int64)
+    index = {word: i for i, word in enumerate(table)}
+    return table, np.array([index[word] for word in words], dtype=np.int64)
 
 
-def _place(item: Any, items: list) -> int:
+def _index(item: Any, items: list) -> int:
     return -1 if item is None else items.index(item)
 
 
 def _law(law: Law, laws: list[Law]) -> int:
-    """Place of the law in the list, entered if it is new."""
+    """Index of the law in the list; a new law is added."""
     if law not in laws:
         laws.append(law)
     return laws.index(law)
@@ -218,7 +220,7 @@ def _distribution(law: Law) -> str:
     return registration.distribution if registration is not None and registration.law is type(law) else "unregistered"
 
 
-# -------------------------------------------------------------------------------------------------------------- back
+# ---------------------------------------------------------------------------------------------- description to scene
 
 
 def _make_law(name: str, distribution: str, parameters: Mapping[str, float | None]) -> Law:
@@ -283,7 +285,7 @@ def _contactor(table: Mapping[str, Any], k: int) -> Contactor:
         return DiskContactor(shape[0])
     if kind in (WallContactor.KIND, PlaneContactor.KIND):
         wall = WallContactor(shape) if kind == WallContactor.KIND else PlaneContactor(shape)
-        wall.normal = np.array(shape)  # not normalised again: to the last bit
+        wall.normal = np.array(shape)  # not normalised again, which could change the last bit
         return wall
     if kind == SphereContactor.KIND:
         return SphereContactor(shape[0])
@@ -297,23 +299,23 @@ def _contactor(table: Mapping[str, Any], k: int) -> Contactor:
 
 def _check_conditions(scene: Scene, conditions: Mapping[str, Any]) -> None:
     bodies, components = conditions["body"], conditions["component"]
-    there = len(scene.bodies), len(COMPONENTS[scene.dimension])
-    for what, codes, most in zip(("body", "component"), (bodies, components), there, strict=True):
-        if len(codes) and not (codes.dtype.kind in "iu" and codes.min() >= 0 and codes.max() < most):
-            raise ValueError(f"a condition is on a {what} that is not there")
-    if bodies.ndim != 1 or any(conditions[name].shape != bodies.shape for name in CONDITION):
-        raise ValueError("there are conditions that lack something")
+    counts = len(scene.bodies), len(COMPONENTS[scene.dimension])
+    for what, codes, count in zip(("body", "component"), (bodies, components), counts, strict=True):
+        if len(codes) and not (codes.dtype.kind in "iu" and codes.min() >= 0 and codes.max() < count):
+            raise ValueError(f"a condition names a {what} that does not exist")
+    if bodies.ndim != 1 or any(conditions[name].shape != bodies.shape for name in _CONDITION_FIELDS):
+        raise ValueError("the fields of the conditions differ in shape")
     if conditions["value"].dtype.kind != "f":
         raise ValueError("the values of conditions are no numbers")
 
 
 def impose(scene: Scene, conditions: Mapping[str, Any], functions: Functions) -> None:
-    """Impose the conditions of a description on the bodies of its scene; raises as :func:`from_description`."""
+    """Impose the conditions of a description on its scene; raises the errors of :func:`from_description`."""
     if not isinstance(functions, Mapping):
         raise TypeError(f"functions must be a dictionary such as {{(3, 'y'): f}}, got {shown(functions)}.")
     missing = []
     left = dict(functions)
-    for body, component, loaded, function, value in zip(*(conditions[name] for name in CONDITION), strict=True):
+    for body, component, loaded, function, value in zip(*(conditions[name] for name in _CONDITION_FIELDS), strict=True):
         what: Any = float(value)
         if function:
             name = COMPONENTS[scene.dimension][component]
@@ -325,10 +327,10 @@ def impose(scene: Scene, conditions: Mapping[str, Any], functions: Functions) ->
                 raise TypeError(f"functions[{int(body)}, '{name}'] must be a function of time, got {shown(what)}.")
         scene.bodies[body]._condition(int(component), what, loaded=bool(loaded))
     if missing:
-        told = "; ".join(f"the {how} along '{name}' of {body!r}" for body, _, name, how in missing)
+        which = "; ".join(f"the {how} along '{name}' of {body!r}" for body, _, name, how in missing)
         again = ", ".join(f'({body}, "{name}"): f' for _, body, name, _ in missing)
         raise ValueError(
-            f"Functions of time, which no file can hold, gave {told}. Give {'it' if len(missing) == 1 else 'them'} again, "
+            f"Functions of time, which no file can hold, gave {which}. Give {'it' if len(missing) == 1 else 'them'} again, "
             f"from Python: lmgcpy.resume(path, functions={{{again}}})."
         )
     if left:
@@ -336,6 +338,3 @@ def impose(scene: Scene, conditions: Mapping[str, Any], functions: Functions) ->
             f"functions names {shown(list(left))}, where the run has no function of time; "
             "keys are (id of the body, component), for example (3, 'y')."
         )
-
-
-CONDITION = ("body", "component", "loaded", "function", "value")

@@ -1,4 +1,4 @@
-"""What bodies are made of."""
+"""Materials of bodies."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from lmgcpy.errors import named_arguments, number, shown
 @named_arguments
 @dataclass(frozen=True)
 class Material:
-    """A ``name`` and a ``density`` [kg/m^3]."""
+    """A material with a ``name`` and a ``density`` [kg/m^3]."""
 
     name: str
     density: float

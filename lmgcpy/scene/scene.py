@@ -1,4 +1,4 @@
-"""The scene: what a user says, compiled once into arrays."""
+"""The scene: the user's bodies, laws and chains, compiled once into arrays."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from lmgcpy.scene.chain import Chain
 SomeBody = TypeVar("SomeBody", bound=Body)
 
 DEFAULT_ALERT = 0.2
-"""Default alert distance, in radii of the smallest bounded contactor that the row of the table concerns."""
+"""Default alert distance, relative to the smallest bounding radius among the contactors of the two colours."""
 
 
 @named_arguments
 class Scene:
-    """Bodies, who sees whom under which law, chains, gravity [m/s^2]."""
+    """Bodies, a visibility table with the law of each pair of colours, chains, and gravity [m/s^2]."""
 
     def __init__(self, *, dimension: int, gravity: Any = None):
         self.dimension = whole(dimension, "dimension", minimum=2, maximum=3)
@@ -35,7 +35,7 @@ class Scene:
 
     @property
     def gravity(self) -> np.ndarray:
-        """Acceleration of gravity [m/s^2], (d,)."""
+        """Gravitational acceleration [m/s^2], (d,)."""
         return self._gravity
 
     @gravity.setter
@@ -46,7 +46,7 @@ class Scene:
 
     @named_arguments
     def add(self, body: SomeBody) -> SomeBody:
-        """Add a body; returns it, with its id."""
+        """Add a body and give it its id. Returns the body."""
         self._editable("add a body")
         if not isinstance(body, Body):
             raise TypeError(f"Scene.add takes a body such as lmgcpy.disk(...), got {shown(body)}.")
@@ -61,12 +61,12 @@ class Scene:
 
     @named_arguments
     def see(self, candidate: str, antagonist: str, law: Law, *, alert: float | None = None) -> None:
-        """Let bodies of two colours meet under a law.
+        """Let bodies of two colours touch under a law.
 
-        ``alert``: gap [m] up to which a pair is an interaction; None takes a fifth of the smallest radius concerned, or
-        twice the way of the fastest body in a step where that is more, and for walls whatever they and a body close in
-        a step. A gap that closes within one step from beyond
-        the alert distance is seen too late, as a penetration that stays.
+        ``alert`` is the gap [m] up to which a pair is an interaction. None takes a fifth of the smallest radius of the two
+        colours, or twice the travel of the fastest body in a step if that is more, and for walls the distance by which a
+        wall and a body approach each other in a step. A gap that is beyond the alert distance and closes within one step
+        is detected too late, as a penetration that stays.
         """
         self._editable("extend the visibility table")
         for color in (candidate, antagonist):
@@ -91,16 +91,16 @@ class Scene:
     ) -> Chain:
         """Link consecutive bodies by a law; returns the chain.
 
-        ``reference_gap``: between surfaces [m], a number, one a link, or None for as built. ``block_spin`` holds the
-        spin of the bodies: links carry no moment, so a bead free to spin rolls, and a chain of such beads slides over a
-        drum without friction. ``closed`` links the last body to the first. A rigid link that is beyond its reference at
-        the start is refused, unless ``relaxation`` [s] is the time in which it is to be drawn in.
+        ``reference_gap`` [m] is the gap between surfaces at the reference length: one number, one number a link, or None
+        for the initial gaps. ``block_spin`` holds the spin of the bodies: links carry no moment, so a bead that is free to
+        spin rolls, and a chain of such beads slides over a drum without friction. ``closed`` links the last body to the
+        first. A rigid link that starts beyond its reference is refused, unless ``relaxation`` [s] gives the time in which
+        it is drawn in.
 
-        ``neighbours_collide``: whether linked neighbours whose colours see each other are in contact as well. None lets
-        them where the link leaves room between their surfaces, that is where its reference gap is above a thousandth of
-        the smaller radius, from the start of a relaxation to its end. Without that room link and contact of one pair
-        would prestress each other without bound. Beads that touch and must not be pushed into each other are linked by
-        rods.
+        ``neighbours_collide`` says whether linked neighbours whose colours see each other may also be in contact. None
+        allows it if the gap that the link holds is above a thousandth of the smaller radius, from the start of a
+        relaxation to its end. With a smaller gap, link and contact of the same pair would prestress each other without
+        bound. Link beads by rods if they touch and must not be pushed into each other.
         """
         self._editable("add a chain")
         self._check_law(law, "link", "chain")
@@ -153,7 +153,7 @@ class Scene:
     # ----------------------------------------------------------------------------------------------------- compile
 
     def compile(self) -> Model:
-        """The frozen model, with imposed velocities at their values at the start. Called by ``Simulation``."""
+        """The frozen model, with the initial values of imposed velocities. ``Simulation`` calls it."""
         self._editable("compile the scene again")
         self._check_colors()
         positions = np.array([body._position for body in self.bodies]).reshape(-1, 3)
@@ -201,7 +201,7 @@ class Scene:
         )
 
     def hand_over(self, state: State) -> None:
-        """From now on the bodies are views of a simulation's state, and the scene cannot be edited."""
+        """Make the bodies views of a simulation's state. From then on the scene cannot be edited."""
         self._compiled = True
         for body in self.bodies:
             body._state = state
@@ -215,7 +215,7 @@ class Scene:
                     raise LookupError(f"No body has the colour '{color}' that the visibility table names{hint}")
 
     def _check_numbers(self, positions: Any, velocities: Any, mass: Any, contactors: ContactorTable) -> None:
-        """Of what classes from elsewhere say of bodies and contactors, and of what was written into a body's arrays."""
+        """Check the numbers of bodies and contactors of foreign classes, and those that were written into views."""
         bodies, of_contactors = np.arange(len(self.bodies)), contactors.body
         radii = contactors.bounding_radius
         for what, values, owner, bound, sound in (

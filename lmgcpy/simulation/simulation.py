@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
 from lmgcpy.dynamics.stepper import Stepper
-from lmgcpy.errors import flag, named_arguments, number, place, shown, whole
+from lmgcpy.errors import file_path, flag, named_arguments, number, shown, whole
 from lmgcpy.simulation.interrupt import between_steps
 
 log = logging.getLogger("lmgcpy")
@@ -118,7 +118,7 @@ class Simulation(Stepper):
         if record is not None:
             from lmgcpy.io.recorder import RunRecorder  # h5py takes as long to import as all the rest
 
-            record = place(record, "record")
+            record = file_path(record, "record")
             if not (isinstance(recorder, RunRecorder) and recorder.writes(record)):
                 recorder = RunRecorder(record, every=every, flush=flush, force=force, observe=observe)
                 observe = None

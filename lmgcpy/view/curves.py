@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lmgcpy.errors import named_arguments, one_of, place, shown
+from lmgcpy.errors import file_path, named_arguments, one_of, shown
 from lmgcpy.measure.sources import RecordedRun, is_run
 from lmgcpy.solve.report import SOLVED_CODES
 from lmgcpy.view import figures
@@ -49,7 +49,7 @@ def plot(runs: RecordedRun | Sequence[RecordedRun], path: str | os.PathLike, *, 
     chosen = [run for run in given if is_run(run)]
     if not chosen or len(chosen) < len(given):
         raise TypeError(f"runs must be what lmgcpy.io.open_run(path) opens, one or a list of them, got {shown(runs)}.")
-    target = Path(place(path, "path"))
+    target = Path(file_path(path, "path"))
     if target.suffix.lower() not in SUFFIXES:
         raise ValueError(f"path must end in {', '.join(SUFFIXES)}, got '{target}'.")
     check_target(target, force=True)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.errors import named_arguments, number, place, shown, vector, whole
+from lmgcpy.errors import file_path, named_arguments, number, shown, vector, whole
 from lmgcpy.view.film import Film
 from lmgcpy.view.painter import Painter, has_display, load_pyvista
 from lmgcpy.view.panels import panels_of
@@ -83,7 +83,7 @@ def render(
     The function raises ImportError if pyvista is missing, and says how to install it; OSError without any OpenGL;
     ValueError or TypeError for what cannot be drawn.
     """
-    target = Path(place(path, "path"))
+    target = Path(file_path(path, "path"))
     moving = target.suffix.lower() == ".gif"
     if not moving and target.suffix.lower() != ".png":
         raise ValueError(f"path must end in .png or, for a moving picture, in .gif, got '{target}'.")

@@ -16,8 +16,8 @@ import h5py
 import numpy as np
 
 import lmgcpy as lm
-from lmgcpy.io.dead_file import DeadFile
 from lmgcpy.io.run_trust import DIGEST, digest
+from lmgcpy.io.unclosed_file import UnclosedFile
 
 SECONDS = 40
 """Of a try, after which its process is killed. HDF5 waits some seconds for writers that are not there."""
@@ -273,7 +273,7 @@ def known_of(path):
     copy = path + ".copy"
     found: dict[str, list] = {}
     ends = []
-    with h5py.File(DeadFile(path), "r") as file:
+    with h5py.File(UnclosedFile(path), "r") as file:
         last = max("01", key=lambda k: file[f"checkpoint/{k}/numbers"][0])
         checkpoint = file[f"checkpoint/{last}/numbers"].id.get_offset()
         commit = file["commits"].id.get_offset() + 8 * 6 * int(np.argmax(file["commits"][:, 0]))

@@ -124,9 +124,9 @@ def test_the_last_chunk_of_a_file_that_was_not_closed_has_a_sum_of_its_own(tmp_p
         positions = run.positions[:]
     with lm.io.open_run(tmp_path / "run.h5") as run:
         np.testing.assert_array_equal(run.positions[: len(positions)], positions)
-    from lmgcpy.io.dead_file import DeadFile
+    from lmgcpy.io.unclosed_file import UnclosedFile
 
-    with h5py.File(DeadFile(path), "r") as file:
+    with h5py.File(UnclosedFile(path), "r") as file:
         table = file["frames/positions"]
         info = table.id.get_chunk_info_by_coord((0, 0, 0))
         rows = read_commit(file).frames
@@ -144,9 +144,9 @@ def test_the_last_chunk_of_a_file_that_was_not_closed_has_a_sum_of_its_own(tmp_p
 
 
 def table_rows(path):
-    from lmgcpy.io.dead_file import DeadFile
+    from lmgcpy.io.unclosed_file import UnclosedFile
 
-    with h5py.File(DeadFile(path), "r") as file:
+    with h5py.File(UnclosedFile(path), "r") as file:
         return file["frames/positions"].chunks[0]
 
 
@@ -212,7 +212,7 @@ def test_conditions_of_another_shape_are_no_scene(path):
         del file["scene/conditions/value"]
         file["scene/conditions"].create_dataset("value", data=values[:, None])
         file["scene"].attrs["digest"] = digest(file["scene"])
-    with pytest.raises(ValueError, match="holds no scene that can be built: there are conditions that lack something"):
+    with pytest.raises(ValueError, match="holds no scene that can be built: the fields of the conditions differ in shape"):
         lm.resume(path, observe={"height": height})
 
 

@@ -12,7 +12,7 @@ import textwrap
 import pytest
 
 import lmgcpy as lm
-from lmgcpy.io.dead_file import lookup3
+from lmgcpy.io.unclosed_file import lookup3
 
 resource = pytest.importorskip("resource")
 
@@ -64,7 +64,7 @@ def test_wherever_a_run_is_cut_short_its_file_is_good(path):
             error = refused(lambda: sim.run(steps=200, record=path, every=1, flush=0.0, force=True))
             limit(resource.RLIM_INFINITY)
             assert "could not be written on" in str(error)
-            assert "The simulation is as it was after its last step" in str(error)
+            assert "The simulation stands at the end of its last step" in str(error)
             done.add(sim.steps)
             assert os.path.getsize(path) <= size
             with lm.io.open_run(path) as run:

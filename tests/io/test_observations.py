@@ -131,7 +131,7 @@ def test_observing_needs_a_file_that_is_begun(path):
 @pytest.mark.parametrize(
     ("changes", "sentence"),
     [
-        (lambda sim: 0 if sim.steps < 5 else 0.5, r"float64 of shape \(\) after step 5, where its table is of int64"),
+        (lambda sim: 0 if sim.steps < 5 else 0.5, r"float64 of shape \(\) after step 5, but its table is of int64"),
         (lambda sim: np.zeros(2 if sim.steps < 5 else 3), r"returned float64 of shape \(3,\) after step 5"),
         (lambda sim: 1.0 / (5 - sim.steps), "float division by zero"),
     ],
@@ -164,7 +164,7 @@ def test_compare_names_an_observation_that_differs(path):
     heap().run(steps=20, record=other, observe={"support": support}, force=True)
     told = run_cli("compare", path, other)
     assert told.exit_code == 1
-    assert "what they observe" in told.output
+    assert "the observed names" in told.output
     heap().run(steps=20, record=other, observe={**OBSERVE, "support": lambda sim: np.zeros(2)}, force=True)
     assert "shape of support as wholes: (20,) and (20, 2)" in run_cli("compare", path, other).output
 

@@ -205,7 +205,7 @@ def test_a_checkpoint_that_was_tampered_with_is_not_used(path):
     with h5py.File(path, "r+") as file:
         for slot in "01":
             file["checkpoint"][slot]["velocities"][1, 1] += 1e-9
-    with pytest.raises(ValueError, match="no whole checkpoint to go on from"):
+    with pytest.raises(ValueError, match="no complete checkpoint to go on from"):
         lm.resume(path)
 
 
@@ -284,7 +284,7 @@ def test_a_write_that_fails_leaves_the_simulation_usable(path, tmp_path):
     """
     done = subprocess.run([sys.executable, "-c", textwrap.dedent(code)], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
-    assert "The simulation is as it was after its last step" in done.stdout
+    assert "The simulation stands at the end of its last step" in done.stdout
 
 
 def test_a_number_that_stops_being_finite_leaves_a_good_file(path):

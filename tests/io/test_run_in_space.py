@@ -5,7 +5,7 @@ import pytest
 
 import lmgcpy as lm
 from lmgcpy.io.compare import compare
-from lmgcpy.io.tables import export_csv
+from lmgcpy.io.csv_tables import export_csv
 
 
 def heap(functions=None):

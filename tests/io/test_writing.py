@@ -207,7 +207,7 @@ BEGIN = """
         except OSError as error:
             limit(resource.RLIM_INFINITY)
             assert f"'{path}' could not be written: " in str(error), error
-            assert str(error).endswith("Make room, or give another place."), error
+            assert str(error).endswith("Make room, or give another path."), error
         else:
             raise AssertionError("it was written")
         assert {name: (folder / name).read_bytes() for name in names()} == before, (names(), sorted(before))

@@ -177,7 +177,7 @@ INCOMPLETE = [
     (lambda: law(slope=lambda W, u, prepared: ((0.0,),)), "slope must be a static method"),
     (
         lambda: law(react=staticmethod(lambda W, q, prepared: (0.0,))),
-        r"react must take \(W, u, prepared\), it takes \(W, q, prepared\)",
+        r"react must take \(W, u, prepared\), but it takes \(W, q, prepared\)",
     ),
     (lambda: law(energy=staticmethod(lambda gap: 0.0)), r"energy must take \(gap, reference_gap, parameters, state\)"),
 ]

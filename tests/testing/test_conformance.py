@@ -239,7 +239,7 @@ def test_a_class_that_is_no_law_is_the_interfaces_affair():
 
     report = lmgcpy.testing.report(Renamed())
     assert report.broken == ["interface"]
-    assert "react must take (W, u, prepared), it takes (W, q, prepared)" in str(report)
+    assert "react must take (W, u, prepared), but it takes (W, q, prepared)" in str(report)
 
 
 REFUSED = [

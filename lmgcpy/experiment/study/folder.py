@@ -8,9 +8,9 @@ from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
-from lmgcpy.io.foreign import regular_file
 from lmgcpy.io.recorder import versions
 from lmgcpy.io.run_format import is_being_written
+from lmgcpy.io.untrusted import regular_file
 from lmgcpy.writing import flush, make_folder, new_file
 
 

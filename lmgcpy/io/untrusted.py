@@ -1,7 +1,7 @@
-"""Numbers of HDF5 files from elsewhere, read without trust in what these say of themselves.
+"""Reading of numbers from HDF5 files that are not trusted.
 
-Data lie in the file itself, plain or packed by what every HDF5 library has built in: links to other files, data in other
-files and filters that would load code are refused, and so are data sets larger than any that fit into the file.
+Data must lie in the file itself, plain or compressed by a filter of every HDF5 library. Links to other files, data in
+other files, filters that would load code, and data sets larger than the file can hold are refused.
 """
 
 from __future__ import annotations
@@ -12,19 +12,22 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.errors import place
+from lmgcpy.errors import file_path
 from lmgcpy.io.hdf5 import h5py
 
 FILTERS = (1, 2, 3, 32000)
 """Deflate, shuffle, Fletcher32, and the LZF that comes with h5py."""
 PACKED = 1100
-"""Bytes that a byte of a file can stand for: deflate packs 1032 into one at the most."""
+"""Largest ratio of compression: deflate stores at most 1032 bytes in one."""
 
 
 def regular_file(path: str | os.PathLike, what: str) -> str:
-    """A path to read from, or a sentence: TypeError, FileNotFoundError, IsADirectoryError, PermissionError, or ValueError
-    for a pipe or a device, that one could wait for for ever."""
-    path = place(path, "path")
+    """The path of a regular file that can be read.
+
+    Raises TypeError, FileNotFoundError, IsADirectoryError, PermissionError, and ValueError for a pipe or a device, because
+    a read from it might never end.
+    """
+    path = file_path(path, "path")
     if not os.path.exists(path):
         raise FileNotFoundError(f"There is no file '{path}'.")
     mode = os.stat(path).st_mode
@@ -37,8 +40,8 @@ def regular_file(path: str | os.PathLike, what: str) -> str:
     return path
 
 
-class Numbers:
-    """The data sets of numbers of an open file, by their paths in it."""
+class NumberReader:
+    """Numbers of the data sets of an open file, by their paths in the file."""
 
     def __init__(self, file: Any):
         self._file = file
@@ -48,22 +51,22 @@ class Numbers:
         return self._item(path) is not None
 
     def reals(self, path: str) -> np.ndarray:
-        """All numbers of a data set, (k,) float; ValueError or TypeError where it has none."""
+        """All numbers of a data set, (k,) float; ValueError or TypeError if it has none."""
         return self._read(path, "iuf", "numbers").astype(np.float64)
 
     def wholes(self, path: str) -> np.ndarray:
-        """All numbers of a data set of whole numbers, (k,), of its own type; ValueError or TypeError where it has none."""
+        """All numbers of a data set of whole numbers, (k,), of its own type; ValueError or TypeError if it has none."""
         return self._read(path, "iu", "whole numbers")
 
     def whole(self, path: str) -> int:
-        """The number of a data set that has only one."""
+        """The number of a data set with only one number."""
         numbers = self.wholes(path)
         if len(numbers) != 1:
             raise ValueError(f"{path} must be one number, got {len(numbers)}")
         return int(numbers[0])
 
     def _item(self, path: str) -> Any:
-        """What is there, or None; ValueError where a link leads away."""
+        """The group or data set at a path, or None; ValueError for a link to another file."""
         item = self._file
         for name in path.split("/"):
             if not isinstance(item, h5py().Group) or not item.id.links.exists(name.encode()):
@@ -79,7 +82,7 @@ class Numbers:
         if not isinstance(item, h5.Dataset):
             raise ValueError(f"{path} is no data set")
         if item.dtype.kind not in kinds:
-            raise TypeError(f"{path} must be {what}, and is of type {item.dtype}")
+            raise TypeError(f"{path} must be {what}, but is of type {item.dtype}")
         if item.shape is None:
             raise ValueError(f"{path} is empty")
         check_storage(item, path)
@@ -88,14 +91,14 @@ class Numbers:
 
 
 def child(group: Any, name: str, path: str) -> Any:
-    """What a group has under a name; ValueError where that is a link that leads away."""
+    """The member of a group with that name; ValueError if it is a link to another file."""
     if group.id.links.get_info(name.encode()).type != h5py().h5l.TYPE_HARD:
         raise ValueError(f"{path} is a link to elsewhere: data must lie in the file itself")
     return group[name]
 
 
 def check_storage(item: Any, path: str) -> None:
-    """ValueError where the numbers of a data set are in other files, or packed by what is not built in."""
+    """Raise ValueError if the numbers of a data set are in other files, or packed by a filter that is not built in."""
     properties = item.id.get_create_plist()
     if properties.get_external_count() or properties.get_layout() == h5py().h5d.VIRTUAL:
         raise ValueError(f"{path} has its numbers in other files: they must lie in the file itself")
@@ -106,7 +109,7 @@ def check_storage(item: Any, path: str) -> None:
 
 
 def check_size(item: Any, shape: tuple[int, ...], path: str, most: float) -> None:
-    """ValueError where so much of a data set, or one of its chunks, is more than ``most`` bytes."""
+    """Raise ValueError if a part of this shape of a data set, or one of its chunks, has more than ``most`` bytes."""
     chunk = np.prod(item.chunks, dtype=float) if item.chunks else 0.0
     if item.dtype.itemsize * max(np.prod(shape, dtype=float), chunk) > most:
         raise ValueError(f"{path} is said to have shape {shape}, more than a file of this size can hold")

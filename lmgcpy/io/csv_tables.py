@@ -1,4 +1,4 @@
-"""A run as tables of text."""
+"""Export of a run as CSV tables."""
 
 from __future__ import annotations
 
@@ -21,22 +21,21 @@ BODY = {
         *("spin_x [rad/s]", "spin_y [rad/s]", "spin_z [rad/s]"),
     ),
 }
-"""What is told of a body, by dimension."""
+"""Columns of the table of bodies, by dimension."""
 UNITS = {
     "time": "s",
     "seconds": "s",
     "step_seconds": "s",
     **dict.fromkeys(("made", "kinetic", "loads", "drives", "defect"), "J"),
 }
-"""Of the numbers of the history that have one."""
+"""Units of the columns of the history."""
 
 
 @named_arguments
 def export_csv(run: Run, folder: str | os.PathLike, *, force: bool = False) -> list[Path]:
-    """Write ``bodies.csv``, ``interactions.csv``, ``history.csv``, and ``observed.csv`` of a run that observes something,
-    into a folder; returns their paths.
+    """Write ``bodies.csv``, ``interactions.csv`` and ``history.csv`` into a folder; returns their paths.
 
-    Raises FileExistsError where the folder holds something already, unless ``force``.
+    A run with observations gives ``observed.csv`` too. Raises FileExistsError if the folder is not empty, unless ``force``.
     """
     if not isinstance(run, Run):
         raise TypeError(f"export_csv takes a run, which lmgcpy.io.open_run(path) opens, got {shown(run)}.")
@@ -50,13 +49,13 @@ def export_csv(run: Run, folder: str | os.PathLike, *, force: bool = False) -> l
         _write(target / "history.csv", (*history, *by_law), _history(run)),
     ]
     if run.observed:
-        columns = [f"{name}{_place(i)}" for name, column in run.observed.items() for i in np.ndindex(column.shape[1:])]
+        columns = [f"{name}{_subscript(i)}" for name, column in run.observed.items() for i in np.ndindex(column.shape[1:])]
         written.append(_write(target / "observed.csv", ("step", "time [s]", *columns), _observed(run)))
     return written
 
 
 def folder_for(folder: str | os.PathLike, force: bool) -> Path:
-    """A folder to write into, made if there is none; FileExistsError where it holds something already, unless ``force``."""
+    """The folder, made if it does not exist; FileExistsError if it is not empty, unless ``force``."""
     target = make_folder(folder)
     if any(target.iterdir()) and not force:
         raise FileExistsError(f"The folder '{folder}' is not empty: give another, or force (--force) to write there.")
@@ -65,9 +64,9 @@ def folder_for(folder: str | os.PathLike, force: bool) -> Path:
 
 def interaction_columns(dimension: int) -> tuple[str, ...]:
     """Names of the columns of the table of interactions."""
-    axes, frame = "xyz"[:dimension], "nts"[:dimension]
+    axes, local_axes = "xyz"[:dimension], "nts"[:dimension]
     named = [f"n_{k}" for k in axes] + [f"{k} [m]" for k in axes]
-    named += [f"impulse_{k} [N s]" for k in frame] + [f"force_{k} [N]" for k in frame]
+    named += [f"impulse_{k} [N s]" for k in local_axes] + [f"force_{k} [N]" for k in local_axes]
     return ("frame", "step", "time [s]", "law", "candidate", "antagonist", "gap [m]", *named)
 
 
@@ -99,8 +98,8 @@ def _history(run: Run) -> Iterable[list[Any]]:
         yield [*plain, *(value for name in ("work", "stored") if name in row.dtype.names for value in row[name].tolist())]
 
 
-def _place(index: tuple[int, ...]) -> str:
-    """Where in an array, as it is written after its name; empty for a number."""
+def _subscript(index: tuple[int, ...]) -> str:
+    """The subscript that follows the name of an array; empty for a number."""
     return f"[{','.join(map(str, index))}]" if index else ""
 
 

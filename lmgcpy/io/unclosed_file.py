@@ -1,8 +1,8 @@
-"""A file whose writer was killed, read as if it had been closed.
+"""Reading of an HDF5 file whose writer was killed, as if the writer had closed it.
 
-HDF5 marks a file that is being written, and reads it in a shared mode only, in which it takes what looks wrong for a write
-under way and looks again, after ever longer times: in a file that was cut it would do so for ever. Where nobody writes any
-more there is nothing to wait for. Here the mark is taken off, in what is read, not in the file.
+HDF5 marks a file that is being written, and reads it in shared mode only. In this mode it takes wrong data for a write in
+progress and tries again after ever longer times; with a truncated file it would never end. If no process writes the file
+any more, waiting is useless. So the mark is removed from the bytes that HDF5 reads; the file itself does not change.
 """
 
 from __future__ import annotations
@@ -12,13 +12,13 @@ import os
 import struct
 
 SUPERBLOCK = 48
-"""Bytes of the superblock of versions 2 and 3 with addresses of 8 bytes: flags at 11, end of the file at 28, checksum at
-44."""
+"""Size in bytes of the superblock of versions 2 and 3 with addresses of 8 bytes. The flags are at byte 11, the end of the
+file at 28, the checksum at 44."""
 WORD = 0xFFFFFFFF
 
 
-class DeadFile(io.RawIOBase):
-    """A file to read, with a superblock that says that it is closed and ends where it ends."""
+class UnclosedFile(io.RawIOBase):
+    """A file to read, with a corrected superblock: it marks the file as closed and gives its true end."""
 
     _descriptor = -1
 
@@ -58,14 +58,14 @@ class DeadFile(io.RawIOBase):
         super().close()
 
 
-def is_dead(path: str | os.PathLike, head: bytes) -> bool:
-    """Whether a file, of which ``head`` is the superblock, is marked as being written and nobody does so."""
+def is_unclosed(path: str | os.PathLike, head: bytes) -> bool:
+    """Whether a file with the superblock ``head`` is marked as being written but no process writes it."""
     if head[8] not in (2, 3) or head[9] != 8 or head[11] == 0:
         return False
     try:
         import fcntl
     except ImportError:
-        return False  # it cannot be told
+        return False  # without file locks nobody can know
     with open(path, "rb") as file:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -75,14 +75,14 @@ def is_dead(path: str | os.PathLike, head: bytes) -> bool:
 
 
 def lookup3(data: bytes) -> int:
-    """Checksum of HDF5's metadata: Bob Jenkins' hash lookup3 (2006), of 1 byte at least."""
+    """Checksum of HDF5's metadata: Bob Jenkins' hash lookup3 (2006), of at least 1 byte."""
     a = b = c = (0xDEADBEEF + len(data)) & WORD
     while len(data) > 12:
         x, y, z = struct.unpack("<3I", data[:12])
         a, b, c, data = a + x & WORD, b + y & WORD, c + z & WORD, data[12:]
         for turn in (4, 6, 8, 16, 19, 4):
             a = (a - c & WORD) ^ _turned(c, turn)
-            a, b, c = b, c + b & WORD, a  # the next round has the names moved on by one
+            a, b, c = b, c + b & WORD, a  # the next round rotates the three names
     x, y, z = struct.unpack("<3I", data.ljust(12, b"\0"))
     a, b, c = a + x & WORD, b + y & WORD, c + z & WORD
     for turn in (14, 11, 25, 16, 4, 14, 24):
