@@ -11,6 +11,9 @@ from types import ModuleType
 
 MOVED = {
     "lmgcpy.jit": "lmgcpy.compiled.kernel",
+    "lmgcpy.experiment.column_sample": "lmgcpy.experiment.column.sample",
+    "lmgcpy.experiment.texsol_sample": "lmgcpy.experiment.texsol.sample",
+    "lmgcpy.experiment.texsol_sample_3d": "lmgcpy.experiment.texsol.sample",
 }
 """New names by former ones."""
 

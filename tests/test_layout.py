@@ -1,9 +1,11 @@
 """Imports run one way: no floor of the package imports one above it, and no file imports one that imports it back."""
 
 import ast
+import importlib
 from pathlib import Path
 
 import lmgcpy
+from lmgcpy import former_names
 
 ROOT = Path(lmgcpy.__file__).parent
 FLOORS = """
@@ -65,3 +67,16 @@ def test_no_circles():
         for name in free:
             del left[name]
     assert left == {}
+
+
+def test_programs_import_what_is_there():
+    """Of the package, and by its present names: benchmarks, tutorials and plug-ins are not type-checked."""
+    missing = []
+    for folder in ("benchmarks", "tutorials", "plugins"):
+        for path in (ROOT.parent / folder).rglob("*.py"):
+            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+                if isinstance(node, ast.ImportFrom) and str(node.module).split(".")[0] == "lmgcpy":
+                    module = importlib.import_module(str(node.module))
+                    missing += [f"{path.name}: {node.module}.{a.name}" for a in node.names if not hasattr(module, a.name)]
+                    missing += [f"{path.name}: {node.module}"] if node.module in former_names.MOVED else []
+    assert missing == []

@@ -35,9 +35,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
-from lmgcpy.dynamics.interrupt import between_steps
 from lmgcpy.experiment.study.folder import StudyFolder
 from lmgcpy.experiment.study.stages import Stages
+from lmgcpy.simulation.interrupt import between_steps
 
 LOOK = 0.2
 """Interval at which the engine looks whether Ctrl-C was pressed while tasks are under way [s]."""
