@@ -66,7 +66,7 @@ def test_the_length_error_is_bounded(h, theta):
 
 @pytest.mark.scaled
 def test_the_length_error_is_of_second_order():
-    """Largest over half a swing, or two, for h halved three times: the slope of the logarithms; the next term is of order h."""
+    """Largest over a second, or four, for h halved three times: slope of the logarithms; the next term is of order h."""
     steps = [8e-3, 4e-3, 2e-3, 1e-3]
     worst = [length_errors(pendulum(lm.RigidRod(), h), round(suites.size(1, long=4) / h))[:, 0].max() for h in steps]
     assert np.polyfit(np.log(steps), np.log(worst), 1)[0] == pytest.approx(2.0, abs=0.02)

@@ -37,7 +37,13 @@ def check(case: Case, solver: str, result: Result) -> None:
         assert number.holds, f"{told}; {number.what} may be {number.bound:.0e}"
 
 
-@pytest.mark.default_parameters("rigid wire thrown taut by a heavy tip-Auto", "capstan-Auto", "disk in a wedge-Auto", "arch of stones-Auto", "column of spheres under 1e4 times its mass-Auto")
+@pytest.mark.default_parameters(
+    "rigid wire thrown taut by a heavy tip-Auto",
+    "capstan-Auto",
+    "disk in a wedge-Auto",
+    "arch of stones-Auto",
+    "column of spheres under 1e4 times its mass-Auto",
+)
 @pytest.mark.parametrize(("case", "solver"), RUNS, ids=named(RUNS))
 def test_hard_case(case, solver):
     check(case, solver, run(case, solver))

@@ -79,7 +79,7 @@ def has_root(W, q, mu):
 @pytest.mark.parametrize("most_friction", [0.1, 1.0, 10.0])
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_a_positive_definite_block_always_has_a_solution(dimension, most_friction):
-    """Six times 10 000 of them, or 100 000; those of a condition above 1e9 lose digits to it and are left out (one in 200)."""
+    """Six times 10 000, or 100 000; those of a condition above 1e9 lose digits to it and are left out (one in 200)."""
     rng = np.random.default_rng(1)
     W = of_rank(dimension, dimension, COUNT, rng)
     kept = np.linalg.cond(W) < 1e9
