@@ -1,23 +1,54 @@
-"""Settings of the whole suite: hypothesis draws the same examples at every run and keeps no data base; Ctrl-C is heard;
-long forms are left out, and counted as deselected, unless -m asks for them."""
+"""Settings of the whole suite.
+
+Two suites. The default one answers in minutes; ``-m long`` runs what it leaves out:
+
+* tests and parameters with the marker ``long``;
+* of a test with ``@pytest.mark.default_parameters(...)`` all other parameters;
+* tests with the marker ``scaled``, in their full size (:func:`suites.size`);
+* tests of hypothesis, with all their examples.
+
+Hypothesis draws the same examples at every run and keeps no data base. Ctrl-C is heard.
+"""
 
 import signal
+from collections import defaultdict
 
 import pytest
-from hypothesis import settings
+import suites
+from hypothesis import is_hypothesis_test, settings
 
-settings.register_profile("deterministic", derandomize=True, deadline=None, database=None, max_examples=60)
-settings.load_profile("deterministic")
+always = {"derandomize": True, "deadline": None, "database": None}
+settings.register_profile("default suite", max_examples=15, **always)
+settings.register_profile("long suite", max_examples=60, **always)
 
 # A shell starts what it puts in the background deaf to Ctrl-C, and child processes are born as deaf: tests press it.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
+def pytest_configure(config: pytest.Config) -> None:
+    """Choose the sizes before any module of tests is imported."""
+    suites.LONG = "not long" not in config.option.markexpr
+    settings.load_profile("long suite" if suites.LONG else "default suite")
+
+
+@pytest.hookimpl(tryfirst=True)  # before pytest chooses by -m
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    if "long" in config.option.markexpr:
-        return
-    long = [item for item in items if item.get_closest_marker("long")]
-    if long:
-        config.hook.pytest_deselected(items=long)
-        items[:] = [item for item in items if item not in long]
+    """Mark as long what the default suite leaves out, and in the long suite what it runs in full size."""
+    found: dict[tuple[str, str], set[str]] = defaultdict(set)
+    chosen: dict[tuple[str, str], set[str]] = {}
+    for item in items:
+        default = item.get_closest_marker("default_parameters")
+        in_both = item.get_closest_marker("scaled") or is_hypothesis_test(getattr(item, "obj", None))
+        if default is not None:
+            test, parameters = (item.path.name, item.originalname), item.callspec.id
+            found[test].add(parameters)
+            chosen[test] = set(default.args)
+            if parameters not in default.args:
+                item.add_marker(pytest.mark.long)
+        if in_both and suites.LONG:
+            item.add_marker(pytest.mark.long)
+    if not any("::" in argument for argument in config.args):
+        for test, parameters in chosen.items():
+            if unknown := parameters - found[test]:
+                raise pytest.UsageError(f"{test}: default_parameters names {sorted(unknown)}, which are no parameters.")

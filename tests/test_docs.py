@@ -26,6 +26,7 @@ BLOCKS = [
 ]
 
 
+@pytest.mark.default_parameters("conformance-0", "formats-0", "index-0", "laws-0", "lmgc90-0", "run_files-0")
 @pytest.mark.parametrize("block", BLOCKS)
 def test_block_runs(block, tmp_path):
     done = subprocess.run([sys.executable, "-W", "error", "-c", block], capture_output=True, text=True, cwd=tmp_path)

@@ -211,6 +211,7 @@ for solver in lm.GaussSeidel, lm.AcceleratedGaussSeidel:
 """
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("what", ["script of the README", "lmgcpy texsol --quick", "scene of everything"])
 def test_after_a_warmup_nothing_is_compiled(what, warm, tmp_path):
     """The kernels of each, by fingerprint and signature, are among those of the warm-up."""
@@ -224,6 +225,7 @@ def test_after_a_warmup_nothing_is_compiled(what, warm, tmp_path):
     assert not compiled
 
 
+@pytest.mark.long
 def test_a_warmup_may_be_for_some_laws(warm):
     loaded, compiled, _ = kernels(WARMUP, "--laws", "rigid-rod, signorini", "--dimension", "2")
     assert not compiled
@@ -244,6 +246,7 @@ print(sim.positions.tobytes().hex())
 """
 
 
+@pytest.mark.long
 def test_after_a_warmup_in_three_dimensions_a_second_process_compiles_nothing():
     loaded, compiled, _ = kernels(WARMUP, "--dimension", "3", "--laws", "coulomb")
     warm = loaded | compiled
@@ -266,6 +269,7 @@ def test_a_warmup_that_cannot_be_ends_with_a_sentence(tmp_path):
     assert "Traceback" not in told.stderr
 
 
+@pytest.mark.long
 def test_a_law_that_does_not_compile_does_not_keep_others_from_it():
     code = """
     import sys

@@ -55,6 +55,7 @@ def test_extended_precision_stands_before_all():
     assert reference.distance < 1e-12
 
 
+@pytest.mark.long
 def test_a_large_problem_in_space_is_left_to_sweeps(monkeypatch, tmp_path):
     def refuse(*given):
         raise AssertionError("a Newton step was made")

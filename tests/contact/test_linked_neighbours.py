@@ -60,6 +60,7 @@ def over_three_pegs(time_step, link, **chain):
     return greatest, 9.81 * sum(bead.mass for bead in beads)
 
 
+@pytest.mark.default_parameters("0.001")
 @pytest.mark.filterwarnings("ignore:In the step")  # at 1 ms the ends that swing move by their radius, and turn links
 @pytest.mark.parametrize("time_step", [1e-3, 4e-4])
 def test_a_chain_of_touching_beads_over_pegs_pulls_with_no_more_than_its_weight(time_step):
@@ -83,6 +84,7 @@ def test_neighbours_that_are_asked_to_collide_prestress_each_other():
 # ------------------------------------------------------------------------------------------------------ who meets whom
 
 
+@pytest.mark.default_parameters("link0")
 @pytest.mark.parametrize("link", [lm.RigidWire(), lm.RigidRod(), lm.ElasticWire(stiffness=1e5)])
 def test_neighbours_that_touch_do_not_collide_unless_asked(link):
     for asked, met in ((None, set()), (False, set()), (True, {(0, 1), (1, 2), (2, 3)})):

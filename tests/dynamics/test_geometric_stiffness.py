@@ -41,6 +41,7 @@ def wire_length(sim: lm.Simulation) -> float:
 # ------------------------------------------------------------------------------------------------- a jerked wire
 
 
+@pytest.mark.default_parameters("0.002-0.001", "0.002-1000.0", "0.001-1.0")
 @pytest.mark.parametrize("load", [1e-3, 1.0, 100.0, 1e3])
 @pytest.mark.parametrize("time_step", [2e-3, 1e-3, 5e-4, 2.5e-4])
 def test_a_jerked_wire_stays_as_long_as_it_is(load, time_step):
@@ -90,6 +91,7 @@ def test_a_wire_in_space_does_as_in_the_plane():
 # ----------------------------------------------------------------------------------------------------- stability
 
 
+@pytest.mark.default_parameters("0.5-2", "3.9-2", "2.1-3")
 @DIMENSIONS
 @pytest.mark.parametrize("s", [0.5, 1.9, 2.1, 3.9, 4.1, 10.0, 1e3, 1e6])
 def test_small_motion_across_a_taut_wire_never_grows(dimension, s):
@@ -138,6 +140,7 @@ def test_it_is_off_where_a_link_is_pressed():
         assert not impulse[impulse[:, 0] >= 0.0, 1].any()
 
 
+@pytest.mark.default_parameters("2")
 @DIMENSIONS
 def test_a_net_of_wires_under_a_load_holds(dimension):
     """Nodes of two wires, four links each: the share of a node's mass is a quarter. Thrown at random, it comes to rest.
@@ -187,6 +190,7 @@ def angular_momentum(scene: lm.Scene) -> float:
     )
 
 
+@pytest.mark.default_parameters("2")
 @DIMENSIONS
 def test_a_spinning_wire_keeps_its_momentum_to_second_order(dimension):
     """kappa l^2 is an inertia that comes and goes with the tension: of the moment of inertia it is (h omega)^2 at most.
@@ -214,6 +218,7 @@ def test_the_momentum_of_a_spinning_wire_does_not_drift():
         assert abs(angular_momentum(sim.scene) / start - 1.0) <= 1e-4
 
 
+@pytest.mark.default_parameters("2")
 @DIMENSIONS
 def test_a_pendulum_on_a_light_wire_keeps_its_energy(dimension):
     """1 kg on ten links with beads of 0.1 g, five seconds at 1 ms: (h Omega)^2 = 1e-5 is its bound, Omega^2 = g/L."""

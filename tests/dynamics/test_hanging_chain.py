@@ -60,6 +60,13 @@ LENGTHS = pytest.mark.parametrize(("count", "accuracy"), [(10, 1e-9), (300, 1e-9
 TIPS = pytest.mark.parametrize("tip", [1.0, 1e6])
 
 
+@pytest.mark.default_parameters(
+    "10-1e-09-1.0-wire",
+    "10-1e-09-1000000.0-rod",
+    "300-1e-09-1000000.0-wire",
+    "300-1e-09-1.0-rod",
+    "10000-1e-06-1000000.0-wire",
+)
 @LAWS
 @TIPS
 @LENGTHS
@@ -78,6 +85,7 @@ def test_one_sweep_gives_every_tension(law, tip, count, accuracy):
     assert np.abs(sim.positions - along[:, None] * DOWN).max() < 1e-11
 
 
+@pytest.mark.default_parameters("10-1e-09-1.0-wire", "10-1e-09-1000000.0-rod", "300-1e-09-1000000.0-wire")
 @LAWS
 @TIPS
 @LENGTHS

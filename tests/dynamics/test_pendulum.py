@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 import pytest
+import suites
 
 import lmgcpy as lm
 
@@ -55,20 +56,23 @@ def check_length(errors, h):
     assert at_detection.max() > 0.5 * bound  # the bound is what it is for
 
 
+@pytest.mark.scaled
 @pytest.mark.parametrize("theta", [0.5, 1.0])
 @pytest.mark.parametrize("h", [1e-3, 5e-3])
 def test_the_length_error_is_bounded(h, theta):
     sim = pendulum(lm.RigidRod(), h, theta)
-    check_length(length_errors(sim, 5000), h)
+    check_length(length_errors(sim, suites.size(1000, long=5000)), h)
 
 
+@pytest.mark.scaled
 def test_the_length_error_is_of_second_order():
-    """Largest over two swings, for h halved three times: the slope of the logarithms; the next term is of order h."""
+    """Largest over a second, or four, for h halved three times: slope of the logarithms; the next term is of order h."""
     steps = [8e-3, 4e-3, 2e-3, 1e-3]
-    worst = [length_errors(pendulum(lm.RigidRod(), h), round(4.0 / h))[:, 0].max() for h in steps]
+    worst = [length_errors(pendulum(lm.RigidRod(), h), round(suites.size(1, long=4) / h))[:, 0].max() for h in steps]
     assert np.polyfit(np.log(steps), np.log(worst), 1)[0] == pytest.approx(2.0, abs=0.02)
 
 
+@pytest.mark.long
 def test_the_length_over_a_hundred_thousand_steps():
     """100 s, fifty swings of the pendulum: the error of the last tenth is that of the first, and the swing is kept.
 

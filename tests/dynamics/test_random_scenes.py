@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import suites
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -92,17 +93,19 @@ def kinetic(sim, bodies, dimension):
     return 0.5 * float(mass @ (v**2).sum(axis=1) + inertia @ (w**2).sum(axis=1))
 
 
+@pytest.mark.scaled
 def test_bodies_meet_and_wires_are_taut():
-    """The properties below would be cheap where nothing acts: in thirty scenes both act in a third of the steps."""
+    """The properties below would be cheap where nothing acts: in the mean over scenes both act in a third of the steps."""
+    scenes = suites.size(8, long=30)
     acting = {"coulomb": 0, "rigid-wire": 0}
-    for seed in range(30):
+    for seed in range(scenes):
         sim, _ = thrown(seed, 2 + seed % 2, 8, "wire", 0.3)
         for _ in range(STEPS):
             sim.step()
             net = sim.interactions
             for law in acting:
                 acting[law] += bool((net.impulse[net.law == law, 0] != 0.0).any())
-    assert min(acting.values()) > 0.3 * 30 * STEPS, acting
+    assert min(acting.values()) > 0.3 * scenes * STEPS, acting
 
 
 @given(**THROWN, friction=RUBBING)
@@ -169,7 +172,7 @@ def test_momentum_is_kept_without_walls(seed, dimension, grains, link, friction)
     assert turned == pytest.approx(angular, abs=1e-12 * size)  # positions are of a metre
 
 
-@settings(max_examples=30)
+@settings(max_examples=suites.size(8, long=30))
 @given(**THROWN, angle=st.integers(0, 1000))
 def test_directions_do_not_matter(seed, dimension, grains, link, angle):
     turn = rotation(angle, dimension)
@@ -177,7 +180,7 @@ def test_directions_do_not_matter(seed, dimension, grains, link, angle):
     assert turned.velocities == pytest.approx(plain.velocities @ turn.T, abs=CLOSE)
 
 
-@settings(max_examples=30)
+@settings(max_examples=suites.size(8, long=30))
 @given(**THROWN, shuffle=st.integers(0, 1000))
 def test_the_order_of_the_bodies_does_not_matter(seed, dimension, grains, link, shuffle):
     order = np.random.default_rng(shuffle).permutation(grains + 4)

@@ -37,6 +37,13 @@ def check(case: Case, solver: str, result: Result) -> None:
         assert number.holds, f"{told}; {number.what} may be {number.bound:.0e}"
 
 
+@pytest.mark.default_parameters(
+    "rigid wire thrown taut by a heavy tip-Auto",
+    "capstan-Auto",
+    "disk in a wedge-Auto",
+    "arch of stones-Auto",
+    "column of spheres under 1e4 times its mass-Auto",
+)
 @pytest.mark.parametrize(("case", "solver"), RUNS, ids=named(RUNS))
 def test_hard_case(case, solver):
     check(case, solver, run(case, solver))
@@ -54,6 +61,7 @@ def test_long_form(case, solver):
 TAUT = [case for case in CASES if case.without]
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:In the step:RuntimeWarning", "ignore:Until t:RuntimeWarning")
 @pytest.mark.parametrize("case", TAUT, ids=[case.name for case in TAUT])
 def test_it_fails_without_geometric_stiffness(case):

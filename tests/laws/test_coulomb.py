@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+import suites
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
@@ -37,7 +38,7 @@ def scale(W, q, r):
     return (np.abs(q).sum() + np.abs(np.array(W)).sum(axis=0) @ np.abs(r)).item()
 
 
-@settings(max_examples=1000)
+@settings(max_examples=suites.size(100, long=1000))
 @given(
     w=magnitude(1e-2, 1e2),
     ratio=magnitude(1e-4, 1e4),

@@ -70,6 +70,7 @@ def edit(path, old, new):
     path.write_text(text.replace(old, new))
 
 
+@pytest.mark.long
 def test_every_edit_is_seen_and_nothing_else_is_compiled_again(run, tmp_path):
     """A ball comes at 1 m/s; one update of the law takes the share of its momentum that the files say."""
     velocity, compiled = run()

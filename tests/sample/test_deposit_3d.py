@@ -133,6 +133,7 @@ def test_fast():
         assert time.perf_counter() - start < 5.0
 
 
+@pytest.mark.long
 def test_hundred_thousand():
     """Five seconds are measured; 30 s are for a busy machine."""
     radii = grading(100_000, minimum=0.0045, maximum=0.0054, dimension=3, seed=0)

@@ -73,6 +73,7 @@ def dense_velocities(problem: lm.Problem) -> np.ndarray:
     return (W @ r + q).reshape(-1, d)
 
 
+@pytest.mark.default_parameters("2-wire-False-False", "2-wire-True-True", "2-elastic-False-False", "3-wire-True-True")
 @pytest.mark.parametrize("held", [False, True])
 @pytest.mark.parametrize("closed", [False, True])
 @pytest.mark.parametrize("law", LAWS)
@@ -92,6 +93,7 @@ def test_a_stiffened_wire_is_solved_to_round_off(dimension, law, closed, held):
     assert stiffened >= 2
 
 
+@pytest.mark.default_parameters("2-AcceleratedGaussSeidel, blocks", "2-Newton, blocks", "2-Auto, links")
 @pytest.mark.parametrize(
     "solver",
     [
@@ -112,6 +114,7 @@ def test_all_solvers_find_the_same_velocities(dimension, solver):
     np.testing.assert_allclose(other.velocities, sim.velocities, rtol=0.0, atol=1e-6)
 
 
+@pytest.mark.default_parameters("2-rigid-wire")
 @pytest.mark.parametrize("law", [lm.RigidWire(), WithoutSlope()], ids=lambda law: law.NAME)
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_links_one_after_another_get_it_too(dimension, law):
@@ -127,6 +130,7 @@ def test_links_one_after_another_get_it_too(dimension, law):
     np.testing.assert_allclose(other.velocities, sim.velocities, rtol=0.0, atol=1e-5)  # 1e-10 e(0), n^2 sweeps a digit
 
 
+@pytest.mark.default_parameters("GaussSeidel-2", "Newton-2")
 @pytest.mark.parametrize("dimension", [2, 3])
 @pytest.mark.parametrize("solver", [lm.GaussSeidel, lm.Auto, lm.Newton])
 def test_a_problem_of_its_own_keeps_the_stiffness(dimension, solver, tmp_path):
@@ -177,6 +181,7 @@ def stiffened_step(sim: lm.Simulation) -> StepProblem:
     raise AssertionError("no link is stiffened")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("closed", [False, True])
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_what_is_eliminated_is_kept_only_while_it_holds(dimension, closed):
@@ -204,6 +209,7 @@ def test_what_is_eliminated_is_kept_only_while_it_holds(dimension, closed):
     assert len(slack) >= 3
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("stiffened", [False, True])
 def test_a_taut_wire_that_contacts_have_moved_takes_few_newton_steps(stiffened):
     """No link goes slack, so that one Newton step is exact and a second one mends its round-off.

@@ -157,6 +157,7 @@ def test_the_summary_answers_the_questions_and_says_why_there_are_no_pictures(wh
     assert 'There are no pictures of the sample, as pyvista is not installed: pip install "lmgcpy[view]"' in text
 
 
+@pytest.mark.long
 def test_with_pyvista_the_same_study_has_its_pictures(whole, tmp_path, monkeypatch):
     pytest.importorskip("pyvista")
     monkeypatch.setattr(lm.view, "render", partial(lm.view.render, size=(200, 200)))
@@ -173,6 +174,7 @@ def test_with_pyvista_the_same_study_has_its_pictures(whole, tmp_path, monkeypat
     assert "no pictures" not in (out / "summary.md").read_text()
 
 
+@pytest.mark.long
 def test_interrupted_and_killed_it_is_the_same_study(whole, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pyvista", None)
     out = tmp_path / "study"
@@ -208,6 +210,7 @@ def test_a_folder_knows_its_dimension(whole, tmp_path):
         folder.read()
 
 
+@pytest.mark.long
 def test_a_study_of_sand_alone_and_one_of_elastic_wire_alone(tmp_path, monkeypatch):
     """Conclusions that need both are left out."""
     monkeypatch.setitem(sys.modules, "pyvista", None)

@@ -60,6 +60,7 @@ def same_study(out, whole):
             assert a.closed
 
 
+@pytest.mark.long
 def test_interrupted_and_killed_again_and_again_it_is_the_same_study(whole, tmp_path):
     """Ctrl-C and SIGKILL in the compaction (of 226 steps, judged over 50) and while two tests are under way."""
     out = tmp_path / "study"
@@ -123,6 +124,7 @@ def test_files_change_no_bit(whole):
                     assert np.array_equal(value, getattr(other[law], name)), name
 
 
+@pytest.mark.long
 def test_force_begins_anew_and_a_finished_study_is_only_told_again(whole, tmp_path):
     out = tmp_path / "study"
     StudyFolder(out, TexSolStudy).begin(Study2D(grain_count=40))

@@ -95,6 +95,7 @@ def test_plug_ins_that_failed_to_load_are_listed_with_the_reason(tmp_path, text,
     assert words[0].split(":")[0] in asked.stderr
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["contact", "link"])
 def test_a_new_plug_in_passes_its_own_tests(tmp_path, kind):
     done = run("plugin", "new", "sticky-tape", "--kind", kind, "--into", tmp_path)

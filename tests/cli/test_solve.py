@@ -178,6 +178,7 @@ def test_bench_draws_every_solver(benched):
             assert (np.abs(pixels - to_rgb(colour)).max(axis=-1) < 0.01).sum() > 200, (name, colour)
 
 
+@pytest.mark.long
 def test_quick_bench_of_what_is_made(tmp_path):
     done = run("bench", "--make", "chains,packings", "--quick", "--solvers", "gauss-seidel,auto", "--out", tmp_path / "out")
     assert done.exit_code == 0, done.output

@@ -70,6 +70,7 @@ def test_steps_and_problems_have_the_answers_of_the_compiled_ones():
             assert one == pytest.approx(other, rel=1e-6, abs=1e-10)
 
 
+@pytest.mark.long
 def test_laws_are_checked_as_plain_python():
     code = "print(json.dumps([lm.testing.report(law).conforms for law in (lm.Coulomb(friction=0.3), lm.RigidWire())]))"
     assert told(SCENES + code, NUMBA_DISABLE_JIT="1") == [True, True]
