@@ -12,7 +12,7 @@ from lmgcpy.contact.detector import Group
 from lmgcpy.contact.narrow_phase import Interactions
 from lmgcpy.contact.spare_rows import room
 from lmgcpy.dynamics.schedule import schedule
-from lmgcpy.solve.by_dimension import SPACES, Space
+from lmgcpy.solve.dimension_kernels import SPACES, Space
 from lmgcpy.solve.law_kernels import LawKernels, StepData, law_kernels, not_compiled
 from lmgcpy.solve.report import Worst
 from lmgcpy.solve.system import Groups, System

@@ -14,10 +14,9 @@ from lmgcpy.compiled.by_address import group_signature
 from lmgcpy.compiled.fingerprint import Slot, may_raise
 from lmgcpy.compiled.kernel import CompilerError, Kernel, kernel, row_reader
 from lmgcpy.laws import Law
-from lmgcpy.solve import stiffened_wire_block, wire_block
-from lmgcpy.solve.by_dimension import SPACES
+from lmgcpy.solve import contact_block, stiffened_wire_block, wire_block
+from lmgcpy.solve.dimension_kernels import template_slots
 from lmgcpy.solve.guarded_kernels import finite_matrix, finite_vector, guard, noting_reader
-from lmgcpy.solve.small_matrices import small_matrices
 from lmgcpy.solve.system import System
 
 prepare: Callable[..., Any] = Slot("prepare")
@@ -186,9 +185,9 @@ def law_kernels(
     """Kernels for groups of a law (``chain``: the links of one wire as a block, which needs the law's ``slope``; ``walls``:
     0 or 1 where the candidates or antagonists of the group's slabs are held walls); ``stiffened``, ``watched``: see
     :func:`group_kernels`."""
-    given, names = (law, dimension, rows, diagonal, chain, SYSTEM_TYPE), {"CENTRAL": central}
-    sweep, error = group_kernels(*given, names, stiffened=stiffened, watched=watched)
-    beside = group_kernels(*given, {**names, "WALLS": walls}, watched=watched)[0] if walls >= 0 else None
+    given, constants = (law, dimension, rows, diagonal, chain, SYSTEM_TYPE), {"CENTRAL": central}
+    sweep, error = group_kernels(*given, constants, stiffened=stiffened, watched=watched)
+    beside = group_kernels(*given, {**constants, "WALLS": walls}, watched=watched)[0] if walls >= 0 else None
     functions = law.prepare, law.energy, law.initial, law.commit
     return LawKernels(
         sweep, error, beside, *_step_kernels(functions, len(law.PREPARED), len(law.states()), parameter_count, rows)
@@ -202,13 +201,16 @@ def group_kernels(
     diagonal: bool,
     chain: bool,
     system_type: Any,
-    names: dict[str, Any],
+    constants: dict[str, Any],
+    parts: dict[str, Callable] | None = None,
     *,
     stiffened: bool = False,
     watched: bool = False,
 ) -> tuple[Any, Any]:
-    """C functions (sweep, error) for groups of a law in a system of the given numba type; ``names`` of the templates.
+    """C functions (sweep, error) for groups of a law in a system of the given numba type.
 
+    ``constants``: further constants of the templates.
+    ``parts``: slots of the templates where the system is not one of bodies (:mod:`lmgcpy.solve.dimension_kernels`).
     ``stiffened``: for the links of a chain with geometric stiffness.
     ``watched``: to find out what went wrong. They end where a law raises or returns what is not finite, and leave in the
     last entry of ``System.prepared``, one more than there are numbers, where those of that interaction begin.
@@ -216,7 +218,8 @@ def group_kernels(
     # keyed by the functions, not by the class: a script that redefines a law gets the new one
     functions = law.react, law.slope if chain else None
     try:
-        given = len(law.PREPARED), dimension, rows, diagonal, system_type, tuple(names.items()), stiffened, watched
+        names = tuple(constants.items()), tuple((parts or {}).items())
+        given = len(law.PREPARED), dimension, rows, diagonal, system_type, *names, stiffened, watched
         return _group_kernels(*functions, *given)
     except CompilerError as error:
         raise not_compiled(law, error) from error
@@ -231,7 +234,8 @@ def _group_kernels(
     rows: int,
     diagonal: bool,
     system_type: Any,
-    names: tuple,
+    constants: tuple,
+    parts: tuple,
     stiffened: bool,
     watched: bool,
 ) -> tuple[Any, Any]:
@@ -241,36 +245,33 @@ def _group_kernels(
         reader = Kernel(noting_reader, {"read": reader})  # type: ignore[assignment]
         react = Kernel(finite_vector, {"compute": react})  # type: ignore[assignment]
         slope = slope and Kernel(finite_matrix, {"compute": slope})  # type: ignore[assignment]
-    meaning = {
-        "react": react,
-        "read": reader,
-        "PREPARED": prepared_count,
-        "ROWS": rows,
-        "DIAGONAL": diagonal,
-        **dict(names),
-    }
-    space = SPACES[dimension]
-    sweep, error = Kernel(space.sweep, meaning), Kernel(space.error, meaning)
+    names = {"react": react, "read": reader, "PREPARED": prepared_count, "ROWS": rows, "DIAGONAL": diagonal}
+    names |= dict(constants)
     if stiffened:
-        sweep, error = stiffened_kernels({**space.link, **meaning}, dimension, slope)
-    elif slope is not None:
-        sweep = Kernel(wire_block.sweep, {**space.link, **meaning, "slope": slope})
+        sweep, error = stiffened_kernels(names, dimension, slope, dict(parts))
+    else:
+        slots = template_slots(dimension, names, dict(parts))
+        sweep, error = Kernel(contact_block.sweep, slots), Kernel(contact_block.error, slots)
+        if slope is not None:
+            sweep = Kernel(wire_block.sweep, {**slots, "slope": slope})
     if guarded:
         sweep, error = (Kernel(guard, {"body": kernel}) for kernel in (sweep, error))
     signature = group_signature(system_type)
     return sweep.pointer(signature), error.pointer(signature)
 
 
-def stiffened_kernels(meaning: dict[str, Any], dimension: int, slope: Callable | None) -> tuple[Kernel, Kernel]:
+def stiffened_kernels(
+    constants: dict[str, Any], dimension: int, slope: Callable | None, parts: dict[str, Callable] | None = None
+) -> tuple[Kernel, Kernel]:
     """(sweep, error) for the links of a chain with geometric stiffness; without a ``slope`` one link after another."""
     columns = stiffened_wire_block.scratch(dimension)
-    meaning = {**meaning, "ROWS": dimension, **columns, **small_matrices(dimension)}
+    meaning = template_slots(dimension, {**constants, **columns, "ROWS": dimension}, parts)
     error = Kernel(stiffened_wire_block.error, meaning)
     if slope is None:
         return Kernel(stiffened_wire_block.sweep_links, meaning), error
     meaning = {**meaning, "slope": slope}
-    parts = (getattr(stiffened_wire_block, name) for name in ("residual", "newton_step", "move", "relax"))
-    return Kernel(wire_block.sweep, {part.__name__: Kernel(part, meaning) for part in parts}), error
+    steps = (getattr(stiffened_wire_block, name) for name in ("residual", "newton_step", "move", "relax"))
+    return Kernel(wire_block.sweep, {step.__name__: Kernel(step, meaning) for step in steps}), error
 
 
 def not_compiled(law: type[Law], error: Exception) -> TypeError:

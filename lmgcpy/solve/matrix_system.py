@@ -1,8 +1,8 @@
 """The kernels of Gauss-Seidel on an assembled Delassus operator, for problems that come without bodies.
 
 The templates of ``contact_block`` and ``wire_block`` stay as they are: only how a relative velocity is read and how an
-impulse is passed on differ. Here the relative velocities of all interactions are kept, and an impulse of one changes those
-that its block column of W reaches.
+impulse is passed on differ, in the same way in 2D and 3D. Here the relative velocities of all interactions are kept, and
+an impulse of one changes those that its block column of W reaches.
 """
 
 from __future__ import annotations
@@ -13,11 +13,14 @@ from typing import Any, NamedTuple
 import numba
 import numpy as np
 
+from lmgcpy.compiled.kernel import Kernel
 from lmgcpy.laws import Law
 from lmgcpy.laws.coulomb import Coulomb
 from lmgcpy.laws.elastic import ElasticRod, ElasticWire
+from lmgcpy.solve import h_rows_2d, h_rows_3d
 from lmgcpy.solve.law_kernels import group_kernels
 from lmgcpy.solve.problem import BOTH, CONTACT, PULL, Problem
+from lmgcpy.solve.small_matrices import small_matrices
 from lmgcpy.solve.stiffened_wire_block import scratch
 from lmgcpy.solve.system import Groups
 
@@ -62,63 +65,25 @@ class MatrixSystem(NamedTuple):
     told: np.ndarray
 
 
+_of_two = small_matrices(2)  # the specialisation gives those of the dimension
+row, block, times, add_row = _of_two["row"], _of_two["block"], _of_two["times"], _of_two["add_row"]
+
+
 def relative_velocity(i, s):
-    """(u_n, u_t) of interaction ``i``."""
-    return s.velocity[i, 0], s.velocity[i, 1]
+    """(u_n, u_t(, u_s)) of interaction ``i``."""
+    return row(s.velocity, i, 0)
 
 
-def push(i, s, d_n, d_t):
-    """Add an impulse to interaction ``i`` and to the velocities that it reaches."""
+def push(i, s, d):
+    """Add the block column ``W_ji d`` of an impulse ``d`` on interaction ``i`` to the velocities that it reaches."""
     for k in range(np.uintp(s.first[i]), np.uintp(s.first[i + np.uintp(1)])):
-        j = np.uintp(s.row[k])
-        s.velocity[j, 0] += s.block[k, 0, 0] * d_n + s.block[k, 0, 1] * d_t
-        s.velocity[j, 1] += s.block[k, 1, 0] * d_n + s.block[k, 1, 1] * d_t
-
-
-def push_row(i, s, d):
-    """Add the impulse (d_n, d_t), the first numbers of an array."""
-    push(i, s, d[0], d[1])
+        add_row(s.velocity, np.uintp(s.row[k]), times(block(s.block, k), d))
 
 
 def add_impulses(start, stop, walls, s, velocity):
     """Add ``W r`` of some interactions."""
     for i in range(start, stop):
-        push(np.uintp(i), s, s.impulse[i, 0], s.impulse[i, 1])
-
-
-def relative_velocity_3d(i, s):
-    """(u_n, u_t, u_s) of interaction ``i``."""
-    return s.velocity[i, 0], s.velocity[i, 1], s.velocity[i, 2]
-
-
-def push_3d(i, s, d_n, d_t, d_s):
-    """Add an impulse to interaction ``i`` and to the velocities that it reaches."""
-    for k in range(np.uintp(s.first[i]), np.uintp(s.first[i + np.uintp(1)])):
-        j = np.uintp(s.row[k])
-        s.velocity[j, 0] += s.block[k, 0, 0] * d_n + s.block[k, 0, 1] * d_t + s.block[k, 0, 2] * d_s
-        s.velocity[j, 1] += s.block[k, 1, 0] * d_n + s.block[k, 1, 1] * d_t + s.block[k, 1, 2] * d_s
-        s.velocity[j, 2] += s.block[k, 2, 0] * d_n + s.block[k, 2, 1] * d_t + s.block[k, 2, 2] * d_s
-
-
-def normal_velocity_3d(i, s):
-    """u_n of link ``i``."""
-    return s.velocity[i, 0]
-
-
-def push_normal_3d(i, s, d):
-    """Add a normal impulse to link ``i``."""
-    push_3d(i, s, d, 0.0, 0.0)
-
-
-def push_row_3d(i, s, d):
-    """Add the impulse (d_n, d_t, d_s), the first numbers of an array."""
-    push_3d(i, s, d[0], d[1], d[2])
-
-
-def add_impulses_3d(start, stop, walls, s, velocity):
-    """Add ``W r`` of some interactions."""
-    for i in range(start, stop):
-        push_3d(np.uintp(i), s, s.impulse[i, 0], s.impulse[i, 1], s.impulse[i, 2])
+        push(np.uintp(i), s, row(s.impulse, i, 0))
 
 
 def add_noise(start, stop, walls, s):
@@ -155,23 +120,22 @@ def leave(first, last, s, free_velocity):
     """Nothing is left to do."""
 
 
-TEMPLATE_NAMES: dict[int, dict[str, Any]] = {
-    2: {"relative_velocity": relative_velocity, "push": push, "push_row": push_row},
-    3: {
-        "relative_velocity": relative_velocity_3d,
-        "push": push_3d,
-        "normal_velocity": normal_velocity_3d,
-        "push_normal": push_normal_3d,
-        "push_row": push_row_3d,
-    },
-}
-"""What the templates of the groups are specialised with, by dimension."""
-_NOISE: dict[str, Any] = {"begin_noise": begin_noise, "add_noise": add_noise, "gather_noise": gather_noise}
-DRIVER_NAMES: dict[int, dict[str, Any]] = {
-    2: {"clear": begin_free, "momentum": add_impulses, "combine": leave, **_NOISE},
-    3: {"clear": begin_free, "momentum": add_impulses_3d, "combine": leave, **_NOISE},
-}
-"""What the kernels of solvers are specialised with."""
+def parts_of(dimension: int) -> dict[str, Any]:
+    """What the templates of the groups are specialised with."""
+    own = h_rows_2d if dimension == 2 else h_rows_3d
+    return {"relative_velocity": relative_velocity, "push": push, "local_problem": own.local_problem}
+
+
+def driver_of(dimension: int) -> dict[str, Any]:
+    """Slots of the kernels that lead sweeps."""
+    return {
+        "clear": begin_free,
+        "momentum": Kernel(add_impulses, small_matrices(dimension)),
+        "combine": leave,
+        "begin_noise": begin_noise,
+        "add_noise": add_noise,
+        "gather_noise": gather_noise,
+    }
 
 
 def _runs(problem: Problem) -> list[tuple[int, int]]:
@@ -255,7 +219,7 @@ def assemble_problem(problem: Problem, wire_blocks: bool) -> tuple[Groups, Matri
         chain = wire_blocks and not contact
         diagonal_only = not (contact and (coupling[start:stop].any() or system.shear[start:stop].any()))
         stiffened = not contact and len(system.geometric) > 0
-        given = law, d, rows, diagonal_only, chain, numba.typeof(system), TEMPLATE_NAMES[d]
+        given: tuple[Any, ...] = law, d, rows, diagonal_only, chain, numba.typeof(system), {}, parts_of(d)
         kernels.append(group_kernels(*given, stiffened=stiffened))
     table = Groups.in_order(
         sweep=[sweep.address for sweep, _ in kernels],

@@ -17,10 +17,13 @@ def small_matrices(d: int) -> dict[str, Callable]:
 
     ``block(m, i)``: matrix i of an array (n, d, d); ``row(m, i, at)`` and ``square(m, i, at)``: the vector, and the matrix,
     that stand in row i of an array from column ``at`` on; ``store_row(m, i, v)``, ``store_square(m, i, at, A)``: into it;
+    ``add_row(m, i, v)``: added to it;
     ``unit(x)``: the identity with 1 + x in its first place; ``transposed(A)``; ``negative(v)``; ``scaled(v, A)``: rows of A
     times the numbers v; ``product(A, B)``; ``times(A, v)``; ``plus(A, B)``, ``less(A, B)``, ``plus_row(v, w)``,
     ``less_row(v, w)``, ``scaled_row(v, w)``: sums, differences, and products number by number; ``inverted(A)``:
-    ``(A^-1, |det A|)``.
+    ``(A^-1, |det A|)``; ``multiple(x)``: ``x I``; ``multiple_row(x, v)``: ``x v``; ``first_only(x)``: the vector with x in
+    its first place and zeros; ``dot(v, w)``; ``squares(v)``: ``v . v``; ``mean(v)``; ``differ(v, w)``: whether a number of
+    one is not that of the other; ``exactly(v)``: v, of which the compiler is to see that it has d numbers.
     """
     R = range(d)
     answers = {
@@ -38,10 +41,20 @@ def small_matrices(d: int) -> dict[str, Callable]:
         "plus_row(v, w)": _vector("v[{i}] + w[{i}]", d),
         "less_row(v, w)": _vector("v[{i}] - w[{i}]", d),
         "scaled_row(v, w)": _vector("v[{i}] * w[{i}]", d),
+        "multiple(x)": "(" + "".join("(" + "".join("x, " if i == j else "0.0, " for j in R) + "), " for i in R) + ")",
+        "multiple_row(x, v)": _vector("x * v[{i}]", d),
+        "first_only(x)": "(x, " + "0.0, " * (d - 1) + ")",
+        "dot(v, w)": " + ".join(f"v[{i}] * w[{i}]" for i in R),
+        "squares(v)": " + ".join(f"v[{i}] ** 2" for i in R),
+        "mean(v)": "(" + " + ".join(f"v[{i}]" for i in R) + f") / {d}.0",
+        "differ(v, w)": " or ".join(f"v[{i}] != w[{i}]" for i in R),
     }
     bodies = {head: [f"return {answer}"] for head, answer in answers.items()}
+    numbers = ", ".join(f"v{i}" for i in R)
+    bodies["exactly(v)"] = [f"{numbers} = v", f"return {numbers}"]
     bodies["store_row(m, i, v)"] = [f"m[i, {a}] = v[{a}]" for a in R]
     bodies["store_square(m, i, at, A)"] = [f"m[i, at + {d * a + b}] = A[{a}][{b}]" for a in R for b in R]
+    bodies["add_row(m, i, v)"] = [f"m[i, {a}] += v[{a}]" for a in R]
     bodies["inverted(A)"] = _by_cofactors(d)
     made: dict[str, Callable] = {}
     exec("\n".join(f"def {head}:\n    " + "\n    ".join(body) for head, body in bodies.items()), {}, made)

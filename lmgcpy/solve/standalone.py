@@ -10,7 +10,7 @@ import numpy as np
 
 from lmgcpy.errors import LARGEST, named_arguments, numbers
 from lmgcpy.solve.delassus import unsolvable
-from lmgcpy.solve.matrix_system import DRIVER_NAMES, assemble_problem
+from lmgcpy.solve.matrix_system import assemble_problem, driver_of
 from lmgcpy.solve.newton.alternating import Auto
 from lmgcpy.solve.problem import Conic, Problem, check_problem
 from lmgcpy.solve.report import STATUS
@@ -69,7 +69,7 @@ def solve(problem: Problem, *, solver: Solver | None = None, guess: Any = None) 
         free_velocity=problem.q.reshape(-1, problem.dimension).copy(),
         guess=start,
         conic=ConicForm(lambda: Conic(problem, np.ones(len(problem.mu), dtype=bool))),
-        driver=DRIVER_NAMES[problem.dimension],
+        driver=driver_of(problem.dimension),
     )
     begin = clock.perf_counter()
     with np.errstate(all="ignore"):  # the result is checked below

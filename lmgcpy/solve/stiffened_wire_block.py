@@ -23,7 +23,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lmgcpy.solve.contact_block import push_row, relative_velocity
+from lmgcpy.solve.contact_block import push, relative_velocity
 from lmgcpy.solve.small_matrices import small_matrices
 from lmgcpy.solve.system import System
 from lmgcpy.solve.wire_block import SAME, react, read, relax_link, slope
@@ -202,7 +202,7 @@ def move(start, count, s):
         i = np.uintp(start + k)
         for a in range(ROWS):
             s.impulse[i, a] += s.work[i, a]
-        push_row(i, s, s.work[i])
+        push(i, s, row(s.work, i, 0))
 
 
 def relax(start, count, offset, s):
@@ -220,7 +220,7 @@ def relax(start, count, offset, s):
             lag = -s.geometric[i] * (u[a] - s.carried[i, a - 1]) - s.impulse[i, a]
             s.work[i, a] = lag / (1.0 + s.geometric[i] * w)
             s.impulse[i, a] += s.work[i, a]
-        push_row(i, s, s.work[i])
+        push(i, s, row(s.work, i, 0))
 
 
 def sweep_links(start, stop, offset, s: System):

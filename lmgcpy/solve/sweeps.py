@@ -10,7 +10,7 @@ import numpy as np
 
 from lmgcpy.compiled.by_address import call, read
 from lmgcpy.compiled.kernel import kernel
-from lmgcpy.solve.contact_block import momentum  # of bodies in the plane, unless the specialisation gives another
+from lmgcpy.solve.h_rows_2d import momentum  # of bodies in the plane, unless the specialisation gives another
 from lmgcpy.solve.report import CONVERGED, NOT_FINITE, ROUND_OFF, SPENT
 from lmgcpy.solve.rounding import ROUNDING, add_noise, begin_noise, gather_noise  # of bodies, likewise
 from lmgcpy.solve.team import Team, share_chunks, share_phases

@@ -11,6 +11,7 @@ import lmgcpy as lm
 from lmgcpy.compiled.kernel import Kernel, row_reader
 from lmgcpy.dynamics.assembly import StepProblem
 from lmgcpy.solve import wire_block
+from lmgcpy.solve.dimension_kernels import template_slots
 from lmgcpy.solve.law_kernels import stiffened_kernels
 
 pytestmark = pytest.mark.filterwarnings("ignore:In the step", "ignore:Until t")
@@ -162,11 +163,11 @@ def visiting(problem: StepProblem, stiffened: bool) -> Kernel:
     """``(start, stop, offset, s)``: one visit of the wire of a step, which counts its Newton steps."""
     d, law = problem.space.dimension, type(problem.groups[0].law)
     count = len(law.PREPARED)
-    meaning = {**problem.space.link, "react": law.react, "read": row_reader(count), "PREPARED": count}
+    constants = {"react": law.react, "read": row_reader(count), "PREPARED": count}
     if stiffened:
-        visit = stiffened_kernels(meaning, d, law.slope)[0]
+        visit = stiffened_kernels(constants, d, law.slope)[0]
     else:
-        visit = Kernel(wire_block.sweep, {**meaning, "slope": law.slope, "ROWS": 1})
+        visit = Kernel(wire_block.sweep, {**template_slots(d, {**constants, "ROWS": 1}), "slope": law.slope})
     step = visit.names.get("newton_step", Kernel(wire_block.newton_step, visit.names))
     return Kernel(visit.function, {**visit.names, "newton_step": Kernel(counted, {"newton_step": step})})
 

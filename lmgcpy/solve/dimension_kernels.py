@@ -1,0 +1,65 @@
+"""What differs between dimension 2 and 3: the parts that templates are specialised with, and kernels over all bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from lmgcpy.compiled.kernel import Kernel
+from lmgcpy.solve import contact_block, h_rows_2d, h_rows_3d
+from lmgcpy.solve.small_matrices import small_matrices
+
+
+@dataclass(frozen=True)
+class Space:
+    """One dimension's kernels and parts of templates."""
+
+    dimension: int
+    components: tuple[str, ...]
+    """Names of the components of a body's velocity."""
+    parts: dict[str, Callable]
+    """Slots of the templates: what relative velocities, impulses and local blocks are for bodies."""
+    driver: dict[str, Any]
+    """Slots of the kernels that lead sweeps."""
+    momentum: Kernel
+    """``(start, stop, walls, s, result)``: adds what impulses give to the bodies."""
+    relative_velocities: Kernel
+    """``(s, velocity, result)``: relative velocities of all interactions for the velocities of the bodies."""
+
+
+PLANE = Space(
+    dimension=2,
+    components=("x", "y", "spin"),
+    parts={
+        "relative_velocity": h_rows_2d.relative_velocity,
+        "push": h_rows_2d.push,
+        "local_problem": h_rows_2d.local_problem,
+    },
+    driver={},
+    momentum=Kernel(h_rows_2d.momentum),
+    relative_velocities=Kernel(h_rows_2d.relative_velocities),
+)
+VOLUME = Space(
+    dimension=3,
+    components=("x", "y", "z", "spin_x", "spin_y", "spin_z"),
+    parts={
+        "relative_velocity": h_rows_3d.relative_velocity,
+        "push": h_rows_3d.push,
+        "local_problem": h_rows_3d.local_problem,
+    },
+    driver={"momentum": h_rows_3d.momentum},
+    momentum=Kernel(h_rows_3d.momentum),
+    relative_velocities=Kernel(h_rows_3d.relative_velocities),
+)
+SPACES = {2: PLANE, 3: VOLUME}
+
+
+def template_slots(dimension: int, constants: dict[str, Any], parts: dict[str, Callable] | None = None) -> dict[str, Any]:
+    """The slots of a template of contacts or links: ``constants``, which its parts see as well, the parts of the dimension
+    or the ``parts`` given, and functions of vectors."""
+    tuples = small_matrices(dimension)
+    own = {**tuples, **constants}
+    link: dict[str, Callable] = {"normal_velocity": contact_block.normal_velocity, "push_normal": contact_block.push_normal}
+    slots = {name: Kernel(part, own) for name, part in (parts or SPACES[dimension].parts).items()}
+    return {**own, **slots, **{name: Kernel(part, {**own, **slots}) for name, part in link.items()}}

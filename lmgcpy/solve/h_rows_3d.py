@@ -1,0 +1,128 @@
+"""The rows of ``H^T`` of one interaction in 3D: templates, as ``h_rows_2d`` has them for 2D.
+
+The contact point lies on the line along the normal through both centres, as it does for spheres, planes and cylinders
+seen from inside: levers are ``-arm_c n`` and ``arm_a n``. With ``b = n x t`` for the second tangent s, the rows that meet
+the velocities ``(v, spin)_c`` and ``(v, spin)_a`` are
+
+    n:  (n,        0)  (-n,        0)
+    t:  (t, -arm_c b)  (-t, -arm_a b)
+    s:  (b,  arm_c t)  (-b,  arm_a t).
+"""
+
+from __future__ import annotations
+
+from lmgcpy.solve.small_matrices import small_matrices
+
+ROWS = 3
+"""1 where the impulse is normal only."""
+DIAGONAL = True
+"""Whether all local blocks of W are diagonal."""
+WALLS = -1
+"""0 or 1 where the candidates or antagonists are held walls, which other threads see and nobody writes to."""
+_of_three = small_matrices(3)
+row, dot, multiple_row = _of_three["row"], _of_three["dot"], _of_three["multiple_row"]
+plus_row, less_row = _of_three["plus_row"], _of_three["less_row"]
+
+
+def cross(n, t):
+    """``n x t``."""
+    return n[1] * t[2] - n[2] * t[1], n[2] * t[0] - n[0] * t[2], n[0] * t[1] - n[1] * t[0]
+
+
+def relative_velocity(i, s):
+    """(u_n, u_t, u_s) of interaction ``i`` at the contact point, candidate minus antagonist."""
+    return relative_velocity_for(s.velocity, i, s)
+
+
+def relative_velocity_for(velocity, i, s):
+    """``H^T v`` of interaction ``i`` for velocities ``v`` of the bodies, (n, 6)."""
+    c = s.candidate[i]
+    a = s.antagonist[i]
+    n = row(s.normal, i, 0)
+    v = less_row(row(velocity, c, 0), row(velocity, a, 0))
+    if ROWS == 1:
+        return dot(n, v), 0.0, 0.0
+    t = row(s.tangent, i, 0)
+    b = cross(n, t)
+    w = plus_row(multiple_row(s.arm[i, 0], row(velocity, c, 3)), multiple_row(s.arm[i, 1], row(velocity, a, 3)))
+    return dot(n, v), dot(t, v) - dot(b, w), dot(b, v) + dot(t, w)
+
+
+def push(i, s, d):
+    """Add ``M^-1 H d`` of an impulse ``d`` on interaction ``i`` to the velocities of its bodies."""
+    c = s.candidate[i]
+    a = s.antagonist[i]
+    n = row(s.normal, i, 0)
+    force = multiple_row(d[0], n)
+    if ROWS == 3:
+        t = row(s.tangent, i, 0)
+        b = cross(n, t)
+        force = plus_row(force, plus_row(multiple_row(d[1], t), multiple_row(d[2], b)))
+        # moments about both centres: -arm n x (t d_t + b d_s)
+        moment = less_row(multiple_row(d[2], t), multiple_row(d[1], b))
+        arm_c = s.arm[i, 0]
+        arm_a = s.arm[i, 1]
+        if WALLS != 0:
+            for k in range(3):
+                s.velocity[c, 3 + k] += s.inverse_mass[c, 3 + k] * (arm_c * moment[k])
+        if WALLS != 1:
+            for k in range(3):
+                s.velocity[a, 3 + k] += s.inverse_mass[a, 3 + k] * (arm_a * moment[k])
+    if WALLS != 0:
+        for k in range(3):
+            s.velocity[c, k] += s.inverse_mass[c, k] * force[k]
+    if WALLS != 1:
+        for k in range(3):
+            s.velocity[a, k] -= s.inverse_mass[a, k] * force[k]
+
+
+def local_problem(i, s, u, r):
+    """(the local block of W, ``u - W r``) of interaction ``i``."""
+    w_nn = s.delassus[i, 0]
+    w_tt = s.delassus[i, 1]
+    w_ss = s.delassus[i, 2]
+    w_nt = 0.0
+    w_ns = 0.0
+    w_ts = 0.0
+    free_n = u[0] - w_nn * r[0]
+    free_t = u[1] - w_tt * r[1]
+    free_s = u[2] - w_ss * r[2]
+    if not DIAGONAL:
+        w_nt = s.coupling[i]
+        w_ns = s.shear[i, 0]
+        w_ts = s.shear[i, 1]
+        free_n -= w_nt * r[1] + w_ns * r[2]
+        free_t -= w_nt * r[0] + w_ts * r[2]
+        free_s -= w_ns * r[0] + w_ts * r[1]
+    return ((w_nn, w_nt, w_ns), (w_nt, w_tt, w_ts), (w_ns, w_ts, w_ss)), (free_n, free_t, free_s)
+
+
+def momentum(start, stop, walls, s, result):
+    """Add ``H r``, what the impulses of some interactions give to the bodies [N s, N m s], to ``result`` (n, 6); not to
+    candidates (``walls`` 0) or antagonists (1) that are held walls."""
+    for i in range(start, stop):
+        r = row(s.impulse, i, 0)
+        if r[0] == 0.0 and r[1] == 0.0 and r[2] == 0.0:
+            continue
+        c = s.candidate[i]
+        a = s.antagonist[i]
+        n = row(s.normal, i, 0)
+        t = row(s.tangent, i, 0)
+        b = cross(n, t)
+        # added up from the left, where push adds the tangential part by itself: what a run gives rests on this round-off
+        force = plus_row(plus_row(multiple_row(r[0], n), multiple_row(r[1], t)), multiple_row(r[2], b))
+        moment = less_row(multiple_row(r[2], t), multiple_row(r[1], b))
+        if walls != 0:
+            for k in range(3):
+                result[c, k] += force[k]
+                result[c, 3 + k] += s.arm[i, 0] * moment[k]
+        if walls != 1:
+            for k in range(3):
+                result[a, k] -= force[k]
+                result[a, 3 + k] += s.arm[i, 1] * moment[k]
+
+
+def relative_velocities(s, velocity, result):
+    """(u_n, u_t, u_s) of every interaction for the velocities of the bodies, into ``result`` (m, 3)."""
+    for i in range(s.candidate.shape[0]):
+        result[i, 0], result[i, 1], result[i, 2] = relative_velocity_for(velocity, i, s)
