@@ -1,4 +1,4 @@
-"""lmgcpy: Non Smooth Contact Dynamics of rigid bodies, with interaction laws of your own."""
+"""lmgcpy: Non Smooth Contact Dynamics of rigid bodies, with interaction laws that users can add."""
 
 import importlib
 from typing import TYPE_CHECKING, Any
@@ -91,7 +91,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """``lmgcpy.view``, which is imported when it is first asked for: most runs look at nothing."""
+    """``lmgcpy.view``, imported at its first use: most runs draw nothing."""
     if name == "view":
         return importlib.import_module("lmgcpy.view")
     from lmgcpy.errors import closest

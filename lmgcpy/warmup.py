@@ -1,4 +1,4 @@
-"""Small scenes that need every kernel, so that no later run waits for the compiler."""
+"""Small scenes that compile every kernel, so that no later run waits for the compiler."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from lmgcpy.solve.newton.proximal import proximal_newton
 from lmgcpy.solve.solvers import SOLVERS
 
 REACH = 1.0
-"""Alert distance that makes an interaction of every pair in the scenes [m]."""
+"""Alert distance [m] at which every pair in the scenes is an interaction."""
 
 
 def warm_up(laws: list[type[Law]], dimensions: list[int], tick: Callable[[int], None]) -> dict[str, Exception]:
-    """Have every kernel compiled, or loaded, that scenes with these laws need; returns the laws that failed, and why.
+    """Compile or load every kernel that scenes with these laws need; returns the laws that failed, with the cause.
 
-    ``tick`` is called with how many laws are done, counted in every dimension. Raises CacheWarning where the cache cannot
-    keep a kernel.
+    ``tick`` is called with the number of laws that are done; each dimension counts. Raises CacheWarning if the cache
+    cannot keep a kernel.
     """
     failures: dict[str, Exception] = {}
     with warnings.catch_warnings():
@@ -37,7 +37,7 @@ def warm_up(laws: list[type[Law]], dimensions: list[int], tick: Callable[[int], 
                 law_kernels(law, d)
             except CacheWarning:
                 raise
-            except Exception as error:  # of a plug-in's law: the others are compiled all the same
+            except Exception as error:  # the law of a plug-in may fail; the other laws are still compiled
                 failures[law.NAME] = error
             tick(done)
         if 2 in dimensions:
@@ -51,9 +51,11 @@ def warm_up(laws: list[type[Law]], dimensions: list[int], tick: Callable[[int], 
 
 
 def law_kernels(law: type[Law], dimension: int) -> None:
-    """All that is made for a law: small scenes of every kind of interaction, two steps each, by every solver, with wires
-    as blocks and link by link, with geometric stiffness and without; the last step as a problem; and what threads share
-    of contacts."""
+    """Compile the kernels of a law by two steps of small scenes.
+
+    The scenes have every kind of interaction; each solver makes the steps, with wires as blocks and link by link, with
+    geometric stiffness and without. The last step is solved as a problem. Contacts are also solved by two threads.
+    """
     contact = law.APPLIES_TO == "contact"
     scenes: tuple[Callable[[Law, int], lm.Scene], ...] = (
         (plain, crooked if dimension == 2 else held) if contact else (wire,)
@@ -73,7 +75,7 @@ def law_kernels(law: type[Law], dimension: int) -> None:
 
 
 def stiffen(sim: lm.Simulation, wire_blocks: bool) -> None:
-    """Make the kernels that links have with geometric stiffness."""
+    """Compile the kernels of links with geometric stiffness."""
     assert sim._last is not None
     links = sim._links
     links.stiffen(sim._last[0], np.ones(links.count), np.zeros(links.count), wire_blocks)
@@ -86,7 +88,7 @@ def two_steps(scene: lm.Scene, solver: Any, *, threads: int = 1) -> lm.Simulatio
 
 
 def instances(law: type[Law], dimension: int) -> list[Law]:
-    """A law with parameters within their bounds, one for every number of rows and of parameters that its kernels know."""
+    """Instances of a law, one for each number of rows and each number of parameters of its kernels."""
     parameters = law.parameters()
     found: dict[tuple[int, ...], Law] = {}
     refused: Exception | None = None
@@ -103,7 +105,7 @@ def instances(law: type[Law], dimension: int) -> list[Law]:
 
 
 def choices(parameter: Parameter) -> list[float | None]:
-    """Values to try: its least (friction 0 makes another kernel), one inside its bounds, and none if it is optional."""
+    """Values to try: the minimum (friction 0 needs another kernel), one inside the bounds, and None if it is optional."""
     bounds = parameter.bounds
     low, high = max(bounds["minimum"], bounds["above"]), bounds["maximum"]
     if math.isfinite(low) and math.isfinite(high):
@@ -117,14 +119,14 @@ def choices(parameter: Parameter) -> list[float | None]:
 # ------------------------------------------------------------------------------------------------------------- scenes
 
 
-def grain(dimension: int, *place: float, velocity: tuple[float, ...] = (0.1, -0.1, 0.0)) -> Any:
+def grain(dimension: int, *position: float, velocity: tuple[float, ...] = (0.1, -0.1, 0.0)) -> Any:
     """A disk or a sphere of radius 0.1 m."""
-    start: dict[str, Any] = {"radius": 0.1, "position": place[:dimension], "velocity": velocity[:dimension], "mass": 1.0}
-    return lm.disk(**start) if dimension == 2 else lm.sphere(**start)
+    start: dict[str, Any] = {"position": position[:dimension], "velocity": velocity[:dimension]}
+    return lm.disk(radius=0.1, mass=1.0, **start) if dimension == 2 else lm.sphere(radius=0.1, mass=1.0, **start)
 
 
-def bounds(dimension: int) -> list[Any]:
-    """What has no bounds, each as FLOOR and as LID."""
+def unbounded(dimension: int) -> list[Any]:
+    """Walls and, in 3D, hollow cylinders, each as FLOOR and as LID."""
     nothing = (0,) * (dimension - 2)
     made: list[Any] = [lm.wall(point=(0, 0, *nothing), normal=(0, 1, *nothing), color="FLOOR")]
     made.append(lm.wall(point=(0, 1, *nothing), normal=(0, -1, *nothing), color="LID"))
@@ -134,14 +136,14 @@ def bounds(dimension: int) -> list[Any]:
 
 
 def see_all(scene: lm.Scene, law: Law) -> lm.Scene:
-    """Let grains see each other, and them and the bounds in both orders."""
+    """Let grains see each other, and grains and walls in both orders."""
     for candidate, antagonist in (("GRAIN", "GRAIN"), ("GRAIN", "FLOOR"), ("LID", "GRAIN")):
         scene.see(candidate, antagonist, law, alert=REACH)
     return scene
 
 
 def two_in_flight(dimension: int) -> None:
-    """Two grains that touch and fly together, so far that lists of neighbours are made anew and impulses carried over."""
+    """Two grains that touch and fly together, so far that neighbour lists are rebuilt and impulses carried over."""
     scene = lm.Scene(dimension=dimension)
     for x in (0.1, 0.3):
         scene.add(grain(dimension, x, 0.0, 0.0, velocity=(15.0, 0.0, 0.0)))
@@ -150,35 +152,35 @@ def two_in_flight(dimension: int) -> None:
 
 
 def newton_step() -> None:
-    """One step of Newton's method, for which sweeps leave nothing to do in scenes as small as these."""
+    """One step of Newton's method by itself: in scenes as small as these, sweeps leave it nothing to do."""
     sim = lm.Simulation(plain(lm.Coulomb(friction=0.3), 2), time_step=1e-3, on_unconverged="ignore").run(steps=1)
     problem = sim.problem()
     proximal_newton(ActiveSet(problem), np.zeros_like(problem.guess), 0.0, 1)
 
 
 def plain(law: Law, dimension: int) -> lm.Scene:
-    """Grains and what has no bounds, each pair in both orders: central contacts, local blocks of W diagonal."""
+    """Grains and walls, each pair in both orders: contacts are central, and local blocks of W are diagonal."""
     scene = lm.Scene(dimension=dimension)
-    for body in [grain(dimension, x, 0.1, 0.0) for x in (0.1, 0.3)] + bounds(dimension):
+    for body in [grain(dimension, x, 0.1, 0.0) for x in (0.1, 0.3)] + unbounded(dimension):
         scene.add(body)
     return see_all(scene, law)
 
 
 def held(law: Law, dimension: int) -> lm.Scene:
-    """The same with a grain held in x, which couples normal and tangents."""
+    """The scene of :func:`plain` with a grain held in x, which couples normal and tangents."""
     scene = plain(law, dimension)
     scene.bodies[0].fix("x")
     return scene
 
 
 def row_of_grains(law: Law, dimension: int, turned: bool) -> lm.Scene:
-    """Long enough for slabs; held in x (``turned``) and with local blocks of W that are full, or not."""
+    """A row of grains that is long enough for slabs; ``turned`` holds them in x, so that local blocks of W are full."""
     scene = lm.Scene(dimension=dimension)
     for k in range(40):
         scene.add(grain(dimension, 0.5 * k, 0.1, 0.0))
         if turned:
             scene.bodies[-1].fix("x")
-    for body in bounds(dimension):
+    for body in unbounded(dimension):
         scene.add(body)
     return see_all(scene, law)
 
@@ -195,15 +197,17 @@ def lay_in_space() -> None:
 
 
 def crooked(law: Law, dimension: int) -> lm.Scene:
-    """A disk held in x, which couples normal and tangent, and clusters, whose contacts are not central: of an upright
-    one on the floor the local block of W is diagonal even so."""
+    """A disk held in x, which couples normal and tangent, and clusters, whose contacts are not central.
+
+    The local block of W of an upright cluster on the floor is still diagonal.
+    """
     scene = lm.Scene(dimension=2)
     for x, y in ((0.1, 0.1), (0.25, 0.25)):
         scene.add(lm.disk(radius=0.1, position=(x, y), mass=1.0, velocity=(0.1, -0.1))).fix("x")
     for color, x, arm in (("UPRIGHT", 0.5, (0.0, 0.1)), ("LYING", 0.8, (0.1, 0.0))):
         contactors = [(lm.DiskContactor(0.1), (sign * arm[0], sign * arm[1])) for sign in (1, -1)]
-        place = (x, 0.1 + arm[1])
-        scene.add(lm.RigidBody(contactors, mass=1.0, inertia=0.01, position=place, color=color, velocity=(0.1, -0.1)))
+        at = (x, 0.1 + arm[1])
+        scene.add(lm.RigidBody(contactors, mass=1.0, inertia=0.01, position=at, color=color, velocity=(0.1, -0.1)))
     scene.add(lm.wall(point=(0, 0), normal=(0, 1), color="FLOOR"))
     scene.add(lm.wall(point=(0, 1), normal=(0, -1), color="LID"))
     for candidate, antagonist in (("GRAIN", "GRAIN"), ("UPRIGHT", "FLOOR"), ("LYING", "GRAIN"), ("LID", "LYING")):
@@ -212,7 +216,7 @@ def crooked(law: Law, dimension: int) -> lm.Scene:
 
 
 def wire(law: Law, dimension: int) -> lm.Scene:
-    """Three links."""
+    """A chain of three links."""
     scene = lm.Scene(dimension=dimension)
     beads = [scene.add(grain(dimension, 0.3 * i, 0.0, 0.0)) for i in range(4)]
     scene.chain(beads, law)

@@ -1,1 +1,1 @@
-"""Speed against error: problems, references, work-precision and performance profiles (``lmgcpy bench``)."""
+"""Speed against error: problems, references, work-precision diagrams and performance profiles (``lmgcpy bench``)."""

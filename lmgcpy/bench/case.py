@@ -1,4 +1,4 @@
-"""What is solved: problems with a name and a family, read from folders or made on the spot."""
+"""Cases of the benchmark: problems with a name and a family."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from lmgcpy.solve.problem import Problem
 
 @dataclass(frozen=True)
 class Case:
-    """A problem to be solved by every solver."""
+    """A problem that every solver is to solve."""
 
     name: str
     family: str
     problem: Problem
     exact: np.ndarray | None = None
-    """Impulses (m, d) [N s] by arithmetic of extended precision, where there are any."""
+    """Impulses (m, d) [N s] in extended precision; None if they are not known."""
 
     @property
     def interactions(self) -> int:
@@ -28,9 +28,9 @@ class Case:
 
 
 def from_folder(folder: Path) -> Iterator[Case]:
-    """The FCLIB problems of a folder and of the folders in it, in alphabetic order; the family is the folder's name.
+    """The FCLIB problems of a folder and its subfolders in alphabetic order; the name of the folder is the family.
 
-    Raises FileNotFoundError where there is no such folder or no problem in it, and what ``lmgcpy.io.fclib.read`` raises.
+    Raises FileNotFoundError if the folder is missing or has no problem, and the errors of ``lmgcpy.io.fclib.read``.
     """
     if not folder.is_dir():
         raise FileNotFoundError(f"There is no folder '{folder}' with problems to solve.")

@@ -1,14 +1,14 @@
-"""Chains on one line: tridiagonal problems, with a solution by arithmetic of extended precision.
+"""Chains on one line: tridiagonal problems with a solution in extended precision.
 
-A chain of rigid wires hangs from a fixed point along the first axis; masses m_1 ... m_n below it, the last one the tip.
-With n from the antagonist above to the candidate below, link i has
+A chain of rigid wires hangs from a fixed point along the first axis. Its masses m_1 ... m_n lie below the point; the last
+one is the tip. With n from the antagonist above to the candidate below, link i has
 
     W_ii = 1/m_{i-1} + 1/m_i,    W_{i,i+1} = -1/m_i,    1/m_0 = 0,    q_i = v_i - v_{i-1},
 
-and ``0 <= -(W r + q) _|_ -r >= 0``. W is an M-matrix, so Newton's method on the set of taut links comes to the solution
-monotonically, in a number of steps no larger than that of links (Chandrasekaran 1970, Opsearch 7); each is a tridiagonal
-elimination. Here it is done in numpy's ``longdouble``, which has 64 bits of mantissa on x86 and more on some others; it
-shares no code with the solvers that it judges.
+and ``0 <= -(W r + q) _|_ -r >= 0``. W is an M-matrix. So Newton's method on the set of taut links converges monotonically,
+in at most as many steps as there are links (Chandrasekaran 1970, Opsearch 7); each step is a tridiagonal elimination. Here
+it uses numpy's ``longdouble``, which has a mantissa of 64 bits on x86 and of more bits on some other processors. The code
+is independent of the solvers that it judges.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ BEADS = (10, 100, 1000, 10_000)
 TIPS = (1.0, 1e3, 1e6)
 """Mass of the tip, in masses of a bead."""
 BEAD_MASS, FALL = 1e-3, 9.81e-3
-"""[kg], and what gravity adds to a free bead's velocity in a step of a millisecond [m/s]."""
+"""Mass of a bead [kg], and velocity that gravity adds to a free bead in a step of one millisecond [m/s]."""
 
 
 def chain_problem(mass: np.ndarray, velocity: np.ndarray) -> Problem:
@@ -36,7 +36,7 @@ def chain_problem(mass: np.ndarray, velocity: np.ndarray) -> Problem:
     W_n = sparse.diags_array(
         [inverse + np.r_[0.0, inverse[:-1]], -inverse[:-1], -inverse[:-1]], offsets=[0, 1, -1], shape=(count, count)
     )
-    # across the line nothing turns, so that the tangential rows are those of the same masses
+    # no bead turns, so that the tangential rows have the same masses
     W = sparse.csr_array(sparse.kron(W_n, sparse.eye_array(2)))
     q = np.zeros((count, 2))
     q[:, 0] = np.diff(velocity, prepend=0.0)
@@ -47,7 +47,7 @@ def chain_problem(mass: np.ndarray, velocity: np.ndarray) -> Problem:
 def extended_solution(problem: Problem) -> np.ndarray:
     """Impulses (m, 2) of a chain of rigid wires, rounded from extended precision.
 
-    Raises RuntimeError where the law is not satisfied in the end, which is checked in extended precision as well.
+    Raises RuntimeError if the impulses do not satisfy the law; the check is in extended precision too.
     """
     W = problem.W.tocsr()
     count = len(problem.mu)
@@ -55,7 +55,7 @@ def extended_solution(problem: Problem) -> np.ndarray:
     diagonal = np.asarray(W[row, row], dtype=np.longdouble)
     beside = np.asarray(W[row[:-1], row[1:]], dtype=np.longdouble)
     q = problem.q[::2].astype(np.longdouble)
-    taut = q >= 0.0  # a hanging chain, of which only the first link has a velocity, is done at once
+    taut = q >= 0.0  # a hanging chain, in which only the first link has a free velocity, needs one step
     for _ in range(count + 2):
         r = _tridiagonal(np.where(taut, diagonal, 1), np.where(taut[:-1] & taut[1:], beside, 0), np.where(taut, -q, 0))
         u = diagonal * r + q
@@ -85,8 +85,10 @@ def _tridiagonal(diagonal: np.ndarray, beside: np.ndarray, right: np.ndarray) ->
 
 
 def chains(beads: tuple[int, ...] = BEADS, tips: tuple[float, ...] = TIPS) -> Iterator[Case]:
-    """Hanging chains, all links taut, for every number of beads and mass of the tip; and for every number one whose beads
-    fly towards each other with random velocities, so that a good part of the links is slack."""
+    """Hanging chains with taut links, for every number of beads and every mass of the tip, and loose chains.
+
+    The beads of a loose chain fly towards each other with random velocities, so that many links are slack.
+    """
     for count in beads:
         for tip in tips:
             mass = np.full(count, BEAD_MASS)

@@ -19,15 +19,15 @@ if TYPE_CHECKING:
 COLOURS = {"gauss-seidel": "#6b6b6b", "accelerated": "#e08214", "newton": "#1b4f9c", "auto": "#b2182b"}
 MARKERS = {"gauss-seidel": "s", "accelerated": "^", "newton": "D", "auto": "o"}
 SHOWN = 4
-"""Problems of a family in its figure: those with the most interactions."""
+"""Number of problems in the figure of a family, those with the most interactions."""
 LEAST = 1e-14
-"""Errors are drawn no lower: round-off."""
+"""Smallest error in the figures; smaller errors are round-off."""
 
 
 def work_precision(judged: Sequence[Judged], solvers: Sequence[str]) -> Figure:
-    """True error against seconds and against sweeps x interactions, a row a problem.
+    """True error against seconds and against sweeps x interactions, one row a problem.
 
-    What is not judged is shaded. A filled mark: converged; a hollow one: the tolerance was missed.
+    Errors in the shaded part are not judged. A filled mark shows a converged run, a hollow one a missed tolerance.
     """
     from matplotlib.ticker import NullFormatter
 
@@ -48,7 +48,7 @@ def work_precision(judged: Sequence[Judged], solvers: Sequence[str]) -> Figure:
             axis.grid(True, color="#e4e4e4", linewidth=0.6)
             axis.set_axisbelow(True)
             low, high = axis.get_xlim()
-            axis.set_xlim(min(low, 0.3 * high / 10.0), max(high, 3.0 * low * 10.0))  # a decade at the least
+            axis.set_xlim(min(low, 0.3 * high / 10.0), max(high, 3.0 * low * 10.0))  # at least a decade
             axis.xaxis.set_minor_formatter(NullFormatter())
             bottom = max(0.3 * min(_errors(problem)), 0.3 * LEAST)
             axis.set_ylim(bottom, 3.0)
@@ -64,10 +64,10 @@ def _errors(problem: Judged) -> list[float]:
     return [max(run.error, LEAST) for run in problem.runs]
 
 
-def _curve(axis: Axes, problem: Judged, solver: str, work: str) -> None:
+def _curve(axis: Axes, problem: Judged, solver: str, cost: str) -> None:
     runs = [run for run in problem.runs if run.solver == solver]
-    least = 1e-5 if work == "seconds" else problem.interactions  # a guess that needs no sweep is drawn at one
-    x = np.array([max(getattr(run, work), least) for run in runs])
+    least = 1e-5 if cost == "seconds" else problem.interactions  # a guess that needs no sweep is drawn at one sweep
+    x = np.array([max(getattr(run, cost), least) for run in runs])
     y = np.array([max(run.error, LEAST) for run in runs])
     colour, marker = COLOURS[solver], MARKERS[solver]
     axis.plot(x, y, color=colour, marker=marker, markersize=4.5, linewidth=1.3, label=solver)
@@ -76,8 +76,10 @@ def _curve(axis: Axes, problem: Judged, solver: str, work: str) -> None:
 
 
 def performance_profiles(profiles: Sequence[Profile]) -> Figure:
-    """Part of the problems that a solver takes to an error within so many times the time of the fastest one; what is
-    missing to 1 at the right end are its failures."""
+    """Share of the problems that a solver solves to an error, against its time relative to the fastest solver.
+
+    At the right end, the difference to 1 is the share of its failures.
+    """
     figure = new_figure(4.6 * len(profiles), 3.8)
     axes = figure.subplots(1, len(profiles), squeeze=False, sharey=True)[0]
     for axis, profile in zip(axes, profiles, strict=True):

@@ -1,8 +1,8 @@
 """The frontier of speed against error: every solver at every tolerance on every problem.
 
-Each solve starts from the problem's guess. A solver that misses a tolerance is not asked for smaller ones, and ``Newton``
-is not asked where no Newton steps are in reach. Kernels are compiled and modules imported before anything is timed; solves
-shorter than :data:`SHORT` are repeated, and the median of their times counts.
+Each solve starts from the problem's guess. A solver that misses a tolerance does not try smaller ones, and ``Newton`` does
+not try problems that are too large for Newton steps. Kernels are compiled and modules imported before any time is taken.
+Solves shorter than :data:`SHORT` are repeated, and the median of their times counts.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ from lmgcpy.solve.standalone import Solution, solve
 
 TOLERANCES = tuple(10.0**-k for k in range(1, 11))
 UPDATES, LARGE_UPDATES = 2e8, 1e8
-"""Updates of interactions (sweeps times interactions) that a solve may make, see ``sweep_budget``; half as many for a
-large problem, where that is a minute (packings of 10 000 and 50 000 spheres on a shared core: 28 to 67 s)."""
+"""Number of updates of interactions (sweeps times interactions) of a solve, see ``sweep_budget``; half as many for a large
+problem, where they take a minute (packings of 10 000 and 50 000 spheres on a shared core: 28 to 67 s)."""
 SHORT, REPEATS = 0.2, 5
-"""Solves of less time [s] are made so many times."""
+"""Time [s] below which a solve is repeated, and the number of solves."""
 
 
 @dataclass(frozen=True)
-class Run:
+class SolverRun:
     """One solver at one tolerance on one problem."""
 
     problem: str
@@ -43,9 +43,9 @@ class Run:
     tolerance: float
     status: str
     residual: float
-    """``natural``."""
+    """Residual in the ``natural`` measure."""
     error: float
-    """Of the relative velocities, relative to that of doing nothing."""
+    """Error of the relative velocities, relative to that of doing nothing."""
     sweeps: int
     newton_steps: int
     updates: int
@@ -56,23 +56,23 @@ class Run:
 
 @dataclass(frozen=True)
 class Judged:
-    """A problem with its reference and all that was run on it."""
+    """A problem with its reference and all runs on it."""
 
     name: str
     family: str
     dimension: int
     interactions: int
     reference: Reference
-    runs: tuple[Run, ...]
+    runs: tuple[SolverRun, ...]
 
-    def best(self, solver: str, target: float) -> Run | None:
-        """The fastest of a solver's runs with an error of at most ``target``; None where there is none."""
-        there = [run for run in self.runs if run.solver == solver and run.error <= target]
-        return min(there, key=lambda run: run.seconds, default=None)
+    def best(self, solver: str, target: float) -> SolverRun | None:
+        """The fastest run of a solver with an error of at most ``target``; None if there is none."""
+        accurate = [run for run in self.runs if run.solver == solver and run.error <= target]
+        return min(accurate, key=lambda run: run.seconds, default=None)
 
 
 def judge(case: Case, solvers: Iterable[str] = tuple(SOLVERS)) -> Judged | None:
-    """Run every solver on a problem; None where in its solution no impulse changes anything."""
+    """Run every solver on a problem; None if no impulse of its solution changes a velocity."""
     warm(case.problem)
     reference = make_reference(case)
     if reference is None:
@@ -84,13 +84,15 @@ def judge(case: Case, solvers: Iterable[str] = tuple(SOLVERS)) -> Judged | None:
     return Judged(case.name, case.family, case.problem.dimension, case.interactions, reference, runs)
 
 
-def descend(case: Case, name: str) -> Iterator[tuple[Run, np.ndarray]]:
-    """One solver's runs, their errors not told yet, and velocities (m, d): from the loosest tolerance to the first that it
-    misses or where only round-off is left."""
+def descend(case: Case, name: str) -> Iterator[tuple[SolverRun, np.ndarray]]:
+    """Runs of one solver, without their errors, and velocities (m, d).
+
+    They go from the loosest tolerance to the first that the solver misses or solves to round-off only.
+    """
     for tolerance in TOLERANCES:
         solver = within_budget(SOLVERS[name](tolerance=tolerance), case.problem)
         solution, seconds, repeats = timed(case.problem, solver)
-        run = Run(
+        run = SolverRun(
             problem=case.name,
             solver=name,
             tolerance=tolerance,
@@ -109,8 +111,10 @@ def descend(case: Case, name: str) -> Iterator[tuple[Run, np.ndarray]]:
 
 
 def within_budget(solver: AnySolver, problem: Problem) -> AnySolver:
-    """The solver with the budget of a benchmark: the same sweeps for all, and as many Newton steps as cost as much; none
-    where the problem is large."""
+    """The solver with the budget of the benchmark.
+
+    All solvers have the same number of sweeps; Newton steps may cost as much again. A large problem has no Newton steps.
+    """
     sweeps = sweep_budget(problem, LARGE_UPDATES if is_large(problem) else UPDATES)
     if isinstance(solver, (GaussSeidel, AcceleratedGaussSeidel)):
         return replace(solver, max_iterations=sweeps)
@@ -119,7 +123,7 @@ def within_budget(solver: AnySolver, problem: Problem) -> AnySolver:
 
 
 def timed(problem: Problem, solver: AnySolver) -> tuple[Solution, float, int]:
-    """(solution, median of the solver's times [s], how many)."""
+    """The solution, the median of the solver's times [s], and their number."""
     solution = solve(problem, solver=solver)
     seconds = [solution.seconds]
     if solution.seconds < SHORT:
@@ -128,7 +132,7 @@ def timed(problem: Problem, solver: AnySolver) -> tuple[Solution, float, int]:
 
 
 def warm(problem: Problem) -> None:
-    """Compile or load every kernel that the problem needs, and import what Newton steps do."""
+    """Compile or load every kernel that the problem needs, and import the modules of Newton steps."""
     for kind in (GaussSeidel, AcceleratedGaussSeidel):  # Newton steps of this problem may take minutes
         solve(problem, solver=kind(tolerance=1e-15, max_iterations=1))
     one = Problem(sparse.csr_array(np.eye(2)), np.array([-1.0, 0.1]), np.full(1, 0.3), 2, (Coulomb.NAME,), np.zeros(1),

@@ -1,7 +1,7 @@
-"""Frozen steps: one step of a small run of sand or TexSol, with the impulses of the step before as its guess.
+"""Frozen steps: problems of one step of a small run of sand or TexSol, with the last impulses as their guess.
 
-Samples are made on the spot from fixed seeds; the runs that lead to the step are solved to 1e-3, so that a step is what a
-simulation meets and not what a solver of the comparison left.
+Samples are made from fixed seeds. The runs that lead to a step are solved to 1e-3, so that the step is typical of a
+simulation and does not depend on the solvers that are compared.
 """
 
 from __future__ import annotations
@@ -31,24 +31,26 @@ from lmgcpy.simulation import Simulation
 from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
 
 DENSITY, PRESSURE = 2600.0, 1e5
-"""Of the grains [kg/m^3], and on the lateral walls of a biaxial test [Pa]."""
+"""Density of the grains [kg/m^3], and pressure on the lateral walls of a biaxial test [Pa]."""
 RUN = AcceleratedGaussSeidel(tolerance=1e-3, max_iterations=3000)
 """Solver of the runs that lead to a step."""
 STRAINS = (0.002, 0.02)
-"""Crushing at which steps of biaxial and triaxial tests are taken."""
+"""Axial strains at which steps of biaxial and triaxial tests are taken."""
 WIRES = (RigidWire(), RigidRod(), ElasticWire(axial_rigidity=1e7))
 
 
 def in_the_plane(grains: int = 340, beads: int = 60) -> Iterator[Case]:
-    """Steps of biaxial tests on one compacted sample: sand, and TexSol with each law of its wire."""
+    """Steps of biaxial tests on one compacted sample, as sand and as TexSol with each law of the wire."""
     sample = compact(lay_sample(grains, beads, seed=0), pressure=PRESSURE, density=DENSITY).sample
     for law in (None, *WIRES):
         yield from steps_of_test(Biaxial, sample, law, RUN)
 
 
 def in_space(grains: int = 200, beads: int = 110) -> Iterator[Case]:
-    """A box of spheres, without and with a wire laid through it, when gravity has just begun and later; steps of triaxial
-    tests on one compacted sample: sand, and TexSol with a rigid or an elastic wire."""
+    """Early and later steps of a box of spheres under gravity, without and with a wire, and steps of triaxial tests.
+
+    The triaxial tests have one compacted sample, as sand and as TexSol with a rigid or an elastic wire.
+    """
     for wire in (False, True):
         sim = box_of_spheres(grains, beads if wire else 0, seed=0)
         for steps in (2, 60):
@@ -63,7 +65,7 @@ def in_space(grains: int = 200, beads: int = 110) -> Iterator[Case]:
 def steps_of_test(
     test: type[Biaxial] | type[Triaxial], sample: Sample, law: Law | None, solver: AcceleratedGaussSeidel
 ) -> Iterator[Case]:
-    """The last steps of tests to the :data:`STRAINS`."""
+    """The last steps of tests that reach the :data:`STRAINS`."""
     name = "sand" if law is None else law.NAME
     for strain in STRAINS:
         made = test(sample, law, pressure=PRESSURE, density=DENSITY, solver=solver)
@@ -74,7 +76,7 @@ def steps_of_test(
 
 
 def packings(sizes: tuple[int, ...] = (1000, 3000)) -> Iterator[Case]:
-    """Deposits of spheres, ten steps after gravity has begun."""
+    """Deposits of spheres after ten steps under gravity."""
     for count in sizes:
         yield Case(f"packing-{count}", "packings", box_of_spheres(count, 0, seed=1).run(steps=10).problem())
 
@@ -95,15 +97,15 @@ def box_of_spheres(grains: int, beads: int, *, seed: int) -> Simulation:
             seed=0,
         )
         obstacles = (thread.positions, thread.radii)
-    places = deposit(radii, box=(side, side, None), obstacles=obstacles, seed=seed)
+    positions = deposit(radii, box=(side, side, None), obstacles=obstacles, seed=seed)
     scene = Scene(dimension=3, gravity=(0.5, 0.3, -9.81))
     sand = Material("sand", density=DENSITY)
-    for radius, place in zip(radii, places, strict=True):
-        scene.add(sphere(radius=radius, position=place, material=sand))
+    for radius, position in zip(radii, positions, strict=True):
+        scene.add(sphere(radius=radius, position=position, material=sand))
     if obstacles is not None:
         line = [
-            scene.add(sphere(radius=radius, position=place, mass=2e-6, color="BEAD"))
-            for place, radius in zip(*obstacles, strict=True)
+            scene.add(sphere(radius=radius, position=position, mass=2e-6, color="BEAD"))
+            for position, radius in zip(*obstacles, strict=True)
         ]
         scene.chain(line, RigidWire(), reference_gap=5e-4)
     for axis in range(3):

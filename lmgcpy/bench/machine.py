@@ -1,4 +1,4 @@
-"""What a benchmark ran on."""
+"""The machine of a benchmark: processor, versions, load."""
 
 from __future__ import annotations
 
@@ -27,5 +27,5 @@ def machine() -> str:
 
 
 def load() -> str:
-    """Processes that wanted to run in the last minute, for judging times; "unknown" where the system does not tell."""
+    """Mean number of processes that were ready to run in the last minute; "unknown" on systems without this number."""
     return f"{os.getloadavg()[0]:.1f}" if hasattr(os, "getloadavg") else "unknown"

@@ -1,4 +1,4 @@
-"""Performance profiles (Dolan, More 2002, Math. Program. 91): on how many problems a solver is how near to the fastest."""
+"""Performance profiles (Dolan, More 2002, Math. Program. 91): shares of problems by the time relative to the fastest."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ import numpy as np
 from lmgcpy.bench.frontier import Judged
 
 SMALLEST = 20
-"""Problems with fewer interactions tell the time of a function call, and are left out."""
+"""Smallest number of interactions of a problem; on smaller ones the time of the function call dominates."""
 
 OVERHEAD = 1e-3
-"""Times count as this at least [s]: what is less is mostly that of calling a solver from Python."""
+"""Smallest time that counts [s]; shorter times are mostly those of a call from Python."""
 
 
 @dataclass(frozen=True)
@@ -21,27 +21,27 @@ class Profile:
     """Ratios of time to a true error, by solver."""
 
     target: float
-    """Error that had to be reached."""
+    """Error to be reached."""
     ratios: dict[str, np.ndarray]
-    """Of each solver, time over that of the fastest, (problems,) ascending; infinite where the error was not reached."""
+    """For each solver its time divided by that of the fastest, (problems,) ascending; infinite if it missed the error."""
     unsolved: int
-    """Problems left out because no solver got there."""
+    """Number of problems that no solver solved to the error; they are left out."""
 
     @property
     def problems(self) -> int:
         return len(next(iter(self.ratios.values()))) if self.ratios else 0
 
     def failures(self, solver: str) -> int:
-        """Problems on which a solver did not reach the error, and another one did."""
+        """Number of problems on which a solver did not reach the error but another one did."""
         return int(np.isinf(self.ratios[solver]).sum())
 
     def share(self, solver: str, ratio: float) -> float:
-        """Part of the problems on which a solver takes at most ``ratio`` times the time of the fastest."""
+        """Share of the problems on which a solver takes at most ``ratio`` times the time of the fastest."""
         return float(np.searchsorted(self.ratios[solver], ratio, side="right")) / max(self.problems, 1)
 
 
 def profile(judged: Sequence[Judged], solvers: Sequence[str], target: float) -> Profile:
-    """The profile over the problems of :data:`SMALLEST` interactions or more whose references tell such an error."""
+    """The profile over the problems with :data:`SMALLEST` interactions or more whose references can judge the error."""
     rows, unsolved = [], 0
     for problem in judged:
         if problem.interactions < SMALLEST or problem.reference.floor > target:

@@ -1,12 +1,12 @@
-"""What solvers are judged by: two solutions of a problem by different ways, and how far they are apart.
+"""References for solvers: two solutions of a problem by different methods, and their distance.
 
-Impulses are not unique where contacts are hyperstatic, velocities are in practice: errors are those of the relative
-velocities, ``|u - u_ref| / |q - u_ref|``, relative to the error of doing nothing, as the residual is. The distance of the
-two references bounds what can be said: an error is judged where it is more than :data:`MARGIN` times as large.
+In hyperstatic packings impulses are not unique, while velocities are unique in practice. So errors are those of the
+relative velocities, ``|u - u_ref| / |q - u_ref|``; like the residual they are relative to the error of doing nothing. The
+distance of the two references limits the accuracy: only errors above :data:`MARGIN` times this distance are judged.
 
-With friction a problem may have several solutions, different in velocity. Whatever solves it to a residual of
-:data:`ENOUGH` is one, by whichever solver it was found; where there are several, an error is the distance to the nearest
-of them, and what is judged is above :data:`MARGIN` times :data:`APART`.
+With friction a problem may have several solutions with different velocities. Any impulses with a residual of at most
+:data:`ENOUGH` are a solution, whichever solver found them. If there are several solutions, an error is the distance to the
+nearest of them, and only errors above :data:`MARGIN` times :data:`APART` are judged.
 """
 
 from __future__ import annotations
@@ -26,36 +26,36 @@ from lmgcpy.solve.standalone import solve
 
 MARGIN = 10.0
 LOOSEST, TIGHTEST = 1e-6, 1e-13
-"""Residual that a reference is first asked for, and the least one."""
+"""First and last tolerance in the descent to a reference."""
 ENOUGH = 1e-9
-"""Residual of a reference; where it is missed other ways are tried."""
+"""Largest residual of a reference; if it is missed, other methods are tried."""
 APART = 1e-5
-"""Distance of two solutions that differ: a residual of :data:`ENOUGH` times what the slowest mode makes of it is less."""
+"""Least distance of two different solutions. A residual of :data:`ENOUGH`, amplified by the slowest mode, gives less."""
 UPDATES = 2e8
-"""Updates of interactions that sweeps get to make a reference."""
+"""Number of updates of interactions that sweeps may take for a reference."""
 LARGE, LARGE_UPDATES = 20_000, 5e8
-"""In space, above so many interactions a factorisation takes seconds to minutes, and soon more memory than there is: no
-Newton steps are made there, and both references come from sweeps, which get more updates (of 50 000 spheres, with all
-runs, ten minutes)."""
+"""Number of interactions in 3D above which no Newton steps are made: a factorisation would take seconds to minutes and
+much memory. There both references come from sweeps with more updates (ten minutes for 50 000 spheres, with all runs)."""
 
 
 @dataclass(frozen=True)
 class Reference:
-    """What a problem's solvers are judged by, and how it was found."""
+    """The references of a problem, and the methods that found them."""
 
     solutions: tuple[np.ndarray, ...]
     """Relative velocities of the first reference, and of every other solution that was found [m/s], (m, d)."""
     scale: float
-    """``|q - u|`` of the first reference [m/s]: what the impulses change."""
-    ways: tuple[str, str]
+    """``|q - u|`` of the first reference [m/s], the change of velocity by the impulses."""
+    methods: tuple[str, str]
+    """Methods of the two references."""
     residuals: tuple[float, float]
-    """Of the two references, ``natural``."""
+    """Residuals of the two references, in the ``natural`` measure."""
     distance: float
-    """Of the two in velocity, relative to the scale."""
+    """Distance of the velocities of the two references, relative to the scale."""
 
     @property
     def floor(self) -> float:
-        """Errors below it are not judged."""
+        """Smallest error that is judged."""
         return MARGIN * (APART if len(self.solutions) > 1 else self.distance)
 
     def error(self, velocities: np.ndarray) -> float:
@@ -63,7 +63,10 @@ class Reference:
         return min(float(np.linalg.norm(velocities - solution)) for solution in self.solutions) / self.scale
 
     def with_solutions(self, found: Iterable[np.ndarray]) -> Reference:
-        """The same with those of the solutions found, (m, d) each, that are none of its own; if the first is one itself."""
+        """The reference with further solutions, (m, d) each, that differ from its own.
+
+        It is returned unchanged if its first reference is no solution itself.
+        """
         if self.residuals[0] > ENOUGH:
             return self
         several = list(self.solutions)
@@ -74,12 +77,12 @@ class Reference:
 
 
 def make_reference(case: Case) -> Reference | None:
-    """Two references; None where in the solution no impulse changes anything, so that there is no error to tell.
+    """Two references; None if no impulse of the solution changes a velocity, because then no error is defined.
 
-    Sweeps and Newton's method first; where one of them does not come to a residual of :data:`ENOUGH`, Newton's method from
-    where the sweeps ended and from another start, and ``Auto``, are tried as well, and the two with the least residuals
-    stand; the others are further solutions, if they are solutions. Extended precision stands before all. A problem that is
-    :data:`LARGE` has sweeps with momentum and without.
+    Sweeps and Newton's method come first. If one of them misses a residual of :data:`ENOUGH`, Newton's method is tried from
+    the result of the sweeps and from another start, and so is ``Auto``. The two results with the least residuals are the
+    references; the others may be further solutions. A solution in extended precision is always the first reference. For a
+    :data:`LARGE` problem the two methods are sweeps with momentum and without.
     """
     problem = case.problem
     found = {"sweeps": by_sweeps(problem)}
@@ -88,13 +91,13 @@ def make_reference(case: Case) -> Reference | None:
         found["plain sweeps"] = solve(problem, solver=plain).impulses
     else:
         found["Newton"] = descent(problem, Newton(), problem.guess)
-    residuals = {way: residual(problem, impulses) for way, impulses in found.items()}
+    residuals = {method: residual(problem, impulses) for method, impulses in found.items()}
     if max(residuals.values()) > ENOUGH and case.exact is None and not is_large(problem):
         found["Newton after sweeps"] = descent(problem, Newton(), found["sweeps"])
         found["Newton from another start"] = descent(problem, Newton(), another_start(found["Newton"]))
         found["Auto"] = descent(problem, Auto(), problem.guess)
-        residuals = {way: residual(problem, impulses) for way, impulses in found.items()}
-    one, other = sorted(found, key=lambda way: residuals[way])[:2]
+        residuals = {method: residual(problem, impulses) for method, impulses in found.items()}
+    one, other = sorted(found, key=lambda method: residuals[method])[:2]
     if case.exact is not None:
         one, other = "extended precision", one
         found[one], residuals[one] = case.exact, residual(problem, case.exact)
@@ -104,19 +107,20 @@ def make_reference(case: Case) -> Reference | None:
         return None
     distance = float(np.linalg.norm(velocities - others)) / scale
     reference = Reference((velocities,), scale, (one, other), (residuals[one], residuals[other]), distance)
-    return reference.with_solutions(problem.velocities(found[way]) for way in found if residuals[way] <= ENOUGH)
+    return reference.with_solutions(problem.velocities(found[method]) for method in found if residuals[method] <= ENOUGH)
 
 
 def by_sweeps(problem: Problem) -> np.ndarray:
-    """Impulses of accelerated sweeps, as far as they get within their updates, (m, d)."""
+    """Impulses after accelerated sweeps within their number of updates, (m, d)."""
     most = sweep_budget(problem, LARGE_UPDATES if is_large(problem) else UPDATES)
     return solve(problem, solver=AcceleratedGaussSeidel(tolerance=TIGHTEST, max_iterations=most)).impulses
 
 
 def descent(problem: Problem, solver: Newton | Auto, start: np.ndarray) -> np.ndarray:
-    """Impulses of a solver: to a residual of :data:`LOOSEST`, then a tenth of it, and so on as far as it gets, (m, d).
+    """Impulses of a solver with the least residual that it reaches, (m, d).
 
-    Asked for the least residual at once it would look for what round-off may not allow.
+    The tolerance starts at :data:`LOOSEST` and falls by ten in each solve. With the least tolerance at once, the solver
+    would search for a residual that round-off may not allow.
     """
     best, least = start, np.inf
     solver = replace(solver, tolerance=LOOSEST, max_iterations=20_000, max_factorisations=1000)
@@ -125,22 +129,22 @@ def descent(problem: Problem, solver: Newton | Auto, start: np.ndarray) -> np.nd
         if solution.residual < least:
             best, least = solution.impulses, solution.residual
         tolerance = 0.1 * min(solver.tolerance, solution.residual)
-        if solution.status != "converged" or tolerance < TIGHTEST:  # round-off, too, is as far as it gets
+        if solution.status != "converged" or tolerance < TIGHTEST:  # the status "round-off" ends the descent too
             return best
         solver = replace(solver, tolerance=tolerance, max_iterations=4000, max_factorisations=1000)
 
 
 def another_start(impulses: np.ndarray) -> np.ndarray:
-    """Random impulses of the mean size of those given, (m, d)."""
+    """Random impulses of the same mean size, (m, d)."""
     size = float(np.sqrt(np.mean(impulses**2)))
     return np.random.default_rng(0).normal(0.0, size, impulses.shape)
 
 
 def is_large(problem: Problem) -> bool:
-    """Whether Newton steps are out of reach."""
+    """Whether the problem is too large for Newton steps."""
     return problem.dimension == 3 and len(problem.mu) > LARGE
 
 
 def sweep_budget(problem: Problem, updates: float) -> int:
-    """Sweeps that make so many updates of interactions, within 1000 and 50 000."""
+    """Number of sweeps that make ``updates`` updates of interactions, between 1000 and 50 000."""
     return int(np.clip(updates / max(len(problem.mu), 1), 1000, 50_000))

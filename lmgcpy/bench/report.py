@@ -1,4 +1,4 @@
-"""What the frontier writes into its folder: tables, figures, and a page that shows them."""
+"""The report of the frontier: tables, figures, and a page that shows them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from lmgcpy.bench.figures import performance_profiles, work_precision
-from lmgcpy.bench.frontier import Judged, Run
+from lmgcpy.bench.frontier import Judged, SolverRun
 from lmgcpy.bench.machine import load, machine
 from lmgcpy.bench.profile import OVERHEAD, SMALLEST, Profile, profile
 from lmgcpy.bench.reference import APART, ENOUGH, MARGIN, Reference
@@ -55,9 +55,10 @@ def write_report(
 
 
 def conditions(load_before: str) -> list[str]:
+    """The machine, the date and the load, in words."""
     return [
-        f"{machine()}. {datetime.now(UTC):%Y-%m-%d}. Load of the machine when it began {load_before}, when it ended "
-        f"{load()}: where it is above 1, times are longer than on an idle machine, and only their ratios say something."
+        f"{machine()}. {datetime.now(UTC):%Y-%m-%d}. Load of the machine {load_before} at the beginning, {load()} at the "
+        "end: if it is above 1, times are longer than on an idle machine, and only their ratios are of use."
     ]
 
 
@@ -65,41 +66,43 @@ def how_to_read(left_out: Sequence[str]) -> list[str]:
     """What the numbers mean, in words."""
     lines = [
         "An error is that of the relative velocities, |u - u_ref| / |q - u_ref|: 1 is the error of doing nothing. Each "
-        "problem has two references, found in different ways; their distance is in the tables, and errors below "
-        f"{MARGIN:g} times this distance are not judged: in a table they are told as reached where the error asked for is "
-        'above it, and with "?" otherwise; in a figure they lie in the shaded part. Times are of the solver alone, warm, '
-        "from the guess that came with the problem; hollow marks are runs that missed their tolerance. Every run is in "
-        "runs.csv, every reference in references.csv. With friction a problem may have several solutions: whatever "
-        f"solves it to a residual of {ENOUGH:g} is one; where several were found the table says so, an error is the "
-        f"distance to the nearest of them, and errors are judged above {MARGIN * APART:g}."
+        "problem has two references, found by different methods. The tables give their distance. Errors below "
+        f"{MARGIN:g} times this distance are not judged: a table shows the time to a target error above that limit, and "
+        '"?" for a target below it; in a figure they lie in the shaded part. Times are those of the solver alone, with '
+        "compiled kernels, from the guess of the problem. Hollow marks are runs that missed their tolerance. Every run is "
+        "in runs.csv, every reference in references.csv. With friction a problem may have several solutions: any impulses "
+        f"with a residual of at most {ENOUGH:g} are one. If several were found, the table gives their number, an error is "
+        f"the distance to the nearest of them, and errors above {MARGIN * APART:g} are judged."
     ]
     if left_out:
-        lines += ["", f"Left out, as no impulse changes anything in them: {', '.join(left_out)}."]
+        lines += ["", f"These problems are left out, because no impulse changes a velocity: {', '.join(left_out)}."]
     return lines
 
 
 def profile_words() -> str:
+    """The meaning of the profiles, in words."""
     return (
-        "Part of the problems on which a solver reaches the error within so many times the time of the fastest one. "
-        f"Problems with fewer than {SMALLEST} interactions, and those whose references do not tell such an error, are left "
-        f"out; times below {1e3 * OVERHEAD:g} ms count as that."
+        "A curve shows the share of the problems that a solver solves to the error, against its time relative to the "
+        f"fastest solver. Problems with fewer than {SMALLEST} interactions, and those whose references cannot judge the "
+        f"error, are left out; times below {1e3 * OVERHEAD:g} ms count as {1e3 * OVERHEAD:g} ms."
     )
 
 
 def profile_rows(profiles: Sequence[Profile], solvers: Sequence[str]) -> list[str]:
+    """The table of the profiles, one row an error."""
     rows = []
     for each in profiles:
-        told = [
+        cells = [
             f"{100 * each.share(name, 1.0):.0f} % / {100 * each.share(name, 2.0):.0f} % / {each.failures(name)}"
             for name in solvers
         ]
-        rows.append([f"{each.target:g}", str(each.problems), str(each.unsolved), *told])
+        rows.append([f"{each.target:g}", str(each.problems), str(each.unsolved), *cells])
     heads = ["error", "problems", "solved by none", *(f"{name}: fastest / within twice / failures" for name in solvers)]
     return table(heads, rows)
 
 
 def family_rows(judged: Sequence[Judged], family: str, solvers: Sequence[str]) -> list[str]:
-    """A line a problem: its references, and the time to each error."""
+    """The table of a family, one row a problem: its references, and the time to each error."""
     rows = []
     for problem in judged:
         if problem.family != family:
@@ -107,7 +110,7 @@ def family_rows(judged: Sequence[Judged], family: str, solvers: Sequence[str]) -
         reference = problem.reference
         cells = [" / ".join(cell(problem, name, target) for target in TARGETS) for name in solvers]
         size = f"{problem.interactions} ({problem.dimension}D)"
-        rows.append([problem.name, size, " and ".join(reference.ways), distance_cell(reference), *cells])
+        rows.append([problem.name, size, " and ".join(reference.methods), distance_cell(reference), *cells])
     targets = " / ".join(f"{target:g}" for target in TARGETS)
     return table(
         ["problem", "interactions", "references", "distance", *(f"{name}: s to {targets}" for name in solvers)], rows
@@ -115,13 +118,13 @@ def family_rows(judged: Sequence[Judged], family: str, solvers: Sequence[str]) -
 
 
 def distance_cell(reference: Reference) -> str:
-    """How far apart the references are, and how many solutions were found."""
+    """The distance of the references, and the number of solutions."""
     several = f" ({len(reference.solutions)} solutions)" if len(reference.solutions) > 1 else ""
     return f"{reference.distance:.0e}{several}"
 
 
 def cell(problem: Judged, solver: str, target: float) -> str:
-    """Seconds to an error; "-" where it was not reached, "?" where the references do not tell."""
+    """Seconds to an error; "-" if it was not reached, "?" if the references cannot judge it."""
     if problem.reference.floor > target:
         return "?"
     run = problem.best(solver, target)
@@ -129,29 +132,29 @@ def cell(problem: Judged, solver: str, target: float) -> str:
 
 
 def table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    """Lines of Markdown."""
+    """Lines of a table in Markdown."""
     return ["| " + " | ".join(heads) + " |", "|---" * len(heads) + "|", *("| " + " | ".join(row) + " |" for row in rows)]
 
 
 def runs_table(judged: Sequence[Judged], path: Path) -> Path:
-    """Every run."""
-    own = [field.name for field in fields(Run) if field.name != "problem"]
+    """Write every run."""
+    own = [field.name for field in fields(SolverRun) if field.name != "problem"]
     rows = []
     for problem in judged:
         for run in problem.runs:
             values = [asdict(run)[name] for name in own]
-            told = "yes" if run.error > problem.reference.floor else "no"
-            rows.append([problem.name, problem.family, problem.dimension, problem.interactions, *values, told])
+            is_judged = "yes" if run.error > problem.reference.floor else "no"
+            rows.append([problem.name, problem.family, problem.dimension, problem.interactions, *values, is_judged])
     write_table(path, ["problem", "family", "dimension", "interactions", *own, "judged"], rows)
     return path
 
 
 def references_table(judged: Sequence[Judged], path: Path) -> Path:
-    """Every reference."""
+    """Write every reference."""
     rows = []
     for problem in judged:
-        told = problem.reference
-        pairs = [part for pair in zip(told.ways, told.residuals, strict=True) for part in pair]
-        rows.append([problem.name, *pairs, told.distance, told.scale])
+        reference = problem.reference
+        pairs = [part for pair in zip(reference.methods, reference.residuals, strict=True) for part in pair]
+        rows.append([problem.name, *pairs, reference.distance, reference.scale])
     write_table(path, ["problem", "first", "its residual", "second", "its residual", "distance", "scale [m/s]"], rows)
     return path

@@ -1,4 +1,4 @@
-"""The command line: ``lmgcpy texsol``, ``lmgcpy warmup``, and the commands on run files."""
+"""The command line: studies, commands on run files, problems and laws, and ``lmgcpy warmup``."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from lmgcpy.cli import column, laws, run, solve, texsol, view, warmup
 from lmgcpy.errors import closest, shown
 
 EXPECTED = (ValueError, TypeError, LookupError, OSError, RuntimeError, FloatingPointError, ImportError, MemoryError)
-"""Kinds of exception that have a sentence for the user."""
+"""Exceptions whose message is a sentence for the user."""
 
 
 class Sentences(click.Group):
-    """A group whose commands answer wrong input with a sentence and a non-zero exit, not with a traceback."""
+    """A group of commands that answer wrong input with a sentence and a non-zero exit code, without a traceback."""
 
     def make_context(self, *arguments, **options):
         try:
@@ -31,7 +31,7 @@ class Sentences(click.Group):
     def invoke(self, ctx: click.Context):
         try:
             return super().invoke(ctx)
-        except (click.exceptions.Exit, click.Abort, BrokenPipeError):  # of --help, Ctrl-C, a reader that had enough
+        except (click.exceptions.Exit, click.Abort, BrokenPipeError):  # --help, Ctrl-C, a closed pipe
             raise
         except click.UsageError as error:
             raise one_sentence(error) from error
@@ -41,20 +41,21 @@ class Sentences(click.Group):
             if ctx.params.get("traceback"):
                 raise
             message = str(error)
-            if isinstance(error, OSError) and error.filename is not None and error.strerror:  # as the system says it
+            if isinstance(error, OSError) and error.filename is not None and error.strerror:  # raised by the system
                 message = f"'{error.filename}' cannot be used: {error.strerror[0].lower()}{error.strerror[1:]}."
             if not isinstance(error, EXPECTED) or isinstance(error, KeyError):
-                message = f"This is an error of lmgcpy: {shown(error)}. Please report it, with what --traceback shows."
+                message = f"This is an error of lmgcpy: {shown(error)}. Please report it, with the output of --traceback."
             raise click.ClickException(message) from error
 
 
 class WrongUse(click.ClickException):
-    """A wrong use of the command line, without the lines on usage that click puts before it."""
+    """A wrong use of the command line, shown without click's lines on usage."""
 
     exit_code = 2
 
 
 def one_sentence(error: click.UsageError) -> click.ClickException:
+    """The error as one sentence."""
     if isinstance(error, getattr(click.exceptions, "NoArgsIsHelpError", ())):
         return error
     text = error.format_message()
@@ -63,10 +64,10 @@ def one_sentence(error: click.UsageError) -> click.ClickException:
 
 @click.group(cls=Sentences, context_settings={"help_option_names": ["-h", "--help"], "show_default": True})
 @click.version_option(lmgcpy.__version__, prog_name="lmgcpy")
-@click.option("--traceback", is_flag=True, help="Show where in the program an error arose.")
+@click.option("--traceback", is_flag=True, help="Show the traceback of an error.")
 def main(traceback: bool) -> None:
     """Non Smooth Contact Dynamics of rigid bodies, made for wire-reinforced sand."""
-    if not traceback:  # a warning is a sentence too, without the line of the program
+    if not traceback:  # show warnings as sentences, without the line of the program
         warnings.formatwarning = lambda message, *_: f"Warning: {message}\n"
 
 

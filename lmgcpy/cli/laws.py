@@ -1,4 +1,4 @@
-"""Commands on laws: ``laws`` lists them, ``plugin new`` begins one."""
+"""Commands on laws: ``laws`` lists them, ``plugin new`` begins a plug-in."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from lmgcpy.laws.law import REQUIRED
 @click.option("--check", is_flag=True, help="Run the conformance kit on the law NAME and print its report.")
 @click.option("--set", "given", multiple=True, metavar="PARAMETER=VALUE", help="Parameter of the law for --check.")
 def laws(name: str | None, check: bool, given: tuple[str, ...]) -> None:
-    """All laws with their parameters, or all about the law NAME.
+    """List all laws with their parameters, or describe the law NAME.
 
-    And which plug-ins failed to load, and why.
+    The list also names the plug-ins that failed to load, with the reason.
     """
     if name is None:
         if check or given:
@@ -47,7 +47,7 @@ def laws(name: str | None, check: bool, given: tuple[str, ...]) -> None:
 
 
 def origin(law: type[Law]) -> str:
-    """Distribution and version that a law comes from."""
+    """Distribution and version of a law."""
     distribution = registered.registrations()[law.NAME].distribution
     return f"lmgcpy {lmgcpy.__version__}" if distribution == "lmgcpy" else distribution
 
@@ -59,14 +59,14 @@ def line(law: type[Law]) -> str:
 
 
 def pairs(law: type[Law]) -> str:
-    """Kinds of contactors that a law is for."""
+    """Kinds of contactors that a law serves."""
     if law.APPLIES_TO == "link":
         return "two bodies"
     return ", ".join("-".join(pair) for pair in sorted(law.PAIRS or known_pairs()))
 
 
 def about(law: type[Law]) -> list[str]:
-    """All that a law says of itself."""
+    """The description of a law, line by line."""
     lines = [f"{law.NAME}: {law.APPLIES_TO} law, {law.__module__}.{law.__qualname__}, from {origin(law)}", ""]
     lines += inspect.cleandoc(law.__doc__ or "No description.").splitlines()
     lines += ["", "parameters"]
@@ -83,17 +83,17 @@ def about(law: type[Law]) -> list[str]:
 
 
 def bounds(parameter: Parameter) -> str:
-    """The bounds of a parameter and whether it may be left out, in words."""
+    """The bounds and the default of a parameter, in words."""
     limits = [
         (words, parameter.bounds[key])
         for key, words in (("above", "above"), ("minimum", "at least"), ("maximum", "at most"))
     ]
-    told = [f"{words} {value:g}" for words, value in limits if abs(value) < float("inf")]
+    clauses = [f"{words} {value:g}" for words, value in limits if abs(value) < float("inf")]
     if parameter.default is None:
-        told.append("may be left out")
+        clauses.append("may be left out")
     elif parameter.default is not REQUIRED:
-        told.append(f"{parameter.default:g} if left out")
-    return f", {', '.join(told)}:" if told else ":"
+        clauses.append(f"{parameter.default:g} if left out")
+    return f", {', '.join(clauses)}:" if clauses else ":"
 
 
 def values(law: type[Law], given: tuple[str, ...]) -> dict[str, float]:
@@ -112,15 +112,15 @@ def values(law: type[Law], given: tuple[str, ...]) -> dict[str, float]:
 
 @click.group()
 def plugin() -> None:
-    """Plug-ins: distributions that bring laws."""
+    """Make plug-ins, which are distributions with laws of their own."""
 
 
 @plugin.command()
 @click.argument("name")
 @click.option("--kind", default="contact", help="What the law applies to: contact or link.")
-@click.option("--into", "folder", type=click.Path(path_type=Path), default=Path("."), help="Folder to make it in.")
+@click.option("--into", "folder", type=click.Path(path_type=Path), default=Path("."), help="Folder for the plug-in.")
 def new(name: str, kind: str, folder: Path) -> None:
-    """Begin a plug-in with the law NAME: a distribution that installs and passes its own tests at once."""
+    """Begin a plug-in with the law NAME, a distribution that can be installed and passes its own tests."""
     from lmgcpy.plugin_template import write_plugin
 
     written = write_plugin(name, folder, kind=kind)

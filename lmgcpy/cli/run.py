@@ -13,7 +13,7 @@ FILE = click.Path(path_type=Path)
 @click.command()
 @click.argument("file", type=FILE)
 def info(file: Path) -> None:
-    """What a run file holds, how far the run is, and how good."""
+    """Show the content of a run file, the progress of the run, and its errors."""
     from lmgcpy.io.run import open_run
     from lmgcpy.io.run_format import is_being_written
 
@@ -22,8 +22,8 @@ def info(file: Path) -> None:
             click.echo(line)
 
 
-def report(run, state: str) -> list[str]:
-    """The lines of ``lmgcpy info``."""
+def report(run, writer: str) -> list[str]:
+    """The lines of ``lmgcpy info``; ``writer`` is "being written", "closed" or "killed"."""
     from lmgcpy.solve.report import ROUND_OFF
 
     scene, options, history = run.scene, run.options, run.history[:]
@@ -33,11 +33,11 @@ def report(run, state: str) -> list[str]:
     checkpoint = run.checkpoint()
     closing = {
         "being written": "being written",
-        "closed": "closed as it should",
+        "closed": "closed normally",
         "killed": f"not closed by its writer; lmgcpy resume goes on from step {checkpoint.steps}",
     }
     lines = [
-        f"{run.path}: {closing[state]}",
+        f"{run.path}: {closing[writer]}",
         f"  made      {run.created}, with " + ", ".join(f"{name} {value}" for name, value in run.versions.items()),
         f"  scene     dimension {run.dimension}, {len(bodies['mass'])} bodies ("
         + ", ".join(f"{count} {kind}" for kind, count in kinds)
@@ -68,30 +68,30 @@ def report(run, state: str) -> list[str]:
         ]
         if "stretch" in history.dtype.names and len(scene["chains"]["law"]):
             lines.append(
-                f"  links     rigid ones off their reference length by {100.0 * history['stretch'].max():.3g} % at most"
+                f"  links     rigid links leave their reference length by {100.0 * history['stretch'].max():.3g} % at most"
             )
     return lines
 
 
 def observation(name: str, column) -> str:
-    """What is observed at every step: its shape if it is an array, and the last value."""
+    """An observation in words: the shape of an array, or the last value of a number."""
     if column.ndim > 1:
         return f"{name} {column.shape[1:]}"
     return f"{name}, last {float(column[-1]):g}" if len(column) else name
 
 
 def law_sentence(law: dict) -> str:
-    """A law with its parameters and whence it came."""
+    """A law in words, with its parameters and its distribution."""
     given = ", ".join(f"{name}={value:g}" for name, value in law["parameters"].items() if value is not None)
     return f"{law['name']}({given}) from {law['distribution']}"
 
 
 @click.command()
 @click.argument("file", type=FILE)
-@click.option("--steps", type=int, required=True, help="Steps to make.")
-@click.option("--progress/--no-progress", default=True, help="A bar, on a terminal.")
+@click.option("--steps", type=int, required=True, help="Number of steps to make.")
+@click.option("--progress/--no-progress", default=True, help="Show a progress bar on a terminal.")
 def resume(file: Path, steps: int, progress: bool) -> None:
-    """Go on with a run, bit for bit, in the same file."""
+    """Continue a run in its file, bit for bit."""
     from lmgcpy.simulation.resume import resume as go_on
 
     sim = go_on(file)
@@ -106,9 +106,14 @@ def resume(file: Path, steps: int, progress: bool) -> None:
 @click.command()
 @click.argument("a", type=FILE)
 @click.argument("b", type=FILE)
-@click.option("--tolerance", type=float, default=0.0, help="Allowed, relative to the largest value; 0: to the last bit.")
+@click.option(
+    "--tolerance", type=float, default=0.0, help="Allowed difference, relative to the largest value; 0: to the last bit."
+)
 def compare(a: Path, b: Path, tolerance: float) -> None:
-    """Where two runs part: which quantity first, when, by how much. Exit code 0: they agree, 1: they differ."""
+    """Show the first difference of two runs: its quantity, time and size.
+
+    Exit code 0: the runs agree; 1: they differ.
+    """
     from lmgcpy.io.compare import compare as first_difference
     from lmgcpy.io.run import open_run
 
@@ -122,11 +127,11 @@ def compare(a: Path, b: Path, tolerance: float) -> None:
 
 @click.command()
 @click.argument("file", type=FILE)
-@click.option("--csv", type=FILE, help="Folder to write tables of text into.")
-@click.option("--vtk", type=FILE, help="Folder to write files for ParaView into.")
+@click.option("--csv", type=FILE, help="Folder for CSV tables.")
+@click.option("--vtk", type=FILE, help="Folder for ParaView files.")
 @click.option("--force", is_flag=True, help="Write into a folder that is not empty.")
 def export(file: Path, csv: Path | None, vtk: Path | None, force: bool) -> None:
-    """A run as tables of text, or as files for ParaView."""
+    """Export a run as CSV tables or as ParaView files."""
     from lmgcpy.io.csv_tables import export_csv
     from lmgcpy.io.run import open_run
     from lmgcpy.io.vtk import export_vtk

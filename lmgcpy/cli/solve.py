@@ -1,4 +1,4 @@
-"""Commands on problems of one step: ``solve`` a file, ``bench`` many."""
+"""Commands on problems of one step: ``solve`` solves one, ``bench`` compares the solvers on many."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from lmgcpy.cli.comma_list import CommaList
 from lmgcpy.errors import one_of
+from lmgcpy.solve.solvers import SOLVERS
 from lmgcpy.writing import check_target, write_bytes
 
 if TYPE_CHECKING:
@@ -19,30 +21,31 @@ if TYPE_CHECKING:
 
 FILE = click.Path(path_type=Path)
 MEASURES = ("natural", "fclib")
-"""Measures of the error that need nothing but the problem."""
+"""Measures of the error that need only the problem."""
 
 
 @click.command()
 @click.argument("file", type=FILE)
-@click.option("--solver", "name", default="auto", help="auto, newton, accelerated or gauss-seidel.")
-@click.option("--tolerance", type=float, default=1e-6, help="Error at which the problem is solved, in the measure.")
-@click.option("--max-iterations", type=int, default=None, help="Sweeps at the most.  [default: the solver's]")
-@click.option("--measure", default="natural", help="Of the error: natural (the residual) or fclib (of published solvers).")
-@click.option("--out", type=FILE, default=None, help="HDF5 file to write with the impulses and velocities.")
+@click.option("--solver", "name", default="auto", help=f"Solver: {', '.join(SOLVERS)}.")
+@click.option("--tolerance", type=float, default=1e-6, help="Error at which the problem counts as solved.")
+@click.option("--max-iterations", type=int, default=None, help="Largest number of sweeps.  [default: the solver's]")
+@click.option(
+    "--measure", default="natural", help="Measure of the error: natural (the residual) or fclib (of published solvers)."
+)
+@click.option("--out", type=FILE, default=None, help="HDF5 file for the impulses and velocities.")
 @click.option("--force", is_flag=True, help="Replace that file if it exists.")
 def solve(
     file: Path, name: str, tolerance: float, max_iterations: int | None, measure: str, out: Path | None, force: bool
 ) -> None:
     """Solve the frictional-contact problem in FILE.
 
-    The file is in FCLIB's local layout, HDF5, and holds one step of any program: u = W r + q with a law for each
-    interaction. Exit code 0: solved to the tolerance, or to round-off where that lies above it; 1: not.
+    The file has FCLIB's local layout (HDF5) and holds one step of any program: u = W r + q with a law for each
+    interaction. Exit code 0: the problem is solved to the tolerance, or to round-off if that is larger; 1: it is not.
     """
     from lmgcpy.io import fclib
     from lmgcpy.solve.other_measures import solve_until
     from lmgcpy.solve.report import SOLVED
     from lmgcpy.solve.residual import residual
-    from lmgcpy.solve.solvers import SOLVERS
 
     kind = SOLVERS[one_of(name, "solver", SOLVERS)]
     one_of(measure, "measure", MEASURES)
@@ -52,7 +55,7 @@ def solve(
     if out is not None:
         check_target(out, force=force, name="--out", instead="give another by --out, or --force to replace it")
     problem = fclib.read(file)
-    solve_until(problem, briefly(solver))  # loads or compiles the kernels: times are of the solver alone
+    solve_until(problem, briefly(solver))  # load or compile the kernels, so that the time is that of the solver alone
     solved = solve_until(problem, solver, measure=measure)
     errors = {each: residual(problem, solved.impulses, measure=each) for each in MEASURES}
     for line in report(file, problem, name, solver, measure, solved, errors):
@@ -90,7 +93,7 @@ def report(
 
 
 def briefly(solver: AnySolver) -> AnySolver:
-    """The same solver for one sweep, and for one Newton step at the most."""
+    """The same solver with one sweep and at most one Newton step."""
     from lmgcpy.solve.newton.alternating import Alternating
 
     if isinstance(solver, Alternating):
@@ -99,7 +102,7 @@ def briefly(solver: AnySolver) -> AnySolver:
 
 
 def write_solution(out: Path, problem: Problem, solved: Solved, about: dict[str, Any]) -> None:
-    """Group ``solution`` of FCLIB: ``r`` [N s] and ``u`` [m/s], (m d,) each, with what is known of them as attributes."""
+    """Write FCLIB's group ``solution``: ``r`` [N s] and ``u`` [m/s], (m d,) each; ``about`` becomes its attributes."""
     from lmgcpy.io.hdf5 import in_memory
     from lmgcpy.io.recorder import versions
 
@@ -119,24 +122,42 @@ def write_solution(out: Path, problem: Problem, solved: Solved, about: dict[str,
 @click.option("--out", type=click.Path(path_type=Path, file_okay=False), required=True, help="Folder to write.")
 @click.option(
     "--make",
+    type=CommaList(str, "chains,2d"),
     default="chains,2d,3d,packings",
-    help="Families of problems to make, by commas; none: only those of the folders.",
+    help="Families of problems to make, separated by commas; none: only the problems of the folders.",
 )
-@click.option("--spheres", default="1000", help="Sizes of the packings, by commas; those of 50000 take long.")
-@click.option("--solvers", default="gauss-seidel,accelerated,newton,auto", help="Solvers to compare, by commas.")
-@click.option("--quick", is_flag=True, help="Small problems of every family, for a look.")
+@click.option(
+    "--spheres",
+    type=CommaList(int, "1000,10000"),
+    default="1000",
+    help="Numbers of spheres of the packings, separated by commas; 50000 spheres take long.",
+)
+@click.option(
+    "--solvers",
+    type=CommaList(str, "newton,auto"),
+    default=",".join(SOLVERS),
+    help="Solvers to compare, separated by commas.",
+)
+@click.option("--quick", is_flag=True, help="Make small problems of every family.")
 @click.option("--force", is_flag=True, help="Write into a folder that is not empty.")
-def bench(folders: tuple[Path, ...], out: Path, make: str, spheres: str, solvers: str, quick: bool, force: bool) -> None:
-    """Speed against error of every solver, at tolerances down to 1e-10.
+def bench(
+    folders: tuple[Path, ...],
+    out: Path,
+    make: tuple[str, ...],
+    spheres: tuple[int, ...],
+    solvers: tuple[str, ...],
+    quick: bool,
+    force: bool,
+) -> None:
+    """Measure speed against error of every solver, at tolerances down to 1e-10.
 
-    On the problems in FOLDERS, which hold FCLIB files, and on some made here. Errors are true errors of the velocities, by
-    two references each. Writes tables, figures and the page frontier.md.
+    The problems are the FCLIB files in FOLDERS, and some that the command makes. Errors are true errors of the velocities,
+    by two references each. The command writes tables, figures and the page frontier.md.
     """
     from lmgcpy.bench.study import Bench, run_bench
     from lmgcpy.experiment.study.stages import Stages
 
-    families = () if make.strip() == "none" else words(make)
-    study = Bench(folders, families, sizes(spheres), words(solvers), quick)
+    study = Bench(folders, () if make == ("none",) else make, spheres, solvers, quick)
     if out.exists() and any(out.iterdir()) and not force:
         raise FileExistsError(f"The folder '{out}' is not empty: give another by --out, or --force to write there.")
     try:
@@ -146,19 +167,6 @@ def bench(folders: tuple[Path, ...], out: Path, make: str, spheres: str, solvers
         sys.exit(130)
     for path in written:
         click.echo(path)
-
-
-def words(text: str) -> tuple[str, ...]:
-    """Words between commas."""
-    return tuple(word.strip() for word in text.split(",") if word.strip())
-
-
-def sizes(text: str) -> tuple[int, ...]:
-    """Whole numbers between commas, or a sentence (ValueError)."""
-    try:
-        return tuple(int(word) for word in words(text))
-    except ValueError:
-        raise ValueError(f"--spheres takes whole numbers by commas, got '{text}'.") from None
 
 
 COMMANDS = (solve, bench)

@@ -9,17 +9,19 @@ from typing import Any
 
 import click
 
+from lmgcpy.cli.comma_list import CommaList
+
 FILE = click.Path(path_type=Path)
-WHAT = "layout, grains or forces [default: grains]"
+CAMERA = CommaList(float, "1,-1,1", count=3, or_word=True)
 
 
-class Axis(click.ParamType):
-    """An axis, or an axis and a coordinate: y, or y=0.1."""
+class Plane(click.ParamType):
+    """An axis, or an axis and a coordinate [m]: y, or y=0.1."""
 
     name = "axis"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """As :func:`lmgcpy.view.render` takes it."""
+        """The axis, or the axis and the coordinate, as :func:`lmgcpy.view.render` takes them."""
         axis, sign, at = value.partition("=")
         if not sign:
             return axis
@@ -29,39 +31,21 @@ class Axis(click.ParamType):
             self.fail(f"'{value}' is no plane such as y or y=0.1", param, ctx)
 
 
-class Numbers(click.ParamType):
-    """Words, or as many numbers by commas as are asked for."""
-
-    name = "numbers"
-
-    def __init__(self, count: int, example: str, words: bool = False):
-        self.count, self.example, self.words = count, example, words
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """A tuple, or the word."""
-        if self.words and "," not in value:
-            return value
-        try:
-            numbers = tuple(float(part) for part in value.split(","))
-        except ValueError:
-            numbers = ()
-        if len(numbers) != self.count:
-            self.fail(f"'{value}' is not {self.count} numbers by commas, such as {self.example}", param, ctx)
-        return numbers
-
-
-def looks(command: Callable) -> Callable:
-    """Options about how a panel shows a run."""
+def panel_options(command: Callable) -> Callable:
+    """Add the options of the drawing of a panel."""
     for option in (
-        click.option("--what", help=WHAT),
-        click.option("--grains", help="speed, spin, rotation, coordination, radius, layer, color, plain or hidden."),
-        click.option("--wires", help="length, tension, layer, plain or hidden."),
-        click.option("--opacity", type=float, help="Of the grains, 0 to 1."),
-        click.option("--clip", type=Axis(), help="Leave out the grains before this plane: y, or y=0.1 [m]."),
-        click.option("--section", type=Axis(), help="Show what this plane cuts: y, or y=0.1 [m]."),
-        click.option("--title", help="Line above, instead of the time."),
-        click.option("--limits", type=Numbers(2, "0,1.5"), help="Ends of the colour scale: low,high."),
-        click.option("--scale", type=float, help="Force drawn half as thick as a mean grain [N]."),
+        click.option("--what", help="Kind of picture: layout, grains or forces [default: grains]."),
+        click.option(
+            "--grains",
+            help="Colour of the grains: speed, spin, rotation, coordination, radius, layer, color, plain or hidden.",
+        ),
+        click.option("--wires", help="Colour of the wires: length, tension, layer, plain or hidden."),
+        click.option("--opacity", type=float, help="Opacity of the grains, 0 to 1."),
+        click.option("--clip", type=Plane(), help="Leave out the grains before this plane: y, or y=0.1 [m]."),
+        click.option("--section", type=Plane(), help="Show the cut by this plane: y, or y=0.1 [m]."),
+        click.option("--title", help="Line above the panel, instead of the time."),
+        click.option("--limits", type=CommaList(float, "0,1.5", count=2), help="Ends of the colour scale: low,high."),
+        click.option("--scale", type=float, help="Force whose line is half as thick as a mean grain [N]."),
     ):
         command = option(command)
     return command
@@ -69,9 +53,9 @@ def looks(command: Callable) -> Callable:
 
 @click.command()
 @click.argument("file", type=FILE)
-@click.option("--frame", type=int, default=-1, help="Which; negative: from the end.")
-@click.option("--camera", type=Numbers(3, "1,-1,1", words=True), help="isometric, x, y, z, or a direction: 1,-1,1.")
-@looks
+@click.option("--frame", type=int, default=-1, help="Number of the frame; negative: from the end.")
+@click.option("--camera", type=CAMERA, help="View: isometric, x, y, z, or a direction: 1,-1,1.")
+@panel_options
 def view(file: Path, frame: int, scale: float | None, **how: Any) -> None:
     """Show a frame of a run in a window."""
     from lmgcpy.io.run import open_run
@@ -83,18 +67,23 @@ def view(file: Path, frame: int, scale: float | None, **how: Any) -> None:
 
 @click.command()
 @click.argument("files", type=FILE, nargs=-1, required=True)
-@click.option("--frame", type=int, multiple=True, help="Which; negative: from the end [default: the last].")
+@click.option(
+    "--frame",
+    type=int,
+    multiple=True,
+    help="Number of the frame; negative: from the end [default: the last].",
+)
 @click.option(
     "--camera",
-    type=Numbers(3, "1,-1,1", words=True),
+    type=CAMERA,
     multiple=True,
-    help="isometric, x, y, z, or a direction: 1,-1,1 [default: isometric].",
+    help="View: isometric, x, y, z, or a direction: 1,-1,1 [default: isometric].",
 )
-@looks
-@click.option("--size", type=Numbers(2, "1000,900"), help="Of a panel at the most [pixels]: width,height.")
-@click.option("--columns", type=int, help="Panels in a row [default: all].")
-@click.option("--fps", type=float, default=20.0, help="Frames a second, of a .gif.")
-@click.option("--out", type=FILE, help="File to write, .png or, moving, .gif [default: by the first file's name].")
+@panel_options
+@click.option("--size", type=CommaList(float, "1000,900", count=2), help="Largest size of a panel [pixels]: width,height.")
+@click.option("--columns", type=int, help="Number of panels in a row [default: all].")
+@click.option("--fps", type=float, default=20.0, help="Frames a second in a .gif.")
+@click.option("--out", type=FILE, help="File to write, a .png, or a .gif that moves [default: named after the first file].")
 def render(
     files: tuple[Path, ...],
     frame: tuple[int, ...],
@@ -105,10 +94,10 @@ def render(
     what: str | None,
     **how: Any,
 ) -> None:
-    """Draw a frame of a run, or all of them as a moving picture.
+    """Draw a frame of a run, or all frames as a moving picture.
 
-    No display is needed. Several files, frames or cameras stand side by side, as many of each. With --what layout a table
-    tells which bodies overlap and which links are longer than their reference.
+    No display is needed. Several files, frames or cameras give panels side by side; their numbers must agree. With --what
+    layout the command also reports overlapping bodies, and links that exceed their reference length.
     """
     from lmgcpy.io.run import open_run
     from lmgcpy.view.layout import check
@@ -134,16 +123,16 @@ def render(
 
 
 def one_or_list(values: Sequence[Any]) -> Any:
-    """None of none, the one of one, else a list."""
+    """None without values, a single value by itself, several values as a list."""
     return list(values) if len(values) > 1 else next(iter(values), None)
 
 
 @click.command()
 @click.argument("files", type=FILE, nargs=-1, required=True)
-@click.option("--what", default="reaction", help="reaction, deviator, stress, energy or solver.")
-@click.option("--out", type=FILE, help="File to write, .png, .svg or .pdf [default: by what it shows].")
+@click.option("--what", default="reaction", help="Curves: reaction, deviator, stress, energy or solver.")
+@click.option("--out", type=FILE, help="File to write, .png, .svg or .pdf [default: named after the curves].")
 def plot(files: tuple[Path, ...], what: str, out: Path | None) -> None:
-    """Draw curves of one run or of several, one over the other."""
+    """Draw curves of one run or of several runs in one figure."""
     from lmgcpy.io.run import open_run
     from lmgcpy.view.curves import plot as draw
 

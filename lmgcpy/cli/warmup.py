@@ -7,6 +7,7 @@ import time as clock
 import click
 
 from lmgcpy import laws as registry
+from lmgcpy.cli.comma_list import CommaList
 from lmgcpy.compiled.cache import CacheWarning, cache_directory
 from lmgcpy.compiled.kernel import INTERPRETED, statistics
 from lmgcpy.experiment.study.stages import Stages
@@ -14,20 +15,24 @@ from lmgcpy.warmup import warm_up
 
 
 @click.command()
-@click.option("--laws", default="", help="Only these, by commas; otherwise all that are registered.")
-@click.option("--dimension", type=click.Choice(["2", "3"]), help="Only this one; otherwise both.")
-def warmup(laws: str, dimension: str | None) -> None:
-    """Compile what scenes need, before the first run does.
+@click.option(
+    "--laws",
+    type=CommaList(str, "coulomb,rigid-wire"),
+    default="",
+    help="Laws to compile, separated by commas; otherwise all registered laws.",
+)
+@click.option("--dimension", type=click.Choice(["2", "3"]), help="Dimension to compile; otherwise both.")
+def warmup(laws: tuple[str, ...], dimension: str | None) -> None:
+    """Compile the kernels that scenes need, so that the first run need not wait.
 
-    Every law with every pair of contactors and every solver, with and without threads, the samples, and problems of one
-    step; what the cache has already is left as it is. LMGCPY_CACHE_DIR says where the cache is, if not in the user's cache
-    directory.
+    The command compiles every law with every pair of contactors and every solver, with and without threads, the samples,
+    and problems of one step. It keeps the kernels in the cache. LMGCPY_CACHE_DIR names the folder of the cache; otherwise
+    it lies in the user's cache directory.
     """
     if INTERPRETED:
         raise RuntimeError("With NUMBA_DISABLE_JIT set nothing is compiled: unset it to fill the cache.")
     dimensions = [int(dimension)] if dimension else [2, 3]
-    names = [name.strip() for name in laws.split(",") if name.strip()] or registry.names()
-    chosen = [registry.get(name) for name in names]
+    chosen = [registry.get(name) for name in laws or registry.names()]
     begin = clock.perf_counter()
     try:
         with Stages().stage("warmup", len(chosen) * len(dimensions)) as tick:

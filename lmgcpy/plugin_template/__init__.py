@@ -1,4 +1,4 @@
-"""A plug-in to start from: the files of a distribution with one law, to be filled in."""
+"""A template of a plug-in: the files of a distribution with one law."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ KINDS = ("contact", "link")
 def write_plugin(name: str, folder: Path, *, kind: str = "contact") -> list[Path]:
     """Write the distribution ``lmgcpy-law-<name>`` into ``folder``; returns its files.
 
-    ``name``: of the law, words of small letters and digits joined by hyphens; ``kind``: what the law applies to. What is
-    written installs and passes its own tests; the law in it is a working one to be replaced. Raises ValueError for a name
-    that cannot be or is taken, FileExistsError where there is such a folder.
+    ``name`` is the name of the law: words of small letters and digits joined by hyphens. ``kind`` says whether the law
+    applies to a contact or a link. The distribution can be installed and passes its own tests; its law is an example to be
+    replaced. Raises ValueError for a name that is invalid or taken, and FileExistsError if the folder exists.
     """
     if kind not in KINDS:
         raise ValueError(f"kind must be {' or '.join(KINDS)}, got {kind!r}.")
@@ -56,7 +56,7 @@ def write_plugin(name: str, folder: Path, *, kind: str = "contact") -> list[Path
             make_folder(path.parent)
             write_text(path, Template(text).substitute(words))
         except OSError:
-            shutil.rmtree(target, ignore_errors=True)  # or it could not be begun again
+            shutil.rmtree(target, ignore_errors=True)  # an incomplete folder would block the next try
             raise
         written.append(path)
     return written

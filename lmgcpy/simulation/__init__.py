@@ -1,4 +1,4 @@
-"""Simulations: runs of a scene, and going on with a run from its file."""
+"""Simulations: runs of a scene, and continuation of a run from its file."""
 
 from lmgcpy.simulation.simulation import Simulation
 

@@ -10,13 +10,13 @@ from contextlib import contextmanager
 
 @contextmanager
 def between_steps() -> Iterator[Callable[[], bool]]:
-    """Gives a function that tells whether Ctrl-C was pressed since; a second Ctrl-C raises KeyboardInterrupt at once.
+    """Yield a function that returns whether Ctrl-C was pressed; a second Ctrl-C raises KeyboardInterrupt at once.
 
-    Where something else handles the signal, and outside the main thread, nothing changes.
+    Nothing changes outside the main thread, or if another handler of the signal is installed.
     """
     pressed = False
 
-    def note(number, frame) -> None:
+    def note(number, stack_frame) -> None:
         nonlocal pressed
         pressed = True
         signal.signal(signal.SIGINT, signal.default_int_handler)

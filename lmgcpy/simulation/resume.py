@@ -1,4 +1,4 @@
-"""A simulation made from a run file, as it was where the file ends."""
+"""A simulation made from a run file, at the end of the recorded run."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from lmgcpy.solve.solvers import BY_CLASS
 def resume(
     path: str | os.PathLike, *, functions: Functions | None = None, observe: Observe | None = None, solver: Any = None
 ) -> Simulation:
-    """The simulation of a run file as it was at its last checkpoint; its runs go on in the same file.
+    """The simulation of a run file at its last checkpoint; its runs continue in the same file.
 
-    ``functions``: of time, imposed on components, which no file holds, by id of the body and name of the component:
-    ``{(3, "y"): f}``; ``observe``: the functions of the simulation that the run observes, by name. ``solver``: for a run
-    whose solver is not one of lmgcpy's, or to go on with another. Steps beyond the last checkpoint, of a run that was
-    killed, are made again. The answer is that of the run without the interruption to the last bit, with the same
-    versions on the same machine.
+    No file can hold functions. ``functions`` gives the imposed functions of time, by id of the body and name of the
+    component: ``{(3, "y"): f}``. ``observe`` gives the functions of the simulation that the run observes, by name.
+    ``solver`` is needed if the run has a solver of another package; it may also replace the solver of the run. If the run
+    was killed, the steps after the last checkpoint are made again. With the same versions on the same machine, the result
+    equals that of an uninterrupted run to the last bit.
 
-    Raises what ``lmgcpy.io.open_run`` raises, PermissionError for a read-only file, BlockingIOError for one that is being
-    written, ValueError for a function that is missing, LookupError for a law that is not registered.
+    Raises the errors of ``lmgcpy.io.open_run``, PermissionError for a read-only file, BlockingIOError for one that is being
+    written, ValueError for a missing function, and LookupError for a law that is not registered.
     """
     with run_to_go_on(path) as run:
         given = run.options
@@ -39,14 +39,14 @@ def resume(
             solver=_solver(path, given) if solver is None else solver,
             on_unconverged=given["on_unconverged"],
             geometric_stiffness=given["geometric_stiffness"],
-            overlap="ignore",  # of the scene's start, which was told when the run began
+            overlap="ignore",  # the run warned of overlaps when it began
         )
         go_on(sim, run, observe)
     return sim
 
 
 def _scene(path: str | os.PathLike, run: Run, functions: Functions | None) -> Scene:
-    """The scene of a run; what cannot be one is the file's fault, what functions lack is not."""
+    """The scene of a run. An error of the description is one of the file; an error of ``functions`` is one of the call."""
     description = run.scene
     try:
         scene = build(description)

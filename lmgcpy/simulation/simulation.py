@@ -1,4 +1,4 @@
-"""Runs of a simulation: many steps, with a file, a bar, observations and an end."""
+"""Runs of a simulation: many steps, with a run file, a progress bar, observations and a stop condition."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ log = logging.getLogger("lmgcpy")
 
 
 class Recorder(Protocol):
-    """What keeps a run, for example in a file; it is called after every step, between steps."""
+    """Records a run, for example in a file. Its methods are called between steps."""
 
     def start(self, sim: Stepper) -> None:
         """A run begins."""
 
     def enter(self, sim: Stepper) -> None:
-        """A step was made."""
+        """A step is complete."""
 
     def finish(self, sim: Stepper) -> None:
         """The run ends between two steps."""
 
     def abandon(self) -> None:
-        """A step failed, and was not made."""
+        """A step failed; the simulation stands at the end of the step before."""
 
     def how_to_go_on(self) -> str:
         """A sentence for a user who interrupted the run."""
@@ -39,32 +39,31 @@ class Recorder(Protocol):
 class Simulation(Stepper):
     """Steps a scene through time.
 
-    ``time_step`` h [s]; ``theta`` in [0.5, 1] of the time stepping, 0.5 is of second order in free motion and keeps the
-    energy; ``solver``: of the problem of each step, ``Auto()`` if none is given. The scene is compiled
-    and cannot be edited any more; its bodies become views of the simulation's state.
+    ``time_step`` is h [s]. ``theta`` in [0.5, 1] is that of the time stepping; 0.5 is of second order in free motion and
+    keeps the energy. ``solver`` solves the problem of each step; the default is ``Auto()``. The scene is compiled and can
+    no longer be edited; its bodies become views of the simulation's state.
 
-    ``on_unconverged``: what is done about steps that the solver did not solve to its tolerance: "warn" (one RuntimeWarning
-    at the end of a ``run``, and in a loop on ``step`` one at the first such step), "stop" (RuntimeError after such a step,
-    which is made) or "ignore"; ``unconverged_steps`` counts them, ``worst_residual`` keeps their largest residual and
-    ``worst_slip`` their largest slip (since the start or the last restore), in any case.
+    ``on_unconverged`` says what happens after a step that the solver did not solve to its tolerance: "warn" gives one
+    RuntimeWarning at the end of a ``run``, or at the first such step in a loop on ``step``; "stop" raises RuntimeError
+    after the step; "ignore" does nothing. In all cases ``unconverged_steps`` counts these steps, and ``worst_residual``
+    and ``worst_slip`` hold their largest residual and slip, since the start or the last restore.
 
-    ``overlap``: what to do where bodies that see each other overlap at the start by more than 5 % of the smaller radius:
-    "warn" (one RuntimeWarning with their number and the worst), "stop" (ValueError) or "ignore". Contact laws leave an
-    old penetration as it is, so that such a start is legal, but rarely meant; what solvers leave in a sample at rest is
-    less, and is not told.
+    ``overlap`` says what happens if bodies that see each other overlap at the start by more than 5 % of the smaller
+    radius: "warn" gives one RuntimeWarning with their number and the worst overlap, "stop" raises ValueError, "ignore"
+    does nothing. Contact laws leave an old penetration alone, so that such a start is legal, but it is rarely intended.
+    The overlaps that solvers leave in a sample at rest are smaller and cause no warning.
 
-    A body so far from the origin that its position is rounded by more than a thousandth of its radius is refused
-    (ValueError).
+    A body so far from the origin that rounding moves it by more than a thousandth of its radius is refused (ValueError).
 
-    ``threads``: how many may share the solver's work on a scene of 5000 bodies or more; ``sim.threads = 2`` changes it
-    between steps. Nothing else depends on it: the results have the same bits for any number.
+    ``threads`` is the number of threads that may share the solver's sweeps on a large scene; ``sim.threads = 2`` changes it
+    between steps. The results have the same bits for any number.
 
-    ``geometric_stiffness``: False leaves out what is done where links turn by more than the step resolves
-    (``lmgcpy/dynamics/geometric_stiffness.py``, ``turning_stretch.py``), to see what it does: beads may then zigzag and
-    make energy.
+    ``geometric_stiffness=False`` leaves out the correction for links that turn by more than the step resolves
+    (``lmgcpy/dynamics/geometric_stiffness.py``, ``turning_stretch.py``), to show its effect: beads may then zigzag and
+    gain energy.
 
-    Beside what is below it has ``steps``, made so far; ``report`` and ``energy`` of the last step, a :class:`Report
-    <lmgcpy.solve.report.Report>` and an :class:`Energy <lmgcpy.dynamics.energy.Energy>`; and its ``scene``.
+    Further attributes are ``steps``, the number of completed steps; ``report`` and ``energy`` of the last step, a
+    :class:`Report <lmgcpy.solve.report.Report>` and an :class:`Energy <lmgcpy.dynamics.energy.Energy>`; and ``scene``.
 
     The loop, for velocities v, positions q, external forces F, and impulses r along H::
 
@@ -74,12 +73,12 @@ class Simulation(Stepper):
         v      = v_free + M^-1 H r
         q      = q_m + theta h v
 
-    Where links would make energy as they are pulled back, the positions go another way than the velocities
+    Where links would gain energy as they are pulled back, the positions are corrected apart from the velocities
     (``lmgcpy/dynamics/turning_stretch.py``).
     """
 
     recorder: Recorder | None = None
-    """Keeps every run that names no file of its own; set by ``lmgcpy.resume``."""
+    """Records every run that names no file of its own; ``lmgcpy.resume`` sets it."""
 
     @named_arguments
     def run(
@@ -95,16 +94,16 @@ class Simulation(Stepper):
         observe: Mapping[str, Callable[[Simulation], Any]] | None = None,
         until: Callable[[Simulation], bool] | None = None,
     ) -> Simulation:
-        """Make so many steps, or as many as the duration [s] takes; returns the simulation itself.
+        """Make ``steps`` steps, or as many as ``duration`` [s] takes; returns the simulation itself.
 
-        ``progress``: a bar, where standard error is a terminal. ``record``: a run file to write (HDF5), with a frame
-        ``every`` so many steps and the history of every step; what is not yet in it is at most ``flush`` [s] old, in
-        time of the clock. A file that is there already is replaced only with ``force``. A recorded run that is
-        interrupted (Ctrl-C) ends between steps, with a good file.
+        ``progress`` shows a bar if standard error is a terminal. ``record`` is the path of a run file (HDF5). The file gets
+        a frame every ``every`` steps and the history of every step; unwritten steps are at most ``flush`` [s] of clock time
+        old. An existing file is replaced only with ``force``. Ctrl-C ends a recorded run between two steps, with a
+        complete file.
 
-        ``observe``: functions of the simulation by name, called after every step; each returns a number or an array of
-        the same shape at every step, before the first as well, and the values are kept in the run file. ``until``: called
-        after every step with the simulation; the run ends early where it says so.
+        ``observe`` gives functions of the simulation by name, called before the first step and after every step. Each
+        returns a number or an array of the same shape at every step; the run file keeps the values. ``until`` is a function
+        of the simulation, called after every step; the run ends early when it returns True.
         """
         if (steps is None) == (duration is None):
             raise TypeError("run takes either steps or duration [s], one of the two.")
@@ -151,14 +150,14 @@ class Simulation(Stepper):
             warnings.warn(
                 f"{unconverged} of {self.steps - already} steps did not reach the solver's tolerance; the worst "
                 f"residual so far is {self.worst_residual:.2e}, the worst slip {self.worst_slip:.2e} of a radius. Raise "
-                "max_iterations, relax tolerance or slip, or say on_unconverged='ignore'.",
+                "max_iterations, relax tolerance or slip, or give on_unconverged='ignore'.",
                 RuntimeWarning,
                 stacklevel=3,
             )
         return self
 
     def _run_recorded(self, turns: Any, recorder: Recorder, until: Callable[[Simulation], bool] | None) -> None:
-        """The turns of a run with a recorder; Ctrl-C ends it between steps."""
+        """The steps of a run with a recorder; Ctrl-C ends it between steps."""
         with between_steps() as interrupted:
             for _ in turns:
                 try:
@@ -179,14 +178,14 @@ class Simulation(Stepper):
                 raise KeyboardInterrupt(recorder.how_to_go_on())
 
     def _over(self, until: Callable[[Simulation], bool] | None) -> bool:
-        """Whether the run ends after this step; RuntimeError where it must."""
+        """Whether the run ends after this step; RuntimeError after an unsolved step if on_unconverged is "stop"."""
         if self.on_unconverged == "stop" and not self.report.solved:
             raise self._unsolved()
         return until is not None and bool(until(self))
 
 
 class _Summary:
-    """One line about a run, made only if it is logged."""
+    """One line about a run; the text is made only if it is logged."""
 
     def __init__(self, sim: Simulation, steps: int, seconds: float):
         self.sim, self.steps, self.seconds = sim, steps, seconds

@@ -7,8 +7,8 @@
     def test_my_law(check):
         check()
 
-and, in a script, ``print(lmgcpy.testing.report(MyLaw(strength=10.0)))``. ``PROPERTIES`` says what is looked at, and
-``docs/conformance.md`` what cannot be seen. ``import lmgcpy`` does not import it.
+and, in a script, ``print(lmgcpy.testing.report(MyLaw(strength=10.0)))``. ``PROPERTIES`` lists the properties that the kit
+checks, and ``docs/conformance.md`` what it cannot find. ``import lmgcpy`` does not import this package.
 """
 
 try:
@@ -16,7 +16,7 @@ try:
 except ImportError as error:
     raise ImportError('lmgcpy.testing needs hypothesis and pytest: pip install "lmgcpy[test]"') from error
 
-# the order of the properties: from what everything rests on to what takes the longest
+# the order of imports is that of the properties: from the basic ones to those that take the longest
 from lmgcpy.testing import local_solve, traits, invariance, purity, compiled, runs  # noqa: F401, I001
 from lmgcpy.testing.answers import Nonconformance
 from lmgcpy.testing.conformance import Check, Finding, LawReport, conformance, report

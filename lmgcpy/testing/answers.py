@@ -1,4 +1,4 @@
-"""What the functions of a law answer, interpreted and looked at before it is used."""
+"""Calls of a law's functions in plain Python; every answer is checked before it is used."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Matrix = tuple[Numbers, ...]
 
 
 class Nonconformance(AssertionError):
-    """A law breaks a property: the property by name, the law, what was found, and the input."""
+    """A law breaks a property. The message gives the name of the property, the law, the finding and the input."""
 
     def __init__(self, name: str, told: str, law: Law | None = None, given: str = ""):
         self.property, self.told, self.law, self.given = name, told, law, given
@@ -22,7 +22,7 @@ class Nonconformance(AssertionError):
 
 
 def ask(law: Law, function: str, *arguments: Any) -> Any:
-    """What a function of the law returns; Nonconformance where it raises."""
+    """The answer of a function of the law; Nonconformance if it raises."""
     try:
         return getattr(law, function)(*arguments)
     except Exception as error:
@@ -30,7 +30,7 @@ def ask(law: Law, function: str, *arguments: Any) -> Any:
 
 
 def numbers(law: Law, function: str, count: int, why: str, *arguments: Any, infinite: bool = False) -> Numbers:
-    """The tuple that a function of the law returns, so many finite numbers (``infinite``: or infinite ones)."""
+    """The tuple of ``count`` finite numbers that a function of the law returns; ``infinite`` allows infinite numbers."""
     answer = ask(law, function, *arguments)
     if not isinstance(answer, tuple) or len(answer) != count:
         raise Nonconformance("interface", f"{function} returned {shown(answer)}, expected a tuple of {count}, {why}.")
@@ -38,7 +38,7 @@ def numbers(law: Law, function: str, count: int, why: str, *arguments: Any, infi
 
 
 def rows_of_numbers(law: Law, function: str, count: int, *arguments: Any) -> Matrix:
-    """The tuple of rows, square, that a function of the law returns."""
+    """The square matrix, a tuple of rows, that a function of the law returns."""
     answer = ask(law, function, *arguments)
     if not isinstance(answer, tuple) or [len(row) if isinstance(row, tuple) else -1 for row in answer] != [count] * count:
         raise Nonconformance(

@@ -1,4 +1,4 @@
-"""One interaction under a law: all that the law is given, step by step, and all that it answers."""
+"""One interaction under a law: the arguments of the law's functions, step by step, and their answers."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ INVERSE_MASS, TIME = dimensions("1/kg"), dimensions("s")
 
 
 @dataclass(frozen=True)
-class Step:
-    """What a time step asks of an interaction; the solve is of this interaction alone."""
+class CaseStep:
+    """Data of one time step of an interaction, which is solved alone."""
 
     gap: float
-    """At the detection configuration [m]."""
+    """Gap at the detection configuration [m]."""
     before: Numbers
     """Relative velocity at the start of the step [m/s]."""
     W: Matrix
@@ -33,70 +33,70 @@ class Step:
 
 
 @dataclass(frozen=True)
-class Case:
-    """An interaction from its birth to the last of its steps, which is the one that is looked at."""
+class LawCase:
+    """An interaction from its birth to its last step, which the properties check."""
 
     law: Law
     time_step: float
     reference_gap: float
     reference_length: float
     birth: float
-    """Time at which the interaction is new [s]."""
-    steps: tuple[Step, ...]
+    """Time at which the interaction begins [s]."""
+    steps: tuple[CaseStep, ...]
 
-    # ---------------------------------------------------------------------------------------------- what is given
+    # -------------------------------------------------------------------------------------------------- arguments
 
     @property
     def gap(self) -> float:
-        """Of the last step [m]."""
+        """Gap of the last step [m]."""
         return self.steps[-1].gap
 
     @property
     def W(self) -> Matrix:
-        """Of the last step [1/kg]."""
+        """Local block of the last step [1/kg]."""
         return self.steps[-1].W
 
     @property
     def q(self) -> Numbers:
-        """Of the last step [m/s]."""
+        """Free velocity of the last step [m/s]."""
         return self.steps[-1].q
 
     @cached_property
     def size(self) -> int:
-        """Rows of the law."""
+        """Number of rows of the law."""
         return self.law.rows(2)
 
     @cached_property
     def parameters(self) -> Numbers:
-        """As ``prepare`` gets them."""
+        """Parameters in the order of ``prepare``."""
         return tuple(float(value) for value in self.law.table(np.array([self.reference_length]))[0])
 
-    # ------------------------------------------------------------------------------------------ what the law answers
+    # ----------------------------------------------------------------------------------------------------- answers
 
     def first_state(self, gap: float) -> Numbers:
-        """The state of the interaction if it is new at this gap."""
+        """The state of an interaction that begins at this gap."""
         count = len(self.law.states())
         if self.law.initial is None:
             return (0.0,) * count
         given = gap, self.reference_gap, self.birth, self.parameters
         return numbers(self.law, "initial", count, "one for each state", *given)
 
-    def prepare(self, step: Step, state: Numbers) -> Numbers:
-        """The law's prepared numbers for a step."""
+    def prepare(self, step: CaseStep, state: Numbers) -> Numbers:
+        """The prepared numbers for a step."""
         names = self.law.PREPARED
         given = step.gap, self.reference_gap, step.before, self.time_step, self.parameters, state
         return numbers(self.law, "prepare", len(names), "one for each name in PREPARED", *given, infinite=True)
 
     def react(self, W: Matrix, u: Sequence[float], prepared: Numbers) -> Numbers:
-        """The law's impulse."""
+        """The impulse [N s]."""
         return numbers(self.law, "react", self.size, "one for each row of the law", W, tuple(map(float, u)), prepared)
 
-    def commit(self, step: Step, impulse: Numbers, state: Numbers) -> Numbers:
-        """The state after a step that is solved by this impulse."""
+    def commit(self, step: CaseStep, impulse: Numbers, state: Numbers) -> Numbers:
+        """The state after a step with this impulse."""
         return self.committed(step, velocity(step, impulse), impulse, state)
 
-    def committed(self, step: Step, u: Numbers, impulse: Numbers, state: Numbers) -> Numbers:
-        """The state after a step that ends with this velocity and this impulse."""
+    def committed(self, step: CaseStep, u: Numbers, impulse: Numbers, state: Numbers) -> Numbers:
+        """The state after a step with this end velocity and this impulse."""
         if self.law.commit is None:
             return state
         given = step.gap, self.reference_gap, u, impulse, self.time_step, self.parameters, state
@@ -104,7 +104,7 @@ class Case:
 
     @cached_property
     def history(self) -> tuple[Numbers, ...]:
-        """States before each of the steps."""
+        """The states before each step."""
         states = [self.first_state(self.steps[0].gap)]
         for step in self.steps[:-1]:
             states.append(self.commit(step, self.react(step.W, step.q, self.prepare(step, states[-1])), states[-1]))
@@ -112,22 +112,22 @@ class Case:
 
     @property
     def state(self) -> Numbers:
-        """Before the last step."""
+        """State before the last step."""
         return self.history[-1]
 
     @cached_property
     def prepared(self) -> Numbers:
-        """For the last step."""
+        """Prepared numbers of the last step."""
         return self.prepare(self.steps[-1], self.state)
 
     @cached_property
     def impulse(self) -> Numbers:
-        """That solves the last step [N s]."""
+        """Impulse of the last step [N s]."""
         return self.react(self.W, self.q, self.prepared)
 
     @property
     def velocity(self) -> Numbers:
-        """At the end of the last step, u = q + W r [m/s]."""
+        """Velocity at the end of the last step, u = q + W r [m/s]."""
         return velocity(self.steps[-1], self.impulse)
 
     @property
@@ -136,11 +136,11 @@ class Case:
         return self.commit(self.steps[-1], self.impulse, self.state)
 
     def slope(self, u: Sequence[float]) -> Matrix:
-        """The law's generalized derivative at the free velocity ``u`` [kg]."""
+        """The generalized derivative of the law at the free velocity ``u`` [kg]."""
         return rows_of_numbers(self.law, "slope", self.size, self.W, tuple(map(float, u)), self.prepared)
 
     def energy(self, gap: float, state: Numbers | None = None) -> float:
-        """Stored at a gap [J], with the state before the last step unless another is given."""
+        """Energy stored at a gap [J], with the state before the last step unless ``state`` is given."""
         held = self.state if state is None else state
         return number(self.law, "energy", gap, self.reference_gap, self.parameters, held)
 
@@ -148,7 +148,7 @@ class Case:
 
     @cached_property
     def speed(self) -> float:
-        """Size of the terms that make up velocities [m/s]: round-off of u, and of the law's relation, is relative to it."""
+        """Size of the terms of velocities [m/s]. The round-off of u and of the law's relation is relative to it."""
         step, h = self.steps[-1], self.time_step
         terms = (
             sum(map(abs, step.q)) + float(np.abs(step.W).sum(axis=0) @ np.abs(self.impulse)) + sum(map(abs, step.before))
@@ -162,33 +162,35 @@ class Case:
 
     # ---------------------------------------------------------------------------------------------------- transforms
 
-    def with_diagonal(self) -> Case:
-        """The same with blocks of W that do not couple the rows."""
+    def with_diagonal(self) -> LawCase:
+        """The same case with diagonal blocks of W."""
         return replace(self, steps=tuple(replace(step, W=diagonal(np.diag(step.W).tolist())) for step in self.steps))
 
-    def mirrored(self) -> Case:
-        """The same with the tangent turned round."""
+    def mirrored(self) -> LawCase:
+        """The same case with the tangent reversed."""
 
-        def turned(step: Step) -> Step:
-            W = tuple(turn(row) if i == 0 else tuple(-w for w in turn(row)) for i, row in enumerate(step.W))
-            return replace(step, before=turn(step.before), q=turn(step.q), W=W)
+        def reversed_step(step: CaseStep) -> CaseStep:
+            W = tuple(
+                reverse_tangent(row) if i == 0 else tuple(-w for w in reverse_tangent(row)) for i, row in enumerate(step.W)
+            )
+            return replace(step, before=reverse_tangent(step.before), q=reverse_tangent(step.q), W=W)
 
-        return replace(self, steps=tuple(turned(step) for step in self.steps))
+        return replace(self, steps=tuple(reversed_step(step) for step in self.steps))
 
-    def scaled(self, law: Law, length: float, time: float, mass: float) -> Case:
-        """The same in other units, under ``law``, which has its parameters in those."""
+    def scaled(self, law: Law, length: float, time: float, mass: float) -> LawCase:
+        """The same case in other units; ``law`` has its parameters in these units."""
 
         def of(power: Dimensions) -> float:
             return power.factor(length, time, mass)
 
-        return Case(
+        return LawCase(
             law=law,
             time_step=time * self.time_step,
             reference_gap=length * self.reference_gap,
             reference_length=length * self.reference_length,
             birth=time * self.birth,
             steps=tuple(
-                Step(
+                CaseStep(
                     gap=length * step.gap,
                     before=tuple(of(VELOCITY) * v for v in step.before),
                     W=tuple(tuple(of(INVERSE_MASS) * w for w in row) for row in step.W),
@@ -220,7 +222,7 @@ class Case:
         return "\n".join(f"    {line}" for line in lines)
 
 
-def velocity(step: Step, impulse: Numbers) -> Numbers:
+def velocity(step: CaseStep, impulse: Numbers) -> Numbers:
     """u = q + W r [m/s]."""
     return tuple(q + sum(w * r for w, r in zip(row, impulse, strict=True)) for q, row in zip(step.q, step.W, strict=True))
 
@@ -230,13 +232,13 @@ def diagonal(entries: Sequence[float]) -> Matrix:
     return tuple(tuple(w if i == j else 0.0 for j in range(len(entries))) for i, w in enumerate(entries))
 
 
-def turn(vector: Numbers) -> Numbers:
-    """A vector with its tangential component turned round."""
+def reverse_tangent(vector: Numbers) -> Numbers:
+    """The vector with its tangential component reversed."""
     return (vector[0], *(-component for component in vector[1:]))
 
 
 def sizes(law: Law, state: Numbers = ()) -> list[tuple[float, Dimensions]]:
-    """Sizes of the law's parameters, and of the numbers of a state, with their dimensions where these can be read."""
+    """Sizes and dimensions of the law's parameters and of a state; numbers with an unreadable unit are left out."""
     declared = [(law.values[name], of.unit) for name, of in law.parameters().items()]
     declared += [(value, of.unit) for value, of in zip(state, law.states().values(), strict=False)]
     found = []

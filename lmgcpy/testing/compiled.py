@@ -1,4 +1,4 @@
-"""That a law compiled says what it says interpreted: the other properties are looked at interpreted."""
+"""Property: the compiled law gives the answers of plain Python, in which the other properties are checked."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from lmgcpy.compiled.kernel import CompilerError, Kernel, kernel, row_reader
 from lmgcpy.laws import Law
 from lmgcpy.solve.law_kernels import as_floats, not_compiled, zeros
 from lmgcpy.testing.answers import Nonconformance, Numbers
-from lmgcpy.testing.case import Case, velocity
+from lmgcpy.testing.case import LawCase, velocity
 from lmgcpy.testing.property import drawn
 
-react: Callable[..., Any] = Slot("react")  # given by the specialisation, as what follows
+react: Callable[..., Any] = Slot("react")  # the specialisation fills this slot and the next ones
 prepare: Callable[..., Any] = Slot("prepare")
 slope: Callable[..., Any] = lambda W, u, prepared: ((0.0,),)  # noqa: E731
 energy: Callable[..., Any] = lambda gap, reference_gap, parameters, state: 0.0  # noqa: E731
@@ -33,10 +33,10 @@ SLOPE = COMMIT = False
 
 @kernel
 def evaluate(W, numbers, vectors, parameters, state, prepared, answer, slopes, first, after):
-    """Everything that a law computes for one interaction; returns its energy.
+    """Call every function of a law for one interaction; returns the energy.
 
-    ``numbers``: gap, reference gap, time step, birth; ``vectors``: velocity before, free velocity, velocity and impulse
-    that ``commit`` is told. The other arrays are filled in.
+    ``numbers``: gap, reference gap, time step, birth; ``vectors``: velocity before the step, free velocity, velocity and
+    impulse for ``commit``. The kernel fills the other arrays.
     """
     gap, reference_gap, time_step, birth = numbers[0], numbers[1], numbers[2], numbers[3]
     given = read_parameters(parameters, 0)
@@ -70,7 +70,7 @@ def evaluate(W, numbers, vectors, parameters, state, prepared, answer, slopes, f
 
 @cache
 def of_law(law: type[Law], rows: int, parameter_count: int) -> Kernel:
-    """The kernel above for a law; compiled at its first call."""
+    """The kernel :func:`evaluate` for a law; it is compiled at the first call."""
     count = len(law.states())
     return evaluate.specialise(
         react=law.react,
@@ -93,17 +93,16 @@ def of_law(law: type[Law], rows: int, parameter_count: int) -> Kernel:
 
 
 def same(got: Any, expected: Any) -> bool:
-    """Equal up to fused multiplications, which a compiler may use: a few units of round-off."""
+    """Whether two answers agree up to a few units of round-off: a compiler may fuse multiplications and additions."""
     return np.allclose(got, expected, rtol=1e-13, atol=0.0, equal_nan=True)
 
 
 @drawn("compiled", "compiled = interpreted, up to round-off")
-def compiled(case: Case, draw: Any) -> str:
-    """All functions of the law, compiled as the solvers compile them, against Python's answers; a difference of W r of the
-    round-off of velocities is none. ``commit`` may stand at a threshold: there the answer for a velocity and an impulse
-    that differ by round-off will do."""
+def compiled(case: LawCase, draw: Any) -> str:
+    """All functions of the law, compiled as the solvers compile them, give the answers of plain Python. W r may differ by
+    the round-off of velocities. ``commit`` may be at a threshold: there the answer for a velocity and an impulse that
+    differ by round-off is accepted too."""
     law, size, step = case.law, case.size, case.steps[-1]
-    told = case.velocity, case.impulse
     prepared, answer, slopes = np.empty(len(law.PREPARED)), np.empty(size), np.zeros((size, size))
     first, after = np.zeros(len(law.states())), np.array(case.state)
     filled = [np.append(values, 0.0) for values in (case.parameters, case.state)]  # never empty
@@ -111,7 +110,7 @@ def compiled(case: Case, draw: Any) -> str:
         stored = of_law(type(law), size, len(case.parameters))(
             np.array(case.W),
             np.array([step.gap, case.reference_gap, case.time_step, case.birth]),
-            np.concatenate([step.before, step.q, *told]),
+            np.concatenate([step.before, step.q, case.velocity, case.impulse]),
             *filled,
             prepared,
             answer,
@@ -139,8 +138,8 @@ def compiled(case: Case, draw: Any) -> str:
     return ""
 
 
-def commits_near(case: Case) -> list[Numbers]:
-    """What ``commit`` answers to what it is told, and to that with a normal velocity or impulse off by round-off."""
+def commits_near(case: LawCase) -> list[Numbers]:
+    """Answers of ``commit`` to the step, and to the step with a normal velocity or impulse that differs by round-off."""
     step = case.steps[-1]
     found = []
     for sign in (0.0, 1.0, -1.0):

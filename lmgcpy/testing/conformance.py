@@ -1,4 +1,4 @@
-"""The kit's two faces: tests of a law, and a report on it."""
+"""The two entry points of the kit: tests of a law, and a report on it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from lmgcpy.testing.property import PROPERTIES, Property
 
 @dataclass(frozen=True)
 class Check:
-    """One property of one law; call it: Nonconformance (an AssertionError) says what is broken."""
+    """The check of one property of one law. A call raises Nonconformance (an AssertionError) if the property is broken."""
 
     law: Law
     property: Property
@@ -29,14 +29,14 @@ class Check:
 
 @named_arguments
 def conformance(*laws: Law, skip: Iterable[str] = ()) -> Callable[[Callable[[Any], Any]], Any]:
-    """Decorator that makes of one test as many as there are properties that apply to the laws::
+    """Decorator that turns one test into one test for each property that applies to the laws::
 
         @lmgcpy.testing.conformance(MyLaw(strength=10.0))
         def test_my_law(check):
             check()
 
-    ``laws``: instances; parameters are varied around theirs. ``skip``: names of properties that the law is known not to
-    have. Needs pytest. Raises TypeError or ValueError with a sentence.
+    ``laws`` are instances; the tests vary parameters around theirs. ``skip`` names properties that the laws are known not
+    to have. The decorator needs pytest. It raises TypeError or ValueError with a sentence.
     """
     import pytest
 
@@ -55,13 +55,13 @@ def conformance(*laws: Law, skip: Iterable[str] = ()) -> Callable[[Callable[[Any
 
 @dataclass(frozen=True)
 class Finding:
-    """What became of one property."""
+    """The result of the check of one property."""
 
     property: Property
     outcome: str
     """"holds", "broken", "does not apply", or "not looked at"."""
     told: str
-    """What is broken, or why it was not looked at."""
+    """The breach, or the reason why the property was not looked at."""
 
     def __str__(self) -> str:
         told = self.property.statement if self.outcome == "holds" else self.told
@@ -73,7 +73,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class LawReport:
-    """The ``findings`` on a law, in the order in which properties are looked at; ``print`` it."""
+    """The ``findings`` on a law, in the order of the properties. ``print`` shows them."""
 
     law: Law
     findings: tuple[Finding, ...]
@@ -98,7 +98,7 @@ class LawReport:
 
 @named_arguments
 def report(law: Law, *, skip: Iterable[str] = ()) -> LawReport:
-    """Look at all properties of a law, for scripts; where the interface is broken nothing else is looked at."""
+    """Check all properties of a law, for scripts. If the interface is broken, no other property is checked."""
     _check_law(law, "report")
     without = set(_known(skip))
     findings: dict[str, Finding] = {}

@@ -1,8 +1,8 @@
-"""What hypothesis draws for the properties of a law: parameters, time steps, gaps, velocities, blocks of W, histories.
+"""Strategies of hypothesis for the properties of a law: parameters, time steps, gaps, velocities, blocks of W, histories.
 
-Magnitudes are powers of ten around centres. Beside 1 m/s, 1 mm, and 1/kg a law's own parameters make centres, by their
-units: a strength F is met where F h W is about the velocity, a stiffness k where h^2 k W is about one, a length where it
-is about the gap.
+Magnitudes are powers of ten around centres. The centres are 1 m/s, 1 mm and 1/kg, and others that follow from the
+parameters of the law and their units. So the draws cover the thresholds of the law: a strength F matters where F h W is
+about the velocity, a stiffness k where h^2 k W is about one, and a length where it is about the gap.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 
 from lmgcpy.laws import Law
 from lmgcpy.testing.answers import Matrix
-from lmgcpy.testing.case import Case, Step, sizes
+from lmgcpy.testing.case import CaseStep, LawCase, sizes
 from lmgcpy.testing.units import NONE, Dimensions
 
 Powers = tuple[float, float]
@@ -25,7 +25,7 @@ Powers = tuple[float, float]
 
 @dataclass(frozen=True)
 class Spread:
-    """Powers of ten that are drawn, around their centres."""
+    """Ranges of the powers of ten that are drawn around the centres."""
 
     parameter: Powers = (-2.0, 2.0)
     time_step: Powers = (-2.0, 2.0)
@@ -33,14 +33,14 @@ class Spread:
     gap: Powers = (-5.0, 2.0)
     velocity: Powers = (-1.5, 1.5)
     near: Powers | None = (-1.0, 1.0)
-    """Of gaps around a law's own lengths; None: a law's parameters make no centres."""
+    """Range for gaps around the lengths of the law; None: the parameters of the law give no centres."""
 
 
 USUAL = Spread()
 
 
 def extreme(decades: float = 12.0) -> Spread:
-    """So many powers of ten to either side, each for itself."""
+    """The spread of ``decades`` powers of ten to either side for every quantity."""
     powers = -decades, decades
     return Spread(parameter=powers, time_step=powers, delassus=powers, gap=powers, velocity=powers, near=None)
 
@@ -50,28 +50,28 @@ STEP, GAP, LENGTH = 1e-3, 1e-3, 1e-1
 COUPLING = 0.99
 """Largest |W_nt| / sqrt(W_nn W_tt)."""
 LONGEST = 4
-"""Steps of a history before the one that is looked at."""
+"""Largest number of steps of a history before the step that is checked."""
 
 
 Draw = Callable[[st.SearchStrategy], Any]
 
 
-@cache  # hypothesis takes longer to look at a new strategy than to draw from it
+@cache  # hypothesis needs more time to analyse a new strategy than to draw from it
 def powers_of_ten(low: float, high: float) -> st.SearchStrategy[float]:
-    """Positive numbers, 10^(k/8), that shrink towards one."""
+    """Positive numbers 10^(k/8), which shrink towards one."""
     return st.integers(round(8.0 * low), round(8.0 * high)).map(lambda eighths: 10.0 ** (eighths / 8.0))
 
 
 @cache
 def signed(low: float, high: float) -> st.SearchStrategy[float]:
-    """Zero, or powers of ten of either sign."""
+    """Zero, and powers of ten of either sign."""
     signs = st.sampled_from((-1.0, 1.0, -1.0, 1.0, 0.0))
     return st.tuples(signs, powers_of_ten(low, high)).map(lambda pair: pair[0] * pair[1])
 
 
 @cache
-def places(count: int) -> st.SearchStrategy[int]:
-    """Indices into so many."""
+def indices(count: int) -> st.SearchStrategy[int]:
+    """Indices from 0 to ``count - 1``."""
     return st.integers(0, count - 1)
 
 
@@ -80,7 +80,7 @@ RHO = st.integers(-33, 33).map(lambda k: COUPLING * k / 33.0)
 
 
 def instance(draw: Draw, law: Law, spread: Spread) -> Law:
-    """The given law, or one with other parameters within their bounds around those of the given one."""
+    """The given law, or one with parameters around those of the given law, within their bounds."""
     if not law.parameters() or draw(YES_OR_NO):
         return law
     values: dict[str, float] = {}
@@ -96,7 +96,7 @@ def instance(draw: Draw, law: Law, spread: Spread) -> Law:
 
 @cache
 def around(given: float, minimum: float, maximum: float, above: float, low: float, high: float) -> st.SearchStrategy[float]:
-    """A parameter: as given, at its minimum, or powers of ten away within its bounds."""
+    """Values of a parameter: the given one, its minimum, and values at powers of ten from it, within the bounds."""
     bottom = max(minimum, above)
     origin = bottom if math.isfinite(bottom) else 0.0
     centre = given - origin or 1.0
@@ -114,31 +114,31 @@ def lengths_of(known: Sizes, reference_length: float) -> list[float]:
 
 
 def times_of(known: Sizes) -> list[float]:
-    """Times among a law's parameters, rates as well [s]."""
+    """Times among a law's parameters, and inverse rates [s]."""
     return [value ** (1.0 / of.time) for value, of in known if of.time and not of.length and not of.mass]
 
 
 def inverse_masses_of(known: Sizes, h: float, length: float) -> list[float]:
-    """What a law's parameters make with the time step and a length [1/kg]."""
+    """Inverse masses that follow from a law's parameters, the time step and a length [1/kg]."""
     return [(value * h**-of.time * length**-of.length) ** (-1.0 / of.mass) for value, of in known if of.mass]
 
 
 def velocities_of(known: Sizes, h: float, length: float, w: float) -> list[float]:
-    """What a law's parameters make with the time step, a length and W [m/s]."""
+    """Velocities that follow from a law's parameters, the time step, a length and W [m/s]."""
     return [value * w**of.mass * h ** (-1.0 - of.time) * length ** (1.0 - of.length) for value, of in known if of != NONE]
 
 
 def block(draw: Draw, size: int, centre: float, spread: Spread) -> Matrix:
     """A symmetric positive definite local block of W [1/kg]."""
     entries = [centre * draw(powers_of_ten(*spread.delassus)) for _ in range(size)]
-    rho = draw(RHO) if size > 1 and draw(places(4)) < 3 else 0.0
+    rho = draw(RHO) if size > 1 and draw(indices(4)) < 3 else 0.0
     roots = [math.sqrt(entry) for entry in entries]
     return tuple(tuple(entries[i] if i == j else rho * roots[i] * roots[j] for j in range(size)) for i in range(size))
 
 
 @st.composite
-def cases(draw: Draw, given: Law, spread: Spread = USUAL) -> Case:
-    """An interaction under the law, or under one of its kind, possibly with a history."""
+def cases(draw: Draw, given: Law, spread: Spread = USUAL) -> LawCase:
+    """An interaction under the law, or under the law with other parameters, possibly with a history."""
     law = instance(draw, given, spread)
     size = law.rows(2)
     link = law.APPLIES_TO == "link"
@@ -147,7 +147,7 @@ def cases(draw: Draw, given: Law, spread: Spread = USUAL) -> Case:
 
     def centre(usual: float, candidates: list[float]) -> float:
         sound = [usual, *(value for value in candidates if 1e-60 < value < 1e60)] if spread.near else [usual]
-        return sound[draw(places(len(sound)))] if len(sound) > 1 else usual
+        return sound[draw(indices(len(sound)))] if len(sound) > 1 else usual
 
     reference_length = LENGTH * draw(powers_of_ten(*spread.gap))
     h = centre(STEP, times_of(known)) * draw(powers_of_ten(*spread.time_step))
@@ -155,15 +155,15 @@ def cases(draw: Draw, given: Law, spread: Spread = USUAL) -> Case:
     gaps = signed(*(spread.near if spread.near and length != GAP else spread.gap))
     reference_gap = length * draw(gaps) if link else 0.0
 
-    def step() -> Step:
-        gap = 0.0 if link and draw(places(4)) == 3 else reference_gap + length * draw(gaps)
+    def step() -> CaseStep:
+        gap = 0.0 if link and draw(indices(4)) == 3 else reference_gap + length * draw(gaps)
         W = block(draw, size, centre(1.0, inverse_masses_of(known, h, length)), spread)
         speeds = [length / h, abs(gap) / h, *velocities_of(known, h, length, W[0][0])]
         before, q = (tuple(centre(1.0, speeds) * draw(signed(*spread.velocity)) for _ in range(size)) for _ in range(2))
-        return Step(gap=gap, before=before, W=W, q=q)
+        return CaseStep(gap=gap, before=before, W=W, q=q)
 
-    count = draw(places(LONGEST + 1)) if law.states() else 0
-    return Case(
+    count = draw(indices(LONGEST + 1)) if law.states() else 0
+    return LawCase(
         law=law,
         time_step=h,
         reference_gap=reference_gap,

@@ -1,4 +1,4 @@
-"""Properties of a law seen from elsewhere: in other units, and in a mirror."""
+"""Invariance of a law: in other units, and under reflection."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from lmgcpy.laws import Law, Parameter, State
 from lmgcpy.testing.answers import Nonconformance
-from lmgcpy.testing.case import ENERGY, IMPULSE, Case, turn
+from lmgcpy.testing.case import ENERGY, IMPULSE, LawCase, reverse_tangent
 from lmgcpy.testing.draw import USUAL
 from lmgcpy.testing.property import ROUND_OFF, drawn, run_once, search, to_laws_with_tangent
 from lmgcpy.testing.units import Dimensions, dimensions
@@ -18,8 +18,8 @@ from lmgcpy.testing.units import Dimensions, dimensions
 
 FACTORS = [(16.0**length, 16.0**time, 16.0**mass) for length, time, mass in
            ((1, 0, 0), (0, 1, 0), (0, 0, 1), (-2, 1, 0), (0, -2, 1), (3, 0, -1), (2, -3, -2))]  # fmt: skip
-"""Factors for lengths, times and masses. Powers of 16: with them products, quotients and square roots are scaled exactly,
-so that a law takes the same branch, and what differs is no round-off."""
+"""Factors for lengths, times and masses. They are powers of 16, which scale products, quotients and square roots exactly:
+the law takes the same branch, and a difference is no round-off."""
 
 
 def declared_dimensions(law: Law) -> dict[str, Dimensions]:
@@ -36,12 +36,12 @@ def declared_dimensions(law: Law) -> dict[str, Dimensions]:
 
 @run_once("units", "lengths, times and masses in other units: the same answer in those units")
 def units(law: Law) -> str:
-    """Dimensional covariance: metres or millimetres, the same answer. Gap, velocities, time step and W are multiplied as
-    their units say, parameters as theirs; then impulses, states and energies must be multiplied as theirs are. A wrong
-    power of the time step, a length that is meant in millimetres and a hidden threshold show.
+    """Dimensional covariance: the answer does not depend on the units. Gap, velocities, time step, W and parameters are
+    scaled by their units; then impulses, states and energies must scale by theirs. This finds a wrong power of the time
+    step, a length in millimetres and a hidden threshold.
 
-    A 2D scene is per metre of depth. So units are read twice, as they stand and with one metre of every area as that depth
-    (a stress [Pa] times a length is then a force), and one of the readings must hold.
+    A 2D scene is per metre of depth. So units are read in two ways, as they are written and with one metre of every area as
+    that depth (a stress [Pa] times a length is then a force). The property must hold in one of them.
     """
     plain = declared_dimensions(law)
     planar = {name: of.in_the_plane() for name, of in plain.items()}
@@ -54,13 +54,13 @@ def units(law: Law) -> str:
     return ""
 
 
-def other_units(case: Case, draw: Any, declared: Mapping[str, Dimensions]) -> str:
-    """What is wrong with the answers to a case in other units."""
+def other_units(case: LawCase, draw: Any, declared: Mapping[str, Dimensions]) -> str:
+    """The error in the answers to a case in other units, or ""."""
     factors = draw(st.sampled_from(FACTORS))
     values = {name: value for name, value in case.law.values.items() if value is not None}
     try:
         law = type(case.law)(**{name: value * declared[name].factor(*factors) for name, value in values.items()})
-    except ValueError:  # a bound of the parameter
+    except ValueError:  # the scaled parameter is out of its bounds
         return ""
     scaled = case.scaled(law, *factors)
     compared: list[tuple[str, str, float, float, float, Dimensions]] = []
@@ -86,18 +86,18 @@ def other_units(case: Case, draw: Any, declared: Mapping[str, Dimensions]) -> st
 # -------------------------------------------------------------------------------------------------------------- mirror
 
 
-@drawn("mirror", "the mirrored history has the mirrored answer: r_n as before, r_t turned round", to_laws_with_tangent)
-def mirror(case: Case, draw: Any) -> str:
-    """Frame indifference in the plane: with t turned round (u_t, W_nt and r_t change sign) from the birth of the
-    interaction on, the impulse is turned round as well. A number of the state must come back as it was or turned round,
-    which is seen, not declared. W is diagonal here, where laws have one answer."""
+@drawn("mirror", "the mirrored history has the mirrored answer: the same r_n, r_t reversed", to_laws_with_tangent)
+def mirror(case: LawCase, draw: Any) -> str:
+    """Frame indifference in the plane: if t is reversed (u_t, W_nt and r_t change sign) from the birth of the interaction,
+    the tangential impulse is reversed too. Each number of the state must stay the same or change its sign; laws need not
+    declare which. W is diagonal here, so that a law has one answer."""
     case = case.with_diagonal()
     image = case.mirrored()
-    expected = turn(case.impulse)
+    expected = reverse_tangent(case.impulse)
     for k, (got, wanted) in enumerate(zip(image.impulse, expected, strict=True)):
         if case.W[k][k] * abs(got - wanted) > ROUND_OFF * case.speed:
-            return f"with the tangent turned round react gives {image.impulse} N s, expected {expected} N s."
+            return f"with the tangent reversed react gives {image.impulse} N s, expected {expected} N s."
     for name, plain, mirrored in zip(case.law.states(), case.after, image.after, strict=True):
         if abs(abs(plain) - abs(mirrored)) > 1e-9 * abs(plain):
-            return f"with the tangent turned round state {name} is {mirrored!r}, expected {plain!r} or {-plain!r}."
+            return f"with the tangent reversed state {name} is {mirrored!r}, expected {plain!r} or {-plain!r}."
     return ""

@@ -1,7 +1,7 @@
 """Properties of ``prepare``, ``react``, ``slope`` and ``conic``: the local problem and its solution.
 
-A pair (u, r) satisfies a law where r = react(w I, u - w r), for any w > 0: the law *is* this relation. Errors are
-measured as velocities, ``w |r - r'|`` [m/s], as the solvers do.
+A pair (u, r) satisfies a law if r = react(w I, u - w r) for any w > 0: the law *is* this relation. As in the solvers,
+errors are velocities, ``w |r - r'|`` [m/s].
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from lmgcpy.errors import shown
 from lmgcpy.laws import Law
 from lmgcpy.laws.registry import check_interface
 from lmgcpy.testing.answers import Nonconformance, Numbers
-from lmgcpy.testing.case import Case, diagonal
+from lmgcpy.testing.case import LawCase, diagonal
 from lmgcpy.testing.draw import USUAL, extreme, powers_of_ten
 from lmgcpy.testing.property import ROUND_OFF, drawn, run_once, search, to_laws_that_give, to_laws_with_tangent
 
 
 @run_once("interface", "functions, arguments, and counts of numbers are those of the interface of laws")
 def interface(law: Law) -> str:
-    """What the registry asks of a class; then rows, the table of parameters, equality, and a first call of everything."""
+    """The checks of the registry, then rows, the table of parameters, equality, and a first call of every function."""
     try:
         check_interface(type(law))
     except TypeError as error:
@@ -42,13 +42,13 @@ def interface(law: Law) -> str:
         return f"table of three lengths returned {shown(table)}, expected finite numbers, an array of shape (3, k)."
     given = {name: value for name, value in law.values.items() if value is not None}
     if type(law)(**given) != law or hash(type(law)(**given)) != hash(law):
-        return f"{type(law).__name__}(**{given}) is another law than the one with these values: files could not name it."
+        return f"{type(law).__name__}(**{given}) differs from the law with these values: files could not name it."
     search(law, "interface", counts, USUAL, 20)
     return ""
 
 
-def counts(case: Case, draw: Any) -> str:
-    """What is wrong with kinds and counts of the numbers that the functions return, finite or not."""
+def counts(case: LawCase, draw: Any) -> str:
+    """The error in the types and counts of the numbers that the functions return, or ""; the numbers may be infinite."""
     try:
         return call_everything(case, draw)
     except Nonconformance as broken:
@@ -57,8 +57,8 @@ def counts(case: Case, draw: Any) -> str:
         raise
 
 
-def call_everything(case: Case, draw: Any) -> str:
-    """Counts and kinds of numbers are looked at by the calls themselves."""
+def call_everything(case: LawCase, draw: Any) -> str:
+    """Call every function of the law; the calls check the types and counts of the numbers."""
     _ = case.impulse, case.after
     if case.law.slope is not None:
         case.slope(case.q)
@@ -68,31 +68,31 @@ def call_everything(case: Case, draw: Any) -> str:
 
 
 @drawn("finite", "no input within 12 decades to either side makes NaN, infinity or an exception", spread=extreme())
-def finite(case: Case, draw: Any) -> str:
-    """Impulse, state, slope and energy are finite; prepared numbers are no NaN. An infinite bias says "open"."""
+def finite(case: LawCase, draw: Any) -> str:
+    """Impulse, state, slope and energy are finite; prepared numbers are not NaN. An infinite bias means an open contact."""
     return call_everything(case, draw)
 
 
 # ------------------------------------------------------------------------------------------------------ the local problem
 
 
-def error(case: Case, u: Sequence[float], r: Sequence[float], w: float) -> tuple[float, Numbers]:
+def error(case: LawCase, u: Sequence[float], r: Sequence[float], w: float) -> tuple[float, Numbers]:
     """``w |r - r'|`` [m/s] and ``r' = react(w I, u - w r)``."""
     again = case.react(diagonal([w] * case.size), [v - w * p for v, p in zip(u, r, strict=True)], case.prepared)
     return w * max(abs(a - b) for a, b in zip(again, r, strict=True)), again
 
 
-def allowed(case: Case, r: Sequence[float], w: float) -> float:
-    """Round-off of :func:`error`: an error of u moves the answer by u / w; at large w it is that of the impulse."""
+def allowed(case: LawCase, r: Sequence[float], w: float) -> float:
+    """Allowed round-off of :func:`error`. An error of u changes the answer by u / w; at large w that of r dominates."""
     own = min(case.W[i][i] for i in range(case.size))
     return ROUND_OFF * max(1.0, w / own) * (case.speed + w * sum(map(abs, r)))
 
 
-def satisfies(case: Case, w: float) -> str:
-    """What is wrong with the answer to a case at the weight ``w``.
+def satisfies(case: LawCase, w: float) -> str:
+    """The error in the answer to a case at the weight ``w``, or "".
 
-    A law may have several answers at a large weight (one that softens does), and then react may give another. That is
-    seen from small weights, where each of the answers must come back.
+    At a large weight a law may have several answers (a softening law has), and then react may give another one. In that
+    case each of the answers must come back at small weights.
     """
     r, u = case.impulse, case.velocity
     wrong, again = error(case, u, r, w)
@@ -109,9 +109,9 @@ def satisfies(case: Case, w: float) -> str:
 
 
 @drawn("fixed-point", "with W = w I: react(w' I, u - w' r) = r for every w'")
-def fixed_point(case: Case, draw: Any) -> str:
-    """The law does not depend on the weight with which it is asked: ``r = react(w I, q)``, ``u = q + w r``, and then
-    ``react(w' I, u - w' r) = r`` for every w' > 0. The error measure of every solver rests on it."""
+def fixed_point(case: LawCase, draw: Any) -> str:
+    """The law does not depend on the weight: with ``r = react(w I, q)`` and ``u = q + w r``,
+    ``react(w' I, u - w' r) = r`` for every w' > 0. The error measure of every solver relies on it."""
     w = case.W[0][0]
     last = replace(case.steps[-1], W=diagonal([w] * case.size))
     case = replace(case, steps=(*case.steps[:-1], last))
@@ -119,9 +119,9 @@ def fixed_point(case: Case, draw: Any) -> str:
 
 
 @drawn("general-W", "with any W, coupled as well: react(w I, u - w r) = r", to_laws_with_tangent, examples=300)
-def general_delassus(case: Case, draw: Any) -> str:
-    """The local problem is solved exactly for every symmetric positive definite W: ``r = react(W, q)``, ``u = q + W r``,
-    and then ``react(w I, u - w r) = r``. Any of several answers will do."""
+def general_delassus(case: LawCase, draw: Any) -> str:
+    """The local problem is solved exactly for every symmetric positive definite W: with ``r = react(W, q)`` and
+    ``u = q + W r``, ``react(w I, u - w r) = r``. If there are several answers, each of them is right."""
     return satisfies(case, min(case.W[i][i] for i in range(case.size)) * draw(powers_of_ten(-4.0, 0.0)))
 
 
@@ -129,7 +129,7 @@ def general_delassus(case: Case, draw: Any) -> str:
 
 
 STRIDES = (1e-4, 1e-6, 1e-8)
-"""Strides of the differences, in parts of the size of velocities; a kink may hide within the larger ones."""
+"""Strides of the differences relative to the size of velocities; a kink may hide within the larger strides."""
 
 
 @drawn(
@@ -138,9 +138,9 @@ STRIDES = (1e-4, 1e-6, 1e-8)
     to_laws_that_give("slope"),
     examples=200,
 )
-def slope(case: Case, draw: Any) -> str:
-    """``slope[i][j]`` lies between the two one-sided derivatives of ``r_i`` by ``u_j``, which are one where react is
-    smooth. It is looked at where it is asked, and at a kink between there and another velocity."""
+def slope(case: LawCase, draw: Any) -> str:
+    """``slope[i][j]`` lies between the two one-sided derivatives of ``r_i`` by ``u_j``, which agree where react is smooth.
+    It is checked at the free velocity of the case, and at a kink between this and another velocity."""
     points = [case.q]
     j = draw(st.integers(0, case.size - 1))
     shift = case.speed * draw(powers_of_ten(-3.0, 0.0))
@@ -158,14 +158,14 @@ def moved(u: Sequence[float], j: int, d: float) -> Numbers:
     return (*u[:j], u[j] + d, *u[j + 1 :])
 
 
-def differences(case: Case, u: Sequence[float], j: int, d: float) -> tuple[np.ndarray, np.ndarray]:
+def differences(case: LawCase, u: Sequence[float], j: int, d: float) -> tuple[np.ndarray, np.ndarray]:
     """Derivatives of react by u_j to the left and to the right, from differences over ``d``."""
     here, up, down = (np.array(case.react(case.W, v, case.prepared)) for v in (u, moved(u, j, d), moved(u, j, -d)))
     return (here - down) / d, (up - here) / d
 
 
-def kink(case: Case, one: Numbers, other: Numbers, j: int) -> list[Numbers]:
-    """Where between two velocities the derivative of the first component that changes it does so; none where none does."""
+def kink(case: LawCase, one: Numbers, other: Numbers, j: int) -> list[Numbers]:
+    """The velocity between two others at which a derivative of react jumps; empty if none jumps."""
     d = STRIDES[1] * case.speed
     if d == 0.0:
         return []
@@ -183,8 +183,8 @@ def kink(case: Case, one: Numbers, other: Numbers, j: int) -> list[Numbers]:
     return [one]
 
 
-def wrong_slope(case: Case, u: Numbers) -> str:
-    """What is wrong with the slope at ``u``."""
+def wrong_slope(case: LawCase, u: Numbers) -> str:
+    """The error of the slope at ``u``, or ""."""
     given = np.array(case.slope(u))
     smallest = min(case.W[i][i] for i in range(case.size))
     assume(case.speed > 0.0)
@@ -210,9 +210,9 @@ def wrong_slope(case: Case, u: Numbers) -> str:
 
 
 @drawn("conic", "conic's bias, friction and compliance describe react", to_laws_that_give("conic"))
-def conic(case: Case, draw: Any) -> str:
-    """With b, mu, C of ``conic`` the answer satisfies ``0 <= u_n + b _|_ r_n >= 0`` and Coulomb's friction (contacts),
-    ``0 <= -(u_n + b + C r_n) _|_ -r_n >= 0`` (links that pull), or ``u_n + b + C r_n = 0``."""
+def conic(case: LawCase, draw: Any) -> str:
+    """With b, mu and C of ``conic`` the answer satisfies ``0 <= u_n + b _|_ r_n >= 0`` and Coulomb's friction (contacts),
+    ``0 <= -(u_n + b + C r_n) _|_ -r_n >= 0`` (links that pull), or ``u_n + b + C r_n = 0`` (other links)."""
     law = case.law
     columns = [np.array([value]) for value in case.prepared]
     told = f"conic returned {shown(law.conic(columns))}"  # type: ignore[misc]

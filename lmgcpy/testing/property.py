@@ -1,4 +1,4 @@
-"""What a property of laws is, and how one is looked for a counterexample."""
+"""Properties of laws, and the search for counterexamples."""
 
 from __future__ import annotations
 
@@ -13,25 +13,25 @@ from hypothesis.errors import Flaky, Unsatisfiable
 
 from lmgcpy.laws import Law
 from lmgcpy.testing.answers import Nonconformance
-from lmgcpy.testing.case import Case
+from lmgcpy.testing.case import LawCase
 from lmgcpy.testing.draw import USUAL, Spread, cases
 
 ROUND_OFF = 1e-10
-"""Of the terms that make up a velocity (``Case.speed``): a million units of round-off, a hundred for the condition of a
-block of W (coupling at most 0.99), a hundred for the operations, and a hundred for laws that iterate."""
+"""Allowed error relative to the terms of a velocity (``LawCase.speed``), a million units of round-off: a hundred for the
+condition of a block of W (coupling at most 0.99), a hundred for the operations, and a hundred for laws that iterate."""
 
 
 @dataclass(frozen=True)
 class Property:
-    """Something that laws promise; ``check`` raises :class:`Nonconformance` for a law that breaks it."""
+    """A property of laws; ``check`` raises :class:`Nonconformance` for a law that breaks it."""
 
     name: str
     statement: str
-    """In one line."""
+    """The property in one line."""
     explanation: str
-    """In full."""
+    """The property in full."""
     applies: Callable[[Law], str]
-    """Why it does not apply to a law; "" where it does."""
+    """The reason why the property does not apply to a law; "" if it applies."""
     check: Callable[[Law], None]
 
     def __repr__(self) -> str:
@@ -39,43 +39,43 @@ class Property:
 
 
 PROPERTIES: dict[str, Property] = {}
-"""By name, in the order in which they are looked at."""
+"""Properties by name, in the order in which they are checked."""
 
 
 def to_every_law(law: Law) -> str:
-    """Applies."""
+    """The property applies to every law."""
     return ""
 
 
 def to_laws_with(trait: str) -> Callable[[Law], str]:
-    """Applies to laws that declare a trait."""
+    """The property applies to laws that declare a trait."""
     return lambda law: "" if trait in law.TRAITS else f"the law does not declare '{trait}'"
 
 
 def to_laws_that_give(function: str) -> Callable[[Law], str]:
-    """Applies to laws that have an optional function."""
+    """The property applies to laws that have an optional function."""
     return lambda law: "" if getattr(law, function) is not None else f"the law gives no {function}"
 
 
 def to_laws_with_tangent(law: Law) -> str:
-    """Applies to laws of more than one row."""
+    """The property applies to laws with more than one row."""
     return "" if law.rows(2) > 1 else "the law has no tangential component"
 
 
 def run_once(
     name: str, statement: str, applies: Callable[[Law], str] = to_every_law
 ) -> Callable[[Callable[[Law], str]], Callable[[Law], str]]:
-    """Enter a function ``law -> what is wrong, or ""`` as a property."""
+    """Decorator that makes a property of a function ``law -> error, or ""``."""
 
     def enter(function: Callable[[Law], str]) -> Callable[[Law], str]:
         def check(law: Law) -> None:
-            __tracebackhide__ = True  # by pytest: the message says it
+            __tracebackhide__ = True  # pytest shows the message only
             try:
                 with np.errstate(all="ignore"):
                     told = function(law)
             except Nonconformance as error:
                 raise Nonconformance(error.property, error.told, error.law or law, error.given) from error.__cause__
-            except Exception as error:  # of a run, whose sentences name law and time
+            except Exception as error:  # a run failed; its sentence names law and time
                 raise Nonconformance(name, f"it ended with {type(error).__name__}: {error}", law) from error
             if told:
                 raise Nonconformance(name, told, law)
@@ -93,10 +93,10 @@ def drawn(
     *,
     spread: Spread = USUAL,
     examples: int = 100,
-) -> Callable[[Callable[[Case, Any], str]], Callable[[Case, Any], str]]:
-    """Enter a function ``(case, draw) -> what is wrong, or ""`` as a property, looked at in so many cases."""
+) -> Callable[[Callable[[LawCase, Any], str]], Callable[[LawCase, Any], str]]:
+    """Decorator that makes a property of a function ``(case, draw) -> error, or ""``, checked in ``examples`` cases."""
 
-    def enter(function: Callable[[Case, Any], str]) -> Callable[[Case, Any], str]:
+    def enter(function: Callable[[LawCase, Any], str]) -> Callable[[LawCase, Any], str]:
         def check(law: Law) -> None:
             __tracebackhide__ = True
             search(law, name, function, spread, examples)
@@ -107,8 +107,8 @@ def drawn(
     return enter
 
 
-def search(law: Law, name: str, function: Callable[[Case, Any], str], spread: Spread, examples: int) -> None:
-    """Raise Nonconformance with the smallest case that hypothesis finds in which ``function`` tells of something wrong."""
+def search(law: Law, name: str, function: Callable[[LawCase, Any], str], spread: Spread, examples: int) -> None:
+    """Raise Nonconformance with the smallest case found by hypothesis in which ``function`` gives an error."""
     __tracebackhide__ = True
 
     @settings(
@@ -132,14 +132,14 @@ def search(law: Law, name: str, function: Callable[[Case, Any], str], spread: Sp
             raise Nonconformance(name, told, case.law, str(case))
 
     try:
-        with np.errstate(all="ignore"):  # numbers are looked at when they are answered
+        with np.errstate(all="ignore"):  # the answers are checked for NaN and infinity
             look()
     except Nonconformance as found:
-        # one without hypothesis' notes: what it drew is in the words of the case
+        # a new exception, without the notes of hypothesis: the text of the case shows the draw
         raise Nonconformance(found.property, found.told, found.law, found.given) from found.__cause__
     except Flaky:
-        told = "the same input gave an answer that is wrong once and right another time: the law remembers something."
+        told = "the same input gave once a wrong and once a right answer: the law remembers something."
         raise Nonconformance("purity", told, law) from None
     except Unsatisfiable:
-        told = "no input was found on which it can be seen: the law answers nothing there that is finite and smooth."
+        told = "no input was found that can show the property: the law gives no finite and smooth answer there."
         raise Nonconformance(name, told, law) from None

@@ -1,4 +1,4 @@
-"""That a law remembers nothing but its state."""
+"""Property: a law remembers nothing but its state."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from lmgcpy.compiled.kernel import Kernel
 from lmgcpy.laws import Law
 from lmgcpy.laws.registry import ARGUMENTS
 from lmgcpy.testing.answers import Nonconformance
-from lmgcpy.testing.case import Case
+from lmgcpy.testing.case import LawCase
 from lmgcpy.testing.draw import USUAL, cases
 from lmgcpy.testing.property import run_once, search
 
 
 @run_once("purity", "the same call gives the same bits, in any order, and no global changes")
 def purity(law: Law) -> str:
-    """Functions of a law depend on their arguments alone: compiled, globals are constants; interpreted, a counter or a list
-    that they change would be another law at each call."""
+    """The functions of a law depend on their arguments alone. In compiled code global variables are constants; in plain
+    Python a counter or a list that a function changes would make another law at each call."""
     before, told = variables_of(law), None
     try:
         search(law, "purity", lambda case, draw: asked_again(case, draw(cases(law))), USUAL, 30)
@@ -31,34 +31,34 @@ def purity(law: Law) -> str:
     for name, kept in now.items():
         if kept != before.get(name):
             return (
-                f"a call of the law's functions changed {name}: what is to be kept belongs in the state, see lmgcpy.State."
+                f"a call of the law's functions changed {name}: a law must keep its memory in the state, see lmgcpy.State."
             )
     if told is not None:
         raise told
     return ""
 
 
-def asked_again(case: Case, other: Case) -> str:
-    """What is wrong with the answers to a case after another one was asked."""
+def asked_again(case: LawCase, other: LawCase) -> str:
+    """The error in the answers to a case after another case was asked, or ""."""
     first = answers(case)
     answers(other)
     again = answers(case)
     for what, one, two in zip(("history", "prepare", "react", "commit", "slope", "energy"), first, again, strict=True):
         if one != two:
-            return f"{what} gave {one}, and {two} when it was asked again: something beside the arguments enters."
+            return f"{what} gave {one}, and {two} when it was asked again: it depends on more than its arguments."
     return ""
 
 
-def answers(case: Case) -> tuple[Any, ...]:
-    """All that the law answers to a case, asked anew."""
-    case = replace(case)  # without what it answered before
+def answers(case: LawCase) -> tuple[Any, ...]:
+    """All answers of the law to a case, computed anew."""
+    case = replace(case)  # a copy has no cached answers
     slope = case.slope(case.q) if case.law.slope is not None else None
     energy = case.energy(case.gap) if case.law.energy is not None else None
     return case.history, case.prepared, case.impulse, case.after, slope, energy
 
 
 def variables_of(law: Law) -> dict[str, Any]:
-    """Contents of the global and closure variables that the law's functions, and what they call, may read or write."""
+    """Contents of the global and closure variables that the law's functions, and their callees, may read or write."""
     found: dict[str, Any] = {}
     seen: set[int] = set()
 
@@ -102,7 +102,7 @@ def code_objects(code: types.CodeType) -> Iterator[types.CodeType]:
 
 
 def content(value: Any) -> Any:
-    """Something to compare a variable by before and after."""
+    """The content of a variable, in a form that can be compared later."""
     if isinstance(value, np.ndarray):
         return value.tobytes()
     if isinstance(value, Mapping):

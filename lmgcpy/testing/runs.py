@@ -1,4 +1,4 @@
-"""Properties that are seen in small runs: directions, exchange, checkpoints and run files."""
+"""Properties of small runs: rotation of the scene, exchange of bodies, checkpoints and run files."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ RADIUS = 0.1
 
 
 def kinds(law: Law) -> set[str]:
-    """Pairs of lmgcpy's own contactors that a contact law is for."""
+    """Pairs of lmgcpy's own contactors that a contact law serves."""
     wanted = {frozenset(pair) for pair in type(law).PAIRS or ()}
     known = {"disks": frozenset({"disk"}), "wall": frozenset({"disk", "wall"})}
     return {name for name, pair in known.items() if type(law).PAIRS is None or pair in wanted}
 
 
 def to_laws_for_scenes(law: Law) -> str:
-    """Applies to links, and to contacts between disks and walls."""
+    """The property applies to links, and to contacts between disks and walls."""
     fits = law.APPLIES_TO == "link" or kinds(law)
     return "" if fits else "the law is for contactors that are not lmgcpy's own"
 
@@ -40,8 +40,8 @@ def to_laws_for_scenes(law: Law) -> str:
 class SmallRun:
     """Four disks: a wire that hangs from the first and swings, or disks thrown at each other and at a wall.
 
-    Everything may be turned by ``angle`` [rad], and the bodies be added in ``reverse``, with which candidates and
-    antagonists change places. Masses and velocities differ, so that nothing happens twice or at once.
+    ``angle`` [rad] rotates the scene. ``reverse`` adds the bodies in reverse order, which exchanges candidates and
+    antagonists. Masses and velocities differ, so that no two events are equal or simultaneous.
     """
 
     def __init__(self, law: Law, *, angle: float = 0.0, reverse: bool = False):
@@ -85,21 +85,21 @@ class SmallRun:
 
     @property
     def motion(self) -> np.ndarray:
-        """Positions [m] and velocities [m/s] in the frame that is turned with the scene, (4, 4)."""
+        """Positions [m] and velocities [m/s] along axes that rotate with the scene, (4, 4)."""
         rows = [np.concatenate([body.position @ self.turn, body.velocity @ self.turn]) for body in self.bodies]
         return np.array(rows)
 
     @property
     def forces(self) -> dict[frozenset[int], np.ndarray]:
         """Forces of the last step in their local frames by pair of bodies [N]; 4 is the wall."""
-        place = {body.id: i for i, body in enumerate(self.bodies)}
+        number = {body.id: i for i, body in enumerate(self.bodies)}
         net = self.sim.interactions
         pairs = zip(net.candidate.tolist(), net.antagonist.tolist(), net.force, strict=True)
-        return {frozenset({place.get(c, 4), place.get(a, 4)}): force for c, a, force in pairs}
+        return {frozenset({number.get(c, 4), number.get(a, 4)}): force for c, a, force in pairs}
 
 
 def run(sim: lm.Simulation, steps: int, **options: Any) -> None:
-    """Make steps, without a word about bodies that a law makes fast."""
+    """Make steps without warnings: a law may accelerate bodies."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)
         sim.run(steps=steps, **options)
@@ -107,7 +107,7 @@ def run(sim: lm.Simulation, steps: int, **options: Any) -> None:
 
 @contextmanager
 def registered(law: Law) -> Iterator[None]:
-    """The law's class under its name, which run files need, for the time being."""
+    """Register the class of the law within the block: run files need its name."""
     lm.laws.names()
     before = registry._laws.get(law.NAME)
     registry._laws[law.NAME] = Registration(type(law), "conformance kit")
@@ -121,9 +121,9 @@ def registered(law: Law) -> Iterator[None]:
 
 @run_once("scene", "a scene turned by an angle, or with bodies in another order: the same forces", to_laws_for_scenes)
 def scene(law: Law) -> str:
-    """Frame indifference of a run of four bodies: turned as a whole it has the same forces in the local frames and the
-    same motion; with candidates and antagonists exchanged too, since n, t, u and r all turn round with them. And each of
-    its steps is solved, to 1e-11 of the error of doing nothing."""
+    """Frame indifference of a run of four bodies: the rotated scene has the same forces in the local frames and the same
+    motion. So has the scene with candidates and antagonists exchanged, since n, t, u and r are reversed together. Each step
+    is solved to 1e-11 of the error of doing nothing."""
     plain = SmallRun(law).run()
     if plain.sim.unconverged_steps:
         return (
@@ -136,7 +136,7 @@ def scene(law: Law) -> str:
         ("with candidates and antagonists exchanged", SmallRun(law, reverse=True)),
     ):
         off = np.abs(other.run().motion - plain.motion).max()
-        if off > 1e-7:  # of motions of about one: the solver's 1e-11, and what 24 steps make of it
+        if off > 1e-7:  # motions are about one; 24 steps amplify the solver's error of 1e-11
             return f"after {STEPS} steps {what} the run of four bodies differs by {off:.2g} m or m/s, expected the same."
         largest = max((float(np.abs(force).max()) for force in plain.forces.values()), default=0.0)
         forces = other.forces
@@ -152,8 +152,9 @@ def scene(law: Law) -> str:
 
 @run_once("restart", "a run from a checkpoint, or from its run file, has the bits of the whole run", to_laws_for_scenes)
 def restart(law: Law) -> str:
-    """The state is all that an interaction remembers: a run of 24 steps, and one that goes on after 11 from a checkpoint or
-    from its file, end with the same bits: motion, impulses, states. The file holds the law by its name and parameters."""
+    """An interaction remembers its state only: a run of 24 steps, and one that continues after 11 steps from a checkpoint
+    or from its file, end with the same bits of motion, impulses and states. The file holds the law by name and
+    parameters."""
     with registered(law):
         whole = SmallRun(law).run().sim
         half = SmallRun(law).run(11)
@@ -173,7 +174,7 @@ def restart(law: Law) -> str:
 
 
 def difference(one: lm.Simulation, other: lm.Simulation) -> str:
-    """The first thing that is not the same in both, to the last bit."""
+    """The first quantity that differs in any bit, as a clause; "" if there is none."""
     parts = {"positions": (one.positions, other.positions), "velocities": (one.velocities, other.velocities)}
     parts["impulses"] = one.interactions.impulse, other.interactions.impulse
     for name, state in one.interactions.state.items():

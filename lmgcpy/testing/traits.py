@@ -12,31 +12,31 @@ from hypothesis import assume
 
 from lmgcpy.laws import Law
 from lmgcpy.testing.answers import Nonconformance, Numbers
-from lmgcpy.testing.case import Case, Step
+from lmgcpy.testing.case import CaseStep, LawCase
 from lmgcpy.testing.draw import extreme, powers_of_ten
 from lmgcpy.testing.local_solve import STRIDES, differences
 from lmgcpy.testing.property import ROUND_OFF, drawn, to_laws_with, to_laws_with_tangent
 
 
 @drawn("push", "r_n >= 0", to_laws_with("push"), spread=extreme())
-def push(case: Case, draw: Any) -> str:
-    """The normal impulse is never negative, by no round-off either."""
+def push(case: LawCase, draw: Any) -> str:
+    """The normal impulse is never negative, not even by round-off."""
     return "" if case.impulse[0] >= 0.0 else f"r_n = {case.impulse[0]!r} N s, expected r_n >= 0: it pulls."
 
 
 @drawn("pull", "r_n <= 0", to_laws_with("pull"), spread=extreme())
-def pull(case: Case, draw: Any) -> str:
-    """The normal impulse is never positive, by no round-off either."""
+def pull(case: LawCase, draw: Any) -> str:
+    """The normal impulse is never positive, not even by round-off."""
     return "" if case.impulse[0] <= 0.0 else f"r_n = {case.impulse[0]!r} N s, expected r_n <= 0: it pushes."
 
 
 def both(*reasons: Callable[[Law], str]) -> Callable[[Law], str]:
-    """Applies where all of them do."""
+    """The property applies if all reasons are ""."""
     return lambda law: next((told for told in (reason(law) for reason in reasons) if told), "")
 
 
-def friction_of(case: Case) -> float:
-    """Coefficient of friction: the law's ``conic`` has it, or its prepared numbers, or its parameters, in this order."""
+def friction_of(case: LawCase) -> float:
+    """Coefficient of friction from ``conic``, from the prepared numbers, or from the parameters, in this order."""
     law = case.law
     if law.conic is not None:
         return float(np.asarray(law.conic([np.array([value]) for value in case.prepared])[1]).ravel()[0])
@@ -48,7 +48,7 @@ def friction_of(case: Case) -> float:
 
 
 @drawn("cone", "|r_t| <= friction * r_n", both(to_laws_with("cone"), to_laws_with_tangent), examples=200)
-def cone(case: Case, draw: Any) -> str:
+def cone(case: LawCase, draw: Any) -> str:
     """The tangential impulse is at most friction times the normal one, up to round-off of the product."""
     normal, *tangential = case.impulse
     friction = friction_of(case)
@@ -59,9 +59,9 @@ def cone(case: Case, draw: Any) -> str:
 
 
 @drawn("no-dilatancy", "W diagonal: r_n does not depend on u_t", both(to_laws_with("cone"), to_laws_with_tangent))
-def no_dilatancy(case: Case, draw: Any) -> str:
-    """Friction is not associated: sliding does not part the bodies. So the normal relation is one of u_n and r_n alone,
-    and where W is diagonal the normal impulse is that of the same free velocity without its tangential part."""
+def no_dilatancy(case: LawCase, draw: Any) -> str:
+    """Friction is not associated: sliding does not separate the bodies. So the normal relation holds between u_n and r_n
+    alone, and for a diagonal W the normal impulse does not depend on the tangential free velocity."""
     case = case.with_diagonal()
     without = case.react(case.W, (case.q[0], *(0.0 for _ in case.q[1:])), case.prepared)
     if case.W[0][0] * abs(case.impulse[0] - without[0]) <= ROUND_OFF * case.speed:
@@ -73,9 +73,10 @@ def no_dilatancy(case: Case, draw: Any) -> str:
 
 
 @drawn("rigid", "W diagonal: d r_n / d u_n is 0 or -1/W_nn", to_laws_with("rigid"))
-def rigid(case: Case, draw: Any) -> str:
-    """No compliance: where the impulse may change the velocity does not, and where the velocity may change the impulse does
-    not. So a change of the free normal velocity is answered by all of it (-1/W_nn) or not at all, away from kinks."""
+def rigid(case: LawCase, draw: Any) -> str:
+    """The law has no compliance: either the velocity is constant and the impulse changes, or the impulse is constant and
+    the velocity changes. So, away from kinks, the impulse takes up a change of the free normal velocity fully (-1/W_nn) or
+    not at all."""
     case = case.with_diagonal()
     assume(case.speed > 0.0)
     w = case.W[0][0]
@@ -99,8 +100,8 @@ def work(r: Numbers, u: Numbers) -> tuple[float, float]:
     return sum(terms), sum(map(abs, terms))
 
 
-def gives_energy(case: Case, prepared: Numbers, how: str) -> str:
-    """What is wrong with the work of the impulse at the end velocity."""
+def gives_energy(case: LawCase, prepared: Numbers, how: str) -> str:
+    """The error if the impulse has positive work at the end velocity, or ""."""
     r = case.react(case.W, case.q, prepared)
     u = tuple(q + float(np.dot(row, r)) for q, row in zip(case.q, case.W, strict=True))
     terms = [abs(q) + float(np.abs(row) @ np.abs(r)) for q, row in zip(case.q, case.W, strict=True)]
@@ -111,10 +112,11 @@ def gives_energy(case: Case, prepared: Numbers, how: str) -> str:
 
 
 @drawn("dissipative", "without bias r . u <= 0; alone, at its reference, r . (u- + u+)/2 <= 0", to_laws_with("dissipative"))
-def dissipative(case: Case, draw: Any) -> str:
-    """Three times: with the prepared bias set to zero (where one is named so) the impulse never works, ``r . u <= 0``, in
-    any state; so it does where the interaction is new, at rest and at its reference gap; and an impact there of these two
-    bodies alone, W diagonal, loses kinetic energy, ``r . (u- + u+)/2 <= 0``, which restitution beyond 1 does not."""
+def dissipative(case: LawCase, draw: Any) -> str:
+    """Three checks. First, with the prepared number ``bias`` set to zero (if there is one) the impulse never gives energy,
+    ``r . u <= 0``, in any state. Second, the same holds for a new interaction at rest at its reference gap. Third, an
+    impact of the two bodies alone at this gap, with a diagonal W, loses kinetic energy, ``r . (u- + u+)/2 <= 0``;
+    restitution beyond 1 fails here."""
     law = case.law
     if "bias" in law.PREPARED:
         zero = tuple(0.0 if name == "bias" else value for name, value in zip(law.PREPARED, case.prepared, strict=True))
@@ -122,11 +124,11 @@ def dissipative(case: Case, draw: Any) -> str:
         if told:
             return told
     still = (0.0,) * case.size
-    new = replace(case, steps=(Step(case.reference_gap, still, case.W, case.q),))
+    new = replace(case, steps=(CaseStep(case.reference_gap, still, case.W, case.q),))
     told = gives_energy(new, new.prepared, "new, at its reference gap and at rest before the step")
     if told:
         return told
-    impact = replace(case, steps=(Step(case.reference_gap, case.q, case.W, case.q),)).with_diagonal()
+    impact = replace(case, steps=(CaseStep(case.reference_gap, case.q, case.W, case.q),)).with_diagonal()
     r, u = impact.impulse, impact.velocity
     gained, terms = work(r, tuple(0.5 * (a + b) for a, b in zip(impact.q, u, strict=True)))
     if gained <= ROUND_OFF * terms:
@@ -138,22 +140,22 @@ def dissipative(case: Case, draw: Any) -> str:
 
 
 @drawn("potential", "r_n = -h dE/dg at g+ = g + h u_n, state held", to_laws_with("potential"))
-def potential(case: Case, draw: Any) -> str:
-    """The normal force is the slope of ``energy`` at the predicted gap, ``r_n / h = -E'(g + h u_n)``, with the state as
-    ``prepare`` had it; away from kinks of E'."""
+def potential(case: LawCase, draw: Any) -> str:
+    """The normal force is minus the derivative of ``energy`` at the predicted gap, ``r_n / h = -E'(g + h u_n)``, with the
+    state that ``prepare`` received, away from kinks of E'."""
     law, h = case.law, case.time_step
     if law.energy is None:
         return "the law declares 'potential' but gives no energy."
     predicted = case.gap + h * case.velocity[0]
     size = abs(predicted - case.reference_gap)
     gaps = h * case.speed
-    assume(size > 1e-6 * gaps)  # gaps must resolve the elongation: else its round-off is compared with itself
+    assume(size > 1e-6 * gaps)  # gaps must resolve the elongation; otherwise only round-off is compared
     d = 1e-4 * size * draw(powers_of_ten(-0.5, 0.5))
     energies = [case.energy(predicted + k * d) for k in (-2.0, -1.0, 1.0, 2.0)]
     plain = (energies[2] - energies[1]) / (2.0 * d)
     wide = (energies[3] - energies[0]) / (4.0 * d)
     noise = 1e-14 * max(map(abs, energies)) / d
-    assume(abs(plain - wide) <= 1e-6 * (abs(plain) + abs(wide)) + noise)  # else a kink is near
+    assume(abs(plain - wide) <= 1e-6 * (abs(plain) + abs(wide)) + noise)  # otherwise a kink is near
     slope = (4.0 * plain - wide) / 3.0
     force = case.impulse[0] / h
     stiffest = (abs(force) + abs(slope)) / size

@@ -1,4 +1,4 @@
-"""Units as laws declare them, read as powers of length, time and mass."""
+"""Units of parameters and states, as powers of length, time and mass."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ SYMBOLS = {
     "J": (2, -2, 1),
     "W": (2, -3, 1),
 }
-"""Powers of (length, time, mass) of the symbols that may stand in a unit; degrees of temperature are never scaled."""
+"""Powers of (length, time, mass) of the symbols of units. Kelvin has none: temperatures are never scaled."""
 SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 TOKEN = re.compile(r"\s*(?:([A-Za-z]+|1)(?:\^(-?\d+(?:\.\d+)?))?|([/()]))")
 
 
 class Dimensions(NamedTuple):
-    """Powers of length, time and mass; ``areas``: how many powers of metres are areas (or volumes, counted once)."""
+    """Powers of length, time and mass; ``areas`` counts the areas among the powers of metres (a volume counts once)."""
 
     length: float
     time: float
@@ -34,11 +34,11 @@ class Dimensions(NamedTuple):
     areas: float
 
     def factor(self, length: float, time: float, mass: float) -> float:
-        """What a number of these dimensions is multiplied by if lengths, times and masses are by these."""
+        """Factor of a number of these dimensions, from the factors of lengths, times and masses."""
         return length**self.length * time**self.time * mass**self.mass
 
     def in_the_plane(self) -> Dimensions:
-        """With one metre of every area read as the metre of depth, which 2D scenes are per."""
+        """The dimensions in 2D, where one metre of every area is the metre of depth."""
         return self._replace(length=self.length - self.areas, areas=0.0)
 
 
@@ -48,21 +48,21 @@ NONE = Dimensions(0.0, 0.0, 0.0, 0.0)
 def dimensions(unit: str) -> Dimensions:
     """Dimensions of a unit such as "N s/m", "J/m^2", "1/s", "N/(m s)" or "-"; ValueError with a sentence otherwise.
 
-    Factors are separated by spaces or ``*``; of what follows a ``/`` one factor is divided by, or a parenthesis.
+    Spaces or ``*`` separate factors; ``/`` divides by one factor or by a parenthesis.
     """
     text = unit.strip().replace("**", "^").replace("*", " ").replace("·", " ")
     text = re.sub("[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+", lambda match: "^" + match.group().translate(SUPERSCRIPTS), text)
     if text == "-":
         return NONE
     tokens: list[tuple[str, str, str]] = []
-    place = 0
-    while place < len(text):
-        match = TOKEN.match(text, place)
+    position = 0
+    while position < len(text):
+        match = TOKEN.match(text, position)
         if match is None:
-            raise ValueError(f"Unit {shown(unit)} cannot be read at {shown(text[place:])}: {HOW}")
+            raise ValueError(f"Unit {shown(unit)} cannot be read at {shown(text[position:])}: {HOW}")
         symbol, power, mark = match.groups(default="")
         tokens.append((symbol, power, mark))
-        place = match.end()
+        position = match.end()
     result, rest = _product(tokens, unit)
     if rest or not tokens:
         raise ValueError(f"Unit {shown(unit)} cannot be read: {HOW}")
@@ -73,7 +73,7 @@ HOW = 'write it in SI with powers as ^2, such as "N s/m", "J/m^2", "N/(m s)", an
 
 
 def _product(tokens: list[tuple[str, str, str]], unit: str) -> tuple[Dimensions, list[tuple[str, str, str]]]:
-    """The product that the tokens begin with, and those after it."""
+    """The product at the beginning of the tokens, and the tokens after it."""
     total = NONE
     sign, divided = 1.0, False
     while tokens and tokens[0][2] != ")":

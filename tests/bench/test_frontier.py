@@ -10,7 +10,7 @@ import lmgcpy as lm
 import lmgcpy.bench.reference
 from lmgcpy.bench.case import Case
 from lmgcpy.bench.chains import chains
-from lmgcpy.bench.frontier import TOLERANCES, Judged, Run, judge
+from lmgcpy.bench.frontier import TOLERANCES, Judged, SolverRun, judge
 from lmgcpy.bench.frozen import in_space
 from lmgcpy.bench.profile import OVERHEAD, profile
 from lmgcpy.bench.reference import APART, ENOUGH, MARGIN, Reference, make_reference
@@ -41,7 +41,7 @@ def judged(case):
 
 def test_references_agree_and_are_of_different_ways(case):
     reference = make_reference(case)
-    assert reference.ways[0] != reference.ways[1]
+    assert reference.methods[0] != reference.ways[1]
     assert max(reference.residuals) <= ENOUGH
     assert reference.distance < 1e-6
     assert reference.error(case.problem.q.reshape(-1, 2)) == pytest.approx(1.0, rel=1e-12)  # of doing nothing
@@ -50,7 +50,7 @@ def test_references_agree_and_are_of_different_ways(case):
 def test_extended_precision_stands_before_all():
     made = next(chains((10,), (1.0,)))
     reference = make_reference(made)
-    assert reference.ways[0] == "extended precision"
+    assert reference.methods[0] == "extended precision"
     np.testing.assert_array_equal(reference.solutions[0], made.problem.velocities(made.exact))
     assert reference.distance < 1e-12
 
@@ -63,7 +63,7 @@ def test_a_large_problem_in_space_is_left_to_sweeps(monkeypatch, tmp_path):
     monkeypatch.setattr(lmgcpy.bench.reference, "LARGE", 5)
     monkeypatch.setattr(importlib.import_module("lmgcpy.solve.newton.alternating"), "proximal_newton", refuse)
     result = judge(next(in_space(20, 0)))
-    assert set(result.reference.ways) == {"sweeps", "plain sweeps"}
+    assert set(result.reference.methods) == {"sweeps", "plain sweeps"}
     assert result.reference.distance < 1e-3  # plain sweeps stagnate at a residual of 1e-5
     assert all(run.newton_steps == 0 for run in result.runs)
     assert {run.solver for run in result.runs} == set(SOLVERS) - {"newton"}
@@ -125,7 +125,8 @@ def problem_of(name, seconds, floor=0.0, interactions=100):
     """A judged problem in which each solver has one run: (seconds, error)."""
     reference = Reference((np.zeros((1, 2)),), 1.0, ("a", "b"), (0.0, 1e-6), 0.1 * floor)
     runs = tuple(
-        Run(name, solver, 1e-3, "converged", 0.0, error, 1, 0, 1, time, 1) for solver, (time, error) in seconds.items()
+        SolverRun(name, solver, 1e-3, "converged", 0.0, error, 1, 0, 1, time, 1)
+        for solver, (time, error) in seconds.items()
     )
     return Judged(name, "test", 2, interactions, reference, runs)
 

@@ -235,7 +235,7 @@ def test_a_file_under_another_hand_is_busy(path):
         finally:
             other.kill()
     assert lm.resume(path).run(steps=1).steps == 2
-    assert "closed as it should" in run_cli("info", path).output
+    assert "closed normally" in run_cli("info", path).output
 
 
 def test_a_full_disk_leaves_the_simulation_usable(path, monkeypatch):

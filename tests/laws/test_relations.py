@@ -17,7 +17,7 @@ from built_in import INSTANCES, name
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lmgcpy.testing.case import Case, Step
+from lmgcpy.testing.case import CaseStep, LawCase
 from lmgcpy.testing.draw import cases
 
 TOLERANCE = 1e-12
@@ -146,8 +146,8 @@ def test_the_relation_rejects_a_wrong_impulse(law, factor):
     size = law.rows(2)
     q = (1.0 if law.APPLIES_TO == "link" else -1.0, 0.8)[:size]
     W = ((2.0, 0.5), (0.5, 1.0)) if size == 2 else ((2.0,),)
-    step = Step(gap=0.0, before=(0.0,) * size, W=W, q=q)
-    case = Case(law, time_step=1e-2, reference_gap=0.0, reference_length=0.1, birth=0.0, steps=(step,))
+    step = CaseStep(gap=0.0, before=(0.0,) * size, W=W, q=q)
+    case = LawCase(law, time_step=1e-2, reference_gap=0.0, reference_length=0.1, birth=0.0, steps=(step,))
     assert np.abs(RELATIONS[law.NAME](case)).max() <= TOLERANCE
     wrong = replace(case)
     vars(wrong)["impulse"] = tuple(factor * component for component in case.impulse)

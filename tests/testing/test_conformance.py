@@ -18,7 +18,7 @@ import lmgcpy as lm
 import lmgcpy.testing
 from lmgcpy.laws import registry
 from lmgcpy.testing import PROPERTIES, Nonconformance
-from lmgcpy.testing.case import Case, Step
+from lmgcpy.testing.case import CaseStep, LawCase
 from lmgcpy.testing.invariance import declared_dimensions, other_units
 from lmgcpy.testing.local_solve import satisfies
 from lmgcpy.testing.runs import SmallRun
@@ -60,9 +60,9 @@ BROKEN = [
     (broken.HiddenLength(), "units", "a number in the law has a hidden unit"),
     (broken.StressAsForce(stress=10.0), "units", "is declared with another unit than it has"),
     (broken.UnreadableUnit(stiffness=1e3), "units", r"'stiffness': Unit 'kip/furlong' holds 'kip', which is not known"),
-    (broken.OneWay(friction=0.3), "mirror", "with the tangent turned round react gives"),
+    (broken.OneWay(friction=0.3), "mirror", "with the tangent reversed react gives"),
     (broken.Counting(), "purity", "changed the global 'CALLS' of broken_laws"),
-    (broken.Scattered(stiffness=1e3), "purity", "when it was asked again: something beside the arguments enters"),
+    (broken.Scattered(stiffness=1e3), "purity", "when it was asked again: it depends on more than its arguments"),
     (broken.Uncompilable(), "compiled", "cannot be compiled"),
     (broken.Overflowing(), "compiled", "prepare, compiled, gives"),
     (broken.Overshooting(), "scene", "steps of a run of four bodies were not solved"),
@@ -96,8 +96,8 @@ def test_what_is_sound_in_a_broken_law_holds():
 
 def stretched(law, W, q):
     """A link at its reference gap, new, with this free velocity."""
-    step = Step(gap=0.0, before=(0.0,), W=((W,),), q=(q,))
-    return Case(law, time_step=1e-3, reference_gap=0.0, reference_length=0.1, birth=0.0, steps=(step,))
+    step = CaseStep(gap=0.0, before=(0.0,), W=((W,),), q=(q,))
+    return LawCase(law, time_step=1e-3, reference_gap=0.0, reference_length=0.1, birth=0.0, steps=(step,))
 
 
 def test_a_law_with_several_answers_is_not_asked_for_one_of_them():
@@ -122,8 +122,8 @@ def test_an_answer_that_is_none_is_found_at_the_same_weight():
 def test_units_are_read_in_space_or_in_the_plane():
     """A stress times a length is no force in space, and one per metre of depth in the plane."""
     law = SOUND[-1]
-    step = Step(gap=0.0, before=(0.0,), W=((1.0,),), q=(1.0,))
-    case = Case(law, time_step=1e-3, reference_gap=0.0, reference_length=0.1, birth=0.0, steps=(step,))
+    step = CaseStep(gap=0.0, before=(0.0,), W=((1.0,),), q=(1.0,))
+    case = LawCase(law, time_step=1e-3, reference_gap=0.0, reference_length=0.1, birth=0.0, steps=(step,))
     plain = declared_dimensions(law)
     planar = {name: of.in_the_plane() for name, of in plain.items()}
 
