@@ -58,6 +58,9 @@ class Site:
         self._pressed: Callable[[], bool] = lambda: False
         self.is_copy = False
 
+    def __repr__(self) -> str:
+        return f"<Site of a study: {'no folder' if self._runs is None else self._runs.parent}>"
+
     def __getstate__(self) -> dict[str, Any]:
         return {name: getattr(self, name) for name in ("_stages", "_runs", "_stop_file")}
 
@@ -111,6 +114,9 @@ class Task:
     """A function of a module."""
     arguments: tuple[Any, ...] = ()
     """Can be pickled, as well as the result."""
+
+    def __repr__(self) -> str:
+        return f"<Task '{self.name}': {self.work.__name__}>"
 
 
 class Study(ABC):
