@@ -11,13 +11,21 @@ from test_reference import documented, reached
 
 import lmgcpy as lm
 import lmgcpy.testing
-from lmgcpy.experiment import column
-from lmgcpy.experiment.biaxial import Biaxial
-from lmgcpy.experiment.box import Sample
-from lmgcpy.experiment.column.sample import lay_column
-from lmgcpy.experiment.compaction import compact
-from lmgcpy.experiment.texsol.sample import lay_sample
-from lmgcpy.experiment.triaxial import Triaxial
+from lmgcpy.experiment import (
+    Biaxial,
+    Sample,
+    SandColumn,
+    Site,
+    Stages,
+    Study2D,
+    StudyFolder,
+    Task,
+    Triaxial,
+    compact,
+    lay_column,
+    lay_sample,
+    let_go,
+)
 from lmgcpy.io.compare import compare
 from lmgcpy.solve.report import Worst
 
@@ -59,8 +67,8 @@ def things(folder) -> dict[str, object]:
         lm.Signorini(), skip=[name for name in lmgcpy.testing.PROPERTIES if name != "interface"]
     )
     triaxial = Triaxial(sample_in_space(), lm.RigidWire())
-    poured = column.Column(column_laid, friction=0.5, reach=1e-3, mould=True)
-    course = column.let_go(poured, duration=1e-4, frames=1)
+    poured = SandColumn(column_laid, friction=0.5, reach=1e-3, mould=True)
+    course = let_go(poured, duration=1e-4, frames=1)
     net = lm.measure.network(sim)
     compacted = compact(laid, pressure=1e5, density=2600.0, max_steps=3)
     wire = {"box": (0.67, 0.67), "bead_radius": 0.0075, "interstice": 0.021, "bead_count": 30}
@@ -121,6 +129,9 @@ def things(folder) -> dict[str, object]:
         "SandColumn of content 0: 60 particles": poured,
         "ColumnState of 60 particles": course.end,
         "Course of ": course,
+        "Site of a study: no folder": Site(Stages(quiet=True), None),
+        "Task 'none': lay_sample": Task("none", lay_sample),
+        "StudyFolder 'texsol' of Study2D": StudyFolder("texsol", Study2D),
         "LawReport: Signorini() conforms": findings,
         "Finding: interface holds": findings.findings[0],
         "check of finite of Signorini()": lmgcpy.testing.Check(lm.Signorini(), lmgcpy.testing.PROPERTIES["finite"]),
@@ -153,7 +164,7 @@ def test_each_says_in_one_line_what_it_is(all_things):
 
 
 LEFT_OUT = {
-    **dict.fromkeys(("Body", "Contactor", "Law"), "abstract"),
+    **dict.fromkeys(("Body", "Contactor", "Law", "Study"), "abstract"),
     **dict.fromkeys(("Compression", "CompressionRecord"), "through biaxial and triaxial tests"),
     **dict.fromkeys(("Recorder", "Solver"), "protocols"),
     "Nonconformance": "an exception",

@@ -12,11 +12,7 @@ from pathlib import Path
 import numpy as np
 
 import lmgcpy as lm
-from lmgcpy.experiment.column import Column, let_go, time_unit
-from lmgcpy.experiment.column_sample import lay_column
-from lmgcpy.experiment.compaction import compact
-from lmgcpy.experiment.texsol_sample_3d import lay_sample_3d
-from lmgcpy.experiment.triaxial import Triaxial
+from lmgcpy.experiment import SandColumn, Triaxial, compact, lay_column, lay_sample_3d, let_go, time_unit
 
 folder = Path(sys.argv[1] if len(sys.argv) > 1 else "tutorial_05")
 folder.mkdir(parents=True, exist_ok=True)
@@ -60,10 +56,10 @@ runs, titles = [], []
 for content in (0.0, 0.8):
     laid = lay_column(grain_count=80, content=content, bead_diameter=0.4, seed=0)
     unit, mould = time_unit(laid), laid.mould  # sqrt(H/g)
-    poured = let_go(Column(laid, friction=0.5, reach=2.0 * mould.radius, mould=True), duration=3.0 * unit)
+    poured = let_go(SandColumn(laid, friction=0.5, reach=2.0 * mould.radius, mould=True), duration=3.0 * unit)
     file = folder / f"column-{content:g}.h5"
     file.unlink(missing_ok=True)
-    column = Column(laid, friction=0.5, reach=4.0 * mould.radius, mould=False, state=poured.end)
+    column = SandColumn(laid, friction=0.5, reach=4.0 * mould.radius, mould=False, state=poured.end)
     course = let_go(column, duration=3.0 * unit, file=file)
     runs.append(lm.io.open_run(file))
     titles.append(f"wire {100 * laid.content_by_weight:.1f} % by weight")

@@ -11,9 +11,7 @@ from matplotlib.figure import Figure
 from scipy.special import ellipj, ellipk
 
 import lmgcpy as lm
-from lmgcpy.experiment.biaxial import Biaxial
-from lmgcpy.experiment.compaction import compact
-from lmgcpy.experiment.texsol_sample import lay_sample
+from lmgcpy.experiment import Biaxial, compact, lay_sample
 
 folder = Path(sys.argv[1] if len(sys.argv) > 1 else "tutorial_06")
 folder.mkdir(parents=True, exist_ok=True)

@@ -12,22 +12,22 @@ from lmgcpy.io.run import Run
 
 @dataclass(frozen=True)
 class Frame:
-    """The sample at one moment."""
+    """The sample after one step."""
 
     strain: float
     """Crushing, as a fraction of the height at the start."""
     top_force: float
     """Force on the upper platen [N]."""
     positions: np.ndarray
-    """Of the particles [m], (n, 2)."""
+    """Positions of the particles [m], (n, 2)."""
     walls: np.ndarray
-    """Left, right, bottom, top [m], (4,)."""
+    """Positions of the left, right, lower and upper wall [m], (4,)."""
     lines: np.ndarray
-    """Force lines: their two ends [m], (m, 2, 2)."""
+    """Both ends of each force line [m], (m, 2, 2)."""
     forces: np.ndarray
-    """Normal force along each, compression positive [N], (m,)."""
+    """Normal force along each line, compression positive [N], (m,)."""
     in_wire: np.ndarray
-    """Which of them are links, (m,) bool."""
+    """Whether the line is a link, (m,) bool."""
 
     def __repr__(self) -> str:
         crushed = f"{100.0 * self.strain:.3g} % of crushing"
@@ -41,7 +41,7 @@ class BiaxialRecord(CompressionRecord):
     lateral: np.ndarray
     """Mean force on the lateral walls [N], (s,)."""
     frames: list[Frame] = field(default_factory=list)
-    """Those that were kept, evenly spaced."""
+    """The recorded frames, evenly spaced."""
 
 
 class Biaxial(Compression):
@@ -52,7 +52,7 @@ class Biaxial(Compression):
     BLOCK_SPIN = False
 
     def record(self, run: Run) -> BiaxialRecord:
-        """What a run measured, with its frames."""
+        """The record of a run, with its frames."""
         measured = self.measured(run)
         (k,) = self.box.lateral
         lateral = 0.5 * run.observed["reactions"][:, 2 * k : 2 * k + 2].sum(axis=1)

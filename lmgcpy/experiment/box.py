@@ -34,13 +34,13 @@ class Sample:
     radii: np.ndarray
     """[m], (n,)."""
     wires: tuple[int, ...]
-    """Beads of each wire, wire after wire; none for sand alone."""
+    """Number of beads of each wire, wire after wire; empty for sand alone."""
     reference_gap: float
     """Greatest gap between consecutive beads [m]."""
     box: np.ndarray
     """Sizes of the box [m], (d,)."""
     bead_mass: float | None = None
-    """Mass of a bead [kg]; None: that of a grain of its size."""
+    """Mass of a bead [kg]; None: the mass of a grain of its size."""
 
     def __post_init__(self):
         box = numbers(self.box, "box of the sample", "its 2 or 3 sizes [m]")
@@ -66,12 +66,12 @@ class Sample:
 
     @property
     def bead_count(self) -> int:
-        """Beads of all wires."""
+        """Number of beads of all wires."""
         return sum(self.wires)
 
     @property
     def chains(self) -> list[np.ndarray]:
-        """Particles that are the beads of each wire, in the order of the wire."""
+        """Indices of the beads of each wire, in the order of the wire."""
         ends = np.cumsum(self.wires, dtype=np.int64)
         return [np.arange(end - beads, end) for end, beads in zip(ends, self.wires, strict=True)]
 
@@ -87,7 +87,7 @@ class Sample:
 
     @property
     def diameter(self) -> float:
-        """Mean diameter of the particles [m]; beads finer than every grain do not count: they ride in the pores."""
+        """Mean diameter of the particles [m]; beads finer than every grain do not count, as they lie in the pores."""
         grains = self.radii[self.bead_count :]
         fine = len(grains) and self.radii[: self.bead_count].max(initial=0.0) < grains.min()
         return 2.0 * float((grains if fine else self.radii).mean())
@@ -100,13 +100,13 @@ class Sample:
 
 
 class Box:
-    """The scene of a sample in its box, without gravity; boundary conditions are the caller's.
+    """The scene of a sample in its box, without gravity; the caller sets the boundary conditions.
 
-    Platens stand across ``axis``, by default the last one; ``friction`` between particles, ``platen_friction`` at the
-    platens; lateral walls are smooth. ``law`` links the beads of each wire, None leaves them grains like others;
-    ``reference_gap``: "wire" takes the sample's, widened where a link is built longer, "built" the present gaps;
-    ``block_spin``: of linked beads, which otherwise roll and let the wire slip through as if there were no friction. The
-    mass of a wall is a tenth of the sample's.
+    The platens stand across ``axis``, by default the last one. ``friction`` acts between particles, ``platen_friction`` at
+    the platens; the lateral walls are smooth. ``law`` links the beads of each wire; with None they are grains like the
+    others. ``reference_gap``: "wire" takes the sample's, and the present gap where a link is longer; "built" takes the
+    present gaps. ``block_spin`` keeps linked beads from rolling; free ones roll, and the wire slips through the sand as if
+    there were no friction. The mass of a wall is a tenth of the sample's.
     """
 
     def __init__(
@@ -223,15 +223,17 @@ class Box:
         return float(np.linalg.norm(resultant, axis=0)[: len(self.particles)].mean())
 
     def network(self, sim: Simulation) -> np.ndarray:
-        """Contact network of the last step: coordination, rattlers' share of the grains, fabric, (2 + d^2,). Beads are held
-        by their wire and do not count as rattlers."""
+        """Contact network of the last step: coordination, share of rattlers among the grains, fabric, (2 + d^2,).
+
+        Beads are held by their wire and do not count as rattlers.
+        """
         net = network(sim)
         grains = len(self.particles) - self.bead_count
         loose = int((net.rattlers >= self.bead_count).sum())
         return np.array([net.coordination, loose / max(1, grains), *net.fabric.ravel()])
 
     def sample(self, before: Sample) -> Sample:
-        """The sample as it is now, moved so that its box starts at the origin."""
+        """The sample in its present state, moved so that its box starts at the origin."""
         origin = np.array([low.position[k] for k, (low, _) in enumerate(self.walls)])
         positions = np.array([particle.position for particle in self.particles]) - origin
         return Sample(positions, before.radii, before.wires, before.reference_gap, self.sizes, before.bead_mass)

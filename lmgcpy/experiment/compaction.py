@@ -20,21 +20,21 @@ from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
 from lmgcpy.solve.gauss_seidel import GaussSeidel
 
 WINDOW = 50
-"""Steps over which rest is judged."""
+"""Number of steps over which rest is judged."""
 
 
 @dataclass(frozen=True)
 class Unrest:
-    """What is left of motion over a window of steps: four numbers, all small at rest."""
+    """Four measures of motion over a window of steps; all are small at rest."""
 
     imbalance: float = np.inf
     """Mean of ``|force on a wall / (pressure x its area) - 1|``, the worst of the loaded walls."""
     volume_change: float = np.inf
-    """Relative."""
+    """Relative change of the volume."""
     force: float = np.inf
-    """Mean resultant force on a particle over p d^(D-1), the force that the pressure makes on one."""
+    """Mean resultant force on a particle, over p d^(D-1), the force of the pressure on a particle."""
     kinetic: float = np.inf
-    """Mean kinetic energy of a particle over p d^D, the work of the pressure on its volume."""
+    """Mean kinetic energy of a particle, over p d^D, the work of the pressure on its volume."""
 
     @property
     def is_rest(self) -> bool:
@@ -47,17 +47,17 @@ class Compaction:
     """A compacted sample in d dimensions and how it came to rest."""
 
     sample: Sample
-    """As it came out."""
+    """The compacted sample."""
     steps: int
-    """That were made."""
+    """Number of steps made."""
     at_rest: bool
-    """Whether it came to rest within them."""
+    """Whether the sample came to rest within them."""
     unrest: Unrest
-    """Over the last window."""
+    """Measures of motion over the last window."""
     solid_fraction: float
-    """In a window one coarsest diameter from the walls."""
+    """Solid fraction in a window one coarsest diameter from the walls."""
     coordination: float
-    """Mean number of contacts of a particle that is no rattler."""
+    """Mean number of contacts of the particles that are no rattlers."""
     rattlers: float
     """Share of the grains that carry no force."""
     fabric: np.ndarray
@@ -65,9 +65,9 @@ class Compaction:
     penetration: float
     """Deepest overlap [m]."""
     mean_residual: float
-    """Of the steps."""
+    """Mean residual of the steps."""
     seconds: float
-    """Time of the clock that the steps took [s]."""
+    """Wall clock time of the steps [s]."""
 
     def __repr__(self) -> str:
         rest = "at rest" if self.at_rest else "not at rest"
@@ -91,12 +91,12 @@ def compact(
 ) -> Compaction:
     """Press lateral walls and lid by ``pressure`` [Pa] until the sample is at rest.
 
-    Rest, over 50 steps: no wall's force is off its load by more than 2 % in the mean, the volume changes by less than 3e-4,
-    the mean resultant force on a particle is below 2 % of ``p d^(D-1)`` and its mean kinetic energy below 1e-4 ``p d^D``
-    (D dimensions, d the mean diameter). Without ``friction`` the sample becomes as dense as its grains allow; the wire is
-    inextensible. ``time_step`` [s] is by default a fifth of ``d sqrt(rho/p)``: with rigid grains the pressure sets the time
-    scale and nothing else. ``drag``: velocities decay by ``exp(-drag)`` in that time; with none, grains that are squeezed
-    out hammer a wire of fine beads, which has no stiffness in bending, until it lies crumpled.
+    The sample is at rest if over 50 steps no wall's mean force differs from its load by more than 2 %, the volume changes
+    by less than 3e-4, the mean resultant force on a particle is below 2 % of ``p d^(D-1)``, and its mean kinetic energy is
+    below 1e-4 ``p d^D`` (D dimensions, d the mean diameter). Without ``friction`` the sample becomes as dense as its grains
+    allow; the wire is inextensible. ``time_step`` [s] is by default a fifth of ``d sqrt(rho/p)``: with rigid grains the
+    pressure alone sets the time scale. ``drag``: velocities decay by ``exp(-drag)`` in that time; without it, grains that
+    are squeezed out hammer a wire of fine beads, which has no bending stiffness, until it is crumpled.
 
     ``file``, ``on_step`` and ``interrupted`` as in :func:`lmgcpy.experiment.trial.carry_out`.
     """
@@ -162,7 +162,7 @@ def compact(
 
 
 def unrest(rows: Mapping[str, np.ndarray], pressure: float, box: Box) -> Unrest:
-    """Of the last rows of what is observed, those of a window and one more; infinite before there are so many."""
+    """Measures of motion from the last observed rows, a window and one more; infinite if there are fewer rows."""
     size, d = rows["size"], box.dimension
     if len(size) <= WINDOW:
         return Unrest()

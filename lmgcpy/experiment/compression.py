@@ -26,7 +26,7 @@ from lmgcpy.solve.report import SOLVED, STATUS
 from lmgcpy.view.recorded import running_mean
 
 RAMP = 0.02
-"""Part of the test in which the platen takes up its velocity, so that it starts without a shock."""
+"""Part of the test in which the velocity of the platen grows to its value, so that it starts without a shock."""
 PARTS = ("total", "sand", "wire")
 """Parts of the Weber stress."""
 
@@ -38,39 +38,39 @@ class CompressionRecord:
     law: str
     """Name of the law between the beads, "none" without one."""
     tolerance: float
-    """Of the solver."""
+    """Tolerance of the solver."""
     inertial_number: float
-    """``v d sqrt(rho/p)/H`` of the test."""
+    """Inertial number of the test, ``v d sqrt(rho/p)/H``."""
     strain: np.ndarray
     """Crushing, (s,)."""
     reaction: np.ndarray
-    """Support reaction below [N], (s,)."""
+    """Support reaction, the force on the lower platen [N], (s,)."""
     top_force: np.ndarray
     """Force on the upper platen [N], (s,)."""
     size: np.ndarray
     """Sizes of the box [m], (s, d)."""
     stress: dict[str, np.ndarray]
-    """Weber stress [Pa] of the "total", the "sand" and the "wire", (s, d, d) each."""
+    """Weber stress [Pa], its "total" and the parts of "sand" and "wire", (s, d, d) each."""
     residual: np.ndarray
-    """Of the solver, (s,)."""
+    """Residual of the solver, (s,)."""
     iterations: np.ndarray
-    """Sweeps, (s,)."""
+    """Number of sweeps, (s,)."""
     interactions: np.ndarray
-    """How many, (s,)."""
+    """Number of interactions, (s,)."""
     kinetic: np.ndarray
     """Kinetic energy of the free components [J], (s,)."""
     stored: np.ndarray
     """Energy in elastic links [J], (s,)."""
     defect: np.ndarray
-    """What the energy identity of the step leaves [J], (s,)."""
+    """Defect of the energy identity of the step [J], (s,)."""
     status: list[str]
-    """How the solver ended each step."""
+    """Status of the solver after each step."""
     seconds: float = 0.0
-    """Time of the clock that the steps took [s]."""
+    """Wall clock time of the steps [s]."""
 
     @property
     def unconverged(self) -> int:
-        """Steps that did not reach the tolerance."""
+        """Number of steps that did not reach the tolerance."""
         return sum(status not in SOLVED for status in self.status)
 
     def smooth(self, values: np.ndarray, width: float = 0.0025) -> np.ndarray:
@@ -89,8 +89,8 @@ class CompressionRecord:
 class Compression(ABC):
     """A test of a sample, ready to run.
 
-    ``law`` links the beads (None: sand). The upper platen across ``axis``, a word such as "y", by default the last axis,
-    goes down at ``v = I H sqrt(p/rho)/d``, which makes the inertial number ``I = v d sqrt(rho/p)/H`` of the test;
+    ``law`` links the beads; None: sand. The upper platen across ``axis``, a word such as "y", by default the last axis,
+    moves down at ``v = I H sqrt(p/rho)/d``, which makes the inertial number ``I = v d sqrt(rho/p)/H`` of the test;
     ``time_step`` [s] is by default a fifth of ``d sqrt(rho/p)``. A rigid or elastic rod keeps the gaps at the start of the
     test as its reference, a wire the sample's reference gap.
     """
@@ -153,7 +153,7 @@ class Compression(ABC):
         self.simulation: Simulation | None = None
 
     def step_count(self, strain: float) -> int:
-        """Steps that a test to this strain takes."""
+        """Number of steps of a test to this strain."""
         return max(1, int(np.ceil(strain * self.height / (self.speed * self.time_step) * (1.0 + 0.5 * RAMP))))
 
     def run(
@@ -165,7 +165,7 @@ class Compression(ABC):
         on_step: Callable[[int], None] | None = None,
         interrupted: Callable[[], bool] | None = None,
     ) -> Any:
-        """Crush the sample by ``strain`` of its height and return the record; ``frames`` are kept, evenly spaced.
+        """Crush the sample by ``strain`` of its height and return the record, with so many ``frames``, evenly spaced.
 
         ``file``, ``on_step`` and ``interrupted`` as in :func:`lmgcpy.experiment.trial.carry_out`.
         """
@@ -177,7 +177,7 @@ class Compression(ABC):
             time_step=self.time_step,
             solver=self.solver,
             on_unconverged="ignore",
-            overlap="ignore",  # what the tolerance of the relaxation left
+            overlap="ignore",  # the tolerance of the relaxation leaves some
         )
         count = self.step_count(strain)
         with carry_out(
@@ -199,12 +199,12 @@ class Compression(ABC):
             return self.record(run)
 
     def observed(self) -> Observe:
-        """What is kept of every step."""
+        """The quantities that are recorded at every step."""
         return {"reactions": self.box.reactions, "size": self.box.size, "stress": self._stress}
 
     @abstractmethod
     def record(self, run: Run) -> CompressionRecord:
-        """What a run measured."""
+        """The record of a run."""
 
     def _stress(self, sim: Simulation) -> np.ndarray:
         """Weber stress of :data:`PARTS` [Pa], (3, d, d)."""

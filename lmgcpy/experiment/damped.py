@@ -11,7 +11,7 @@ from lmgcpy.solve.report import Report
 class DampedSimulation(Simulation):
     """Before every step all velocities decay by ``exp(-h / drag_time)``: the exact answer to a drag ``-(m / drag_time) v``.
 
-    The impulses of the step, and with them what is at rest in the end, do not know of it. ``drag_time`` [s].
+    The drag does not act within the step, so that impulses at rest are those without it. ``drag_time`` [s].
     """
 
     def __init__(self, scene, *, drag_time: float, **options):
@@ -25,6 +25,6 @@ class DampedSimulation(Simulation):
         try:
             return super().step()
         except BaseException:
-            if self.steps == steps:  # else the step is made, and what was raised is about it
+            if self.steps == steps:  # else the step was made, and the error is about its result
                 self.state.velocities[:] = before
             raise

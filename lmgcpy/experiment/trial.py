@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 import tempfile
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -65,68 +66,62 @@ def carry_out(
     Raises KeyboardInterrupt if ``interrupted`` ends the test between two steps; the file is then complete up to there.
     Raises ValueError if the file is that of another test.
     """
+    with _run_file(file) as (path, directory):
+        recent: dict[str, deque] = {name: deque(maxlen=window) for name in observe}
+        if not os.path.exists(path):
+            flush = FLUSH if directory is None else NO_FLUSH
+            sim.recorder = RunRecorder(path, every=every, flush=flush, observe=observe, notes=notes)
+        else:
+            take_up(sim, path, observe=observe, notes=notes)
+            _cut_to_the_checkpoint(sim, path)
+            with open_run(path) as run:
+                for name, rows in recent.items():
+                    rows.extend(run.observed[name][max(0, sim.steps - window) :])
+            if on_step:
+                on_step(sim.steps)
+        recorder = sim.recorder
+        assert isinstance(recorder, RunRecorder)
+
+        def stopped() -> bool:
+            return interrupted is not None and interrupted()
+
+        def over() -> bool:
+            if sim.steps >= steps or rule is None:
+                return sim.steps >= steps
+            return rule({name: np.array(rows) for name, rows in recent.items()})
+
+        def ended(sim: Simulation) -> bool:
+            for name, value in recorder.latest.items():
+                recent[name].append(value)
+            if on_step:
+                on_step(sim.steps)
+            return over() or stopped()
+
+        if not (over() or stopped()):
+            sim.run(steps - sim.steps, until=ended)
+        sim.recorder = None
+        if not over():
+            raise KeyboardInterrupt(recorder.how_to_go_on())
+        return open_run(path) if directory is None else TemporaryRun(path, directory)
+
+
+@contextmanager
+def _run_file(file: str | os.PathLike | None) -> Iterator[tuple[str, tempfile.TemporaryDirectory | None]]:
+    """The path of the run file; if there is no ``file``, that of one in a temporary directory.
+
+    The directory is deleted if the block fails.
+    """
     if file is not None:
-        _advance(sim, os.fspath(file), FLUSH, steps, observe, every, notes, rule, window, on_step, interrupted)
-        return open_run(file)
+        yield os.fspath(file), None
+        return
     directory = tempfile.TemporaryDirectory(prefix="lmgcpy-", ignore_cleanup_errors=True)
     try:
-        path = os.path.join(directory.name, "run.h5")
-        _advance(sim, path, NO_FLUSH, steps, observe, every, notes, rule, window, on_step, interrupted)
-        return TemporaryRun(path, directory)
-    except KeyboardInterrupt:
+        yield os.path.join(directory.name, "run.h5"), directory
+    except BaseException as error:
         directory.cleanup()
-        raise KeyboardInterrupt("Interrupted; there is no file to go on from.") from None
-    except BaseException:
-        directory.cleanup()
+        if isinstance(error, KeyboardInterrupt):
+            raise KeyboardInterrupt("Interrupted; there is no file to go on from.") from None
         raise
-
-
-def _advance(
-    sim: Simulation,
-    file: str,
-    flush: float,
-    steps: int,
-    observe: Observe,
-    every: int,
-    notes: Mapping[str, Any],
-    rule: Rule | None,
-    window: int,
-    on_step: Callable[[int], None] | None,
-    interrupted: Callable[[], bool] | None,
-) -> None:
-    """Make the steps that the file lacks."""
-    recent: dict[str, deque] = {name: deque(maxlen=window) for name in observe}
-    if not os.path.exists(file):
-        sim.recorder = RunRecorder(file, every=every, flush=flush, observe=observe, notes=notes)
-    else:
-        take_up(sim, file, observe=observe, notes=notes)
-        _cut_to_the_checkpoint(sim, file)
-        with open_run(file) as run:
-            for name, rows in recent.items():
-                rows.extend(run.observed[name][max(0, sim.steps - window) :])
-        if on_step:
-            on_step(sim.steps)
-    recorder = sim.recorder
-    assert isinstance(recorder, RunRecorder)
-
-    def stopped() -> bool:
-        return interrupted is not None and interrupted()
-
-    def over() -> bool:
-        return sim.steps >= steps or (rule is not None and rule({name: np.array(rows) for name, rows in recent.items()}))
-
-    def ended(sim: Simulation) -> bool:
-        for name, value in recorder.latest.items():
-            recent[name].append(value)
-        if on_step:
-            on_step(sim.steps)
-        return over() or stopped()
-
-    if not (over() or stopped()):
-        sim.run(steps - sim.steps, until=ended)
-    sim.recorder = None
-    if not over():
-        raise KeyboardInterrupt(recorder.how_to_go_on())
 
 
 def _cut_to_the_checkpoint(sim: Simulation, file: str) -> None:

@@ -17,15 +17,15 @@ class TriaxialRecord(CompressionRecord):
     """What a triaxial test measured, step by step. Pressures are positive, Weber stresses are traction positive."""
 
     axis: str
-    """Along which the sample was compressed."""
+    """Axis along which the sample was compressed."""
     axial: np.ndarray
     """Mean pressure on the platens [Pa], (s,)."""
     lateral: np.ndarray
     """Mean pressures on the two pairs of lateral walls [Pa], (s, 2)."""
     volume_change: np.ndarray
-    """Relative to the volume at the start, dilation positive, (s,)."""
+    """Change of volume over the volume at the start, dilation positive, (s,)."""
     coordination: np.ndarray
-    """Mean number of contacts of a particle that is no rattler, (s,)."""
+    """Mean number of contacts of the particles that are no rattlers, (s,)."""
     fabric: np.ndarray
     """Mean of n (x) n over the contacts that carry force, (s, 3, 3)."""
     penetration: np.ndarray
@@ -33,20 +33,20 @@ class TriaxialRecord(CompressionRecord):
 
     @property
     def deviator(self) -> np.ndarray:
-        """q: pressure on the platens, less that on the lateral walls [Pa], (s,)."""
+        """q: pressure on the platens minus pressure on the lateral walls [Pa], (s,)."""
         return self.axial - self.lateral.mean(axis=1)
 
     @property
     def mean_pressure(self) -> np.ndarray:
-        """p: a third of the platens' pressure and two thirds of the lateral walls' [Pa], (s,)."""
+        """p: a third of the pressure on the platens plus two thirds of that on the lateral walls [Pa], (s,)."""
         return (self.axial + 2.0 * self.lateral.mean(axis=1)) / 3.0
 
 
 class Triaxial(Compression):
     """A triaxial test: :class:`~lmgcpy.experiment.compression.Compression` of a 3D sample, along "x", "y" or "z".
 
-    Linked beads are kept from rolling: beads finer than the grains would turn between them like the balls of a bearing,
-    and the wire would slip through the sand whatever its friction.
+    Linked beads are kept from rolling: beads finer than the grains would turn between them like the balls of a
+    bearing, and the wire would slip through the sand at any friction.
     """
 
     NAME = "triaxial test"
@@ -54,11 +54,11 @@ class Triaxial(Compression):
     BLOCK_SPIN = True
 
     def observed(self) -> Observe:
-        """What is kept of every step."""
+        """The quantities that are recorded at every step."""
         return {**super().observed(), "network": self.box.network, "penetration": self.box.penetration}
 
     def record(self, run: Run) -> TriaxialRecord:
-        """What a run measured."""
+        """The record of a run."""
         measured = self.measured(run)
         size, net = measured["size"], run.observed["network"][:]
         area = np.stack([np.prod(np.delete(size, k, axis=1), axis=1) for k in range(3)], axis=1)

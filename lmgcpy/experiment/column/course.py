@@ -30,21 +30,21 @@ REST = 1e-3
 """Kinetic energy over weight times mean grain diameter below which a column is at rest, if it stays so for half a
 time unit: a mean speed of 4 % of that of a fall by a radius, 7 % of a diameter in that time."""
 LEAST, POUR, RELEASE = 2.0, 4.0, 8.0
-"""Time units that a release takes at the least, and that pour and release may take."""
+"""Least duration of a release, and greatest durations of pour and release, in time units."""
 FRAMES = 16
-"""Frames of a release that takes all its time."""
+"""Number of frames of a release of the greatest duration."""
 
 
 @dataclass(frozen=True)
 class ColumnState:
-    """Where the particles of a column are, and how they move; n of them, beads first."""
+    """Positions and velocities of the n particles of a column, beads first."""
 
     positions: np.ndarray
-    """[m], (n, 3)."""
+    """Positions [m], (n, 3)."""
     velocities: np.ndarray
-    """[m/s], (n, 3)."""
+    """Velocities [m/s], (n, 3)."""
     spins: np.ndarray
-    """[rad/s], (n, 3)."""
+    """Angular velocities [rad/s], (n, 3)."""
 
     def __repr__(self) -> str:
         return f"<ColumnState of {len(self.positions)} particles>"
@@ -52,10 +52,10 @@ class ColumnState:
 
 @dataclass(frozen=True)
 class Course:
-    """How a pour or a release went, step by step; s of them."""
+    """The record of a pour or a release of s steps."""
 
     time: np.ndarray
-    """Since its start [s], (s,)."""
+    """Time since its start [s], (s,)."""
     spread: np.ndarray
     """Radii that hold 95 % and 99 % of the grains' mass, and the front [m], (s, 3)."""
     height: np.ndarray
@@ -65,17 +65,17 @@ class Course:
     tension: np.ndarray
     """Greatest and mean tension of the links [N], (s, 2)."""
     residual: np.ndarray
-    """Of the solver, (s,)."""
+    """Residual of the solver, (s,)."""
     iterations: np.ndarray
-    """Sweeps, (s,)."""
+    """Number of sweeps, (s,)."""
     unconverged: int
-    """Steps that did not reach the tolerance."""
+    """Number of steps that did not reach the tolerance."""
     end: ColumnState
-    """Where the particles are after the last step."""
+    """State of the particles after the last step."""
     at_rest: bool
-    """Whether it ended by coming to rest."""
+    """Whether the column came to rest."""
     seconds: float
-    """Time of the clock that the steps took [s]."""
+    """Wall clock time of the steps [s]."""
 
     def __repr__(self) -> str:
         rest = "at rest" if self.at_rest else "still moving"
@@ -85,9 +85,9 @@ class Course:
 class SandColumn:
     """The scene of a column on its rough ground, in its mould or out of it, from a state or as laid.
 
-    The ground is a plane in which grains are stuck half-way, out to ``reach`` [m] from the axis: on a bare plane spheres
-    roll away for ever. Everything has the same ``friction``, but the mould is smooth: it shall bear no weight. Beads do not
-    spin: free ones would roll, and the wire slip through the sand as if there were no friction.
+    The ground is a plane with grains glued to it, out to ``reach`` [m] from the axis: on a bare plane spheres roll for
+    ever. Grains, beads and ground have the same ``friction``; the mould is smooth, so that it bears no weight. Beads do not
+    spin: free ones would roll, and the wire would slip through the sand as if there were no friction.
     """
 
     def __init__(
@@ -130,7 +130,7 @@ class SandColumn:
             chain = [bodies[i] for i in beads]
             between = np.linalg.norm(np.diff(start.positions[beads], axis=0), axis=1)
             built = between - sample.radii[beads[:-1]] - sample.radii[beads[1:]]
-            # the tolerance leaves links a trifle long; to pull them right at once would be a blow
+            # the tolerance leaves links slightly too long; shortening them in one step would be a shock
             self.scene.chain(chain, RigidWire(), reference_gap=np.maximum(sample.reference_gap, built), block_spin=True)
 
     def _add_ground(self, glued: tuple[np.ndarray, np.ndarray]) -> None:
@@ -150,7 +150,7 @@ class SandColumn:
     # --------------------------------------------------------------------------------------------------- measurements
 
     def spread(self, sim: Simulation) -> np.ndarray:
-        """As :attr:`Course.spread`, now."""
+        """Present value of :attr:`Course.spread`."""
         distance = np.linalg.norm(sim.positions[self.grains, :2] - self.laid.mould.axis, axis=1)
         mass = self._masses[self.grains]
         radii = self.laid.sample.radii[self.grains]
@@ -158,23 +158,23 @@ class SandColumn:
         return np.array([*held, front(distance, radii, self.laid.diameter)])
 
     def height(self, sim: Simulation) -> np.ndarray:
-        """As :attr:`Course.height`, now."""
+        """Present value of :attr:`Course.height`."""
         z, radii = sim.positions[self.grains, 2], self.laid.sample.radii[self.grains]
         return np.array([holding(0.99, z, self._masses[self.grains]), float((z + radii).max())])
 
     def motion(self, sim: Simulation) -> float:
-        """As :attr:`Course.motion`, now."""
+        """Present value of :attr:`Course.motion`."""
         speeds = sim.velocities[: len(self._masses)]
         kinetic = 0.5 * float(self._masses @ np.sum(speeds**2, axis=1))
         return kinetic / (float(self._masses.sum()) * GRAVITY * self.laid.diameter)
 
     def tension(self, sim: Simulation) -> np.ndarray:
-        """As :attr:`Course.tension`, now."""
+        """Present value of :attr:`Course.tension`."""
         pull = -sim.interactions.force[: self._link_count, 0]  # links come first
         return np.array([pull.max(), pull.mean()]) if len(pull) else np.zeros(2)
 
     def state(self, sim: Simulation) -> ColumnState:
-        """Of the particles, copied."""
+        """State of the particles, copied."""
         n = len(self._masses)
         return ColumnState(sim.positions[:n].copy(), sim.velocities[:n].copy(), sim.spins[:n].copy())
 
@@ -197,12 +197,12 @@ def let_go(
     on_step: Callable[[int], None] | None = None,
     interrupted: Callable[[], bool] | None = None,
 ) -> Course:
-    """Let a column move until it is at rest, for ``least`` [s] at the least and ``duration`` [s] at the most.
+    """Let a column move until it is at rest, for at least ``least`` [s] and at most ``duration`` [s].
 
-    In one step a grain that has fallen through the whole height moves by ``travel`` radii of a bead. At rest: for half a
-    time unit the kinetic energy stays below a thousandth of weight times mean grain diameter. ``frames`` are kept in
-    that time. ``name`` is that of the run in its notes; ``file``, ``on_step`` and ``interrupted`` as in
-    :func:`lmgcpy.experiment.trial.carry_out`.
+    In one step a grain that has fallen through the whole height moves by ``travel`` radii of a bead. The column is at rest
+    if for half a time unit the kinetic energy stays below a thousandth of weight times mean grain diameter. So many
+    ``frames`` are recorded in ``duration``. ``name`` is that of the run in its notes; ``file``, ``on_step`` and
+    ``interrupted`` as in :func:`lmgcpy.experiment.trial.carry_out`.
     """
     number(duration, "duration", above=0.0, unit="s")
     number(least, "least", minimum=0.0, maximum=duration, unit="s")
@@ -212,7 +212,7 @@ def let_go(
         time_step=step,
         solver=solver or AcceleratedGaussSeidel(tolerance=1e-2, max_iterations=200),
         on_unconverged="ignore",
-        overlap="ignore",  # what the tolerance of the pour left
+        overlap="ignore",  # the tolerance of the pour leaves some
     )
     count = max(1, math.ceil(duration / step))
 
@@ -247,16 +247,16 @@ def let_go(
 
 
 def time_unit(laid: Laid) -> float:
-    """sqrt(H/g) of the mould's sand [s]: the same with wire and without."""
+    """Time unit sqrt(H/g) [s], H the height of the sand in the mould: the same with wire and without."""
     return math.sqrt(laid.mould.height / GRAVITY)
 
 
 def time_step(laid: Laid, travel: float) -> float:
-    """[s]; see :func:`let_go`."""
+    """Time step [s]; see :func:`let_go`."""
     number(travel, "travel", above=0.0, maximum=10.0)
     return travel * laid.bead_radius / math.sqrt(2.0 * GRAVITY * float(laid.sample.box[2]))
 
 
 def half_a_unit(laid: Laid, travel: float) -> int:
-    """Steps in half a time unit, over which rest is judged."""
+    """Number of steps in half a time unit, over which rest is judged."""
     return max(1, math.ceil(0.5 * time_unit(laid) / time_step(laid, travel)))

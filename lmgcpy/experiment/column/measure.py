@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 COVERED = 0.5
-"""Part of a ring of the ground that grains cover, from above, up to its front."""
+"""Least part of a ring of the ground that grains cover, seen from above, inside the front."""
 
 
 def holding(share: float, coordinate: np.ndarray, mass: np.ndarray) -> float:
@@ -31,7 +31,7 @@ def front(distance: np.ndarray, radii: np.ndarray, ring: float) -> float:
     count = int(number.max()) + 2
     sections = np.bincount(number, weights=radii**2, minlength=count)
     cover = np.minimum(sections / (ring**2 * (2.0 * np.arange(count) + 1.0)), 1.0)
-    first = int(np.argmax(cover < COVERED))  # there is one: the outermost ring is empty
+    first = int(np.argmax(cover < COVERED))  # it exists, as the outermost ring is empty
     if first == 0:
         return 0.0
     inner, outer = cover[first - 1], cover[first]

@@ -16,7 +16,7 @@ LASTING = 0.1
 
 
 def grain_weight(result: ColumnResult) -> float:
-    """Of a grain of the mean diameter [N]."""
+    """Weight of a grain of the mean diameter [N]."""
     return SAND_DENSITY * math.pi / 6.0 * result.study.diameter**3 * GRAVITY
 
 
@@ -26,12 +26,12 @@ def linear_content(fall: Fall) -> float:
 
 
 def settled_volume(fall: Fall) -> float:
-    """Of the mould up to the level below which 99 % of the grains' mass lies, at the release [m^3]."""
+    """Volume of the mould up to the level below which 99 % of the grains' mass lies, at the release [m^3]."""
     return fall.laid.mould.side**2 * float(fall.pour.height[-1, 0])
 
 
 def solid_fraction(fall: Fall) -> float:
-    """Of the sand in its settled volume [-]."""
+    """Solid fraction of the sand in its settled volume [-]."""
     radii = fall.laid.sample.radii[fall.laid.sample.bead_count :]
     return 0.99 * 4.0 / 3.0 * math.pi * float(np.sum(radii**3)) / settled_volume(fall)
 
@@ -39,7 +39,7 @@ def solid_fraction(fall: Fall) -> float:
 def lasting_tension(fall: Fall) -> np.ndarray:
     """Greatest and mean tension of the links during the release, running means over :data:`LASTING` [N], (s, 2).
 
-    In a step in which the wire snaps taut the force is an impulse over the time step, a number of the step's as well.
+    In a step in which the wire snaps taut the force is an impulse over the time step, so that it depends on the step.
     """
     tension, time = fall.release.tension, fall.release.time
     count = min(len(time), max(1, round(LASTING * time_unit(fall.laid) / time[0])))

@@ -21,7 +21,7 @@ class Fall:
     """What became of one column."""
 
     content: float
-    """Asked for; :attr:`Laid.content` is what was laid."""
+    """Wire content asked for; :attr:`Laid.content` is what was laid."""
     laid: Laid
     pour: Course
     release: Course
@@ -38,7 +38,7 @@ class Fall:
 
     @property
     def stands(self) -> bool:
-        """See :data:`KEPT_HEIGHT`."""
+        """Whether the column stands; see :data:`KEPT_HEIGHT`."""
         return self.kept_height >= KEPT_HEIGHT and self.grown_radius <= KEPT_RADIUS
 
 
@@ -49,7 +49,7 @@ class ColumnResult:
     study: Any
     """A :class:`~lmgcpy.experiment.column.study.ColumnStudy`."""
     falls: tuple[Fall, ...]
-    """By content, the dry column first."""
+    """The columns by content, the dry one first."""
 
     @property
     def dry(self) -> Fall:
@@ -58,24 +58,24 @@ class ColumnResult:
 
     @property
     def seconds(self) -> float:
-        """Time of the clock that the steps of all runs took [s]."""
+        """Wall clock time of the steps of all runs [s]."""
         return sum(fall.pour.seconds + fall.release.seconds for fall in self.falls)
 
 
 def run_name(what: str, content: float) -> str:
-    """Name of a run: "pour" or "release" of a column."""
+    """Name of the run file of a "pour" or "release"."""
     return f"{what}-{content}" if content > 0.0 else f"{what}-dry"
 
 
 def words(content: float) -> str:
-    """A column as lists and legends call it."""
+    """Name of a column in lists and legends."""
     return f"wire {content:.3g}" if content > 0.0 else "dry sand"
 
 
 def bracket(stands: Mapping[float, bool]) -> tuple[float | None, float | None]:
-    """(greatest content below that falls, least that stands); None where there is none. The dry column has content 0.
+    """(greatest content that falls, least content that stands); None if there is none. The dry column has content 0.
 
-    More wire is taken to hold better: of contents above the least that stands nothing is asked.
+    More wire is assumed to hold better: contents above the least that stands do not matter.
     """
     standing = [content for content, stood in stands.items() if stood]
     least = min(standing, default=None)
@@ -84,8 +84,8 @@ def bracket(stands: Mapping[float, bool]) -> tuple[float | None, float | None]:
 
 
 def middle(stands: Mapping[float, bool]) -> float | None:
-    """The content to try next: in the middle of the bracket; None where two contents of wire make none."""
+    """The content to try next, in the middle of the bracket; None if the bracket has not two contents of wire."""
     below, above = bracket(stands)
     if not below or above is None:
         return None
-    return float(f"{math.sqrt(below * above):.3g}")  # three digits, as it is told
+    return float(f"{math.sqrt(below * above):.3g}")  # three digits, as in the summary

@@ -14,16 +14,16 @@ from lmgcpy.sample.wire_content import DTEX
 from lmgcpy.sample.wire_content import bead_mass as mass_of_a_bead
 
 SAND_DENSITY = 2600.0
-"""Of the grains [kg/m^3]."""
+"""Density of the grains [kg/m^3]."""
 THREAD_DENSITY = 1380.0
-"""Of the thread, polyester [kg/m^3]."""
+"""Density of the thread, polyester [kg/m^3]."""
 SOLID_FRACTION = 0.6
-"""Of poured sand; it sizes the mould, and says what volume of sand the content of wire refers to."""
+"""Solid fraction of poured sand; it sizes the mould and defines the volume of sand to which the wire content refers."""
 SPREAD = 0.2
 """Diameters of the grains are uniform between 1 - SPREAD and 1 + SPREAD times their mean: enough for disorder."""
 SPACING = 0.5
-"""Between the centres of two beads, in mean grain diameters: a link passes a grain's surface at 1 % of its diameter from
-the arc that it stands for."""
+"""Distance between the centres of two beads, in mean grain diameters: a link deviates by 1 % of a grain's diameter from
+the arc around the grain that it replaces."""
 GROUND_COVER = 0.8
 """Part of the ground that the glued grains cover."""
 
@@ -33,20 +33,20 @@ class Mould:
     """A square mould, open above; its sand comes up to ``height``."""
 
     side: float
-    """[m]"""
+    """Side of its ground [m]."""
     height: float
-    """Of the sand at ``SOLID_FRACTION`` [m]."""
+    """Height of the sand at ``SOLID_FRACTION`` [m]."""
 
     @classmethod
     def of(cls, grain_volume: float, aspect: float) -> Mould:
-        """For grains of this volume [m^3] and an ``aspect`` height / radius."""
+        """The mould for grains of this volume [m^3] with an ``aspect`` height / radius."""
         volume = grain_volume / SOLID_FRACTION
         side = (volume * math.sqrt(math.pi) / aspect) ** (1.0 / 3.0)
         return cls(side, volume / side**2)
 
     @property
     def radius(self) -> float:
-        """Of a circle of the same area [m]: what is called the radius of the column."""
+        """Radius of a circle of the same area [m]: the radius of the column."""
         return self.side / math.sqrt(math.pi)
 
     @property
@@ -56,7 +56,7 @@ class Mould:
 
     @property
     def volume(self) -> float:
-        """Of the sand in it [m^3]."""
+        """Volume of the sand in it [m^3]."""
         return self.side**2 * self.height
 
 
@@ -65,26 +65,26 @@ class Laid:
     """A column before it settles."""
 
     mould: Mould
-    """In which it lies."""
+    """The mould in which it lies."""
     sample: Sample
-    """Beads first; its box reaches to the highest grain."""
+    """The particles, beads first; the box reaches to the highest grain."""
     diameter: float
     """Mean diameter of the grains [m]."""
     bead_radius: float
-    """Also where no wire was laid: time steps are by it [m]."""
+    """Radius of the beads [m], also without a wire: it sets the time step."""
     wire_length: float
-    """Laid [m]."""
+    """Length of the wire as laid [m]."""
     wire_cut: bool
-    """Whether the wire had to end before its length was laid, for want of room."""
+    """Whether the wire ended before its length was laid, as no space was left."""
 
     @property
     def content(self) -> float:
-        """Of wire as laid: length times the mean grain diameter squared, over the volume of the sand [-]."""
+        """Wire content as laid: length times the mean grain diameter squared, over the volume of the sand [-]."""
         return self.wire_length * self.diameter**2 / self.mould.volume
 
     @property
     def linear_density(self) -> float:
-        """Of the wire [dtex]; 0 without one."""
+        """Linear density of the wire [dtex]; 0 without one."""
         sample = self.sample
         return 0.0 if sample.bead_mass is None else sample.bead_mass / (SPACING * self.diameter) / DTEX
 
@@ -115,7 +115,7 @@ def lay_column(
     The grains and the mould do not depend on the content. The wire reaches up to the surface: it is laid twice, the
     second time as high as the deposit around the first one came.
 
-    Raises ValueError where the wire is too short to reach from the ground to the surface; one that finds no room for
+    Raises ValueError if the wire is too short to reach from the ground to the surface; a wire that finds no space for
     all its length is cut.
     """
     whole(grain_count, "grains", minimum=10)

@@ -28,7 +28,7 @@ from lmgcpy.experiment.study.folder import StudyFolder
 from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
 
 GROUND_MARGIN = 1.4
-"""The rough ground reaches so many times as far as dry sand is expected to run."""
+"""Radius of the rough ground over the expected radius of the run-out of dry sand."""
 
 
 @named_arguments
@@ -36,10 +36,10 @@ GROUND_MARGIN = 1.4
 class ColumnStudy(Study):
     """What to compute: columns with these ``contents`` of wire beside the dry one.
 
-    A content is the wire's length times the mean grain ``diameter`` [m] squared, over the volume of the sand; ``aspect``:
-    height over radius; ``bead_diameter`` in mean grain diameters; ``travel``: way of a grain that has fallen through
-    the whole height in one step, in radii of a bead. If some contents stand and some do not, the least is found by
-    ``refinements`` bisections.
+    A content is the wire's length times the mean grain ``diameter`` [m] squared, over the volume of the sand. ``aspect`` is
+    the height over the radius; ``bead_diameter`` is in mean grain diameters; ``travel`` is the displacement in one step of
+    a grain that has fallen through the whole height, in radii of a bead. If some contents stand and some do not, the least
+    is found by ``refinements`` bisections.
     """
 
     COMMAND: ClassVar[str] = "column"
@@ -86,7 +86,7 @@ class ColumnStudy(Study):
 
     @property
     def reach(self) -> float:
-        """Of the rough ground, in radii of the column."""
+        """Radius of the rough ground, in radii of the column."""
         return GROUND_MARGIN * (1.0 + dry_run_out(self.aspect))
 
     def lay_column(self, content: float) -> Laid:

@@ -18,7 +18,7 @@ nothing else:
 
 So it runs in a thread, in another process, or on another machine that sees the study's folder, with the same result.
 Every run has a file in the folder, from which it goes on after an interruption. A further study is about 200 lines: some
-60 say what to compute, as in ``tests/experiment/test_engine.py``, the others are its options and its report.
+60 say what to compute, as in ``tests/experiment/study/slides.py``, the others are its options and its report.
 """
 
 from __future__ import annotations
@@ -57,6 +57,9 @@ class Site:
         self._stopped = threading.Event()
         self._pressed: Callable[[], bool] = lambda: False
         self.is_copy = False
+
+    def __repr__(self) -> str:
+        return f"<Site of a study: {'no folder' if self._runs is None else self._runs.parent}>"
 
     def __getstate__(self) -> dict[str, Any]:
         return {name: getattr(self, name) for name in ("_stages", "_runs", "_stop_file")}
@@ -111,6 +114,9 @@ class Task:
     """A function of a module."""
     arguments: tuple[Any, ...] = ()
     """Can be pickled, as well as the result."""
+
+    def __repr__(self) -> str:
+        return f"<Task '{self.name}': {self.work.__name__}>"
 
 
 class Study(ABC):
@@ -210,8 +216,7 @@ def _finish(futures: Sequence[Future], site: Site, pressed: Callable[[], bool]) 
             ended, running = wait(running, timeout=LOOK, return_when=FIRST_EXCEPTION)
             if pressed() or any(future.cancelled() or future.exception() for future in ended):
                 site.stop()
-                for future in running:
-                    future.cancel()
+                running = {future for future in running if not future.cancel()}
     except BaseException:
         site.stop()
         raise

@@ -28,6 +28,9 @@ class StudyFolder:
         self.runs = self.path / "runs"
         self._format = f"lmgcpy {kind.COMMAND} study"
 
+    def __repr__(self) -> str:
+        return f"<StudyFolder '{self.path}' of {self.kind.__name__}>"
+
     def run_file(self, name: str) -> Path:
         """The run file of that name."""
         return self.runs / f"{name}.h5"

@@ -15,10 +15,7 @@ from matplotlib.collections import EllipseCollection, LineCollection
 from matplotlib.figure import Figure
 
 import lmgcpy as lm
-from lmgcpy.experiment.biaxial import Biaxial, BiaxialRecord
-from lmgcpy.experiment.box import Sample
-from lmgcpy.experiment.compaction import compact
-from lmgcpy.experiment.texsol_sample import lay_sample
+from lmgcpy.experiment import Biaxial, BiaxialRecord, Sample, compact, lay_sample
 
 PRESSURE, DENSITY = 1e5, 2600.0
 RIGIDITY = 1e6
