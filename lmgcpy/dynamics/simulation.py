@@ -86,7 +86,7 @@ class Simulation:
     A body so far from the origin that its position is rounded by more than a thousandth of its radius is refused
     (ValueError).
 
-    ``threads``: how many may share the solver's work on a scene of 5000 bodies or more; ``sim.threads = 2`` changes it
+    ``threads``: how many may share the solver's work on a scene of 10 000 bodies or more; ``sim.threads = 2`` changes it
     between steps. Nothing else depends on it: the results have the same bits for any number.
 
     ``geometric_stiffness``: False leaves out what is done where links turn by more than the step resolves
