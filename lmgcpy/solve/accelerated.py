@@ -40,7 +40,7 @@ import numpy as np
 
 from lmgcpy.compiled.by_address import read
 from lmgcpy.compiled.kernel import kernel
-from lmgcpy.contact.spare_rows import room
+from lmgcpy.contact.spare_rows import with_spare_rows
 from lmgcpy.errors import flag, named_arguments, number, whole
 from lmgcpy.solve.gauss_seidel import (
     OWN,
@@ -264,7 +264,13 @@ class AcceleratedGaussSeidel:
     ) -> Outcome:
         """The same; ``swept``: whether the guess comes from sweeps on this step and may pass as it is."""
         count, weight = system.impulse.size, system.delassus[:, : system.impulse.shape[1]].ravel()
-        iterates = Iterates(room(count), room(count), room(system.velocity.size), room(count), weight)
+        iterates = Iterates(
+            with_spare_rows(count),
+            with_spare_rows(count),
+            with_spare_rows(system.velocity.size),
+            with_spare_rows(count),
+            weight,
+        )
         limits = float(self.tolerance), largest_slip(self), int(self.max_iterations), float(self.momentum), bool(swept)
         step, task = (groups, system, free_velocity, guess), work.specialise(own_work=own_work, **operator)
         return outcome(system, *lead(accelerated_gauss_seidel, task, step, iterates, threads, *limits))
