@@ -1,9 +1,10 @@
-"""What slabs and threads gain: one step of a dense sample solved to the same residual in the plain order by ids, and by
-slabs with one, two … threads.
+"""What slabs and threads gain: steps of a dense sample solved to the same residual in the plain order by ids and by slabs.
 
-The step is the same for all: they start from one checkpoint. The samples are geometric deposits, released, whose ids say
-nothing of where a sphere is, and the same with ids sorted by height, the best that the plain order can have. Seconds are
-those of the clock, the least of several runs that take turns; results with slabs are compared to the bit.
+The steps are the same for both: they start from the same checkpoints. The samples are geometric deposits, released, whose
+ids say nothing of where a body is, and the same with ids sorted by height, the best that the plain order can have.
+One thread: seconds of the processor, so that other work on the machine does not count. Two threads and more: what a few
+sweeps by them gain over the same sweeps by one, by the clock, the least times of many runs that take turns; their results
+are compared to the bit.
 
     python benchmarks/threads.py
 """
@@ -11,74 +12,102 @@ those of the clock, the least of several runs that take turns; results with slab
 from __future__ import annotations
 
 import os
+import time
+from types import SimpleNamespace
 
 import numpy as np
-from step_cost_3d import RADIUS, scene_of
 from table import report
 
 import lmgcpy as lm
 from lmgcpy.contact.slabs import partition_from
+from lmgcpy.dynamics import simulation as stepping
 
-RUNS = 2
-COUNTS = (10_000, 50_000)
-SWEEPS = 400
-"""By ids; the residual that they leave is what the others have to reach."""
+RADIUS = 0.01
+COUNTS = (5_000, 10_000, 20_000, 50_000)
+STEPS = 3
+SWEEPS = 200
+"""By ids, a step; the residual that they leave is what the slabs have to reach."""
+FEW = 3
+RUNS = 60
 
 
-def deposit(count: int, by_height: bool) -> lm.Scene:
+def deposit(dimension: int, count: int, by_height: bool) -> lm.Scene:
+    """A released geometric deposit of about the same height as width."""
     radii = lm.sample.grading(count, minimum=1.6 * RADIUS, maximum=2.0 * RADIUS, by="diameter", seed=0)
-    side = (np.sum(4.0 / 3.0 * np.pi * radii**3) / 0.6) ** (1.0 / 3.0)
-    places = lm.sample.deposit(radii, box=(side, side, None), seed=0)
-    order = np.argsort(places[:, 2]) if by_height else np.arange(count)
-    return scene_of(radii[order], places[order], side, velocity=np.zeros((count, 3)))
+    sizes = np.pi * radii**2 / 0.82 if dimension == 2 else 4.0 / 3.0 * np.pi * radii**3 / 0.6
+    side = float(np.sum(sizes) ** (1.0 / dimension))
+    places = lm.sample.deposit(radii, box=(*[side] * (dimension - 1), None), seed=0)
+    axes = np.eye(dimension)
+    scene = lm.Scene(dimension=dimension, gravity=-9.81 * axes[-1])
+    sand, make = lm.Material("sand", density=2600.0), lm.disk if dimension == 2 else lm.sphere
+    for i in np.argsort(places[:, -1]) if by_height else range(count):
+        scene.add(make(radius=radii[i], position=places[i], material=sand))
+    for axis in axes[:-1]:
+        scene.add(lm.wall(point=0.0 * axis, normal=axis))
+        scene.add(lm.wall(point=side * axis, normal=-axis))
+    scene.add(lm.wall(point=0.0 * axes[-1], normal=axes[-1]))
+    for other in ("GRAIN", "WALL"):
+        scene.see("GRAIN", other, lm.Coulomb(friction=0.3))
+    return scene
 
 
-def simulation(count: int, by_height: bool, *, slabs: bool, threads: int, solver) -> lm.Simulation:
+def simulation(dimension: int, count: int, by_height: bool, *, slabs: bool) -> lm.Simulation:
     with partition_from(0 if slabs else count + 1):
-        scene = deposit(count, by_height)
-        options = {"solver": solver, "threads": threads, "overlap": "ignore", "on_unconverged": "ignore"}
-        return lm.Simulation(scene, time_step=2e-4, **options)
+        scene = deposit(dimension, count, by_height)
+        return lm.Simulation(scene, time_step=2e-4, overlap="ignore", on_unconverged="ignore")
 
 
-def measure(count: int, by_height: bool) -> list[list]:
-    given = lm.GaussSeidel(tolerance=1e-6, max_iterations=SWEEPS)
-    ways = {"by ids": (False, 1)} | {f"slabs, {n} thread{'s' * (n > 1)}": (True, n) for n in range(1, os.cpu_count() + 1)}
-    sims = [simulation(count, by_height, slabs=slabs, threads=n, solver=given) for slabs, n in ways.values()]
-    sims[0].solver = lm.GaussSeidel(tolerance=1e-2, max_iterations=50)
-    start = sims[0].run(steps=40).checkpoint()
-    sims[0].solver = given
-    seconds, impulses = np.empty((RUNS, len(sims))), {}
+def solved(sim: lm.Simulation, residual: float, sweeps: int) -> tuple[int, float]:
+    """Make a step; returns (sweeps, seconds of the solver by the clock that the simulation has)."""
+    sim.solver = lm.GaussSeidel(tolerance=residual, max_iterations=sweeps)
+    made = sim.step()
+    return made.iterations, made.seconds
+
+
+def gains(sim: lm.Simulation, start, counts: list[int]) -> list[float]:
+    """How many times as fast some sweeps are by so many threads as by one."""
+    seconds, impulses = np.empty((RUNS, 1 + len(counts))), set()
     for run in range(RUNS):
-        for k, sim in enumerate(sims):
+        for k, threads in enumerate([1, *counts]):
             sim.restore(start)
-            if k > 0:
-                sim.solver = lm.GaussSeidel(tolerance=sims[0].report.residual, max_iterations=10 * SWEEPS)
-            seconds[run, k] = sim.step().seconds
-            impulses[k] = sim.interactions.impulse
-    assert all(np.array_equal(impulses[1], impulses[k]) for k in range(2, len(sims))), "the bits depend on the threads"
-    best = seconds.min(axis=0)
-    order = "by height" if by_height else "at random"
+            sim.threads = threads
+            seconds[run, k] = solved(sim, 1e-9, FEW)[1]
+            if run == 0:
+                impulses.add(sim.interactions.impulse.tobytes())
+    sim.threads = 1
+    assert len(impulses) == 1, "the bits depend on the threads"
+    least = seconds.min(axis=0)
+    return [float(least[0] / of_some) for of_some in least[1:]]
+
+
+def measure(dimension: int, count: int, by_height: bool, counts: list[int]) -> list:
+    by_ids, by_slabs = (simulation(dimension, count, by_height, slabs=slabs) for slabs in (False, True))
+    by_ids.solver = lm.GaussSeidel(tolerance=1e-2, max_iterations=50)
+    start = by_ids.run(steps=40).checkpoint()
+    clock, stepping.clock = stepping.clock, SimpleNamespace(perf_counter=time.thread_time)  # type: ignore[assignment]
+    totals = np.zeros((2, 2))
+    try:
+        for _ in range(STEPS):
+            by_slabs.restore(start)
+            totals[0] += solved(by_ids, 1e-9, SWEEPS)
+            totals[1] += solved(by_slabs, by_ids.report.residual, 20 * SWEEPS)
+            first, start = start, by_ids.checkpoint()
+    finally:
+        stepping.clock = clock
+    sweeps, seconds = totals.T
+    per_update = 1e9 * seconds / (sweeps * by_ids.report.interactions)
+    alone = float(seconds[0] / seconds[1])
     return [
-        [
-            count,
-            sims[k].report.interactions,
-            order,
-            way,
-            sims[k].report.iterations,
-            f"{sims[k].report.residual:.1e}",
-            f"{1e3 * best[k]:.0f}",
-            f"{1e9 * best[k] / (sims[k].report.iterations * sims[k].report.interactions):.1f}",
-            f"{best[0] / best[k]:.2f}",
-        ]
-        for k, way in enumerate(ways)
+        *(f"{dimension}D", count, "by height" if by_height else "at random", by_ids.report.interactions),
+        *(f"{by_ids.report.residual:.0e}", f"{sweeps[1] / sweeps[0]:.2f}", *(f"{t:.1f}" for t in per_update)),
+        *(f"{alone * gain:.2f}" for gain in [1.0, *gains(by_slabs, first, counts)]),
     ]
 
 
 if __name__ == "__main__":
-    header = ["spheres", "interactions", "ids", "order", "sweeps", "residual", "solver [ms]"]
-    header += ["an interaction and sweep [ns]", "speed, by ids = 1 (goal 1.6 with 2 threads)"]
-    rows = []
-    for count in COUNTS:
-        for by_height in (False, True):
-            rows += measure(count, by_height)
-    report("threads", header, rows)
+    counts = list(range(2, os.cpu_count() + 1))
+    header = ["", "bodies", "ids", "interactions", "residual", "sweeps, by ids = 1"]
+    header += [f"an interaction and sweep by {order} [ns]" for order in ("ids", "slabs")]
+    header += ["speed with one thread, by ids = 1", *(f"with {n}" for n in counts)]
+    cases = [(d, n, by_height) for d in (3, 2) for n in COUNTS for by_height in (False, True)]
+    report("threads", header, [measure(*case, counts) for case in cases])

@@ -1,17 +1,28 @@
-"""Local frames from normals."""
+"""Local frames from normals.
+
+In 2D t is n turned by +90 degrees. In 3D t is horizontal, ``n x z`` turned to the left, unless n is steep: then it lies in
+the plane y z; and s = n x t. So the frame of a scene in the plane x y is that of 2D.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
-from lmgcpy.contact.narrow_phase_3d import STEEP
+STEEP = 0.8
+"""Vertical part of a normal from which on the tangent is taken in the plane y z."""
+
+
+def tangent_of(n_x, n_y, n_z):
+    """The unit vector t at right angles to n in 3D; for kernels."""
+    if abs(n_z) <= STEEP:
+        length = np.sqrt(n_x * n_x + n_y * n_y)
+        return -n_y / length, n_x / length, 0.0
+    length = np.sqrt(n_y * n_y + n_z * n_z)
+    return 0.0, -n_z / length, n_y / length
 
 
 def local_frames(normal: np.ndarray) -> np.ndarray:
-    """Rows n, t(, s) of the local frames of normals (m, d): (m, d, d).
-
-    In 2D t is n turned by +90 degrees; in 3D it is as :mod:`lmgcpy.contact.narrow_phase_3d` says, and s = n x t.
-    """
+    """Rows n, t(, s) of the local frames of normals (m, d): (m, d, d)."""
     if normal.shape[1] == 2:
         return np.stack([normal, np.column_stack([-normal[:, 1], normal[:, 0]])], axis=1)
     x, y, z = normal.T

@@ -1,4 +1,9 @@
-"""What detection carries from one step to the next, apart from any place in an array."""
+"""What a step leaves for the next one: impulses and states by the identity of their interactions.
+
+The impulse of an interaction is kept by its slot in the list of neighbours, hence by identity: both contactors, and the
+row of the visibility table or the chain. So is the state of laws that have one; it lives as long as the interaction does,
+from the first step within alert to the last.
+"""
 
 from __future__ import annotations
 
@@ -7,13 +12,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from lmgcpy.compiled.kernel import kernel
+from lmgcpy.contact.groups import Group
+from lmgcpy.contact.spare_rows import with_spare_rows
 
 
 @dataclass(frozen=True)
 class Memory:
     """What the last step left, by identity, and where the list of neighbours was made; m interactions, c contactors.
 
-    A list made anew from ``listed_at`` and ``reach`` is the same list, so that a simulation that goes on from here makes
+    A list made anew from ``listed_at`` and ``reach`` is the same list, so that a simulation that goes on from it makes
     the same numbers to the last bit.
     """
 
@@ -34,6 +41,103 @@ class Memory:
     """How many lists were made so far."""
 
 
+class LastStep:
+    """Impulses and states of the last step, by the slots of the present list of neighbours."""
+
+    def __init__(self, dimension: int, width: int):
+        """``width``: how many numbers the laws keep for an interaction, at the most."""
+        self._slots = np.zeros(0, np.int32)
+        self._impulses = np.zeros((0, dimension))
+        self._states = np.zeros((0, width))
+
+    def remember(self, slots: np.ndarray, impulse: np.ndarray, state: np.ndarray) -> None:
+        """Keep impulses (m, d) and states (m, k) of the interactions in these slots, (m,), ascending."""
+        self._slots = with_spare_rows(len(slots), dtype=np.int32)
+        self._slots[:] = slots
+        self._impulses, self._states = impulse, state
+
+    def impulses_of(self, slots: np.ndarray) -> np.ndarray:
+        """Impulses of the interactions in these slots, zero for new ones, (m, d)."""
+        known = with_spare_rows(len(slots), self._impulses.shape[1], fill=0.0)
+        recall(slots, self._slots, self._impulses, known)
+        return known
+
+    def states_of(self, slots: np.ndarray) -> np.ndarray:
+        """States of the interactions in these slots, (m, k); NaN for new ones and beyond a law's own."""
+        known = with_spare_rows(len(slots), self._states.shape[1], fill=np.nan)
+        recall(slots, self._slots, self._states, known)
+        return known
+
+    def carry_over(self, before: list[Group], groups: list[Group], slots: int) -> None:
+        """Take impulses and states from the slots of one list to those of another, which has so many."""
+        known = {group.identity: group for group in before}
+        source = np.full(slots, -1, np.int32)
+        """Index in the memory of what each new slot gets, or -1."""
+        for group in groups:
+            old = known.get(group.identity)
+            if old is None:
+                continue
+            first, last = np.searchsorted(self._slots, [old.first_slot, old.first_slot + old.slots])
+            remembered = np.full(old.slots, -1, np.int32)
+            remembered[self._slots[first:last] - old.first_slot] = np.arange(first, last)
+            mine = source[group.first_slot : group.first_slot + group.slots]
+            if group.chain:
+                mine[:] = remembered
+            else:
+                carry(old.pairs, old.rank, remembered, group.pairs, group.rank, mine)
+        self._slots = np.flatnonzero(source >= 0).astype(np.int32)
+        kept = source[self._slots]
+        self._impulses, self._states = self._impulses.take(kept, axis=0), self._states.take(kept, axis=0)
+
+    def by_identity(self, groups: list[Group], tables: list) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """(identity, impulse, state) of what is not zero or has a state, see :class:`Memory`, as copies."""
+        acting = self._impulses.view(np.int64).any(axis=1)  # bits: minus zero is kept as well
+        kept = np.flatnonzero(acting | ~np.isnan(self._states).all(axis=1))
+        slots = self._slots[kept]
+        identity = np.empty((len(kept), 3), dtype=np.int64)
+        for group in groups:
+            first, last = np.searchsorted(slots, [group.first_slot, group.first_slot + group.slots])
+            mine, index = identity[first:last], slots[first:last] - group.first_slot
+            mine[:, 0] = table_index(group, tables)
+            if group.chain:
+                mine[:, 1] = index
+                mine[:, 2] = -1
+            else:
+                mine[:, 1:] = group.pairs[index]
+        return identity, self._impulses[kept], self._states[kept]
+
+    def take(self, memory: Memory, groups: list[Group], tables: list, contactor_count: int) -> None:
+        """Go on from a memory; ValueError where it holds interactions that these groups cannot have."""
+        slots = np.full(len(memory.identity), -1)
+        for group in groups:
+            mine = memory.identity[:, 0] == table_index(group, tables)
+            first, second = memory.identity[mine, 1:].T
+            if group.chain:
+                index, here = first, (first >= 0) & (first < group.slots)
+            else:
+                keys = (group.pairs[:, 0].astype(np.int64) * contactor_count + group.pairs[:, 1])[group.rank]
+                wanted = first * contactor_count + second
+                index = np.searchsorted(keys, wanted)
+                here = index < len(keys)
+                here[here] = keys[index[here]] == wanted[here]
+                index[here] = group.rank[index[here]]
+            slots[np.flatnonzero(mine)[here]] = group.first_slot + index[here]
+        strange = int((slots < 0).sum())
+        if strange:
+            raise ValueError(
+                f"{strange} of {len(slots)} remembered impulses belong to interactions "
+                "that this scene does not have: the memory is of another scene."
+            )
+        order = np.argsort(slots, kind="stable")
+        self._slots = slots[order].astype(np.int32)
+        self._impulses, self._states = memory.impulse[order], memory.state[order]
+
+
+def table_index(group: Group, tables: list) -> int:
+    """Index of the group's chain or row in ``tables``, the chains and then the rows of the visibility table."""
+    return next(i for i, table in enumerate(tables) if table is group.chain or table is group.row)
+
+
 @kernel
 def recall(slots, known, values, result):
     """Rows of ``values`` that belong to the slots ``known``, into ``result`` where its ``slots`` are the same; both
@@ -49,19 +153,20 @@ def recall(slots, known, values, result):
 
 @kernel
 def carry(old, old_rank, remembered, new, new_rank, source):
-    """From the places of one list of pairs to those of another: what is ``remembered`` at a pair of the old one, if not
-    below zero, goes into ``source`` at the same pair of the new one. ``rank``: places of the pairs taken by ids."""
+    """From one list of pairs to another: what is ``remembered`` of a pair in the old one, if not below zero, goes into
+    ``source`` at the same pair of the new one. ``rank``: where the pairs, taken by ids, stand in their list."""
     k = 0
     for p in range(old_rank.shape[0]):
-        place = old_rank[p]
-        if remembered[place] < 0:
+        here = old_rank[p]
+        if remembered[here] < 0:
             continue
-        c = old[place, 0]
-        a = old[place, 1]
+        c = old[here, 0]
+        a = old[here, 1]
+        # both lists ascend by ids: go on in the new one to this pair, or to where it would stand
         while k < new_rank.shape[0]:
             there = new_rank[k]
             if new[there, 0] > c or (new[there, 0] == c and new[there, 1] >= a):
                 if new[there, 0] == c and new[there, 1] == a:
-                    source[there] = remembered[place]
+                    source[there] = remembered[here]
                 break
             k += 1

@@ -1,30 +1,21 @@
 """Lists of neighbours: the pairs of contactors that a row of the visibility table concerns, by kinds of contactor.
 
-Everything here is O(n): pairs come sorted from the grid and stay so.
+Everything here is O(n): pairs come sorted from the grid of cells and stay sorted.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from lmgcpy.compiled.fingerprint import Slot
 from lmgcpy.compiled.kernel import kernel, row_reader
-from lmgcpy.contact.apart import Apart
 from lmgcpy.contact.broad_phase import by_first
+from lmgcpy.contact.excluded_pairs import ExcludedPairs
+from lmgcpy.contact.meeting import meet
 from lmgcpy.contact.pairs import Pair, find_pair
 from lmgcpy.contact.tables import ContactorTable, VisibilityRow
-
-narrow: Callable[..., Any] = Slot("narrow")
-"""The pair's narrow phase, given by the specialisation, like the names below."""
-read_position: Callable[..., Any] = row_reader(3)
-read_shape_c: Callable[..., Any] = row_reader(1)
-read_shape_a: Callable[..., Any] = row_reader(1)
-FLIPPED = False
-"""The candidate is the narrow phase's antagonist."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +38,7 @@ class KindPair:
 
     @property
     def meaning(self) -> dict[str, Any]:
-        """What kernels that ask the narrow phase are specialised with."""
+        """What kernels that call :func:`lmgcpy.contact.meeting.meet` are specialised with."""
         size_c, size_a = self.shape_sizes
         readers = {"read_shape_c": row_reader(size_c), "read_shape_a": row_reader(size_a)}
         return {"narrow": self.pair.narrow, "FLIPPED": self.pair.flipped, **readers}
@@ -67,7 +58,8 @@ def kind_pairs(contactors: ContactorTable, row: VisibilityRow) -> list[KindPair]
 
 @kernel
 def _choose(near, is_candidate, is_antagonist, same, body, free, chosen):
-    """Write the near pairs of two kinds as (candidate, antagonist); returns (how many, whether all are as they were near).
+    """Write the near pairs of two kinds as (candidate, antagonist); returns (how many, whether the candidate is the first
+    of its near pair in all of them).
 
     ``same``: the colours are the same, and the candidate is the contactor of the lower body.
     """
@@ -79,6 +71,7 @@ def _choose(near, is_candidate, is_antagonist, same, body, free, chosen):
             a = near[p, 1 - turned]
             if not (is_candidate[c] and is_antagonist[a]):
                 continue
+            # not a body with itself, not twice, not two bodies that are held
             if body[c] == body[a] or (same and body[c] > body[a]) or not (free[body[c]] or free[body[a]]):
                 continue
             chosen[count, 0] = c
@@ -98,14 +91,7 @@ def _choose_unbounded(candidates, antagonists, same, body, free, reach, contacto
             a = antagonists[j]
             if body[c] == body[a] or (same and body[c] > body[a]) or not (free[body[c]] or free[body[a]]):
                 continue
-            position_c = read_position(contactors, 3 * c)
-            position_a = read_position(contactors, 3 * a)
-            shape_c = read_shape_c(shapes, stride * c)
-            shape_a = read_shape_a(shapes, stride * a)
-            if FLIPPED:
-                gap, _, _ = narrow(position_a, shape_a, position_c, shape_c)
-            else:
-                gap, _, _ = narrow(position_c, shape_c, position_a, shape_a)
+            gap, _, _ = meet(c, a, contactors, shapes, stride)
             if gap > reach:
                 continue
             if count < chosen.shape[0]:
@@ -130,8 +116,8 @@ class Surroundings:
     """Which contactors are bounded, (k,) bool."""
     free: np.ndarray
     """Which bodies have a component that is not held, (n,) bool."""
-    apart: Apart
-    """Which bodies never meet; ``near`` has none of them."""
+    excluded: ExcludedPairs
+    """Pairs of bodies that never meet; ``near`` has none of them."""
 
 
 def neighbours(row: VisibilityRow, kinds: KindPair, around: Surroundings) -> np.ndarray:
@@ -167,7 +153,7 @@ def _against_unbounded(
     if count > len(chosen):
         chosen = np.empty((count, 2), np.int32)
         choose(*given, chosen)
-    return around.apart.take_off(chosen[:count], contactors.body)
+    return around.excluded.left_out_of(chosen[:count], contactors.body)
 
 
 def _merged(one: np.ndarray, other: np.ndarray) -> np.ndarray:

@@ -1,14 +1,14 @@
 """The partition of a large scene into slabs, from its geometry alone, so that threads can share a sweep.
 
-Every body is in one slab across the longest axis of the sample. A pair within a slab, or between a slab and the next, is
-of the lower of the two; so slabs i and i + 2 share no body, and all even slabs can be swept side by side, then all odd
-ones, whatever the number of threads: the bits are those of one. Bodies without bounds that are held (walls) are never
-written to and count in no slab. What is left, pairs that reach further and walls that move under a load, comes last, by
-one thread.
+Every body is in one slab. Slabs stand side by side across the longest horizontal axis of the sample. A pair within a slab,
+or between a slab and the next, belongs to the lower of the two; so slabs i and i + 2 share no body, and all even slabs can
+be swept side by side, then all odd ones, whatever the number of threads: the bits are those of one thread. Bodies without
+bounds that are held (walls) are never written to and count in no slab. What is left comes last, by one thread: pairs that
+reach further, and walls that move under a load.
 
-Within a slab the sweep goes from place to place, row by row, and the solver keeps the bodies in that order, so that what
-it needs next is in the cache or comes in a stream. That gains for one thread, too: ids say nothing of where a body is, and
-a sweep by ids over 50 000 spheres waits for memory.
+Within a slab the sweep goes upward, row by row, and the solver keeps the bodies in that order, so that what it needs next
+is in the cache or comes in a stream. One thread gains by that, too, in large scenes: ids say nothing of where a body is,
+and a sweep by ids over 50 000 spheres waits for memory.
 """
 
 from __future__ import annotations
@@ -20,11 +20,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from lmgcpy.compiled.kernel import kernel
+from lmgcpy.contact.tables import ContactorTable
 
-_partition_from = [5000]
-"""Scenes with so many bounded contactors are partitioned; smaller ones keep the plain order by ids."""
+_partition_from = [10_000]
+"""Scenes with so many bounded contactors are partitioned; smaller ones keep the plain order by ids. From here on one thread
+loses nothing where ids say nothing of where a body is (``benchmarks/threads.py``)."""
 MOST_SLABS = 32
 """Half of them can be swept side by side."""
+LEAST_SLABS = 8
+"""A sample with room for so many slabs side by side is cut across a horizontal axis."""
+BODIES_A_SLAB = 600
+"""Fewer bodies than that do not fill a slab, beyond the first :data:`LEAST_SLABS`: the fewer slabs, the fewer sweeps."""
 BINS = 1024
 """The axis is cut at the borders of so many bins."""
 MOST_ROWS = 64
@@ -65,7 +71,8 @@ def cut_slabs(along: np.ndarray, width: float) -> tuple[int, np.ndarray]:
     ``along``: coordinates of the points along the axis [m], (n,).
     """
     low, span = float(along.min()), float(np.ptp(along))
-    wanted = min(MOST_SLABS, int(span / width)) if span > 0.0 else 1
+    most = min(MOST_SLABS, max(LEAST_SLABS, len(along) // BODIES_A_SLAB))
+    wanted = min(most, int(span / width)) if span > 0.0 else 1
     if wanted < 2:
         return 1, np.zeros(len(along), np.int32)
     bins = np.minimum((along - low) * (BINS / span), BINS - 1).astype(np.int32)
@@ -80,12 +87,27 @@ def cut_slabs(along: np.ndarray, width: float) -> tuple[int, np.ndarray]:
     return slab + 1, slab_of_bin[bins]
 
 
+def sweep_axes(spans: np.ndarray, width: float) -> list[int]:
+    """The axis across which slabs are cut, and then those along which the rows within a slab are counted.
+
+    ``spans``: extent of the sample along each axis [m], (d,), the last of them upward.
+
+    Weight goes down from body to body, so that a sweep should meet them in the order of their height: slabs stand side by
+    side, and rows are counted upward. Only a sample that is too slender for that is cut across its height.
+    """
+    *level, upward = range(len(spans))
+    longest = max(level, key=lambda axis: spans[axis])
+    if spans[longest] >= min(LEAST_SLABS * width, spans[upward]):
+        return [longest, upward, *(axis for axis in level if axis != longest)]
+    return [upward, *level]
+
+
 def partition(centres: np.ndarray, width: float) -> tuple[int, np.ndarray, np.ndarray]:
     """Slabs no narrower than ``width`` [m], and rows within them, of points (n, d): (how many slabs, which each point is
     in, its place in the order of the sweep)."""
     spans = np.array([np.ptp(along) for along in centres.T])
-    longest, *others = np.argsort(-spans, kind="stable").tolist()
-    count, slab = cut_slabs(centres[:, longest], width)
+    across, *others = sweep_axes(spans, width)
+    count, slab = cut_slabs(centres[:, across], width)
     key = slab.astype(np.int64)
     for axis in others:
         rows = min(MOST_ROWS, int(spans[axis] / width) + 1)
@@ -95,6 +117,26 @@ def partition(centres: np.ndarray, width: float) -> tuple[int, np.ndarray, np.nd
     key = key.astype(np.min_scalar_type(int(key.max())))  # numpy sorts numbers of 16 bits in O(n)
     place[np.argsort(key, kind="stable")] = np.arange(len(centres), dtype=np.int32)
     return count, slab, place
+
+
+def cut_bodies(
+    placed: np.ndarray, contactors: ContactorTable, bounded: np.ndarray, free: np.ndarray, width: float
+) -> Slabs:
+    """The partition of the bodies, by their first contactor, into slabs no narrower than ``width`` [m].
+
+    ``placed``: positions of the contactors, (k, d); ``bounded``: which of them are bounded, (k,); ``free``: which bodies
+    have a component that is not held, (n,).
+    """
+    indices = np.flatnonzero(bounded)
+    first = indices[np.diff(contactors.body[indices], prepend=-1) > 0]  # bodies ascend
+    bodies = contactors.body[first]
+    count, slab_of, place_of = partition(placed.take(first, axis=0), width)
+    slab = np.where(free, EVERYWHERE, NOWHERE).astype(np.int32)
+    slab[bodies] = slab_of
+    place = np.empty(len(slab), np.int32)
+    place[slab < 0] = np.arange(len(bodies), len(slab))
+    place[bodies] = place_of
+    return Slabs(count, slab, place)
 
 
 @kernel

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 
-def room(*shape: int, fill: float | None = None, dtype: Any = float) -> np.ndarray:
-    """An array of a shape, at the beginning of one that has up to an eighth more rows.
+def with_spare_rows(*shape: int, fill: float | None = None, dtype: Any = float) -> np.ndarray:
+    """An array of a shape, the beginning of one that has up to an eighth more rows.
 
-    Of arrays of slightly different lengths none fits into the place that another has left, and the memory of a
-    process grows by what lies between them: by 400 bytes a body at 100 000 spheres.
+    An array that is slightly longer than the last does not fit into the memory that the last has left, and the memory of
+    a process grows by such holes: by 400 bytes a body at 100 000 spheres. With spare rows lengths repeat.
     """
     count = shape[0]
     step = max(64, 1 << max(count.bit_length() - 4, 0))

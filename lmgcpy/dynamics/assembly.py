@@ -10,7 +10,7 @@ import numpy as np
 from lmgcpy.compiled.kernel import CompilerError, Kernel
 from lmgcpy.contact.detector import Group
 from lmgcpy.contact.narrow_phase import Interactions
-from lmgcpy.contact.spare_rows import room
+from lmgcpy.contact.spare_rows import with_spare_rows
 from lmgcpy.dynamics.schedule import schedule
 from lmgcpy.solve.dimension_kernels import SPACES, Space
 from lmgcpy.solve.law_kernels import LawKernels, StepData, law_kernels, not_compiled
@@ -41,7 +41,7 @@ class StepProblem:
 
     def relative_velocities(self, velocities: np.ndarray) -> np.ndarray:
         """Of all interactions in their local frames, for velocities of the bodies (n, k); (m, d)."""
-        result = room(*self.data.before.shape)
+        result = with_spare_rows(*self.data.before.shape)
         self.space.relative_velocities(self.system, velocities, result)
         return result
 
@@ -131,8 +131,8 @@ def assemble(
         delassus=interactions.delassus,
         coupling=interactions.coupling,
         shear=interactions.shear,
-        prepared=room(int(offset[-1])),
-        impulse=room(count, dimension, fill=0.0),
+        prepared=with_spare_rows(int(offset[-1])),
+        impulse=with_spare_rows(count, dimension, fill=0.0),
         velocity=free_velocity.copy(),
         inverse_mass=inverse_mass,
         geometric=np.zeros(0),
@@ -141,15 +141,15 @@ def assemble(
         following=np.zeros((0, dimension, dimension)),
         work=np.zeros((sum(group.stop - group.start for group in groups if group.chain), 4)),
         scale=np.maximum(rate.take(interactions.candidate), rate.take(interactions.antagonist)),
-        squared_error=room(count),
-        noise=room(len(before), 2),
-        floor=room(count),
+        squared_error=with_spare_rows(count),
+        noise=with_spare_rows(len(before), 2),
+        floor=with_spare_rows(count),
         told=np.zeros(4),
     )
     data = StepData(
         gap=interactions.gap,
-        reference_gap=room(count, fill=0.0),
-        before=room(count, dimension),
+        reference_gap=with_spare_rows(count, fill=0.0),
+        before=with_spare_rows(count, dimension),
         after=np.empty((0, dimension)),
         state=state,
         time=time,

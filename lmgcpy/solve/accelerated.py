@@ -39,7 +39,7 @@ import numpy as np
 
 from lmgcpy.compiled.by_address import read
 from lmgcpy.compiled.kernel import kernel
-from lmgcpy.contact.spare_rows import room
+from lmgcpy.contact.spare_rows import with_spare_rows
 from lmgcpy.errors import named_arguments, number
 from lmgcpy.solve.report import CONVERGED, NOT_FINITE, ROUND_OFF, SPENT, STAGNATED, Outcome
 from lmgcpy.solve.solver import Solver
@@ -219,6 +219,6 @@ class AcceleratedGaussSeidel(Solver):
         """Sweep from the guess; ``swept``: whether the guess comes from sweeps on this step and may pass as it is."""
         system = step.system
         count, weight = system.impulse.size, system.delassus[:, : system.impulse.shape[1]].ravel()
-        iterates = Iterates(room(count), room(count), room(system.velocity.size), room(count), weight)
+        iterates = Iterates(with_spare_rows(count), with_spare_rows(count), with_spare_rows(system.velocity.size), with_spare_rows(count), weight)
         limits = self.tolerance, self.largest_slip, self.max_iterations, float(self.momentum), swept
         return step.led(accelerated_gauss_seidel, *limits, iterates=iterates, own_work=own_work)

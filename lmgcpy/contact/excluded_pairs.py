@@ -1,6 +1,6 @@
-"""Pairs of bodies that never meet, whatever the visibility table says: linked neighbours whose link leaves no room.
+"""Pairs of bodies that never meet, whatever the visibility table says: linked neighbours whose link leaves no gap.
 
-They are taken off the lists of neighbours when these are made, so that a step pays nothing for them.
+They are left out of the lists of neighbours when these are made, so that a step pays nothing for them.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from lmgcpy.compiled.kernel import kernel
 
 
 @kernel
-def _take_off(pairs, body, first, others, left):
-    """Write the pairs of contactors whose bodies may meet, as they come; returns how many there are."""
+def _keep(pairs, body, first, others, left):
+    """Write the pairs of contactors whose bodies may meet, in their order; returns how many there are."""
     count = 0
     for p in range(pairs.shape[0]):
         lower = min(body[pairs[p, 0]], body[pairs[p, 1]])
@@ -27,7 +27,7 @@ def _take_off(pairs, body, first, others, left):
     return count
 
 
-class Apart:
+class ExcludedPairs:
     """Which bodies never meet: for each body those of a higher row."""
 
     def __init__(self, pairs: np.ndarray, body_count: int):
@@ -35,9 +35,9 @@ class Apart:
         self._others = np.ascontiguousarray(pairs[:, 1])
         self._first = np.searchsorted(pairs[:, 0], np.arange(body_count + 1))
 
-    def take_off(self, pairs: np.ndarray, body: np.ndarray) -> np.ndarray:
-        """The pairs of contactors (p, 2) whose bodies may meet, in their order; ``body``: that of each contactor."""
+    def left_out_of(self, pairs: np.ndarray, body: np.ndarray) -> np.ndarray:
+        """The pairs of contactors (p, 2) whose bodies may meet, in their order; ``body``: that of each contactor, (k,)."""
         if not len(self._others) or not len(pairs):
             return pairs
         left = np.empty_like(pairs)
-        return left[: _take_off(pairs, body, self._first, self._others, left)]
+        return left[: _keep(pairs, body, self._first, self._others, left)]

@@ -1,0 +1,45 @@
+"""Distances between surfaces: up to which gap a pair is an interaction, and up to which it is in the list of neighbours."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lmgcpy.contact.tables import ContactorTable, VisibilityRow
+
+STEPS_A_LIST = 4
+"""For so many steps at the greatest speed a list of neighbours is meant to last."""
+
+
+class Distances:
+    """The alert distances of a visibility table and the reach of its lists of neighbours [m]."""
+
+    def __init__(self, contactors: ContactorTable, rows: list[VisibilityRow], meets_walls: list[bool]):
+        """``meets_walls``: whether contactors without bounds take part in a row."""
+        self._rows = list(zip(rows, meets_walls, strict=True))
+        bounded = np.isfinite(contactors.bounding_radius)
+        radii = contactors.bounding_radius[bounded]
+        self._largest = float(radii.max()) if len(radii) else 0.0
+        # a contactor off the centre of its body swings about it
+        swing = np.sqrt((contactors.offset * contactors.offset).sum(axis=1))[bounded]
+        self.cap = float((radii + swing).max()) if len(radii) else 0.0
+        """Bound of the adaptive alert distance of two bounded contactors."""
+        self._skin = max([0.2 * float(radii.min()) if len(radii) else 0.0, *(row.alert for row in rows)])
+        greatest = [self.alert(row, np.inf) for row in rows if row.adaptive]
+        fixed = [row.alert for row in rows]
+        self.fullest = max(greatest + fixed) + max(self._skin, 0.5 * self._largest) if greatest else np.inf
+        """Reach of the widest list; a list of this reach holds all pairs with walls."""
+
+    def alert(self, row: VisibilityRow, travel: float, closing: float = 0.0) -> float:
+        """Alert distance of a row. Where the user gave none, it covers what two bodies at the greatest speed can close in
+        a step, ``travel`` each, up to the largest radius (with the offset of its contactor): a contact seen too late
+        starts with a penetration. For contactors without bounds it covers ``closing``, however large that is."""
+        return max(row.alert, min(2.0 * travel, self.cap), closing) if row.adaptive else row.alert
+
+    def widest_alert(self, travel: float, closing: float) -> float:
+        """The greatest alert distance."""
+        return max((self.alert(row, travel, closing if walls else 0.0) for row, walls in self._rows), default=0.0)
+
+    def reach(self, widest: float, travel: float) -> float:
+        """Reach of a list made now, ``widest`` being the greatest alert distance of bounded contactors: lists that last
+        longer hold more pairs, and every step looks at all of them."""
+        return widest + max(self._skin, min(2.0 * STEPS_A_LIST * travel, 0.5 * self._largest))

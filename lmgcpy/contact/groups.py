@@ -1,0 +1,112 @@
+"""Groups of interactions: those of one law and one kind of contactor pair, or of one chain."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from lmgcpy.compiled.kernel import Kernel
+from lmgcpy.contact.neighbours import KindPair
+from lmgcpy.contact.slabs import Slabs, sort_pairs
+from lmgcpy.contact.tables import ChainTable, ContactorTable, VisibilityRow
+from lmgcpy.laws import Law
+
+
+@dataclass
+class Group:
+    """Interactions of one law and one kind of contactor pair (``chain``: of one wire), rows start to stop."""
+
+    law: Law
+    central: bool
+    chain: ChainTable | None = None
+    row: VisibilityRow | None = None
+    pairs: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), np.int32))
+    rank: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
+    """Where in ``pairs`` each pair stands, taken by ids: the same order unless the scene is partitioned."""
+    cuts: np.ndarray | None = None
+    """Where in ``pairs`` each slab begins, and what belongs to none, and the end; None without slabs."""
+    rows: np.ndarray | None = None
+    """Where among the interactions they begin, as ``cuts``."""
+    walls: int = -1
+    """0 or 1 where the candidates or antagonists are walls: held ones, in the slabs."""
+    kernel: Kernel | None = None
+    kinds: KindPair | None = None
+    unbounded: bool = False
+    """Whether some of its contactors have no bounds."""
+    first_slot: int = 0
+    start: int = 0
+    stop: int = 0
+    diagonal: bool = True
+
+    @property
+    def parameters(self) -> np.ndarray:
+        """Parameters of the law, one row for all or one each."""
+        source = self.chain or self.row
+        assert source is not None
+        return source.parameters
+
+    @property
+    def slots(self) -> int:
+        """How many interactions the group may have."""
+        return self.chain.link_count if self.chain else len(self.pairs)
+
+    @property
+    def identity(self) -> tuple[int, int]:
+        """What makes it the same group in another list: the chain, or the row and the kinds."""
+        return id(self.chain or self.row), id(self.kinds)
+
+
+def contact_group(
+    row: VisibilityRow,
+    kinds: KindPair,
+    pairs: np.ndarray,
+    kernel: Kernel,
+    central: bool,
+    body: np.ndarray,
+    bounded: np.ndarray,
+    slabs: Slabs | None,
+) -> Group:
+    """The group of one row of the visibility table and two kinds of contactor.
+
+    ``pairs``: the neighbours of these kinds, (p, 2), sorted; ``kernel``: their narrow phase; ``central``: whether all
+    contact points lie on the normals through both centres; ``body``: row of the body of each contactor, (k,);
+    ``bounded``: which contactors are bounded, (k,).
+    """
+    unbounded = meets_walls(kinds, bounded)
+    group = Group(row.law, central, row=row, pairs=pairs, kernel=kernel, kinds=kinds, unbounded=unbounded)
+    if slabs is None:
+        group.rank = np.arange(len(pairs), dtype=np.int32)
+        return group
+    for side, mine in enumerate((kinds.is_candidate, kinds.is_antagonist)):
+        if not (mine & bounded).any():
+            group.walls = side
+    group.pairs, group.rank = np.empty_like(pairs), np.empty(len(pairs), np.int32)
+    group.cuts = np.empty(slabs.count + 2, np.int64)
+    where = slabs.count, slabs.slab, slabs.place
+    sort_pairs(pairs, body, *where, group.walls, group.rank, group.pairs, group.cuts)
+    return group
+
+
+def meets_walls(kinds: KindPair, bounded: np.ndarray) -> bool:
+    """Whether some of the contactors of two kinds have no bounds."""
+    return bool((~bounded & (kinds.is_candidate | kinds.is_antagonist)).any())
+
+
+def check_pairs(contactors: ContactorTable, rows: list[VisibilityRow]) -> None:
+    """ValueError where the visibility table gives a law a pair of contactors that the law is not for."""
+    kinds: dict[str, set[str]] = {}
+    for kind, color in zip(contactors.kind, contactors.color, strict=True):
+        kinds.setdefault(color, set()).add(kind)
+    for row in rows:
+        allowed = row.law.PAIRS
+        if allowed is None:
+            continue
+        for c in sorted(kinds.get(row.candidate, ())):
+            for a in sorted(kinds.get(row.antagonist, ())):
+                if (c, a) not in allowed and (a, c) not in allowed:
+                    pairs = ", ".join("-".join(pair) for pair in sorted(allowed))
+                    raise ValueError(
+                        f"Law '{row.law.NAME}' is for contacts {pairs}, but "
+                        f"'{row.candidate}' sees '{row.antagonist}' with a {c} and a {a}: give them another law."
+                    )

@@ -1,0 +1,48 @@
+"""The interactions of a step, as the narrow phase writes them."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+
+class Interactions(NamedTuple):
+    """The interactions of a step; m of them (see :class:`lmgcpy.solve.system.System` for the arrays without a text)."""
+
+    candidate: np.ndarray
+    antagonist: np.ndarray
+    gap: np.ndarray
+    """At the detection configuration [m], (m,)."""
+    normal: np.ndarray
+    tangent: np.ndarray
+    arm: np.ndarray
+    lateral: np.ndarray
+    delassus: np.ndarray
+    coupling: np.ndarray
+    shear: np.ndarray
+    slot: np.ndarray
+    """Index of the interaction in the list of neighbours, ascending, (m,) int32."""
+
+    def cut(self, count: int) -> Interactions:
+        """The first ``count`` interactions, as views."""
+        return Interactions(*(a[:count] for a in self))
+
+
+def empty_interactions(capacity: int, central: bool, dimension: int, *, plain: bool = False) -> Interactions:
+    """Arrays for so many interactions. ``central``: whether all contact points lie between the centres; ``plain``: whether
+    the scene has nothing but contacts in 3D with diagonal blocks of W."""
+    in_space = capacity if dimension == 3 else 0
+    return Interactions(
+        candidate=np.empty(capacity, np.uint32),
+        antagonist=np.empty(capacity, np.uint32),
+        gap=np.empty(capacity),
+        normal=np.empty((capacity, dimension)),
+        tangent=np.empty((in_space, 3)),
+        arm=np.empty((capacity, 2)),
+        lateral=np.zeros((0 if central else capacity, 2)),  # links come first, do not write it, and keep the zeros
+        delassus=np.empty((capacity, dimension)),
+        coupling=np.empty(0 if plain else capacity),
+        shear=np.empty((0 if plain else in_space, 2)),
+        slot=np.empty(capacity, np.int32),
+    )

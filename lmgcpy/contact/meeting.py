@@ -1,0 +1,40 @@
+"""How two contactors meet, in kernels: what every kernel shares that asks the narrow phase of a pair of kinds.
+
+A kernel that calls :func:`meet` is specialised with ``KindPair.meaning`` (see :mod:`lmgcpy.contact.neighbours`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from lmgcpy.compiled.fingerprint import Slot
+from lmgcpy.compiled.kernel import row_reader
+
+narrow: Callable[..., Any] = Slot("narrow")
+"""The narrow phase of the pair, given by the specialisation like the three names below."""
+read_shape_c: Callable[..., Any] = row_reader(1)
+read_shape_a: Callable[..., Any] = row_reader(1)
+FLIPPED = False
+"""The candidate is the antagonist of the narrow phase."""
+read_position: Callable[..., Any] = row_reader(3)
+
+
+def meet(k_c, k_a, contactors, shapes, stride):
+    """(gap [m], normal, contact point [m]) of the contactors ``k_c`` and ``k_a``; the normal still has to be multiplied
+    with :func:`normal_sign`.
+
+    ``contactors``: their positions, flat; ``shapes``: the numbers of their shapes, flat, ``stride`` of them each.
+    """
+    position_c = read_position(contactors, 3 * k_c)
+    position_a = read_position(contactors, 3 * k_a)
+    shape_c = read_shape_c(shapes, stride * k_c)
+    shape_a = read_shape_a(shapes, stride * k_a)
+    if FLIPPED:
+        return narrow(position_a, shape_a, position_c, shape_c)
+    return narrow(position_c, shape_c, position_a, shape_a)
+
+
+def normal_sign():
+    """What turns the normal of the narrow phase into the one from the antagonist to the candidate."""
+    return -1.0 if FLIPPED else 1.0
