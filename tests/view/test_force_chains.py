@@ -1,5 +1,6 @@
 """Pictures of 2D samples show what they must: the wire's colour where the wire is, tubes as thick as the force."""
 
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -8,6 +9,7 @@ from seen import like, pixels
 
 from lmgcpy.experiment.biaxial import Frame
 from lmgcpy.experiment.box import Sample
+from lmgcpy.experiment.texsol_pictures import reason_without_pictures
 from lmgcpy.view.force_chains import draw_chains, draw_sample
 from lmgcpy.view.palette import CONTACT, PUSHING, WIRE
 
@@ -89,3 +91,11 @@ def test_text_grows_with_a_wide_picture(frame, tmp_path):
         rows = np.flatnonzero((title < 100).any(axis=(1, 2)))
         heights.append(np.ptp(rows[rows < 0.9 * len(title)]))
     assert heights[1] / heights[0] == pytest.approx(3.0, rel=0.15)
+
+
+def test_a_study_says_why_it_has_no_pictures(monkeypatch):
+    """Hours of tests must not end in an error because pyvista or OpenGL is missing."""
+    monkeypatch.setattr("lmgcpy.view.painter.can_draw", lambda window: False)
+    assert reason_without_pictures().startswith("There are no pictures of the sample. No OpenGL was found")
+    monkeypatch.setitem(sys.modules, "pyvista", None)
+    assert "as pyvista is not installed" in reason_without_pictures()
