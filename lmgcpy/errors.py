@@ -22,7 +22,7 @@ SHOWN = 80
 LISTED = 20
 """Number of known words that a sentence lists."""
 
-What = TypeVar("What", bound=Callable)
+Decorated = TypeVar("Decorated", bound=Callable)
 
 
 def shown(value: object) -> str:
@@ -166,12 +166,12 @@ def system_error(what: str, cause: BaseException, remedy: str) -> OSError:
     return error
 
 
-def named_arguments(what: What) -> What:
+def named_arguments(decorated: Decorated) -> Decorated:
     """Decorator of a public function or class: a call with a wrong set of arguments raises TypeError with a sentence.
 
     The sentence names an unknown argument, with the closest match, a missing one, or one that must have a name.
     """
-    function: Callable = what.__init__ if isinstance(what, type) else what  # type: ignore[misc]
+    function: Callable = decorated.__init__ if isinstance(decorated, type) else decorated  # type: ignore[misc]
 
     @functools.wraps(function)
     def call(*given: Any, **named: Any) -> Any:
@@ -182,9 +182,9 @@ def named_arguments(what: What) -> What:
                 raise  # the function raised it, not the call
             raise TypeError(_wrong_call(function, given, named)) from None
 
-    if isinstance(what, type):
-        what.__init__ = call  # type: ignore[misc]
-        return what
+    if isinstance(decorated, type):
+        decorated.__init__ = call  # type: ignore[misc]
+        return decorated
     return call  # type: ignore[return-value]
 
 

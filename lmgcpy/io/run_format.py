@@ -126,7 +126,7 @@ def open_to_read(path: str | os.PathLike) -> Any:
         head = raw.read(48)
     if head[:8] != b"\x89HDF\r\n\x1a\n":
         raise ValueError(f"'{path}' is no HDF5 file, hence no lmgcpy run.")
-    # HDF5's shared mode does not look at the end of the file
+    # HDF5's shared mode does not check the end of the file
     closed = len(head) == 48 and head[8] in (2, 3) and head[11] == 0
     if len(head) < 48 or (closed and os.path.getsize(path) < int.from_bytes(head[28:36], "little")):
         raise ValueError(f"'{path}' is truncated: its end is missing. Take a complete copy.")

@@ -75,35 +75,35 @@ def write_series(path: Path, files: list[tuple[float, str]]) -> Path:
 # ------------------------------------------------------------------------------------------------------------- parts
 
 
-def bodies(taken: Snapshot) -> Any:
+def bodies(snapshot: Snapshot) -> Any:
     """Disks and spheres."""
-    rounds = taken.rounds
+    rounds = snapshot.rounds
     count = len(rounds.body)
     data = polygonal_data(rounds.position, "verts", np.arange(count)[:, None])
     body = rounds.body
-    spins = taken.spins if taken.dimension == 3 else taken.spins[:, None] * np.array([0.0, 0.0, 1.0])
+    spins = snapshot.spins if snapshot.dimension == 3 else snapshot.spins[:, None] * np.array([0.0, 0.0, 1.0])
     arrays = {
         "body": body,
         "radius": rounds.shape[:, 0],
-        "velocity": in_space(taken.velocities)[body],
+        "velocity": in_space(snapshot.velocities)[body],
         "spin": spins[body],
-        "mass": taken.scene["bodies"]["mass"][body],
-        "coordination": coordination(taken)[1][body].astype(np.int64),
-        "color": taken.scene["bodies"]["color"][body],
+        "mass": snapshot.scene["bodies"]["mass"][body],
+        "coordination": coordination(snapshot)[1][body].astype(np.int64),
+        "color": snapshot.scene["bodies"]["color"][body],
     }
     add_arrays(data.GetPointData(), arrays)
-    add_words(data, "color_names", taken.scene["bodies"]["colors"])
+    add_words(data, "color_names", snapshot.scene["bodies"]["colors"])
     return data
 
 
-def forces(taken: Snapshot, net: RunInteractions, laws: list[str]) -> Any:
+def forces(snapshot: Snapshot, net: RunInteractions, laws: list[str]) -> Any:
     """Contacts and links with a force."""
-    start, end = acting_lines(taken)
+    start, end = acting_lines(snapshot)
     acting = net.force.any(axis=1)
     count = int(acting.sum())
-    points = np.stack([start[acting], end[acting]], axis=1).reshape(-1, taken.dimension)
+    points = np.stack([start[acting], end[acting]], axis=1).reshape(-1, snapshot.dimension)
     data = polygonal_data(points, "lines", np.arange(2 * count).reshape(-1, 2))
-    link = np.arange(len(net)) < taken.link_count
+    link = np.arange(len(net)) < snapshot.link_count
     arrays = {
         "force": in_space(np.einsum("mk,mkd->md", net.force, net.frame)),
         "normal_force": net.force[:, 0],
@@ -118,10 +118,10 @@ def forces(taken: Snapshot, net: RunInteractions, laws: list[str]) -> Any:
     return data
 
 
-def wires(taken: Snapshot, net: RunInteractions, laws: list[str]) -> Any:
+def wires(snapshot: Snapshot, net: RunInteractions, laws: list[str]) -> Any:
     """Links of the chains."""
-    assert taken.forces is not None
-    paths = [chain.path for chain in taken.chains]
+    assert snapshot.forces is not None
+    paths = [chain.path for chain in snapshot.chains]
     body = np.concatenate([np.zeros(0, np.int64), *paths])
     cells, along = [np.zeros((0, 2), np.int64)], [np.zeros(0)]
     first = 0
@@ -129,22 +129,22 @@ def wires(taken: Snapshot, net: RunInteractions, laws: list[str]) -> Any:
         point = first + np.arange(len(path))
         first += len(path)
         cells.append(np.column_stack([point[:-1], point[1:]]))
-        steps = np.linalg.norm(np.diff(taken.positions[path], axis=0), axis=1)
+        steps = np.linalg.norm(np.diff(snapshot.positions[path], axis=0), axis=1)
         along.append(np.concatenate([[0.0], np.cumsum(steps)]))
     link = np.concatenate(cells)
-    length = np.linalg.norm(np.diff(taken.positions[body][link], axis=1)[:, 0], axis=1)
-    reference = np.concatenate([np.zeros(0), *(chain.reference for chain in taken.chains)])
-    data = polygonal_data(taken.positions[body], "lines", link)
+    length = np.linalg.norm(np.diff(snapshot.positions[body][link], axis=1)[:, 0], axis=1)
+    reference = np.concatenate([np.zeros(0), *(chain.reference for chain in snapshot.chains)])
+    data = polygonal_data(snapshot.positions[body], "lines", link)
     points = {
-        "radius": taken.scene["bodies"]["link_radius"][body],
-        "velocity": in_space(taken.velocities)[body],
+        "radius": snapshot.scene["bodies"]["link_radius"][body],
+        "velocity": in_space(snapshot.velocities)[body],
         "length": np.concatenate(along),
     }
     add_arrays(data.GetPointData(), points)
-    law_of_chain = [taken.scene["laws"][k]["name"] for k in taken.scene["chains"]["law"].tolist()]
-    counts = [len(chain.reference) for chain in taken.chains]
+    law_of_chain = [snapshot.scene["laws"][k]["name"] for k in snapshot.scene["chains"]["law"].tolist()]
+    counts = [len(chain.reference) for chain in snapshot.chains]
     arrays = {
-        "tension": np.maximum(-taken.forces.link, 0.0),
+        "tension": np.maximum(-snapshot.forces.link, 0.0),
         "excess": length / reference - 1.0,
         "chain": np.repeat(np.arange(len(paths)), counts),
         "link": np.concatenate([np.zeros(0, np.int64), *map(np.arange, counts)]),
@@ -155,14 +155,14 @@ def wires(taken: Snapshot, net: RunInteractions, laws: list[str]) -> Any:
     return data
 
 
-def walls(taken: Snapshot) -> Any:
+def walls(snapshot: Snapshot) -> Any:
     """Lines, planes, and facets of cylinders."""
-    pieces = [(body, piece) for body, piece in zip(taken.walls.body, wall_polygons(taken), strict=True) if len(piece)]
-    pieces += [(taken.cylinders.body[k // FACETS], facet) for k, facet in enumerate(cylinder_polygons(taken))]
+    pieces = [(body, piece) for body, piece in zip(snapshot.walls.body, wall_polygons(snapshot), strict=True) if len(piece)]
+    pieces += [(snapshot.cylinders.body[k // FACETS], facet) for k, facet in enumerate(cylinder_polygons(snapshot))]
     points = np.concatenate([np.zeros((0, 3)), *(piece for _, piece in pieces)])
     first = np.cumsum([0, *(len(piece) for _, piece in pieces)])
     cells = [np.arange(first[i], first[i + 1]) for i in range(len(pieces))]
-    data = polygonal_data(points, "lines" if taken.dimension == 2 else "polys", cells)
+    data = polygonal_data(points, "lines" if snapshot.dimension == 2 else "polys", cells)
     add_arrays(data.GetCellData(), {"body": np.array([body for body, _ in pieces], dtype=np.int64)})
     return data
 

@@ -64,6 +64,7 @@ def slide_at(slowness, w_nn, q_n, coupling, shear, free):
     tangential free velocity after the same elimination of r_n. Then ``(S + slowness I) r_t = -free`` and
     ``r_n = -(q_n + W_nt . r_t)/W_nn``.
     """
+    # r_t by Cramer's rule on S + slowness I, then r_n from u_n = 0
     a = shear[0] + slowness
     b = shear[2] + slowness
     determinant = a * b - shear[1] * shear[1]

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lmgcpy.laws.elastic import AxialLink
+from lmgcpy.laws.elastic import AxialLink, ElasticRod, ElasticWire
 from lmgcpy.laws.law import Parameter
 from lmgcpy.laws.rigid import pull_back
 
@@ -47,18 +47,9 @@ class VoigtRod(VoigtLink):
     def prepare(gap, reference_gap, velocity, time_step, parameters, state):
         return spring_and_damper(gap, reference_gap, time_step, parameters)
 
-    @staticmethod
-    def react(W, u, prepared):
-        bias, compliance = prepared
-        return (-(u[0] + bias) / (W[0][0] + compliance),)
-
-    @staticmethod
-    def slope(W, u, prepared):
-        return ((-1.0 / (W[0][0] + prepared[1]),),)
-
-    @staticmethod
-    def energy(gap, reference_gap, parameters, state):
-        return 0.5 * parameters[0] * (gap - reference_gap) ** 2
+    react = staticmethod(ElasticRod.react)
+    slope = staticmethod(ElasticRod.slope)
+    energy = staticmethod(ElasticRod.energy)
 
 
 class VoigtWire(VoigtLink):
@@ -99,6 +90,4 @@ class VoigtWire(VoigtLink):
             return ((0.0,),)
         return ((-1.0 / (w + compliance) if viscous > vertical else -1.0 / w,),)
 
-    @staticmethod
-    def energy(gap, reference_gap, parameters, state):
-        return 0.5 * parameters[0] * max(gap - reference_gap, 0.0) ** 2
+    energy = staticmethod(ElasticWire.energy)

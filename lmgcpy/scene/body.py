@@ -391,22 +391,17 @@ class Disk(Round):
         return self._contactor.second_moment / self._contactor.area
 
 
-@named_arguments
-class Wall(Body):
-    """The half-space behind a line, or behind a plane in 3D. A wall never turns; its components are held unless loaded."""
+class Boundary(Body):
+    """A wall or a hollow cylinder. It never turns, has no weight, and its components are held unless loaded."""
 
     position_argument = "point"
+    noun: str
+    """Name of the shape in error messages."""
+    _contactor: Any
 
-    def __init__(self, *, point: Any, normal: Any, mass: float | None = None, **start: Any):
-        self.dimension = 3 if hasattr(point, "__len__") and getattr(point, "shape", None) != () and len(point) == 3 else 2
+    def __init__(self, *, point: Any, mass: float | None, **start: Any):
         super().__init__(position=point, **start)
-        self._contactor = WallContactor(normal) if self.dimension == 2 else PlaneContactor(normal)
-        self._mass = math.inf if mass is None else number(mass, "mass of a wall", above=0.0, unit="kg")
-
-    @property
-    def normal(self) -> np.ndarray:
-        """Outward unit normal, (d,)."""
-        return self._contactor.normal
+        self._mass = math.inf if mass is None else number(mass, f"mass of a {self.noun}", above=0.0, unit="kg")
 
     @property
     def mass(self) -> float:
@@ -427,6 +422,23 @@ class Wall(Body):
     @property
     def held_by_default(self) -> bool:
         return True
+
+
+@named_arguments
+class Wall(Boundary):
+    """The half-space behind a line, or behind a plane in 3D. A wall never turns; its components are held unless loaded."""
+
+    noun = "wall"
+
+    def __init__(self, *, point: Any, normal: Any, mass: float | None = None, **start: Any):
+        self.dimension = 3 if hasattr(point, "__len__") and getattr(point, "shape", None) != () and len(point) == 3 else 2
+        super().__init__(point=point, mass=mass, **start)
+        self._contactor = WallContactor(normal) if self.dimension == 2 else PlaneContactor(normal)
+
+    @property
+    def normal(self) -> np.ndarray:
+        """Outward unit normal, (d,)."""
+        return self._contactor.normal
 
     def _checked(self, call: str, components: dict[str, Prescribed]) -> list[tuple[int, Prescribed]]:
         turns = [name for name in components if name in self.components[self.dimension :]]

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from lmgcpy.errors import named_arguments, number
-from lmgcpy.scene.body import Body, Round
-from lmgcpy.scene.contactor import Contactor, CylinderContactor, SphereContactor
+from lmgcpy.errors import named_arguments
+from lmgcpy.scene.body import Boundary, Round
+from lmgcpy.scene.contactor import CylinderContactor, SphereContactor
 from lmgcpy.scene.material import Material
 
 
@@ -31,41 +31,20 @@ class Sphere(Round):
 
 
 @named_arguments
-class CylinderWall(Body):
+class CylinderWall(Boundary):
     """A hollow cylinder around the bodies. It never turns; its components are held unless loaded."""
 
     dimension = 3
-    position_argument = "point"
+    noun = "cylinder"
 
     def __init__(self, *, point: Any, axis: Any, radius: float, mass: float | None = None, **start: Any):
-        super().__init__(position=point, **start)
+        super().__init__(point=point, mass=mass, **start)
         self._contactor = CylinderContactor(axis, radius)
-        self._mass = math.inf if mass is None else number(mass, "mass of a cylinder", above=0.0, unit="kg")
 
     @property
     def radius(self) -> float:
         """Radius [m]."""
         return self._contactor.radius
-
-    @property
-    def mass(self) -> float:
-        return self._mass
-
-    @property
-    def inertia(self) -> float:
-        return math.inf
-
-    @property
-    def contactors(self) -> list[tuple[Contactor, tuple[float, ...]]]:
-        return [(self._contactor, (0.0, 0.0, 0.0))]
-
-    @property
-    def gravity_acts(self) -> bool:
-        return False
-
-    @property
-    def held_by_default(self) -> bool:
-        return True
 
 
 @named_arguments

@@ -47,15 +47,13 @@ class Contactor(ABC):
         return f"<{type(self).__name__} '{self.KIND}' of shape ({', '.join(f'{x:g}' for x in self.shape)})>"
 
 
-@named_arguments
-class DiskContactor(Contactor):
-    """A disk of radius ``radius`` [m]."""
+class RoundContactor(Contactor):
+    """A disk or a sphere of radius ``radius`` [m]."""
 
     __slots__ = ("radius",)
-    KIND = "disk"
 
     def __init__(self, radius: float):
-        self.radius = number(radius, "radius of a disk", above=0.0, unit="m")
+        self.radius = number(radius, f"radius of a {self.KIND}", above=0.0, unit="m")
 
     @property
     def shape(self) -> tuple[float, ...]:
@@ -64,6 +62,14 @@ class DiskContactor(Contactor):
     @property
     def bounding_radius(self) -> float:
         return self.radius
+
+
+@named_arguments
+class DiskContactor(RoundContactor):
+    """A disk of radius ``radius`` [m]."""
+
+    __slots__ = ()
+    KIND = "disk"
 
     @property
     def area(self) -> float:
@@ -108,22 +114,11 @@ class SpatialContactor(Contactor):
     second_moment = 0.0
 
 
-class SphereContactor(SpatialContactor):
+class SphereContactor(SpatialContactor, RoundContactor):
     """A sphere of radius ``radius`` [m]."""
 
-    __slots__ = ("radius",)
+    __slots__ = ()
     KIND = "sphere"
-
-    def __init__(self, radius: float):
-        self.radius = number(radius, "radius of a sphere", above=0.0, unit="m")
-
-    @property
-    def shape(self) -> tuple[float, ...]:
-        return (self.radius,)
-
-    @property
-    def bounding_radius(self) -> float:
-        return self.radius
 
 
 class PlaneContactor(SpatialContactor):

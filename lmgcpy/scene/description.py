@@ -249,7 +249,7 @@ def _add_bodies(scene: Scene, description: Mapping[str, Any]) -> None:
             contactor = contactors[0][0]
             held = None if mass == math.inf else mass
             made = Wall(point=position[:d], normal=contactor.shape, mass=held, **start)
-            made._contactor = contactor  # type: ignore[assignment]
+            made._contactor = contactor
         elif kind == "disk":
             radius = contactors[0][0].shape[0]
             made = Disk(radius=radius, mass=mass, inertia=inertia, position=position[:2], **start)
@@ -261,7 +261,7 @@ def _add_bodies(scene: Scene, description: Mapping[str, Any]) -> None:
         elif kind == "cylinder":
             shape, held = contactors[0][0].shape, None if mass == math.inf else mass
             made = CylinderWall(point=position, axis=shape[:3], radius=shape[3], mass=held, **start)
-            made._contactor = contactors[0][0]  # type: ignore[assignment]
+            made._contactor = contactors[0][0]
         elif kind == "rigid":
             made = RigidBody(contactors, mass=mass, inertia=inertia, position=position[:2], **start)
         else:

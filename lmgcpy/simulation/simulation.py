@@ -124,7 +124,7 @@ class Simulation(Stepper):
         if observe is not None:
             raise TypeError(
                 "observe is kept in the run file that record= begins"
-                + (": name one." if recorder is None else "; of a run that goes on it is given to lmgcpy.resume.")
+                + (": name one." if recorder is None else "; for a run that continues, give it to lmgcpy.resume.")
             )
         begin, already, unconverged = clock.perf_counter(), self.steps, self.unconverged_steps
         if recorder is not None:

@@ -219,6 +219,7 @@ class AcceleratedGaussSeidel(Solver):
         """Sweep from the guess; ``swept``: whether the guess comes from sweeps on this step and may pass as it is."""
         system = step.system
         count, weight = system.impulse.size, system.delassus[:, : system.impulse.shape[1]].ravel()
-        iterates = Iterates(with_spare_rows(count), with_spare_rows(count), with_spare_rows(system.velocity.size), with_spare_rows(count), weight)
+        start, last, best = (with_spare_rows(count) for _ in range(3))
+        iterates = Iterates(start, last, with_spare_rows(system.velocity.size), best, weight)
         limits = self.tolerance, self.largest_slip, self.max_iterations, float(self.momentum), swept
         return step.led(accelerated_gauss_seidel, *limits, iterates=iterates, own_work=own_work)

@@ -15,10 +15,10 @@ Matrix = tuple[Numbers, ...]
 class Nonconformance(AssertionError):
     """A law breaks a property. The message gives the name of the property, the law, the finding and the input."""
 
-    def __init__(self, name: str, told: str, law: Law | None = None, given: str = ""):
-        self.property, self.told, self.law, self.given = name, told, law, given
+    def __init__(self, name: str, message: str, law: Law | None = None, given: str = ""):
+        self.property, self.message, self.law, self.given = name, message, law, given
         of = f" of {law!r} (law '{law.NAME}')" if law is not None else ""
-        super().__init__(f"{name}{of}: {told}{given and f'{chr(10)}{given}'}")
+        super().__init__(f"{name}{of}: {message}{given and f'{chr(10)}{given}'}")
 
 
 def ask(law: Law, function: str, *arguments: Any) -> Any:

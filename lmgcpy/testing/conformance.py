@@ -59,13 +59,13 @@ class Finding:
 
     property: Property
     outcome: str
-    """"holds", "broken", "does not apply", or "not looked at"."""
-    told: str
-    """The breach, or the reason why the property was not looked at."""
+    """"holds", "broken", "does not apply", or "not checked"."""
+    message: str
+    """The breach, or the reason why the property was not checked."""
 
     def __str__(self) -> str:
-        told = self.property.statement if self.outcome == "holds" else self.told
-        return f"{self.property.name:<14}{self.outcome:<16}" + told.replace("\n", "\n" + 30 * " ")
+        message = self.property.statement if self.outcome == "holds" else self.message
+        return f"{self.property.name:<14}{self.outcome:<16}" + message.replace("\n", "\n" + 30 * " ")
 
     def __repr__(self) -> str:
         return f"<Finding: {self.property.name} {self.outcome}>"
@@ -107,7 +107,7 @@ def report(law: Law, *, skip: Iterable[str] = ()) -> LawReport:
         if reason:
             findings[name] = Finding(prop, "does not apply", reason)
         elif "interface" in findings and findings["interface"].outcome == "broken":
-            findings[name] = Finding(prop, "not looked at", "interface comes first")
+            findings[name] = Finding(prop, "not checked", "interface comes first")
         else:
             _look(law, prop, findings)
     return LawReport(law, tuple(findings.values()))
@@ -120,7 +120,7 @@ def _look(law: Law, prop: Property, findings: dict[str, Finding]) -> None:
         cause = PROPERTIES[failure.property]
         findings[cause.name] = Finding(cause, "broken", str(failure))
         if cause is not prop:
-            findings[prop.name] = Finding(prop, "not looked at", f"{cause.name} comes first")
+            findings[prop.name] = Finding(prop, "not checked", f"{cause.name} comes first")
     else:
         findings.setdefault(prop.name, Finding(prop, "holds", ""))
 

@@ -147,9 +147,9 @@ def slope(case: LawCase, draw: Any) -> str:
     for sign in (1.0, -1.0):
         points += kink(case, case.q, moved(case.q, j, sign * shift), j)
     for u in points:
-        told = wrong_slope(case, u)
-        if told:
-            return told
+        message = wrong_slope(case, u)
+        if message:
+            return message
     return ""
 
 
@@ -188,7 +188,7 @@ def wrong_slope(case: LawCase, u: Numbers) -> str:
     given = np.array(case.slope(u))
     smallest = min(case.W[i][i] for i in range(case.size))
     assume(case.speed > 0.0)
-    told = ""
+    message = ""
     for j in range(case.size):
         for stride in STRIDES:
             d = stride * case.speed
@@ -197,12 +197,12 @@ def wrong_slope(case: LawCase, u: Numbers) -> str:
             low, high = np.minimum(left, right) - round_off, np.maximum(left, right) + round_off
             if ((low <= given[:, j]) & (given[:, j] <= high)).all():
                 break
-            told = told or (
+            message = message or (
                 f"slope by component {j} is {given[:, j].tolist()} kg at u = {tuple(u)} m/s, expected to lie between the "
                 f"derivatives of react from the left and from the right, {left.tolist()} and {right.tolist()}."
             )
         else:
-            return told
+            return message
     return ""
 
 
@@ -215,12 +215,12 @@ def conic(case: LawCase, draw: Any) -> str:
     ``0 <= -(u_n + b + C r_n) _|_ -r_n >= 0`` (links that pull), or ``u_n + b + C r_n = 0`` (other links)."""
     law = case.law
     columns = [np.array([value]) for value in case.prepared]
-    told = f"conic returned {shown(law.conic(columns))}"  # type: ignore[misc]
+    message = f"conic returned {shown(law.conic(columns))}"  # type: ignore[misc]
     bias, friction, compliance = (float(np.asarray(value).ravel()[0]) for value in law.conic(columns))  # type: ignore[misc]
     if not (friction >= 0.0 and compliance >= 0.0 and not math.isnan(bias)):
-        return f"{told}: expected a bias, a friction and a compliance of at least 0."
+        return f"{message}: expected a bias, a friction and a compliance of at least 0."
     if law.APPLIES_TO == "contact" and compliance != 0.0:
-        return f"{told}: a contact in conic form has no compliance."
+        return f"{message}: a contact in conic form has no compliance."
     w = min(case.W[i][i] for i in range(case.size))
     r, u = case.impulse, case.velocity
     normal = -(u[0] - w * r[0] + bias) / (w + compliance)
@@ -231,9 +231,9 @@ def conic(case: LawCase, draw: Any) -> str:
     limit = friction * max(normal, 0.0)
     tangential = [max(-limit, min(limit, p - v / w)) for p, v in itertools.islice(zip(r, u, strict=True), 1, None)]
     if case.size == 1 and friction > 0.0:
-        return f"{told}, but the law has one row: no friction."
+        return f"{message}, but the law has one row: no friction."
     expected = (normal, *tangential)
     wrong = w * max(abs(a - b) for a, b in zip(r, expected, strict=True))
     if wrong <= allowed(case, r, w):
         return ""
-    return f"{told}, bias, friction and compliance; with these r would be {expected} N s instead, {wrong:.3g} m/s away."
+    return f"{message}, bias, friction and compliance; with these r would be {expected} N s instead, {wrong:.3g} m/s away."

@@ -72,13 +72,13 @@ def run_once(
             __tracebackhide__ = True  # pytest shows the message only
             try:
                 with np.errstate(all="ignore"):
-                    told = function(law)
+                    message = function(law)
             except Nonconformance as error:
-                raise Nonconformance(error.property, error.told, error.law or law, error.given) from error.__cause__
+                raise Nonconformance(error.property, error.message, error.law or law, error.given) from error.__cause__
             except Exception as error:  # a run failed; its sentence names law and time
                 raise Nonconformance(name, f"it ended with {type(error).__name__}: {error}", law) from error
-            if told:
-                raise Nonconformance(name, told, law)
+            if message:
+                raise Nonconformance(name, message, law)
 
         PROPERTIES[name] = Property(name, statement, function.__doc__ or "", applies, check)
         return function
@@ -125,21 +125,21 @@ def search(law: Law, name: str, function: Callable[[LawCase, Any], str], spread:
     def look(data: Any) -> None:
         case = data.draw(cases(law, spread))
         try:
-            told = function(case, data.draw)
+            message = function(case, data.draw)
         except Nonconformance as error:
-            raise Nonconformance(error.property, error.told, case.law, str(case)) from error.__cause__
-        if told:
-            raise Nonconformance(name, told, case.law, str(case))
+            raise Nonconformance(error.property, error.message, case.law, str(case)) from error.__cause__
+        if message:
+            raise Nonconformance(name, message, case.law, str(case))
 
     try:
         with np.errstate(all="ignore"):  # the answers are checked for NaN and infinity
             look()
     except Nonconformance as found:
         # a new exception, without the notes of hypothesis: the text of the case shows the draw
-        raise Nonconformance(found.property, found.told, found.law, found.given) from found.__cause__
+        raise Nonconformance(found.property, found.message, found.law, found.given) from found.__cause__
     except Flaky:
-        told = "the same input gave once a wrong and once a right answer: the law remembers something."
-        raise Nonconformance("purity", told, law) from None
+        message = "the same input gave once a wrong and once a right answer: the law remembers something."
+        raise Nonconformance("purity", message, law) from None
     except Unsatisfiable:
-        told = "no input was found that can show the property: the law gives no finite and smooth answer there."
-        raise Nonconformance(name, told, law) from None
+        message = "no input was found that can show the property: the law gives no finite and smooth answer there."
+        raise Nonconformance(name, message, law) from None

@@ -22,19 +22,19 @@ from lmgcpy.testing.property import run_once, search
 def purity(law: Law) -> str:
     """The functions of a law depend on their arguments alone. In compiled code global variables are constants; in plain
     Python a counter or a list that a function changes would make another law at each call."""
-    before, told = variables_of(law), None
+    before, failed = variables_of(law), None
     try:
         search(law, "purity", lambda case, draw: asked_again(case, draw(cases(law))), USUAL, 30)
     except Nonconformance as failure:
-        told = failure
+        failed = failure
     now = variables_of(law)
     for name, kept in now.items():
         if kept != before.get(name):
             return (
                 f"a call of the law's functions changed {name}: a law must keep its memory in the state, see lmgcpy.State."
             )
-    if told is not None:
-        raise told
+    if failed is not None:
+        raise failed
     return ""
 
 

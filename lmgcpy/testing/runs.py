@@ -161,16 +161,16 @@ def restart(law: Law) -> str:
         rest = SmallRun(law).sim
         rest.restore(half.sim.checkpoint())
         run(rest, STEPS - 11)
-        told = difference(whole, rest)
-        if told:
-            return f"after a restart from a checkpoint {told}"
+        message = difference(whole, rest)
+        if message:
+            return f"after a restart from a checkpoint {message}"
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "run.h5"
             run(SmallRun(law).sim, 11, record=path)
             again = lm.resume(path)
             run(again, STEPS - 11)
-        told = difference(whole, again)
-        return f"after a restart from the run file {told}" if told else ""
+        message = difference(whole, again)
+        return f"after a restart from the run file {message}" if message else ""
 
 
 def difference(one: lm.Simulation, other: lm.Simulation) -> str:

@@ -32,7 +32,7 @@ def pull(case: LawCase, draw: Any) -> str:
 
 def both(*reasons: Callable[[Law], str]) -> Callable[[Law], str]:
     """The property applies if all reasons are ""."""
-    return lambda law: next((told for told in (reason(law) for reason in reasons) if told), "")
+    return lambda law: next((message for message in (reason(law) for reason in reasons) if message), "")
 
 
 def friction_of(case: LawCase) -> float:
@@ -43,8 +43,10 @@ def friction_of(case: LawCase) -> float:
     for named in (dict(zip(law.PREPARED, case.prepared, strict=True)), law.values):
         if named.get("friction") is not None:
             return float(named["friction"])  # type: ignore[arg-type]
-    told = "the law declares 'cone' but names no friction: give conic, or call a prepared number or parameter 'friction'."
-    raise Nonconformance("cone", told)
+    message = (
+        "the law declares 'cone' but names no friction: give conic, or call a prepared number or parameter 'friction'."
+    )
+    raise Nonconformance("cone", message)
 
 
 @drawn("cone", "|r_t| <= friction * r_n", both(to_laws_with("cone"), to_laws_with_tangent), examples=200)
@@ -120,14 +122,14 @@ def dissipative(case: LawCase, draw: Any) -> str:
     law = case.law
     if "bias" in law.PREPARED:
         zero = tuple(0.0 if name == "bias" else value for name, value in zip(law.PREPARED, case.prepared, strict=True))
-        told = gives_energy(case, zero, "with the prepared bias set to zero")
-        if told:
-            return told
+        message = gives_energy(case, zero, "with the prepared bias set to zero")
+        if message:
+            return message
     still = (0.0,) * case.size
     new = replace(case, steps=(CaseStep(case.reference_gap, still, case.W, case.q),))
-    told = gives_energy(new, new.prepared, "new, at its reference gap and at rest before the step")
-    if told:
-        return told
+    message = gives_energy(new, new.prepared, "new, at its reference gap and at rest before the step")
+    if message:
+        return message
     impact = replace(case, steps=(CaseStep(case.reference_gap, case.q, case.W, case.q),)).with_diagonal()
     r, u = impact.impulse, impact.velocity
     gained, terms = work(r, tuple(0.5 * (a + b) for a, b in zip(impact.q, u, strict=True)))

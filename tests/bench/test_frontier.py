@@ -41,7 +41,7 @@ def judged(case):
 
 def test_references_agree_and_are_of_different_ways(case):
     reference = make_reference(case)
-    assert reference.methods[0] != reference.ways[1]
+    assert reference.methods[0] != reference.methods[1]
     assert max(reference.residuals) <= ENOUGH
     assert reference.distance < 1e-6
     assert reference.error(case.problem.q.reshape(-1, 2)) == pytest.approx(1.0, rel=1e-12)  # of doing nothing

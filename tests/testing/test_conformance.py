@@ -213,7 +213,7 @@ def test_a_report_says_what_holds_what_is_broken_and_what_does_not_apply():
 def test_nothing_is_looked_at_before_the_interface_is_right():
     report = lmgcpy.testing.report(broken.Forgetful())
     assert report.broken == ["interface"]
-    assert {finding.outcome for finding in report.findings} == {"broken", "not looked at", "does not apply"}
+    assert {finding.outcome for finding in report.findings} == {"broken", "not checked", "does not apply"}
 
 
 def test_what_cannot_be_looked_at_before_something_else_says_so():
@@ -226,7 +226,7 @@ def test_what_cannot_be_looked_at_before_something_else_says_so():
 
     report = lmgcpy.testing.report(Nowhere(), skip=["compiled", "scene", "restart"])
     assert report.broken == ["finite"]
-    assert "\nfixed-point   not looked at   finite comes first\n" in str(report)
+    assert "\nfixed-point   not checked     finite comes first\n" in str(report)
 
 
 def test_a_class_that_is_no_law_is_the_interfaces_affair():
