@@ -13,8 +13,8 @@ from lmgcpy.errors import one_of
 from lmgcpy.writing import check_target, write_bytes
 
 if TYPE_CHECKING:
-    from lmgcpy.solve.other_measures import Solved
     from lmgcpy.solve.problem import Problem
+    from lmgcpy.solve.solve_to_measure import Solved
     from lmgcpy.solve.solvers import AnySolver
 
 FILE = click.Path(path_type=Path)
@@ -39,9 +39,9 @@ def solve(
     interaction. Exit code 0: solved to the tolerance, or to round-off where that lies above it; 1: not.
     """
     from lmgcpy.io import fclib
-    from lmgcpy.solve.other_measures import solve_until
     from lmgcpy.solve.report import SOLVED
     from lmgcpy.solve.residual import residual
+    from lmgcpy.solve.solve_to_measure import solve_to_measure
     from lmgcpy.solve.solvers import SOLVERS
 
     kind = SOLVERS[one_of(name, "solver", SOLVERS)]
@@ -52,8 +52,8 @@ def solve(
     if out is not None:
         check_target(out, force=force, name="--out", instead="give another by --out, or --force to replace it")
     problem = fclib.read(file)
-    solve_until(problem, briefly(solver))  # loads or compiles the kernels: times are of the solver alone
-    solved = solve_until(problem, solver, measure=measure)
+    solve_to_measure(problem, briefly(solver))  # loads or compiles the kernels: times are of the solver alone
+    solved = solve_to_measure(problem, solver, measure=measure)
     errors = {each: residual(problem, solved.impulses, measure=each) for each in MEASURES}
     for line in report(file, problem, name, solver, measure, solved, errors):
         click.echo(line)

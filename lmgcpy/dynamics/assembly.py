@@ -140,7 +140,7 @@ def assemble(
         carried=np.zeros((0, dimension - 1)),
         own=np.zeros((0, dimension, dimension)),
         following=np.zeros((0, dimension, dimension)),
-        work=np.zeros((sum(group.stop - group.start for group in groups if group.chain), 4)),
+        scratch=np.zeros((sum(group.stop - group.start for group in groups if group.chain), 4)),
         scale=np.maximum(rate.take(interactions.candidate), rate.take(interactions.antagonist)),
         squared_error=room(count),
         noise=room(len(before), 2),

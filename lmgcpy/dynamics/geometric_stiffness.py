@@ -36,7 +36,7 @@ from lmgcpy.contact.tables import ChainTable
 from lmgcpy.dynamics.assembly import StepProblem, group_kernels
 from lmgcpy.dynamics.schedule import schedule
 from lmgcpy.solve.report import NOT_FINITE, SOLVED_CODES, Outcome
-from lmgcpy.solve.stiffened_wire_block import scratch
+from lmgcpy.solve.stiffened_wire_block import scratch_columns
 
 ENOUGH = 0.1
 """A stiffness within this part of what the impulses call for will do: at a tenth below, ``alpha = 0.9 - 1.8/s`` is still
@@ -123,7 +123,7 @@ class LinkStiffness:
             carried=self._carried(frame, length, problem.data.before[: self.count], before),
             own=(frame * self.mobility[:, None]) @ across,  # a quarter of the time of einsum
             following=-(frame * self.shared[:, None]) @ across[self.following],
-            work=np.zeros((self.count, scratch(d)["WIDTH"])),
+            scratch=np.zeros((self.count, scratch_columns(d)["WIDTH"])),
         )
         kernels = [group_kernels(group, d, wire_blocks, stiffened=True) for group in problem.groups]
         table = schedule(problem.groups, kernels, problem.offset)

@@ -14,20 +14,20 @@ import numpy as np
 
 from lmgcpy.contact.detector import Detector
 from lmgcpy.contact.narrow_phase import Interactions
-from lmgcpy.dynamics.as_problem import as_problem
+from lmgcpy.dynamics.assembled_problem import as_problem
 from lmgcpy.dynamics.assembly import StepProblem, assemble
 from lmgcpy.dynamics.checkpoint import Checkpoint, check
+from lmgcpy.dynamics.displacements import Displacements, DisplacementWatch, worse
 from lmgcpy.dynamics.energy import Energy, kinetic_energy
-from lmgcpy.dynamics.far_away import check_places
-from lmgcpy.dynamics.far_moves import FarMoves, Ways, worse
+from lmgcpy.dynamics.finite_checks import POSITION, VELOCITY, check_bodies, check_detection
 from lmgcpy.dynamics.geometric_stiffness import LinkStiffness
 from lmgcpy.dynamics.interactions import InteractionView
-from lmgcpy.dynamics.model import Drive, Model, State
-from lmgcpy.dynamics.not_finite import POSITION, VELOCITY, check_bodies, check_detection
-from lmgcpy.dynamics.overlaps import overlaps_at_start
+from lmgcpy.dynamics.model import BodyState, Drive, Model
+from lmgcpy.dynamics.position_rounding import check_positions
 from lmgcpy.dynamics.solve_step import solve_step
+from lmgcpy.dynamics.start_overlaps import overlaps_at_start
+from lmgcpy.dynamics.stretch_and_energy_watch import Watch
 from lmgcpy.dynamics.turning_stretch import TurningStretch
-from lmgcpy.dynamics.watch import Watch
 from lmgcpy.errors import flag, named_arguments, number, one_of, shown, whole
 from lmgcpy.solve.newton.alternating import Auto
 from lmgcpy.solve.problem import Problem
@@ -54,7 +54,7 @@ class Found(NamedTuple):
     """The step as it was solved last: its velocities and impulses are those of the step."""
     pushed: np.ndarray | None
     """Impulses of the first solve beyond those of the last (m, d), which gave only positions; None where there was one."""
-    ways: Ways
+    ways: Displacements
 
 
 @named_arguments
@@ -97,13 +97,13 @@ class Stepper:
             raise TypeError(f"Simulation takes a scene, which lmgcpy.Scene(dimension=2) makes, got {shown(scene)}.")
         self.scene = scene
         self.model: Model = scene.compile()
-        check_places(self.model)
+        check_positions(self.model)
         overlaps = None if overlap == "ignore" else overlaps_at_start(self.model)
         if overlaps and overlap == "stop":
             raise ValueError(overlaps)
         if overlaps:
             warnings.warn(overlaps, RuntimeWarning, stacklevel=3)
-        self.state: State = self.model.start
+        self.state: BodyState = self.model.start
         self.steps = 0
         self.report = Report()
         model = self.model
@@ -118,7 +118,7 @@ class Stepper:
         self.worst_slip = 0.0
         self._running = False  # run has its own word about unsolved steps
         self._told_unsolved = False
-        self._far_moves = FarMoves(model)
+        self._displacement_watch = DisplacementWatch(model)
         self._watch = Watch(model)
         self._turning_stretch = TurningStretch(model)
         scene.hand_over(self.state)  # last: a scene that was refused can be mended
@@ -188,7 +188,7 @@ class Stepper:
 
     def _find_impulses(self, before: np.ndarray, free_velocity: np.ndarray) -> Found:
         """Detect, assemble and solve, once more where bodies got so fast that contacts were not seen."""
-        far, h = self._far_moves, self.time_step
+        far, h = self._displacement_watch, self.time_step
         ways = far.measure(before, h)
         interactions, given, solved = self._detect_and_solve(before, free_velocity, ways)
         after = far.measure(solved.system.velocity, h)
@@ -200,7 +200,7 @@ class Stepper:
         return Found(interactions, solved, way, problem, pushed, worse(ways, after))
 
     def _detect_and_solve(
-        self, before: np.ndarray, free_velocity: np.ndarray, ways: Ways
+        self, before: np.ndarray, free_velocity: np.ndarray, ways: Displacements
     ) -> tuple[Interactions, StepProblem, StepProblem]:
         """Detect what ``ways`` may bring into contact at the middle of the step; the problem as assembled and as solved."""
         state, detector = self.state, self._detector
@@ -253,7 +253,7 @@ class Stepper:
             first = found.solved
             unresolved = self._links.resolution(first.system.impulse, first.data.gap, h)
         return [
-            *self._far_moves.far(found.ways, before, found.problem.system.velocity, end, h),
+            *self._displacement_watch.far(found.ways, before, found.problem.system.velocity, end, h),
             *self._watch.links(found.solved, unresolved),
             *self._watch.energy(self.energy, lambda: self._thrust(loads), end, h),
         ]

@@ -20,7 +20,7 @@ from lmgcpy.scene.contactor import Contactor, DiskContactor, PlaneContactor, Wal
 from lmgcpy.scene.material import Material
 
 if TYPE_CHECKING:
-    from lmgcpy.dynamics.model import State
+    from lmgcpy.dynamics.model import BodyState
 
 STILL: Any = object()
 """Velocity or spin of a body of which none is given."""
@@ -69,7 +69,7 @@ class Body(ABC):
 
     def __init__(self, *, position: Any, color: str, velocity: Any = STILL, rotation: float = 0.0, spin: Any = STILL):
         what, d = type(self).__name__, self.dimension
-        self._state: State | None = None
+        self._state: BodyState | None = None
         self.color = color
         self._id = -1
         at = vector(position, f"{self.placed_by} of a {what}", d)

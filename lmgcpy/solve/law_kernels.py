@@ -142,7 +142,7 @@ SYSTEM_TYPE = numba.typeof(
         carried=np.zeros((0, 1)),
         own=np.zeros((0, 2, 2)),
         following=np.zeros((0, 2, 2)),
-        work=np.zeros((0, 0)),
+        scratch=np.zeros((0, 0)),
         scale=np.zeros(0),
         squared_error=np.zeros(0),
         noise=np.zeros((0, 2)),
@@ -264,7 +264,7 @@ def stiffened_kernels(
     constants: dict[str, Any], dimension: int, slope: Callable | None, parts: dict[str, Callable] | None = None
 ) -> tuple[Kernel, Kernel]:
     """(sweep, error) for the links of a chain with geometric stiffness; without a ``slope`` one link after another."""
-    columns = stiffened_wire_block.scratch(dimension)
+    columns = stiffened_wire_block.scratch_columns(dimension)
     meaning = template_slots(dimension, {**constants, **columns, "ROWS": dimension}, parts)
     error = Kernel(stiffened_wire_block.error, meaning)
     if slope is None:

@@ -22,8 +22,8 @@ little, half the links look slack. And a law of three pieces, as the Voigt wire,
 Where either is seen, the visit goes on with ``w_i = W_ii``, whose pieces are those of the single updates, until the
 active set has settled.
 
-The scratch ``System.work`` has four columns: right-hand side, slope, eliminated superdiagonal, column of the last link of
-a closed chain. Its slopes stay from one visit to the next.
+``System.scratch`` has four columns: right-hand side, slope, eliminated superdiagonal, column of the last link of a closed
+chain. The slopes stay from one visit to the next.
 """
 
 from __future__ import annotations
@@ -64,8 +64,8 @@ def residual(start, count, offset, weight, s):
         i = np.uintp(start + k)
         w = weight * s.delassus[i, 0]
         if w == 0.0:  # both bodies are held
-            s.work[i, 0] = 0.0
-            s.work[i, 1] = 0.0
+            s.scratch[i, 0] = 0.0
+            s.scratch[i, 1] = 0.0
             continue
         prepared = read(s.prepared, offset + k * PREPARED)
         u_n = normal_velocity(i, s)
@@ -75,12 +75,12 @@ def residual(start, count, offset, weight, s):
         ((gradient,),) = slope(((w,),), free, prepared)
         diagonal = 1.0 + gradient * (w - s.delassus[i, 0])
         gradient /= diagonal
-        s.work[i, 0] = (new - r) / diagonal
+        s.scratch[i, 0] = (new - r) / diagonal
         # A piece is known by its slope, up to the round-off of a curve's. Of two pieces of slope 0, as slack and full,
         # a step lands on the one that it was taken on.
-        if abs(gradient - s.work[i, 1]) > SAME * abs(gradient) or (gradient == 0.0 and abs(new - r) > SAME * abs(new)):
+        if abs(gradient - s.scratch[i, 1]) > SAME * abs(gradient) or (gradient == 0.0 and abs(new - r) > SAME * abs(new)):
             changed = True
-        s.work[i, 1] = gradient
+        s.scratch[i, 1] = gradient
         merit += (w * (new - r)) ** 2 + 0.0 * gradient  # a slope that is not finite must not pass for a singular matrix
     return merit, changed
 
@@ -93,20 +93,20 @@ def substitute(start, stop, s, right):
     x = above = coupling = 0.0
     for k in range(start, stop):
         i = np.uintp(k)
-        gradient = s.work[i, 1]
+        gradient = s.scratch[i, 1]
         lower = -gradient * coupling
         pivot = 1.0 - lower * above
         if not abs(pivot) > 1e-14:
             return False
-        x = (s.work[i, right] - lower * x) / pivot
+        x = (s.scratch[i, right] - lower * x) / pivot
         coupling = s.coupling[i] if k < stop - 1 else 0.0
         above = -gradient * coupling / pivot
-        s.work[i, right] = x
-        s.work[i, 2] = above
+        s.scratch[i, right] = x
+        s.scratch[i, 2] = above
     for k in range(stop - 2, start - 1, -1):
         i = np.uintp(k)
-        x = s.work[i, right] - s.work[i, 2] * x
-        s.work[i, right] = x
+        x = s.scratch[i, right] - s.scratch[i, 2] * x
+        s.scratch[i, right] = x
     return True
 
 
@@ -120,21 +120,21 @@ def newton_step(start, count, s):
     corner = s.coupling[last]
     if corner == 0.0:
         return substitute(start, last + 1, s, 0)
-    to_first = -s.work[last, 1] * corner
-    to_before = -s.work[last, 1] * s.coupling[last - 1]
+    to_first = -s.scratch[last, 1] * corner
+    to_before = -s.scratch[last, 1] * s.coupling[last - 1]
     for i in range(start, last):
-        s.work[i, 3] = 0.0
-    s.work[start, 3] += -s.work[start, 1] * corner
-    s.work[last - 1, 3] += -s.work[last - 1, 1] * s.coupling[last - 1]
+        s.scratch[i, 3] = 0.0
+    s.scratch[start, 3] += -s.scratch[start, 1] * corner
+    s.scratch[last - 1, 3] += -s.scratch[last - 1, 1] * s.coupling[last - 1]
     if not (substitute(start, last, s, 0) and substitute(start, last, s, 3)):
         return False
-    pivot = 1.0 - to_first * s.work[start, 3] - to_before * s.work[last - 1, 3]
+    pivot = 1.0 - to_first * s.scratch[start, 3] - to_before * s.scratch[last - 1, 3]
     if not abs(pivot) > 1e-14:
         return False
-    x = (s.work[last, 0] - to_first * s.work[start, 0] - to_before * s.work[last - 1, 0]) / pivot
-    s.work[last, 0] = x
+    x = (s.scratch[last, 0] - to_first * s.scratch[start, 0] - to_before * s.scratch[last - 1, 0]) / pivot
+    s.scratch[last, 0] = x
     for i in range(start, last):
-        s.work[i, 0] -= x * s.work[i, 3]
+        s.scratch[i, 0] -= x * s.scratch[i, 3]
     return True
 
 
@@ -142,7 +142,7 @@ def move(start, count, s):
     """Add column 0 of the scratch to the impulses."""
     for k in range(count):
         i = np.uintp(start + k)
-        d = s.work[i, 0]
+        d = s.scratch[i, 0]
         if d != 0.0:
             s.impulse[i, 0] += d
             push_normal(i, s, d)

@@ -34,7 +34,7 @@ class Solved:
     seconds: float
 
 
-def solve_until(problem: Problem, solver: AnySolver, *, measure: str = "natural") -> Solved:
+def solve_to_measure(problem: Problem, solver: AnySolver, *, measure: str = "natural") -> Solved:
     """Solve until ``residual(problem, impulses, measure=measure) <= solver.tolerance``.
 
     As long as the measure asked for is not within tolerance the solve goes on from its impulses, with a smaller natural

@@ -29,7 +29,7 @@ LATE = 0.2
 default. Below it a step is never made again."""
 
 
-class Ways(NamedTuple):
+class Displacements(NamedTuple):
     """The longest ways of one step [m], and the worst of what is watched."""
 
     travel: float
@@ -37,20 +37,20 @@ class Ways(NamedTuple):
     closing: float
     """By which a body and a wall may come closer: the longest way of a bounded body and that of a wall along its normal."""
     body: int
-    body_way: float
+    body_path: float
     body_excess: float
     """Its way over what is not told."""
     wall: int
-    wall_way: float
+    wall_path: float
     wall_excess: float
 
 
-def worse(one: Ways, other: Ways) -> Ways:
+def worse(one: Displacements, other: Displacements) -> Displacements:
     """The longer ways of two, and what is worst in either."""
     body = max(one, other, key=lambda ways: ways.body_excess)
     wall = max(one, other, key=lambda ways: ways.wall_excess)
     travel, closing = max(one.travel, other.travel), max(one.closing, other.closing)
-    return Ways(travel, closing, *body[2:5], *wall[5:])
+    return Displacements(travel, closing, *body[2:5], *wall[5:])
 
 
 @kernel
@@ -96,7 +96,7 @@ def _measure(velocities, dimension, arm, limit, walls, across, wall_limit):
     return fastest, fastest_bounded + fastest_wall, body, body_speed, body_excess, wall, wall_speed, wall_excess
 
 
-class FarMoves:
+class DisplacementWatch:
     """Measures the moves of a simulation and says once each which of them are far."""
 
     def __init__(self, model: Model):
@@ -115,14 +115,14 @@ class FarMoves:
         self._links = unseen_links(model, np.isfinite(self._limit))
         self._said = {"body": False, "wall": False, "link": False}
 
-    def measure(self, velocities: np.ndarray, time_step: float) -> Ways:
+    def measure(self, velocities: np.ndarray, time_step: float) -> Displacements:
         """The longest ways of a step with these velocities (n, k)."""
         given = self._arm, self._limit, self._walls, self._across, self._limit[self._walls]
         h = time_step
-        all_, closing, body, way, excess, wall, wall_way, wall_excess = _measure(velocities, self._dimension, *given)
-        return Ways(h * all_, h * closing, body, h * way, h * excess, wall, h * wall_way, h * wall_excess)
+        all_, closing, body, way, excess, wall, wall_path, wall_excess = _measure(velocities, self._dimension, *given)
+        return Displacements(h * all_, h * closing, body, h * way, h * excess, wall, h * wall_path, h * wall_excess)
 
-    def unseen(self, ways: Ways, after: Ways, widest: Callable[[float, float], float]) -> bool:
+    def unseen(self, ways: Displacements, after: Displacements, widest: Callable[[float, float], float]) -> bool:
         """Whether a step may have closed gaps that were not seen, as those ``after`` it are longer than the ways it was
         made for. ``widest``: alert distance by travel and closing [m].
 
@@ -130,7 +130,7 @@ class FarMoves:
         """
         return widest(after.travel, after.closing) > widest(ways.travel, ways.closing) + self._late
 
-    def far(self, ways: Ways, before: np.ndarray, after: np.ndarray, time: float, time_step: float) -> list[str]:
+    def far(self, ways: Displacements, before: np.ndarray, after: np.ndarray, time: float, time_step: float) -> list[str]:
         """A sentence for each kind of move that is too far for the first time.
 
         ``before``, ``after``: velocities at the start and the end of the step (n, k), which ends at the ``time`` [s].
@@ -138,10 +138,10 @@ class FarMoves:
         told = []
         if ways.body_excess > 1.0 and not self._said["body"]:
             spins = self._arm[ways.body] > 0.0
-            what = f"{'a contactor of ' if spins else ''}body {ways.body} moves by {ways.body_way:.3g} m"
+            what = f"{'a contactor of ' if spins else ''}body {ways.body} moves by {ways.body_path:.3g} m"
             told.append(self._sentence("body", what, ways.body, time, time_step / ways.body_excess))
         if ways.wall_excess > 1.0 and not self._said["wall"]:
-            what = f"wall {ways.wall} moves by {ways.wall_way:.3g} m"
+            what = f"wall {ways.wall} moves by {ways.wall_path:.3g} m"
             told.append(self._sentence("wall", what, ways.wall, time, time_step / ways.wall_excess))
         if len(self._links.length) and not self._said["link"]:
             told += self._far_links(before, time, time_step) or self._far_links(after, time, time_step)
