@@ -83,15 +83,15 @@ def conic_form(step: StepProblem) -> ConicForm:
 def interaction_matrix(step: StepProblem) -> sparse.csr_array:
     """``H^T``: relative velocities (u_n, u_t(, u_s) of each interaction) from those of the bodies, (d m, k n).
 
-    A row of it is a row x of the local frame, with the moment of x about each centre: ``(x, lever_c x x, -x, -lever_a x x)``
-    with ``lever_c = -arm_c n + lateral_c t`` and ``lever_a = arm_a n + lateral_a t``.
+    A row of the local frame, e, and its moments about both centres make a row of ``H^T``: ``(e, l_c x e, -e, -l_a x e)``
+    with the levers ``l_c = -arm_c n + lateral_c t`` and ``l_a = arm_a n + lateral_a t``.
     """
     import scipy.sparse as sparse
 
     s = step.system
     (count, d), k = s.normal.shape, s.inverse_mass.shape[1]
     frame = local_frames(s.normal)
-    turned = np.zeros((count, d, k - d))  # x times n, from the frame: its products are exact
+    turned = np.zeros((count, d, k - d))  # e x n, taken from the frame, where it is exact
     if d == 2:
         turned[:, 1, 0] = -1.0
     else:

@@ -21,7 +21,11 @@ from lmgcpy.solve.system import Groups, System
 
 @dataclass(frozen=True)
 class StepProblem:
-    """The system of a step, its groups with their kernels, and what the laws were prepared from."""
+    """A step as dynamics knows it: the arrays of its interactions, the groups with their laws, and the data of the laws.
+
+    It stays in :mod:`lmgcpy.dynamics`. A solver gets a :class:`Step <lmgcpy.Step>` made from it, which knows no law by
+    name; :class:`Problem <lmgcpy.Problem>` is the same step with an assembled W.
+    """
 
     system: System
     groups: list[Group]
@@ -60,7 +64,7 @@ class StepProblem:
                     )
 
     def worst(self) -> Worst | None:
-        """The interaction that the solver found to be the worst."""
+        """The interaction with the largest slip, as the solver measured it."""
         _, _, row, error = self.system.told
         if len(self.system.candidate) == 0 or error == 0.0:
             return None
@@ -109,7 +113,7 @@ def assemble(
     state: np.ndarray,
     wire_blocks: bool,
 ) -> StepProblem:
-    """Gather the groups that have interactions in this step and let each law prepare its numbers.
+    """Make the arrays of a step from its interactions, and let each law prepare its numbers.
 
     ``before`` and ``free_velocity``: velocities of the bodies at the start of the step and without impulses, (n, k);
     ``size``: radius of the smallest contactor of each body [m], infinite where it has none that is bounded, (n,);

@@ -1,4 +1,4 @@
-"""Bodies so far from the origin that their positions are too coarse for their size."""
+"""The round-off of positions, which is too coarse for small bodies far from the origin."""
 
 from __future__ import annotations
 

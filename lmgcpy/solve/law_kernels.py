@@ -1,4 +1,4 @@
-"""From a law to the compiled kernels of its groups."""
+"""The compiled kernels of a law for its groups: sweep and error, and those of the law's own functions."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ STATE = 0
 
 
 class StepData(NamedTuple):
-    """What the laws of a step see beside the impulses; m interactions."""
+    """What the laws of a step are given beside the impulses; m interactions."""
 
     gap: np.ndarray
     """At the detection configuration [m], (m,)."""
@@ -52,7 +52,7 @@ class StepData(NamedTuple):
     time_step: float
     """[s]."""
     at: np.ndarray
-    """(1,): row of the interaction that a law is being asked about, to be told where it raises."""
+    """(1,): row of the interaction for which a law is called, for the error where it raises."""
 
 
 def parameters_of(i, start, parameters):

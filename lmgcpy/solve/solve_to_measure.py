@@ -1,4 +1,4 @@
-"""Solving until either measure of the error is small enough: solvers themselves stop by the natural one."""
+"""Solving to a tolerance in any measure of the error. Solvers themselves stop by the natural one."""
 
 from __future__ import annotations
 

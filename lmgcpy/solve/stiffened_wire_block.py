@@ -1,4 +1,4 @@
-"""A wire with geometric stiffness as one block: what :mod:`lmgcpy.solve.wire_block` is specialised with where it is on.
+"""A wire with geometric stiffness as one block: the parts that :mod:`lmgcpy.solve.wire_block` is specialised with for it.
 
 A taut link resists what moves across it (:mod:`lmgcpy.dynamics.geometric_stiffness`): beside its law along the normal it
 has the linear rows
@@ -56,8 +56,11 @@ plus_row, less_row, scaled_row = _of_two["plus_row"], _of_two["less_row"], _of_t
 
 
 def residual(start, count, offset, weight, s):
-    """Fill in -F and the slopes; returns (sum of (w F)^2, whether the law of a link changed its piece). Normal rows are
-    divided by ``1 + s (w - W)``, as in ``wire_block``: the slope is that for ``w_i = W_ii``, whatever the weight."""
+    """Write -F and the slopes to the scratch; return (sum of (w F)^2, whether the law of a link changed its piece).
+
+    Normal rows are divided by ``1 + s (w - W)``, as in ``wire_block``: the slope is that for ``w_i = W_ii``, whatever the
+    weight.
+    """
     merit = 0.0
     changed = False
     for k in range(count):
@@ -71,6 +74,7 @@ def residual(start, count, offset, weight, s):
         prepared = read(s.prepared, offset + k * PREPARED)
         u = relative_velocity(i, s)
         r = s.impulse[i, 0]
+        # normal row: F = r_n - react(w, u_n - w r_n) and the slope of react
         free = (u[0] - w * r,)
         (new,) = react(((w,),), free, prepared)
         ((gradient,),) = slope(((w,),), free, prepared)
@@ -82,6 +86,7 @@ def residual(start, count, offset, weight, s):
             changed = True
         s.scratch[i, SLOPES] = gradient
         merit += (w * (new - r)) ** 2 + 0.0 * gradient  # a slope that is not finite must not pass for a singular matrix
+        # rows across: F = r_t + kappa (u_t - c_t), slope -kappa
         stiffness = s.geometric[i]
         for a in range(1, ROWS):
             lag = -stiffness * (u[a] - s.carried[i, a - 1]) - s.impulse[i, a]
@@ -92,7 +97,7 @@ def residual(start, count, offset, weight, s):
 
 
 def diagonal_block(i, gradients, s):
-    """The block of the Newton matrix on the diagonal; ``gradients``: the slopes of its rows."""
+    """The block of the Newton matrix on the diagonal, ``I + s_n W_nn e_n e_n^T - s W``; ``gradients``: the slopes s."""
     return less(unit(gradients[0] * s.delassus[i, 0]), scaled(gradients, block(s.own, i)))
 
 
@@ -107,7 +112,7 @@ def eliminate(start, stop, s):
         if count == 0 and same and s.scratch[i, ELIMINATED] == 1.0:
             continue
         P = diagonal_block(i, gradients, s)
-        if k > start:  # Schur complement: -slope W_{i,i-1} is the block below the diagonal
+        if k > start:  # Schur complement with the block below the diagonal, -s W_{i,i-1}
             before = np.uintp(k - 1)
             known = product(transposed(block(s.following, before)), square(s.scratch, before, ABOVE))
             P = plus(P, scaled(gradients, known))
@@ -116,6 +121,7 @@ def eliminate(start, stop, s):
             s.scratch[i, ELIMINATED] = 0.0
             return -1
         store_square(s.scratch, i, INVERSE, inverse)
+        # eliminated block above the diagonal, P^-1 (-s W_{i,i+1})
         store_square(s.scratch, i, ABOVE, product(inverse, scaled(negative(gradients), block(s.following, i))))
         s.scratch[i, ELIMINATED] = 1.0
         s.scratch[i, ELIMINATED + 1] = gradients[0]
@@ -125,6 +131,7 @@ def eliminate(start, stop, s):
 
 def substitute(start, stop, s):
     """Solve the block-tridiagonal Newton system of eliminated links for the right-hand side, in place."""
+    # forward substitution
     b = times(square(s.scratch, start, INVERSE), row(s.scratch, start, 0))
     store_row(s.scratch, start, b)
     for k in range(start + 1, stop):
@@ -133,6 +140,7 @@ def substitute(start, stop, s):
         known = scaled_row(row(s.scratch, i, SLOPES), known)
         b = times(square(s.scratch, i, INVERSE), plus_row(row(s.scratch, i, 0), known))
         store_row(s.scratch, i, b)
+    # back substitution
     for k in range(stop - 2, start - 1, -1):
         i = np.uintp(k)
         b = less_row(row(s.scratch, i, 0), times(square(s.scratch, i, ABOVE), b))
@@ -152,6 +160,7 @@ def substitute_columns(start, last, s):
             columns = less(columns, known)
         columns = scaled(negative(row(s.scratch, k, SLOPES)), columns)
         store_square(s.scratch, k, CORNER, product(square(s.scratch, k, INVERSE), columns))
+    # back substitution
     for k in range(last - 2, start - 1, -1):
         known = product(square(s.scratch, k, ABOVE), square(s.scratch, k + 1, CORNER))
         store_square(s.scratch, k, CORNER, less(square(s.scratch, k, CORNER), known))
@@ -178,11 +187,13 @@ def newton_step(start, count, s):
     substitute(start, last, s)
     if eliminated > 0:
         substitute_columns(start, last, s)
+    # rows of the last link: their blocks in the columns of the first link and of the one before, with the sign changed
     gradients = row(s.scratch, last, SLOPES)
     to_first = scaled(gradients, block(s.following, last))
     to_before = scaled(gradients, transposed(block(s.following, last - 1)))
     b = plus_row(row(s.scratch, last, 0), times(to_first, row(s.scratch, start, 0)))
     b = plus_row(b, times(to_before, row(s.scratch, last - 1, 0)))
+    # Schur complement of the last link
     P = diagonal_block(last, gradients, s)
     P = plus(P, product(to_first, square(s.scratch, start, CORNER)))
     P = plus(P, product(to_before, square(s.scratch, last - 1, CORNER)))
@@ -191,6 +202,7 @@ def newton_step(start, count, s):
         return False
     b = times(inverse, b)
     store_row(s.scratch, last, b)
+    # correction of the others by the columns of the last link
     for k in range(start, last):
         store_row(s.scratch, k, less_row(row(s.scratch, k, 0), times(square(s.scratch, k, CORNER), b)))
     return True
@@ -213,6 +225,7 @@ def relax(start, count, offset, s):
         if w == 0.0:
             continue
         relax_link(i, w, read(s.prepared, offset + k * PREPARED), s)
+        # the linear rows across, solved one by one: r_t = -kappa (u_t - c_t) with u_t = free_t + w r_t
         u = relative_velocity(i, s)
         s.scratch[i, 0] = 0.0
         for a in range(1, ROWS):
