@@ -22,7 +22,7 @@ import lmgcpy as lm
 from lmgcpy.bench.chains import chains
 from lmgcpy.bench.frontier import timed, warm
 from lmgcpy.bench.machine import load
-from lmgcpy.solve.other_measures import solve_until
+from lmgcpy.solve.solve_to_measure import solve_to_measure
 
 NO_FORCE = 1e-10
 """Problems with a smaller |q| hold nothing but round-off."""
@@ -31,9 +31,9 @@ MINUTE = 60.0
 
 def to_fclib(problem: lm.Problem, solver, tolerance: float) -> tuple[str, float, float]:
     """(status, error, seconds) of a solver in the measure of published solvers."""
-    solved = [solve_until(problem, replace(solver, tolerance=tolerance), measure="fclib")]
+    solved = [solve_to_measure(problem, replace(solver, tolerance=tolerance), measure="fclib")]
     if solved[0].seconds < 0.2:
-        solved += [solve_until(problem, replace(solver, tolerance=tolerance), measure="fclib") for _ in range(4)]
+        solved += [solve_to_measure(problem, replace(solver, tolerance=tolerance), measure="fclib") for _ in range(4)]
     return solved[0].status, solved[0].error, median(each.seconds for each in solved)
 
 

@@ -169,7 +169,7 @@ def compare(name: str, blocks: bool) -> list:
     )
     s = problem.system
     bias, compliance = (np.ascontiguousarray(column) for column in s.prepared.reshape(-1, 2).T)
-    work = np.zeros(s.work.shape[::-1])
+    work = np.zeros(s.scratch.shape[::-1])
     pairs = s.candidate, s.antagonist, s.normal, s.delassus
 
     def by_hand() -> None:
@@ -184,7 +184,7 @@ def compare(name: str, blocks: bool) -> list:
     def run(way) -> float:
         total = 0.0
         for _ in range(VISITS):
-            s.impulse[:], s.velocity[:], s.work[:], work[:] = 0.0, free, 0.0, 0.0
+            s.impulse[:], s.velocity[:], s.scratch[:], work[:] = 0.0, free, 0.0, 0.0
             begin = time.perf_counter()
             way()
             total += time.perf_counter() - begin

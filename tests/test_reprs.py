@@ -100,7 +100,7 @@ def things(folder) -> dict[str, object]:
         "Energy: kinetic ": sim.energy,
         "Checkpoint of 4 bodies at t = 0.03 s, step 30": sim.checkpoint(),
         "Model in 2D: 4 bodies": sim.model,
-        "State of 4 bodies at t = 0.03 s": sim.state,
+        "BodyState of 4 bodies at t = 0.03 s": sim.state,
         **{
             f"{kind.__name__}(tolerance=": kind()
             for kind in (lm.Auto, lm.AcceleratedGaussSeidel, lm.GaussSeidel, lm.Newton)

@@ -15,8 +15,8 @@ from lmgcpy.solve.solvers import SOLVERS
 from lmgcpy.writing import check_target, write_bytes
 
 if TYPE_CHECKING:
-    from lmgcpy.solve.other_measures import Solved
     from lmgcpy.solve.problem import Problem
+    from lmgcpy.solve.solve_to_measure import Solved
     from lmgcpy.solve.solvers import AnySolver
 
 FILE = click.Path(path_type=Path)
@@ -43,9 +43,10 @@ def solve(
     interaction. Exit code 0: the problem is solved to the tolerance, or to round-off if that is larger; 1: it is not.
     """
     from lmgcpy.io import fclib
-    from lmgcpy.solve.other_measures import solve_until
     from lmgcpy.solve.report import SOLVED
     from lmgcpy.solve.residual import residual
+    from lmgcpy.solve.solve_to_measure import solve_to_measure
+    from lmgcpy.solve.solvers import SOLVERS
 
     kind = SOLVERS[one_of(name, "solver", SOLVERS)]
     one_of(measure, "measure", MEASURES)
@@ -55,8 +56,8 @@ def solve(
     if out is not None:
         check_target(out, force=force, name="--out", instead="give another by --out, or --force to replace it")
     problem = fclib.read(file)
-    solve_until(problem, briefly(solver))  # load or compile the kernels, so that the time is that of the solver alone
-    solved = solve_until(problem, solver, measure=measure)
+    solve_to_measure(problem, briefly(solver))  # loads or compiles the kernels: times are of the solver alone
+    solved = solve_to_measure(problem, solver, measure=measure)
     errors = {each: residual(problem, solved.impulses, measure=each) for each in MEASURES}
     for line in report(file, problem, name, solver, measure, solved, errors):
         click.echo(line)

@@ -20,7 +20,11 @@ from lmgcpy.solve.system import Groups, System
 
 @dataclass(frozen=True)
 class StepProblem:
-    """The system of a step, its groups with their kernels, and what the laws were prepared from."""
+    """A step as dynamics knows it: the arrays of its interactions, the groups with their laws, and the data of the laws.
+
+    It stays in :mod:`lmgcpy.dynamics`. A solver gets a :class:`Step <lmgcpy.Step>` made from it, which knows no law by
+    name; :class:`Problem <lmgcpy.Problem>` is the same step with an assembled W.
+    """
 
     system: System
     groups: list[Group]
@@ -59,7 +63,7 @@ class StepProblem:
                     )
 
     def worst(self) -> Worst | None:
-        """The interaction that the solver found to be the worst."""
+        """The interaction with the largest slip, as the solver measured it."""
         _, _, row, error = self.system.told
         if len(self.system.candidate) == 0 or error == 0.0:
             return None
@@ -108,7 +112,7 @@ def assemble(
     state: np.ndarray,
     wire_blocks: bool,
 ) -> StepProblem:
-    """Gather the groups that have interactions in this step and let each law prepare its numbers.
+    """Make the arrays of a step from its interactions, and let each law prepare its numbers.
 
     ``before`` and ``free_velocity``: velocities of the bodies at the start of the step and without impulses, (n, k);
     ``size``: radius of the smallest contactor of each body [m], infinite where it has none that is bounded, (n,);
@@ -139,7 +143,7 @@ def assemble(
         carried=np.zeros((0, dimension - 1)),
         own=np.zeros((0, dimension, dimension)),
         following=np.zeros((0, dimension, dimension)),
-        work=np.zeros((sum(group.stop - group.start for group in groups if group.chain), 4)),
+        scratch=np.zeros((sum(group.stop - group.start for group in groups if group.chain), 4)),
         scale=np.maximum(rate.take(interactions.candidate), rate.take(interactions.antagonist)),
         squared_error=with_spare_rows(count),
         noise=with_spare_rows(len(before), 2),

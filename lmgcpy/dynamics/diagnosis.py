@@ -1,4 +1,4 @@
-"""What went wrong in a step that has no finite result: the interaction, its law, and what the law was asked."""
+"""The cause of a step without a finite result: the interaction, its law, and the arguments that the law was given."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from lmgcpy.solve.system import System
 
 
 class LawFault(Exception):
-    """Carries the sentence about a law's fault and the exception that the law raised, if it did."""
+    """Carries the sentence about a law's fault, and as its cause the exception that the law raised."""
 
 
 def fault_of_solve(problem: StepProblem, solve: Callable[[StepProblem], object], wire_blocks: bool) -> str:
     """A sentence on the first thing that went wrong in the solve of a step; the solve is made again, watched."""
-    ways = {"stiffened": bool(len(problem.system.geometric)), "watched": True}
-    watched = [group_kernels(group, problem.space.dimension, wire_blocks, **ways) for group in problem.groups]
+    kinds = {"stiffened": bool(len(problem.system.geometric)), "watched": True}
+    watched = [group_kernels(group, problem.space.dimension, wire_blocks, **kinds) for group in problem.groups]
     table = schedule(problem.groups, watched, problem.offset)
     system = problem.system._replace(prepared=np.append(problem.system.prepared, -1.0))
     solve(replace(problem, system=system, kernels=watched, table=table))
@@ -35,7 +35,7 @@ def fault_of_solve(problem: StepProblem, solve: Callable[[StepProblem], object],
 
 
 def asked(problem: StepProblem, group: Group, row: int, prepared: tuple[float, ...]) -> str:
-    """What ``react`` and ``slope``, interpreted, say to the velocities as they are; LawFault where they raise."""
+    """A sentence with what ``react`` and ``slope`` return at the present velocities; LawFault where they raise."""
     system = problem.system
     velocity = np.empty_like(system.impulse)
     problem.space.relative_velocities(system, system.velocity, velocity)

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.dynamics.assembly import StepProblem, ask
+from lmgcpy.dynamics.finite_checks import check_energy
 from lmgcpy.dynamics.model import Drive, Model
-from lmgcpy.dynamics.not_finite import check_energy
 
 
 @dataclass

@@ -1,4 +1,4 @@
-"""Geometric stiffness: what a taut link answers to motion across it, within the step.
+"""Geometric stiffness: the impulse across a taut link that answers motion across it, within the step.
 
 The normal of a link is that of the detection, so that the turning of its tension T within the step is explicit. Across a
 wire of beads of mass m and links of length l the step is then a leapfrog, unstable beyond ``s = 4 h^2 T/(m l) = 4``: light
@@ -17,11 +17,11 @@ had before the step. So the term resists that the wire bends, and neither a pend
 
 **Stability** (docs/nscd.md). With ``C = sum kappa b b^T`` and ``K = sum (T/l) b b^T`` over the links, b taking velocities
 to those across a link, the quantity ``v.(M + C/2 - h^2 K/4) v / 2 + x.K x / 2`` does not grow, and it is positive at any
-step, mass and tension: ``sum b b^T / P <= M``, the masses shared out among the links.
+step, mass and tension: ``sum b b^T / P <= M``, as the masses are shared out among the links.
 
 **kappa and r_n.** kappa is kept while a step is solved, so that what is solved stays the linear complementarity problem
 that solvers know, one more linear row a link and direction. Afterwards it is compared with what the impulses found call
-for; where they differ the step is solved anew from there. In a smooth motion the kappa of the impulses before will do.
+for; where they differ the step is solved again from there. In smooth motion the kappa of the impulses before is enough.
 """
 
 from __future__ import annotations
@@ -36,10 +36,10 @@ from lmgcpy.contact.tables import ChainTable
 from lmgcpy.dynamics.assembly import StepProblem, group_kernels
 from lmgcpy.dynamics.schedule import schedule
 from lmgcpy.solve.report import NOT_FINITE, SOLVED_CODES, Outcome
-from lmgcpy.solve.stiffened_wire_block import scratch
+from lmgcpy.solve.stiffened_wire_block import scratch_columns
 
 ENOUGH = 0.1
-"""A stiffness within this part of what the impulses call for will do: at a tenth below, ``alpha = 0.9 - 1.8/s`` is still
+"""A stiffness within this part of what the impulses call for is enough: at a tenth below, ``alpha = 0.9 - 1.8/s`` is still
 far from the least that is stable, ``1/2 - 2/s``."""
 TURNS = 30
 """So often a step is solved at the most. (Jerked wires of 21 beads, mass ratios of 1e3 and 1e5: 17 at the worst, in the
@@ -103,7 +103,7 @@ class LinkStiffness:
         return np.where(excess > 0.0, excess, 0.0) / np.where(self.share > 0.0, self.share, 1.0)
 
     def enough(self, used: np.ndarray, needed: np.ndarray, turn: int) -> bool:
-        """Whether the stiffnesses ``used`` (L,) will do for the impulses found with them in this turn, from 0."""
+        """Whether the stiffnesses ``used`` (L,) are enough for the impulses found with them in this turn, from 0."""
         difference = needed - used if turn >= BOTH_WAYS else np.abs(needed - used)
         return bool((difference * self.share <= ENOUGH * (needed * self.share + 2.0)).all())
 
@@ -123,7 +123,7 @@ class LinkStiffness:
             carried=self._carried(frame, length, problem.data.before[: self.count], before),
             own=(frame * self.mobility[:, None]) @ across,  # a quarter of the time of einsum
             following=-(frame * self.shared[:, None]) @ across[self.following],
-            work=np.zeros((self.count, scratch(d)["WIDTH"])),
+            scratch=np.zeros((self.count, scratch_columns(d)["WIDTH"])),
         )
         kernels = [group_kernels(group, d, wire_blocks, stiffened=True) for group in problem.groups]
         table = schedule(problem.groups, kernels, problem.offset)

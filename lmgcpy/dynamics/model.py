@@ -73,7 +73,7 @@ class Model:
     """Imposed velocities."""
     forces: list[Drive]
     """Imposed forces."""
-    start: State
+    start: BodyState
     """Where everything is at the beginning."""
 
     @property
@@ -119,7 +119,7 @@ class Model:
 
 
 @dataclass
-class State:
+class BodyState:
     """Positions (n, 3), velocities (n, k), and the time [s].
 
     In 2D (x, y, angle) [m, m, rad] and (v_x, v_y, spin); in 3D (x, y, z) and three components of the spin more: no
@@ -130,9 +130,9 @@ class State:
     velocities: np.ndarray
     time: float = 0.0
 
-    def copy(self) -> State:
+    def copy(self) -> BodyState:
         """An independent copy."""
-        return State(self.positions.copy(), self.velocities.copy(), self.time)
+        return BodyState(self.positions.copy(), self.velocities.copy(), self.time)
 
     def __repr__(self) -> str:
-        return f"<State of {len(self.positions)} bodies at t = {self.time:g} s>"
+        return f"<BodyState of {len(self.positions)} bodies at t = {self.time:g} s>"

@@ -1,4 +1,4 @@
-"""In what order the groups of a step are swept, and what threads may do side by side."""
+"""The order in which the groups of a step are swept, and the tasks that threads may do side by side."""
 
 from __future__ import annotations
 
@@ -63,5 +63,5 @@ def _phases(groups: list[Group]) -> Iterator[list[list[Piece]]]:
 
 
 def _cut(rows: dict[int, list[int]], slab: int, *, inside: bool) -> list[Piece]:
-    """What the groups have in one slab."""
+    """The pieces that the groups have in one slab."""
     return [(g, cut[slab], cut[slab + 1], inside) for g, cut in rows.items() if cut[slab + 1] > cut[slab]]

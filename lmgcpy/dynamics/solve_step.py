@@ -1,4 +1,4 @@
-"""The solve of one step: the solver is called, with what it needs, and its answer is checked."""
+"""The solve of one step: the solver gets its :class:`Step <lmgcpy.Step>`, and its answer is checked."""
 
 from __future__ import annotations
 
@@ -6,28 +6,28 @@ import time as clock
 
 import numpy as np
 
-from lmgcpy.dynamics.as_problem import conic_form
+from lmgcpy.dynamics.assembled_problem import conic_form
 from lmgcpy.dynamics.assembly import StepProblem
 from lmgcpy.dynamics.diagnosis import LawFault, fault_of_solve
+from lmgcpy.dynamics.finite_checks import VELOCITY, check_bodies, check_impulses
 from lmgcpy.dynamics.geometric_stiffness import LinkStiffness, solve_stiffened
-from lmgcpy.dynamics.not_finite import VELOCITY, check_bodies, check_impulses
 from lmgcpy.solve.report import NOT_FINITE, STATUS, Outcome, Report
 from lmgcpy.solve.solver import Solver
 from lmgcpy.solve.step import Step
 
 
 def solve_step(
-    problem: StepProblem, solver: Solver, links: LinkStiffness | None, order: np.ndarray | None, threads: int
+    problem: StepProblem, solver: Solver, links: LinkStiffness | None, row: np.ndarray | None, threads: int
 ) -> tuple[StepProblem, Report]:
     """Solve from the guess; returns the problem with the stiffness of its links and the velocities at its end.
 
-    ``links``: those that have geometric stiffness, None without; ``order``: where each body stands in the solver's arrays
-    (n,), None for where it is. Raises FloatingPointError with the interaction where a number stops being finite, and
+    ``links``: those that have geometric stiffness, None without; ``row``: row of each body in the solver's arrays (n,),
+    None where it keeps its own. Raises FloatingPointError with the interaction where a number stops being finite, and
     RuntimeError where a law fails.
     """
 
     def call(problem: StepProblem) -> Outcome:
-        return call_solver(problem, solver, order, threads)
+        return call_solver(problem, solver, row, threads)
 
     start, solves = clock.perf_counter(), 1
     if links is not None and links.count:
@@ -53,16 +53,16 @@ def solve_step(
     return problem.ended(), report
 
 
-def call_solver(problem: StepProblem, solver: Solver, order: np.ndarray | None = None, threads: int = 1) -> Outcome:
-    """Have a solver solve the problem of a step in place."""
+def call_solver(problem: StepProblem, solver: Solver, row: np.ndarray | None = None, threads: int = 1) -> Outcome:
+    """Let a solver solve the problem of a step in place."""
     system, free_velocity = problem.system, problem.free_velocity
-    if order is not None:
-        system, free_velocity = system.moved(order, free_velocity)
+    if row is not None:
+        system, free_velocity = system.reordered(row, free_velocity)
     driver = problem.space.driver
     step = Step(problem.table, system, free_velocity, problem.guess, conic_form(problem), driver, threads)
     outcome = solver.solve(step)
-    if order is not None:
-        problem.system.velocity[:] = system.velocity.take(order, axis=0)
+    if row is not None:
+        problem.system.velocity[:] = system.velocity.take(row, axis=0)
     return outcome
 
 

@@ -14,20 +14,20 @@ import numpy as np
 
 from lmgcpy.contact.detector import Detector
 from lmgcpy.contact.narrow_phase import Interactions
-from lmgcpy.dynamics.as_problem import as_problem
+from lmgcpy.dynamics.assembled_problem import as_problem
 from lmgcpy.dynamics.assembly import StepProblem, assemble
 from lmgcpy.dynamics.checkpoint import Checkpoint, check
+from lmgcpy.dynamics.displacements import Displacements, DisplacementWatch, worse
 from lmgcpy.dynamics.energy import Energy, kinetic_energy
-from lmgcpy.dynamics.far_away import check_places
-from lmgcpy.dynamics.far_moves import FarMoves, Ways, worse
+from lmgcpy.dynamics.finite_checks import POSITION, VELOCITY, check_bodies, check_detection
 from lmgcpy.dynamics.geometric_stiffness import LinkStiffness
 from lmgcpy.dynamics.interactions import InteractionView
-from lmgcpy.dynamics.model import Drive, Model, State
-from lmgcpy.dynamics.not_finite import POSITION, VELOCITY, check_bodies, check_detection
-from lmgcpy.dynamics.overlaps import overlaps_at_start
+from lmgcpy.dynamics.model import BodyState, Drive, Model
+from lmgcpy.dynamics.position_rounding import check_positions
 from lmgcpy.dynamics.solve_step import solve_step
+from lmgcpy.dynamics.start_overlaps import overlaps_at_start
+from lmgcpy.dynamics.stretch_and_energy_watch import Watch
 from lmgcpy.dynamics.turning_stretch import TurningStretch
-from lmgcpy.dynamics.watch import Watch
 from lmgcpy.errors import flag, named_arguments, number, one_of, shown, whole
 from lmgcpy.solve.newton.alternating import Auto
 from lmgcpy.solve.problem import Problem
@@ -43,18 +43,18 @@ Loads = list[tuple[Drive, float]]
 
 
 class Found(NamedTuple):
-    """The impulses of a step, and what they were found from."""
+    """The impulses of a step, and the problem that they solve."""
 
     interactions: Interactions
     solved: StepProblem
     """The step as it was solved first."""
-    way: np.ndarray
-    """``h v`` of the first solve [m, m, m or rad], (n, 3): what the step moves the bodies by."""
+    displacement: np.ndarray
+    """``h v`` of the first solve [m, m, m or rad], (n, 3): by it the step moves the bodies."""
     problem: StepProblem
-    """The step as it was solved last: its velocities and impulses are those of the step."""
+    """The step as it was solved last. Its velocities and impulses are those of the step."""
     pushed: np.ndarray | None
-    """Impulses of the first solve beyond those of the last (m, d), which gave only positions; None where there was one."""
-    ways: Ways
+    """Impulses of the first solve less those of the last (m, d), which moved only positions; None after a single solve."""
+    moves: Displacements
 
 
 @named_arguments
@@ -69,7 +69,7 @@ class Stepper:
         v      = v_free + M^-1 H r
         q      = q_m + theta h v
 
-    Where links would make energy as they are pulled back, the positions go another way than the velocities
+    Where links would make energy as they are pulled back, positions and velocities come from two solves
     (``lmgcpy/dynamics/turning_stretch.py``).
     """
 
@@ -97,13 +97,13 @@ class Stepper:
             raise TypeError(f"Simulation takes a scene, which lmgcpy.Scene(dimension=2) makes, got {shown(scene)}.")
         self.scene = scene
         self.model: Model = scene.compile()
-        check_places(self.model)
+        check_positions(self.model)
         overlaps = None if overlap == "ignore" else overlaps_at_start(self.model)
         if overlaps and overlap == "stop":
             raise ValueError(overlaps)
         if overlaps:
             warnings.warn(overlaps, RuntimeWarning, stacklevel=3)
-        self.state: State = self.model.start
+        self.state: BodyState = self.model.start
         self.steps = 0
         self.report = Report()
         model = self.model
@@ -118,7 +118,7 @@ class Stepper:
         self.worst_slip = 0.0
         self._running = False  # run has its own word about unsolved steps
         self._told_unsolved = False
-        self._far_moves = FarMoves(model)
+        self._displacement_watch = DisplacementWatch(model)
         self._watch = Watch(model)
         self._turning_stretch = TurningStretch(model)
         scene.hand_over(self.state)  # last: a scene that was refused can be mended
@@ -126,10 +126,10 @@ class Stepper:
     # ---------------------------------------------------------------------------------------------------- the loop
 
     def step(self) -> Report:
-        """Make one step, or none; returns how it was solved.
+        """Make one whole step, or none; returns how it was solved.
 
-        The first step that the solver did not solve to its tolerance is told (RuntimeWarning), or every one raises
-        RuntimeError, as ``on_unconverged`` says; such a step is made.
+        As ``on_unconverged`` says, the first step that the solver did not solve to its tolerance warns (RuntimeWarning), or
+        every such step raises RuntimeError; the step is made all the same.
 
         Raises FloatingPointError where a number stops being finite, with the body or the interaction, its law and bodies,
         and the time; RuntimeError or TypeError where an imposed function of time fails. Then no step was made: positions,
@@ -144,8 +144,8 @@ class Stepper:
             found = self._find_impulses(v, free_velocity)  # u = H^T v_free + W r and the laws
             problem = found.problem
             problem.commit()
-            # q = q_m + theta h v where one solve gives the way and the velocities, as it mostly does
-            state.positions += found.way - (1.0 - theta) * h * problem.system.velocity[:, :3]
+            # q = q_m + theta h v, where one solve gives the displacements and the velocities, as it mostly does
+            state.positions += found.displacement - (1.0 - theta) * h * problem.system.velocity[:, :3]
             self.energy.advance(problem, self.model, loads, v, found.pushed)
         sentences = self._watched(found, loads, v)
         state.velocities[:] = problem.system.velocity
@@ -166,7 +166,7 @@ class Stepper:
     @contextmanager
     def _whole_or_not_at_all(self) -> Iterator[None]:
         """Put positions and detector back where the step fails on the way."""
-        # the detector makes its lists anew, never in place, and remembers last of all
+        # the detector replaces its lists, never changes them in place, and remembers last of all
         positions, detector = self.state.positions.copy(), copy(self._detector)
         self._last = None  # the arrays of the step before make room
         try:
@@ -187,24 +187,24 @@ class Stepper:
         return loads, free_velocity
 
     def _find_impulses(self, before: np.ndarray, free_velocity: np.ndarray) -> Found:
-        """Detect, assemble and solve, once more where bodies got so fast that contacts were not seen."""
-        far, h = self._far_moves, self.time_step
-        ways = far.measure(before, h)
-        interactions, given, solved = self._detect_and_solve(before, free_velocity, ways)
+        """Detect, assemble and solve; do so a second time where bodies got so fast that contacts were not seen."""
+        far, h = self._displacement_watch, self.time_step
+        moves = far.measure(before, h)
+        interactions, given, solved = self._detect_and_solve(before, free_velocity, moves)
         after = far.measure(solved.system.velocity, h)
-        if far.unseen(ways, after, self._detector.widest):
-            interactions, given, solved = self._detect_and_solve(before, free_velocity, worse(ways, after))
+        if far.unseen(moves, after, self._detector.widest):
+            interactions, given, solved = self._detect_and_solve(before, free_velocity, worse(moves, after))
             after = far.measure(solved.system.velocity, h)
-        way = h * solved.system.velocity[:, :3]
+        displacement = h * solved.system.velocity[:, :3]
         problem, pushed = self._take_back_stretch(given, solved, before)
-        return Found(interactions, solved, way, problem, pushed, worse(ways, after))
+        return Found(interactions, solved, displacement, problem, pushed, worse(moves, after))
 
     def _detect_and_solve(
-        self, before: np.ndarray, free_velocity: np.ndarray, ways: Ways
+        self, before: np.ndarray, free_velocity: np.ndarray, moves: Displacements
     ) -> tuple[Interactions, StepProblem, StepProblem]:
-        """Detect what ``ways`` may bring into contact at the middle of the step; the problem as assembled and as solved."""
+        """Detect what ``moves`` may bring into contact; (interactions, the problem as assembled, the problem as solved)."""
         state, detector = self.state, self._detector
-        interactions = detector.detect(state.positions, ways.travel, ways.closing)
+        interactions = detector.detect(state.positions, moves.travel, moves.closing)
         check_detection(detector.groups, interactions, state.time)
         given = assemble(
             detector.groups,
@@ -246,14 +246,14 @@ class Stepper:
     # ------------------------------------------------------------------------------------------------- what is said
 
     def _watched(self, found: Found, loads: Loads, before: np.ndarray) -> list[str]:
-        """Sentences on what a step did that a user should know of."""
+        """Warnings of a step: large displacements, links off their length, energy that was made."""
         h, end = self.time_step, self.state.time + self.time_step
         unresolved = np.zeros(0)
         if not self.geometric_stiffness:
             first = found.solved
             unresolved = self._links.resolution(first.system.impulse, first.data.gap, h)
         return [
-            *self._far_moves.far(found.ways, before, found.problem.system.velocity, end, h),
+            *self._displacement_watch.far(found.moves, before, found.problem.system.velocity, end, h),
             *self._watch.links(found.solved, unresolved),
             *self._watch.energy(self.energy, lambda: self._thrust(loads), end, h),
         ]
@@ -272,7 +272,7 @@ class Stepper:
         self._told_unsolved = True
         return [
             f"Step {self.steps}, to t = {self.time:g} s, did not reach the solver's tolerance: {self.report}. Later ones "
-            "are not told; unconverged_steps counts them. Raise max_iterations, relax tolerance or slip, or say "
+            "give no warning; unconverged_steps counts them. Raise max_iterations, relax tolerance or slip, or say "
             "on_unconverged='ignore'."
         ]
 

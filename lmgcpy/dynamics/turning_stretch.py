@@ -1,14 +1,15 @@
-"""The stretch that links get as they turn within a step, and how it is taken back without a blow.
+"""The stretch of links that turn within a step, and a second solve that takes it back without a blow.
 
 A law keeps its link to the gap that it predicts, ``g + h u_n``. A link of length l that turns by the angle h u_t / l is
 longer than that at the end, by ``(h u_t)^2 / 2 l``, and its law pulls the excess back in the next step. As a rule this is
-right, it is what turns the velocity of a pendulum. But light beads that whip before a heavy end leave much of it, for
-next to nothing; and the step in which all links are taut at once pulls the sum of it back within h, heavy end and all.
+right: this pull turns the velocity of a pendulum. But light beads that whip before a heavy end leave a large excess at the
+cost of next to no energy, and the step in which all links are taut at once pulls the sum of it back within h, with the
+heavy end.
 
 So where a chain makes energy that its excess accounts for, the step is solved a second time, as if the chain had the gaps
-``lambda`` that its laws predicted in the step before. Velocities and impulses are those of the second solve, the way that
-the bodies go is that of the first, which takes the excess back (as projected time stepping does with penetrations: Acary
-2013, Comput. Methods Appl. Mech. Eng. 256):
+``lambda`` that its laws predicted in the step before. Velocities and impulses are those of the second solve; displacements
+are those of the first, which takes the excess back (as projected time stepping does with penetrations: Acary 2013, Comput.
+Methods Appl. Mech. Eng. 256):
 
     v   = v_free + M^-1 H r      r from lambda
     q_m + h v_1                  where the next step detects, v_1 from g
@@ -36,9 +37,9 @@ damp what the step resolves."""
 ACCOUNTS = 0.5
 """The work of pulling back the excess is at least this part of what is made: else it was made by something else."""
 TINY = 1e-12
-"""Excess in parts of the shortest link below which a step is not looked at: of a link that turns by 1.4e-6 rad."""
+"""A step with less excess, in parts of the shortest link, is not looked at: a link that turns by 1.4e-6 rad has as much."""
 TURNS = 4
-"""So often are further chains looked for that make energy once others do not."""
+"""Most solves of a step: where some chains make no energy any more, others may begin to."""
 
 
 class TurningStretch:

@@ -21,7 +21,7 @@ from lmgcpy.scene.contactor import Contactor, DiskContactor, PlaneContactor, Wal
 from lmgcpy.scene.material import Material
 
 if TYPE_CHECKING:
-    from lmgcpy.dynamics.model import State
+    from lmgcpy.dynamics.model import BodyState
 
 AT_REST: Any = object()
 """Default of velocity and spin: the body starts at rest."""
@@ -74,7 +74,7 @@ class Body(ABC):
 
     def __init__(self, *, position: Any, color: str, velocity: Any = AT_REST, rotation: float = 0.0, spin: Any = AT_REST):
         what, d = type(self).__name__, self.dimension
-        self._state: State | None = None
+        self._state: BodyState | None = None
         self.color = color
         self._id = -1
         at = vector(position, f"{self.position_argument} of a {what}", d)

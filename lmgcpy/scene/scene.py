@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from lmgcpy.contact.tables import ChainTable, ContactorTable, VisibilityRow
-from lmgcpy.dynamics.model import COMPONENTS, Drive, Model, State
+from lmgcpy.dynamics.model import COMPONENTS, BodyState, Drive, Model
 from lmgcpy.errors import LARGEST, closest, flag, named_arguments, number, shown, vector, whole
 from lmgcpy.laws import Law
 from lmgcpy.laws.registry import check_interface
@@ -197,10 +197,10 @@ class Scene:
             apart=np.unique(np.concatenate([np.zeros((0, 2), np.int64), *(c.apart for c in self.chains)]), axis=0),
             velocities=driven,
             forces=loads,
-            start=State(positions, velocities),
+            start=BodyState(positions, velocities),
         )
 
-    def hand_over(self, state: State) -> None:
+    def hand_over(self, state: BodyState) -> None:
         """Make the bodies views of a simulation's state. From then on the scene cannot be edited."""
         self._compiled = True
         for body in self.bodies:

@@ -63,15 +63,18 @@ def sweep(start, stop, offset, s: System):
             if w == 0.0:  # a link between bodies that are both held
                 continue
             r_n = s.impulse[i, 0]
+            # the law at the free velocity u_n - W_nn r_n
             (new_n,) = react(((w,),), (u[0] - w * r_n,), prepared)
             if new_n != r_n:
                 s.impulse[i, 0] = new_n
                 push_normal(i, s, new_n - r_n)
         else:
             r = row(s.impulse, i, 0)
+            # the law at the free velocity u - W r
             W, free = local_problem(i, s, u, r)
             new = exactly(react(W, free, prepared))
             if differ(new, r):
+                # v <- v + M^-1 H (new - r)
                 store_row(s.impulse, i, new)
                 push(i, s, less_row(new, r))
     return 0.0
@@ -94,6 +97,7 @@ def error(start, stop, offset, s: System):
             (new_n,) = react(((w,),), (u[0] - w * r_n,), prepared)
             square = (w * (r_n - new_n)) ** 2
         else:
+            # the law with w I for W; for any w > 0 it gives r back where r is the solution
             w = mean(row(s.delassus, i, 0))
             r = row(s.impulse, i, 0)
             new = exactly(react(multiple(w), less_row(u, multiple_row(w, r)), prepared))

@@ -20,9 +20,9 @@ UNSYMMETRIC = 1e-2
 EXCESS = 1e-2
 """By so much a scaled entry may be above 1: in published problems it is by up to 4e-6."""
 NEGATIVE = -1e-3
-"""An eigenvalue of the scaled W below is no round-off: that of published problems is -6e-7 at the least."""
+"""An eigenvalue of the scaled W below this is no round-off: the least one of published problems is -6e-7."""
 TINY = 1e-12
-"""In parts of the largest diagonal entry: beside it, entries where a diagonal one is zero are round-off."""
+"""Entries in rows with a zero on the diagonal are round-off up to this part of the largest diagonal entry."""
 STEPS = 200
 """Of Lanczos' method; eigenvalues that stand apart from the others are found within some tens."""
 WHAT = "W of a problem"
@@ -31,8 +31,7 @@ WHAT = "W of a problem"
 def checked_operator(W: Any) -> sparse.csr_array:
     """W as compressed rows of its own, sorted, every entry once; its indices cannot be written.
 
-    Raises TypeError for what is no sparse array of numbers, ValueError where its indices lead out of it, where an entry is
-    not finite, and where it is not symmetric or plainly not positive semidefinite.
+    TypeError: it is no sparse array of numbers; ValueError: indices lead out of it, or an entry is not finite.
     """
     import scipy.sparse as sparse
 
@@ -44,14 +43,14 @@ def checked_operator(W: Any) -> sparse.csr_array:
         W = W.tocoo()
     values = numbers(W.data, WHAT)
     if W.format == "coo":
-        places = [
-            _whole(place, f"{name} of {WHAT}") for name, place in zip(("rows", "columns"), (W.row, W.col), strict=True)
+        indices_of = [
+            _whole(given, f"{name} of {WHAT}") for name, given in zip(("rows", "columns"), (W.row, W.col), strict=True)
         ]
-        for name, place, size in zip(("rows", "columns"), places, W.shape, strict=True):
-            _check_range(place, size, f"{name} of {WHAT}")
-            if place.shape != values.shape:
-                raise ValueError(f"{WHAT} has {place.size} {name} for {values.size} entries: there must be one for each.")
-        csr = sparse.coo_array((values, tuple(places)), shape=W.shape).tocsr()
+        for name, given, size in zip(("rows", "columns"), indices_of, W.shape, strict=True):
+            _check_range(given, size, f"{name} of {WHAT}")
+            if given.shape != values.shape:
+                raise ValueError(f"{WHAT} has {given.size} {name} for {values.size} entries: there must be one for each.")
+        csr = sparse.coo_array((values, tuple(indices_of)), shape=W.shape).tocsr()
     else:
         blocks = values.shape[1:] if W.format == "bsr" else (1, 1)
         lines, columns = (size // block for size, block in zip(W.shape, blocks, strict=True))

@@ -1,8 +1,8 @@
-"""Kernels of laws that end where a law goes wrong, instead of going on with what is no number.
+"""Kernels of laws that end where a law raises or returns NaN, instead of going on.
 
 A C function cannot hand an exception on; numba would print it and go on. :func:`guard` makes one that returns NaN
-instead, which ends the solver. It costs nothing: only laws that have a ``raise`` get it, and a solve that is made again
-to find out where it went wrong.
+instead, which ends the solver. It costs nothing elsewhere: only laws with a ``raise`` get it, and a solve that is repeated
+to find its fault.
 """
 
 from __future__ import annotations

@@ -35,6 +35,7 @@ def relative_velocity_for(velocity, i, s, central):
     n_y = s.normal[i, 1]
     v_x = velocity[c, 0] - velocity[a, 0]
     v_y = velocity[c, 1] - velocity[a, 1]
+    # centres: n . v and t . v; then the spins by their levers
     u_n = n_x * v_x + n_y * v_y
     if ROWS == 1 and central:
         return u_n, 0.0
@@ -58,7 +59,7 @@ def add_impulse(result, i, s, d, walls, central, weighed):
     a = s.antagonist[i]
     n_x = s.normal[i, 0]
     n_y = s.normal[i, 1]
-    # d_n n + d_t t
+    # force d_n n + d_t t, then its moments about both centres
     d_x = n_x * d[0]
     d_y = n_y * d[0]
     if ROWS == 2:
@@ -87,6 +88,7 @@ def share(s, body, component, weighed):
 
 def local_problem(i, s, u, r):
     """(the local block of W, ``u - W r``) of interaction ``i``."""
+    # u - W r, the diagonal of W first, then its coupling
     w_nn = s.delassus[i, 0]
     w_tt = s.delassus[i, 1]
     w_nt = 0.0

@@ -44,6 +44,7 @@ def relative_velocity_for(velocity, i, s):
         return dot(n, v), 0.0, 0.0
     t = row(s.tangent, i, 0)
     b = cross(n, t)
+    # w = arm_c spin_c + arm_a spin_a: the contact point moves by v - w x n
     w = plus_row(multiple_row(s.arm[i, 0], row(velocity, c, 3)), multiple_row(s.arm[i, 1], row(velocity, a, 3)))
     return dot(n, v), dot(t, v) - dot(b, w), dot(b, v) + dot(t, w)
 
@@ -53,12 +54,13 @@ def push(i, s, d):
     c = s.candidate[i]
     a = s.antagonist[i]
     n = row(s.normal, i, 0)
+    # force d_n n + (d_t t + d_s b)
     force = multiple_row(d[0], n)
     if ROWS == 3:
         t = row(s.tangent, i, 0)
         b = cross(n, t)
         force = plus_row(force, plus_row(multiple_row(d[1], t), multiple_row(d[2], b)))
-        # moments about both centres: -arm n x (t d_t + b d_s)
+        # moments about both centres: -arm n x (d_t t + d_s b)
         moment = less_row(multiple_row(d[2], t), multiple_row(d[1], b))
         arm_c = s.arm[i, 0]
         arm_a = s.arm[i, 1]
@@ -78,6 +80,7 @@ def push(i, s, d):
 
 def local_problem(i, s, u, r):
     """(the local block of W, ``u - W r``) of interaction ``i``."""
+    # u - W r, the diagonal of W first, then its couplings
     w_nn = s.delassus[i, 0]
     w_tt = s.delassus[i, 1]
     w_ss = s.delassus[i, 2]
@@ -109,7 +112,7 @@ def momentum(start, stop, walls, s, result):
         n = row(s.normal, i, 0)
         t = row(s.tangent, i, 0)
         b = cross(n, t)
-        # added up from the left, where push adds the tangential part by itself: what a run gives rests on this round-off
+        # (d_n n + d_t t) + d_s b, where push has d_n n + (d_t t + d_s b): one order for both would change round-off
         force = plus_row(plus_row(multiple_row(r[0], n), multiple_row(r[1], t)), multiple_row(r[2], b))
         moment = less_row(multiple_row(r[2], t), multiple_row(r[1], b))
         if walls != 0:

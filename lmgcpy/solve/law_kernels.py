@@ -1,4 +1,4 @@
-"""From a law to the compiled kernels of its groups."""
+"""The compiled kernels of a law for its groups: sweep and error, and those of the law's own functions."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ STATE = 0
 
 
 class StepData(NamedTuple):
-    """What the laws of a step see beside the impulses; m interactions."""
+    """What the laws of a step are given beside the impulses; m interactions."""
 
     gap: np.ndarray
     """At the detection configuration [m], (m,)."""
@@ -52,7 +52,7 @@ class StepData(NamedTuple):
     time_step: float
     """[s]."""
     at: np.ndarray
-    """(1,): row of the interaction that a law is being asked about, to be told where it raises."""
+    """(1,): row of the interaction for which a law is called, for the error where it raises."""
 
 
 def parameters_of(i, start, parameters):
@@ -142,7 +142,7 @@ SYSTEM_TYPE = numba.typeof(
         carried=np.zeros((0, 1)),
         own=np.zeros((0, 2, 2)),
         following=np.zeros((0, 2, 2)),
-        work=np.zeros((0, 0)),
+        scratch=np.zeros((0, 0)),
         scale=np.zeros(0),
         squared_error=np.zeros(0),
         noise=np.zeros((0, 2)),
@@ -264,7 +264,7 @@ def stiffened_kernels(
     constants: dict[str, Any], dimension: int, slope: Callable | None, parts: dict[str, Callable] | None = None
 ) -> tuple[Kernel, Kernel]:
     """(sweep, error) for the links of a chain with geometric stiffness; without a ``slope`` one link after another."""
-    columns = stiffened_wire_block.scratch(dimension)
+    columns = stiffened_wire_block.scratch_columns(dimension)
     meaning = template_slots(dimension, {**constants, **columns, "ROWS": dimension}, parts)
     error = Kernel(stiffened_wire_block.error, meaning)
     if slope is None:

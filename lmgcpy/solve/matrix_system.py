@@ -21,7 +21,7 @@ from lmgcpy.solve import h_rows_2d, h_rows_3d
 from lmgcpy.solve.law_kernels import group_kernels
 from lmgcpy.solve.problem import BOTH, CONTACT, PULL, Problem
 from lmgcpy.solve.small_matrices import small_matrices
-from lmgcpy.solve.stiffened_wire_block import scratch
+from lmgcpy.solve.stiffened_wire_block import scratch_columns
 from lmgcpy.solve.system import Groups
 
 STANDARD: dict[int, type[Law]] = {CONTACT: Coulomb, PULL: ElasticWire, BOTH: ElasticRod}
@@ -56,7 +56,7 @@ class MatrixSystem(NamedTuple):
     """Local block of W of each interaction [1/kg], (m, d, d), or none."""
     following: np.ndarray
     """Block of W between each link and the next one of its wire [1/kg], (m, d, d), or none."""
-    work: np.ndarray
+    scratch: np.ndarray
     scale: np.ndarray
     squared_error: np.ndarray
     noise: np.ndarray
@@ -204,7 +204,7 @@ def assemble_problem(problem: Problem, wire_blocks: bool) -> tuple[Groups, Matri
         impulse=np.zeros((count, d)),
         velocity=np.zeros((count, d)),
         **_stiffening(problem, runs),
-        work=np.zeros((links, scratch(d)["WIDTH"] if problem.geometric.any() else 4)),
+        scratch=np.zeros((links, scratch_columns(d)["WIDTH"] if problem.geometric.any() else 4)),
         scale=np.zeros(count) if problem.scale is None else problem.scale,
         squared_error=np.zeros(count),
         noise=np.zeros((count, 2)),

@@ -1,4 +1,4 @@
-"""The frictional contact problem of one interaction, told whether it has a solution."""
+"""The frictional contact problem of one interaction: its solution, or the status that it has none."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from lmgcpy.errors import named_arguments, number, numbers
 from lmgcpy.laws.coulomb import react_in_plane, react_in_space
 
 SOUND = 1e-9
-"""What is no more than this of its terms is taken for round-off: blocks that miss symmetry or a zero eigenvalue by it, and
-errors ``e = w (r - react(w I, u - w r))`` of a solution. Those of positive definite blocks stay below 1e-9 where the
-condition does (``tests/solve/test_local.py``)."""
+"""A difference of at most this part of its terms is taken for round-off: blocks that miss symmetry or a zero eigenvalue by
+it, and errors ``e = w (r - react(w I, u - w r))`` of a solution. The errors of positive definite blocks stay below 1e-9
+where the condition does (``tests/solve/test_local.py``)."""
 
 
 @dataclass(frozen=True)

@@ -41,8 +41,8 @@ def cone_of(law: type[Law]) -> int:
 class Problem:
     """A frozen problem of m interactions in dimension d; see the module's text.
 
-    Whatever it is made of is checked and copied: TypeError for what are no numbers, ValueError for those that make no
-    problem, such as shapes that do not fit, indices of W that lead out of it, or a W that is not symmetric.
+    Its arrays are checked and copied. TypeError: an argument is no array of numbers; ValueError: the numbers make no
+    problem, as shapes that do not fit, indices outside W, or a W that is not symmetric.
     """
 
     W: sparse.csr_array

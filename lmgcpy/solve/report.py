@@ -1,4 +1,4 @@
-"""What a solver says of a step."""
+"""How a step was solved: statuses, the outcome of a solver, and the report of a step."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ STATUS = ("converged", "budget spent", "stagnated", "not finite", "round-off")
 """Words for how a solve ended; run files keep their places here, so that new ones come last."""
 SOLVED_CODES = (CONVERGED, ROUND_OFF)
 SOLVED = tuple(STATUS[code] for code in SOLVED_CODES)
-"""How a problem ends that is solved: to the tolerance, or where that lies below what arithmetic can tell, to round-off."""
+"""Statuses of a problem that is solved: to the tolerance, or to round-off where the tolerance lies below it."""
 
 
 class Outcome(NamedTuple):
@@ -74,7 +74,7 @@ class Report:
         return self.status in SOLVED
 
     def following(self, earlier: Report) -> Report:
-        """Of a step that was solved in another way before: all work together, and the status of what was not solved."""
+        """The report of a step after one more solve: the sums of both, and the status of the one that was not solved."""
         return replace(
             self if earlier.solved else earlier,
             iterations=earlier.iterations + self.iterations,

@@ -1,8 +1,8 @@
-"""What arithmetic leaves of an error: the terms from which the velocities of an interaction are rounded.
+"""The round-off of errors: the sizes of the terms that the relative velocity of an interaction is a sum of.
 
 A relative velocity is a difference of velocities of bodies, each of which is a sum: its free velocity and what every
 impulse on it adds. A sum is rounded by at most a few ``eps`` times the sum of the sizes of its terms, and so is every
-impulse, which enters with the same terms. With N and S what the centre of a body and its spin are made of,
+impulse, which enters with the same terms. With N and S the sums of these sizes for the centre of a body and its spin,
 
     N_b = |v_free,b| + (1/m_b) sum over its interactions of |r_j|,         S_b = |spin_free,b| + (1/I_b) sum of lever |r_j|,
     noise_i = N_c + N_a + lever_c S_c + lever_a S_a                                                            [m/s],
@@ -25,6 +25,7 @@ ROUNDING = 4.0 * 2.0**-52
 def begin_noise(first, last, s, free_velocity):
     """N and S of some bodies without impulses [m/s, rad/s], into ``s.noise``."""
     d = s.normal.shape[1]
+    # N = |v_free|, S = |spin_free|
     for b in range(first, last):
         centre = 0.0
         turning = 0.0
@@ -37,7 +38,7 @@ def begin_noise(first, last, s, free_velocity):
 
 
 def add_noise(start, stop, walls, s):
-    """Add what the impulses of some interactions have to do with N and S; not to held walls, see ``momentum``."""
+    """Add the terms of the impulses of some interactions to N and S; not to held walls, see ``momentum``."""
     for i in range(start, stop):
         normal = abs(s.impulse[i, 0])
         tangential = 0.0
@@ -52,8 +53,9 @@ def add_noise(start, stop, walls, s):
 
 
 def add_size(b, i, side, normal, tangential, s):
-    """Add the sizes of an impulse [N s] to N and S of a body."""
+    """Add the terms of an impulse [N s] to N and S of a body."""
     d = s.normal.shape[1]
+    # |r| / m to N, lever |r| / I to S
     moment = s.arm[i, side] * tangential
     if s.lateral.shape[0] > 0:
         moment += abs(s.lateral[i, side]) * normal
@@ -68,7 +70,7 @@ def add_size(b, i, side, normal, tangential, s):
 
 
 def gather_noise(first, last, s):
-    """What the relative velocities of some interactions are rounded from [m/s], into ``s.floor``."""
+    """noise_i = N_c + N_a + lever_c S_c + lever_a S_a of some interactions [m/s], into ``s.floor``."""
     across = s.lateral.shape[0] > 0
     for k in range(first, last):
         i = np.uintp(k)

@@ -75,7 +75,7 @@ def _unit(i: int, j: int) -> str:
 
 
 def _by_cofactors(d: int) -> list[str]:
-    """Lines: the inverse from the cofactors, by one division where elimination would wait for d of them."""
+    """Lines of ``inverted``: the inverse from the cofactors. It waits for one division, where elimination waits for d."""
     R = range(d)
     body = []
     for i in R:

@@ -52,7 +52,7 @@ class Solver(ABC):
 
     @property
     def largest_slip(self) -> float:
-        """What is allowed of ``h |e_i| / R_i``."""
+        """Largest ``h |e_i| / R_i`` of a solved step."""
         return float(min(self.tolerance, MOST_SLIP) if self.slip is None else self.slip)
 
     def finish(self, step: Step, impulses: np.ndarray, *, iterations: int = 0, factorisations: int = 0) -> Outcome:

@@ -1,4 +1,4 @@
-"""Solving a problem that stands alone, without a simulation."""
+"""``lmgcpy.solve``: a problem that stands alone is solved, without a simulation."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from lmgcpy.solve.step import ConicForm, Step
 
 @dataclass(frozen=True)
 class Solution:
-    """What a solver made of a problem."""
+    """The answer of a solver to a problem."""
 
     impulses: np.ndarray
     """[N s], (m, d)."""

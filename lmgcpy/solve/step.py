@@ -33,6 +33,8 @@ class ConicForm:
 class Step:
     """The problem of one time step, of m interactions in dimension d: ``u = H^T v_free + W r`` and a law for each.
 
+    It is what a solver is given, of a scene (dynamics makes it from its ``StepProblem``) or of a :class:`Problem
+    <lmgcpy.Problem>` that stands alone.
     A solver leaves impulses in ``system.impulse`` and the velocities that belong to them in ``system.velocity``. One that
     works on an assembled W asks for ``conic()`` and hands its impulses to :meth:`judged`; one that sweeps calls the kernels
     of the groups through :meth:`led`.

@@ -1,4 +1,4 @@
-"""A wire with geometric stiffness as one block: what :mod:`lmgcpy.solve.wire_block` is specialised with where it is on.
+"""A wire with geometric stiffness as one block: the parts that :mod:`lmgcpy.solve.wire_block` is specialised with for it.
 
 A taut link resists what moves across it (:mod:`lmgcpy.dynamics.geometric_stiffness`): beside its law along the normal it
 has the linear rows
@@ -14,9 +14,9 @@ with the law's slope s and weight w along the normal, and ``s = -kappa, w = 0, F
 Rows where kappa is zero read ``r_t = 0``. The matrix is a symmetric positive definite one with scaled rows, so that block
 elimination needs no pivoting.
 
-What the elimination leaves depends on W and the slopes alone. W and kappa stay as they are as long as the scratch
-``System.work`` does; so what is eliminated is kept there, from one Newton step and one visit to the next, up to the first
-link whose law has changed its slope. Most steps are then a substitution, at a third of the cost.
+The eliminated blocks depend on W and the slopes alone, and W and kappa do not change while ``System.scratch`` lives. So
+the blocks are kept there from one Newton step and one visit to the next, up to the first link whose law has changed its
+slope. Most steps are then a substitution, at a third of the cost.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from lmgcpy.solve.system import System
 from lmgcpy.solve.wire_block import SAME, react, read, relax_link, slope
 
 
-def scratch(dimension: int) -> dict[str, int]:
+def scratch_columns(dimension: int) -> dict[str, int]:
     """Where in a row of the scratch the numbers of a link begin, and how many there are.
 
     From 0 on: right-hand side (d); SLOPES: of its rows (d); ELIMINATED: 1 if it is, and the normal slope with which;
@@ -46,7 +46,7 @@ PREPARED = 0
 """How many numbers the law prepares; given by the specialisation, as what follows."""
 ROWS = 2
 """The dimension d."""
-SLOPES, ELIMINATED, INVERSE, ABOVE, CORNER, _ = scratch(ROWS).values()
+SLOPES, ELIMINATED, INVERSE, ABOVE, CORNER, _ = scratch_columns(ROWS).values()
 _of_two = small_matrices(ROWS)
 block, row, square = _of_two["block"], _of_two["row"], _of_two["square"]
 store_row, store_square, inverted = _of_two["store_row"], _of_two["store_square"], _of_two["inverted"]
@@ -56,8 +56,11 @@ plus_row, less_row, scaled_row = _of_two["plus_row"], _of_two["less_row"], _of_t
 
 
 def residual(start, count, offset, weight, s):
-    """Fill in -F and the slopes; returns (sum of (w F)^2, whether the law of a link changed its piece). Normal rows are
-    divided by ``1 + s (w - W)``, as in ``wire_block``: the slope is that for ``w_i = W_ii``, whatever the weight."""
+    """Write -F and the slopes to the scratch; return (sum of (w F)^2, whether the law of a link changed its piece).
+
+    Normal rows are divided by ``1 + s (w - W)``, as in ``wire_block``: the slope is that for ``w_i = W_ii``, whatever the
+    weight.
+    """
     merit = 0.0
     changed = False
     for k in range(count):
@@ -65,34 +68,36 @@ def residual(start, count, offset, weight, s):
         w = weight * s.delassus[i, 0]
         if w == 0.0:  # both bodies are held
             for a in range(ROWS):
-                s.work[i, a] = 0.0
-                s.work[i, SLOPES + a] = 0.0
+                s.scratch[i, a] = 0.0
+                s.scratch[i, SLOPES + a] = 0.0
             continue
         prepared = read(s.prepared, offset + k * PREPARED)
         u = relative_velocity(i, s)
         r = s.impulse[i, 0]
+        # normal row: F = r_n - react(w, u_n - w r_n) and the slope of react
         free = (u[0] - w * r,)
         (new,) = react(((w,),), free, prepared)
         ((gradient,),) = slope(((w,),), free, prepared)
         diagonal = 1.0 + gradient * (w - s.delassus[i, 0])
         gradient /= diagonal
-        s.work[i, 0] = (new - r) / diagonal
-        before = s.work[i, SLOPES]
+        s.scratch[i, 0] = (new - r) / diagonal
+        before = s.scratch[i, SLOPES]
         if abs(gradient - before) > SAME * abs(gradient) or (gradient == 0.0 and abs(new - r) > SAME * abs(new)):
             changed = True
-        s.work[i, SLOPES] = gradient
+        s.scratch[i, SLOPES] = gradient
         merit += (w * (new - r)) ** 2 + 0.0 * gradient  # a slope that is not finite must not pass for a singular matrix
+        # rows across: F = r_t + kappa (u_t - c_t), slope -kappa
         stiffness = s.geometric[i]
         for a in range(1, ROWS):
             lag = -stiffness * (u[a] - s.carried[i, a - 1]) - s.impulse[i, a]
-            s.work[i, a] = lag
-            s.work[i, SLOPES + a] = -stiffness
+            s.scratch[i, a] = lag
+            s.scratch[i, SLOPES + a] = -stiffness
             merit += (s.delassus[i, a] * lag / (1.0 + stiffness * s.delassus[i, a])) ** 2
     return merit, changed
 
 
 def diagonal_block(i, gradients, s):
-    """The block of the Newton matrix on the diagonal; ``gradients``: the slopes of its rows."""
+    """The block of the Newton matrix on the diagonal, ``I + s_n W_nn e_n e_n^T - s W``; ``gradients``: the slopes s."""
     return less(unit(gradients[0] * s.delassus[i, 0]), scaled(gradients, block(s.own, i)))
 
 
@@ -102,41 +107,44 @@ def eliminate(start, stop, s):
     count = 0
     for k in range(start, stop):
         i = np.uintp(k)
-        gradients = row(s.work, i, SLOPES)
-        same = abs(gradients[0] - s.work[i, ELIMINATED + 1]) <= SAME * abs(gradients[0])
-        if count == 0 and same and s.work[i, ELIMINATED] == 1.0:
+        gradients = row(s.scratch, i, SLOPES)
+        same = abs(gradients[0] - s.scratch[i, ELIMINATED + 1]) <= SAME * abs(gradients[0])
+        if count == 0 and same and s.scratch[i, ELIMINATED] == 1.0:
             continue
         P = diagonal_block(i, gradients, s)
-        if k > start:  # Schur complement: -slope W_{i,i-1} is the block below the diagonal
+        if k > start:  # Schur complement with the block below the diagonal, -s W_{i,i-1}
             before = np.uintp(k - 1)
-            known = product(transposed(block(s.following, before)), square(s.work, before, ABOVE))
+            known = product(transposed(block(s.following, before)), square(s.scratch, before, ABOVE))
             P = plus(P, scaled(gradients, known))
         inverse, determinant = inverted(P)
         if not determinant > 0.0:
-            s.work[i, ELIMINATED] = 0.0
+            s.scratch[i, ELIMINATED] = 0.0
             return -1
-        store_square(s.work, i, INVERSE, inverse)
-        store_square(s.work, i, ABOVE, product(inverse, scaled(negative(gradients), block(s.following, i))))
-        s.work[i, ELIMINATED] = 1.0
-        s.work[i, ELIMINATED + 1] = gradients[0]
+        store_square(s.scratch, i, INVERSE, inverse)
+        # eliminated block above the diagonal, P^-1 (-s W_{i,i+1})
+        store_square(s.scratch, i, ABOVE, product(inverse, scaled(negative(gradients), block(s.following, i))))
+        s.scratch[i, ELIMINATED] = 1.0
+        s.scratch[i, ELIMINATED + 1] = gradients[0]
         count += 1
     return count
 
 
 def substitute(start, stop, s):
     """Solve the block-tridiagonal Newton system of eliminated links for the right-hand side, in place."""
-    b = times(square(s.work, start, INVERSE), row(s.work, start, 0))
-    store_row(s.work, start, b)
+    # forward substitution
+    b = times(square(s.scratch, start, INVERSE), row(s.scratch, start, 0))
+    store_row(s.scratch, start, b)
     for k in range(start + 1, stop):
         i = np.uintp(k)
         known = times(transposed(block(s.following, np.uintp(k - 1))), b)
-        known = scaled_row(row(s.work, i, SLOPES), known)
-        b = times(square(s.work, i, INVERSE), plus_row(row(s.work, i, 0), known))
-        store_row(s.work, i, b)
+        known = scaled_row(row(s.scratch, i, SLOPES), known)
+        b = times(square(s.scratch, i, INVERSE), plus_row(row(s.scratch, i, 0), known))
+        store_row(s.scratch, i, b)
+    # back substitution
     for k in range(stop - 2, start - 1, -1):
         i = np.uintp(k)
-        b = less_row(row(s.work, i, 0), times(square(s.work, i, ABOVE), b))
-        store_row(s.work, i, b)
+        b = less_row(row(s.scratch, i, 0), times(square(s.scratch, i, ABOVE), b))
+        store_row(s.scratch, i, b)
 
 
 def substitute_columns(start, last, s):
@@ -148,13 +156,14 @@ def substitute_columns(start, last, s):
         if k == last - 1:  # W_{last-1,last}
             columns = plus(columns, block(s.following, k))
         if k > start:
-            known = product(transposed(block(s.following, k - 1)), square(s.work, k - 1, CORNER))
+            known = product(transposed(block(s.following, k - 1)), square(s.scratch, k - 1, CORNER))
             columns = less(columns, known)
-        columns = scaled(negative(row(s.work, k, SLOPES)), columns)
-        store_square(s.work, k, CORNER, product(square(s.work, k, INVERSE), columns))
+        columns = scaled(negative(row(s.scratch, k, SLOPES)), columns)
+        store_square(s.scratch, k, CORNER, product(square(s.scratch, k, INVERSE), columns))
+    # back substitution
     for k in range(last - 2, start - 1, -1):
-        known = product(square(s.work, k, ABOVE), square(s.work, k + 1, CORNER))
-        store_square(s.work, k, CORNER, less(square(s.work, k, CORNER), known))
+        known = product(square(s.scratch, k, ABOVE), square(s.scratch, k + 1, CORNER))
+        store_square(s.scratch, k, CORNER, less(square(s.scratch, k, CORNER), known))
 
 
 def newton_step(start, count, s):
@@ -178,21 +187,24 @@ def newton_step(start, count, s):
     substitute(start, last, s)
     if eliminated > 0:
         substitute_columns(start, last, s)
-    gradients = row(s.work, last, SLOPES)
+    # rows of the last link: their blocks in the columns of the first link and of the one before, with the sign changed
+    gradients = row(s.scratch, last, SLOPES)
     to_first = scaled(gradients, block(s.following, last))
     to_before = scaled(gradients, transposed(block(s.following, last - 1)))
-    b = plus_row(row(s.work, last, 0), times(to_first, row(s.work, start, 0)))
-    b = plus_row(b, times(to_before, row(s.work, last - 1, 0)))
+    b = plus_row(row(s.scratch, last, 0), times(to_first, row(s.scratch, start, 0)))
+    b = plus_row(b, times(to_before, row(s.scratch, last - 1, 0)))
+    # Schur complement of the last link
     P = diagonal_block(last, gradients, s)
-    P = plus(P, product(to_first, square(s.work, start, CORNER)))
-    P = plus(P, product(to_before, square(s.work, last - 1, CORNER)))
+    P = plus(P, product(to_first, square(s.scratch, start, CORNER)))
+    P = plus(P, product(to_before, square(s.scratch, last - 1, CORNER)))
     inverse, determinant = inverted(P)
     if not determinant > 0.0:
         return False
     b = times(inverse, b)
-    store_row(s.work, last, b)
+    store_row(s.scratch, last, b)
+    # correction of the others by the columns of the last link
     for k in range(start, last):
-        store_row(s.work, k, less_row(row(s.work, k, 0), times(square(s.work, k, CORNER), b)))
+        store_row(s.scratch, k, less_row(row(s.scratch, k, 0), times(square(s.scratch, k, CORNER), b)))
     return True
 
 
@@ -201,8 +213,8 @@ def move(start, count, s):
     for k in range(count):
         i = np.uintp(start + k)
         for a in range(ROWS):
-            s.impulse[i, a] += s.work[i, a]
-        push(i, s, row(s.work, i, 0))
+            s.impulse[i, a] += s.scratch[i, a]
+        push(i, s, row(s.scratch, i, 0))
 
 
 def relax(start, count, offset, s):
@@ -213,14 +225,15 @@ def relax(start, count, offset, s):
         if w == 0.0:
             continue
         relax_link(i, w, read(s.prepared, offset + k * PREPARED), s)
+        # the linear rows across, solved one by one: r_t = -kappa (u_t - c_t) with u_t = free_t + w r_t
         u = relative_velocity(i, s)
-        s.work[i, 0] = 0.0
+        s.scratch[i, 0] = 0.0
         for a in range(1, ROWS):
             w = s.delassus[i, a]
             lag = -s.geometric[i] * (u[a] - s.carried[i, a - 1]) - s.impulse[i, a]
-            s.work[i, a] = lag / (1.0 + s.geometric[i] * w)
-            s.impulse[i, a] += s.work[i, a]
-        push(i, s, row(s.work, i, 0))
+            s.scratch[i, a] = lag / (1.0 + s.geometric[i] * w)
+            s.impulse[i, a] += s.scratch[i, a]
+        push(i, s, row(s.scratch, i, 0))
 
 
 def sweep_links(start, stop, offset, s: System):

@@ -53,7 +53,7 @@ class System(NamedTuple):
     """Local block of W of each link [1/kg], (links, d, d), or none."""
     following: np.ndarray
     """Block of W between each link and the next one of its chain, (links, d, d), or none."""
-    work: np.ndarray
+    scratch: np.ndarray
     """Scratch of the wire blocks, (links, numbers a link): 4, and with geometric stiffness more. It begins with
     zeros, and outlasts a visit."""
     scale: np.ndarray
@@ -68,15 +68,17 @@ class System(NamedTuple):
     told: np.ndarray
     """(4,): the residual as last measured, the largest ``scale |e|``, the row of its interaction, and its error [m/s]."""
 
-    def moved(self, place: np.ndarray, free_velocity: np.ndarray) -> tuple[System, np.ndarray]:
-        """The same with each body at its ``place``, (n,), and the velocities without impulses (n, k) likewise; the array of
-        velocities is the same, for results in the order of the places."""
-        order = np.empty_like(place)
-        order[place] = np.arange(len(place), dtype=place.dtype)
-        places = place.astype(np.uint32)
-        rows = {"candidate": places.take(self.candidate), "antagonist": places.take(self.antagonist)}
+    def reordered(self, row: np.ndarray, free_velocity: np.ndarray) -> tuple[System, np.ndarray]:
+        """The system with body b in row ``row[b]``, (n,), and the velocities without impulses (n, k) in the same order.
+
+        Both systems share the array of velocities: the solution is left in it in the new order.
+        """
+        body = np.empty_like(row)
+        body[row] = np.arange(len(row), dtype=row.dtype)
+        rows = row.astype(np.uint32)
+        pairs = {"candidate": rows.take(self.candidate), "antagonist": rows.take(self.antagonist)}
         # take copies rows of a matrix four to fifteen times as fast as brackets do
-        return self._replace(inverse_mass=self.inverse_mass.take(order, axis=0), **rows), free_velocity.take(order, axis=0)
+        return self._replace(inverse_mass=self.inverse_mass.take(body, axis=0), **pairs), free_velocity.take(body, axis=0)
 
 
 class Groups(NamedTuple):

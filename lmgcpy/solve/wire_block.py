@@ -19,11 +19,11 @@ Under a heavy load ``w r`` dwarfs ``u``: of beads that carry a million times the
 or rigid, or slack or elastic, the fraction makes no difference to the active sets after the first step, as every iterate
 has ``r_i`` or the law's velocity at its bound. In the first step it does: of a taut wire that contacts have moved a
 little, half the links look slack. And a law of three pieces, as the Voigt wire, may cycle between the two outer ones.
-Where either is seen, the visit goes on with ``w_i = W_ii``, whose pieces are those of the single updates, until the
-active set has settled.
+Where either is seen, the visit goes on with ``w_i = W_ii``, the pieces of the single updates, until the active set has
+settled.
 
-The scratch ``System.work`` has four columns: right-hand side, slope, eliminated superdiagonal, column of the last link of
-a closed chain. Its slopes stay from one visit to the next.
+``System.scratch`` has four columns: right-hand side, slope, eliminated superdiagonal, column of the last link of a closed
+chain. The slopes stay from one visit to the next.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ SAME = 1e-9
 
 
 def residual(start, count, offset, weight, s):
-    """Fill in -F and the slopes, columns 0 and 1; returns (sum of (w F)^2, whether the law of a link changed its piece).
+    """Write -F and the slopes to columns 0 and 1; return (sum of (w F)^2, whether the law of a link changed its piece).
 
     ``weight``: w_i as a fraction of W_ii. Rows are divided by their diagonal entry ``1 + s (w - W)``, which makes of every
     slope the one for ``w_i = W_ii``: the matrix does not depend on the weight.
@@ -64,23 +64,25 @@ def residual(start, count, offset, weight, s):
         i = np.uintp(start + k)
         w = weight * s.delassus[i, 0]
         if w == 0.0:  # both bodies are held
-            s.work[i, 0] = 0.0
-            s.work[i, 1] = 0.0
+            s.scratch[i, 0] = 0.0
+            s.scratch[i, 1] = 0.0
             continue
         prepared = read(s.prepared, offset + k * PREPARED)
         u_n = normal_velocity(i, s)
         r = s.impulse[i, 0]
+        # F = r - react(w, u - w r) and the slope of react
         free = (u_n - w * r,)
         (new,) = react(((w,),), free, prepared)
         ((gradient,),) = slope(((w,),), free, prepared)
+        # row of the Newton matrix over its diagonal entry
         diagonal = 1.0 + gradient * (w - s.delassus[i, 0])
         gradient /= diagonal
-        s.work[i, 0] = (new - r) / diagonal
-        # A piece is known by its slope, up to the round-off of a curve's. Of two pieces of slope 0, as slack and full,
-        # a step lands on the one that it was taken on.
-        if abs(gradient - s.work[i, 1]) > SAME * abs(gradient) or (gradient == 0.0 and abs(new - r) > SAME * abs(new)):
+        s.scratch[i, 0] = (new - r) / diagonal
+        # The slope tells the pieces of a law apart, up to round-off. Of two pieces of slope 0, slack and full, a step ends
+        # on the one from which it was taken: there new = r.
+        if abs(gradient - s.scratch[i, 1]) > SAME * abs(gradient) or (gradient == 0.0 and abs(new - r) > SAME * abs(new)):
             changed = True
-        s.work[i, 1] = gradient
+        s.scratch[i, 1] = gradient
         merit += (w * (new - r)) ** 2 + 0.0 * gradient  # a slope that is not finite must not pass for a singular matrix
     return merit, changed
 
@@ -93,20 +95,23 @@ def substitute(start, stop, s, right):
     x = above = coupling = 0.0
     for k in range(start, stop):
         i = np.uintp(k)
-        gradient = s.work[i, 1]
+        gradient = s.scratch[i, 1]
+        # elimination of the subdiagonal -s_i W_{i,i-1}
         lower = -gradient * coupling
         pivot = 1.0 - lower * above
         if not abs(pivot) > 1e-14:
             return False
-        x = (s.work[i, right] - lower * x) / pivot
+        x = (s.scratch[i, right] - lower * x) / pivot
+        # eliminated superdiagonal -s_i W_{i,i+1} / pivot
         coupling = s.coupling[i] if k < stop - 1 else 0.0
         above = -gradient * coupling / pivot
-        s.work[i, right] = x
-        s.work[i, 2] = above
+        s.scratch[i, right] = x
+        s.scratch[i, 2] = above
+    # back substitution
     for k in range(stop - 2, start - 1, -1):
         i = np.uintp(k)
-        x = s.work[i, right] - s.work[i, 2] * x
-        s.work[i, right] = x
+        x = s.scratch[i, right] - s.scratch[i, 2] * x
+        s.scratch[i, right] = x
     return True
 
 
@@ -120,36 +125,40 @@ def newton_step(start, count, s):
     corner = s.coupling[last]
     if corner == 0.0:
         return substitute(start, last + 1, s, 0)
-    to_first = -s.work[last, 1] * corner
-    to_before = -s.work[last, 1] * s.coupling[last - 1]
+    # row of the last link: its entries in the columns of the first link and of the one before
+    to_first = -s.scratch[last, 1] * corner
+    to_before = -s.scratch[last, 1] * s.coupling[last - 1]
+    # column of the last link
     for i in range(start, last):
-        s.work[i, 3] = 0.0
-    s.work[start, 3] += -s.work[start, 1] * corner
-    s.work[last - 1, 3] += -s.work[last - 1, 1] * s.coupling[last - 1]
+        s.scratch[i, 3] = 0.0
+    s.scratch[start, 3] += -s.scratch[start, 1] * corner
+    s.scratch[last - 1, 3] += -s.scratch[last - 1, 1] * s.coupling[last - 1]
     if not (substitute(start, last, s, 0) and substitute(start, last, s, 3)):
         return False
-    pivot = 1.0 - to_first * s.work[start, 3] - to_before * s.work[last - 1, 3]
+    # Schur complement of the last link
+    pivot = 1.0 - to_first * s.scratch[start, 3] - to_before * s.scratch[last - 1, 3]
     if not abs(pivot) > 1e-14:
         return False
-    x = (s.work[last, 0] - to_first * s.work[start, 0] - to_before * s.work[last - 1, 0]) / pivot
-    s.work[last, 0] = x
+    x = (s.scratch[last, 0] - to_first * s.scratch[start, 0] - to_before * s.scratch[last - 1, 0]) / pivot
+    s.scratch[last, 0] = x
+    # correction of the others by the column of the last link
     for i in range(start, last):
-        s.work[i, 0] -= x * s.work[i, 3]
+        s.scratch[i, 0] -= x * s.scratch[i, 3]
     return True
 
 
 def move(start, count, s):
-    """Add column 0 of the scratch to the impulses."""
+    """Add the Newton step, column 0 of the scratch, to the impulses."""
     for k in range(count):
         i = np.uintp(start + k)
-        d = s.work[i, 0]
+        d = s.scratch[i, 0]
         if d != 0.0:
             s.impulse[i, 0] += d
             push_normal(i, s, d)
 
 
 def relax_link(i, w, prepared, s):
-    """Update one link along its normal, as if it were a contact."""
+    """Update one link along its normal by itself, as a contact is updated."""
     r = s.impulse[i, 0]
     (new,) = react(((w,),), (normal_velocity(i, s) - w * r,), prepared)
     s.impulse[i, 0] = new
@@ -157,7 +166,7 @@ def relax_link(i, w, prepared, s):
 
 
 def relax(start, count, offset, s):
-    """Update the links one after another, as if they were contacts."""
+    """Update the links one after another, as contacts are updated."""
     for k in range(count):
         i = np.uintp(start + k)
         w = s.delassus[i, 0]
@@ -172,24 +181,24 @@ def sweep(start, stop, offset, s: System):
     weight = LIGHT
     cycled = False
     merit, changed = residual(start, count, offset, weight, s)
-    if changed:  # since the visit before, or this is the first
+    if changed:  # the active set is another than at the end of the last visit, or there was none
         weight = 1.0
         merit, _ = residual(start, count, offset, weight, s)
     enough = 1e-24 * merit
     for _ in range(NEWTON_STEPS):
         if merit <= enough:
             break
-        if not newton_step(start, count, s):
+        if not newton_step(start, count, s):  # singular matrix
             relax(start, count, offset, s)
             merit, _ = residual(start, count, offset, weight, s)
             continue
         move(start, count, s)
         before = merit
         merit, changed = residual(start, count, offset, weight, s)
-        if not changed and weight != LIGHT:  # exact but for round-off, of which a heavy load leaves some
+        if not changed and weight != LIGHT:  # the active set has settled: what a heavy load leaves to round-off comes next
             weight = LIGHT
             merit, _ = residual(start, count, offset, weight, s)
-        elif not changed and not merit < 0.1 * before:  # exact
+        elif not changed and not merit < 0.1 * before:  # Newton's step is exact on a settled active set
             break
         elif changed and not merit < before and weight == LIGHT:
             if cycled:

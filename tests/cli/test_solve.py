@@ -14,7 +14,7 @@ import lmgcpy as lm
 from lmgcpy.bench.figures import COLOURS
 from lmgcpy.cli import main
 from lmgcpy.cli.solve import briefly
-from lmgcpy.solve.other_measures import solve_until
+from lmgcpy.solve.solve_to_measure import solve_to_measure
 
 
 def run(*arguments):
@@ -90,12 +90,12 @@ def test_the_measure_of_published_solvers_is_kept(monkeypatch):
     """Where the first solve is too loose, and so not within tolerance in that measure, the solve goes on from there."""
     given = problem()
     solver = lm.GaussSeidel(tolerance=1e-6)
-    monkeypatch.setitem(solve_until.__globals__, "LOOSER", 100.0)
+    monkeypatch.setitem(solve_to_measure.__globals__, "LOOSER", 100.0)
     of_nothing = lm.residual(given, np.zeros((24, 2)), measure="fclib")
     first = lm.solve(given, solver=replace(solver, tolerance=1e-4 / of_nothing))
     assert first.status == "converged"
     assert lm.residual(given, first.impulses, measure="fclib") > 1e-6
-    solved = solve_until(given, solver, measure="fclib")
+    solved = solve_to_measure(given, solver, measure="fclib")
     assert solved.status == "converged"
     assert lm.residual(given, solved.impulses, measure="fclib") == solved.error <= 1e-6
     assert solved.iterations > first.iterations
@@ -111,7 +111,7 @@ def test_distant_contacts_loosen_the_measure_of_published_solvers():
         distant, q, np.full(count + 1, 0.4), 2, ("coulomb",) * (count + 1), np.zeros(count + 1), np.zeros((count + 1, 2))
     )
     solver = lm.GaussSeidel(tolerance=1e-8)
-    near, far = (solve_until(each, solver, measure="fclib") for each in (given, wider))
+    near, far = (solve_to_measure(each, solver, measure="fclib") for each in (given, wider))
     assert near.status == far.status == "converged"
     assert max(near.error, far.error) <= 1e-8
     assert far.iterations < 0.7 * near.iterations  # sweeps converge linearly: half of eight digits are left

@@ -69,7 +69,10 @@ def test_a_jerked_wire_stays_as_long_as_it_is(load, time_step):
 
 @pytest.mark.filterwarnings("ignore:In the step", "ignore:Until t")
 def test_without_it_the_wire_stretches():
-    """The motion is chaotic: loads that differ by 1e-12 give 0.32 to 0.36 m. What it says of itself: test_watch.py."""
+    """The motion is chaotic: loads that differ by 1e-12 give 0.32 to 0.36 m.
+
+    The warnings of the run are tested in test_stretch_and_energy_watch.py.
+    """
     sim = jerked(2, 1.0, 1e-3, geometric_stiffness=False)
     longest = 0.0
     for _ in range(300):

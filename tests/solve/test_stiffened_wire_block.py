@@ -199,9 +199,9 @@ def test_what_is_eliminated_is_kept_only_while_it_holds(dimension, closed):
     for size in (0.0, 0.01, 1.0, 10.0, 100.0, 0.01, 100.0, 1.0, 1.0):
         free = velocity + size * rng.standard_normal(velocity.shape) * (s.inverse_mass > 0.0)
         found, steps = [], []
-        for scratch in (s.work, np.zeros_like(s.work)):
+        for scratch in (s.scratch, np.zeros_like(s.scratch)):
             s.impulse[:], s.velocity[:], s.told[3] = impulse, free, 0.0
-            visit(0, links, 0, s._replace(work=scratch))
+            visit(0, links, 0, s._replace(scratch=scratch))
             found.append(s.velocity.copy())
             steps.append(s.told[3])
         assert steps[0] <= steps[1] + 1  # one more or less for round-off; a wrong matrix takes many

@@ -1,4 +1,4 @@
-"""The semi-smooth Newton step of a proximal problem: which interactions act, and one sparse system for their impulses.
+"""The semi-smooth Newton step of a proximal problem: the interactions that act, and one sparse system for their impulses.
 
 A proximal problem has the velocities ``u + epsilon w (r - centre)`` in place of ``u = W r + q``: a small dashpot beside
 every interaction, ``w`` the mean diagonal of its block of W, so that there is one solution where impulses are not unique.
@@ -55,7 +55,7 @@ class Status(NamedTuple):
 
 
 class ActiveSet:
-    """A problem with what its Newton steps need."""
+    """A problem, and the arrays that its Newton steps use again and again."""
 
     def __init__(self, problem: Problem):
         self.problem = problem
@@ -117,8 +117,8 @@ class ActiveSet:
         order, known = self._elimination.order(np.flatnonzero(free))
         if not len(order):
             return Factors(None, order, E[order], S[order], np.zeros((0, self.dimension), bool))
-        place = np.zeros_like(free)
-        place[order] = np.cumsum(free[order]) - free[order]
+        unknown = np.zeros_like(free)
+        unknown[order] = np.cumsum(free[order]) - free[order]
         diagonal = np.repeat(epsilon * self.weight[:, None], self.dimension, axis=1)  # S E is the identity
         diagonal[:, 0] += np.where(status.kind == LINK, self.problem.compliance, 0.0)
         diagonal[:, 1] += self.weight * status.turning
@@ -127,10 +127,10 @@ class ActiveSet:
             across = np.arange(self.dimension) >= (status.kind[stiff] == LINK)[:, None]
             diagonal[stiff] += across / self.geometric[stiff, None]
         size = int(free.sum())
-        count = newton_rows(*self._blocks, order, place, *self._maps, diagonal, *self._rows)
+        count = newton_rows(*self._blocks, order, unknown, *self._maps, diagonal, *self._rows)
         pointer, index, entry = self._rows
         matrix = sparse.csr_array((entry[:count], index[:count], pointer[: size + 1]), shape=(size, size)).tocsc()
-        lu = self._elimination.factorise(matrix, order, place, known)
+        lu = self._elimination.factorise(matrix, order, unknown, known)
         return Factors(lu, order, E[order], S[order], np.arange(self.dimension) < free[order, None])
 
     def newton(self, status: Status, epsilon: float, centre: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""In which order the unknowns of Newton steps are eliminated.
+"""The order in which the unknowns of Newton steps are eliminated.
 
 An order that keeps the factors sparse takes, in 2D, as long to find as the factors themselves (8.7 ms against 4.6 ms with
 the order given, 4400 unknowns; 95 ms against 80 ms with 9900 unknowns in 3D). From one Newton step to the next few
@@ -38,8 +38,8 @@ class Elimination:
             return acting, False
         return acting[np.argsort(rank, kind="stable")], True
 
-    def factorise(self, matrix: Any, order: np.ndarray, place: np.ndarray, known: bool) -> Any:
-        """Factors of a matrix with the unknowns of the interactions in ``order``, the first of each at ``place``.
+    def factorise(self, matrix: Any, order: np.ndarray, unknown: np.ndarray, known: bool) -> Any:
+        """Factors of a matrix with the unknowns of the interactions in ``order``; ``unknown``: the first one of each.
 
         Raises RuntimeError where the matrix is singular to round-off.
         """
@@ -49,7 +49,7 @@ class Elimination:
         lu = splu(matrix, permc_spec=method, diag_pivot_thresh=PIVOT, options={"SymmetricMode": True})
         if not known:
             self._rank = np.full(self._count, self._count)
-            self._rank[order[np.argsort(lu.perm_c[place[order]])]] = np.arange(len(order))
+            self._rank[order[np.argsort(lu.perm_c[unknown[order]])]] = np.arange(len(order))
             self._fill = lu.nnz / matrix.nnz
         elif lu.nnz > FILL * self._fill * matrix.nnz:
             self._rank = None

@@ -78,6 +78,7 @@ class Derivative:
         """Let the impulses of interaction ``i`` change by ``jump wall^T``, (d,) both, with ``a``: (what the step ``along``
         (m, d) becomes, whether the determinant changes its sign)."""
         change = self._changes[self.passed]
+        # Sherman-Morrison: A^-1 g / (1 + wall . A^-1 g)
         change_of_matrix(i, jump, self._epsilon, *self._active.columns, self._active.weight, change)
         given = change.copy()
         change[:] = self.step(given)
@@ -103,7 +104,7 @@ def follow_path(active: ActiveSet, start: np.ndarray, epsilon: float, centre: np
             along = way * matrix.step(push)
             while matrix.passed < RENEW:
                 i, side, distance = next_bend(a, along, status.kind, status.direction, mu, cones)
-                if rest + way * distance <= 0.0:
+                if rest + way * distance <= 0.0:  # the solution lies before the next bend: one Newton step is exact
                     r = active.newton(status, epsilon, centre)
                     left = np.linalg.norm(active.error(r, epsilon, centre)[0])
                     sound = left <= GAIN * np.linalg.norm(push)
@@ -115,7 +116,7 @@ def follow_path(active: ActiveSet, start: np.ndarray, epsilon: float, centre: np
                 rest += distance * way
                 pass_bend(i, side, a, status.kind, status.direction, w, mu, compliance, cones, wall, jump)
                 along, back = matrix.bend(i, wall, jump, along)
-                if back:  # else it would go back into the old cell
+                if back:  # the determinant changes its sign: without a turn the path would go back into the old cell
                     way, along = -way, -along
     except RuntimeError:  # singular to round-off
         return Path(None, bends)

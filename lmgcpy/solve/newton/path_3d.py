@@ -70,6 +70,7 @@ def follow_curve(active: ActiveSet, start: np.ndarray, epsilon: float, centre: n
             matrix = Derivative(active, status, epsilon)
             cost += 1.0
             model = Status(kind.copy(), status.direction.copy(), status.turning.copy())
+            # rest falls where the determinant has the sign of the start
             orientation = orientation or -matrix.sign
             rest, way = 1.0, orientation * matrix.sign
             along = way * matrix.step(push)
@@ -80,6 +81,7 @@ def follow_curve(active: ActiveSet, start: np.ndarray, epsilon: float, centre: n
                 length = min(reach, ANGLE * turn, rest if way < 0.0 else np.inf)
                 if not (rest + length * way) * size <= far:  # without a wall ahead the length is infinite
                     return Curve(None, bends, ceil(cost))
+                # predictor along the line; a fresh model that goes astray halves its length
                 while True:
                     ahead, its_rest = a + length * along, rest + length * way
                     value, status = map_of(active, ahead, kind, epsilon, centre)
@@ -100,7 +102,7 @@ def follow_curve(active: ActiveSet, start: np.ndarray, epsilon: float, centre: n
                     for its_wall, its_jump in ((across, turned), (wall, jump)):
                         if its_jump.any():
                             along, back = matrix.bend(passed, its_wall, its_jump, along)
-                            if back:  # else it would go back into the old cell
+                            if back:  # the determinant changes its sign
                                 way, along = -way, -along
                     value, status = map_of(active, a, kind, epsilon, centre)
             push, size = value, float(np.linalg.norm(value))
@@ -155,6 +157,7 @@ def next_wall(a, along, kind, direction, mu, cones):
     for i in range(a.shape[0]):
         if cones[i] == BOTH:
             continue
+        # wall a_n = 0 of open contacts and slack wires
         inward = -1.0 if (kind[i] == OPEN) == (cones[i] == CONTACT) else 1.0
         speed = -inward * along[i, 0]
         if speed > 0.0 and max(inward * a[i, 0], 0.0) < nearest * speed and (kind[i] != STICK or mu[i] == 0.0):
@@ -166,6 +169,7 @@ def next_wall(a, along, kind, direction, mu, cones):
         c0 = inward * (a[i, 1] ** 2 + a[i, 2] ** 2 - (mu[i] * a[i, 0]) ** 2)
         c1 = inward * (a[i, 1] * along[i, 1] + a[i, 2] * along[i, 2] - mu[i] ** 2 * a[i, 0] * along[i, 0])
         c2 = inward * (along[i, 1] ** 2 + along[i, 2] ** 2 - (mu[i] * along[i, 0]) ** 2)
+        # least positive root, by the form that does not cancel
         distance = np.inf
         if c0 <= 0.0:
             if c1 < 0.0:
@@ -180,6 +184,7 @@ def next_wall(a, along, kind, direction, mu, cones):
                 distance = -(c1 + root) / c2
         if distance < nearest:
             nearest, where, between = distance, i, True
+        # |tau x along_t| / |a_t|: rate at which the sliding direction turns
         if kind[i] == SLIDE:
             size = np.sqrt(a[i, 1] ** 2 + a[i, 2] ** 2)
             across = abs(direction[i, 0] * along[i, 2] - direction[i, 1] * along[i, 1])
@@ -198,6 +203,7 @@ def pass_wall(i, between, a, kind, direction, turning, w, mu, compliance, cones,
     across[:] = 0.0
     turned[:] = 0.0
     size = np.sqrt(a[i, 1] ** 2 + a[i, 2] ** 2)
+    # sliding has kappa across across^T in the derivative, kappa = mu a_n / |a_t|; sticking has 1 for kappa, open has 0
     if kind[i] == SLIDE:
         across[1], across[2] = -direction[i, 1], direction[i, 0]
         kappa = 1.0 / (1.0 + turning[i])
@@ -207,6 +213,7 @@ def pass_wall(i, between, a, kind, direction, turning, w, mu, compliance, cones,
         wall[0] = -1.0 if kind[i] == OPEN else 1.0
         jump[0] = -w[i] / (w[i] + compliance[i])
         kind[i] = LINK if kind[i] == OPEN else OPEN
+    # mu a_n = |a_t|: the part of a_t along tau comes free, or is bound to r_n
     elif between:
         inward = 1.0 if kind[i] == SLIDE else -1.0
         wall[0] = inward * mu[i]
@@ -216,6 +223,7 @@ def pass_wall(i, between, a, kind, direction, turning, w, mu, compliance, cones,
             direction[i, k - 1] = a[i, k] / size
         turning[i] = 0.0
         kind[i] = STICK if kind[i] == SLIDE else SLIDE
+    # a_n = 0: r_n comes free, with r_t = mu r_n tau
     else:
         closes = kind[i] == OPEN
         wall[0] = 1.0 if closes else -1.0

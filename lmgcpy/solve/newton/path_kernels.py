@@ -1,4 +1,4 @@
-"""Compiled parts of following a path in the plane: where it bends next, and what that changes.
+"""Compiled parts of following a path in the plane: the next bend, and the change of the matrix there.
 
 Between two bends a path is a straight line in ``a = r - u / w``, in a cell that belongs to the statuses: open contacts
 ``a_n < 0``; sticking ``|a_t| < mu a_n``; sliding to ``tau``, ``tau a_t > mu a_n > 0``; taut wires ``a_n < 0``. The maps
@@ -28,6 +28,7 @@ def next_bend(a, along, kind, direction, mu, cones):
     for i in range(a.shape[0]):
         if cones[i] == BOTH:
             continue
+        # wall a_n = 0 of open contacts and slack wires
         if kind[i] != STICK or mu[i] == 0.0:
             inward = -1.0 if (kind[i] == OPEN) == (cones[i] == CONTACT) else 1.0
             speed = -inward * along[i, 0]
@@ -35,6 +36,7 @@ def next_bend(a, along, kind, direction, mu, cones):
                 nearest, where, side = max(inward * a[i, 0], 0.0) / speed, i, 0.0
         if mu[i] == 0.0 or (kind[i] != STICK and kind[i] != SLIDE):
             continue
+        # walls tau a_t = mu a_n between sticking and sliding to tau
         inward = 1.0 if kind[i] == STICK else -1.0
         for tau in (-1.0, 1.0):
             if kind[i] == SLIDE and tau != direction[i, 0]:
@@ -52,6 +54,7 @@ def pass_bend(i, side, a, kind, direction, w, mu, compliance, cones, wall, jump)
     (2,)."""
     wall[:] = 0.0
     jump[:] = 0.0
+    # gradient of the wall, and r_behind - r_before = jump (wall . a)
     if cones[i] != CONTACT:
         wall[0] = -1.0 if kind[i] == OPEN else 1.0
         jump[0] = -w[i] / (w[i] + compliance[i])
@@ -82,11 +85,13 @@ def change_of_matrix(i, jump, epsilon, first, row, block, w, g):
     adds to the matrix. ``first``, ``row``, ``block``: the transpose of W by block rows."""
     d = g.shape[1]
     g[:, :] = 0.0
+    # block column of W times jump
     for k in range(first[i], first[i + 1]):
         j = row[k]
         for c in range(d):
             for b in range(d):
                 g[j, c] += block[k, b, c] * jump[b]
+    # the dashpot epsilon w, less the w of F's last term
     for c in range(d):
         g[i, c] += (epsilon - 1.0) * w[i] * jump[c]
 
@@ -100,6 +105,7 @@ def pass_earlier(count, at, walls, changes, y):
     """
     d = y.shape[1]
     for k in range(count):
+        # Sherman-Morrison: y <- y - (wall . y) A^-1 g / (1 + wall . A^-1 g)
         part = 0.0
         for c in range(d):
             part += walls[k, c] * y[at[k], c]

@@ -1,11 +1,11 @@
-"""The proximal point method with semi-smooth Newton steps: for the last digits, and for what sweeps hardly move.
+"""The proximal point method with semi-smooth Newton steps: for the last digits, and for modes that sweeps hardly move.
 
 The problem is solved as a sequence of proximal problems (see ``active_set``), each centred at the solution of the one
 before (Rockafellar 1976, SIAM J. Control Optim. 14). With a small ``epsilon`` the sequence converges fast, also along
-directions in which W is singular or nearly so, as the self-stresses of a jammed sample or of rods are; but the smaller it
-is, the more statuses change from one solution to the next, and the Newton steps find their way only where few do. So
-``epsilon`` is what a trust region is elsewhere: it falls after a success, by the more the fewer steps that took, and rises
-after a failure; after a failure it comes back to that value by halves of the way (on a logarithmic scale) only.
+directions in which W is singular or nearly so, as the self-stresses of a jammed sample or of rods are. But the smaller it
+is, the more statuses change from one solution to the next, and Newton steps converge only where few do. So ``epsilon`` is
+controlled like the radius of a trust region: it falls after a success, by a larger factor after fewer steps, and rises
+after a failure. Afterwards it halves its distance to the value that failed (on a logarithmic scale).
 
 A Newton step is not damped: with the statuses of the solution it is exact, whatever it started from, and statuses that
 change wildly are the sign of an ``epsilon`` that is too small. A proximal problem need not be solved well: an error of
@@ -36,7 +36,7 @@ FALL = (10.0, 4.0, 4.0, 2.0, 2.0, 2.0)
 RISE = 10.0
 LEAST, MOST = 1e-14, 1.0
 LOOSE = 0.3
-"""A proximal problem is solved where its error is so much of that of the problem itself."""
+"""A proximal problem is solved where its error is at most this part of that of the problem itself."""
 WORSE = 3.0
 """A solution of a proximal problem may have so many times the residual of its centre: the way to the solution of a locked
 sample is not downhill all along."""
@@ -89,6 +89,7 @@ def proximal_newton(active: ActiveSet, start: np.ndarray, tolerance: float, most
             milestone = max(milestone, residual)  # the way may lead uphill; what follows is measured from there
             if residual < 0.5 * milestone:
                 milestone, milestone_at = residual, done
+        # control of epsilon, as of a trust region
         if success:
             lower = epsilon / fall
             if 0.0 < failed < epsilon:
@@ -123,6 +124,7 @@ def proximal_solution(
         enough = max(LOOSE * active.residual(r), 0.1 * tolerance) * active.nothing
         if np.linalg.norm(error) <= enough:
             return r, True, step
+        # Newton steps converge where few statuses change
         changes = Status.changes(status, there)
         if changes > 2 * fewest + 3 or (step == 1 and changes > WILD):
             break

@@ -20,6 +20,7 @@ def natural_map(u, r, w, mu, compliance, geometric, cones, error, kind, directio
     """Fill ``error`` (m, d) with ``w (r - react(w I, u - w r))`` and the rest with the status of every interaction."""
     d = r.shape[1]
     for i in range(r.shape[0]):
+        # normal part of react(w I, -w a) at a = r - u / w
         a_n = r[i, 0] - u[i, 0] / w[i]
         pressed = cones[i] == CONTACT and a_n > 0.0
         taut = cones[i] == BOTH or (cones[i] == PULL and a_n < 0.0)
@@ -32,6 +33,7 @@ def natural_map(u, r, w, mu, compliance, geometric, cones, error, kind, directio
             normal = w[i] * a_n / (w[i] + compliance[i])
             kind[i] = LINK
         error[i, 0] = w[i] * (r[i, 0] - normal)
+        # tangential part: projection of a_t on the disk of radius mu a_n
         size = 0.0
         for k in range(1, d):
             direction[i, k - 1] = r[i, k] - u[i, k] / w[i]
@@ -39,6 +41,7 @@ def natural_map(u, r, w, mu, compliance, geometric, cones, error, kind, directio
         size = np.sqrt(size)
         limit = mu[i] * a_n if pressed else 0.0
         slides = limit > 0.0 and size > limit
+        # |a_t| / (mu a_n) - 1: resistance of a sliding direction to turning, in parts of w
         turning[i] = size / limit - 1.0 if slides else 0.0
         if slides:
             kind[i] = SLIDE
@@ -72,14 +75,17 @@ def local_maps(kind, direction, mu, geometric, free, E, S):
             continue
         if kind[i] == OPEN:
             continue
+        # closed: r_n is free and u_n is given
         free[i] = 1
         E[i, 0, 0] = 1.0
         S[i, 0, 0] = 1.0
+        # sticking: all of r is free, all of u is given
         if kind[i] == STICK and mu[i] > 0.0:
             free[i] = d
             for k in range(1, d):
                 E[i, k, k] = 1.0
                 S[i, k, k] = 1.0
+        # sliding: r_t = mu r_n tau; in 3D the part of r_t across tau is free as well
         elif kind[i] == SLIDE:
             for k in range(1, d):
                 E[i, k, 0] = mu[i] * direction[i, k - 1]
@@ -92,10 +98,10 @@ def local_maps(kind, direction, mu, geometric, free, E, S):
 
 
 @kernel
-def newton_rows(first, column, block, order, place, free, E, S, diagonal, pointer, index, entry):
+def newton_rows(first, column, block, order, unknown, free, E, S, diagonal, pointer, index, entry):
     """Rows of ``S W E + diagonal``, the interactions in ``order`` (k,); returns the number of entries.
 
-    ``first``, ``column``, ``block``: W by block rows; ``place``: the first unknown of every interaction; ``diagonal``
+    ``first``, ``column``, ``block``: W by block rows; ``unknown``: the first unknown of every interaction; ``diagonal``
     (m, d), of which the first ``free`` count. Entries that are exactly zero are left out, but for the diagonal.
     """
     d = block.shape[1]
@@ -113,10 +119,12 @@ def newton_rows(first, column, block, order, place, free, E, S, diagonal, pointe
                 j = column[k]
                 if free[j] == 0:
                     continue
+                # row a of S_i W_ij
                 for c in range(d):
                     given[c] = 0.0
                     for b in range(d):
                         given[c] += S[i, a, b] * block[k, b, c]
+                # times E_j
                 for b in range(free[j]):
                     value = 0.0
                     for c in range(d):
@@ -124,7 +132,7 @@ def newton_rows(first, column, block, order, place, free, E, S, diagonal, pointe
                     if i == j and a == b:
                         entry[at] += value
                     elif value != 0.0:
-                        index[count] = place[j] + b
+                        index[count] = unknown[j] + b
                         entry[count] = value
                         count += 1
             row += 1
@@ -135,6 +143,7 @@ def newton_rows(first, column, block, order, place, free, E, S, diagonal, pointe
 @kernel
 def parity(order):
     """1.0 for an even permutation (n,) of 0, 1, ..., -1.0 for an odd one."""
+    # a cycle of k places is k - 1 transpositions
     seen = np.zeros(order.shape[0], np.bool_)
     sign = 1.0
     for i in range(order.shape[0]):

@@ -1,4 +1,4 @@
-"""Solving until either measure of the error is small enough: solvers themselves stop by the natural one."""
+"""Solving to a tolerance in any measure of the error. Solvers themselves stop by the natural one."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Solved:
     seconds: float
 
 
-def solve_until(problem: Problem, solver: AnySolver, *, measure: str = "natural") -> Solved:
+def solve_to_measure(problem: Problem, solver: AnySolver, *, measure: str = "natural") -> Solved:
     """Solve until ``residual(problem, impulses, measure=measure) <= solver.tolerance``.
 
     As long as the measure asked for is not within tolerance the solve goes on from its impulses, with a smaller natural

@@ -1,8 +1,8 @@
-"""Moves in one step that are far for the bodies concerned: how far contacts must be seen, and what is said of it.
+"""Displacements of bodies in one step: the alert distance that they need, and a warning where they are too large.
 
-A contact is seen in time where the alert distance covers what its two sides close in a step. For that the way of a body
-counts with its spin, as contactors off its centre move by ``|v| + |omega| arm``; the way of a wall counts along its normal,
-as it moves nothing by sliding in itself.
+A contact is seen in time if the alert distance covers the distance by which its two sides close in a step. The displacement
+of a body includes its spin, as contactors off its centre move by ``h (|v| + |omega| arm)``. The displacement of a wall is
+the one along its normal, as a wall that slides in its own plane moves no surface.
 """
 
 from __future__ import annotations
@@ -16,47 +16,50 @@ from lmgcpy.compiled.kernel import kernel
 from lmgcpy.dynamics.model import Model
 
 OWN, OTHERS = 0.5, 1.0
-"""By so many of its own radii, and of the smallest radius that it meets, may a body move in a step before it is told: two
-that meet head-on then pass no more than the radius, or the diameter, of the smaller."""
+"""A body may move in a step by so many of its own radii, and by so many of the smallest radius that it meets, before the
+run warns. Two bodies that meet head-on then pass no more than the radius, or the diameter, of the smaller one."""
 LENGTHS = 2.0
-"""By so many lengths may the ends of a link move relative to each other in a step before it is told: the way from one side
-of a circle to the other, and the longest that a link admits which keeps its length."""
+"""The ends of a link may move relative to each other in a step by so many lengths before the run warns: twice its length is
+the diameter of the circle on which one end turns about the other, the most that a link admits which keeps its length."""
 TURN = 0.5
-"""Angle by which a link may turn in the step that would do [rad]."""
+"""Angle by which a link turns in the time step that the warning proposes [rad]."""
 
 LATE = 0.2
-"""Part of the smallest radius by which the alert distance may fall short of what a step closed: the least alert distance by
-default. Below it a step is never made again."""
+"""Part of the smallest radius by which the alert distance may fall short of the distance that a step closed. It is the
+least alert distance by default. A step that falls short by less is not made again."""
 
 
-class Ways(NamedTuple):
-    """The longest ways of one step [m], and the worst of what is watched."""
+class Displacements(NamedTuple):
+    """The largest displacements of one step [m], and the body and the wall that exceed their limit most."""
 
     travel: float
-    """Of bodies and walls, with the spin of off-centre contactors."""
+    """Largest displacement of a body or a wall, with the spin of off-centre contactors."""
     closing: float
-    """By which a body and a wall may come closer: the longest way of a bounded body and that of a wall along its normal."""
+    """Largest distance by which a body and a wall may come closer: the largest displacement of a bounded body, and that of
+    a wall along its normal."""
     body: int
-    body_way: float
+    body_distance: float
     body_excess: float
-    """Its way over what is not told."""
+    """Displacement of this body over its limit."""
     wall: int
-    wall_way: float
+    wall_distance: float
     wall_excess: float
 
 
-def worse(one: Ways, other: Ways) -> Ways:
-    """The longer ways of two, and what is worst in either."""
-    body = max(one, other, key=lambda ways: ways.body_excess)
-    wall = max(one, other, key=lambda ways: ways.wall_excess)
+def worse(one: Displacements, other: Displacements) -> Displacements:
+    """The larger displacements of two, and the worst body and wall of either."""
+    body = max(one, other, key=lambda moves: moves.body_excess)
+    wall = max(one, other, key=lambda moves: moves.wall_excess)
     travel, closing = max(one.travel, other.travel), max(one.closing, other.closing)
-    return Ways(travel, closing, *body[2:5], *wall[5:])
+    return Displacements(travel, closing, *body[2:5], *wall[5:])
 
 
 @kernel
 def _measure(velocities, dimension, arm, limit, walls, across, wall_limit):
-    """Greatest speeds: of all, of the bounded bodies (``arm`` >= 0) and the walls, ``across`` (k, d, d) taking their
-    velocity to what moves their surface; and for bodies and walls who is worst, its speed, and that over its limit."""
+    """(greatest speed, greatest closing speed, worst body, its speed, its speed over its limit, and the same of the walls).
+
+    ``arm``: at least 0 for bounded bodies; ``across`` (k, d, d) takes the velocity of a wall to that of its surface.
+    """
     fastest = 0.0
     fastest_bounded = 0.0
     body = -1
@@ -96,8 +99,8 @@ def _measure(velocities, dimension, arm, limit, walls, across, wall_limit):
     return fastest, fastest_bounded + fastest_wall, body, body_speed, body_excess, wall, wall_speed, wall_excess
 
 
-class FarMoves:
-    """Measures the moves of a simulation and says once each which of them are far."""
+class DisplacementWatch:
+    """Measures the displacements of each step of a simulation, and warns once of each kind that is too large."""
 
     def __init__(self, model: Model):
         contactors, d = model.contactors, model.dimension
@@ -115,37 +118,38 @@ class FarMoves:
         self._links = unseen_links(model, np.isfinite(self._limit))
         self._said = {"body": False, "wall": False, "link": False}
 
-    def measure(self, velocities: np.ndarray, time_step: float) -> Ways:
-        """The longest ways of a step with these velocities (n, k)."""
-        given = self._arm, self._limit, self._walls, self._across, self._limit[self._walls]
+    def measure(self, velocities: np.ndarray, time_step: float) -> Displacements:
+        """The largest displacements of a step with these velocities (n, k)."""
+        given = self._dimension, self._arm, self._limit, self._walls, self._across, self._limit[self._walls]
+        speed, closing, body, body_speed, excess, wall, wall_speed, wall_excess = _measure(velocities, *given)
         h = time_step
-        all_, closing, body, way, excess, wall, wall_way, wall_excess = _measure(velocities, self._dimension, *given)
-        return Ways(h * all_, h * closing, body, h * way, h * excess, wall, h * wall_way, h * wall_excess)
+        of_bodies, of_walls = (body, h * body_speed, h * excess), (wall, h * wall_speed, h * wall_excess)
+        return Displacements(h * speed, h * closing, *of_bodies, *of_walls)
 
-    def unseen(self, ways: Ways, after: Ways, widest: Callable[[float, float], float]) -> bool:
-        """Whether a step may have closed gaps that were not seen, as those ``after`` it are longer than the ways it was
-        made for. ``widest``: alert distance by travel and closing [m].
+    def unseen(self, moves: Displacements, after: Displacements, widest: Callable[[float, float], float]) -> bool:
+        """Whether a step may have closed gaps that were not seen, as the displacements ``after`` it are larger than those
+        for which it was made. ``widest``: alert distance by travel and closing [m].
 
         A wall under a load, or a body that is hit, gets its velocity in the step.
         """
-        return widest(after.travel, after.closing) > widest(ways.travel, ways.closing) + self._late
+        return widest(after.travel, after.closing) > widest(moves.travel, moves.closing) + self._late
 
-    def far(self, ways: Ways, before: np.ndarray, after: np.ndarray, time: float, time_step: float) -> list[str]:
-        """A sentence for each kind of move that is too far for the first time.
+    def far(self, moves: Displacements, before: np.ndarray, after: np.ndarray, time: float, time_step: float) -> list[str]:
+        """A sentence for each kind of displacement that is too large for the first time.
 
         ``before``, ``after``: velocities at the start and the end of the step (n, k), which ends at the ``time`` [s].
         """
-        told = []
-        if ways.body_excess > 1.0 and not self._said["body"]:
-            spins = self._arm[ways.body] > 0.0
-            what = f"{'a contactor of ' if spins else ''}body {ways.body} moves by {ways.body_way:.3g} m"
-            told.append(self._sentence("body", what, ways.body, time, time_step / ways.body_excess))
-        if ways.wall_excess > 1.0 and not self._said["wall"]:
-            what = f"wall {ways.wall} moves by {ways.wall_way:.3g} m"
-            told.append(self._sentence("wall", what, ways.wall, time, time_step / ways.wall_excess))
+        sentences = []
+        if moves.body_excess > 1.0 and not self._said["body"]:
+            spins = self._arm[moves.body] > 0.0
+            what = f"{'a contactor of ' if spins else ''}body {moves.body} moves by {moves.body_distance:.3g} m"
+            sentences.append(self._sentence("body", what, moves.body, time, time_step / moves.body_excess))
+        if moves.wall_excess > 1.0 and not self._said["wall"]:
+            what = f"wall {moves.wall} moves by {moves.wall_distance:.3g} m"
+            sentences.append(self._sentence("wall", what, moves.wall, time, time_step / moves.wall_excess))
         if len(self._links.length) and not self._said["link"]:
-            told += self._far_links(before, time, time_step) or self._far_links(after, time, time_step)
-        return told
+            sentences += self._far_links(before, time, time_step) or self._far_links(after, time, time_step)
+        return sentences
 
     def _sentence(self, kind: str, what: str, body: int, time: float, would_do: float) -> str:
         self._said[kind] = True
@@ -162,21 +166,24 @@ class FarMoves:
     def _far_links(self, velocities: np.ndarray, time: float, time_step: float) -> list[str]:
         links = self._links
         difference = velocities[links.candidate, : self._dimension] - velocities[links.antagonist, : self._dimension]
-        ways = time_step * np.sqrt((difference * difference).sum(axis=1))
-        i = int(np.argmax(ways / links.length))
-        if ways[i] <= LENGTHS * links.length[i]:
+        distance = time_step * np.sqrt((difference * difference).sum(axis=1))
+        i = int(np.argmax(distance / links.length))
+        if distance[i] <= LENGTHS * links.length[i]:
             return []
         self._said["link"] = True
         return [
-            f"In the step to t = {time:g} s bodies {links.antagonist[i]} and {links.candidate[i]} move by {ways[i]:.3g} m "
-            f"relative to each other, more than twice the length of their link, {links.length[i]:.3g} m, which it cannot "
-            f"keep. A time step of {time_step * TURN * links.length[i] / ways[i]:.2g} s would do. (Said once.)"
+            f"In the step to t = {time:g} s bodies {links.antagonist[i]} and {links.candidate[i]} move by "
+            f"{distance[i]:.3g} m relative to each other, more than twice the length of their link, "
+            f"{links.length[i]:.3g} m, which it cannot keep. A time step of "
+            f"{time_step * TURN * links.length[i] / distance[i]:.2g} s would do. (Said once.)"
         ]
 
 
 def radii_that_meet(model: Model) -> tuple[np.ndarray, np.ndarray]:
-    """For each body the smallest radius among its contactors, and among those that they see [m], each (n,); infinite for
-    what has no bounds or meets nobody."""
+    """For each body the smallest radius among its contactors, and among those that they see [m], each (n,).
+
+    A radius is infinite where a body has no bounds or meets nobody.
+    """
     contactors = model.contactors
     listed = list(zip(contactors.color, contactors.bounding_radius.tolist(), strict=True))
     smallest: dict[str, float] = {}
@@ -193,7 +200,7 @@ def radii_that_meet(model: Model) -> tuple[np.ndarray, np.ndarray]:
 
 
 def across(model: Model, body: int) -> np.ndarray:
-    """What takes the velocity of a body without bounds to that of its surface along the normal, (d, d)."""
+    """Matrix (d, d) that takes the velocity of a body without bounds to that of its surface along the normal."""
     d, contactors = model.dimension, model.contactors
     mine = np.flatnonzero(contactors.body == body)
     kind, shape = contactors.kind[mine[0]], contactors.shape[mine[0]]
@@ -205,7 +212,7 @@ def across(model: Model, body: int) -> np.ndarray:
 
 
 class UnseenLinks(NamedTuple):
-    """Links of which one body at least is seen by nobody; m of them."""
+    """Links with at least one body that no contactor sees; m of them."""
 
     candidate: np.ndarray
     antagonist: np.ndarray

@@ -1,4 +1,4 @@
-"""Bodies that overlap before the first step: legal, as laws leave an old penetration alone, but rarely meant."""
+"""Bodies that overlap before the first step. It is allowed, as laws leave an old penetration alone, but rarely meant."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from lmgcpy.contact.detector import Detector
 from lmgcpy.dynamics.model import Model
 
 SHARE = 0.05
-"""Overlaps up to this part of the smaller radius are not told. The relaxation of a sample at a solver's tolerance of 1e-2
-leaves overlaps of up to 3.5 % (measured on 70 to 2000 particles); a body laid in the wrong place overlaps by tenths."""
+"""Overlaps up to this part of the smaller radius are not reported. The relaxation of a sample at a solver's tolerance of
+1e-2 leaves overlaps of up to 3.5 % (70 to 2000 particles). A body laid in the wrong place overlaps by tenths."""
 
 
 def overlaps_at_start(model: Model) -> str | None:
     """A sentence about the pairs that see each other and overlap at the start of a model, None where there are none.
 
-    It tells how many pairs of bodies overlap by more than :data:`SHARE` of the smaller radius (of the circle that holds
+    It says how many pairs of bodies overlap by more than :data:`SHARE` of the smaller radius (of the circle that holds
     the contactor), and the worst: its bodies, depth, share of that radius, and law. Linked neighbours that do not
     collide are left out. Costs one detection.
     """

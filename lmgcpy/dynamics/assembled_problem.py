@@ -1,4 +1,4 @@
-"""The last step of a simulation as a problem of its own, with an assembled Delassus operator."""
+"""A step as a problem of its own, with an assembled Delassus operator ``W = H^T M^-1 H``."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from lmgcpy.contact.frames import local_frames
 from lmgcpy.dynamics.assembly import StepProblem
 from lmgcpy.solve.problem import Conic, Problem, cone_of
 from lmgcpy.solve.step import ConicForm
-from lmgcpy.solve.system import System
 
 if TYPE_CHECKING:
     import scipy.sparse as sparse
@@ -82,37 +81,26 @@ def conic_form(step: StepProblem) -> ConicForm:
 
 
 def interaction_matrix(step: StepProblem) -> sparse.csr_array:
-    """``H^T``: relative velocities (u_n, u_t(, u_s) of each interaction) from those of the bodies, (d m, k n)."""
+    """``H^T``: relative velocities (u_n, u_t(, u_s) of each interaction) from those of the bodies, (d m, k n).
+
+    A row of the local frame, e, and its moments about both centres make a row of ``H^T``: ``(e, l_c x e, -e, -l_a x e)``
+    with the levers ``l_c = -arm_c n + lateral_c t`` and ``l_a = arm_a n + lateral_a t``.
+    """
     import scipy.sparse as sparse
 
     s = step.system
-    count = len(s.candidate)
-    if step.space.dimension == 3:
-        return interaction_matrix_in_space(s)
-    n_x, n_y = s.normal.T
-    lateral = s.lateral if len(s.lateral) else np.zeros((count, 2))
-    c, a = (3 * ids.astype(np.int64)[:, None] + np.arange(3) for ids in (s.candidate, s.antagonist))
-    along = np.column_stack([n_x, n_y, -lateral[:, 0], -n_x, -n_y, lateral[:, 1]])
-    across = np.column_stack([-n_y, n_x, -s.arm[:, 0], n_y, -n_x, -s.arm[:, 1]])
-    values = np.stack([along, across], axis=1).reshape(2 * count, 6)
-    columns = np.repeat(np.hstack([c, a]), 2, axis=0)
-    rows = np.repeat(np.arange(2 * count), 6)
-    shape = (2 * count, s.inverse_mass.size)
-    return sparse.csr_array((values.ravel(), (rows, columns.ravel())), shape=shape)
-
-
-def interaction_matrix_in_space(s: System) -> sparse.csr_array:
-    """``H^T`` in 3D, (3 m, 6 n)."""
-    import scipy.sparse as sparse
-
-    count = len(s.candidate)
-    n, t, b = np.moveaxis(local_frames(s.normal), 1, 0)
-    nothing = np.zeros((count, 3))
-    rows = []
-    for along, turning in ((n, nothing), (t, -b), (b, t)):
-        rows.append(np.hstack([along, s.arm[:, :1] * turning, -along, s.arm[:, 1:] * turning]))
-    values = np.stack(rows, axis=1).reshape(3 * count, 12)
-    c, a = (6 * ids.astype(np.int64)[:, None] + np.arange(6) for ids in (s.candidate, s.antagonist))
-    columns = np.repeat(np.hstack([c, a]), 3, axis=0)
-    where = np.repeat(np.arange(3 * count), 12)
-    return sparse.csr_array((values.ravel(), (where, columns.ravel())), shape=(3 * count, s.inverse_mass.size))
+    (count, d), k = s.normal.shape, s.inverse_mass.shape[1]
+    frame = local_frames(s.normal)
+    turned = np.zeros((count, d, k - d))  # e x n, taken from the frame, where it is exact
+    if d == 2:
+        turned[:, 1, 0] = -1.0
+    else:
+        turned[:, 1], turned[:, 2] = -frame[:, 2], frame[:, 1]
+    moment = s.arm[:, :, None, None] * turned[:, None]
+    if len(s.lateral):  # in 2D only
+        moment[:, :, 0, 0] = s.lateral * (-1.0, 1.0)
+    values = np.concatenate([frame, moment[:, 0], -frame, moment[:, 1]], axis=2)
+    columns = np.hstack([k * ids.astype(np.int64)[:, None] + np.arange(k) for ids in (s.candidate, s.antagonist)])
+    rows = np.repeat(np.arange(d * count), 2 * k)
+    columns = np.repeat(columns, d, axis=0)
+    return sparse.csr_array((values.ravel(), (rows, columns.ravel())), shape=(d * count, s.inverse_mass.size))

@@ -1,4 +1,4 @@
-"""Bodies so far from the origin that their positions are too coarse for their size."""
+"""The round-off of positions, which is too coarse for small bodies far from the origin."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ quasi-static tests overlap by 1e-3 of their radius or less: with coarser positio
 what moves by less than ``eps |x|`` in a step does not move at all. A disk of 1 cm may be 4e10 m away."""
 
 
-def check_places(model: Model) -> None:
+def check_positions(model: Model) -> None:
     """ValueError where a body starts so far away that its position is rounded by more than :data:`COARSE` of its size."""
     far = np.abs(model.start.positions[:, : model.dimension]).max(axis=1, initial=0.0)
     share = 2.0**-52 * far / model.size

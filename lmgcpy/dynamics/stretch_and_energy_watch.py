@@ -1,8 +1,8 @@
-"""What a run watches of itself: whether links keep their length, and whether interactions make energy.
+"""Warnings of a run: links that do not keep their length, and interactions that make energy.
 
-Both can go wrong although every step is solved: in a step that is too long links turn by much, and the stretch that this
-leaves is pulled back in the next one. Each is said once, with its number, the bodies, and a step that would do. It costs
-some sums over the links and the laws of a step.
+Both can go wrong although every step is solved: in a time step that is too long links turn by large angles, and the stretch
+that remains is pulled back in the next step. Each warning comes once, with its number, the bodies, and a time step that
+would do. It costs some sums over the links and the laws of a step.
 """
 
 from __future__ import annotations
@@ -16,22 +16,22 @@ from lmgcpy.dynamics.energy import Energy
 from lmgcpy.dynamics.model import Model
 
 STRETCH = 0.1
-"""Part of its reference length by which rigid links may be off for :data:`RUNNING` steps before it is said: what a link is
-off by if it turns by 0.45 rad in a step. (The column study, at a tolerance of 1e-2, leaves 5 %.)"""
+"""Part of its reference length by which a rigid link may be off for :data:`RUNNING` steps before the run warns. A link that
+turns by 0.45 rad in a step is off by as much. (The column study, at a tolerance of 1e-2, leaves 5 %.)"""
 RUNNING = 3
-"""What a single blow stretches, as that of a wire which is thrown taut, the next step pulls back."""
+"""Steps in a row. A single blow, as that of a wire which is thrown taut, leaves a stretch that the next step pulls back."""
 MADE = 0.25
-"""Part of the energy turned over that interactions may have made before it is said. (Wires that are jerked make up to
-2 %, at eight octaves of the step and mass ratios of 1 to 1e7. What goes wrong makes as much as there is, and more.)"""
+"""Part of the energy turned over that interactions may have made before the run warns. (Wires that are jerked make up to
+2 %, at eight octaves of the time step and mass ratios of 1 to 1e7. A run that goes wrong makes 100 % and more.)"""
 START = 10.0
-"""Near rest the energy turned over is less than what a step is wrong by. So what interactions have made is said only where
-it is more than loads give to bodies at rest in so many steps."""
+"""Near rest the energy turned over is less than the error of a step. So the run warns only where interactions have made
+more than loads give to bodies at rest in so many steps."""
 RESOLVED = 4.0
-"""``s = 4 h^2 T/(m l)`` from which on beads zigzag across their wire unless there is geometric stiffness."""
+"""Beads zigzag across their wire where ``s = 4 h^2 T/(m l)`` is larger, unless there is geometric stiffness."""
 
 
 class Watch:
-    """Follows the simulation of a model."""
+    """Looks at the links and the energy after each step of a simulation."""
 
     def __init__(self, model: Model):
         lengths = [np.zeros(0), *(chain.radius_sum for chain in model.chains)]

@@ -1,4 +1,4 @@
-"""Numbers that stop being finite in a step outside the solver: of which body or interaction, and when."""
+"""Checks of a step for numbers that are not finite; the errors name the body or the interaction, and the time."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def check_bodies(values: np.ndarray, names: tuple[str, ...], when: str, time: fl
 
 
 def check_detection(groups: list[Group], found: Interactions, time: float) -> None:
-    """FloatingPointError where the narrow phase of two contactors gave what is not finite."""
+    """FloatingPointError where the narrow phase of two contactors gave a number that is not finite."""
     for what, values in (("gap", found.gap), ("normal or contact point", found.delassus)):
         if not math.isfinite(values.sum()):
             row = int(np.argmin(np.isfinite(values).reshape(len(values), -1).all(axis=1)))
@@ -46,7 +46,7 @@ def check_detection(groups: list[Group], found: Interactions, time: float) -> No
 
 
 def check_impulses(problem: StepProblem, solver: object) -> None:
-    """FloatingPointError where a solver that says all is well gave what is not finite."""
+    """FloatingPointError where a solver reports success and an impulse is not finite."""
     impulse = problem.system.impulse
     if not math.isfinite(impulse.sum()):
         row = int(np.argmin(np.isfinite(impulse).all(axis=1)))
