@@ -20,7 +20,7 @@ from table import report
 
 import lmgcpy as lm
 from lmgcpy.contact.slabs import partition_from
-from lmgcpy.dynamics import simulation as stepping
+from lmgcpy.dynamics import solve_step as stepping
 
 RADIUS = 0.01
 COUNTS = (5_000, 10_000, 20_000, 50_000)

@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from lmgcpy.experiment.texsol_pictures import reason_without_pictures
 from seen import like, pixels
 
 from lmgcpy.experiment.biaxial import Frame
 from lmgcpy.experiment.box import Sample
+from lmgcpy.experiment.texsol.pictures import reason_without_pictures
 from lmgcpy.view.force_chains import draw_chains, draw_sample
 from lmgcpy.view.palette import CONTACT, PUSHING, WIRE
 
