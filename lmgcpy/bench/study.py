@@ -1,4 +1,4 @@
-"""The whole comparison: problems one by one, each judged and told, and the report."""
+"""The whole comparison: the solvers are judged on one problem after another, and the report is written."""
 
 from __future__ import annotations
 
@@ -18,21 +18,21 @@ from lmgcpy.experiment.study.stages import Stages
 from lmgcpy.solve.solvers import SOLVERS
 
 FAMILIES = ("chains", "2d", "3d", "packings")
-"""What is made on the spot."""
+"""Families of problems that are made on the spot."""
 
 
 @dataclass(frozen=True)
 class Bench:
-    """What is compared on what."""
+    """Which solvers are compared on which problems."""
 
     folders: tuple[Path, ...] = ()
-    """With problems of the user, FCLIB files."""
+    """Folders with problems of the user, FCLIB files."""
     families: tuple[str, ...] = FAMILIES
     packing_sizes: tuple[int, ...] = (1000,)
-    """Spheres of each packing."""
+    """Number of spheres of each packing."""
     solvers: tuple[str, ...] = tuple(SOLVERS)
     quick: bool = False
-    """Small problems of every family, for a look."""
+    """Whether the problems of every family are small, for a look."""
 
     def __post_init__(self):
         known_words(self.families, FAMILIES, "families")
@@ -45,7 +45,7 @@ class Bench:
             whole(size, "spheres of a packing", minimum=10)
 
     def cases(self) -> Iterator[Case]:
-        """All problems, made as they are asked for."""
+        """All problems; each is made when it is asked for."""
         make = {
             "chains": lambda: chains((10, 100)) if self.quick else chains(),
             "2d": lambda: in_the_plane(60, 12) if self.quick else in_the_plane(),
@@ -57,7 +57,7 @@ class Bench:
 
 
 def known_words(words: Sequence[str], known: Sequence[str] | dict, name: str) -> None:
-    """ValueError for a word that is not known, or twice there."""
+    """Raise ValueError for a word that is unknown or repeated."""
     for word in words:
         if word not in known:
             raise ValueError(f"{name} cannot be {word!r}{closest(word, known)}")

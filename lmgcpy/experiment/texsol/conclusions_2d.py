@@ -10,7 +10,7 @@ from lmgcpy.experiment.biaxial import BiaxialRecord, Frame
 
 
 def stiffening(wire: BiaxialRecord, sand: BiaxialRecord, strains: Sequence[float]) -> list[tuple[float, float]]:
-    """(crushing, reaction with the wire / reaction of the sand) at the given crushing, as far as the tests went."""
+    """(crushing, reaction with the wire / reaction of the sand) at the given crushing, to the end of the shorter test."""
     found = []
     for strain in strains:
         if strain <= min(wire.strain[-1], sand.strain[-1]) + 1e-3:
@@ -53,8 +53,10 @@ def compression_in_links(record: BiaxialRecord) -> tuple[float, float]:
 
 
 def frames_at_equal_force(wire: BiaxialRecord, sand: BiaxialRecord) -> tuple[Frame, Frame]:
-    """A frame of each at the same force on top, to 1 %: of all such pairs the most crushed one. Where there is none, the
-    pair whose forces differ least."""
+    """A frame of each test, at the same force on top to 1 %.
+
+    Of all such pairs it is the most crushed one; if there is none, the pair whose forces differ least.
+    """
     force = [np.array([frame.top_force for frame in record.frames]) for record in (wire, sand)]
     strain = [np.array([frame.strain for frame in record.frames]) for record in (wire, sand)]
     apart = np.abs(force[0][:, None] - force[1][None]) / np.maximum(force[0][:, None], force[1][None])

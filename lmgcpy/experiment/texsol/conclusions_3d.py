@@ -36,8 +36,8 @@ def late(record: TriaxialRecord, values: np.ndarray) -> np.ndarray:
 
 
 def cohesion(wire: TriaxialRecord, sand: TriaxialRecord) -> float:
-    """Cohesion [Pa] that the wire has given the sand by the end of the test: that which, at the sand's angle of friction,
-    raises the deviator as much, ``c = (q_wire - q_sand) (1 - sin phi) / (2 cos phi)``.
+    """Cohesion [Pa] that would raise the late deviator of the sand, at its angle of friction, to that with the wire:
+    ``c = (q_wire - q_sand) (1 - sin phi) / (2 cos phi)``.
     """
     phi = np.radians(friction_angle(float(late(sand, sand.deviator)), float(late(sand, sand.mean_pressure))))
     gain = late(wire, wire.deviator) - late(sand, sand.deviator)
@@ -60,7 +60,7 @@ def principal_axes(sigma: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def gains(wire: TriaxialRecord, sand: TriaxialRecord, strains: Sequence[float]) -> list[tuple[float, float]]:
-    """(crushing, deviator with the wire / deviator of the sand) at the given crushing, as far as the tests went."""
+    """(crushing, deviator with the wire / deviator of the sand) at the given crushing, to the end of the shorter test."""
     end = min(wire.strain[-1], sand.strain[-1]) + 1e-3
     return [
         (strain, float(at(wire, wire.deviator, strain) / at(sand, sand.deviator, strain)))
