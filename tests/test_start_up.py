@@ -15,6 +15,7 @@ import textwrap
 from pathlib import Path
 
 import pytest
+from soft_law import process
 
 import lmgcpy as lm
 from lmgcpy.warmup import instances
@@ -24,9 +25,7 @@ HERE = Path(__file__).parent
 
 def child(code, *arguments, check=True, **environment):
     """A process of its own, warnings as errors; ``environment`` is added to this one's."""
-    command = [sys.executable, "-W", "error", "-c", textwrap.dedent(code), *map(str, arguments)]
-    environment = {**os.environ, **{name: str(value) for name, value in environment.items()}}
-    return subprocess.run(command, env=environment, check=check, capture_output=True, text=True)
+    return process(textwrap.dedent(code), *arguments, check=check, **environment)
 
 
 def processor_seconds() -> float:

@@ -4,13 +4,12 @@ Each case is a module ``jit_law`` that is edited between two processes with one 
 Where the content is known the kernel is kept, and loaded by a third process; else one line says why it is not.
 """
 
-import os
+import functools
 import re
-import subprocess
-import sys
 import textwrap
 
 import pytest
+from soft_law import process, soft_law
 
 from lmgcpy.compiled.extensions import extension_in_use
 from lmgcpy.compiled.fingerprint import Content
@@ -106,11 +105,8 @@ def run(tmp_path):
 
     def run(source, **environment):
         (tmp_path / "jit_law.py").write_text(textwrap.dedent(source))
-        path = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
-        given = {"PYTHONPATH": path, "LMGCPY_CACHE_DIR": str(tmp_path / "cache"), "PYTHONDONTWRITEBYTECODE": "1"}
-        command = [sys.executable, "-c", RUN]
-        done = subprocess.run(command, env={**os.environ, **given, **environment}, capture_output=True, text=True)
-        assert done.returncode == 0, done.stderr
+        given = {"LMGCPY_CACHE_DIR": tmp_path / "cache", **environment}
+        done = process(RUN, folder=tmp_path, strict=False, **given)
         return done.stdout.split(), done.stderr
 
     return run
@@ -173,17 +169,8 @@ def test_njit_helpers_of_one_name_from_two_processes_stay_apart(tmp_path):
         "    return main\n"
         "print(*[make(float(f))(np.ones(3)) for f in sys.argv[1:]], len(statistics().compiled))\n"
     )
-    environment = {**os.environ, "LMGCPY_CACHE_DIR": str(tmp_path / "cache")}
-    outputs = [
-        subprocess.run(
-            [sys.executable, str(tmp_path / "twins.py"), *factors],
-            env=environment,
-            check=True,
-            capture_output=True,
-            text=True,
-        ).stdout.split()
-        for factors in (["1"], ["2"], ["1", "2"])
-    ]
+    run = functools.partial(process, "import twins", strict=False, folder=tmp_path, LMGCPY_CACHE_DIR=tmp_path / "cache")
+    outputs = [run(*factors).stdout.split() for factors in (["1"], ["2"], ["1", "2"])]
     assert outputs == [["2.0", "1"], ["4.0", "1"], ["2.0", "4.0", "0"]]
 
 
@@ -201,8 +188,7 @@ def test_what_was_changed_after_its_first_use_is_not_kept_under_the_old_mark(tmp
     assert len(list(tmp_path.glob("kernels/*"))) == 1
 
 
-LAW = """
-import lmgcpy as lm
+HELPER = """
 import numba
 
 @numba.vectorize
@@ -211,28 +197,9 @@ def closing(u):
 
 def push(u):
     return closing(u)
-
-class Soft(lm.Law):
-    NAME = "soft"
-    APPLIES_TO = "contact"
-    PREPARED = ("bias",)
-
-    @staticmethod
-    def prepare(gap, reference_gap, velocity, time_step, parameters, state):
-        return (max(gap, 0.0) / time_step,)
-
-    @staticmethod
-    def react(W, u, prepared):
-        return (1.0 * push(u[0] + prepared[0]) / W[0][0],)
-
-def main(x):
-    scene = lm.Scene(dimension=2)
-    ball = scene.add(lm.disk(radius=0.1, position=(0.0, 0.1), mass=1.0, velocity=(0.0, -1.0)))
-    scene.add(lm.wall(point=(0, 0), normal=(0, 1)))
-    scene.see("GRAIN", "WALL", Soft())
-    lm.Simulation(scene, time_step=1e-3, on_unconverged="ignore", solver=lm.GaussSeidel(max_iterations=1)).run(steps=1)
-    return float(ball.velocity[1])
 """
+MAIN = "\ndef main(x):\n    return float(falling().run(steps=1).velocities[0, 1])\n"
+LAW = soft_law("1.0 * push", before=HELPER) + MAIN
 
 
 def test_a_law_of_such_a_helper_follows_its_edits_and_is_told_of_once(run):

@@ -4,11 +4,9 @@ Each test is a process of its own, as numba reads the variable when it is import
 """
 
 import json
-import os
-import subprocess
-import sys
 
 import pytest
+from soft_law import process, soft_law
 
 SCENES = """
 import json, sys
@@ -38,8 +36,7 @@ def wire(d):
 
 def told(code, check=True, **environment):
     """What a process prints as JSON; with ``check`` off, its errors."""
-    command = [sys.executable, "-W", "error", "-c", code]
-    done = subprocess.run(command, env={**os.environ, **environment}, capture_output=True, text=True)
+    done = process(code, check=False, **environment)
     assert (done.returncode == 0) == check, done.stderr
     return json.loads(done.stdout) if check else done.stderr
 
@@ -76,31 +73,7 @@ def test_laws_are_checked_as_plain_python():
     assert told(SCENES + code, NUMBA_DISABLE_JIT="1") == [True, True]
 
 
-LAW = """
-class Soft(lm.Law):
-    NAME = "soft"
-    APPLIES_TO = "contact"
-    PREPARED = ("bias",)
-
-    @staticmethod
-    def prepare(gap, reference_gap, velocity, time_step, parameters, state):
-        return (max(gap, 0.0) / time_step,)
-
-    @staticmethod
-    def react(W, u, prepared):
-        push = closing(u[0] + prepared[0])
-        return (push / W[0][0],)
-
-def closing(u):
-    BODY
-
-def falling():
-    scene = lm.Scene(dimension=2)
-    scene.add(lm.disk(radius=0.1, position=(0.0, 0.1), mass=1.0, velocity=(0.0, -1.0)))
-    scene.add(lm.wall(point=(0, 0), normal=(0, 1)))
-    scene.see("GRAIN", "WALL", Soft())
-    return lm.Simulation(scene, time_step=1e-3, solver=lm.GaussSeidel())
-"""
+LAW = soft_law("closing") + "\ndef closing(u):\n    BODY\n"
 TRACED = """
 seen = set()
 def trace(frame, event, argument):

@@ -19,6 +19,7 @@ import warnings
 
 import numpy as np
 import pytest
+from soft_law import process
 
 from lmgcpy.compiled.cache import cache_directory
 from lmgcpy.compiled.fingerprint import Slot
@@ -50,11 +51,6 @@ def cache(tmp_path, monkeypatch):
     directory = tmp_path / "cache"
     monkeypatch.setenv("LMGCPY_CACHE_DIR", str(directory))
     return directory
-
-
-def searching(directory):
-    """Environment of a process that looks for modules in a directory first."""
-    return {"PYTHONPATH": os.pathsep.join([str(directory), os.environ.get("PYTHONPATH", "")])}
 
 
 # ------------------------------------------------------------------------------------------------------ fingerprints
@@ -150,16 +146,7 @@ def test_the_fingerprint_of_a_set_does_not_depend_on_the_hash_seed(tmp_path):
     """A test ``x in {...}`` holds a frozenset, whose order differs from process to process: it must not miss the cache."""
     (tmp_path / "jit_set.py").write_text("def f(x):\n    return x in {'ab', 'cd', 'ef', 'gh'}\n")
     code = "import jit_set, lmgcpy.compiled.kernel as jit; print(jit.fingerprint(jit_set.f))"
-    marks = {
-        subprocess.run(
-            [sys.executable, "-c", code],
-            env={**os.environ, "PYTHONHASHSEED": seed, **searching(tmp_path)},
-            check=True,
-            capture_output=True,
-            text=True,
-        ).stdout
-        for seed in ("1", "2")
-    }
+    marks = {process(code, folder=tmp_path, PYTHONHASHSEED=seed).stdout for seed in ("1", "2")}
     assert len(marks) == 1
 
 
@@ -278,25 +265,21 @@ def test_division_by_zero_is_infinite_as_in_numpy(cache):
 # --------------------------------------------------------------------------------------------------- the cache on disk
 
 
-def in_new_process(code, **environment):
-    """Run a script with warnings as errors; its output in words."""
-    command = [sys.executable, "-W", "error", "-c", code]
-    done = subprocess.run(command, env={**os.environ, **environment}, check=True, capture_output=True, text=True)
-    return done.stdout.split()
-
-
 def test_a_changed_helper_in_another_module_is_compiled_anew(tmp_path):
     """What numba's own cache gets wrong: it watches the defining file only."""
     code = "import jit_main; print(jit_main.main(3.0), sum(jit_main.main.dispatcher.stats.cache_hits.values()))"
     (tmp_path / "jit_main.py").write_text(
         "from lmgcpy.compiled.kernel import kernel\nfrom jit_helper import f\n@kernel\ndef main(x):\n    return f(x)\n"
     )
-    environment = {"LMGCPY_CACHE_DIR": str(tmp_path / "cache"), "PYTHONDONTWRITEBYTECODE": "1", **searching(tmp_path)}
+
+    def run():
+        return process(code, folder=tmp_path, LMGCPY_CACHE_DIR=tmp_path / "cache").stdout.split()
+
     (tmp_path / "jit_helper.py").write_text("def f(x):\n    return 2.0 * x\n")
-    assert in_new_process(code, **environment) == ["6.0", "0"]
-    assert in_new_process(code, **environment) == ["6.0", "1"]
+    assert run() == ["6.0", "0"]
+    assert run() == ["6.0", "1"]
     (tmp_path / "jit_helper.py").write_text("def f(x):\n    return 4.0 * x\n")
-    assert in_new_process(code, **environment) == ["12.0", "0"]
+    assert run() == ["12.0", "0"]
 
 
 def test_functions_of_one_name_from_two_processes_stay_apart(tmp_path):
@@ -319,10 +302,9 @@ def test_functions_of_one_name_from_two_processes_stay_apart(tmp_path):
     too_long_to_be_put_in_where_it_is_called = "; ".join(["x[i] += np.sin(x[i - 1]) * np.sin(x[i])"] * 24)
     source = textwrap.dedent(source).replace("LONG", too_long_to_be_put_in_where_it_is_called)
     (tmp_path / "jit_twins.py").write_text(source)
-    command = [sys.executable, str(tmp_path / "jit_twins.py")]
-    environment = {**os.environ, "LMGCPY_CACHE_DIR": str(tmp_path / "cache")}
+    cache = {"LMGCPY_CACHE_DIR": tmp_path / "cache"}
     outputs = [
-        subprocess.run([*command, *factors], env=environment, check=True, capture_output=True, text=True).stdout.split()
+        process("import jit_twins", *factors, folder=tmp_path, **cache).stdout.split()
         for factors in (["1"], ["2"], ["1", "2"])
     ]
     assert outputs == [["2.0", "1"], ["4.0", "1"], ["2.0", "4.0", "0"]]
@@ -452,7 +434,7 @@ import lmgcpy, sys
 heavy = [name for name in ("pyvista", "vtk", "matplotlib", "h5py") if name in sys.modules]
 print(len(recorder.buffer), *heavy)
 """
-    assert in_new_process(code) == ["0"]
+    assert process(code).stdout.split() == ["0"]
 
 
 HOMELESS = """

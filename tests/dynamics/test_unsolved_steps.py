@@ -6,6 +6,7 @@ The scene is a column of ten grains that two sweeps a step cannot solve to 1e-12
 import warnings
 
 import pytest
+from columns import unsolved
 
 import lmgcpy as lm
 from lmgcpy.experiment.damped import DampedSimulation
@@ -15,13 +16,7 @@ AT_THE_END = r"^\d+ of 5 steps did not reach the solver's tolerance"
 
 
 def column(kind=lm.Simulation, **options):
-    scene = lm.Scene(dimension=2, gravity=(0.0, -9.81))
-    for k in range(10):
-        scene.add(lm.disk(radius=0.1, position=(0.0, 0.1 + 0.2 * k), mass=1.0))
-    scene.add(lm.wall(point=(0, 0), normal=(0, 1)))
-    scene.see("GRAIN", "GRAIN", lm.Coulomb(friction=0.3))
-    scene.see("GRAIN", "WALL", lm.Coulomb(friction=0.3))
-    return kind(scene, time_step=2e-3, solver=lm.GaussSeidel(tolerance=1e-12, max_iterations=2), **options)
+    return unsolved(10, radius=0.1, kind=kind, **options)
 
 
 def test_a_loop_on_step_tells_of_the_first_unsolved_step_only():

@@ -16,6 +16,7 @@ import h5py
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from columns import unsolved
 
 import lmgcpy as lm
 from lmgcpy.cli import main
@@ -463,14 +464,7 @@ def test_resume_on_the_command_line(path):
 
 
 def stack(**options):
-    """Six disks, one on the other, which two sweeps do not solve."""
-    scene = lm.Scene(dimension=2, gravity=(0.0, -9.81))
-    for i in range(6):
-        scene.add(lm.disk(radius=0.05, position=(0.0, 0.05 + 0.1 * i), mass=1.0))
-    scene.add(lm.wall(point=(0, 0), normal=(0, 1)))
-    scene.see("GRAIN", "GRAIN", lm.Coulomb(friction=0.3))
-    scene.see("GRAIN", "WALL", lm.Coulomb(friction=0.3))
-    return lm.Simulation(scene, time_step=2e-3, solver=lm.GaussSeidel(tolerance=1e-12, max_iterations=2), **options)
+    return unsolved(6, radius=0.05, **options)
 
 
 def test_unconverged_steps_are_counted_and_said_once():

@@ -7,20 +7,15 @@ import json
 import h5py
 import numpy as np
 from click.testing import CliRunner
+from columns import column
 
 import lmgcpy as lm
 from lmgcpy.cli import main
 from lmgcpy.io.take_up import take_up
 
 
-def column(solver):
-    scene = lm.Scene(dimension=2, gravity=(0.0, -9.81))
-    for i in range(5):
-        scene.add(lm.disk(radius=0.01, position=(0.0, 0.01 + 0.02 * i), mass=1.0))
-    scene.add(lm.wall(point=(0, 0), normal=(0, 1)))
-    scene.see("GRAIN", "GRAIN", lm.Coulomb(friction=0.3))
-    scene.see("GRAIN", "WALL", lm.Coulomb(friction=0.3))
-    return lm.Simulation(scene, time_step=1e-3, solver=solver)
+def five_disks(solver):
+    return lm.Simulation(column(5, radius=0.01), time_step=1e-3, solver=solver)
 
 
 def without_slip(path):
@@ -43,7 +38,7 @@ def without_slip(path):
 
 
 def test_slip_and_round_off_are_in_the_history(tmp_path):
-    sim = column(lm.Auto(tolerance=1e-3))
+    sim = five_disks(lm.Auto(tolerance=1e-3))
     told = []
     sim.run(steps=6, record=tmp_path / "run.h5", until=lambda sim: told.append(sim.report.slip))
     with lm.io.open_run(tmp_path / "run.h5") as run:
@@ -51,7 +46,7 @@ def test_slip_and_round_off_are_in_the_history(tmp_path):
         assert max(told) > 0.0
     info = CliRunner().invoke(main, ["info", str(tmp_path / "run.h5")])
     assert f"worst slip {max(told):.3g}" in info.output
-    rounded = column(lm.Auto(tolerance=1e-18))
+    rounded = five_disks(lm.Auto(tolerance=1e-18))
     rounded.run(steps=3, record=tmp_path / "rounded.h5")
     with lm.io.open_run(tmp_path / "rounded.h5") as run:
         assert set(run.status) == {"round-off"}
@@ -62,8 +57,8 @@ def test_slip_and_round_off_are_in_the_history(tmp_path):
 
 def test_older_files_open_and_go_on(tmp_path):
     path = tmp_path / "run.h5"
-    column(lm.Auto(tolerance=1e-3)).run(steps=4, record=path)
-    column(lm.Auto(tolerance=1e-3)).run(steps=8, record=tmp_path / "whole.h5")
+    five_disks(lm.Auto(tolerance=1e-3)).run(steps=4, record=path)
+    five_disks(lm.Auto(tolerance=1e-3)).run(steps=8, record=tmp_path / "whole.h5")
     without_slip(path)
     with lm.io.open_run(path) as run:
         assert "slip" not in run.history.dtype.names
@@ -71,7 +66,7 @@ def test_older_files_open_and_go_on(tmp_path):
     info = CliRunner().invoke(main, ["info", str(path)])
     assert info.exit_code == 0
     assert "slip" not in info.output.split("  solver")[1]
-    sim = column(lm.Auto(tolerance=1e-3))
+    sim = five_disks(lm.Auto(tolerance=1e-3))
     take_up(sim, path)
     sim.run(steps=2)
     resumed = lm.resume(path)
