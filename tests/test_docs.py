@@ -45,6 +45,16 @@ def test_links_between_pages_lead_somewhere():
             assert (page.parent / target).exists(), f"{page.name} links to {target}"
 
 
+def test_every_file_that_a_page_names_is_there():
+    """By its path, or by its name alone where the text says in which folder it is."""
+    root = DOCS.parent
+    known = {path.name for folder in ("lmgcpy", "tests", "benchmarks", "tutorials") for path in (root / folder).rglob("*.py")}
+    for page in [*DOCS.glob("*.md"), root / "README.md"]:
+        for name in set(re.findall(r"`([\w/]+\.py)`", page.read_text())):
+            there = name in known or (root / name).exists() or (root / "lmgcpy" / name).exists()
+            assert there, f"{page.name} names {name}"
+
+
 def test_every_name_that_a_page_gives_is_there():
     """As ``lm.measure.stress`` in the text; what belongs to objects, as ``sim.report``, is in the blocks that run."""
     for page in [*DOCS.glob("*.md"), DOCS.parent / "README.md"]:

@@ -14,7 +14,7 @@ from lmgcpy.laws.coulomb import react_in_plane, react_in_space
 SOUND = 1e-9
 """A difference of at most this part of its terms is taken for round-off: blocks that miss symmetry or a zero eigenvalue by
 it, and errors ``e = w (r - react(w I, u - w r))`` of a solution. The errors of positive definite blocks stay below 1e-9
-where the condition does (``tests/solve/test_local.py``)."""
+where the condition does (``tests/solve/test_one_contact.py``)."""
 
 
 @dataclass(frozen=True)
