@@ -1,4 +1,5 @@
-"""Everything that touches numba: kernels with named slots, their fingerprint and cache, calls by address, atomics."""
+"""The room that touches the inside of numba: kernels with named slots, their fingerprint and cache, calls by address, and
+atomic numbers."""
 
 from lmgcpy.compiled.kernel import Statistics, statistics
 

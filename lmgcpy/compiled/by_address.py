@@ -1,8 +1,8 @@
-"""Functions and named tuples known by their addresses, in compiled code.
+"""Calls of compiled functions by their addresses, and named tuples read and written by theirs.
 
-What is called by address is compiled by itself, once, and the caller need not know the types of what it hands on: the
-driver of a solver is one piece of machine code for 2D, 3D and assembled problems. (Handed over by value, the three hundred
-numbers of a step's arrays cost the compiler a second at every call.)
+A function that is called by address is compiled by itself, once, and its caller does not know the types of the arguments
+that it passes on: the driver of a solver is one piece of machine code for 2D, 3D and assembled problems. (Passed by value,
+the three hundred numbers of a step's arrays cost the compiler a second at every call.)
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from numba.core import cgutils, types
 from lmgcpy.compiled.kernel import Pointer, intrinsic
 
 ROOM = 1024
-"""Words of memory for a named tuple of arrays."""
+"""Memory for a named tuple of arrays [words of 8 bytes]."""
 _POINTER = ir.IntType(8).as_pointer()
 
 
 def _bare(context, builder, kind: Any, value):
-    """A tuple whose arrays own nothing: who wrote it keeps them alive, and no counting is done where it is read."""
+    """A tuple whose arrays own no memory: its writer keeps them alive, and its reader counts no references."""
     if isinstance(kind, (types.NamedTuple, types.NamedUniTuple)):
         for k, member in enumerate(kind.types):
             part = _bare(context, builder, member, builder.extract_value(value, k))
@@ -79,8 +79,8 @@ def _call_work(typing_context, address, kind, task, job):
     def generate(context, builder, signature, arguments):
         whole = ir.IntType(64)
         function = ir.FunctionType(ir.VoidType(), [whole, whole, _POINTER])
-        place = builder.inttoptr(arguments[3], _POINTER)
-        builder.call(builder.inttoptr(arguments[0], function.as_pointer()), [*arguments[1:3], place])
+        job_pointer = builder.inttoptr(arguments[3], _POINTER)
+        builder.call(builder.inttoptr(arguments[0], function.as_pointer()), [*arguments[1:3], job_pointer])
         return context.get_dummy_value()
 
     return types.void(types.int64, types.int64, types.int64, types.int64), generate
@@ -97,7 +97,7 @@ def _call_at(typing_context, address):
 
 
 _written: dict[int, Any] = {}
-"""By address, where kernels run as plain Python: there is no more than one for each address that is used again."""
+"""Tuples by address, where kernels run as plain Python; an address that is used again has one tuple, the last."""
 
 
 def _call_in_python(address, *arguments):

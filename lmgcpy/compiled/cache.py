@@ -2,8 +2,8 @@
 
 numba's own cache keeps an index beside the code of each function, and stops at one that it cannot read; two processes that
 write at once can leave an index that points to the other's code; and it does not even read where it may not write. Here a
-file is whole or it does not count: it has its name from the moment it is complete, and starts with a digest of its content.
-What is missing or damaged is compiled again.
+file counts only if it is whole: it gets its name when it is complete, and starts with a digest of its content. A kernel
+whose file is missing or damaged is compiled again.
 """
 
 from __future__ import annotations
@@ -55,10 +55,10 @@ class CacheWarning(RuntimeWarning):
 
 
 class KernelCache(NullCache):
-    """What numba asks for, and gives, the machine code of one kernel.
+    """The cache of one kernel, as numba asks for it.
 
-    ``stem``: its name and fingerprint; ``why_not_kept``: asked when it is compiled, a clause where the fingerprint does not
-    tell all that the code depends on.
+    ``stem``: name and fingerprint of the kernel; ``why_not_kept``: is called when the kernel has been compiled, and returns
+    a clause where the fingerprint does not cover all that the code depends on.
     """
 
     def __init__(self, stem: str, why_not_kept: Callable[[], str | None]):
@@ -77,12 +77,14 @@ class KernelCache(NullCache):
             return None
         try:
             result = CompileResult._rebuild(context, *pickle.loads(content[DIGEST:]))
-        except Exception:  # whole, but of no use here: a type that it takes has moved to another module, for example
+        except (
+            Exception
+        ):  # a whole file may still not load here: a type that the kernel takes has moved to another module, for example
             return None
         return result if result.signature.args == arguments else None
 
     def save_overload(self, signature: Any, result: Any) -> None:
-        """Keep compiled code; a directory that cannot be written is told once."""
+        """Keep compiled code; warns once of a directory that cannot be written."""
         reason = self.why_not_kept()
         if reason is None and result.library.has_dynamic_globals:
             reason = f"{self.stem} reads a global array of more than a megabyte by its address in this process"

@@ -1,7 +1,7 @@
-"""What others have taught numba: ``numba.extending.overload`` and its kind.
+"""Extensions of numba by other packages: ``numba.extending.overload`` and its kind.
 
-Such an extension changes what a kernel means without standing anywhere in the kernel's own text: ``np.i0(x)``, ``x.half``
-or ``a * b`` of tuples do what somebody's function says, and it may read what it likes while it makes code.
+An extension changes what a kernel does although the kernel's own text does not name it: ``np.i0(x)``, ``x.half`` or
+``a * b`` of tuples do what somebody's function says, and that function may read anything while it makes code.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from typing import Any
 from numba.core.typing.templates import builtin_registry
 
 AT_HOME = ("numba", "lmgcpy", "abc")
-"""Packages whose templates are known; those that numba makes of no class statement are of module abc."""
+"""Packages whose templates are known; templates that numba makes without a class statement are of module abc."""
 
 
 def extension_in_use(read: set[str]) -> str | None:
@@ -27,7 +27,7 @@ def extension_in_use(read: set[str]) -> str | None:
 
 
 def answered(template: Any) -> bool:
-    """Whether a template ever had an answer in this process: most are asked about types that are not theirs."""
+    """Whether a template has ever applied in this process: numba asks most of them about types that are not theirs."""
     answers = getattr(template, "_impl_cache", None)
     if answers is None or hasattr(template, "_attr"):  # those of attributes are not kept there
         return True
@@ -35,7 +35,7 @@ def answered(template: Any) -> bool:
 
 
 def made_by(template: Any) -> str | None:
-    """Who made a template that is not numba's, by module and name."""
+    """Module and name of the function that made a template; None for templates of numba and lmgcpy."""
     makers: list[Any] = [getattr(template, part, None) for part in ("_overload_func", "_definition_func")]
     makers = [maker for maker in makers if maker is not None]
     if not makers:
@@ -45,12 +45,12 @@ def made_by(template: Any) -> str | None:
 
 
 def foreign(made: Any) -> bool:
-    """Whether a function or class is neither numba's nor lmgcpy's; one that was made of text has no module."""
+    """Whether a function or class belongs neither to numba nor to lmgcpy; one that was made from text has no module."""
     module, name = getattr(made, "__module__", None), getattr(made, "__qualname__", None)
     return isinstance(module, str) and isinstance(name, str) and module.split(".")[0] not in AT_HOME
 
 
 def stands_for(template: Any) -> str | None:
-    """The name by which code calls what a template is about; None for an operator, which has none."""
+    """The name by which code uses what a template defines; None for an operator, which has no name."""
     name = getattr(template, "_attr", None) or getattr(getattr(template, "key", None), "__name__", None)
     return None if getattr(template.key, "__module__", None) == "_operator" else name

@@ -1,9 +1,10 @@
-"""What the machine code of a function depends on: a hash of its content, or the names whose content cannot be told.
+"""What the machine code of a function depends on: a hash of its content, or the names whose content cannot be hashed.
 
 Only what is listed in :meth:`Content._add` is hashed: numbers, strings, members of an Enum, arrays, tuples of these, plain
 functions and ``numba.njit`` ones with all that they read in turn, and what belongs to Python, numpy or numba, whose
-versions are hashed. Of anything else, a ``numba.vectorize`` function or an intrinsic for example, the content is not
-guessed: it is entered in :attr:`Content.unknown`, and the machine code is not kept (see :mod:`lmgcpy.compiled.cache`).
+versions are hashed. The content of anything else, of a ``numba.vectorize`` function or an intrinsic for example, is not
+guessed: its name is entered in :attr:`Content.unknown`, and the machine code is not kept (see
+:mod:`lmgcpy.compiled.cache`).
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ SWITCHES = (
 )
 """What in ``numba.config``, or in the environment as ``NUMBA_...``, makes other machine code."""
 HOUSES = ("builtins", "math", "cmath", "_operator", "numpy", "numba")
-"""Packages whose functions and classes are known by name, as their versions are hashed."""
+"""Packages whose functions and classes are hashed by name, as the versions of the packages are hashed."""
 PLAIN = (bool, int, float, complex, str, bytes, type(None), type(Ellipsis))
 
 
@@ -64,19 +65,19 @@ class Content:
 
     def __init__(self, function: Callable, names: dict[str, Any] | None = None, arguments: tuple = ()):
         self.unknown: list[str] = []
-        """What is read and cannot be told, a clause each."""
+        """What the code reads and cannot be hashed, one clause each."""
         self.read: set[str] = set()
         """Every name that is read, of globals and of attributes."""
         self._digest = hashlib.sha256()
         self._seen: dict[tuple, int] = {}
         self._trail: list[str] = []
-        """The functions on the way to the one that is looked at."""
+        """The functions that call each other down to the one that is being hashed."""
         self._note(versions(), *map(described, arguments))
         self._add_function(function, names or {})
 
     @property
     def mark(self) -> str:
-        """The hash; of what cannot be told, one that never comes again."""
+        """The hash; where some content is unknown, a hash that never comes again."""
         digest = self._digest.copy()
         if self.unknown:
             digest.update(uuid.uuid4().bytes)

@@ -1,13 +1,14 @@
-"""One place for everything that has to do with the compiler.
+"""Compiled functions with named slots.
 
 A :class:`Kernel` is a plain Python function that is compiled by numba at its first call and kept in the user's cache
-directory. Four things it does that ``numba.njit(cache=True)`` does not:
+directory. It does four things that ``numba.njit(cache=True)`` does not:
 
 * Plain functions that a kernel calls are compiled with it, so that nobody has to decorate a helper.
 * Its name in the cache carries a fingerprint of everything the code depends on: its own byte code, the functions it
   calls, in whatever file, the constants it reads, the fields of the named tuples it takes, numba and Python. numba's own
-  cache watches the defining file only and would run stale code after an edit elsewhere. What cannot be told by its
-  content is compiled without the cache, and a warning says so once (:mod:`lmgcpy.compiled.fingerprint`).
+  cache watches the defining file only and would run stale code after an edit elsewhere. A kernel that reads something
+  whose content cannot be hashed is compiled without the cache, and a warning says so once
+  (:mod:`lmgcpy.compiled.fingerprint`).
 * The functions in the machine code have the fingerprint in their names as well. numba counts them instead, in each
   process anew, and of two functions of one name from two processes the linker keeps the first: the code of another law.
 * :meth:`Kernel.specialise` gives some global names a new meaning, in the kernel and in the functions that it calls, and
@@ -88,7 +89,7 @@ class Kernel(Template):
         return self._dispatcher
 
     def make_ready(self, *arguments: Any) -> None:
-        """Load or compile what a call with such arguments needs; nothing is run."""
+        """Load or compile what a call with such arguments needs, and run nothing."""
         if INTERPRETED:
             return
         dispatcher: Any = self.dispatcher
@@ -139,7 +140,7 @@ class Kernel(Template):
 
 
 class Pointer:
-    """What stands in for a C function where kernels run as plain Python."""
+    """Stands in for a C function where kernels run as plain Python."""
 
     functions: ClassVar[dict[int, Callable]] = {}
     """By address."""
@@ -150,8 +151,8 @@ class Pointer:
 
 
 def intrinsic(stand_in: Callable) -> Callable[[Callable], Any]:
-    """Decorator of what writes machine code for a kernel, see ``numba.extending.intrinsic``; ``stand_in``: what does the
-    same where kernels run as plain Python."""
+    """Decorator of a function that writes machine code for kernels, see ``numba.extending.intrinsic``; ``stand_in``: a
+    function that does the same where kernels run as plain Python."""
     return (lambda definition: stand_in) if INTERPRETED else numba.extending.intrinsic
 
 
@@ -171,7 +172,7 @@ class Statistics:
 
 
 def statistics() -> Statistics:
-    """What numba counted of all kernels so far."""
+    """Which kernels of this process were loaded and which were compiled so far."""
     loaded: list[str] = []
     compiled: list[str] = []
     for one in _in_use:

@@ -20,12 +20,14 @@ def _bin(positions, radius, origin, cell, shape, order, first, ordered):
         z = int((positions[i, 2] - origin[2]) / cell)
         home[i] = (z * shape[1] + y) * shape[0] + x
         first[home[i] + 1] += 1
+    # counts become the first index of each cell
     for k in range(1, first.shape[0]):
         first[k] += first[k - 1]
-    place = first[:-1].copy()
+    # where in the order the next point of each cell goes
+    next_free = first[:-1].copy()
     for i in range(count):
-        k = place[home[i]]
-        place[home[i]] += 1
+        k = next_free[home[i]]
+        next_free[home[i]] += 1
         order[k] = i
         for column in range(3):
             ordered[k, column] = positions[i, column]
@@ -57,6 +59,7 @@ def _near_pairs(reach, origin, cell, shape, order, first, ordered, pairs):
                     d_x = p_x - ordered[k, 0]
                     d_y = p_y - ordered[k, 1]
                     d_z = p_z - ordered[k, 2]
+                    # squared distance of the centres against the sum of radii and reach
                     d = ordered[i, 3] + ordered[k, 3] + reach
                     if d_x * d_x + d_y * d_y + d_z * d_z <= d * d:
                         if found < capacity:
@@ -68,18 +71,18 @@ def _near_pairs(reach, origin, cell, shape, order, first, ordered, pairs):
 
 @kernel
 def _sort_by(column, pairs, first, result):
-    """Counting sort of pairs by one of the two, those that agree in it as they come; ``first``: room for one number more
-    than there are contactors."""
+    """Counting sort of pairs by one of the two, pairs that agree in it keep their order; ``first``: scratch, one number
+    more than there are contactors."""
     first[:] = 0
     for p in range(pairs.shape[0]):
         first[pairs[p, column] + 1] += 1
     for k in range(1, first.shape[0]):
         first[k] += first[k - 1]
     for p in range(pairs.shape[0]):
-        place = first[pairs[p, column]]
+        k = first[pairs[p, column]]
         first[pairs[p, column]] += 1
-        result[place, 0] = pairs[p, 0]
-        result[place, 1] = pairs[p, 1]
+        result[k, 0] = pairs[p, 0]
+        result[k, 1] = pairs[p, 1]
 
 
 def by_first(pairs: np.ndarray, count: int) -> np.ndarray:
@@ -124,7 +127,7 @@ def near_pairs(positions: np.ndarray, radius: np.ndarray, reach: float) -> np.nd
     first = np.empty(int(np.prod(shape)) + 1, np.int64)
     ordered = np.empty((count, 4))
     _bin(centres, radius, origin, cell, shape, order, first, ordered)
-    pairs = np.empty((12 * count, 2), np.int32)  # room that is not used costs nothing
+    pairs = np.empty((12 * count, 2), np.int32)  # memory that is not touched costs nothing
     while True:
         found = _near_pairs(reach, origin, cell, shape, order, first, ordered, pairs)
         if found <= len(pairs):

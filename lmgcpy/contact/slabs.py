@@ -29,7 +29,7 @@ MOST_SLABS = 32
 """Half of them can be swept side by side."""
 LEAST_SLABS = 8
 """A sample with room for so many slabs side by side is cut across a horizontal axis."""
-BODIES_A_SLAB = 600
+BODIES_A_SLAB = 1250
 """Fewer bodies than that do not fill a slab, beyond the first :data:`LEAST_SLABS`: the fewer slabs, the fewer sweeps."""
 BINS = 1024
 """The axis is cut at the borders of so many bins."""
@@ -141,12 +141,13 @@ def cut_bodies(
 
 @kernel
 def sort_pairs(pairs, body, count, slab, place, walls, rank, result, cuts):
-    """The pairs in the order of the sweep, into ``result``: by the body that comes first, otherwise as they come; and
-    where each has gone, into ``rank``.
+    """Write the pairs into ``result`` in the order of the sweep: by the body that comes first, pairs of the same body in
+    their order; and into ``rank`` where each pair has gone.
 
     ``walls``: 0 or 1 where held walls are the candidates or antagonists, else -1. ``cuts``: where each slab begins, and
     what is in none, and the end.
     """
+    # key of a pair: the place of its body that comes first; pairs of no slab come last
     cuts[:] = 0
     last = place.shape[0]
     key = np.empty(pairs.shape[0], np.int64)
@@ -169,6 +170,7 @@ def sort_pairs(pairs, body, count, slab, place, walls, rank, result, cuts):
             key[p] = min(place[c], place[a])
         cuts[mine + 1] += 1
         first[key[p] + 1] += 1
+    # counting sort by the key
     for k in range(1, cuts.shape[0]):
         cuts[k] += cuts[k - 1]
     for k in range(1, first.shape[0]):

@@ -173,7 +173,7 @@ def test_tasks_that_are_done_side_by_side_write_to_no_body_twice():
 def test_slabs_are_of_about_equal_numbers_and_wide_enough():
     along = np.random.default_rng(0).normal(0.0, 3.0, 20_000)
     count, slab = cut_slabs(along, 0.2)
-    assert 16 <= count <= 32
+    assert 14 <= count <= 16  # one for 1250 points
     assert (np.diff(slab[np.argsort(along)]) >= 0).all()
     ends = [(along[slab == s].min(), along[slab == s].max()) for s in range(count)]
     bin_width = np.ptp(along) / 1024
