@@ -76,7 +76,7 @@ def as_problem(step: StepProblem) -> Conic:
 
 
 def conic_form(step: StepProblem) -> ConicForm:
-    """What makes the problem of a step in conic form, for solvers that need it."""
+    """The conic form of a step, made when a solver asks for it."""
     return ConicForm(lambda: as_problem(step), law_without_conic(step))
 
 

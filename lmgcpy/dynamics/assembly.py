@@ -31,7 +31,7 @@ class StepProblem:
     kernels: list[LawKernels]
     table: Groups
     offset: np.ndarray
-    """Where the numbers of each group begin in ``System.prepared``."""
+    """First number of each group in ``System.prepared``."""
     data: StepData
     space: Space
     free_velocity: np.ndarray
@@ -44,7 +44,7 @@ class StepProblem:
         return replace(self, data=self.data._replace(after=self.relative_velocities(self.system.velocity)))
 
     def relative_velocities(self, velocities: np.ndarray) -> np.ndarray:
-        """Of all interactions in their local frames, for velocities of the bodies (n, k); (m, d)."""
+        """Relative velocities of all interactions in their local frames, (m, d), for velocities of the bodies (n, k)."""
         result = with_spare_rows(*self.data.before.shape)
         self.space.relative_velocities(self.system, velocities, result)
         return result

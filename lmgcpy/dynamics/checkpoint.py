@@ -23,13 +23,13 @@ class Checkpoint:
     time: float
     """[s]."""
     steps: int
-    """Made so far."""
+    """Number of steps so far."""
     unconverged_steps: int
-    """Of those, which the solver did not solve to its tolerance."""
+    """Number of steps that the solver did not solve to its tolerance."""
     worst_residual: float
     """Largest residual of a step so far."""
     energy: Energy
-    """Of the last step, and its totals."""
+    """Energies of the last step, and their totals."""
     memory: Memory
     """Impulses and states of the interactions, by identity."""
     predicted: np.ndarray

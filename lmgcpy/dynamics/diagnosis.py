@@ -35,7 +35,10 @@ def fault_of_solve(problem: StepProblem, solve: Callable[[StepProblem], object],
 
 
 def asked(problem: StepProblem, group: Group, row: int, prepared: tuple[float, ...]) -> str:
-    """A sentence with what ``react`` and ``slope`` return at the present velocities; LawFault where they raise."""
+    """A sentence with the results of ``react`` and ``slope``, interpreted, at the present velocities.
+
+    Raises LawFault where one of them raises.
+    """
     system = problem.system
     velocity = np.empty_like(system.impulse)
     problem.space.relative_velocities(system, system.velocity, velocity)

@@ -31,13 +31,13 @@ class Energy:
     """Energy in elastic links at the predicted gaps, by law; at each step its change and the work of the links'
     impulses sum to what the scheme damps, plus the links' second-order stretch."""
     defect: float = 0.0
-    """What is left of the identity in this step."""
+    """Error of the identity in this step."""
     total_loads: float = 0.0
     total_drives: float = 0.0
     total_interactions: dict[str, float] = field(default_factory=dict)
     made: float = 0.0
-    """What interactions have made: the work of all whose laws promise to make nothing, and what they store, over the least
-    that this ever was. Not counted while links are drawn to their reference."""
+    """Energy that interactions have made: the work and the stored energy of all laws that promise to make none, less the
+    smallest value of this sum so far. Not counted while links are drawn to their reference."""
 
     @property
     def mechanical(self) -> float:
@@ -115,9 +115,9 @@ def fallen(problem: StepProblem, before: np.ndarray) -> np.ndarray:
 
 
 PIECE = 8192
-"""So many products a call of BLAS, which shares out longer sums among threads: their number would show in the last bits,
-and on a busy machine the waiting for them took longer than the whole of the rest (16 ms at 10 000 spheres). What is
-between stays in the cache."""
+"""Number of products in a call of BLAS. It shares out longer sums among threads: their number would show in the last bits,
+and on a busy machine the wait for them took longer than all the rest (16 ms at 10 000 spheres). Intermediate arrays stay in
+the cache."""
 
 
 def total(of: Callable[..., Any], *arrays: np.ndarray) -> float:

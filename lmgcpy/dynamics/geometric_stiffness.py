@@ -42,7 +42,7 @@ ENOUGH = 0.1
 """A stiffness within this part of what the impulses call for is enough: at a tenth below, ``alpha = 0.9 - 1.8/s`` is still
 far from the least that is stable, ``1/2 - 2/s``."""
 TURNS = 30
-"""So often a step is solved at the most. (Jerked wires of 21 beads, mass ratios of 1e3 and 1e5: 17 at the worst, in the
+"""Most solves of a step. (Jerked wires of 21 beads, mass ratios of 1e3 and 1e5: 17 at the worst, in the
 first step of the jerk, and 1.0 to 1.3 in the mean.)"""
 BOTH_WAYS = 2
 """From this turn on stiffnesses only grow, and may be larger than what is called for: where a link is taut in one turn

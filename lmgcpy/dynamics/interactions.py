@@ -22,21 +22,21 @@ class InteractionView:
     antagonist: np.ndarray
     """Ids of the antagonist bodies, (m,)."""
     gap: np.ndarray
-    """At the detection configuration [m], (m,)."""
+    """Gaps at the detection configuration [m], (m,)."""
     frame: np.ndarray
     """Rows n, t(, s) of the local frame, (m, d, d)."""
     impulse: np.ndarray
-    """In the local frame, normal first [N s], (m, d)."""
+    """Impulses in the local frame, normal first [N s], (m, d)."""
     force: np.ndarray
     """impulse / time step [N], (m, d)."""
     lever: np.ndarray
     """Contact point seen from the centre of the candidate, and of the antagonist [m], (m, 2, d)."""
     state: dict[str, np.ndarray]
-    """What laws with a state keep, by name, (m,) each; NaN where the law of an interaction keeps no such number."""
+    """Numbers that laws with a state keep, by name, (m,) each; NaN where the law of an interaction keeps no such number."""
 
     @property
     def normal(self) -> np.ndarray:
-        """From the antagonist to the candidate, (m, d)."""
+        """Normals, from the antagonist to the candidate, (m, d)."""
         return self.frame[:, 0]
 
     @classmethod

@@ -1,4 +1,4 @@
-"""What a scene becomes when it is compiled: a frozen model, and a state that steps through time."""
+"""A compiled scene: a frozen model, and the state of its bodies, which changes with time."""
 
 from __future__ import annotations
 
@@ -53,9 +53,9 @@ class Model:
     mass: np.ndarray
     """Mass or inertia by component [kg, kg m^2], (n, k); infinite where no mass was needed."""
     inverse_mass: np.ndarray
-    """Its inverse, zero where the component is driven, (n, k)."""
+    """Inverse of the mass, zero where the component is driven, (n, k)."""
     radius: np.ndarray
-    """From the centre to the surface along a link [m], (n,); zero for what is no disk."""
+    """Distance from the centre to the surface along a link [m], (n,); zero for bodies that are no disks or spheres."""
     extent: np.ndarray
     """Radius of a circle around the centre that holds the body [m], infinite for walls, (n,)."""
     wall_normals: dict[int, np.ndarray]
@@ -74,7 +74,7 @@ class Model:
     forces: list[Drive]
     """Imposed forces."""
     start: BodyState
-    """Where everything is at the beginning."""
+    """State of the bodies at the beginning."""
 
     @property
     def size(self) -> np.ndarray:
@@ -120,7 +120,7 @@ class Model:
 
 @dataclass
 class BodyState:
-    """Positions (n, 3), velocities (n, k), and the time [s].
+    """State of the bodies: positions (n, 3), velocities (n, k), and the time [s].
 
     In 2D (x, y, angle) [m, m, rad] and (v_x, v_y, spin); in 3D (x, y, z) and three components of the spin more: no
     rotation is kept, as spheres look alike from all sides.

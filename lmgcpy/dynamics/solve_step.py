@@ -67,7 +67,7 @@ def call_solver(problem: StepProblem, solver: Solver, row: np.ndarray | None = N
 
 
 def fault(problem: StepProblem, solver: Solver) -> Exception:
-    """What to raise where a step has no finite result."""
+    """The error for a step without a finite result."""
     when = f"In the step from t = {problem.data.time:g} s"
     try:
         what = fault_of_solve(problem, lambda watched: call_solver(watched, solver), solver.wire_blocks)

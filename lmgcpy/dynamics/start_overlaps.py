@@ -9,7 +9,7 @@ from lmgcpy.dynamics.model import Model
 
 SHARE = 0.05
 """Overlaps up to this part of the smaller radius are not reported. The relaxation of a sample at a solver's tolerance of
-1e-2 leaves overlaps of up to 3.5 % (70 to 2000 particles). A body laid in the wrong place overlaps by tenths."""
+1e-2 leaves overlaps of up to 3.5 % (measured on 70 to 2000 particles). A misplaced body overlaps by tenths."""
 
 
 def overlaps_at_start(model: Model) -> str | None:

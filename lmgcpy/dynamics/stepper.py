@@ -35,7 +35,7 @@ from lmgcpy.solve.report import Report
 from lmgcpy.solve.solver import Solver, check_solver
 
 REACTIONS = ("warn", "stop", "ignore")
-"""What may be done about steps that were not solved, and about bodies that overlap at the start."""
+"""Answers to steps that were not solved, and to bodies that overlap at the start."""
 
 
 Loads = list[tuple[Drive, float]]
@@ -165,7 +165,7 @@ class Stepper:
 
     @contextmanager
     def _whole_or_not_at_all(self) -> Iterator[None]:
-        """Put positions and detector back where the step fails on the way."""
+        """Put positions and detector back where the step fails."""
         # the detector replaces its lists, never changes them in place, and remembers last of all
         positions, detector = self.state.positions.copy(), copy(self._detector)
         self._last = None  # the arrays of the step before make room
@@ -243,7 +243,7 @@ class Stepper:
         problem, self.report = solve_step(problem, self.solver, links, self._detector.place, self.threads)
         return problem
 
-    # ------------------------------------------------------------------------------------------------- what is said
+    # ---------------------------------------------------------------------------------------------------- warnings
 
     def _watched(self, found: Found, loads: Loads, before: np.ndarray) -> list[str]:
         """Warnings of a step: large displacements, links off their length, energy that was made."""
@@ -277,7 +277,7 @@ class Stepper:
         ]
 
     def _unsolved(self) -> RuntimeError:
-        """What to raise where the last step was not solved."""
+        """The error for a last step that was not solved."""
         return RuntimeError(f"Step {self.steps}, to t = {self.time:g} s, was not solved: {self.report}.")
 
     # -------------------------------------------------------------------------------------------------- checkpoints

@@ -117,7 +117,7 @@ class TurningStretch:
         return 0.5 * np.add.reduceat(np.einsum("bk,bk->b", self._mass, before * before + given * given), self._first_body)
 
     def _made(self, problem: StepProblem, chain: int) -> float:
-        """What a chain makes in the step: the work of its impulses, and what it stores more than before [J]."""
+        """Energy that a chain makes in the step: the work of its impulses, and the growth of its stored energy [J]."""
         start, stop = self._cuts[chain], self._cuts[chain + 1]
         data, part = problem.data, slice(start, stop)
         work = 0.5 * float((problem.system.impulse[part] * (data.before[part] + data.after[part])).sum())

@@ -1,8 +1,8 @@
-"""Gauss-Seidel with momentum: the same sweeps, each started from a point extrapolated along the way of the last two.
+"""Gauss-Seidel with momentum: the same sweeps, each started from a point extrapolated from the last two.
 
 Late in a solve plain Gauss-Seidel hardly turns: from one sweep to the next the impulses of a jammed sample move by the
 same vector, for hundreds of sweeps, until a contact opens or slips and the direction changes a little. (One step of a
-biaxial test, rigid rods: 1000 sweeps made a way of 1000 times that of one sweep, with seven changes of status.) With
+biaxial test, rigid rods: 1000 sweeps moved the impulses 1000 times as far as one sweep, with seven changes of status.) With
 ``G`` one sweep, the iteration here is Nesterov's,
 
     x_{k+1} = G(y_k),    y_{k+1} = x_{k+1} + beta_j (x_{k+1} - x_k),    beta_j = min(j / (j + 3), 1 - damping),
@@ -54,9 +54,9 @@ GROWTH = 2.0
 RECOVERY = 0.997
 """Decay of the damping a sweep: it halves in 230."""
 FAST = 0.8
-"""While a step is less than so much of the one before, the momentum does not grow: the sweeps need no help."""
+"""The momentum does not grow while a step is less than this part of the one before: the sweeps converge by themselves."""
 MOST_DAMPING = 0.5
-"""The momentum that is always allowed never did harm."""
+"""Largest damping: the momentum that it leaves never did harm."""
 
 
 def squares(weight, x, y):
@@ -88,7 +88,7 @@ def copy(x, y):
 
 
 def own_work(kind, task, job):
-    """What is done to the iterates, a part of each."""
+    """Work on one part of the iterates, by kind."""
     step = read(job)
     own = step.iterates
     impulse = step.s.impulse.reshape(-1)

@@ -18,13 +18,13 @@ if TYPE_CHECKING:
 UNSYMMETRIC = 1e-2
 """Scaled entries across the diagonal may differ by so much: those of published problems do by up to 2e-3."""
 EXCESS = 1e-2
-"""By so much a scaled entry may be above 1: in published problems it is by up to 4e-6."""
+"""A scaled entry may exceed 1 by so much: in published problems it does by up to 4e-6."""
 NEGATIVE = -1e-3
 """An eigenvalue of the scaled W below this is no round-off: the least one of published problems is -6e-7."""
 TINY = 1e-12
 """Entries in rows with a zero on the diagonal are round-off up to this part of the largest diagonal entry."""
 STEPS = 200
-"""Of Lanczos' method; eigenvalues that stand apart from the others are found within some tens."""
+"""Most steps of Lanczos' method; it finds eigenvalues that stand apart from the others within some tens."""
 WHAT = "W of a problem"
 
 

@@ -1,4 +1,4 @@
-"""What differs between dimension 2 and 3: the parts that templates are specialised with, and kernels over all bodies."""
+"""The parts of templates that differ between 2D and 3D, and the kernels over all interactions."""
 
 from __future__ import annotations
 

@@ -12,6 +12,8 @@ shapes need.
 
 from __future__ import annotations
 
+import numpy as np
+
 ROWS = 2
 """1 where the impulse is normal only."""
 CENTRAL = True
@@ -113,6 +115,12 @@ def momentum(start, stop, walls, s, result):
 
 def relative_velocities(s, velocity, result):
     """(u_n, u_t) of every interaction for the velocities of the bodies, into ``result`` (m, 2)."""
-    central = s.lateral.shape[0] == 0
-    for i in range(s.candidate.shape[0]):
-        result[i, 0], result[i, 1] = relative_velocity_for(velocity, i, s, central)
+    # the constants of the calls let the compiler inline them: with a variable for them a call costs 500 ns
+    if s.lateral.shape[0] == 0:
+        for k in range(s.candidate.shape[0]):
+            i = np.uintp(k)
+            result[i, 0], result[i, 1] = relative_velocity_for(velocity, i, s, True)
+    else:
+        for k in range(s.candidate.shape[0]):
+            i = np.uintp(k)
+            result[i, 0], result[i, 1] = relative_velocity_for(velocity, i, s, False)

@@ -11,6 +11,8 @@ the velocities ``(v, spin)_c`` and ``(v, spin)_a`` are
 
 from __future__ import annotations
 
+import numpy as np
+
 from lmgcpy.solve.small_matrices import small_matrices
 
 ROWS = 3
@@ -127,5 +129,6 @@ def momentum(start, stop, walls, s, result):
 
 def relative_velocities(s, velocity, result):
     """(u_n, u_t, u_s) of every interaction for the velocities of the bodies, into ``result`` (m, 3)."""
-    for i in range(s.candidate.shape[0]):
+    for k in range(s.candidate.shape[0]):
+        i = np.uintp(k)
         result[i, 0], result[i, 1], result[i, 2] = relative_velocity_for(velocity, i, s)

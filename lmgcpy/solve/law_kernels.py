@@ -38,17 +38,17 @@ class StepData(NamedTuple):
     """What the laws of a step are given beside the impulses; m interactions."""
 
     gap: np.ndarray
-    """At the detection configuration [m], (m,)."""
+    """Gaps at the detection configuration [m], (m,)."""
     reference_gap: np.ndarray
     """[m], (m,); zero for contacts."""
     before: np.ndarray
     """Relative velocities at the start of the step [m/s], (m, d)."""
     after: np.ndarray
-    """The same at its end, (m, d); (0, d) until it is solved."""
+    """Relative velocities at its end [m/s], (m, d); (0, d) until it is solved."""
     state: np.ndarray
-    """What the laws keep, (m, k) with k the longest of the scene; NaN beyond a law's own."""
+    """States of the laws, (m, k) with k the most numbers that a law of the scene keeps; NaN beyond a law's own."""
     time: float
-    """At the start of the step [s]."""
+    """Time at the start of the step [s]."""
     time_step: float
     """[s]."""
     at: np.ndarray
@@ -275,7 +275,7 @@ def stiffened_kernels(
 
 
 def not_compiled(law: type[Law], error: Exception) -> TypeError:
-    """What to raise where numba refuses a function of a law."""
+    """The error for a law of which numba refuses a function."""
     lines = [line.strip() for line in str(error).splitlines()]
     reason = " ".join(line for line in lines if line and not line.startswith("Failed in"))
     return TypeError(

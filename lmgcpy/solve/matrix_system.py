@@ -32,7 +32,7 @@ class MatrixSystem(NamedTuple):
     """Arrays of a problem in dimension d; m interactions."""
 
     first: np.ndarray
-    """Where the blocks of a block column begin, (m + 1,) int64."""
+    """First block of each block column, and the end, (m + 1,) int64."""
     row: np.ndarray
     """Row of each block, (blocks,) int64."""
     block: np.ndarray
@@ -61,7 +61,7 @@ class MatrixSystem(NamedTuple):
     squared_error: np.ndarray
     noise: np.ndarray
     floor: np.ndarray
-    """As in ``lmgcpy.solve.system.System``, with a row of ``noise`` an interaction."""
+    """See ``lmgcpy.solve.system.System``; ``noise`` has a row for each interaction."""
     told: np.ndarray
 
 
@@ -87,7 +87,7 @@ def add_impulses(start, stop, walls, s, velocity):
 
 
 def add_noise(start, stop, walls, s):
-    """Add ``|W| |r|`` of some interactions to what their velocities are rounded from."""
+    """Add ``|W| |r|`` of some interactions to the sizes of the terms."""
     for i in range(start, stop):
         for k in range(s.first[i], s.first[i + 1]):
             j = s.row[k]
@@ -97,13 +97,13 @@ def add_noise(start, stop, walls, s):
 
 
 def gather_noise(first, last, s):
-    """What the velocities of some interactions are rounded from [m/s], into ``s.floor``."""
+    """Sizes of the terms of some relative velocities [m/s], into ``s.floor``."""
     for i in range(first, last):
         s.floor[i] = s.noise[i, 0] + s.noise[i, 1]
 
 
 def begin_noise(first, last, s, free_velocity):
-    """What the velocities are rounded from without impulses: themselves."""
+    """Sizes of the terms of the velocities without impulses: their own."""
     for i in range(first, last):
         s.noise[i, 0] = abs(free_velocity[i, 0])
         s.noise[i, 1] = 0.0
@@ -117,11 +117,11 @@ def begin_free(first, last, s, free_velocity):
 
 
 def leave(first, last, s, free_velocity):
-    """Nothing is left to do."""
+    """Nothing: the velocities of the interactions are complete."""
 
 
 def parts_of(dimension: int) -> dict[str, Any]:
-    """What the templates of the groups are specialised with."""
+    """The parts of the templates that differ from those of bodies."""
     own = h_rows_2d if dimension == 2 else h_rows_3d
     return {"relative_velocity": relative_velocity, "push": push, "local_problem": own.local_problem}
 
@@ -158,7 +158,7 @@ def _runs(problem: Problem) -> list[tuple[int, int]]:
 
 
 def _stiffening(problem: Problem, runs: list[tuple[int, int]]) -> dict[str, np.ndarray]:
-    """What a system needs beyond its other arrays where links have geometric stiffness; empty where none has any."""
+    """Further arrays of a system whose links have geometric stiffness; empty where none has any."""
     d = problem.dimension
     count = len(problem.mu) if problem.geometric.any() else 0
     own, following = np.zeros((count, d, d)), np.zeros((count, d, d))

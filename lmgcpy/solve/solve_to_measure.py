@@ -28,7 +28,7 @@ class Solved:
     """[N s], (m, d)."""
     status: str
     error: float
-    """In the measure asked for."""
+    """Error in the given measure."""
     iterations: int
     factorisations: int
     seconds: float

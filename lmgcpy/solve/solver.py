@@ -1,4 +1,4 @@
-"""What a solver is: a small frozen object of options with one ``solve(step)``."""
+"""The class of solvers: a small frozen object of options with one ``solve(step)``."""
 
 from __future__ import annotations
 

@@ -14,6 +14,6 @@ SOLVERS: dict[str, type[AnySolver]] = {
     "newton": Newton,
     "auto": Auto,
 }
-"""By the names of the command line."""
+"""Solvers by their names on the command line."""
 BY_CLASS: dict[str, type[AnySolver]] = {solver.__name__: solver for solver in SOLVERS.values()}
-"""By the names of their classes, as files name them."""
+"""Solvers by the names of their classes, as in files."""

@@ -1,4 +1,4 @@
-"""What a solver is given: the problem of one time step in one object."""
+"""The problem of one time step in one object: the argument of a solver."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Step:
     """
 
     groups: Groups
-    """Where the groups of interactions stand, and the kernels of their laws."""
+    """Rows of the groups of interactions, and the kernels of their laws."""
     system: System | MatrixSystem
     """The arrays of the interactions and velocities."""
     free_velocity: np.ndarray
@@ -57,7 +57,7 @@ class Step:
     """How many threads may share the work of a partitioned scene."""
 
     def starting_from(self, guess: np.ndarray) -> Step:
-        """The same step with other impulses to start from, (m, d)."""
+        """This step with other impulses to start from, (m, d)."""
         return replace(self, guess=guess)
 
     def led(

@@ -30,7 +30,7 @@ from lmgcpy.solve.wire_block import SAME, react, read, relax_link, slope
 
 
 def scratch_columns(dimension: int) -> dict[str, int]:
-    """Where in a row of the scratch the numbers of a link begin, and how many there are.
+    """First columns of the numbers of a link in the scratch, and the number of columns.
 
     From 0 on: right-hand side (d); SLOPES: of its rows (d); ELIMINATED: 1 if it is, and the normal slope with which;
     INVERSE: of its eliminated block on the diagonal (d x d); ABOVE: its eliminated block above the diagonal (d x d);

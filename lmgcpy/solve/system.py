@@ -21,9 +21,9 @@ class System(NamedTuple):
     antagonist: np.ndarray
     """Row of the antagonist body, (m,) uint32."""
     normal: np.ndarray
-    """From the antagonist to the candidate, (m, d)."""
+    """Normal, from the antagonist to the candidate, (m, d)."""
     tangent: np.ndarray
-    """Of the frame in 3D, (m, 3); (0, 3) in 2D."""
+    """Tangent t of the frame in 3D, (m, 3); (0, 3) in 2D."""
     arm: np.ndarray
     """(m, 2): distance along the normal from the candidate's and the antagonist's centre to the contact point [m],
     both positive towards it; the part of the levers that turns spin into tangential velocity."""
@@ -38,7 +38,7 @@ class System(NamedTuple):
     shear: np.ndarray
     """(W_ns, W_ts) of a contact in 3D [1/kg], (m, 2); (0, 2) in 2D and where ``coupling`` is empty."""
     prepared: np.ndarray
-    """What the laws' ``prepare`` returned, row by row of each group, flat."""
+    """Numbers that the laws' ``prepare`` returned, row by row of each group, flat."""
     impulse: np.ndarray
     """(r_n, r_t, r_s) [N s], (m, d)."""
     velocity: np.ndarray
@@ -54,17 +54,17 @@ class System(NamedTuple):
     following: np.ndarray
     """Block of W between each link and the next one of its chain, (links, d, d), or none."""
     scratch: np.ndarray
-    """Scratch of the wire blocks, (links, numbers a link): 4, and with geometric stiffness more. It begins with
-    zeros, and outlasts a visit."""
+    """Scratch of the wire blocks, (links, k), k = 4 or more with geometric stiffness. It begins with zeros and is kept
+    between visits."""
     scale: np.ndarray
     """Time step over the size of the smaller body [s/m], (m,): what turns an error of velocity into a displacement in the
     step, in parts of that body. Zero where no size is known."""
     squared_error: np.ndarray
     """Squares of the errors as last measured [m^2/s^2], (m,)."""
     noise: np.ndarray
-    """(n, 2): scratch for what the velocities of the bodies are rounded from, see ``lmgcpy.solve.rounding``."""
+    """Scratch: sizes of the terms of the velocities of the bodies, (n, 2), see ``lmgcpy.solve.rounding``."""
     floor: np.ndarray
-    """What relative velocities are rounded from [m/s], (m,): scratch, likewise."""
+    """Scratch: sizes of the terms of the relative velocities [m/s], (m,)."""
     told: np.ndarray
     """(4,): the residual as last measured, the largest ``scale |e|``, the row of its interaction, and its error [m/s]."""
 
@@ -82,7 +82,7 @@ class System(NamedTuple):
 
 
 class Groups(NamedTuple):
-    """Where the groups stand in a :class:`System`, in what order they are swept, and which kernels solve them; int64.
+    """Rows of the groups in a :class:`System`, the order in which they are swept, and their kernels; int64.
 
     They are listed piece by piece, (p,) each: a piece is a group, or in a partitioned scene what it has in one slab. Pieces
     one after another are a task, which one thread does; tasks of a phase touch no body in common that they write to.
@@ -96,7 +96,7 @@ class Groups(NamedTuple):
     stop: np.ndarray
     """Rows of the piece's interactions."""
     offset: np.ndarray
-    """Where its numbers begin in ``System.prepared``."""
+    """First of its numbers in ``System.prepared``."""
     walls: np.ndarray
     """0 or 1 where the candidates or antagonists are held walls and are not to be written to; else -1."""
     task: np.ndarray

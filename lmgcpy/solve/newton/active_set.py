@@ -39,7 +39,7 @@ LARGE = 1e12
 
 
 class Status(NamedTuple):
-    """Where every interaction stands."""
+    """Statuses of all interactions."""
 
     kind: np.ndarray
     """OPEN, STICK, SLIDE or LINK, (m,)."""
@@ -49,7 +49,7 @@ class Status(NamedTuple):
     """``|a_t| / (mu a_n) - 1`` of those that slide, (m,), zero elsewhere."""
 
     def changes(self, other: Status) -> int:
-        """How many interactions differ in kind, or slide the other way."""
+        """Number of interactions that differ in kind or slide in the opposite direction."""
         reversed_ = np.einsum("it,it->i", self.direction, other.direction) < 0.0
         return int(np.count_nonzero((self.kind != other.kind) | reversed_))
 
@@ -158,7 +158,7 @@ class Factors:
 
     @property
     def sign(self) -> float:
-        """Of the determinant."""
+        """Sign of the determinant."""
         if not len(self.order):
             return 1.0
         diagonal = self.lu.U.diagonal()

@@ -1,16 +1,20 @@
 """Solvers that alternate sweeps with Newton steps: ``Newton`` for the last digits, ``Auto`` for everything.
 
-Sweeps are cheap and find most statuses within some hundreds; what they leave, the slow modes of a jammed sample or of a
-locked chain, takes them for ever. Newton steps on the statuses found take these modes in one go, and fail where many
-statuses are wrong. So each hands over to the other: sweeps, Newton steps as long as they gain, twice as many sweeps, and
-so on. The patience with Newton steps that gain nothing doubles as well: where a solution has just ceased to exist as loads
-went on, sweeps come back to the place for ever, and the way out of it goes uphill for long. (A step of a biaxial test with
-rigid rods, solved to 1e-6 from eight first turns of 700 to 1500 sweeps within 300 Newton steps: 8 times, against 3 with a
-patience that stays.) Where they have gained nothing all the same, the impulses that they came to are disturbed a little, at
-random but the same way every time: sweeps alone lead back to the very place. (To go on from there and not from the best
-impulses so far, and to measure a gain from the highest place on the way, solves 46 of 48 steps of compactions of 100 to 200
-spheres to 1e-8, in 23 600 Newton steps; without the two it is 42, in 31 600.) Every result is measured by the kernels of
-the laws, as that of every other solver is.
+Sweeps are cheap and find most statuses within some hundreds, but they hardly reduce the slow modes of a jammed sample
+or of a locked chain. Newton steps on the statuses found solve these modes at once, and fail where many statuses are
+wrong. So each hands over to the other: sweeps, Newton steps as long as they gain, twice as many sweeps, and so on.
+
+The patience with Newton steps that gain nothing doubles as well. Where a solution has just ceased to exist as loads
+grew, sweeps always return to the same impulses, and the residual must grow for many steps before it falls. (A step of a
+biaxial test with rigid rods, solved to 1e-6 from eight first turns of 700 to 1500 sweeps within 300 Newton steps: 8
+times, against 3 with a constant patience.)
+
+Where Newton steps have gained nothing all the same, their last impulses are disturbed a little, with the same random
+numbers every time, as sweeps alone would lead back to them. (Starting from these and not from the best impulses so far,
+and measuring a gain from the largest residual since the last one, solves 46 of 48 steps of compactions of 100 to 200
+spheres to 1e-8, in 23 600 Newton steps; without the two it is 42, in 31 600.)
+
+Every result is measured by the kernels of the laws, as that of every other solver is.
 """
 
 from __future__ import annotations
@@ -32,9 +36,9 @@ from lmgcpy.solve.step import Step
 WORK = 320_000
 """Newton steps of a solve may cost as much as so many sweeps: in large samples in space one takes seconds."""
 LONGEST = 4000
-"""Sweeps to which a turn grows."""
+"""Most sweeps of a turn."""
 MOST_PATIENCE, LAST_PATIENCE = 8 * PATIENCE, 400
-"""To which the patience with Newton steps grows, and that with the last ones, when the sweeps are spent."""
+"""Largest patience with Newton steps, and the patience with the last ones, when the sweeps are spent."""
 GAIN = 0.5
 """Newton steps that leave more than this part of the least residual so far have gained nothing."""
 DISTURBANCE = 0.01
@@ -126,7 +130,7 @@ class Alternating(Solver):
         return swept._replace(iterations=sweeps, factorisations=factorisations)
 
     def _sweep(self, most: int, step: Step, *, swept: bool) -> Outcome:
-        """At most so many sweeps from the guess of a step, in place."""
+        """Sweep at most so often from the guess of a step."""
         solver = AcceleratedGaussSeidel(tolerance=self.tolerance, max_iterations=max(most, 1), slip=self.slip)
         return solver.solve(step, swept=swept)
 

@@ -18,7 +18,7 @@ a symmetric positive definite one, and fill grows with other choices."""
 NEW = 0.02
 """A new order is found where so many of the interactions are not in the old one; fewer are eliminated last."""
 FILL = 1.1
-"""And where the entries of the factors have grown by so much."""
+"""A new order is found as well where the entries of the factors have grown by this factor."""
 
 
 class Elimination:

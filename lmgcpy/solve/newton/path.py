@@ -10,9 +10,9 @@ F(start)`` is a chain of straight lines, from ``rest`` = 1 to ``rest`` = 0. It b
 status; there the matrix changes by rank one, which costs one solution with the factors at hand (Sherman, Morrison). They
 are made anew every :data:`RENEW` bends.
 
-Friction is not associated, and ``rest`` may have to grow on the way: where a solution ceases to exist the path turns back
-and comes to another, that is some way off. Sweeps and Newton steps go to that place for ever. The path goes on across a
-wall into the cell behind it, whichever way ``rest`` changes there.
+Friction is not associated, and ``rest`` may have to grow in between: where a solution ceases to exist the path turns
+back and leads to another one at some distance, while sweeps and Newton steps return to the same impulses again and
+again. The path crosses a wall into the cell behind it, whether ``rest`` falls or grows there.
 
 As ``epsilon > 0``, the only solution with q = 0 is zero: a path cannot go to infinity at a bounded ``rest``. It may come
 back to a large ``rest``, and it may be very long. So it is given up after some bends; with a larger ``epsilon`` it is
@@ -35,11 +35,11 @@ from lmgcpy.solve.newton.path_kernels import change_of_matrix, next_bend, pass_b
 RENEW = 50
 """Bends that are passed with one factorisation."""
 GAIN = 0.1
-"""What is left of the error of the start at the end of a path that round-off has not spoilt is less than this part."""
+"""A path ends at a solution where less than this part of the error of its start is left; else round-off has spoilt it."""
 
 
 class Path(NamedTuple):
-    """Where a path ended."""
+    """End of a path."""
 
     impulses: np.ndarray | None
     """Solution of the proximal problem (m, 2), or None where the path was given up."""
@@ -63,7 +63,7 @@ class Derivative:
 
     @property
     def sign(self) -> float:
-        """Of the determinant, before any bend."""
+        """Sign of the determinant before any bend."""
         return self._factors.sign
 
     def step(self, given: np.ndarray) -> np.ndarray:
@@ -95,16 +95,16 @@ def follow_path(active: ActiveSet, start: np.ndarray, epsilon: float, centre: np
     push, status = map_at(active, start, epsilon, centre)
     given = active.q - epsilon * w[:, None] * centre
     wall, jump = np.zeros((2, 2))
-    rest, way = 1.0, -1.0
+    rest, growth = 1.0, -1.0  # rest changes by growth times the distance
     bends = 0
     try:
         while True:
             matrix = Derivative(active, status, epsilon)
             a = matrix.step(rest * push - given)
-            along = way * matrix.step(push)
+            along = growth * matrix.step(push)
             while matrix.passed < RENEW:
                 i, side, distance = next_bend(a, along, status.kind, status.direction, mu, cones)
-                if rest + way * distance <= 0.0:  # the solution lies before the next bend: one Newton step is exact
+                if rest + growth * distance <= 0.0:  # the solution lies before the next bend: one Newton step is exact
                     r = active.newton(status, epsilon, centre)
                     left = np.linalg.norm(active.error(r, epsilon, centre)[0])
                     sound = left <= GAIN * np.linalg.norm(push)
@@ -113,11 +113,11 @@ def follow_path(active: ActiveSet, start: np.ndarray, epsilon: float, centre: np
                     return Path(None, bends)
                 bends += 1
                 a += distance * along
-                rest += distance * way
+                rest += growth * distance
                 pass_bend(i, side, a, status.kind, status.direction, w, mu, compliance, cones, wall, jump)
                 along, back = matrix.bend(i, wall, jump, along)
                 if back:  # the determinant changes its sign: without a turn the path would go back into the old cell
-                    way, along = -way, -along
+                    growth, along = -growth, -along
     except RuntimeError:  # singular to round-off
         return Path(None, bends)
 

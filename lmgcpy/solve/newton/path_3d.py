@@ -28,7 +28,7 @@ from lmgcpy.solve.newton.rows import LINK, OPEN, SLIDE, STICK
 from lmgcpy.solve.problem import BOTH, CONTACT
 
 ANGLE = 0.3
-"""By which a sliding direction may turn from bend to bend [rad]: 1 - cos(ANGLE) is 4 %."""
+"""Largest turn of a sliding direction from bend to bend [rad]: 1 - cos(ANGLE) is 4 %."""
 OFF = 0.1
 """Error of the model, in parts of what is left of F, from which the matrix is made anew. (With 0.03 or
 0.3 no more steps of compactions are solved, and in no fewer Newton steps.)"""
@@ -39,17 +39,17 @@ FAR = 1e6
 """Growth of F past which a path is given up. (On paths that came to an end, in steps of triaxial tests, it grew by 200
 at most, of 132; on such as went to infinity, in a published problem of 24 contacts, by 1e160.)"""
 STEPS = 8
-"""So many straight pieces cost as much as a factorisation: measured, 5 with 1900 interactions and 10 with 4400."""
+"""Number of straight pieces that cost as much as a factorisation: measured, 5 with 1900 interactions and 10 with 4400."""
 
 
 class Curve(NamedTuple):
-    """Where a path ended."""
+    """End of a path."""
 
     status: Status | None
     """Statuses near the solution of the proximal problem, or None where the path was given up."""
     bends: int
     cost: int
-    """In factorisations."""
+    """Cost in factorisations."""
 
 
 def follow_curve(active: ActiveSet, start: np.ndarray, epsilon: float, centre: np.ndarray, most: int) -> Curve:
@@ -72,18 +72,18 @@ def follow_curve(active: ActiveSet, start: np.ndarray, epsilon: float, centre: n
             model = Status(kind.copy(), status.direction.copy(), status.turning.copy())
             # rest falls where the determinant has the sign of the start
             orientation = orientation or -matrix.sign
-            rest, way = 1.0, orientation * matrix.sign
-            along = way * matrix.step(push)
+            rest, growth = 1.0, orientation * matrix.sign
+            along = growth * matrix.step(push)
             fresh, off = True, 0.0
             while off <= OFF * rest * size and matrix.passed < RENEW and cost + 1.0 / STEPS <= most:
                 cost += 1.0 / STEPS
                 passed, between, reach, turn = next_wall(a, along, kind, status.direction, mu, cones)
-                length = min(reach, ANGLE * turn, rest if way < 0.0 else np.inf)
-                if not (rest + length * way) * size <= far:  # without a wall ahead the length is infinite
+                length = min(reach, ANGLE * turn, rest if growth < 0.0 else np.inf)
+                if not (rest + length * growth) * size <= far:  # without a wall ahead the length is infinite
                     return Curve(None, bends, ceil(cost))
                 # predictor along the line; a fresh model that goes astray halves its length
                 while True:
-                    ahead, its_rest = a + length * along, rest + length * way
+                    ahead, its_rest = a + length * along, rest + length * growth
                     value, status = map_of(active, ahead, kind, epsilon, centre)
                     off = float(np.linalg.norm(value - its_rest * push))
                     if off <= OFF * rest * size or length == 0.0 or not fresh:
@@ -103,7 +103,7 @@ def follow_curve(active: ActiveSet, start: np.ndarray, epsilon: float, centre: n
                         if its_jump.any():
                             along, back = matrix.bend(passed, its_wall, its_jump, along)
                             if back:  # the determinant changes its sign
-                                way, along = -way, -along
+                                growth, along = -growth, -along
                     value, status = map_of(active, a, kind, epsilon, centre)
             push, size = value, float(np.linalg.norm(value))
     except RuntimeError:  # singular to round-off

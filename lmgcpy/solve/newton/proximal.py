@@ -13,7 +13,7 @@ change wildly are the sign of an ``epsilon`` that is too small. A proximal probl
 last of them may be nearer the solution of the problem itself than the centre is; then it is the next centre.
 
 Where Newton steps fail, the path to the solution of the proximal problem is followed (see ``path`` and ``path_3d``):
-through statuses that come and go, and over places from which every way goes uphill.
+through statuses that come and go, and past points from which the residual grows in every direction.
 
 Friction that is not associated makes the problem non-monotone; then convergence is not proved. Measured on what is said to
 be hard: docs/solvers.md.
@@ -51,7 +51,7 @@ PATH_FALL = ((30, 10.0), (100, 4.0), (np.inf, 2.0))
 MOST_IN_SPACE = 60
 """Factorisations that one in space may cost."""
 COST = 6
-"""So many bends cost as much as a factorisation and count as one; a path counts as two beside them, of its ends."""
+"""Number of bends that cost as much as a factorisation; the two ends of a path count as two more."""
 
 
 class Attempt(NamedTuple):
@@ -86,7 +86,9 @@ def proximal_newton(active: ActiveSet, start: np.ndarray, tolerance: float, most
             r, residual = found, reached
             if residual < least:
                 best, least = r, residual
-            milestone = max(milestone, residual)  # the way may lead uphill; what follows is measured from there
+            milestone = max(
+                milestone, residual
+            )  # the residual may have to grow first; gains are measured from its largest value
             if residual < 0.5 * milestone:
                 milestone, milestone_at = residual, done
         # control of epsilon, as of a trust region
@@ -155,5 +157,5 @@ def solution_by_path(
 
 
 def fall_after(bends: int) -> float:
-    """By what epsilon may fall after a path of so many bends."""
+    """Factor by which epsilon falls after a path of so many bends."""
     return next(by for most, by in PATH_FALL if bends <= most)
