@@ -48,7 +48,8 @@ def test_links_between_pages_lead_somewhere():
 def test_every_file_that_a_page_names_is_there():
     """By its path, or by its name alone where the text says in which folder it is."""
     root = DOCS.parent
-    known = {path.name for folder in ("lmgcpy", "tests", "benchmarks", "tutorials") for path in (root / folder).rglob("*.py")}
+    folders = [root / name for name in ("lmgcpy", "tests", "benchmarks", "tutorials")]
+    known = {path.name for folder in folders for path in folder.rglob("*.py")}
     for page in [*DOCS.glob("*.md"), root / "README.md"]:
         for name in set(re.findall(r"`([\w/]+\.py)`", page.read_text())):
             there = name in known or (root / name).exists() or (root / "lmgcpy" / name).exists()
