@@ -7,7 +7,8 @@ from typing import Any
 
 import click
 
-from lmgcpy.cli.study_options import CommaList, carry_out, kept_in, options_of, study_of
+from lmgcpy.cli.comma_list import CommaList
+from lmgcpy.cli.study_options import carry_out, kept_in, options_of, study_of
 
 FIELDS = {"grains": "grain_count", "bead": "bead_diameter", "refine": "refinements"}
 """Fields of a study by option, if their names differ."""
@@ -26,9 +27,7 @@ option = options_of(studies, FIELDS, UNITS)
 
 
 @click.command()
-@option(
-    "--contents", type=CommaList(float, "numbers", "0.1,0.4"), help="Contents of wire, by commas: length x d2 / volume."
-)
+@option("--contents", type=CommaList(float, "0.1,0.4"), help="Contents of wire, separated by commas: length x d2 / volume.")
 @option("--grains", type=int, help="Grains of sand.")
 @option("--aspect", type=float, help="Height of the column over its radius.")
 @option("--friction", type=float, help="Friction of grains, wire and ground.")

@@ -12,22 +12,6 @@ from typing import Any
 import click
 
 
-class CommaList(click.ParamType):
-    """Several entries in one word, separated by commas."""
-
-    name = "list"
-
-    def __init__(self, kind: Callable[[str], Any] = str, entries: str = "words", example: str = "a,b"):
-        self.kind, self.entries, self.example = kind, entries, example
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[Any, ...]:
-        """The entries, without the space around them and without empty ones."""
-        try:
-            return tuple(self.kind(entry.strip()) for entry in value.split(",") if entry.strip())
-        except ValueError:
-            self.fail(f"'{value}' is not {self.entries} by commas, such as {self.example}", param, ctx)
-
-
 class OfStudy(click.Option):
     """An option for a field of a study; its help tells the default of the study."""
 

@@ -7,7 +7,8 @@ from typing import Any
 
 import click
 
-from lmgcpy.cli.study_options import CommaList, carry_out, kept_in, options_of, study_of
+from lmgcpy.cli.comma_list import CommaList
+from lmgcpy.cli.study_options import carry_out, kept_in, options_of, study_of
 
 FIELDS = {"grains": "grain_count", "beads": "bead_count"}
 """Fields of a study by option, if their names differ."""
@@ -29,11 +30,15 @@ option = options_of(studies, FIELDS, UNITS)
 
 @click.command()
 @click.option("--dimension", type=click.Choice(["2", "3"]), default="2", help="Dimension of the sample.")
-@option("--laws", type=CommaList(), help="Laws of the wire, by commas.")
+@option("--laws", type=CommaList(str, "rigid-wire,rigid-rod"), help="Laws of the wire, separated by commas.")
 @option("--grains", type=int, help="Grains of sand.")
 @option("--beads", type=int, help="Beads of the wire.")
 @option("--wires", type=int, help="3D: wires that share the beads.")
-@option("--axes", type=CommaList(), help="3D: axes along which the sample is compressed, by commas; z is upright.")
+@option(
+    "--axes",
+    type=CommaList(str, "x,z"),
+    help="3D: axes along which the sample is compressed, separated by commas; z is upright.",
+)
 @option("--seed", type=int, help="Seed of the random sample.")
 @option("--strain", type=float, help="Crushing to reach [%].")
 @option("--pressure", type=float, help="Pressure on the lateral walls [kPa].")

@@ -101,7 +101,7 @@ ROWS = {
     "column of few grains": (lambda w: column(w, "--grains", "5"), "grains must be at least 10, got 5"),
     "column of no content": (lambda w: column(w, "--contents", ","), "contents must name each content once, got none"),
     "column of contents in words": (lambda w: column(w, "--contents", "0.1,much"),
-        "'--contents': '0.1,much' is not numbers by commas, such as 0.1,0.4"),
+        "'--contents': '0.1,much' is not a list of numbers separated by commas, such as 0.1,0.4"),
     "column of one content twice": (lambda w: column(w, "--contents", "0.1,0.10"),
         "contents must name each content once, got 0.1, 0.1"),
     "column of next to no wire": (lambda w: column(w, "--contents", "0.001"),
