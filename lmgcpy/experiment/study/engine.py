@@ -101,7 +101,8 @@ class Site:
                 yield self._pressed
         finally:
             if not self.is_copy:
-                self._stop_file.unlink(missing_ok=True)
+                with suppress(OSError):  # the error of a folder that cannot be made is the one to show
+                    self._stop_file.unlink()
 
 
 @dataclass(frozen=True)
