@@ -7,9 +7,11 @@ Two suites. The default one answers in minutes; ``-m long`` runs what it leaves 
 * tests with the marker ``scaled``, in their full size (:func:`suites.size`);
 * tests of hypothesis, with all their examples.
 
+Workers of pytest-xdist compile the kernels that many tests need together, before the first test.
 Hypothesis draws the same examples at every run and keeps no data base. Ctrl-C is heard.
 """
 
+import os
 import signal
 from collections import defaultdict
 
@@ -20,6 +22,9 @@ from hypothesis import is_hypothesis_test, settings
 always = {"derandomize": True, "deadline": None, "database": None}
 settings.register_profile("default suite", max_examples=15, **always)
 settings.register_profile("long suite", max_examples=60, **always)
+
+MANY = 1000
+"""Tests from which on it is worth while to compile what most of them need first."""
 
 # A shell starts what it puts in the background deaf to Ctrl-C, and child processes are born as deaf: tests press it.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
@@ -52,3 +57,13 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         for test, parameters in chosen.items():
             if unknown := parameters - found[test]:
                 raise pytest.UsageError(f"{test}: default_parameters names {sorted(unknown)}, which are no parameters.")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def common_kernels(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> None:
+    """Compile them together with the other workers, for a run of many tests."""
+    run = os.environ.get("PYTEST_XDIST_TESTRUNUID")
+    if run is not None and len(request.session.items) >= MANY:
+        from common_kernels import compile_together
+
+        compile_together(tmp_path_factory.getbasetemp().parent / f"kernels-{run}")
