@@ -3,7 +3,7 @@
 Two suites. The default one answers in minutes; ``-m long`` runs what it leaves out:
 
 * tests and parameters with the marker ``long``;
-* of a test with ``@pytest.mark.default_parameters(...)`` all other parameters;
+* of a test with ``@pytest.mark.default_parameters(...)``, ids or values by name, all other parameters;
 * tests with the marker ``scaled``, in their full size (:func:`suites.size`);
 * tests of hypothesis, with all their examples.
 
@@ -13,7 +13,6 @@ Hypothesis draws the same examples at every run and keeps no data base. Ctrl-C i
 
 import os
 import signal
-from collections import defaultdict
 
 import pytest
 import suites
@@ -40,23 +39,28 @@ def pytest_configure(config: pytest.Config) -> None:
 @pytest.hookimpl(tryfirst=True)  # before pytest chooses by -m
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Mark as long what the default suite leaves out, and in the long suite what it runs in full size."""
-    found: dict[tuple[str, str], set[str]] = defaultdict(set)
-    chosen: dict[tuple[str, str], set[str]] = {}
+    some: dict[tuple[str, str], bool] = {}
     for item in items:
         default = item.get_closest_marker("default_parameters")
-        in_both = item.get_closest_marker("scaled") or is_hypothesis_test(getattr(item, "obj", None))
         if default is not None:
-            test, parameters = (item.path.name, item.originalname), item.callspec.id
-            found[test].add(parameters)
-            chosen[test] = set(default.args)
-            if parameters not in default.args:
+            test = item.path.name, item.originalname
+            chosen = is_default(item.callspec, default)
+            some[test] = some.get(test, False) or chosen
+            if not chosen:
                 item.add_marker(pytest.mark.long)
+        in_both = item.get_closest_marker("scaled") or is_hypothesis_test(getattr(item, "obj", None))
         if in_both and suites.LONG:
             item.add_marker(pytest.mark.long)
-    if not any("::" in argument for argument in config.args):
-        for test, parameters in chosen.items():
-            if unknown := parameters - found[test]:
-                raise pytest.UsageError(f"{test}: default_parameters names {sorted(unknown)}, which are no parameters.")
+    if not any("::" in argument for argument in config.args) and not all(some.values()):
+        none = [test for test, chosen in some.items() if not chosen]
+        raise pytest.UsageError(f"default_parameters leaves the default suite without any parameters of {none}.")
+
+
+def is_default(callspec, mark: pytest.Mark) -> bool:
+    """Whether parameters are among the ids, or the values by name, that a mark gives."""
+    if mark.args:
+        return callspec.id in mark.args
+    return all(callspec.params[name] in values for name, values in mark.kwargs.items())
 
 
 @pytest.fixture(scope="session", autouse=True)
