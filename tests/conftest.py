@@ -3,15 +3,16 @@
 Two suites. The default one answers in minutes; ``-m long`` runs what it leaves out:
 
 * tests and parameters with the marker ``long``;
-* of a test with ``@pytest.mark.default_parameters(...)`` all other parameters;
+* of a test with ``@pytest.mark.default_parameters(...)``, ids or values by name, all other parameters;
 * tests with the marker ``scaled``, in their full size (:func:`suites.size`);
 * tests of hypothesis, with all their examples.
 
+Workers of pytest-xdist compile the kernels that many tests need together, before the first test.
 Hypothesis draws the same examples at every run and keeps no data base. Ctrl-C is heard.
 """
 
+import os
 import signal
-from collections import defaultdict
 
 import pytest
 import suites
@@ -20,6 +21,9 @@ from hypothesis import is_hypothesis_test, settings
 always = {"derandomize": True, "deadline": None, "database": None}
 settings.register_profile("default suite", max_examples=15, **always)
 settings.register_profile("long suite", max_examples=60, **always)
+
+MANY = 1000
+"""Tests from which on it is worth while to compile what most of them need first."""
 
 # A shell starts what it puts in the background deaf to Ctrl-C, and child processes are born as deaf: tests press it.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
@@ -35,20 +39,35 @@ def pytest_configure(config: pytest.Config) -> None:
 @pytest.hookimpl(tryfirst=True)  # before pytest chooses by -m
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Mark as long what the default suite leaves out, and in the long suite what it runs in full size."""
-    found: dict[tuple[str, str], set[str]] = defaultdict(set)
-    chosen: dict[tuple[str, str], set[str]] = {}
+    some: dict[tuple[str, str], bool] = {}
     for item in items:
         default = item.get_closest_marker("default_parameters")
-        in_both = item.get_closest_marker("scaled") or is_hypothesis_test(getattr(item, "obj", None))
         if default is not None:
-            test, parameters = (item.path.name, item.originalname), item.callspec.id
-            found[test].add(parameters)
-            chosen[test] = set(default.args)
-            if parameters not in default.args:
+            test = item.path.name, item.originalname
+            chosen = is_default(item.callspec, default)
+            some[test] = some.get(test, False) or chosen
+            if not chosen:
                 item.add_marker(pytest.mark.long)
+        in_both = item.get_closest_marker("scaled") or is_hypothesis_test(getattr(item, "obj", None))
         if in_both and suites.LONG:
             item.add_marker(pytest.mark.long)
-    if not any("::" in argument for argument in config.args):
-        for test, parameters in chosen.items():
-            if unknown := parameters - found[test]:
-                raise pytest.UsageError(f"{test}: default_parameters names {sorted(unknown)}, which are no parameters.")
+    if not any("::" in argument for argument in config.args) and not all(some.values()):
+        none = [test for test, chosen in some.items() if not chosen]
+        raise pytest.UsageError(f"default_parameters leaves the default suite without any parameters of {none}.")
+
+
+def is_default(callspec, mark: pytest.Mark) -> bool:
+    """Whether parameters are among the ids, or the values by name, that a mark gives."""
+    if mark.args:
+        return callspec.id in mark.args
+    return all(callspec.params[name] in values for name, values in mark.kwargs.items())
+
+
+@pytest.fixture(scope="session", autouse=True)
+def common_kernels(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> None:
+    """Compile them together with the other workers, for a run of many tests."""
+    run = os.environ.get("PYTEST_XDIST_TESTRUNUID")
+    if run is not None and len(request.session.items) >= MANY:
+        from common_kernels import compile_together
+
+        compile_together(tmp_path_factory.getbasetemp().parent / f"kernels-{run}")

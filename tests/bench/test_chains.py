@@ -61,6 +61,7 @@ def test_chain_is_that_of_a_scene():
     np.testing.assert_allclose(mine.q, problem.q, atol=1e-15)
 
 
+@pytest.mark.long
 def test_auto_has_all_digits_of_chains():
     """Equal beads: 1e-10 of the extended precision is the goal, cond eps of 1000 links is 4e-10; measured 1e-14."""
     for case in chains((10, 1000), (1.0,)):

@@ -50,6 +50,7 @@ def depth(scene):
 # ------------------------------------------------------------------------------------------------------------- walls
 
 
+@pytest.mark.default_parameters(speed=(4.9, 10.1, 300.0), height=(0.3, 7.3))
 @pytest.mark.parametrize("dimension", [2, 3])
 @pytest.mark.parametrize("height", [0.3, 1.5, 2.0, 7.3, 20.0])
 @pytest.mark.parametrize("speed", [1.0, 4.9, 9.9, 10.1, 30.0, 100.0, 300.0])
@@ -75,6 +76,7 @@ def test_a_driven_wall_never_enters_what_it_sees(dimension, height, speed):
         assert f"A time step of {R / speed:.2g} s would do. (Said once.)" in walls[0]
 
 
+@pytest.mark.default_parameters(force=(1e2, 1e4, 1e6), drop=(0.1, 10.0))
 @pytest.mark.parametrize("drop", [0.1, 0.5, 2.0, 10.0])
 @pytest.mark.parametrize("force", [1e2, 1e3, 1e4, 1e5, 1e6])
 def test_a_light_piston_gets_its_speed_within_the_step_and_stops_on_the_grains(force, drop):
@@ -156,6 +158,7 @@ def test_a_run_with_a_fast_wall_goes_on_bit_for_bit():
 # ------------------------------------------------------------------------------------------------ bodies that spin
 
 
+@pytest.mark.default_parameters(spin=(10.0, 60.0, 150.0), outside=(0.0, 1.8))
 @pytest.mark.parametrize("theta", [0.5, 1.0])
 @pytest.mark.parametrize("spin", [10.0, 30.0, 60.0, 80.0, 100.0, 150.0])
 @pytest.mark.parametrize("outside", [0.0, 1.0, 1.5, 1.8])
@@ -249,6 +252,7 @@ def pendulum(speed, law):
     return lm.Simulation(scene, time_step=H)
 
 
+@pytest.mark.default_parameters("law0", "law1")
 @pytest.mark.parametrize("law", [lm.RigidRod(), lm.RigidWire(), lm.ElasticRod(stiffness=1e6)])
 def test_a_link_that_turns_too_far_in_a_step_is_told(law):
     """Twice its length in a step of 1 ms are 200 m/s; its bodies' radius of 10 mm, which 10 m/s are, does not matter."""

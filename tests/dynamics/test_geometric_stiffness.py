@@ -82,6 +82,7 @@ def test_without_it_the_wire_stretches():
     assert not np.any(sim.interactions.impulse[:, 1:])
 
 
+@pytest.mark.long
 def test_a_wire_in_space_does_as_in_the_plane():
     """The same bits are not asked for: sums over three components round otherwise, and a jerk forgets nothing."""
     plane, space = (jerked(dimension, 1.0, 1e-3) for dimension in (2, 3))

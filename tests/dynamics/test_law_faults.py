@@ -124,13 +124,7 @@ STOPPED = [
 ]  # fmt: skip
 
 
-@pytest.mark.default_parameters(
-    "-react--0-plain",
-    "-react--1-plain",
-    "-prepare---plain",
-    "-energy---accelerated",
-    "-slope--0-plain",
-)
+@pytest.mark.default_parameters("-react--0-plain", "-prepare---plain", "-slope--1-plain")
 @pytest.mark.parametrize("solver", [lm.GaussSeidel(), lm.AcceleratedGaussSeidel()], ids=["plain", "accelerated"])
 @pytest.mark.parametrize(
     ("make", "functions", "kind", "words"), STOPPED, ids=lambda value: "-".join(value) if isinstance(value, dict) else ""
