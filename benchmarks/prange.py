@@ -1,9 +1,9 @@
 """What lmgcpy's own threads gain over numba's ``prange``: sweeps over one frozen step of a dense sample by both.
 
 Both do the same tasks of the same phases by the same compiled kernels and must leave the same bits; ``prange`` cuts the
-tasks of a phase into equal parts, one a thread. Runs take turns, and every sweep is timed by itself: the least time comes near that
-of an idle machine, the median tells what waiting for each other costs on a busy one. The last column is what the compiler
-takes for the loop. numba's threading layer is that of ``NUMBA_THREADING_LAYER``.
+tasks of a phase into equal parts, one a thread. Runs take turns, and every sweep is timed by itself: the least time comes
+near that of an idle machine, the median tells what waiting for each other costs on a busy one. The last column is what
+the compiler takes for the loop. numba's threading layer is that of ``NUMBA_THREADING_LAYER``.
 
     NUMBA_THREADING_LAYER=workqueue python benchmarks/prange.py
 """
