@@ -1,3 +1,3 @@
 """The version of lmgcpy, for all who write it into a file."""
 
-VERSION = "0.1.0"
+VERSION = "0.2.0"

@@ -10,6 +10,8 @@ import sys
 import pytest
 from ci_scripts import CI, script
 
+from lmgcpy.version import VERSION
+
 
 @pytest.fixture
 def distribution(monkeypatch):
@@ -22,7 +24,8 @@ def test_the_package_in_the_checkout_has_what_a_wheel_must_hold(distribution):
     assert not any("/tests/" in name or name.endswith(".pyc") for name in package)
 
 
-ABOUT = {f"lmgcpy-0.1.0.dist-info/{name}" for name in ("METADATA", "RECORD", "entry_points.txt", "licenses/LICENSE")}
+INFO = f"lmgcpy-{VERSION}.dist-info"
+ABOUT = {f"{INFO}/{name}" for name in ("METADATA", "RECORD", "entry_points.txt", "licenses/LICENSE")}
 
 
 @pytest.mark.parametrize(
@@ -31,8 +34,8 @@ ABOUT = {f"lmgcpy-0.1.0.dist-info/{name}" for name in ("METADATA", "RECORD", "en
         (set(), set()),
         ({"lmgcpy/py.typed"}, set()),
         ({"lmgcpy/plugin_template/test_link.txt"}, set()),
-        ({"lmgcpy-0.1.0.dist-info/licenses/LICENSE"}, set()),
-        ({"lmgcpy-0.1.0.dist-info/entry_points.txt"}, set()),
+        ({f"{INFO}/licenses/LICENSE"}, set()),
+        ({f"{INFO}/entry_points.txt"}, set()),
         (set(), {"tests/test_package.py"}),
         (set(), {"benchmarks/start_up.py"}),
         (set(), {"lmgcpy/__pycache__/jit.cpython-311.pyc"}),
