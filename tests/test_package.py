@@ -3,6 +3,7 @@
 import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import lmgcpy as lm
@@ -20,6 +21,11 @@ def test_public_names_are_there():
     for name in lm.__all__:
         assert hasattr(lm, name), name
     assert sorted(lm.__all__) == lm.__all__
+
+
+def test_the_version_is_that_of_the_distribution():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    assert lm.__version__ == project["version"]
 
 
 def test_import_is_lean_and_compiles_nothing():
