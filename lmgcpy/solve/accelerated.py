@@ -37,18 +37,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lmgcpy.compiled.by_address import read
 from lmgcpy.compiled.kernel import kernel
 from lmgcpy.contact.spare_rows import with_spare_rows
 from lmgcpy.errors import named_arguments, number
+from lmgcpy.solve.iterates import EXTRAPOLATE, KEEP, START, STEP, TAKE_BEST
 from lmgcpy.solve.report import CONVERGED, NOT_FINITE, ROUND_OFF, SPENT, STAGNATED, Outcome
 from lmgcpy.solve.solver import Solver
 from lmgcpy.solve.step import Step
-from lmgcpy.solve.sweeps import OWN, apply_impulses, at_round_off, begin, measure, part, rate, sweep_groups
+from lmgcpy.solve.sweeps import apply_impulses, at_round_off, begin, measure, rate, sweep_groups
 from lmgcpy.solve.team import Iterates, Team, share_chunks
 
-STEP, EXTRAPOLATE, KEEP, TAKE_BEST, START, *_ = OWN
-"""Kinds of work beyond those of plain Gauss-Seidel."""
 GROWTH = 2.0
 """A step of so many times the least one since the last restart drops the momentum."""
 RECOVERY = 0.997
@@ -57,60 +55,6 @@ FAST = 0.8
 """The momentum does not grow while a step is less than this part of the one before: the sweeps converge by themselves."""
 MOST_DAMPING = 0.5
 """Largest damping: the momentum that it leaves never did harm."""
-
-
-def squares(weight, x, y):
-    """``|w (x - y)|^2`` [m^2/s^2]; four sums, so that no addition waits for the one before (5 % of a sweep)."""
-    a = b = c = d = 0.0
-    fours = weight.shape[0] - weight.shape[0] % 4
-    for i in range(0, fours, 4):
-        a += (weight[i] * (x[i] - y[i])) ** 2
-        b += (weight[i + 1] * (x[i + 1] - y[i + 1])) ** 2
-        c += (weight[i + 2] * (x[i + 2] - y[i + 2])) ** 2
-        d += (weight[i + 3] * (x[i + 3] - y[i + 3])) ** 2
-    for i in range(fours, weight.shape[0]):
-        a += (weight[i] * (x[i] - y[i])) ** 2
-    return a + b + c + d
-
-
-def extrapolate(x, last, beta):
-    """``x <- x + beta (x - last)`` and ``last <- x`` as it was, in place."""
-    for i in range(x.shape[0]):
-        here = x[i]
-        x[i] = here + beta * (here - last[i])
-        last[i] = here
-
-
-def copy(x, y):
-    """``y <- x``."""
-    for i in range(x.shape[0]):
-        y[i] = x[i]
-
-
-def own_work(kind, task, job):
-    """Work on one part of the iterates, by kind."""
-    step = read(job)
-    own = step.iterates
-    impulse = step.s.impulse.reshape(-1)
-    velocity = step.s.velocity.reshape(-1)
-    first, last = part(task, impulse.shape[0], step.chunks)
-    low, high = part(task, velocity.shape[0], step.chunks)
-    here = impulse[first:last]
-    if kind == STEP:
-        step.partial[task, 0] = squares(own.weight[first:last], here, own.start[first:last])
-    elif kind == EXTRAPOLATE:
-        extrapolate(here, own.last_impulse[first:last], step.beta[0])
-        copy(here, own.start[first:last])
-        extrapolate(velocity[low:high], own.last_velocity[low:high], step.beta[0])
-    elif kind == KEEP:
-        copy(here, own.best_impulse[first:last])
-    elif kind == TAKE_BEST:
-        copy(own.best_impulse[first:last], here)
-    else:
-        copy(here, own.best_impulse[first:last])
-        copy(here, own.last_impulse[first:last])
-        copy(here, own.start[first:last])
-        copy(velocity[low:high], own.last_velocity[low:high])
 
 
 def step_size(team):
@@ -222,4 +166,4 @@ class AcceleratedGaussSeidel(Solver):
         start, last, best = (with_spare_rows(count) for _ in range(3))
         iterates = Iterates(start, last, with_spare_rows(system.velocity.size), best, weight)
         limits = self.tolerance, self.largest_slip, self.max_iterations, float(self.momentum), swept
-        return step.led(accelerated_gauss_seidel, *limits, iterates=iterates, own_work=own_work)
+        return step.led(accelerated_gauss_seidel, *limits, iterates=iterates)

@@ -60,18 +60,15 @@ class Step:
         """This step with other impulses to start from, (m, d)."""
         return replace(self, guess=guess)
 
-    def led(
-        self, solver: Kernel, *limits: Any, iterates: Iterates | None = None, own_work: Callable | None = None
-    ) -> Outcome:
+    def led(self, solver: Kernel, *limits: Any, iterates: Iterates | None = None) -> Outcome:
         """Run ``solver(team, *limits)``, a kernel that leads sweeps and returns (sweeps, status).
 
-        ``iterates`` and ``own_work``: arrays and work that it has beyond those of plain sweeps.
+        ``iterates``: arrays that it has beyond those of plain sweeps.
         """
         none = np.zeros(0)
-        slots = dict(self.driver) if own_work is None else {**self.driver, "own_work": own_work}
         arrays = self.groups, self.system, self.free_velocity, self.guess
         iterates = Iterates(none, none, none, none, none) if iterates is None else iterates
-        sweeps, status = lead(solver, work.specialise(**slots), arrays, iterates, self.threads, *limits)
+        sweeps, status = lead(solver, work.specialise(**self.driver), arrays, iterates, self.threads, *limits)
         told = self.system.told
         return Outcome(sweeps, float(told[0]), status, 0, float(told[1]))
 

@@ -11,12 +11,13 @@ import numpy as np
 from lmgcpy.compiled.by_address import call, read
 from lmgcpy.compiled.kernel import kernel
 from lmgcpy.solve.h_rows_2d import momentum  # of bodies in the plane, unless the specialisation gives another
+from lmgcpy.solve.iterates import iterates_work, part
 from lmgcpy.solve.report import CONVERGED, NOT_FINITE, ROUND_OFF, SPENT
 from lmgcpy.solve.rounding import ROUNDING, add_noise, begin_noise, gather_noise  # of bodies, likewise
 from lmgcpy.solve.team import Team, share_chunks, share_phases
 
-SWEEP, ERROR, MOMENTUM, NOISE, CLEAR, COMBINE, NOTHING, GUESS, WORST, QUIET, SUM, LOUD, *OWN = map(np.int64, range(20))
-"""Kinds of work, the last those of a solver's own; numbers of numpy, as plain ones make a new function each."""
+SWEEP, ERROR, MOMENTUM, NOISE, CLEAR, COMBINE, NOTHING, GUESS, WORST, QUIET, SUM, LOUD = map(np.int64, range(12))
+"""Kinds of work; those of ``iterates.py`` come after. Numbers of numpy, as plain ones make a new function each."""
 NEAR = 32.0
 """Round-off is looked at closely where the error is within so many times an estimate that costs next to nothing."""
 
@@ -38,7 +39,7 @@ def work(kind, task, job):
     elif kind <= LOUD:
         look(kind, task, job)
     else:
-        own_work(kind, task, job)
+        iterates_work(kind, task, job)
 
 
 def sweep_pieces(task, job):
@@ -141,15 +142,6 @@ def loud(first, last, s, limits):
         if not s.squared_error[i] <= max(allowed, ROUNDING * s.floor[i]) ** 2:
             count += 1.0
     return count
-
-
-def part(task, count, chunks):
-    """Which of so many rows a task has that works on whole arrays: the first, and the one after the last."""
-    return task * count // chunks, (task + 1) * count // chunks
-
-
-def own_work(kind, task, job):
-    """What solvers do beyond; given by the specialisation where there is any."""
 
 
 def clear(first, last, s, free_velocity):
