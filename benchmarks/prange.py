@@ -22,7 +22,7 @@ from threads import simulation
 import lmgcpy as lm
 from lmgcpy.compiled.by_address import ROOM, call_work
 from lmgcpy.compiled.kernel import OPTIONS, Kernel
-from lmgcpy.solve.gauss_seidel import SWEEP, sweep_groups, work
+from lmgcpy.solve.sweeps import SWEEP, sweep_groups, work
 from lmgcpy.solve.team import Iterates, Job, Team, lay, lead, work_address
 
 COUNTS = (10_000, 50_000)
