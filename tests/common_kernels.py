@@ -1,7 +1,7 @@
 """Kernels that tests of many files need, compiled once and by all workers of pytest-xdist together.
 
-Each job is taken by one worker. No test begins before all are done: two workers that compile the same kernels at the same
-time are no faster than one. Where the cache has the kernels it takes a second or two.
+Each job is taken by one worker. No test is imported before all are done: two workers that compile the same kernels at
+the same time are no faster than one. Where the cache has the kernels it takes a second or two.
 """
 
 from __future__ import annotations

@@ -7,12 +7,12 @@ Two suites. The default one answers in minutes; ``-m long`` runs what it leaves 
 * tests with the marker ``scaled``, in their full size (:func:`suites.size`);
 * tests of hypothesis, with all their examples.
 
-Workers of pytest-xdist compile the kernels that many tests need together, before the first test.
+Workers of pytest-xdist compile the kernels that many tests need together, before they import the tests.
 Hypothesis draws the same examples at every run and keeps no data base. Ctrl-C is heard.
 """
 
-import os
 import signal
+from pathlib import Path
 
 import pytest
 import suites
@@ -21,9 +21,6 @@ from hypothesis import is_hypothesis_test, settings
 always = {"derandomize": True, "deadline": None, "database": None}
 settings.register_profile("default suite", max_examples=15, **always)
 settings.register_profile("long suite", max_examples=60, **always)
-
-MANY = 1000
-"""Tests from which on it is worth while to compile what most of them need first."""
 
 # A shell starts what it puts in the background deaf to Ctrl-C, and child processes are born as deaf: tests press it.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
@@ -63,11 +60,11 @@ def is_default(callspec, mark: pytest.Mark) -> bool:
     return all(callspec.params[name] in values for name, values in mark.kwargs.items())
 
 
-@pytest.fixture(scope="session", autouse=True)
-def common_kernels(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> None:
-    """Compile them together with the other workers, for a run of many tests."""
-    run = os.environ.get("PYTEST_XDIST_TESTRUNUID")
-    if run is not None and len(request.session.items) >= MANY:
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection(session: pytest.Session) -> None:
+    """Compile the common kernels before modules are imported, some of which make their scenes then."""
+    run, config = getattr(session.config, "workerinput", {}).get("testrunuid"), session.config
+    if run is not None and [Path(argument).resolve() for argument in config.args] == [Path(__file__).parent]:
         from common_kernels import compile_together
 
-        compile_together(tmp_path_factory.getbasetemp().parent / f"kernels-{run}")
+        compile_together(Path(config.option.basetemp).parent / f"kernels-{run}")

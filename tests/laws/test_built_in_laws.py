@@ -23,8 +23,18 @@ def test_every_law_of_the_package_is_among_them():
     assert own == {law.NAME for law in INSTANCES}
 
 
-@lmgcpy.testing.conformance(*INSTANCES)
+DEFAULT = (lm.Coulomb, lm.RigidWire, lm.ElasticWire)
+"""A contact with friction, a link, and one that stores energy; each law takes some ten seconds, most of them compiling."""
+
+
+@lmgcpy.testing.conformance(*(law for law in INSTANCES if isinstance(law, DEFAULT)))
 def test_law(check):
+    check()
+
+
+@pytest.mark.long
+@lmgcpy.testing.conformance(*(law for law in INSTANCES if not isinstance(law, DEFAULT)))
+def test_other_law(check):
     check()
 
 

@@ -32,8 +32,14 @@ SOUND = [
 ]
 
 
-@lmgcpy.testing.conformance(*SOUND)
+@lmgcpy.testing.conformance(*SOUND[:2])
 def test_sound_laws_conform(check):
+    check()
+
+
+@pytest.mark.long
+@lmgcpy.testing.conformance(*SOUND[2:])
+def test_other_sound_laws_conform(check):
     check()
 
 
