@@ -147,18 +147,17 @@ def spheres(positions, radii, radius):
 
 def enter(those, i):
     """Enter sphere i into its cell."""
-    put(those.first, those.following, hash_at(those, i), i)
+    x, y, z = those.positions[i]
+    # The hash is not a function of its own: that takes 16 % more time for a wire of 5000 beads.
+    h = hashed(cell(x, those.edge), cell(y, those.edge), cell(z, those.edge), those.first)
+    put(those.first, those.following, h, i)
 
 
 def leave(those, i):
     """Take sphere i out of its cell."""
-    take_out(those.first, those.following, hash_at(those, i), i)
-
-
-def hash_at(those, i):
-    """Hash of the cell of sphere i."""
     x, y, z = those.positions[i]
-    return hashed(cell(x, those.edge), cell(y, those.edge), cell(z, those.edge), those.first)
+    h = hashed(cell(x, those.edge), cell(y, those.edge), cell(z, those.edge), those.first)
+    take_out(those.first, those.following, h, i)
 
 
 def meets(those, x, y, z, radius, but):
