@@ -19,9 +19,11 @@ exclude_patterns = ["conf.py"]
 myst_heading_anchors = 3
 highlight_language = "none"
 
-# a reference that leads nowhere is a warning, unless it is to what others document
+# a reference that leads nowhere is a warning, unless it is to what others document or what only kernels read
 nitpicky = True
-nitpick_ignore_regex = [("py:class", r"(np|numpy|os|pathlib|collections\.abc|sparse)\..*|Path|.*\.SomeBody")]
+OTHERS = r"(np|numpy|os|pathlib|collections\.abc|concurrent|sparse)\..*|Path|.*\.SomeBody"
+INSIDE = r"lmgcpy\.(solve\.(system|matrix_system|team)|compiled\.kernel|experiment\.study\.stages)\..*"
+nitpick_ignore_regex = [("py:class", f"{OTHERS}|{INSIDE}")]
 
 # reference: members in the order of the source, hints where the signature is
 autodoc_member_order = "bysource"

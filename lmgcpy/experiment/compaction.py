@@ -98,7 +98,7 @@ def compact(
     pressure alone sets the time scale. ``drag``: velocities decay by ``exp(-drag)`` in that time; without it, grains that
     are squeezed out hammer a wire of fine beads, which has no bending stiffness, until it is crumpled.
 
-    ``file``, ``on_step`` and ``interrupted`` as in :func:`lmgcpy.experiment.trial.carry_out`.
+    ``file``, ``on_step`` and ``interrupted`` as in :func:`lmgcpy.experiment.carry_out`.
     """
     number(pressure, "pressure", above=0.0, unit="Pa")
     whole(max_steps, "max_steps", minimum=1)

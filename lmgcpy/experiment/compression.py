@@ -167,7 +167,7 @@ class Compression(ABC):
     ) -> Any:
         """Crush the sample by ``strain`` of its height and return the record, with so many ``frames``, evenly spaced.
 
-        ``file``, ``on_step`` and ``interrupted`` as in :func:`lmgcpy.experiment.trial.carry_out`.
+        ``file``, ``on_step`` and ``interrupted`` as in :func:`lmgcpy.experiment.carry_out`.
         """
         number(strain, "strain", above=0.0, maximum=0.9)
         whole(frames, "frames")

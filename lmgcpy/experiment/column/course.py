@@ -202,7 +202,7 @@ def let_go(
     In one step a grain that has fallen through the whole height moves by ``travel`` radii of a bead. The column is at rest
     if for half a time unit the kinetic energy stays below a thousandth of weight times mean grain diameter. So many
     ``frames`` are recorded in ``duration``. ``name`` is that of the run in its notes; ``file``, ``on_step`` and
-    ``interrupted`` as in :func:`lmgcpy.experiment.trial.carry_out`.
+    ``interrupted`` as in :func:`lmgcpy.experiment.carry_out`.
     """
     number(duration, "duration", above=0.0, unit="s")
     number(least, "least", minimum=0.0, maximum=duration, unit="s")

@@ -3,14 +3,14 @@
 A study is a frozen dataclass, a subclass of :class:`Study`, whose fields say what to compute. It states four things and
 nothing else:
 
-* what it **lays**: :meth:`Study.lay` makes the sample; nothing has been written yet, and an error here leaves no folder;
-* how it **prepares**: :meth:`Study.prepare` brings the sample into the state from which every test starts;
-* what it **tests**: :meth:`Study.tests` lists tasks that are independent of each other; it is asked again with their
+* what it **lays**: ``lay`` makes the sample; nothing has been written yet, and an error here leaves no folder;
+* how it **prepares**: ``prepare`` brings the sample into the state from which every test starts;
+* what it **tests**: ``tests`` lists tasks that are independent of each other; it is asked again with their
   results, and may list further ones, such as the next step of a bisection;
-* what it **reports**: :meth:`Study.result` gathers the results, :meth:`Study.report` writes tables, figures, a summary.
+* what it **reports**: ``result`` gathers the results, ``report`` writes tables, figures, a summary.
 
-:func:`carry_out_study` does the rest. A task is a function of a module with arguments that can be pickled; it gets a
-:class:`Site` first, by which it starts its runs::
+:func:`~lmgcpy.experiment.carry_out_study` does the rest. A task is a function of a module with arguments that can be
+pickled; it gets a :class:`Site` first, by which it starts its runs::
 
     def compress(site, study, sample, law):
         test = Biaxial(sample, law)
@@ -71,7 +71,7 @@ class Site:
         self.is_copy = True
 
     def stage(self, label: str, total: int) -> Any:
-        """A stage of at most ``total`` steps; see :meth:`lmgcpy.experiment.study.stages.Stages.stage`."""
+        """A stage of at most ``total`` steps; see :meth:`lmgcpy.experiment.Stages.stage`."""
         return self._stages.stage(label, total)
 
     def run(self, name: str, label: str, steps: int, call: Callable[..., Any], /, *arguments: Any, **options: Any) -> Any:
