@@ -18,7 +18,7 @@ resource = pytest.importorskip("resource")
 
 BEGIN = f"""
     import errno, os, resource, signal, sys
-    sys.path.insert(0, {os.path.dirname(__file__)!r})
+    sys.path[:0] = {[os.path.dirname(__file__), os.path.dirname(os.path.dirname(__file__))]!r}
     import numpy as np
     from test_run_file import heap, lm
     path = sys.argv[1]

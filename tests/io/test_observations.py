@@ -124,7 +124,7 @@ def test_observing_needs_a_file_that_is_begun(path):
         heap().run(steps=3, observe=OBSERVE)
     heap().run(steps=3, record=path, observe=OBSERVE)
     sim = lm.resume(path, observe=OBSERVE)
-    with pytest.raises(TypeError, match=r"given to lmgcpy\.resume"):
+    with pytest.raises(TypeError, match=r"give it to lmgcpy\.resume"):
         sim.run(steps=3, record=path, observe=OBSERVE)
 
 

@@ -178,7 +178,7 @@ def test_no_other_way_is_used():
     ways = {source.relative_to(package).as_posix(): other_ways(source) for source in package.rglob("*.py")}
     found = {name: calls for name, calls in ways.items() if calls}
     assert found.pop("writing.py") == ["os.replace"]
-    assert found.pop("io/run_format.py") == ["Path(path).write_bytes", "Path(beside).write_bytes"]
+    assert found.pop("io/run_format.py") == ["Path(path).write_bytes", "Path(copied).write_bytes"]
     assert not found
 
 

@@ -277,7 +277,7 @@ def test_cells():
     present = np.zeros(200, dtype=bool)
     met = 0
     for i in rng.integers(200, size=1000):
-        (laying_3d.remove if present[i] else laying_3d.put)(cells, i)
+        (laying_3d.leave if present[i] else laying_3d.enter)(cells, i)
         present[i] = not present[i]
         point = rng.uniform(-0.1, 1.1, 3)
         but = int(rng.integers(200))

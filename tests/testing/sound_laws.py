@@ -47,8 +47,8 @@ class Softening(lm.Law):
         stiffness, peak, end = parameters
         elongation = min(max(gap - reference_gap, 0.0), end)
         rising = min(elongation, peak)
-        left = end - max(elongation, peak)
-        return 0.5 * stiffness * (rising * rising + peak * (end - peak) - peak * left * left / (end - peak))
+        beyond = max(elongation, peak) - peak
+        return 0.5 * stiffness * (rising * rising + peak * beyond * (2.0 - beyond / (end - peak)))
 
 
 class TangentialSpring(lm.Law):
