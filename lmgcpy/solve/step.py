@@ -22,6 +22,7 @@ class ConicForm:
     """Makes the problem of a step in conic form when it is called, which may take longer than some sweeps."""
 
     make: Callable[[], Conic]
+    """Assembles the problem."""
     missing: str | None = None
     """Name of a law of the step that has no conic form; the call raises TypeError then."""
 
