@@ -49,6 +49,16 @@ class StepProblem:
         self.space.relative_velocities(self.system, velocities, result)
         return result
 
+    def components(self) -> np.ndarray:
+        """Which components of its impulse the law of each interaction has, (m, d) bool."""
+        count, d = self.system.impulse.shape
+        there = np.zeros((count, d), dtype=bool)
+        for group in self.groups:
+            there[group.start : group.stop, : group.law.rows(d)] = True
+        stiff = self.system.geometric > 0.0  # of the links, which come first
+        there[: len(stiff), 1:] |= stiff[:, None]
+        return there
+
     def commit(self) -> None:
         """The laws commit their states at the end of the step; FloatingPointError where one is not finite."""
         for group, kernels in zip(self.groups, self.kernels, strict=True):

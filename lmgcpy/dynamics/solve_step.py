@@ -59,7 +59,8 @@ def call_solver(problem: StepProblem, solver: Solver, row: np.ndarray | None = N
     if row is not None:
         system, free_velocity = system.reordered(row, free_velocity)
     driver = problem.space.driver
-    step = Step(problem.table, system, free_velocity, problem.guess, conic_form(problem), driver, threads)
+    conic, components = conic_form(problem), problem.components
+    step = Step(problem.table, system, free_velocity, problem.guess, conic, components, driver, threads)
     outcome = solver.solve(step)
     if row is not None:
         problem.system.velocity[:] = system.velocity.take(row, axis=0)

@@ -65,16 +65,7 @@ class Simulation(Stepper):
     Further attributes are ``steps``, the number of completed steps; ``report`` and ``energy`` of the last step, a
     :class:`Report <lmgcpy.solve.report.Report>` and an :class:`Energy <lmgcpy.dynamics.energy.Energy>`; and ``scene``.
 
-    The loop, for velocities v, positions q, external forces F, and impulses r along H::
-
-        q_m    = q + (1 - theta) h v              detection at q_m
-        v_free = v + h M^-1 F                     imposed components take their value at the end of the step
-        solve  u = H^T v_free + W r and the laws
-        v      = v_free + M^-1 H r
-        q      = q_m + theta h v
-
-    Where links would gain energy as they are pulled back, the positions are corrected apart from the velocities
-    (``lmgcpy/dynamics/turning_stretch.py``).
+    The formulas of a step are in the class that makes it, :class:`Stepper <lmgcpy.dynamics.stepper.Stepper>`.
     """
 
     recorder: Recorder | None = None

@@ -54,7 +54,6 @@ def solve(problem: Problem, *, solver: Solver | None = None, guess: Any = None) 
     without bound, ValueError tells that W is not positive semidefinite, or else FloatingPointError that there is no
     solution.
     """
-
     check_problem(problem, "solve")
     solver = Auto() if solver is None else solver
     check_solver(solver)
@@ -69,6 +68,7 @@ def solve(problem: Problem, *, solver: Solver | None = None, guess: Any = None) 
         free_velocity=problem.q.reshape(-1, problem.dimension).copy(),
         guess=start,
         conic=ConicForm(lambda: Conic(problem, np.ones(len(problem.mu), dtype=bool))),
+        components=lambda: problem.rows,
         driver=driver_of(problem.dimension),
     )
     begin = clock.perf_counter()

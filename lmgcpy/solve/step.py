@@ -52,6 +52,8 @@ class Step:
     conic: ConicForm
     """``conic()`` gives (problem, acting): the step as a :class:`Problem <lmgcpy.Problem>`, and which of the m interactions
     are in it, (m,) bool. It raises TypeError where a law has no conic form; ``conic.missing`` names that law."""
+    components: Callable[[], np.ndarray]
+    """``components()`` says which components of its impulse the law of each interaction has, (m, d) bool."""
     driver: Mapping[str, Any] = field(default_factory=dict)
     """Slots of the kernels that lead sweeps, for the kind of bodies that there are."""
     threads: int = 1
@@ -76,7 +78,8 @@ class Step:
     def judged(self, impulses: np.ndarray, tolerance: float, slip: float) -> Outcome:
         """Take impulses (m, d) for the answer: velocities are made from them, and the kernels of the laws measure them.
 
-        ``tolerance`` and ``slip``: as of :class:`Solver <lmgcpy.Solver>`. The status is "converged", "round-off", "not
-        finite" or "budget spent".
+        Components that a law does not have are set to zero: no law would measure them. ``tolerance`` and ``slip``: as of
+        :class:`Solver <lmgcpy.Solver>`. The status is "converged", "round-off", "not finite" or "budget spent".
         """
+        impulses = np.where(self.components(), impulses, 0.0)
         return self.starting_from(impulses).led(judge, float(tolerance), float(slip))
