@@ -28,11 +28,13 @@ class FormerNames(MetaPathFinder, Loader):
 
     def create_module(self, spec: ModuleSpec) -> ModuleType:
         module = importlib.import_module(MOVED[spec.name])
-        self._own = module.__spec__
+        spec.loader_state = module.__spec__
         return module
 
     def exec_module(self, module: ModuleType) -> None:
-        module.__spec__ = self._own  # the import has put that of the former name in its place
+        former = module.__spec__  # the import has put it in the place of the module's own
+        assert former is not None
+        module.__spec__ = former.loader_state
 
 
 def know() -> None:

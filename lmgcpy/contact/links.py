@@ -17,9 +17,7 @@ from lmgcpy.contact.narrow_phase_3d import mobility, weighted
 centre_line: Callable[..., Any] = Slot("centre_line")
 """``(bodies, c, a)``: distance between two centres [m] and unit vector from a to c; upward if they coincide."""
 link_block: Callable[..., Any] = Slot("link_block")
-"""``(n, c, a, inverse_mass)``: diagonal of the local block of W [1/kg]."""
-write_tangent: Callable[..., Any] = Slot("write_tangent")
-"""``(i, n, tangent)``: writes the tangent of the local frame where one is kept."""
+"""``(i, n, c, a, inverse_mass, tangent)``: diagonal of the local block of W [1/kg]; writes the tangent, where kept."""
 
 
 @kernel
@@ -31,14 +29,13 @@ def detect_links(chain, radius_sum, first, first_slot, bodies, inverse_mass, res
         a = chain[k]
         c = chain[k + 1]
         distance, n = centre_line(bodies, c, a)
-        block = link_block(n, c, a, inverse_mass)
+        block = link_block(i, n, c, a, inverse_mass, result.tangent)
         result.candidate[i] = c
         result.antagonist[i] = a
         result.gap[i] = distance - radius_sum[k]
         for axis in range(len(n)):
             result.normal[i, axis] = n[axis]
             result.delassus[i, axis] = block[axis]
-        write_tangent(i, n, result.tangent)
         # a link acts on the centres: no lever
         result.arm[i, 0] = 0.0
         result.arm[i, 1] = 0.0
@@ -80,32 +77,25 @@ def _centre_line_3d(bodies, c, a):
     return distance, (0.0, 0.0, 1.0)
 
 
-def _link_block_2d(n, c, a, inverse_mass):
+def _link_block_2d(i, n, c, a, inverse_mass, tangent):
     x = inverse_mass[c, 0] + inverse_mass[a, 0]
     y = inverse_mass[c, 1] + inverse_mass[a, 1]
     w_nn, w_tt, _ = translation_block(n[0], n[1], x, y)
     return w_nn, w_tt
 
 
-def _link_block_3d(n, c, a, inverse_mass):
+def _link_block_3d(i, n, c, a, inverse_mass, tangent):
     moving, _ = mobility(c, a, 0.0, 0.0, inverse_mass)
     t = tangent_of(n[0], n[1], n[2])
+    tangent[i, 0], tangent[i, 1], tangent[i, 2] = t
     w_nn = weighted(n, moving, n)
     w_tt = weighted(t, moving, t)
     # W_ss from the trace, which does not depend on the frame
     return w_nn, w_tt, moving[0] + moving[1] + moving[2] - w_nn - w_tt
 
 
-def _write_no_tangent(i, n, tangent):
-    pass
-
-
-def _write_tangent_3d(i, n, tangent):
-    tangent[i, 0], tangent[i, 1], tangent[i, 2] = tangent_of(n[0], n[1], n[2])
-
-
 LINKS: dict[int, Kernel] = {
-    2: detect_links.specialise(centre_line=_centre_line_2d, link_block=_link_block_2d, write_tangent=_write_no_tangent),
-    3: detect_links.specialise(centre_line=_centre_line_3d, link_block=_link_block_3d, write_tangent=_write_tangent_3d),
+    2: detect_links.specialise(centre_line=_centre_line_2d, link_block=_link_block_2d),
+    3: detect_links.specialise(centre_line=_centre_line_3d, link_block=_link_block_3d),
 }
 """The kernel of each dimension."""
