@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import re
+from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
@@ -52,6 +53,17 @@ def sample_in_space():
     return Sample(positions=places, radii=[0.05] * 3, wires=(2,), reference_gap=0.1, box=(0.6, 0.2, 0.2))
 
 
+@dataclass(frozen=True)
+class Watched(lm.Solver):
+    """Keeps what it is given and what it returns."""
+
+    seen: dict[str, object] = field(default_factory=dict)
+
+    def solve(self, step):
+        self.seen.update(step=step, outcome=lm.GaussSeidel().solve(step))
+        return self.seen["outcome"]
+
+
 def things(folder) -> dict[str, object]:
     """An object of every public class, by what it is expected to say."""
     fresh, sim = hanging(), hanging()
@@ -71,6 +83,8 @@ def things(folder) -> dict[str, object]:
     course = let_go(poured, duration=1e-4, frames=1)
     net = lm.measure.network(sim)
     compacted = compact(laid, pressure=1e5, density=2600.0, max_steps=3)
+    seen: dict[str, object] = {}
+    lm.solve(problem, solver=Watched(seen=seen))
     wire = {"box": (0.67, 0.67), "bead_radius": 0.0075, "interstice": 0.021, "bead_count": 30}
     beads = {"box": (0.1, 0.1, 0.2), "bead_radius": 0.001, "interstice": 0.001, "bead_count": 200}
     return {
@@ -130,6 +144,10 @@ def things(folder) -> dict[str, object]:
         "ColumnState of 60 particles": course.end,
         "Course of ": course,
         "Site of a study: no folder": Site(Stages(quiet=True), None),
+        "Stages: quiet": Stages(quiet=True),
+        "Step of 2 interactions in 2D": seen["step"],
+        "ConicForm: to be assembled": seen["step"].conic,
+        "Outcome: converged after": seen["outcome"],
         "Task 'none': lay_sample": Task("none", lay_sample),
         "StudyFolder 'texsol' of Study2D": StudyFolder("texsol", Study2D),
         "LawReport: Signorini() conforms": findings,
@@ -166,7 +184,8 @@ def test_each_says_in_one_line_what_it_is(all_things):
 LEFT_OUT = {
     **dict.fromkeys(("Body", "Contactor", "Law", "Study"), "abstract"),
     **dict.fromkeys(("Compression", "CompressionRecord"), "through biaxial and triaxial tests"),
-    **dict.fromkeys(("Recorder", "Solver"), "protocols"),
+    **dict.fromkeys(("Recorder", "RecordedRun"), "protocols"),
+    **dict.fromkeys(("Solver", "Stepper"), "bases, whose words are those of the built-in solvers and of Simulation"),
     "Nonconformance": "an exception",
     "Statistics": "names of kernels, to be looked up",
 }

@@ -88,9 +88,10 @@ print(test.simulation.steps, len(recorder.buffer), test.simulation.positions.tob
 """The first step of a test like those of ``lmgcpy texsol``: disks, walls, Coulomb friction, an inextensible wire."""
 
 
-def test_a_second_process_compiles_nothing_and_is_at_its_first_step_within_two_seconds(tmp_path):
+def test_a_second_process_compiles_nothing_and_is_at_its_first_step_in_five_imports_of_numba(tmp_path):
     """Nothing: by numba's statistics of the cache, and by the passes of its compiler, thousands in the first process. The
-    step is the same to the last bit. Time is from the start of the interpreter to its end; measured: 0.7 s."""
+    step is the same to the last bit. Time is from the start of the interpreter to its end, against that of ``import
+    numba`` in turn, which tells how fast the machine is now: 1.2 s against 0.45 s on an idle one, so five times are 2 s."""
     directory = tmp_path / "not" / "there"
     loaded, compiled, (first, _) = kernels(TEXSOL, LMGCPY_CACHE_DIR=directory)
     assert not loaded
@@ -98,15 +99,18 @@ def test_a_second_process_compiles_nothing_and_is_at_its_first_step_within_two_s
     steps, passes, positions = first.split()
     assert steps == "1"
     assert int(passes) > 1000
-    seconds = []
+    yardstick, seconds = [], []
     for _ in range(3):
+        begin = processor_seconds()
+        child("import numba")
+        yardstick.append(processor_seconds() - begin)
         begin = processor_seconds()
         again_loaded, again_compiled, (again, _) = kernels(TEXSOL, LMGCPY_CACHE_DIR=directory)
         seconds.append(processor_seconds() - begin)
         assert not again_compiled
         assert again_loaded == compiled
         assert again.split() == ["1", "0", positions]
-    assert min(seconds) < 2.0, seconds
+    assert min(seconds) < 5.0 * min(yardstick), (seconds, yardstick)
 
 
 # ------------------------------------------------------------------------------------------------- trouble with the cache

@@ -27,6 +27,10 @@ class Outcome(NamedTuple):
     slip: float = 0.0
     """Largest ``h |e_i| / R_i``; 0 where no sizes are known."""
 
+    def __repr__(self) -> str:
+        newton = f" and {self.factorisations} Newton steps" if self.factorisations else ""
+        return f"<Outcome: {STATUS[self.status]} after {self.iterations} sweeps{newton}, residual {self.residual:.2g}>"
+
 
 @dataclass(frozen=True)
 class Worst:

@@ -29,6 +29,9 @@ class ConicForm:
     def __call__(self) -> Conic:
         return self.make()
 
+    def __repr__(self) -> str:
+        return f"<ConicForm: {'to be assembled' if self.missing is None else f'none, law {self.missing!r} has none'}>"
+
 
 @dataclass(frozen=True)
 class Step:
@@ -58,6 +61,10 @@ class Step:
     """Slots of the kernels that lead sweeps, for the kind of bodies that there are."""
     threads: int = 1
     """How many threads may share the work of a partitioned scene."""
+
+    def __repr__(self) -> str:
+        count, dimension = self.guess.shape
+        return f"<Step of {count} interactions in {dimension}D>"
 
     def starting_from(self, guess: np.ndarray) -> Step:
         """This step with other impulses to start from, (m, d)."""

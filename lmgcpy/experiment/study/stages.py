@@ -26,6 +26,9 @@ class Stages:
         self.quiet = quiet
         self.terminal = self.stream.isatty() and not quiet
 
+    def __repr__(self) -> str:
+        return f"<Stages: {'quiet' if self.quiet else 'bars' if self.terminal else 'lines'}>"
+
     def __getstate__(self) -> bool:
         return self.quiet
 
