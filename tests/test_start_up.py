@@ -49,12 +49,17 @@ def kernels(code, *arguments, **environment):
     return set(counted["loaded"]), set(counted["compiled"]), printed
 
 
+@pytest.fixture
+def with_byte_code(tmp_path):
+    """Environment of processes that write the byte code of lmgcpy and find it the next time, as after an installation."""
+    return {"PYTHONDONTWRITEBYTECODE": "", "PYTHONPYCACHEPREFIX": tmp_path / "byte code"}
+
+
 # ------------------------------------------------------------------------------------------------------------ import
 
 
-def test_lmgcpy_costs_little_more_than_numba(tmp_path):
-    """At most 0.2 s, with the byte code written, as it is after an installation; measured: 0.06 s."""
-    with_byte_code = {"PYTHONDONTWRITEBYTECODE": "", "PYTHONPYCACHEPREFIX": tmp_path}
+def test_lmgcpy_costs_little_more_than_numba(with_byte_code):
+    """Less than 1.6 times as long; measured: 0.55 s against 0.42 s, so it may cost 0.25 s of that machine."""
     child("import lmgcpy", **with_byte_code)
     seconds = {"numba": [], "lmgcpy": []}
     for _ in range(5):
@@ -62,7 +67,7 @@ def test_lmgcpy_costs_little_more_than_numba(tmp_path):
             begin = processor_seconds()
             child(f"import {module}", **with_byte_code)
             measured.append(processor_seconds() - begin)
-    assert min(seconds["lmgcpy"]) - min(seconds["numba"]) < 0.2, seconds
+    assert min(seconds["lmgcpy"]) < 1.6 * min(seconds["numba"]), seconds
 
 
 # -------------------------------------------------------------------------------------------------- the second process
@@ -88,12 +93,12 @@ print(test.simulation.steps, len(recorder.buffer), test.simulation.positions.tob
 """The first step of a test like those of ``lmgcpy texsol``: disks, walls, Coulomb friction, an inextensible wire."""
 
 
-def test_a_second_process_compiles_nothing_and_is_at_its_first_step_in_five_imports_of_numba(tmp_path):
+def test_a_second_process_compiles_nothing_and_is_at_its_first_step_in_five_imports_of_numba(tmp_path, with_byte_code):
     """Nothing: by numba's statistics of the cache, and by the passes of its compiler, thousands in the first process. The
     step is the same to the last bit. Time is from the start of the interpreter to its end, against that of ``import
     numba`` in turn, which tells how fast the machine is now: 1.2 s against 0.45 s on an idle one, so five times are 2 s."""
-    directory = tmp_path / "not" / "there"
-    loaded, compiled, (first, _) = kernels(TEXSOL, LMGCPY_CACHE_DIR=directory)
+    environment = {"LMGCPY_CACHE_DIR": tmp_path / "not" / "there", **with_byte_code}
+    loaded, compiled, (first, _) = kernels(TEXSOL, **environment)
     assert not loaded
     assert len(compiled) > 10
     steps, passes, positions = first.split()
@@ -102,10 +107,10 @@ def test_a_second_process_compiles_nothing_and_is_at_its_first_step_in_five_impo
     yardstick, seconds = [], []
     for _ in range(3):
         begin = processor_seconds()
-        child("import numba")
+        child("import numba", **environment)
         yardstick.append(processor_seconds() - begin)
         begin = processor_seconds()
-        again_loaded, again_compiled, (again, _) = kernels(TEXSOL, LMGCPY_CACHE_DIR=directory)
+        again_loaded, again_compiled, (again, _) = kernels(TEXSOL, **environment)
         seconds.append(processor_seconds() - begin)
         assert not again_compiled
         assert again_loaded == compiled
