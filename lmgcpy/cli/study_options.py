@@ -56,8 +56,8 @@ def study_of(
 def _in_words(value: Any, unit: float) -> str:
     """The default of a field in its unit."""
     if isinstance(value, tuple):
-        return ",".join(item if isinstance(item, str) else f"{item:g}" for item in value)
-    return f"{value / unit:g}"
+        return ",".join(_in_words(item, unit) for item in value)
+    return value if isinstance(value, str) else f"{value / unit:g}"
 
 
 def kept_in(default: Path | None, *, shown: bool | str = True) -> Callable[[Any], Any]:

@@ -40,6 +40,12 @@ option = options_of(studies, FIELDS, UNITS)
     help="3D: axes along which the sample is compressed, separated by commas; z is upright.",
 )
 @option("--seed", type=int, help="Seed of the random sample.")
+@option(
+    "--preparation",
+    type=click.Choice(["loose", "dense"]),
+    help="How the sample is relaxed: with the friction of the test, or without friction.",
+)
+@option("--theta-max", type=float, help="Greatest turn of the wire from bead to bead as it is laid [rad].")
 @option("--strain", type=float, help="Crushing to reach [%].")
 @option("--pressure", type=float, help="Pressure on the lateral walls [kPa].")
 @option("--tolerance", type=float, help="Residual at which a step is solved.")

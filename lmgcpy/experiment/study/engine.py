@@ -128,6 +128,9 @@ class Study(ABC):
     IGNORED: ClassVar[tuple[str, ...]] = ()
     """Beginnings of warnings that the runs of the study do not show, regular expressions."""
 
+    FORMER: ClassVar[Mapping[str, Any]] = {}
+    """Fields that studies of former versions did not have, with the values that say what those did."""
+
     threads: int
     """Number of tasks at once, if no executor is given."""
 

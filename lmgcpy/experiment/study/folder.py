@@ -83,6 +83,7 @@ class StudyFolder:
             raise ValueError(f"'{self.study_file}' is damaged ({error}). {anew}") from error
         if kind is None:
             raise ValueError(f"'{self.study_file}' is of another kind of study, '{form}': give another folder by --out.")
+        given = {**kind.FORMER, **given}
         known = {field.name for field in fields(kind)}
         if known != given.keys():
             raise ValueError(

@@ -13,7 +13,7 @@ from lmgcpy.experiment.study.report import ReportFolder, markdown, sections, tex
 from lmgcpy.experiment.texsol.conclusions_2d import column, compression_in_links, stiffening
 from lmgcpy.experiment.texsol.pictures import draw_flat_pictures
 from lmgcpy.experiment.texsol.result import TexSolResult
-from lmgcpy.experiment.texsol.runs_report import accuracy_part, runs_part
+from lmgcpy.experiment.texsol.runs_report import accuracy_part, prepared_words, runs_part, state_words
 
 NEAR_ZERO = 0.2
 """A principal stress counts as near zero if its ratio to the other one is below this."""
@@ -79,10 +79,10 @@ def _sample_part(result: TexSolResult) -> str:
     rest = "at rest" if relaxed.at_rest else "NOT at rest"
     return (
         f"{len(sample.radii)} particles, {sample.bead_count} of them beads of one wire, seed {study.seed}, in "
-        f"{sample.width:.3f} m x {sample.height:.3f} m, relaxed without friction to {1e-3 * study.pressure:g} kPa in "
+        f"{sample.width:.3f} m x {sample.height:.3f} m, {prepared_words(result)} to {1e-3 * study.pressure:g} kPa in "
         f"{relaxed.steps} steps ({rest}: loads balanced to {100 * relaxed.unrest.imbalance:.1f} %, deepest overlap "
-        f"{relaxed.penetration:.1e} m). Solid fraction one coarsest diameter from the walls: "
-        f"**{relaxed.solid_fraction:.3f}**. Test: friction {study.friction:g}, at the platens {study.platen_friction:g}, "
+        f"{relaxed.penetration:.1e} m).\n\n{state_words(result)}\n\n"
+        f"Test: friction {study.friction:g}, at the platens {study.platen_friction:g}, "
         f"{100 * study.strain:g} % of crushing, no gravity."
     )
 

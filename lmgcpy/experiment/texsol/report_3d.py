@@ -25,7 +25,7 @@ from lmgcpy.experiment.texsol.conclusions_3d import (
 )
 from lmgcpy.experiment.texsol.pictures import draw_pictures, layers_figure, title
 from lmgcpy.experiment.texsol.result import TexSolResult
-from lmgcpy.experiment.texsol.runs_report import accuracy_part, runs_part
+from lmgcpy.experiment.texsol.runs_report import accuracy_part, prepared_words, runs_part, state_words
 from lmgcpy.experiment.triaxial import TriaxialRecord
 from lmgcpy.sample.arguments import AXES
 from lmgcpy.sample.wire_content import wire_content
@@ -116,17 +116,14 @@ def _sample_part(result: TexSolResult) -> str:
     study, relaxed, sample = result.study, result.compaction, result.sample
     rest, left = "at rest" if relaxed.at_rest else "NOT at rest", relaxed.unrest
     size = " x ".join(f"{1e3 * length:.1f}" for length in sample.box)
-    fabric = ", ".join(f"{value:.3f}" for value in np.diag(relaxed.fabric))
     overlap = relaxed.penetration / (0.5 * sample.diameter)
     return (
         f"{len(sample.radii)} particles, {_wire_words(result)}, seed {study.seed}, in {size} mm, mean grain "
-        f"{1e3 * sample.diameter:.2f} mm; compacted without friction to {1e-3 * study.pressure:g} kPa in {relaxed.steps} "
-        f"steps ({rest}: loads balanced to {100 * left.imbalance:.1f} %, mean resultant force on a particle "
-        f"{100 * left.force:.1f} % of p d², kinetic energy {left.kinetic:.0e} p d³ a particle, volume steady to "
+        f"{1e3 * sample.diameter:.2f} mm; {prepared_words(result)} to {1e-3 * study.pressure:g} kPa in "
+        f"{relaxed.steps} steps ({rest}: loads balanced to {100 * left.imbalance:.1f} %, mean resultant force on a "
+        f"particle {100 * left.force:.1f} % of p d², kinetic energy {left.kinetic:.0e} p d³ a particle, volume steady to "
         f"{left.volume_change:.0e}, deepest overlap {100 * overlap:.2f} % of a mean grain's radius).\n\n"
-        f"Solid fraction one coarsest diameter from the walls **{relaxed.solid_fraction:.3f}**, coordination "
-        f"**{relaxed.coordination:.2f}**, {100 * relaxed.rattlers:.1f} % of the grains rattlers; fabric along x, y, z: "
-        f"{fabric}.\n\n"
+        f"{state_words(result)}\n\n"
         f"Tests: friction {study.friction:g}, at the platens {study.platen_friction:g}, inertial number "
         f"{study.inertial_number:g}, {100 * study.strain:g} % of crushing, no gravity. z is across the layers."
     )

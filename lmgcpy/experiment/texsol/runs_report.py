@@ -1,4 +1,4 @@
-"""Parts of the report that the 2D study and the 3D study share: the runs, and how they change at a tighter tolerance."""
+"""Parts of the report that the studies in 2D and 3D share: the sample, the runs, their change at a tighter tolerance."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ import numpy as np
 
 from lmgcpy.experiment.study.report import markdown, versions
 from lmgcpy.experiment.texsol.result import TexSolResult, deviation
+from lmgcpy.measure.wire_shape import wire_shape
+from lmgcpy.sample.arguments import AXES
 
 
 def runs_part(
@@ -43,6 +45,33 @@ def runs_part(
     return (
         f"## The runs\n\n{markdown(rows)}\n\n{compaction}{result.seconds:.0f} s of steps in all, {result.study.threads} "
         f"tests at once; {versions()}."
+    )
+
+
+def prepared_words(result: TexSolResult) -> str:
+    """How the sample was relaxed: "relaxed with friction 0.4", "relaxed without friction"."""
+    study = result.study
+    return "relaxed " + (f"with friction {study.friction:g}" if study.preparation == "loose" else "without friction")
+
+
+def state_words(result: TexSolResult) -> str:
+    """Solid fraction, coordination, rattlers, fabric, and the shape of the wire at the start of the tests."""
+    relaxed, sample = result.compaction, result.sample
+    axes = AXES[: sample.dimension]
+    fabric = ", ".join(f"{value:.3f}" for value in np.diag(relaxed.fabric))
+    text = (
+        f"Solid fraction one coarsest diameter from the walls **{relaxed.solid_fraction:.3f}**, coordination "
+        f"**{relaxed.coordination:.2f}**, {100 * relaxed.rattlers:.1f} % of the grains rattlers; fabric along "
+        f"{', '.join(axes)}: {fabric}."
+    )
+    if max(sample.wires, default=0) < 3:
+        return text
+    shape = wire_shape(sample.positions, sample.chains)
+    return (
+        f"{text} The wire, laid with turns up to {result.study.theta_max:g} rad, has a persistence length of "
+        f"{shape.persistence_length / sample.diameter:.1f} mean diameters, "
+        f"{shape.persistence_length / sample.width:.2f} of the sample's width; the directions of its links have the "
+        f"anisotropy {shape.anisotropy:.2f}."
     )
 
 

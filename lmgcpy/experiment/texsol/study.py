@@ -6,13 +6,14 @@ In 2D it is the paper's study (section 3), biaxial tests of a wire in random ori
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
-from lmgcpy.errors import closest, named_arguments, number, shown, whole
+from lmgcpy.errors import closest, named_arguments, number, one_of, shown, whole
 from lmgcpy.experiment.biaxial import Biaxial
 from lmgcpy.experiment.box import Sample, characteristic_time
 from lmgcpy.experiment.compaction import Compaction, compact
@@ -20,7 +21,7 @@ from lmgcpy.experiment.compression import Compression
 from lmgcpy.experiment.study.engine import Site, Study, Task
 from lmgcpy.experiment.study.folder import StudyFolder
 from lmgcpy.experiment.texsol.result import TexSolResult
-from lmgcpy.experiment.texsol.sample import lay_sample, lay_sample_3d
+from lmgcpy.experiment.texsol.sample import THETA_MAX_2D, THETA_MAX_3D, lay_sample, lay_sample_3d
 from lmgcpy.experiment.triaxial import Triaxial
 from lmgcpy.laws import Law
 from lmgcpy.laws.elastic import ElasticRod, ElasticWire
@@ -34,6 +35,9 @@ RELAXATION_STEPS = 800
 """Greatest number of steps of a relaxation, if the study does not say otherwise."""
 RELAXATION_STEP_3D = 0.08
 """Time step of the compaction in 3D, in parts of ``d sqrt(rho/p)``."""
+
+PREPARATIONS = ("loose", "dense")
+"""Relaxations: with the friction of the test, or without friction."""
 
 LAWS: dict[str, Callable[[float], Law | None]] = {
     "none": lambda axial_rigidity: None,
@@ -68,8 +72,10 @@ class PlannedTest:
 class TexSolStudy(Study):
     """What to compute; the subclasses have the defaults.
 
-    ``axial_rigidity`` EA [N] is that of the elastic laws. ``check_strain``: crushing over which the tests are made again
-    at a tighter tolerance.
+    ``preparation``: "loose", relaxed with the friction of the test, as the paper's "little LMGC90 deposit" does it, or
+    "dense", relaxed without friction, to the densest state that there is. ``theta_max``: greatest turn of the wire from
+    bead to bead as it is laid [rad]. ``axial_rigidity`` EA [N] is that of the elastic laws. ``check_strain``: crushing
+    over which the tests are made again at a tighter tolerance.
     """
 
     COMMAND: ClassVar[str] = "texsol"
@@ -80,6 +86,7 @@ class TexSolStudy(Study):
     """Number of frames of a test that are recorded."""
     TIGHTER: ClassVar[float]
     """Factor by which the tolerance of the checks is tighter."""
+    FORMER: ClassVar[Mapping[str, Any]] = {"preparation": "dense"}
     WIRE_BLOCKS: ClassVar[bool] = True
     """Whether the solver takes a wire as one block."""
     MOMENTUM: ClassVar[float] = AcceleratedGaussSeidel.momentum
@@ -89,6 +96,8 @@ class TexSolStudy(Study):
     grain_count: int
     bead_count: int
     seed: int
+    preparation: str
+    theta_max: float
     strain: float
     pressure: float
     tolerance: float
@@ -107,6 +116,8 @@ class TexSolStudy(Study):
         if self.bead_count < 2 and set(self.laws) != {"none"}:
             raise ValueError(f"beads must be at least 2 for a wire, got {self.bead_count}; laws 'none' goes without.")
         whole(self.seed, "seed")
+        one_of(self.preparation, "preparation", PREPARATIONS)
+        number(self.theta_max, "theta_max", minimum=0.0, maximum=math.pi, unit="rad")
         number(self.strain, "strain", above=0.0, maximum=0.5)
         number(self.pressure, "pressure", above=0.0, unit="Pa")
         number(self.tolerance, "tolerance", above=0.0, maximum=1.0)
@@ -199,6 +210,7 @@ class TexSolStudy(Study):
 
     def prepare(self, laid: Sample, site: Site) -> Compaction:
         options = {"pressure": self.pressure, "density": DENSITY, "max_steps": RELAXATION_STEPS, **self.relaxation(laid)}
+        options["friction"] = self.friction if self.preparation == "loose" else 0.0
         return site.run("compaction", "relaxation to the pressure", options["max_steps"], compact, laid, **options)
 
     def tests(self, prepared: Compaction, done: Mapping[str, Any]) -> list[Task]:
@@ -238,11 +250,14 @@ class Study2D(TexSolStudy):
     TEST: ClassVar[type[Compression]] = Biaxial
     FRAMES: ClassVar[int] = 100
     TIGHTER: ClassVar[float] = 10.0
+    FORMER: ClassVar[Mapping[str, Any]] = {**TexSolStudy.FORMER, "theta_max": 0.6}
 
     laws: tuple[str, ...] = ("none", "rigid-wire", "rigid-rod")
     grain_count: int = 1700
     bead_count: int = 300
     seed: int = 0
+    preparation: str = "loose"
+    theta_max: float = THETA_MAX_2D
     strain: float = 0.10
     pressure: float = 1e5
     tolerance: float = 3e-3
@@ -259,7 +274,7 @@ class Study2D(TexSolStudy):
         return replace(self, grain_count=280, bead_count=60, strain=0.05, check_strain=0.02)
 
     def lay_sample(self) -> Sample:
-        return lay_sample(self.grain_count, self.bead_count, seed=self.seed)
+        return lay_sample(self.grain_count, self.bead_count, theta_max=self.theta_max, seed=self.seed)
 
     def report(self, result: TexSolResult, folder: StudyFolder) -> list[Path]:
         from lmgcpy.experiment.texsol.report_2d import write_report
@@ -286,11 +301,14 @@ class Study3D(TexSolStudy):
     """Grains hold the wire at every bead: blocks take as many sweeps as links one by one, and each 1.5 times as long."""
     MOMENTUM: ClassVar[float] = 0.9
     """With the solver's own 0.97 steps with a taut wire stall at 0.05; with 0.9 they take 300 sweeps to 0.01."""
+    FORMER: ClassVar[Mapping[str, Any]] = {**TexSolStudy.FORMER, "theta_max": 0.1}
 
     laws: tuple[str, ...] = ("none", "rigid-wire")
     grain_count: int = 6500
     bead_count: int = 3500
     seed: int = 0
+    preparation: str = "loose"
+    theta_max: float = THETA_MAX_3D
     strain: float = 0.15
     pressure: float = 1e5
     tolerance: float = 1e-2
@@ -324,7 +342,14 @@ class Study3D(TexSolStudy):
         return self.axes
 
     def lay_sample(self) -> Sample:
-        return lay_sample_3d(self.grain_count, self.bead_count, wires=self.wires, density=DENSITY, seed=self.seed)
+        return lay_sample_3d(
+            self.grain_count,
+            self.bead_count,
+            wires=self.wires,
+            theta_max=self.theta_max,
+            density=DENSITY,
+            seed=self.seed,
+        )
 
     def relaxation(self, laid: Sample) -> dict[str, Any]:
         """The steps are short, as beads are small and move fast; a drag keeps the wire from being crumpled.

@@ -17,7 +17,7 @@ from lmgcpy.experiment.compaction import compact
 from lmgcpy.experiment.study.engine import carry_out_study
 from lmgcpy.experiment.study.folder import StudyFolder
 from lmgcpy.experiment.texsol.sample import lay_sample
-from lmgcpy.experiment.texsol.study import Study2D, TexSolStudy
+from lmgcpy.experiment.texsol.study import Study2D, Study3D, TexSolStudy
 
 OPTIONS = {"laws": "none,rigid-wire", "grains": 30, "beads": 8, "strain": 0.5, "tolerance": 0.1, "seed": 1}
 TINY = ["texsol", *(str(word) for name, value in OPTIONS.items() for word in (f"--{name}", value))]
@@ -189,6 +189,22 @@ def test_what_cannot_be_resumed_gets_a_sentence(whole, tmp_path):
     assert "study.json' is damaged: strain must be a number" in told(out)
     write(colour="blue")
     assert "whose studies have other fields than those of this version (they differ in colour)" in told(out)
+
+
+@pytest.mark.parametrize(("kind", "turn"), [(Study2D, 0.6), (Study3D, 0.1)])
+def test_a_study_of_a_former_version_is_what_it_was(kind, turn, tmp_path):
+    """Before 0.2 samples were relaxed without friction, and the turns of the wire were no fields of the study."""
+    folder = StudyFolder(tmp_path / "study", TexSolStudy)
+    folder.begin(kind(seed=5))
+    about = json.loads(folder.study_file.read_text())
+    for field in kind.FORMER:
+        del about["study"][field]
+    folder.study_file.write_text(json.dumps(about))
+    former = folder.read()
+    assert former.seed == 5
+    assert (former.preparation, former.theta_max) == ("dense", turn)
+    folder.begin(former)
+    assert folder.read() == former
 
 
 @pytest.mark.parametrize("name", ["compaction", "none"])
