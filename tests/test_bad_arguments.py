@@ -260,7 +260,7 @@ CALLS = {
     "measure.principal": (lm.measure.principal, {"sigma": np.eye(2)}, {"sigma": [*ARRAY, [1.0, 2.0], np.eye(4)]}),
     "measure.wire_shape": (lm.measure.wire_shape, {"positions": [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]], "chains": None},
         {"positions": [*ARRAY, [0.0, 1.0], [[0.0, 0.0]], np.zeros((3, 2))],
-         "chains": [3, "text", object(), [], [[0, 1]], [[0, 1, 3]], [[0, 1, -1]], [[0.0, 1.0, 1.5]], ["abc"], [[0, 1, nan]]]}),
+         "chains": [3, "text", object(), [], ["abc"], [[0, 1]], [[0, 1, 3]], [[0, 1, -1]], [[0, 1, 1.5]], [[0, 1, nan]]]}),
     "io.open_run": (lm.io.open_run, {"path": "absent.h5"}, {"path": PATH}),
     "io.Run": (lm.io.Run, {"path": "absent.h5"}, {"path": PATH}),
     "io.take_up": (lm.io.take_up, {"sim": simulation(), "path": "absent.h5"}, {"sim": THING, "path": PATH}),

@@ -65,7 +65,7 @@ def _sequence(chains: Any) -> list[Any]:
 
 def _indices(chain: Any, count: int) -> np.ndarray:
     """The beads of a wire among ``count`` positions."""
-    given = numbers(chain, "a chain", "the indices of the beads of a wire")
+    given = numbers(chain, "each of the chains", "the indices of the beads of a wire")
     beads = given.astype(np.int64)
     if given.ndim != 1 or (beads != given).any() or ((beads < 0) | (beads >= count)).any():
         raise ValueError(f"Each of the chains must be the indices of its beads, from 0 to {count - 1}, got {shown(chain)}.")
