@@ -10,9 +10,7 @@ from lmgcpy.measure.sources import ActingInteractions, RecordedRun, is_run
 
 
 @named_arguments
-def stress(
-    sim: Stepper | RecordedRun, *, frame: int | None = None, volume: float | None = None
-) -> dict[str, np.ndarray]:
+def stress(sim: Stepper | RecordedRun, *, frame: int | None = None, volume: float | None = None) -> dict[str, np.ndarray]:
     """``sigma = -(1/V) sum f (x) l`` over the interactions of a step [Pa], traction positive.
 
     The step is the last one of a simulation. Of an open run file it is the step that ended with ``frame``, by default the

@@ -87,19 +87,22 @@ def deviator_figure(records: Sequence[Tested], names: Sequence[str] | None = Non
 
 def stress_figure(*records: Tested, names: Sequence[str] | None = None) -> Figure:
     """Greatest and smallest principal value of the Weber stress against crushing: total, wire part, sand part (fig. 5);
-    traction positive. A panel a test."""
+    traction positive. A panel a test; all have one scale, unless a test bears more than three times what another bears."""
     names = names_of(records) if names is None else names
     figure = new_figure(7.0 * len(records))
-    panels = figure.subplots(1, len(records), squeeze=False, sharey=True)[0]
-    for axes, record, name in zip(panels, records, names, strict=True):
-        smooth = {part: record.smooth(sigma) for part, sigma in record.stress.items()}
+    smoothed = [{part: record.smooth(sigma) for part, sigma in record.stress.items()} for record in records]
+    sizes = [max(float(np.abs(sigma).max()) for sigma in smooth.values()) for smooth in smoothed]
+    one_scale = max(sizes) <= 3.0 * min(sizes)
+    panels = figure.subplots(1, len(records), squeeze=False, sharey=one_scale)[0]
+    for axes, record, smooth, name in zip(panels, records, smoothed, names, strict=True):
         draw_principal(axes, 100.0 * record.strain, smooth)
         axes.set_xlabel("crushing [%]")
         axes.set_xlim(left=0.0)
         axes.set_title(f"Weber stress with {name}")
         axes.legend(frameon=False, fontsize="small", ncols=3, loc="upper left")
-    low, high = panels[0].get_ylim()
-    panels[0].set_ylim(low, high + 0.15 * (high - low))  # space for the legends
+    for axes in panels[:1] if one_scale else panels:
+        low, high = axes.get_ylim()
+        axes.set_ylim(low, high + 0.15 * (high - low))  # space for the legends
     panels[0].set_ylabel("principal stress, traction positive [kPa]")
     return figure
 

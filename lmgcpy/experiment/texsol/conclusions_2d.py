@@ -34,22 +34,19 @@ def column(rod: BiaxialRecord, wire: BiaxialRecord, factor: float = 2.0) -> tupl
 
 
 def compression_in_links(record: BiaxialRecord) -> tuple[float, float]:
-    """(share, crushing): the greatest share of the vertical load that links carry in compression, and where.
+    """(share, crushing): the greatest :func:`compressed_share` of the frames, and where."""
+    return max([(0.0, 0.0), *((compressed_share(frame), frame.strain) for frame in record.frames)])
 
-    The share is the part of the vertical Weber stress that comes from links with a compressive force, over the total,
-    frame by frame.
-    """
-    best = (0.0, 0.0)
-    for frame in record.frames:
-        x0, x1, y0, y1 = frame.walls
-        chosen = frame.in_wire & (frame.forces > 0.0)
-        branch = frame.lines[chosen, 1] - frame.lines[chosen, 0]
-        length = np.linalg.norm(branch, axis=1)
-        carried = float(np.sum(frame.forces[chosen] * branch[:, 1] ** 2 / length)) / ((x1 - x0) * (y1 - y0))
-        total = frame.top_force / (x1 - x0)
-        if total > 0.0 and carried / total > best[0]:
-            best = (carried / total, frame.strain)
-    return best
+
+def compressed_share(frame: Frame) -> float:
+    """Part of the vertical Weber stress that comes from links in compression, over the load on top; 0 without a load."""
+    x0, x1, y0, y1 = frame.walls
+    chosen = frame.in_wire & (frame.forces > 0.0)
+    branch = frame.lines[chosen, 1] - frame.lines[chosen, 0]
+    length = np.linalg.norm(branch, axis=1)
+    carried = float(np.sum(frame.forces[chosen] * branch[:, 1] ** 2 / length)) / ((x1 - x0) * (y1 - y0))
+    total = frame.top_force / (x1 - x0)
+    return carried / total if total > 0.0 else 0.0
 
 
 def frames_at_equal_force(wire: BiaxialRecord, sand: BiaxialRecord) -> tuple[Frame, Frame]:

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 import lmgcpy.view.figures as figures
+from lmgcpy.experiment.biaxial import Frame
 from lmgcpy.experiment.study.folder import StudyFolder
 from lmgcpy.experiment.study.report import ReportFolder
-from lmgcpy.experiment.texsol.conclusions_2d import frames_at_equal_force
+from lmgcpy.experiment.texsol.conclusions_2d import column, compressed_share, frames_at_equal_force
 from lmgcpy.experiment.texsol.result import TexSolResult
+from lmgcpy.experiment.texsol.taut_links import LinkDirections
 from lmgcpy.experiment.triaxial import TriaxialRecord
 from lmgcpy.io.run import open_run
 from lmgcpy.sample.arguments import AXES
+from lmgcpy.view.palette import PUSHING, WIRE
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -42,6 +47,32 @@ def layers_figure(records: Sequence[TriaxialRecord]) -> Figure:
         axes.set_xlim(left=0.0)
         axes.legend(frameon=False, fontsize="small")
     panels[0].set_ylabel("wire's part of the stress, traction positive [kPa]")
+    return drawn
+
+
+def links_figure(directions: Mapping[str, LinkDirections], bounds: Mapping[str, float]) -> Figure:
+    """Share of the links that pull, and the forces that links bear, by their angle to x; a panel a law.
+
+    ``bounds``: the angle up to which directions are extended [rad], by law.
+    """
+    drawn = figures.new_figure(max(7.0, 5.0 * len(directions)))
+    panels = drawn.subplots(1, len(directions), squeeze=False, sharey=True)[0]
+    for axes, (law, found) in zip(panels, directions.items(), strict=True):
+        degrees = np.degrees(found.edges)
+        axes.stairs(100.0 * np.nan_to_num(found.taut_share), degrees, fill=True, color="lightgrey", label="that pull")
+        borne = max(found.pulled.max(), found.pushed.max()) or 1.0
+        axes.stairs(100.0 * found.pulled / borne, degrees, color=WIRE, linewidth=2.0, label="sum of tension x length")
+        if found.pushed.any():
+            axes.stairs(
+                100.0 * found.pushed / borne, degrees, color=PUSHING, linewidth=2.0, label="of compression x length"
+            )
+        axes.axvline(np.degrees(bounds[law]), color="black", linestyle=":", label="directions left of it are extended")
+        axes.set_title(figures.name_of(law), fontsize="medium")
+        axes.set_xlabel("angle of the link to x [degrees]")
+        axes.set_xlim(0.0, 90.0)
+        axes.set_ylim(0.0, 130.0)
+        axes.legend(frameon=False, fontsize="small", loc="upper right")
+    panels[0].set_ylabel("share of the links; share of the greatest sum [%]")
     return drawn
 
 
@@ -77,7 +108,22 @@ def draw_flat_pictures(result: TexSolResult, report: ReportFolder) -> str:
             with_wire, without = frames_at_equal_force(record, sand)
             path = report.file(f"chains-{law}.png")
             draw_chains(path, (figures.name_of(law), with_wire), ("sand", without), sample.radii, sample.bead_count)
+    for law, (before, at) in column_frames(result).items():
+        name = figures.name_of(law)
+        draw_chains(report.file(f"column-{law}.png"), (name, before), (name, at), sample.radii, sample.bead_count)
     return ""
+
+
+def column_frames(result: TexSolResult) -> dict[str, tuple[Frame, Frame]]:
+    """Frames of the rods that formed a column, by law: before the jump, and where links bear most of the load."""
+    wire, found = result.records.get("rigid-wire"), {}
+    for law, rod in result.records.items():
+        where = column(rod, wire)[0] if law.endswith("rod") and wire is not None else None
+        later = [frame for frame in rod.frames if where is not None and frame.strain >= where]
+        earlier = [frame for frame in rod.frames if where is not None and frame.strain < where]
+        if earlier and later:
+            found[law] = earlier[-1], max(later, key=compressed_share)
+    return found
 
 
 def draw_pictures(result: TexSolResult, folder: StudyFolder, report: ReportFolder) -> str:

@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 import lmgcpy.view.figures as figures
 from lmgcpy.experiment.biaxial import BiaxialRecord
 from lmgcpy.experiment.study.folder import StudyFolder
 from lmgcpy.experiment.study.report import ReportFolder, markdown, sections, texts
 from lmgcpy.experiment.texsol.conclusions_2d import column, compression_in_links, stiffening
-from lmgcpy.experiment.texsol.pictures import draw_flat_pictures
+from lmgcpy.experiment.texsol.pictures import draw_flat_pictures, links_figure
 from lmgcpy.experiment.texsol.result import TexSolResult
 from lmgcpy.experiment.texsol.runs_report import accuracy_part, prepared_words, runs_part, state_words
+from lmgcpy.experiment.texsol.taut_links import LinkDirections, cone_ratio, extended_cone, link_directions
 
 NEAR_ZERO = 0.2
 """A principal stress counts as near zero if its ratio to the other one is below this."""
+LATE = 0.5
+"""The wire's stress is that of the test beyond this part of the crushing."""
 
 
 def write_report(result: TexSolResult, folder: StudyFolder) -> list[Path]:
@@ -27,9 +33,13 @@ def write_report(result: TexSolResult, folder: StudyFolder) -> list[Path]:
     report.table("reaction.csv", map(_reaction_columns, records))
     report.figure("reaction.png", figures.reaction_figure(records))
     report.table("stress.csv", map(_stress_columns, records))
-    shown = next((record for record in wires if record.law == "rigid-wire"), wires[0] if wires else None)
-    if shown is not None:
-        report.figure("stress.png", figures.stress_figure(shown))
+    if wires:
+        rigid = [record for record in wires if record.law.startswith("rigid")]
+        report.figure("stress.png", figures.stress_figure(*(rigid or wires)))
+    found = directions(result)
+    if found:
+        report.table("links.csv", (_link_columns(law, links) for law, links in found.items()))
+        report.figure("links.png", links_figure(found, {law: extended_cone(result.records[law], 0.0) for law in found}))
     missing = draw_flat_pictures(result, report)
     report.text(folder.summary.name, summary(result, missing))
     return report.written
@@ -61,6 +71,19 @@ def _stress_columns(record: BiaxialRecord) -> Mapping[str, Any]:
             i, j = map("xy".index, component)
             columns[f"{part} {component} [Pa]"] = texts(sigma[:, i, j], ".6g")
     return columns
+
+
+def _link_columns(law: str, found: LinkDirections) -> Mapping[str, Any]:
+    degrees = np.degrees(found.edges)
+    return {
+        "law": [law] * len(found.links),
+        "angle to x from [degrees]": texts(degrees[:-1], ".4g"),
+        "to [degrees]": texts(degrees[1:], ".4g"),
+        "links": map(int, found.links),
+        "links that pull": map(int, found.taut),
+        "tension x length [N m]": texts(found.pulled, ".6g"),
+        "compression x length [N m]": texts(found.pushed, ".6g"),
+    }
 
 
 # ----------------------------------------------------------------------------------------------------------- summary
@@ -130,26 +153,64 @@ def _column_part(result: TexSolResult) -> str:
 
 
 def _wire_stress_part(result: TexSolResult) -> str:
-    lines = ["## The wire's part of the stress", ""]
-    for law, record in result.records.items():
-        if law == "none":
-            continue
-        values = figures.principal_series(record, "wire")
-        total = figures.principal_series(record, "total")
-        late = record.strain > 0.5 * record.strain[-1]
-        greater, smaller = values[late].mean(axis=0)
+    rows, verdicts = [], []
+    for law, found in directions(result).items():
+        record = result.records[law]
+        late = record.strain > LATE * record.strain[-1]
+        greater, smaller = figures.principal_series(record, "wire")[late].mean(axis=0)
         if greater <= 0.0:
-            lines.append(f"* {law}: the wire bore no tension in the second half of the test.")
+            verdicts.append(f"* {law}: the links bore no tension in the second half of the test.")
             continue
-        ratio = smaller / greater
+        ratio, bound = smaller / greater, extended_cone(record, 0.0)
+        rows.append(
+            {
+                "law": law,
+                "greater [kPa]": f"{1e-3 * greater:.1f}",
+                "smaller [kPa]": f"{1e-3 * smaller:.1f}",
+                "ratio": f"{ratio:.2f}",
+                "taut links": f"{100 * found.taut.sum() / max(1.0, found.links.sum()):.0f} %",
+                "ratio at equal tensions": f"{found.equal:.2f}",
+                "directions extended up to": f"{math.degrees(bound):.0f}°",
+                "ratio of such a cone": f"{cone_ratio(bound):.2f}",
+            }
+        )
         one_sided = abs(ratio) < NEAR_ZERO
         verdict = "one tensile principal stress and one near zero" if one_sided else "not one tensile and one near zero"
-        lines.append(
-            f"* {law}, second half of the test: {1e-3 * greater:.1f} and {1e-3 * smaller:.1f} kPa (traction positive), the "
-            f"second {ratio:.2f} times the first: **{verdict}** (near zero: below {NEAR_ZERO:g} times); "
-            f"the whole sample bears {1e-3 * total[late, 0].mean():.1f} and {1e-3 * total[late, 1].mean():.1f} kPa."
+        verdicts.append(
+            f"* {law}: the second principal stress is {ratio:.2f} times the first: **{verdict}** (below {NEAR_ZERO:g} "
+            f"times). {_why(found, ratio, bound)}"
         )
-    return "\n".join(lines) if len(lines) > 2 else ""
+    if not verdicts:
+        return ""
+    told = (
+        "Principal values of the wire's part in the second half of the test, traction positive, beside what the directions "
+        "of its links explain: the ratio that the taut links would leave at equal tensions, and that of links in all "
+        "directions in which the sample has become longer since the start (0.22 for 45°)."
+    )
+    parts = ["## The wire's part of the stress", told, *([markdown(rows)] if rows else []), "\n".join(verdicts)]
+    return "\n\n".join(parts)
+
+
+def _why(found: LinkDirections, ratio: float, bound: float) -> str:
+    """What of a ratio the directions of the taut links explain, and what their forces do."""
+    share = found.taut_share
+    low, high = (float(np.nanmean(part)) for part in (share[: len(share) // 3], share[-(len(share) // 3) :]))
+    text = f"{100 * low:.0f} % of the links within 30° of x are taut, {100 * high:.0f} % of those beyond 60°; "
+    if found.pushed.any():
+        pushed = found.pushed.sum() / (found.pushed.sum() + found.pulled.sum())
+        text += f"links in compression have {100 * pushed:.0f} % of the sum of |f| l and take from the second value; "
+    tensions = "greater along x than across it" if ratio < found.equal else "not greater along x than across it"
+    return text + f"equal tensions in the taut links would leave {found.equal:.2f}, so that tensions are {tensions}."
+
+
+def directions(result: TexSolResult) -> dict[str, LinkDirections]:
+    """Directions of the links in the second half of each test with a wire, by law."""
+    chains, found = result.sample.chains, {}
+    for law, record in result.records.items():
+        frames = [frame for frame in record.frames if frame.strain > LATE * record.strain[-1]]
+        if law != "none" and frames:
+            found[law] = link_directions(frames, chains)
+    return found
 
 
 def boundary_mismatch(record: BiaxialRecord) -> float:
