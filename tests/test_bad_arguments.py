@@ -113,7 +113,7 @@ STUDY = {
     "laws": [3, "none", (), ("none", "none"), ("nothing such",)], "grain_count": [*COUNT, 9],
     "bead_count": [*COUNT, 1], "seed": COUNT, "strain": [*POSITIVE, 0.6], "pressure": POSITIVE,
     "tolerance": [*POSITIVE, 1.1], "max_iterations": [*COUNT, 0], "friction": NOT_NEGATIVE,
-    "preparation": CHOICE, "theta_max": [*NOT_NEGATIVE, 4.0],
+    "greatest_reaction": optional(POSITIVE), "preparation": CHOICE, "theta_max": [*NOT_NEGATIVE, 4.0],
     "platen_friction": NOT_NEGATIVE, "inertial_number": [*POSITIVE, 0.2], "axial_rigidity": POSITIVE,
     "check_strain": [*NOT_NEGATIVE, 0.6], "threads": [*COUNT, 0],
 }  # fmt: skip
@@ -304,7 +304,7 @@ CALLS = {
          "time_step": optional(POSITIVE), "solver": [*optional(THING), lm.GaussSeidel], "max_steps": [*COUNT, 0]}),
     "Biaxial": (Biaxial, {"sample": sample()}, COMPRESSION),
     "Triaxial": (Triaxial, {"sample": sample_in_space()}, COMPRESSION),
-    "Biaxial.run": (biaxial_run, {}, {"strain": [*POSITIVE, 1.0], "frames": COUNT}),
+    "Biaxial.run": (biaxial_run, {}, {"strain": [*POSITIVE, 1.0], "frames": COUNT, "greatest_reaction": optional(POSITIVE)}),
 }
 # fmt: on
 CALLED = {

@@ -129,6 +129,7 @@ def things(folder) -> dict[str, object]:
         "float64 array of shape (4, 4, 2), in the file": run.positions,
         "Difference: They differ in step of the frame": compare(run, lm.io.open_run(other)),
         "Network of ": net,
+        "WireShape: persistence length ": lm.measure.wire_shape(laid.positions, laid.chains),
         "Layout: 0 overlaps, 0 links longer than their reference": lm.view.check(sim),
         "Sample in 2D: 72 particles, 12 of them beads of one wire, in a box of ": laid,
         "Compaction in 3 steps, not at rest": compacted,

@@ -37,7 +37,7 @@ def options_of(
         field, unit = fields.get(option, option), units.get(option, 1.0)
         told: dict[str, str] = {}  # each default once, with the words before the first that has it
         for beginning, study in studies().items():
-            if hasattr(study, field):
+            if getattr(study, field, None) is not None:
                 told.setdefault(_in_words(getattr(study, field), unit), beginning if told else "")
         return "; ".join(beginning + default for default, beginning in told.items())
 

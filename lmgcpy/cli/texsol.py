@@ -49,6 +49,11 @@ option = options_of(studies, FIELDS, UNITS)
 @option("--strain", type=float, help="Crushing to reach [%].")
 @option("--pressure", type=float, help="Pressure on the lateral walls [kPa].")
 @option("--tolerance", type=float, help="Residual at which a step is solved.")
+@option(
+    "--greatest-reaction",
+    type=float,
+    help="A test ends where the reaction exceeds so many times pressure x area; by default where the sample is locked.",
+)
 @option("--axial-rigidity", type=float, help="EA of the elastic laws [N].")
 @option("--platen-friction", type=float, help="Coefficient of friction at the platens.")
 @option("--threads", type=int, help="Tests that run at once.")

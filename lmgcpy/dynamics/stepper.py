@@ -22,6 +22,7 @@ from lmgcpy.dynamics.energy import Energy, kinetic_energy
 from lmgcpy.dynamics.finite_checks import POSITION, VELOCITY, check_bodies, check_detection
 from lmgcpy.dynamics.geometric_stiffness import LinkStiffness
 from lmgcpy.dynamics.interactions import InteractionView
+from lmgcpy.dynamics.lock import find_lock
 from lmgcpy.dynamics.model import BodyState, Drive, Model
 from lmgcpy.dynamics.position_rounding import check_positions
 from lmgcpy.dynamics.solve_step import solve_step
@@ -31,7 +32,7 @@ from lmgcpy.dynamics.turning_stretch import TurningStretch
 from lmgcpy.errors import flag, named_arguments, number, one_of, shown, whole
 from lmgcpy.solve.newton.alternating import Auto
 from lmgcpy.solve.problem import Problem
-from lmgcpy.solve.report import Report
+from lmgcpy.solve.report import LOCKED, STATUS, Report
 from lmgcpy.solve.solver import Solver, check_solver
 
 REACTIONS = ("warn", "stop", "ignore")
@@ -156,6 +157,9 @@ class Stepper:
         self._last = problem, found.interactions
         self.report = replace(self.report, stretch=self._watch.stretch, step_seconds=clock.perf_counter() - begin)
         if not self.report.solved:
+            lock = find_lock(problem, self.report)
+            if lock is not None:
+                self.report = replace(self.report, status=STATUS[LOCKED], lock=lock)
             sentences += self._count_unsolved()
         for sentence in sentences:  # last: where warnings are errors, the step is made all the same
             warnings.warn(sentence, RuntimeWarning, stacklevel=2)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -67,6 +67,8 @@ class CompressionRecord:
     """Status of the solver after each step."""
     seconds: float = 0.0
     """Wall clock time of the steps [s]."""
+    ended: str = ""
+    """Why the test ended before its strain: "locked", "greatest reaction", or nothing."""
 
     @property
     def unconverged(self) -> int:
@@ -79,9 +81,10 @@ class CompressionRecord:
 
     def __repr__(self) -> str:
         crushed = f"{100.0 * self.strain[-1]:.3g} %" if len(self.strain) else "nothing"
+        ended = f", ended by {self.ended}" if self.ended else ""
         return (
             f"<{type(self).__name__} of law '{self.law}': {len(self.strain)} steps to {crushed} of crushing, "
-            f"{self.unconverged} not converged>"
+            f"{self.unconverged} not converged{ended}>"
         )
 
 
@@ -161,16 +164,23 @@ class Compression(ABC):
         strain: float = 0.1,
         *,
         frames: int = 50,
+        greatest_reaction: float | None = None,
         file: str | os.PathLike | None = None,
         on_step: Callable[[int], None] | None = None,
         interrupted: Callable[[], bool] | None = None,
     ) -> Any:
         """Crush the sample by ``strain`` of its height and return the record, with so many ``frames``, evenly spaced.
 
+        The test ends before if the sample is locked, so that no motion of the platen is possible (``lmgcpy.solve.locked``),
+        and where the support reaction exceeds ``greatest_reaction``, in units of the pressure times the area of the platen
+        at the start: what the press can bear.
         ``file``, ``on_step`` and ``interrupted`` as in :func:`lmgcpy.experiment.carry_out`.
         """
         number(strain, "strain", above=0.0, maximum=0.9)
         whole(frames, "frames")
+        if greatest_reaction is not None:
+            number(greatest_reaction, "greatest_reaction", above=0.0)
+        limit = np.inf if greatest_reaction is None else greatest_reaction * self.pressure * self.box.area(self.axis)
         self._duration = strain * self.height / self.speed
         sim = self.simulation = Simulation(
             self.box.scene,
@@ -191,12 +201,26 @@ class Compression(ABC):
                 "pressure": self.pressure,
                 "inertial_number": self.inertial_number,
                 "strain": strain,
+                # files of former versions say nothing of it
+                **({} if greatest_reaction is None else {"greatest_reaction": greatest_reaction}),
             },
+            rule=lambda rows: self._ended(rows, limit) != "",
+            window=1,
             file=file,
             on_step=on_step,
             interrupted=interrupted,
         ) as run:
-            return self.record(run)
+            record = self.record(run)
+            rows = {"reactions": run.observed["reactions"][-1:], "status": run.status[-1:]}
+            record.ended = self._ended(rows, limit)
+            return record
+
+    def _ended(self, rows: Mapping[str, np.ndarray], limit: float) -> str:
+        """Why a test is over before its strain, from its last step, if there was one; nothing if it is not."""
+        if "locked" in rows["status"]:
+            return "locked"
+        low = rows["reactions"].reshape(-1, 2 * self.DIMENSION)[:, 2 * self.axis]
+        return "greatest reaction" if (low > limit).any() else ""
 
     def observed(self) -> Observe:
         """The quantities that are recorded at every step."""

@@ -23,7 +23,8 @@ NO_FLUSH = 1e9
 """The same for a temporary file, from which nobody goes on: it is written at the end [s]."""
 
 Rule = Callable[[Mapping[str, np.ndarray]], bool]
-"""Says whether a test is over, from the last rows of its observations; the newest row is the last one."""
+"""Says whether a test is over, from the last rows of its observations and of the solver's "status", a word; the newest row
+is the last one."""
 
 
 class TemporaryRun(Run):
@@ -57,7 +58,8 @@ def carry_out(
 ) -> Run:
     """Make ``steps`` steps, fewer if the ``rule`` ends the test, and return the run, which the caller closes.
 
-    The rule is asked after every step; it gets the last ``window`` rows of what the functions ``observe`` return. The run
+    The rule is asked after every step; it gets the last ``window`` rows of what the functions ``observe`` return, and of
+    the solver's "status", a word. The run
     is recorded in the ``file``. If the file exists, the simulation, which is at its start, goes on from where the file
     ends, and a test that is over is only read. Without a ``file`` the run is recorded in a temporary one, which is deleted
     when the run is closed. ``notes``: what identifies a test beside its scene and its options. A frame is recorded
@@ -67,7 +69,7 @@ def carry_out(
     Raises ValueError if the file is that of another test.
     """
     with _run_file(file) as (path, directory):
-        recent: dict[str, deque] = {name: deque(maxlen=window) for name in observe}
+        recent: dict[str, deque] = {name: deque(maxlen=window) for name in (*observe, "status")}
         if not os.path.exists(path):
             flush = FLUSH if directory is None else NO_FLUSH
             sim.recorder = RunRecorder(path, every=every, flush=flush, observe=observe, notes=notes)
@@ -75,8 +77,9 @@ def carry_out(
             take_up(sim, path, observe=observe, notes=notes)
             _cut_to_the_checkpoint(sim, path)
             with open_run(path) as run:
+                first = max(0, sim.steps - window)
                 for name, rows in recent.items():
-                    rows.extend(run.observed[name][max(0, sim.steps - window) :])
+                    rows.extend(run.status[first:] if name == "status" else run.observed[name][first:])
             if on_step:
                 on_step(sim.steps)
         recorder = sim.recorder
@@ -93,6 +96,7 @@ def carry_out(
         def ended(sim: Simulation) -> bool:
             for name, value in recorder.latest.items():
                 recent[name].append(value)
+            recent["status"].append(sim.report.status)
             if on_step:
                 on_step(sim.steps)
             return over() or stopped()

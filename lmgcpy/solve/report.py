@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-CONVERGED, SPENT, STAGNATED, NOT_FINITE, ROUND_OFF = range(5)
-STATUS = ("converged", "budget spent", "stagnated", "not finite", "round-off")
+CONVERGED, SPENT, STAGNATED, NOT_FINITE, ROUND_OFF, LOCKED = range(6)
+STATUS = ("converged", "budget spent", "stagnated", "not finite", "round-off", "locked")
 """Words for how a solve ended; run files keep their places here, so that new ones come last."""
 SOLVED_CODES = (CONVERGED, ROUND_OFF)
 SOLVED = tuple(STATUS[code] for code in SOLVED_CODES)
@@ -47,13 +47,39 @@ class Worst:
 
 
 @dataclass(frozen=True)
+class Lock:
+    """Why a step has no solution: impulses in balance on every free body, on which the imposed velocities do work.
+
+    See ``lmgcpy.solve.locked``.
+    """
+
+    driven: tuple[int, ...]
+    """Ids of the bodies with an imposed velocity that is not zero."""
+    held: tuple[int, ...]
+    """Ids of the other bodies that these impulses press or pull."""
+    motion: float
+    """Least motion of any solution in the step: the mean displacement weighted by mass, in median radii."""
+
+    def __str__(self) -> str:
+        driven = _listed(self.driven, "body", "bodies") if self.driven else "the driven bodies"
+        held = _listed(self.held, "body", "bodies")
+        return f"no motion of {driven} is compatible with the constraints on {held}"
+
+
+def _listed(ids: tuple[int, ...], one: str, many: str, most: int = 12) -> str:
+    words = ", ".join(map(str, ids[:most])) + (f" and {len(ids) - most} more" if len(ids) > most else "")
+    return f"{one if len(ids) == 1 else many} {words}"
+
+
+@dataclass(frozen=True)
 class Report:
     """How the last step was solved.
 
     ``iterations``: sweeps; ``factorisations``: Newton steps; ``residual``: ``|e(r)| / |e(0)|``, the error relative to that
     of doing nothing; ``slip``: the largest ``h |e_i| / R_i``, the displacement that the error of one interaction makes in
-    the step, in parts of its smaller body's radius; ``status``: "converged", "budget spent", "stagnated", "not finite" or
-    "round-off"; ``worst``: the interaction of that slip, None where there is none; ``interactions``: how many there were;
+    the step, in parts of its smaller body's radius; ``status``: "converged", "budget spent", "stagnated", "not finite",
+    "round-off", or "locked" for a step that has no solution; ``lock``: why it has none, None otherwise; ``worst``: the
+    interaction of that slip, None where there is none; ``interactions``: how many there were;
     ``seconds``: of the solver; ``step_seconds``: of the whole step; ``stretch``: the largest part of its reference length
     by which a rigid link was off when the step began, a wire too long, a rod either way;
     ``solves``: how often the step was solved, until the geometric stiffness of its links was that of their impulses, and
@@ -71,6 +97,7 @@ class Report:
     stretch: float = 0.0
     solves: int = 1
     slip: float = 0.0
+    lock: Lock | None = None
 
     @property
     def solved(self) -> bool:
@@ -89,9 +116,10 @@ class Report:
 
     def __str__(self) -> str:
         worst = f"; worst: {self.worst}" if self.worst else ""
+        locked = f": {self.lock}," if self.lock else ""
         newton = f" and {self.factorisations} Newton steps" if self.factorisations else ""
         return (
-            f"{self.status} after {self.iterations} sweeps{newton} at a residual of {self.residual:.2e} and a "
+            f"{self.status}{locked} after {self.iterations} sweeps{newton} at a residual of {self.residual:.2e} and a "
             f"slip of {self.slip:.2e} over {self.interactions} interactions in {self.seconds:.4f} s{worst}"
         )
 

@@ -184,6 +184,8 @@ ROWS: dict[str, tuple] = {
         "preparation cannot be 'moist'. Known: dense, loose."),
     "study of a wire that turns beyond back": (lambda w: Study2D(theta_max=4.0), ValueError,
         "theta_max must be at most 3.14159 rad, got 4 rad"),
+    "study under a press of no force": (lambda w: Study2D(greatest_reaction=0.0), ValueError,
+        "greatest_reaction must be above 0, got 0"),
     "study misspelt": (lambda w: Study2D(grains=100), TypeError,
         "Study2D has no argument 'grains'; did you mean 'strain'?"),
     "sample of one bead": (lambda w: lay_sample(100, 1), ValueError,

@@ -7,7 +7,7 @@ import pytest
 
 import lmgcpy as lm
 from lmgcpy.experiment.biaxial import Biaxial
-from lmgcpy.experiment.box import characteristic_time
+from lmgcpy.experiment.box import Sample, characteristic_time
 from lmgcpy.experiment.compaction import compact
 from lmgcpy.experiment.compression import RAMP
 from lmgcpy.experiment.texsol.sample import lay_sample
@@ -113,3 +113,35 @@ def test_rough_platens_narrow_the_ends(sample):
 
     assert shear(0.0) == 0.0
     assert shear(0.5) > 0.0
+
+
+def stacked():
+    """One column of five equal disks between the platens, which touch the lateral walls: nothing can give way."""
+    heights = 0.01 * (1.0 + 2.0 * np.arange(5))
+    return Sample(np.stack([np.full(5, 0.01), heights], axis=1), np.full(5, 0.01), (), 0.01, (0.02, 0.1))
+
+
+def test_a_test_ends_where_the_sample_is_locked(tmp_path):
+    """And says so; a file of it is over and only read again. What closes a step of the platen is a thousandth of what the
+    pressure alone would do in it, so that the tolerance is far below that."""
+    solver = lm.AcceleratedGaussSeidel(tolerance=1e-6, max_iterations=3000)
+    record = Biaxial(stacked(), solver=solver).run(0.01, frames=1, file=tmp_path / "run.h5")
+    assert record.ended == record.status[-1] == "locked"
+    assert len(record.strain) == 1
+    assert "ended by locked" in repr(record)
+    before = (tmp_path / "run.h5").read_bytes()
+    assert Biaxial(stacked(), solver=solver).run(0.01, frames=1, file=tmp_path / "run.h5").ended == "locked"
+    assert (tmp_path / "run.h5").read_bytes() == before
+
+
+def test_a_test_ends_at_the_greatest_reaction(tmp_path):
+    """At the first step whose reaction exceeds it; the same test without it goes on from there."""
+    sample = compact(lay_sample(60, 0, seed=1), pressure=1e5, density=2600.0).sample
+    whole = Biaxial(sample).run(0.01, frames=1)
+    limit = 0.5 * (whole.reaction.min() + whole.reaction.max())
+    part = Biaxial(sample).run(0.01, frames=1, greatest_reaction=limit / (1e5 * sample.width), file=tmp_path / "run.h5")
+    first = int(np.argmax(whole.reaction > limit))
+    assert 0 < first < len(whole.strain) - 1
+    assert part.ended == "greatest reaction"
+    np.testing.assert_array_equal(part.reaction, whole.reaction[: first + 1])
+    assert whole.ended == ""

@@ -42,10 +42,8 @@ def runs_part(
         }
         for name, record in result.records.items()
     ]
-    return (
-        f"## The runs\n\n{markdown(rows)}\n\n{compaction}{result.seconds:.0f} s of steps in all, {result.study.threads} "
-        f"tests at once; {versions()}."
-    )
+    took = f"{compaction}{result.seconds:.0f} s of steps in all, {result.study.threads} tests at once; {versions()}."
+    return "\n\n".join(filter(None, ["## The runs", markdown(rows), ended_words(result), took]))
 
 
 def prepared_words(result: TexSolResult) -> str:
@@ -73,6 +71,18 @@ def state_words(result: TexSolResult) -> str:
         f"{shape.persistence_length / sample.width:.2f} of the sample's width; the directions of its links have the "
         f"anisotropy {shape.anisotropy:.2f}."
     )
+
+
+def ended_words(result: TexSolResult) -> str:
+    """Which tests ended before their strain, and why; nothing if none did."""
+    study, told = result.study, []
+    for name, record in result.records.items():
+        at = f"{100 * record.strain[-1]:.2f} % of crushing"
+        if record.ended == "locked":
+            told.append(f"{name} is locked at {at}: no motion of the platen is compatible with the sample's constraints.")
+        elif record.ended:
+            told.append(f"{name} ends at {at}, where the reaction exceeds {study.greatest_reaction:g} pressure x area.")
+    return "\n".join(told)
 
 
 def accuracy_part(result: TexSolResult, test: str) -> str:

@@ -75,7 +75,9 @@ class TexSolStudy(Study):
     ``preparation``: "loose", relaxed with the friction of the test, as the paper's "little LMGC90 deposit" does it, or
     "dense", relaxed without friction, to the densest state that there is. ``theta_max``: greatest turn of the wire from
     bead to bead as it is laid [rad]. ``axial_rigidity`` EA [N] is that of the elastic laws. ``check_strain``: crushing
-    over which the tests are made again at a tighter tolerance.
+    over which the tests are made again at a tighter tolerance. ``greatest_reaction``: a test ends where its support
+    reaction exceeds so many times the pressure times the area of the platen, None: never; it also ends where the sample is
+    locked.
     """
 
     COMMAND: ClassVar[str] = "texsol"
@@ -86,7 +88,7 @@ class TexSolStudy(Study):
     """Number of frames of a test that are recorded."""
     TIGHTER: ClassVar[float]
     """Factor by which the tolerance of the checks is tighter."""
-    FORMER: ClassVar[Mapping[str, Any]] = {"preparation": "dense"}
+    FORMER: ClassVar[Mapping[str, Any]] = {"preparation": "dense", "greatest_reaction": None}
     WIRE_BLOCKS: ClassVar[bool] = True
     """Whether the solver takes a wire as one block."""
     MOMENTUM: ClassVar[float] = AcceleratedGaussSeidel.momentum
@@ -107,6 +109,7 @@ class TexSolStudy(Study):
     inertial_number: float
     axial_rigidity: float
     check_strain: float
+    greatest_reaction: float | None
     threads: int
 
     def __post_init__(self):
@@ -127,6 +130,8 @@ class TexSolStudy(Study):
         number(self.inertial_number, "inertial_number", above=0.0, maximum=0.1)
         number(self.axial_rigidity, "axial_rigidity", above=0.0, unit="N")
         number(self.check_strain, "check_strain", minimum=0.0, maximum=0.5)
+        if self.greatest_reaction is not None:
+            number(self.greatest_reaction, "greatest_reaction", above=0.0)
         whole(self.threads, "threads", minimum=1)
 
     def _check_names(self, field: str, what: str, known) -> None:
@@ -235,7 +240,8 @@ def _compress(site: Site, study: TexSolStudy, sample: Sample, planned: PlannedTe
     label = test.NAME if planned.axis is None else f"{test.NAME} along {planned.axis}"
     label += f", {planned.law}" + (f", tolerance / {planned.tighter:g}" if planned.tighter > 1.0 else "")
     steps = test.step_count(planned.strain)
-    return site.run(planned.name, label, steps, test.run, planned.strain, frames=planned.frames)
+    options = {"frames": planned.frames, "greatest_reaction": study.greatest_reaction}
+    return site.run(planned.name, label, steps, test.run, planned.strain, **options)
 
 
 @named_arguments
@@ -266,7 +272,8 @@ class Study2D(TexSolStudy):
     platen_friction: float = 0.0
     inertial_number: float = 1e-3
     axial_rigidity: float = 1e7
-    check_strain: float = 0.05
+    check_strain: float = 0.03
+    greatest_reaction: float | None = None
     threads: int = 2
 
     def quick(self) -> Study2D:
@@ -318,6 +325,7 @@ class Study3D(TexSolStudy):
     inertial_number: float = 2e-3
     axial_rigidity: float = 120.0
     check_strain: float = 0.0
+    greatest_reaction: float | None = None
     threads: int = 2
     axes: tuple[str, ...] = ("z", "x")
     wires: int = 1

@@ -106,7 +106,7 @@ def test_a_small_study_writes_what_it_promises(result, tmp_path):
     written = {path.name for path in result.study.report(result, StudyFolder(tmp_path / "out", Study2D))}
     wires = ("rigid-wire", "rigid-rod", "elastic-wire", "elastic-rod")
     assert written == {
-        "reaction.csv", "reaction.png", "stress.csv", "stress.png", "sample.png", "summary.md",
+        "reaction.csv", "reaction.png", "stress.csv", "stress.png", "links.csv", "links.png", "sample.png", "summary.md",
         *(f"chains-{law}.png" for law in wires),
     }  # fmt: skip
     with (tmp_path / "out" / "reaction.csv").open() as file:

@@ -1,0 +1,112 @@
+"""Locked or not yet solved: the certificate of a step for which there is no solution.
+
+Rigid bodies between a platen that moves and one that stands may have no velocities left that satisfy all constraints. Then
+impulses grow from sweep to sweep along a self-stress: impulses in their cones that leave no body a resultant,
+``W rho = 0``, and on which the imposed velocities do positive work. Such a rho proves that there is no solution:
+
+Let s_i be the sliding velocities |u_t| at the contacts. A solution ``u = W x + q`` has ``u + mu s n`` in the dual cone of
+every contact (de Saxce and Feng 1998), so that any rho in the cones obeys ``rho . u + sum mu rho_n s >= 0``, and
+
+    rho . W x >= P(rho) = -rho . q - sum mu rho_n s,
+
+the work that the imposed velocities do on rho less what slip dissipates. With the inequality of Cauchy and Schwarz,
+
+    |x|_W >= P(rho) / |rho|_W,    |x|_W = sqrt(x . W x),
+
+and |x|_W is the kinetic norm ``sqrt(sum m (v - v_free)^2)`` of the change of velocities that impulses x make. Impulses
+rho of a self-stress with P > 0 thus tell that no change of velocities, however large, is enough; impulses that are nearly
+one tell how large it must be at least. Where a step is solved, the bound is the change itself. The statement is that of
+the convex problem with the sliding velocities s (Acary, Cadoux, Lemarechal, Malick 2011), which are taken from the last
+impulses.
+
+Elastic laws and geometric stiffness add a positive diagonal to W, so that they never lock.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from lmgcpy.solve.problem import CONTACT, PULL, Problem
+
+WEIGHT = 1e8
+"""Weight of the velocities against the impulses, over the mean diagonal of W: in every turn the part of the impulses that
+moves bodies of that weight falls by this factor."""
+TURNS = 20
+"""A column by itself is found to round-off in two."""
+
+LEAST_WORK = 1e-6
+"""Work that is a smaller part of the sum of its absolute terms may be what rounding left of zero."""
+ROUNDING = 1e-13
+"""Velocities are not known better than to this part of those that single impulses make."""
+
+
+class LeastMotion(NamedTuple):
+    """The least change of velocities that any solution makes, as some impulses tell it."""
+
+    norm: float
+    """In the kinetic norm [sqrt(kg) m/s]; for a self-stress as large as rounding lets it be."""
+    stress: np.ndarray
+    """The impulses that tell it [N s], (m, d)."""
+
+
+def least_motion(problem: Problem, impulses: np.ndarray) -> LeastMotion:
+    """Least motion of a step that was not solved, from the impulses r (m, d) at which its solver ended.
+
+    With ``q_s = q + mu s n`` the step is the convex problem of the least ``1/2 rho . W rho + q_s . rho`` in the cones. One
+    large implicit step of its gradient, ``(I + t W)^-1 (r - t q_s)``, follows -q_s along self-stresses without end, and
+    stays where rho moves bodies. The result is brought back into the cones, and what still moves bodies is damped in turn.
+    """
+    import scipy.sparse as sparse
+    from scipy.sparse.linalg import splu
+
+    impulses = np.asarray(impulses, dtype=float)
+    sliding = np.linalg.norm(problem.velocities(impulses)[:, 1:], axis=1)
+    convex = problem.q.reshape(impulses.shape).copy()
+    convex[:, 0] += np.where(problem.cones == CONTACT, problem.mu * sliding, 0.0)
+    there = problem.rows.ravel()  # components that no law has bear nothing, not even on the way
+    operator = sparse.csc_array((problem.W + sparse.diags_array(_own(problem)))[there][:, there])
+    diagonal = operator.diagonal()
+    weight = WEIGHT / float(diagonal[diagonal > 0.0].mean())
+    damped = splu(sparse.csc_array(sparse.eye_array(len(diagonal)) + weight * operator))
+    stress, best = impulses - weight * convex, LeastMotion(0.0, impulses)
+    for _ in range(TURNS):
+        steered = np.zeros_like(impulses)
+        steered.ravel()[there] = damped.solve(stress.ravel()[there])
+        stress = within_cones(problem, steered)
+        acting = stress.ravel()[there]
+        work, most_work = -float((stress * convex).sum()), float(np.abs(stress * convex).sum())
+        moved, most_moved = float(acting @ (operator @ acting)), float(diagonal @ acting**2)
+        if work > LEAST_WORK * most_work:
+            norm = work / np.sqrt(max(moved, ROUNDING**2 * most_moved))
+            best = max(best, LeastMotion(float(norm), stress), key=lambda told: told.norm)
+    return best
+
+
+def _own(problem: Problem) -> np.ndarray:
+    """What laws add to the diagonal of W, (d m,): along the normal a compliance, across it 1 / geometric stiffness."""
+    own = np.zeros((len(problem.mu), problem.dimension))
+    own[:, 0] = problem.compliance
+    stiff = problem.geometric > 0.0
+    own[stiff, 1:] = 1.0 / problem.geometric[stiff, None]
+    return own.ravel()
+
+
+def within_cones(problem: Problem, impulses: np.ndarray) -> np.ndarray:
+    """The impulses of the cones that are nearest to these (m, d).
+
+    Of Coulomb's cone ``|r_t| <= mu r_n``: itself within; 0 where ``mu |r_t| <= -r_n``; else the normal part
+    ``(r_n + mu |r_t|) / (1 + mu^2)`` and the tangential part mu times as large.
+    """
+    near = np.where(problem.rows, impulses, 0.0)
+    pull, contact = problem.cones == PULL, problem.cones == CONTACT
+    near[pull, 0] = np.minimum(near[pull, 0], 0.0)
+    normal, mu = near[contact, 0], problem.mu[contact]
+    size = np.linalg.norm(near[contact, 1:], axis=1)
+    edge = np.maximum((normal + mu * size) / (1.0 + mu**2), 0.0)
+    inside = (normal >= 0.0) & (size <= mu * normal)
+    part = np.divide(mu * edge, size, out=np.zeros_like(size), where=size > 0.0)
+    near[contact, 0] = np.where(inside, normal, edge)
+    near[contact, 1:] *= np.where(inside, 1.0, part)[:, None]
+    return near

@@ -1,0 +1,129 @@
+"""Steps that have no solution are told apart from steps that are not solved yet."""
+
+import math
+
+import numpy as np
+import pytest
+
+import lmgcpy as lm
+from lmgcpy.measure import stress
+
+RADIUS = 0.1
+
+
+def column(
+    count=5, *, offset=0.0, mass_ratio=1.0, time_step=1e-3, speed=1e-3, dimension=2, rods=True, friction=0.4, law=None,
+    solver=None,
+):  # fmt: skip
+    """A column of beads between a floor and a lid that comes down; every other bead is ``offset`` radii aside.
+
+    With ``rods`` the beads are linked and do not touch; else they lie on each other."""
+    scene = lm.Scene(dimension=dimension)
+    bead = lm.disk if dimension == 2 else lm.sphere
+    up = np.eye(dimension)[-1]
+    spacing = 2.0 * RADIUS + (0.1 if rods else 0.0)
+    rise = spacing if rods else math.sqrt(spacing**2 - (offset * RADIUS) ** 2)
+    beads = []
+    for k in range(count):
+        position = (RADIUS + k * rise) * up
+        position[0] = offset * RADIUS * (k % 2)
+        beads.append(scene.add(bead(radius=RADIUS, position=position, mass=mass_ratio if k == 1 else 1.0)))
+    scene.add(lm.wall(point=0.0 * up, normal=up))
+    lid = scene.add(lm.wall(point=(2.0 * RADIUS + (count - 1) * rise) * up, normal=-up, mass=1.0))
+    lid.impose_velocity(**{"xyz"[dimension - 1]: -speed})
+    for other in ("GRAIN", "WALL"):
+        scene.see("GRAIN", other, lm.Coulomb(friction=friction))
+    if rods:
+        scene.chain(beads, lm.RigidRod() if law is None else law)
+    solver = lm.AcceleratedGaussSeidel(tolerance=1e-6, max_iterations=3000) if solver is None else solver
+    return lm.Simulation(scene, time_step=time_step, solver=solver, on_unconverged="ignore", overlap="ignore")
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {},
+        {"rods": False},
+        {"count": 2},
+        {"count": 12},
+        {"time_step": 1e-5},
+        {"time_step": 1e-1, "speed": 1e-1},
+        {"mass_ratio": 1e4},
+        {"mass_ratio": 1e-4},
+        {"speed": 1e-7},
+        {"friction": 0.0},
+        {"dimension": 3},
+        {"solver": lm.Auto(max_iterations=3000)},
+    ],
+    ids=str,
+)
+def test_a_straight_column_is_locked_at_any_step_mass_and_speed(options):
+    """Beads one above the other between floor and lid: the same impulse in every contact and link is in balance."""
+    sim = column(**options)
+    count = options.get("count", 5)
+    report = sim.step()
+    assert report.status == "locked"
+    assert not report.solved
+    assert sim.unconverged_steps == 1
+    assert report.lock.driven == (count + 1,)
+    assert report.lock.held == tuple(range(count + 1))
+    assert report.lock.motion > 100.0
+    assert f"locked: no motion of body {count + 1} is compatible with the constraints on bodies 0, 1, " in str(report)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"offset": 0.01, "count": 3},
+        {"offset": 0.2},
+        {"offset": 0.2, "mass_ratio": 1e3},
+        {"offset": 0.01, "count": 9},
+        {"law": lm.RigidWire()},
+        {"law": lm.ElasticRod(axial_rigidity=1e6)},
+        {"law": lm.ElasticRod(axial_rigidity=1e9)},
+        {"speed": 0.0},
+        {"speed": -1e-3},
+    ],
+    ids=str,
+)
+def test_a_column_that_can_move_is_not(options):
+    """It gives way sideways, however little it is off its line; its wire is slack; its rods are elastic; the lid rises."""
+    report = column(**options).step()
+    assert report.status != "locked"
+    assert report.lock is None
+
+
+def test_too_few_sweeps_tell_nothing():
+    """After 50 sweeps nobody can know that impulses grow without end."""
+    report = column(solver=lm.GaussSeidel(tolerance=1e-6, max_iterations=50)).step()
+    assert report.status == "budget spent"
+
+
+def test_a_wedge_is_locked_by_friction_alone():
+    """A disk between two walls that come together at 2 x 20 degrees slips out if mu < tan 20 = 0.364, else it is held."""
+    for friction, status in ((0.3, "converged"), (0.5, "locked")):
+        scene = lm.Scene(dimension=2)
+        scene.add(lm.disk(radius=RADIUS, position=(0.0, 0.0), mass=1.0))
+        for side in (-1.0, 1.0):
+            normal = (-side * math.cos(math.radians(20.0)), math.sin(math.radians(20.0)))
+            point = tuple(-RADIUS * c for c in normal)
+            scene.add(lm.wall(point=point, normal=normal, mass=1.0)).impose_velocity(x=-side * 1e-3)
+        scene.see("GRAIN", "WALL", lm.Coulomb(friction=friction))
+        solver = lm.AcceleratedGaussSeidel(tolerance=1e-8, max_iterations=5000)
+        report = lm.Simulation(scene, time_step=1e-3, solver=solver, on_unconverged="ignore").step()
+        assert report.status == status, friction
+
+
+def test_a_run_that_stops_at_unsolved_steps_says_what_is_locked():
+    sim = column()
+    sim.on_unconverged = "stop"
+    with pytest.raises(RuntimeError, match="was not solved: locked: no motion of body 6 is compatible"):
+        sim.run(steps=3)
+
+
+def test_a_locked_step_is_kept_as_one_in_a_run_file(tmp_path):
+    sim = column().run(steps=2, record=tmp_path / "run.h5")
+    assert stress(sim, volume=1.0)["rigid-rod"][1, 1] < 0.0  # traction positive: the rods are pressed
+    with lm.io.open_run(tmp_path / "run.h5") as run:
+        assert run.status.tolist() == ["locked", "locked"]
+        assert run.unconverged_steps == 2
