@@ -304,7 +304,8 @@ CALLS = {
          "time_step": optional(POSITIVE), "solver": [*optional(THING), lm.GaussSeidel], "max_steps": [*COUNT, 0]}),
     "Biaxial": (Biaxial, {"sample": sample()}, COMPRESSION),
     "Triaxial": (Triaxial, {"sample": sample_in_space()}, COMPRESSION),
-    "Biaxial.run": (biaxial_run, {}, {"strain": [*POSITIVE, 1.0], "frames": COUNT, "greatest_reaction": optional(POSITIVE)}),
+    "Biaxial.run": (biaxial_run, {},
+        {"strain": [*POSITIVE, 1.0], "frames": COUNT, "greatest_reaction": optional(POSITIVE)}),
 }
 # fmt: on
 CALLED = {
