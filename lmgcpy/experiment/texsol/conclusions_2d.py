@@ -33,6 +33,14 @@ def column(rod: BiaxialRecord, wire: BiaxialRecord, factor: float = 2.0) -> tupl
     return None, float(ratio.max())
 
 
+def frames_of_column(rod: BiaxialRecord, wire: BiaxialRecord) -> tuple[Frame, Frame] | None:
+    """The last frame before the rods' reaction jumps, and the one with the greatest load after it; None without a jump."""
+    where, _ = column(rod, wire)
+    earlier = [frame for frame in rod.frames if where is not None and frame.strain < where]
+    later = [frame for frame in rod.frames if where is not None and frame.strain >= where]
+    return (earlier[-1], max(later, key=lambda frame: frame.top_force)) if earlier and later else None
+
+
 def compression_in_links(record: BiaxialRecord) -> tuple[float, float]:
     """(share, crushing): the greatest :func:`compressed_share` of the frames, and where."""
     return max([(0.0, 0.0), *((compressed_share(frame), frame.strain) for frame in record.frames)])

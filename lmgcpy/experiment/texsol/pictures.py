@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 import lmgcpy.view.figures as figures
-from lmgcpy.experiment.biaxial import Frame
 from lmgcpy.experiment.study.folder import StudyFolder
 from lmgcpy.experiment.study.report import ReportFolder
-from lmgcpy.experiment.texsol.conclusions_2d import column, compressed_share, frames_at_equal_force
+from lmgcpy.experiment.texsol.conclusions_2d import frames_at_equal_force, frames_of_column
 from lmgcpy.experiment.texsol.result import TexSolResult
 from lmgcpy.experiment.texsol.taut_links import LinkDirections
 from lmgcpy.experiment.triaxial import TriaxialRecord
@@ -108,22 +107,13 @@ def draw_flat_pictures(result: TexSolResult, report: ReportFolder) -> str:
             with_wire, without = frames_at_equal_force(record, sand)
             path = report.file(f"chains-{law}.png")
             draw_chains(path, (figures.name_of(law), with_wire), ("sand", without), sample.radii, sample.bead_count)
-    for law, (before, at) in column_frames(result).items():
-        name = figures.name_of(law)
-        draw_chains(report.file(f"column-{law}.png"), (name, before), (name, at), sample.radii, sample.bead_count)
+    wire = result.records.get("rigid-wire")
+    for law, record in result.records.items():
+        frames = frames_of_column(record, wire) if law.endswith("rod") and wire is not None else None
+        if frames is not None:
+            before, at = ((figures.name_of(law), frame) for frame in frames)
+            draw_chains(report.file(f"column-{law}.png"), before, at, sample.radii, sample.bead_count)
     return ""
-
-
-def column_frames(result: TexSolResult) -> dict[str, tuple[Frame, Frame]]:
-    """Frames of the rods that formed a column, by law: before the jump, and where links bear most of the load."""
-    wire, found = result.records.get("rigid-wire"), {}
-    for law, rod in result.records.items():
-        where = column(rod, wire)[0] if law.endswith("rod") and wire is not None else None
-        later = [frame for frame in rod.frames if where is not None and frame.strain >= where]
-        earlier = [frame for frame in rod.frames if where is not None and frame.strain < where]
-        if earlier and later:
-            found[law] = earlier[-1], max(later, key=compressed_share)
-    return found
 
 
 def draw_pictures(result: TexSolResult, folder: StudyFolder, report: ReportFolder) -> str:

@@ -13,7 +13,13 @@ import lmgcpy.view.figures as figures
 from lmgcpy.experiment.biaxial import BiaxialRecord
 from lmgcpy.experiment.study.folder import StudyFolder
 from lmgcpy.experiment.study.report import ReportFolder, markdown, sections, texts
-from lmgcpy.experiment.texsol.conclusions_2d import column, compression_in_links, stiffening
+from lmgcpy.experiment.texsol.conclusions_2d import (
+    column,
+    compressed_share,
+    compression_in_links,
+    frames_of_column,
+    stiffening,
+)
 from lmgcpy.experiment.texsol.pictures import draw_flat_pictures, links_figure
 from lmgcpy.experiment.texsol.result import TexSolResult
 from lmgcpy.experiment.texsol.runs_report import accuracy_part, prepared_words, runs_part, state_words
@@ -147,6 +153,14 @@ def _column_part(result: TexSolResult) -> str:
                 text += (
                     f" **Yes**: from {100 * where:.1f} % of crushing on the reaction exceeds twice the rigid wire's, "
                     f"which has no such jump; at the most it is {ratio:.1f} times."
+                )
+            frames = frames_of_column(rod, wire)
+            if frames is not None:
+                share = compressed_share(frames[1])
+                borne = "links" if share > 0.5 else "grains, which taut rods hold from the side"
+                text += (
+                    f" Where the load is greatest, at {100 * frames[1].strain:.1f} %, compressed links carry "
+                    f"{100 * share:.0f} % of it: the column is one of {borne}."
                 )
         lines.append(text)
     return "\n".join(lines)

@@ -8,7 +8,13 @@ import pytest
 from lmgcpy.experiment.biaxial import BiaxialRecord, Frame
 from lmgcpy.experiment.study.engine import carry_out_study
 from lmgcpy.experiment.study.folder import StudyFolder
-from lmgcpy.experiment.texsol.conclusions_2d import column, compression_in_links, frames_at_equal_force, stiffening
+from lmgcpy.experiment.texsol.conclusions_2d import (
+    column,
+    compression_in_links,
+    frames_at_equal_force,
+    frames_of_column,
+    stiffening,
+)
 from lmgcpy.experiment.texsol.report_2d import summary
 from lmgcpy.experiment.texsol.result import deviation
 from lmgcpy.experiment.texsol.study import Study2D
@@ -127,3 +133,14 @@ def test_threads_do_not_change_the_result(result):
     study = result.study
     alone = carry_out_study(Study2D(**{**study.__dict__, "laws": ("rigid-wire",), "threads": 1, "check_strain": 0.0}))
     np.testing.assert_array_equal(alone.records["rigid-wire"].reaction, result.records["rigid-wire"].reaction)
+
+
+def test_frames_of_the_column_are_those_beside_the_jump():
+    line = [[[0.0, 0.0], [0.0, 1.0]]]
+    frames = [
+        frame(strain, [1.0], line, [True], force) for strain, force in ((0.03, 9.0), (0.055, 2.0), (0.07, 7.0), (0.09, 5.0))
+    ]
+    wire, rod = record(np.ones(500)), record(np.where(STRAIN < 0.06, 1.0, 5.0), "rigid-rod", frames)
+    before, at = frames_of_column(rod, wire)
+    assert (before.strain, at.strain) == (0.055, 0.07)
+    assert frames_of_column(record(np.ones(500), "rigid-rod", frames), wire) is None
