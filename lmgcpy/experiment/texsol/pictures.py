@@ -58,7 +58,8 @@ def links_figure(directions: Mapping[str, LinkDirections], bounds: Mapping[str, 
     panels = drawn.subplots(1, len(directions), squeeze=False, sharey=True)[0]
     for axes, (law, found) in zip(panels, directions.items(), strict=True):
         degrees = np.degrees(found.edges)
-        axes.stairs(100.0 * np.nan_to_num(found.taut_share), degrees, fill=True, color="lightgrey", label="that pull")
+        share = 100.0 * np.nan_to_num(found.taut_share)
+        axes.stairs(share, degrees, fill=True, color="lightgrey", label="links that pull")
         borne = max(found.pulled.max(), found.pushed.max()) or 1.0
         axes.stairs(100.0 * found.pulled / borne, degrees, color=WIRE, linewidth=2.0, label="sum of tension x length")
         if found.pushed.any():
