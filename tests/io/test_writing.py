@@ -306,6 +306,7 @@ def test_a_study_that_finds_no_room_leaves_the_former_one(tmp_path):
         class Study:
             text: str
             COMMAND = "test"
+            FORMER = {}
             def kind(self):
                 return {}
             @classmethod
