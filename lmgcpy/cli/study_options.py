@@ -20,7 +20,7 @@ class OfStudy(click.Option):
         self._told = told
 
     def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
-        self.show_default = self._told(str(self.name))
+        self.show_default = self._told(str(self.name)) or False  # no default: nothing to tell
         return super().get_help_record(ctx)
 
 

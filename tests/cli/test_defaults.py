@@ -22,6 +22,8 @@ def as_given(option, words):
     """An option's words as the command would give them on."""
     if option in ("laws", "axes"):
         return tuple(words.split(","))
+    if option == "preparation":
+        return words
     if option == "contents":
         return tuple(map(float, words.split(",")))
     return float(words) if "." in words or "e" in words else int(words)
