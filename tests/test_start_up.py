@@ -93,6 +93,7 @@ print(test.simulation.steps, len(recorder.buffer), test.simulation.positions.tob
 """The first step of a test like those of ``lmgcpy texsol``: disks, walls, Coulomb friction, an inextensible wire."""
 
 
+@pytest.mark.long
 def test_a_second_process_compiles_nothing_and_is_at_its_first_step_in_five_imports_of_numba(tmp_path, with_byte_code):
     """Nothing: by numba's statistics of the cache, and by the passes of its compiler, thousands in the first process. The
     step is the same to the last bit. Time is from the start of the interpreter to its end, against that of ``import

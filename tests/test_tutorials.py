@@ -106,6 +106,7 @@ def test_2_the_wire_snaps_and_swings_by_the_formulas_and_does_not_explode(tmp_pa
     assert like(taut, plasma[1]) > 300
 
 
+@pytest.mark.long
 def test_3_the_boulder_stops_where_energy_says_and_the_law_conforms(tmp_path):
     text, folder = follow(3, tmp_path)
     for force, found, exact, most, rest in (map(float, re.findall(r"[\d.]+", line)) for line in text.splitlines()[1:4]):
@@ -138,6 +139,7 @@ def test_4_the_stresses_are_those_of_the_walls_and_the_wire_pulls_one_way(tmp_pa
     assert like(pixels(folder / "reaction.png"), WIRE) > 1000
 
 
+@pytest.mark.long
 def test_5_the_sample_is_dense_and_its_wire_pulls_within_its_layers(tmp_path):
     text, folder = follow(5, tmp_path)
     assert numbers(text, "solid fraction")[0] == pytest.approx(0.64, abs=0.03)
@@ -154,6 +156,7 @@ def test_5_the_sample_is_dense_and_its_wire_pulls_within_its_layers(tmp_path):
     assert blue(right) > blue(left) + 300
 
 
+@pytest.mark.long
 def test_6_errors_fall_by_the_orders_that_theory_gives(tmp_path):
     text, folder = follow(6, tmp_path)
     assert numbers(text, "pendulum")[-1] == pytest.approx(2.0, abs=0.1)
@@ -171,6 +174,7 @@ def test_6_errors_fall_by_the_orders_that_theory_gives(tmp_path):
     assert all(like(third, "#1f77b4", 40) > 100 for third in thirds)
 
 
+@pytest.mark.long
 def test_7_going_on_is_bit_for_bit_and_paraview_gets_it_all(tmp_path):
     text, folder = follow(7, tmp_path)
     assert "run without interruption: None" in text

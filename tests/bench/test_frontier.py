@@ -98,6 +98,7 @@ def test_what_is_no_solution_has_no_others():
     assert bad.floor == MARGIN * 1e-2
 
 
+@pytest.mark.long
 def test_runs_are_what_they_say(case, judged):
     """Every run of the fastest way there, made again: residual, sweeps, error by another formula."""
     exact = lm.solve(case.problem, solver=lm.Newton(tolerance=1e-11)).velocities

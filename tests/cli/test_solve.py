@@ -127,6 +127,7 @@ def benched(tmp_path_factory):
     return done, folder / "out"
 
 
+@pytest.mark.long
 def test_bench_of_a_folder(benched):
     done, out = benched
     assert done.exit_code == 0, done.output

@@ -86,6 +86,7 @@ print(json.dumps([f.__code__ in seen for f in (Soft.prepare, Soft.react, closing
 """
 
 
+@pytest.mark.long
 def test_a_debugger_sees_a_laws_functions_and_helpers():
     code = SCENES + LAW.replace("BODY", "return max(0.0, -u)") + TRACED
     assert told(code, NUMBA_DISABLE_JIT="1") == [True, True, True]

@@ -140,6 +140,7 @@ def test_a_faulty_law_stops_the_run(make, functions, kind, words, solver, capfd)
     assert capfd.readouterr().err == "", "numba printed an exception that it could not hand on"
 
 
+@pytest.mark.long
 def test_a_law_that_numba_refuses_is_named():
     sim = ball(react=lambda W, u, prepared: (sorted({"a": u[0]}.items())[0],))
     with pytest.raises(TypeError, match=r"Law 'test-spoilt' \(.*Spoilt\) cannot be compiled.*numba says: "):

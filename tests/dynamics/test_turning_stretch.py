@@ -52,6 +52,7 @@ LAWS = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.default_parameters("rigid-wire-0.004", "rigid-wire-0.001", "rigid-rod-0.004", "stiff-0.004", "voigt-0.004")
 @pytest.mark.filterwarnings("ignore:In the step")
 @pytest.mark.parametrize("time_step", [4e-3, 1e-3, 2.5e-4])

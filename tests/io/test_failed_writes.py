@@ -52,6 +52,7 @@ def path(tmp_path):
     return tmp_path / "run.h5"
 
 
+@pytest.mark.long
 def test_wherever_a_run_is_cut_short_its_file_is_good(path):
     """Limits at which other tables fail: the run stops with a sentence, the file leads to the end of the whole run."""
     said = child(

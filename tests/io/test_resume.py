@@ -232,6 +232,7 @@ def test_a_solver_from_elsewhere_is_asked_for(tmp_path):
     same_bits(whole, lm.resume(path, solver=Patient()).run(steps=2))
 
 
+@pytest.mark.long
 def test_killed_again_and_again(tmp_path):
     """Every file opens, holds what the whole run holds as far as it goes, and leads to the same end (see the script)."""
     script = Path(__file__).parent / "kill_loop.py"

@@ -33,6 +33,7 @@ def same(a, b):
     return all(np.array_equal(getattr(a, name), getattr(b, name)) for name in ("positions", "velocities", "spins"))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("functions", [None, {(27, "z"): lambda time: 0.1 + time}])
 def test_a_run_in_two_parts_is_the_whole_run(tmp_path, functions):
     whole = heap(functions).run(steps=120)

@@ -42,6 +42,7 @@ def settled():
     return sim.run(steps=400)
 
 
+@pytest.mark.long
 def test_the_box_carries_the_weight(settled):
     """What the walls push up over 100 steps is the weight and the momentum that was gained, to round-off; and hardly any is
     gained: within a tenth of the weight after 0.08 s."""

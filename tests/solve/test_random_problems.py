@@ -184,6 +184,7 @@ def test_solvers_agree(problem):
         assert velocity_error(sweeps.velocities, newton.velocities, problem) < CLOSE
 
 
+@pytest.mark.long
 def test_most_are_solved():
     """The tests above pass over what was not solved: over 300 drawn problems Auto solves all."""
     statuses = [

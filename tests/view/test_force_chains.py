@@ -80,6 +80,7 @@ def test_sample_shows_the_wire(tmp_path):
     assert not wire[: int(0.3 * height)].any()
 
 
+@pytest.mark.long
 def test_text_grows_with_a_wide_picture(frame, tmp_path):
     """A panel three times as wide as pictures are read has letters three times as high."""
     beads = np.array([[0.1, 0.5], [0.9, 0.5]])

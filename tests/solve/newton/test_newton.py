@@ -88,6 +88,7 @@ def swept(problem, sweeps):
     return lm.solve(problem, solver=lm.AcceleratedGaussSeidel(tolerance=1e-15, max_iterations=sweeps)).impulses
 
 
+@pytest.mark.long
 def test_error_is_the_natural_one(sample, spheres):
     """Two codes of one formula: ActiveSet.error and lm.residual."""
     for problem in (sample, spheres):
