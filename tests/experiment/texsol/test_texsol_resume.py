@@ -19,7 +19,10 @@ from lmgcpy.experiment.study.folder import StudyFolder
 from lmgcpy.experiment.texsol.sample import lay_sample
 from lmgcpy.experiment.texsol.study import Study2D, Study3D, TexSolStudy
 
-OPTIONS = {"laws": "none,rigid-wire", "grains": 30, "beads": 8, "strain": 0.5, "tolerance": 0.1, "seed": 1}
+OPTIONS = {
+    **{"laws": "none,rigid-wire", "grains": 30, "beads": 8, "strain": 0.5, "tolerance": 0.1, "seed": 1},
+    **{"preparation": "dense", "theta-max": 0.6},  # a relaxation that is long enough to be interrupted twice
+}
 TINY = ["texsol", *(str(word) for name, value in OPTIONS.items() for word in (f"--{name}", value))]
 RUNS = ("compaction", "none", "none-tight", "rigid-wire", "rigid-wire-tight")
 
