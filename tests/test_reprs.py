@@ -28,7 +28,7 @@ from lmgcpy.experiment import (
     let_go,
 )
 from lmgcpy.io.compare import compare
-from lmgcpy.solve.report import Worst
+from lmgcpy.solve.report import Lock, Worst
 
 pytestmark = pytest.mark.filterwarnings("ignore:In the step to")
 """Three spheres are no sample: the plates of their triaxial test fly."""
@@ -111,6 +111,7 @@ def things(folder) -> dict[str, object]:
         "2 interactions: 1 coulomb, 1 elastic-wire": sim.interactions,
         "Report: converged after": sim.report,
         "Worst(law=": Worst("coulomb", 0, 1, 1e-9),
+        "Lock: no motion of body 99 is compatible with ": Lock((99,), tuple(range(1000, 1090)), 7.0),
         "Energy: kinetic ": sim.energy,
         "Checkpoint of 4 bodies at t = 0.03 s, step 30": sim.checkpoint(),
         "Model in 2D: 4 bodies": sim.model,

@@ -65,6 +65,9 @@ class Lock:
         held = _listed(self.held, "body", "bodies")
         return f"no motion of {driven} is compatible with the constraints on {held}"
 
+    def __repr__(self) -> str:
+        return f"<Lock: {self}>"
+
 
 def _listed(ids: tuple[int, ...], one: str, many: str, most: int = 12) -> str:
     words = ", ".join(map(str, ids[:most])) + (f" and {len(ids) - most} more" if len(ids) > most else "")
