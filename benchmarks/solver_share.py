@@ -4,7 +4,7 @@ One sample is crushed again and again, each time with another solver: plain Gaus
 sweeps a step, as codes of the field do it, the same with the wire as a block, sweeps with momentum to a residual, and
 `Auto` to residuals from 1e-2 to 1e-5. The reaction is the mean between 1 % of crushing and the end, over pressure x width;
 its error is against that of `Auto` at 1e-5. Paths part, so that errors below some percent are those of another path: runs
-of sand at 1e-3 and 1e-5 tell how much that is. In a dense sample, which rods lock, `Auto` goes to 1e-3 only.
+of sand at 1e-3 and 1e-5 tell how much that is. In a dense sample, which rods jam, `Auto` goes to 1e-3 only.
 
     python benchmarks/solver_share.py [grains, 600] [beads, 100] [crushing in %, 4] [loose or dense]
 """
