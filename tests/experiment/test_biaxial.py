@@ -145,3 +145,23 @@ def test_a_test_ends_at_the_greatest_reaction(tmp_path):
     assert part.ended == "greatest reaction"
     np.testing.assert_array_equal(part.reaction, whole.reaction[: first + 1])
     assert whole.ended == ""
+
+
+@pytest.mark.long
+def test_loose_sand_hardens_and_dense_sand_has_its_strength_at_once():
+    """Means of three samples of 300 grains, relaxed with and without the friction of the test. Measured: the reaction
+    beyond 5 % of crushing is 1.19 times that below 1.5 % in loose sand, and 0.99 times in dense sand, which bears 1.33 times
+    as much at first and dilates by 3.3 % instead of 1.0 %."""
+
+    def tested(friction, seed):
+        sample = compact(lay_sample(300, 0, seed=seed), pressure=PRESSURE, density=DENSITY, friction=friction).sample
+        record = Biaxial(sample, inertial_number=2e-3).run(0.08, frames=0)
+        early, late = (record.strain > 0.002) & (record.strain < 0.015), record.strain > 0.05
+        volume = record.size.prod(axis=1)
+        return record.reaction[early].mean(), record.reaction[late].mean(), volume[-1] / volume[0] - 1.0
+
+    loose, dense = (np.mean([tested(friction, seed) for seed in range(3)], axis=0) for friction in (0.4, 0.0))
+    assert loose[1] > 1.1 * loose[0]
+    assert dense[1] < 1.05 * dense[0]
+    assert dense[0] > 1.2 * loose[0]
+    assert dense[2] > 2.0 * loose[2] > 0.0
