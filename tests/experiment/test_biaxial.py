@@ -149,9 +149,11 @@ def test_a_test_ends_at_the_greatest_reaction(tmp_path):
 
 @pytest.mark.long
 def test_loose_sand_hardens_and_dense_sand_has_its_strength_at_once():
-    """Means of three samples of 300 grains, relaxed with and without the friction of the test. Measured: the reaction
-    beyond 5 % of crushing is 1.19 times that below 1.5 % in loose sand, and 0.99 times in dense sand, which bears 1.33 times
-    as much at first and dilates by 3.3 % instead of 1.0 %."""
+    """Means of three samples of 300 grains, relaxed with and without the friction of the test.
+
+    Measured: the reaction beyond 5 % of crushing is 1.19 times that below 1.5 % in loose sand, and 0.99 times in dense
+    sand, which bears 1.33 times as much at first and dilates by 3.3 % instead of 1.0 %.
+    """
 
     def tested(friction, seed):
         sample = compact(lay_sample(300, 0, seed=seed), pressure=PRESSURE, density=DENSITY, friction=friction).sample
