@@ -25,10 +25,14 @@ def find_lock(problem: StepProblem, report: Report) -> Lock | None:
     cost = report.factorisations + newton_steps(report.iterations, *problem.system.impulse.shape)
     if cost < WORTH or law_without_conic(problem) is not None:
         return None
-    conic, acting = as_problem(problem)
+    try:
+        conic, acting = as_problem(problem)
+    except (ValueError, RuntimeError):  # numbers that no problem may have, a law that raises: the step itself is made
+        return None
     if conic.scale is None or not (conic.scale > 0.0).any():
         return None
-    told = least_motion(conic, problem.system.impulse[acting])
+    with np.errstate(all="ignore"):
+        told = least_motion(conic, problem.system.impulse[acting])
     of_body = problem.system.inverse_mass[:, 0]
     mass = float((1.0 / of_body[of_body > 0.0]).sum())
     h_over_radius = float(np.median(conic.scale[conic.scale > 0.0]))

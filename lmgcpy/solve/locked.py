@@ -68,7 +68,7 @@ def least_motion(problem: Problem, impulses: np.ndarray) -> LeastMotion:
     there = problem.rows.ravel()  # components that no law has bear nothing, not even on the way
     operator = sparse.csc_array((problem.W + sparse.diags_array(_own(problem)))[there][:, there])
     diagonal = operator.diagonal()
-    weight = WEIGHT / float(diagonal[diagonal > 0.0].mean())
+    weight = WEIGHT / float(diagonal[diagonal > 0.0].mean()) if (diagonal > 0.0).any() else WEIGHT
     damped = splu(sparse.csc_array(sparse.eye_array(len(diagonal)) + weight * operator))
     stress, best = impulses - weight * convex, LeastMotion(0.0, impulses)
     for _ in range(TURNS):

@@ -114,6 +114,20 @@ def test_a_wedge_is_locked_by_friction_alone():
         assert report.status == status, friction
 
 
+def test_a_law_whose_conic_form_fails_is_not_examined():
+    """The step was made by sweeps, which do not ask for it."""
+
+    class NoForm(lm.RigidRod):
+        NAME = "no-form"
+
+        @staticmethod
+        def conic(prepared):
+            raise RuntimeError("no form today")
+
+    report = column(law=NoForm()).step()
+    assert report.status in ("budget spent", "stagnated")
+
+
 def test_a_run_that_stops_at_unsolved_steps_says_what_is_locked():
     sim = column()
     sim.on_unconverged = "stop"

@@ -69,3 +69,11 @@ def test_what_is_brought_into_the_cones_is_the_nearest_there(dimension):
     across = np.linalg.norm(left[contact, 1:], axis=1)
     assert (left[contact, 0] <= -problem.mu[contact] * across + 1e-12).all()
     np.testing.assert_array_equal(within_cones(problem, p), within_cones(problem, within_cones(problem, p)))
+
+
+def test_a_link_between_driven_bodies_is_a_self_stress_of_its_own():
+    """Where W is zero any impulse is in balance, and one against the velocity of the link does work."""
+    problem = lm.Problem(
+        np.zeros((2, 2)), np.array([-0.1, 0.0]), np.zeros(1), 2, ("rigid-rod",), np.zeros(1), np.zeros((1, 2))
+    )
+    assert least_motion(problem, np.zeros((1, 2))).norm > 1e6
