@@ -24,6 +24,7 @@ Elastic laws and geometric stiffness add a positive diagonal to W, so that they 
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -79,8 +80,9 @@ def least_motion(problem: Problem, impulses: np.ndarray) -> LeastMotion:
         work, most_work = -float((stress * convex).sum()), float(np.abs(stress * convex).sum())
         moved, most_moved = float(acting @ (operator @ acting)), float(diagonal @ acting**2)
         if work > LEAST_WORK * most_work:
-            norm = work / np.sqrt(max(moved, ROUNDING**2 * most_moved))
-            best = max(best, LeastMotion(float(norm), stress), key=lambda told: told.norm)
+            moved = max(moved, ROUNDING**2 * most_moved)
+            norm = work / math.sqrt(moved) if moved > 0.0 else math.inf
+            best = max(best, LeastMotion(norm, stress), key=lambda told: told.norm)
     return best
 
 

@@ -73,7 +73,6 @@ def test_what_is_brought_into_the_cones_is_the_nearest_there(dimension):
 
 def test_a_link_between_driven_bodies_is_a_self_stress_of_its_own():
     """Where W is zero any impulse is in balance, and one against the velocity of the link does work."""
-    problem = lm.Problem(
-        np.zeros((2, 2)), np.array([-0.1, 0.0]), np.zeros(1), 2, ("rigid-rod",), np.zeros(1), np.zeros((1, 2))
-    )
+    W, none = sparse.csr_array((2, 2)), np.zeros(1)
+    problem = lm.Problem(W, np.array([-0.1, 0.0]), none, 2, ("rigid-rod",), none, np.zeros((1, 2)))
     assert least_motion(problem, np.zeros((1, 2))).norm > 1e6
