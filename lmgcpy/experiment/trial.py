@@ -59,11 +59,10 @@ def carry_out(
     """Make ``steps`` steps, fewer if the ``rule`` ends the test, and return the run, which the caller closes.
 
     The rule is asked after every step; it gets the last ``window`` rows of what the functions ``observe`` return, and of
-    the solver's "status", a word. The run
-    is recorded in the ``file``. If the file exists, the simulation, which is at its start, goes on from where the file
-    ends, and a test that is over is only read. Without a ``file`` the run is recorded in a temporary one, which is deleted
-    when the run is closed. ``notes``: what identifies a test beside its scene and its options. A frame is recorded
-    ``every`` so many steps; ``on_step`` is called with the number of steps done.
+    the solver's "status", a word. The run is recorded in the ``file``. If the file exists, the simulation, which is at its
+    start, goes on from where the file ends, and a test that is over is only read. Without a ``file`` the run is recorded in
+    a temporary one, which is deleted when the run is closed. ``notes``: what identifies a test beside its scene and its
+    options. A frame is recorded ``every`` so many steps; ``on_step`` is called with the number of steps done.
 
     Raises KeyboardInterrupt if ``interrupted`` ends the test between two steps; the file is then complete up to there.
     Raises ValueError if the file is that of another test.
