@@ -19,6 +19,7 @@ With ``NUMBA_DISABLE_JIT=1`` kernels run as plain Python, names replaced alike.
 
 from __future__ import annotations
 
+import gc
 import types
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -75,16 +76,19 @@ class Kernel(Template):
         """The kernel as plain Python, with names replaced as in the compiled one; divisions by zero are silent, too."""
         if self._interpreted is None:
             assert isinstance(self.function, types.FunctionType)
-            self._interpreted = np.errstate(all="ignore")(_compilable(self.function, self.names, "interpreted", {}))
+            self._interpreted = np.errstate(all="ignore")(
+                _compilable(self.function, self.names, "interpreted", OPTIONS, {})
+            )
         return self._interpreted
 
     @property
     def dispatcher(self) -> Dispatcher:
         """The numba function behind this kernel, cached on disk."""
         if self._dispatcher is None:
-            function, cache = self._prepare(())
-            self._dispatcher = numba.njit(**OPTIONS)(function)
+            function, cache, options = self._prepare(())
+            self._dispatcher = numba.njit(**options)(function)
             self._dispatcher._cache = cache
+            self._dispatcher._compiler.compile = _undisturbed(self._dispatcher._compiler.compile)
             _in_use.append(self._dispatcher)
         return self._dispatcher
 
@@ -116,15 +120,16 @@ class Kernel(Template):
         """A C function of this signature: its ``.address`` can stand in a table; keep the object alive."""
         if INTERPRETED:
             return Pointer(self.interpreted)
-        function, cache = self._prepare(signature.args)
-        pointer: Any = CFunc(function, normalize_signature(signature), locals={}, options=OPTIONS)
+        function, cache, options = self._prepare(signature.args)
+        pointer: Any = CFunc(function, normalize_signature(signature), locals={}, options=options)
         pointer._cache = cache
-        pointer.compile()
+        _undisturbed(pointer.compile)()
         _in_use.append(pointer)
         return pointer
 
-    def _prepare(self, arguments: tuple) -> tuple[types.FunctionType, KernelCache]:
-        """The function as numba wants it and its place in the cache; ``arguments``: their types, of a C function."""
+    def _prepare(self, arguments: tuple) -> tuple[types.FunctionType, KernelCache, dict[str, Any]]:
+        """The function as numba wants it, its place in the cache, and the compiler's flags; ``arguments``: their types, of
+        a C function."""
         assert isinstance(self.function, types.FunctionType)
         content = Content(self.function, self.names, arguments)
         mark = content.mark
@@ -136,7 +141,9 @@ class Kernel(Template):
                 return f"what {self.function.__module__}.{self.__name__} reads was changed after its first use"
             return extension_in_use(content.read)
 
-        return _compilable(self.function, self.names, mark, {}), KernelCache(f"{self.__name__}-{mark}", why_not_kept)
+        options = {**OPTIONS, "_nrt": content.counts_references}
+        function = _compilable(self.function, self.names, mark, options, {})
+        return function, KernelCache(f"{self.__name__}-{mark}", why_not_kept), options
 
 
 class Pointer:
@@ -195,7 +202,7 @@ def row_reader(count: int) -> Callable:
     knows, which a loop could not give it. Indices are unsigned, so that none is tested for counting from the end."""
     if count not in _readers:
         items = "".join(f"array[np.uintp(start + {k})], " for k in range(count))
-        _readers[count] = eval(f"lambda array, start: ({items})", {"np": np})
+        _readers[count] = eval(f"lambda array, start: ({items})", {"np": np, "__name__": __name__})
     return _readers[count]
 
 
@@ -204,21 +211,34 @@ def row_reader(count: int) -> Callable:
 
 UNWRAPPED = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 """Flags of functions that only compiled code calls: without a way in from Python they take a third less to compile."""
-INNER: dict[str, Any] = {**OPTIONS, **UNWRAPPED}
+
+
+def _undisturbed(compile: Callable) -> Callable:
+    """Let the collector of garbage wait while numba compiles: it takes a fifth of the time, and finds nothing."""
+
+    def call(*arguments: Any) -> Any:
+        enabled = gc.isenabled()
+        gc.disable()
+        try:
+            return compile(*arguments)
+        finally:
+            if enabled:
+                gc.enable()
+
+    return call
 
 
 def _compilable(
-    function: types.FunctionType, names: dict[str, Any], mark: str, built: dict[tuple, Any]
+    function: types.FunctionType, names: dict[str, Any], mark: str, flags: dict[str, Any], built: dict[tuple, Any]
 ) -> types.FunctionType:
     """A copy of ``function`` in which names are replaced and every plain function it calls is a numba function.
 
-    ``mark``: fingerprint of the kernel; with the number of the function among those ``built`` for the kernel it makes a
-    name that no other code has.
+    ``mark``: its fingerprint, which makes a name that no other code has; ``flags``: of the compiler, for the plain
+    functions; ``built``: the functions of one kernel, by what they are made of.
     """
-    number = len(built)
 
     def ready(value: Any, names: dict[str, Any]) -> Any:
-        options: dict[str, Any] = INNER
+        options = {**flags, **UNWRAPPED}
         if isinstance(value, Slot):
             raise TypeError(f"Nothing stands in for '{value.name}', which {function.__qualname__} calls: specialise it.")
         if isinstance(value, Template):
@@ -232,7 +252,7 @@ def _compilable(
             raise TypeError(f"{value.__qualname__} calls itself: a recursive function cannot be compiled into a kernel.")
         if key not in built:
             built[key] = None  # under way
-            built[key] = numba.jit(**options)(_compilable(value, names, mark, built))
+            built[key] = _inner(value, names, options, flags, built)
         return built[key]
 
     found = {name: ready(value, inner) for name, (value, inner) in free_names(function, names).items()}
@@ -241,6 +261,24 @@ def _compilable(
     scope = {"__builtins__": __builtins__, "__name__": __name__, **found}
     copy = types.FunctionType(function.__code__, scope, function.__name__, function.__defaults__, closure)
     copy.__kwdefaults__ = function.__kwdefaults__
-    copy.__qualname__ = f"{function.__qualname__}_{mark}_{number}"
+    copy.__qualname__ = f"{function.__qualname__}_{mark}"
     copy.__module__ = function.__module__ or __name__  # of a function without one numba would keep all globals
     return copy
+
+
+def _inner(
+    function: types.FunctionType,
+    names: dict[str, Any],
+    options: dict[str, Any],
+    flags: dict[str, Any],
+    built: dict[tuple, Any],
+) -> Dispatcher:
+    """The numba function that stands for a plain one, in all kernels that call the same with the same flags."""
+    mark = Content(function, names, (repr((sorted(options.items()), sorted(flags.items()))),)).mark
+    if mark not in _shared:
+        _shared[mark] = numba.jit(**options)(_compilable(function, names, mark, flags, built))
+    return _shared[mark]
+
+
+_shared: dict[str, Dispatcher] = {}
+"""Numba functions by fingerprint: a third of those that kernels call are in several kernels."""

@@ -311,10 +311,10 @@ def _step_kernels(
 @cache
 def as_floats(count: int) -> Callable:
     """Function ``row -> (float(row[0]), ...)``, a tuple of so many."""
-    return eval(f"lambda row: ({''.join(f'float(row[{k}]), ' for k in range(count))})")
+    return eval(f"lambda row: ({''.join(f'float(row[{k}]), ' for k in range(count))})", {"__name__": __name__})
 
 
 @cache
 def zeros(count: int) -> Callable:
     """An ``initial`` of so many zeros."""
-    return eval(f"lambda gap, reference_gap, time, parameters: ({'0.0, ' * count})")
+    return eval(f"lambda gap, reference_gap, time, parameters: ({'0.0, ' * count})", {"__name__": __name__})

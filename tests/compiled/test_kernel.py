@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import builtins
 import errno
+import gc
 import hashlib
 import importlib
 import os
@@ -19,11 +20,12 @@ import warnings
 
 import numpy as np
 import pytest
+from numba.core.runtime import _nrt_python, rtsys
 from soft_law import process
 
 from lmgcpy.compiled.cache import cache_directory
 from lmgcpy.compiled.fingerprint import Slot
-from lmgcpy.compiled.kernel import fingerprint, kernel, row_reader, statistics
+from lmgcpy.compiled.kernel import CompilerError, fingerprint, kernel, row_reader, statistics
 
 
 @pytest.fixture
@@ -51,6 +53,80 @@ def cache(tmp_path, monkeypatch):
     directory = tmp_path / "cache"
     monkeypatch.setenv("LMGCPY_CACHE_DIR", str(directory))
     return directory
+
+
+# ----------------------------------------------------------------------------------------- what makes compiling short
+
+
+def test_kernels_share_the_functions_that_they_both_call(cache):
+    """The helper is one function of numba in two kernels, and another one where a name in it is replaced."""
+
+    def called_by(kernel):
+        return kernel.dispatcher.py_func.__globals__["_scaled"]
+
+    thrice = _doubled.specialise(_FACTOR=3.0)
+    assert called_by(_doubled) is called_by(_quadrupled)
+    assert called_by(thrice) is not called_by(_doubled)
+    assert (_doubled(1.5), _quadrupled(1.5), thrice(1.5)) == (3.0, 6.0, 4.5)
+
+
+_FACTOR = 2.0
+
+
+def _scaled(x):
+    return _FACTOR * x
+
+
+@kernel
+def _doubled(x):
+    return _scaled(x)
+
+
+@kernel
+def _quadrupled(x):
+    return _scaled(_scaled(x))
+
+
+@pytest.mark.parametrize("enabled", [True, False])
+def test_the_collector_waits_while_a_kernel_is_compiled_and_goes_on_as_it_was(cache, enabled):
+    """Whether the kernel can be compiled or not."""
+
+    @kernel
+    def sound(x):
+        return x + 1.0
+
+    @kernel
+    def broken(x):
+        return x + nowhere  # noqa: F821
+
+    was = gc.isenabled()
+    try:
+        (gc.enable if enabled else gc.disable)()
+        assert sound(1.0) == 2.0
+        assert gc.isenabled() is enabled
+        with pytest.raises(CompilerError, match="nowhere"):
+            broken(1.0)
+        assert gc.isenabled() is enabled
+    finally:
+        (gc.enable if was else gc.disable)()
+
+
+def test_what_others_wrote_may_make_arrays_and_gives_their_memory_back(cache):
+    """As many arrays are freed as are made."""
+
+    @kernel
+    def sums(count, size):
+        total = 0.0
+        for _ in range(count):
+            total += (np.arange(size) + 1.0).sum()
+        return total
+
+    _nrt_python.memsys_enable_stats()
+    assert sums(1, 10_000) == 10_000 * 10_001 / 2
+    before = rtsys.get_allocation_stats()
+    sums(100, 10_000)
+    after = rtsys.get_allocation_stats()
+    assert after.alloc - before.alloc == after.free - before.free >= 100
 
 
 # ------------------------------------------------------------------------------------------------------ fingerprints

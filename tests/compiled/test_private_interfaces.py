@@ -8,8 +8,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numba
+import numpy as np
 import pytest
 from numba.core.compiler import CompileResult
+from numba.core.errors import NumbaError
 from numba.core.registry import cpu_target
 from numba.core.typing.templates import builtin_registry
 
@@ -83,6 +85,7 @@ def test_numba_has_the_private_attributes_that_the_room_reads():
     function()  # which fills numba's registry
     read = [
         (function, ("_cache", "_can_compile", "_compiler", "stats", "targetoptions", "locals", "typeof_pyval")),
+        (function._compiler, ("compile",)),
         (CompileResult, ("_reduce", "_rebuild")),
         (context, ("data_model_manager", "make_array", "get_abi_sizeof", "get_value_type", "get_dummy_value")),
         (context.codegen(), ("magic_tuple",)),
@@ -90,6 +93,26 @@ def test_numba_has_the_private_attributes_that_the_room_reads():
     ]
     missing = [f"{name} of {of}" for of, names in read for name in names if not hasattr(of, name)]
     assert not missing, f"numba {numba.__version__} lacks what lmgcpy/compiled reads: {', '.join(missing)}."
+
+
+def test_numba_counts_no_references_where_it_is_told_so():
+    """The flag changes the code, and nothing is made in code without it."""
+
+    def last(numbers):
+        return numbers[-1]
+
+    def doubled(numbers):
+        return (2.0 * numbers)[-1]
+
+    def calls_in(flag):
+        compiled = numba.njit(_nrt=flag)(last)
+        assert compiled(np.arange(3.0)) == 2.0
+        return "NRT_incref" in "".join(compiled.inspect_llvm().values())
+
+    assert not calls_in(False)
+    assert numba.njit(_nrt=True)(doubled)(np.arange(3.0)) == 4.0
+    with pytest.raises(NumbaError):
+        numba.njit(_nrt=False)(doubled)(np.arange(3.0))
 
 
 def test_the_room_is_where_private_interfaces_are_found():
