@@ -141,13 +141,17 @@ def walk(
             continue
         # Retreat: the longest wire so far is kept, the last beads are given up.
         if laid > most:
-            longest[:laid] = positions[:laid]
+            for n in range(laid):
+                longest[n, 0] = positions[n, 0]
+                longest[n, 1] = positions[n, 1]
             most = laid
         if retreats == RETREATS:
             return most
         laid = max(1, laid - 1 - retreats % RETREAT_LENGTH)
         retreats += 1
-    longest[:] = positions
+    for n in range(bead_count):
+        longest[n, 0] = positions[n, 0]
+        longest[n, 1] = positions[n, 1]
     return bead_count
 
 
