@@ -82,7 +82,7 @@ def measure(count: int) -> list[list]:
     problem = sim.run(steps=20)._last[0]
     groups, s, task = problem.table, problem.system, work.specialise(**problem.space.driver)
     start, none = (s.impulse.copy(), s.velocity.copy()), np.zeros(0)
-    step, iterates = (groups, s, start[1], start[0]), Iterates(none, none, none, none, none)
+    step, iterates = (groups, s, start[1], start[0]), Iterates(*[none] * len(Iterates._fields))
     job = Job(*step, iterates, np.zeros((len(groups.task), 4)), np.zeros(1), np.zeros(3), 1)
     place = np.empty(ROOM, dtype=np.int64)
     lay(job, place.ctypes.data)

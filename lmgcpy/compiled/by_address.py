@@ -14,52 +14,24 @@ from typing import Any
 
 import numba
 from llvmlite import ir
-from numba.core import cgutils, types
+from numba.core import types
 
 from lmgcpy.compiled.kernel import Pointer, intrinsic
+from lmgcpy.compiled.reference import ADDRESS, copy_words
 
 ROOM = 1024
 """Memory for a named tuple of arrays [words of 8 bytes]."""
-_POINTER = ir.IntType(8).as_pointer()
-
-
-def _bare(context, builder, kind: Any, value):
-    """A tuple whose arrays own no memory: its writer keeps them alive, and its reader counts no references."""
-    if isinstance(kind, (types.NamedTuple, types.NamedUniTuple)):
-        for k, member in enumerate(kind.types):
-            part = _bare(context, builder, member, builder.extract_value(value, k))
-            value = builder.insert_value(value, part, k)
-    elif isinstance(kind, types.Array):
-        array = context.make_array(kind)(context, builder, value)
-        array.meminfo = cgutils.get_null_value(array.meminfo.type)
-        array.parent = cgutils.get_null_value(array.parent.type)
-        value = array._getvalue()
-    return value
 
 
 def _write(typing_context, address, value):
     """``*address = value``, of arrays and numbers."""
 
     def generate(context, builder, signature, arguments):
-        model = context.data_model_manager[value]
-        data = model.as_data(builder, arguments[1])
-        assert context.get_abi_sizeof(data.type) <= 8 * ROOM
-        builder.store(data, builder.inttoptr(arguments[0], data.type.as_pointer()))
+        size = copy_words(context, builder, value, arguments[1], arguments[0])
+        assert size <= 8 * ROOM
         return context.get_dummy_value()
 
     return types.void(types.int64, value), generate
-
-
-def _read(typing_context, pointer):
-    """``*pointer``, which :data:`write` wrote."""
-
-    def generate(context, builder, signature, arguments):
-        model = context.data_model_manager[signature.return_type]
-        typed = builder.bitcast(arguments[0], model.get_data_type().as_pointer())
-        value = model.load_from_data_pointer(builder, typed)
-        return _bare(context, builder, signature.return_type, value)
-
-    return pointer.dtype(pointer), generate
 
 
 def _call(typing_context, address, start, stop, offset, s):
@@ -78,8 +50,8 @@ def _call_work(typing_context, address, kind, task, job):
 
     def generate(context, builder, signature, arguments):
         whole = ir.IntType(64)
-        function = ir.FunctionType(ir.VoidType(), [whole, whole, _POINTER])
-        job_pointer = builder.inttoptr(arguments[3], _POINTER)
+        function = ir.FunctionType(ir.VoidType(), [whole, whole, ADDRESS])
+        job_pointer = builder.inttoptr(arguments[3], ADDRESS)
         builder.call(builder.inttoptr(arguments[0], function.as_pointer()), [*arguments[1:3], job_pointer])
         return context.get_dummy_value()
 
@@ -104,11 +76,14 @@ def _call_in_python(address, *arguments):
     return Pointer.functions[int(address)](*arguments)
 
 
+def _work_in_python(address, kind, task, job):
+    return Pointer.functions[int(address)](kind, task, _written[int(job)])
+
+
 write: Any = intrinsic(lambda address, value: _written.__setitem__(int(address), value))(_write)
-read: Any = intrinsic(lambda pointer: _written[int(pointer)])(_read)
 call: Any = intrinsic(_call_in_python)(_call)
 """``call(address, start, stop, offset, s)`` in compiled code."""
-call_work: Any = intrinsic(_call_in_python)(_call_work)
+call_work: Any = intrinsic(_work_in_python)(_call_work)
 call_at: Any = intrinsic(lambda address: 0)(_call_at)
 
 
@@ -119,7 +94,7 @@ def group_signature(system_type):
 
 def work_signature(job):
     """numba signature of the kernels that :func:`call_work` calls on such a job."""
-    return types.void(types.int64, types.int64, types.CPointer(numba.typeof(job)))
+    return types.void(types.int64, types.int64, numba.typeof(job))
 
 
 @cache

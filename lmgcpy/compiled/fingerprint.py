@@ -19,6 +19,7 @@ import uuid
 from collections.abc import Callable, Iterator
 from enum import Enum, EnumMeta
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import llvmlite
@@ -29,6 +30,8 @@ from numba.core.compiler import Compiler
 from numba.core.dispatcher import Dispatcher
 from numba.core.registry import CPUDispatcher
 from numba.extending import is_jitted
+
+from lmgcpy.compiled.reference import Reference
 
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True}
 """Compiler flags of every kernel: division by zero gives infinity, as in numpy, and the interpreter lock is free."""
@@ -158,6 +161,7 @@ class Content:
         assert isinstance(function, types.FunctionType)
         self._trail.append(f"{function.__module__}.{function.__qualname__}")
         self.foreign |= not str(function.__module__).startswith("lmgcpy.")
+        self._note(getattr(function, "inlined", False))
         for code in code_objects(function.__code__):
             self.read.update(code.co_names)
             self._add_code(code)
@@ -217,7 +221,19 @@ def fingerprint(function: Callable, names: dict[str, Any] | None = None, argumen
 def versions() -> tuple:
     """Of everything that takes part in making machine code, but the processor."""
     made_by = sys.version_info[:3], getattr(sys, "abiflags", ""), numba.__version__, llvmlite.__version__, np.__version__
-    return (*made_by, sorted(OPTIONS.items()), *(str(getattr(numba.config, switch, None)) for switch in SWITCHES))
+    return (
+        *made_by,
+        own_part(),
+        sorted(OPTIONS.items()),
+        *(str(getattr(numba.config, switch, None)) for switch in SWITCHES),
+    )
+
+
+@cache
+def own_part() -> str:
+    """Hash of what lmgcpy adds to numba's compiler."""
+    added = (Path(__file__).with_name(name).read_bytes() for name in ("compiler.py", "reference.py"))
+    return hashlib.sha256(b"".join(added)).hexdigest()
 
 
 def described(kind: Any) -> str:
@@ -226,7 +242,7 @@ def described(kind: Any) -> str:
         made = getattr(kind, "instance_class", tuple)
         fields, parts = getattr(kind, "fields", ()), getattr(kind, "types", ())
         return f"{made.__module__}.{made.__qualname__}{fields}[{', '.join(map(described, parts))}]"
-    return f"*{described(kind.dtype)}" if isinstance(kind, kinds.CPointer) else str(kind)
+    return f"&{described(kind.kind)}" if isinstance(kind, Reference) else str(kind)
 
 
 def at_home(value: Any) -> bool:

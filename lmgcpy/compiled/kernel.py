@@ -33,6 +33,7 @@ from numba.core.dispatcher import Dispatcher
 from numba.core.sigutils import normalize_signature
 
 from lmgcpy.compiled.cache import KernelCache
+from lmgcpy.compiled.compiler import Compiler
 from lmgcpy.compiled.extensions import extension_in_use
 from lmgcpy.compiled.fingerprint import (
     OPTIONS,
@@ -86,7 +87,7 @@ class Kernel(Template):
         """The numba function behind this kernel, cached on disk."""
         if self._dispatcher is None:
             function, cache, options = self._prepare(())
-            self._dispatcher = numba.njit(**options)(function)
+            self._dispatcher = numba.jit(pipeline_class=Compiler, **options)(function)
             self._dispatcher._cache = cache
             self._dispatcher._compiler.compile = _undisturbed(self._dispatcher._compiler.compile)
             _in_use.append(self._dispatcher)
@@ -121,7 +122,7 @@ class Kernel(Template):
         if INTERPRETED:
             return Pointer(self.interpreted)
         function, cache, options = self._prepare(signature.args)
-        pointer: Any = CFunc(function, normalize_signature(signature), locals={}, options=options)
+        pointer: Any = CFunc(function, normalize_signature(signature), locals={}, options=options, pipeline_class=Compiler)
         pointer._cache = cache
         _undisturbed(pointer.compile)()
         _in_use.append(pointer)
@@ -166,6 +167,13 @@ def intrinsic(stand_in: Callable) -> Callable[[Callable], Any]:
 def kernel(function: Callable) -> Kernel:
     """Mark a function as compiled: ``@kernel``. Nothing happens before its first call."""
     return Kernel(function)
+
+
+def inlined(function: Callable) -> Callable:
+    """Mark a function that the compiler is to put into every kernel that calls it, whatever it thinks of its size: of the
+    few that are called for each interaction, a call would cost half as much as their work."""
+    function.inlined = True  # type: ignore[attr-defined]
+    return function
 
 
 @dataclass(frozen=True)
@@ -247,6 +255,8 @@ def _compilable(
             value, names, options = value.py_func, {}, {**value.targetoptions, **UNWRAPPED, "locals": value.locals}
         if not isinstance(value, types.FunctionType) or at_home(value):
             return value
+        if getattr(value, "inlined", False):
+            options["forceinline"] = True
         key = *context(value, names), repr(sorted(options.items()))
         if key in built and built[key] is None:
             raise TypeError(f"{value.__qualname__} calls itself: a recursive function cannot be compiled into a kernel.")
@@ -276,7 +286,7 @@ def _inner(
     """The numba function that stands for a plain one, in all kernels that call the same with the same flags."""
     mark = Content(function, names, (repr((sorted(options.items()), sorted(flags.items()))),)).mark
     if mark not in _shared:
-        _shared[mark] = numba.jit(**options)(_compilable(function, names, mark, flags, built))
+        _shared[mark] = numba.jit(pipeline_class=Compiler, **options)(_compilable(function, names, mark, flags, built))
     return _shared[mark]
 
 

@@ -6,7 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from lmgcpy.compiled.reference import by_reference
 
+
+@by_reference
 class Interactions(NamedTuple):
     """The interactions of a step; m of them (see :class:`lmgcpy.solve.system.System` for the arrays without a text)."""
 

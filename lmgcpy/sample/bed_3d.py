@@ -8,10 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from lmgcpy.compiled.reference import by_reference
 from lmgcpy.sample.cells import cell_of, put
 from lmgcpy.sample.supports import BACK, FLOOR, FRONT, LEFT, NONE, RIGHT
 
 
+@by_reference
 class SphereBed(NamedTuple):
     """Spheres placed in a box [0, width] x [0, depth] x [0, ...), each entered in the cell of its centre.
 

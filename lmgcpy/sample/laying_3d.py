@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lmgcpy.compiled.kernel import kernel
+from lmgcpy.compiled.reference import by_reference
 from lmgcpy.sample.cells import put, take_out
 
 SKIRTED, REBOUNDED, SWITCHED = 1, 2, 4
@@ -20,6 +21,7 @@ RETREAT_LENGTH = 30
 """Largest number of beads that are given up at once."""
 
 
+@by_reference
 class LayingRules(NamedTuple):
     """Parameters of the rules; lengths [m], angles [rad]."""
 

@@ -162,8 +162,9 @@ class AcceleratedGaussSeidel(Solver):
     def solve(self, step: Step, *, swept: bool = False) -> Outcome:
         """Sweep from the guess; ``swept``: whether the guess comes from sweeps on this step and may pass as it is."""
         system = step.system
-        count, weight = system.impulse.size, system.delassus[:, : system.impulse.shape[1]].ravel()
-        start, last, best = (with_spare_rows(count) for _ in range(3))
-        iterates = Iterates(start, last, with_spare_rows(system.velocity.size), best, weight)
+        impulse, velocity = system.impulse.reshape(-1), system.velocity.reshape(-1)
+        start, last, best = (with_spare_rows(len(impulse)) for _ in range(3))
+        weight = system.delassus[:, : system.impulse.shape[1]].ravel()
+        iterates = Iterates(impulse, velocity, start, last, with_spare_rows(len(velocity)), best, weight)
         limits = self.tolerance, self.largest_slip, self.max_iterations, float(self.momentum), swept
         return step.led(accelerated_gauss_seidel, *limits, iterates=iterates)

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from lmgcpy.compiled.kernel import inlined
 from lmgcpy.solve.small_matrices import small_matrices
 
 ROWS = 3
@@ -31,11 +32,13 @@ def cross(n, t):
     return n[1] * t[2] - n[2] * t[1], n[2] * t[0] - n[0] * t[2], n[0] * t[1] - n[1] * t[0]
 
 
+@inlined
 def relative_velocity(i, s):
     """(u_n, u_t, u_s) of interaction ``i`` at the contact point, candidate minus antagonist."""
     return relative_velocity_for(s.velocity, i, s)
 
 
+@inlined
 def relative_velocity_for(velocity, i, s):
     """``H^T v`` of interaction ``i`` for velocities ``v`` of the bodies, (n, 6)."""
     c = s.candidate[i]
@@ -51,6 +54,7 @@ def relative_velocity_for(velocity, i, s):
     return dot(n, v), dot(t, v) - dot(b, w), dot(b, v) + dot(t, w)
 
 
+@inlined
 def push(i, s, d):
     """Add ``M^-1 H d`` of an impulse ``d`` on interaction ``i`` to the velocities of its bodies."""
     c = s.candidate[i]

@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from lmgcpy.compiled.by_address import read
-
 STEP, EXTRAPOLATE, KEEP, TAKE_BEST, START = map(np.int64, range(12, 17))
 """Kinds of work beyond those of plain sweeps."""
 
@@ -19,55 +17,56 @@ def part(task, count, chunks):
     return task * count // chunks, (task + 1) * count // chunks
 
 
-def squares(weight, x, y):
+def squares(weight, x, y, first, last):
     """``|w (x - y)|^2`` [m^2/s^2]; four sums, so that no addition waits for the one before (5 % of a sweep)."""
     a = b = c = d = 0.0
-    fours = weight.shape[0] - weight.shape[0] % 4
-    for i in range(0, fours, 4):
+    one, two, three = np.uintp(1), np.uintp(2), np.uintp(3)
+    fours = last - (last - first) % 4
+    for k in range(first, fours, 4):
+        i = np.uintp(k)
         a += (weight[i] * (x[i] - y[i])) ** 2
-        b += (weight[i + 1] * (x[i + 1] - y[i + 1])) ** 2
-        c += (weight[i + 2] * (x[i + 2] - y[i + 2])) ** 2
-        d += (weight[i + 3] * (x[i + 3] - y[i + 3])) ** 2
-    for i in range(fours, weight.shape[0]):
+        b += (weight[i + one] * (x[i + one] - y[i + one])) ** 2
+        c += (weight[i + two] * (x[i + two] - y[i + two])) ** 2
+        d += (weight[i + three] * (x[i + three] - y[i + three])) ** 2
+    for k in range(fours, last):
+        i = np.uintp(k)
         a += (weight[i] * (x[i] - y[i])) ** 2
     return a + b + c + d
 
 
-def extrapolate(x, last, beta):
-    """``x <- x + beta (x - last)`` and ``last <- x`` as it was, in place."""
-    for i in range(x.shape[0]):
+def extrapolate(x, before, beta, first, last):
+    """``x <- x + beta (x - before)`` and ``before <- x`` as it was, in place."""
+    for k in range(first, last):
+        i = np.uintp(k)
         here = x[i]
-        x[i] = here + beta * (here - last[i])
-        last[i] = here
+        x[i] = here + beta * (here - before[i])
+        before[i] = here
 
 
-def copy(x, y):
+def copy(x, y, first, last):
     """``y <- x``."""
-    for i in range(x.shape[0]):
+    for k in range(first, last):
+        i = np.uintp(k)
         y[i] = x[i]
 
 
 def iterates_work(kind, task, job):
     """Work on one part of the iterates, by kind."""
-    step = read(job)
-    own = step.iterates
-    impulse = step.s.impulse.reshape(-1)
-    velocity = step.s.velocity.reshape(-1)
-    first, last = part(task, impulse.shape[0], step.chunks)
-    low, high = part(task, velocity.shape[0], step.chunks)
-    here = impulse[first:last]
+    own = job.iterates
+    first, last = part(task, own.impulse.shape[0], job.chunks)
+    low, high = part(task, own.velocity.shape[0], job.chunks)
     if kind == STEP:
-        step.partial[task, 0] = squares(own.weight[first:last], here, own.start[first:last])
+        job.partial[task, 0] = squares(own.weight, own.impulse, own.start, first, last)
     elif kind == EXTRAPOLATE:
-        extrapolate(here, own.last_impulse[first:last], step.beta[0])
-        copy(here, own.start[first:last])
-        extrapolate(velocity[low:high], own.last_velocity[low:high], step.beta[0])
+        extrapolate(own.impulse, own.last_impulse, job.beta[0], first, last)
+        copy(own.impulse, own.start, first, last)
+        extrapolate(own.velocity, own.last_velocity, job.beta[0], low, high)
     elif kind == KEEP:
-        copy(here, own.best_impulse[first:last])
+        copy(own.impulse, own.best_impulse, first, last)
     elif kind == TAKE_BEST:
-        copy(own.best_impulse[first:last], here)
+        copy(own.best_impulse, own.impulse, first, last)
     else:
-        copy(here, own.best_impulse[first:last])
-        copy(here, own.last_impulse[first:last])
-        copy(here, own.start[first:last])
-        copy(velocity[low:high], own.last_velocity[low:high])
+        copy(own.impulse, own.best_impulse, first, last)
+        copy(own.impulse, own.last_impulse, first, last)
+        copy(own.impulse, own.start, first, last)
+        copy(own.velocity, own.last_velocity, low, high)

@@ -13,6 +13,7 @@ import numpy as np
 from lmgcpy.compiled.by_address import group_signature
 from lmgcpy.compiled.fingerprint import Slot, may_raise
 from lmgcpy.compiled.kernel import CompilerError, Kernel, kernel, row_reader
+from lmgcpy.compiled.reference import by_reference
 from lmgcpy.laws import Law
 from lmgcpy.solve import contact_block, stiffened_wire_block, wire_block
 from lmgcpy.solve.dimension_kernels import template_slots
@@ -34,6 +35,7 @@ PREPARED = 0
 STATE = 0
 
 
+@by_reference
 class StepData(NamedTuple):
     """What the laws of a step are given beside the impulses; m interactions."""
 

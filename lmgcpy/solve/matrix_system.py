@@ -14,6 +14,7 @@ import numba
 import numpy as np
 
 from lmgcpy.compiled.kernel import Kernel
+from lmgcpy.compiled.reference import by_reference
 from lmgcpy.laws import Law
 from lmgcpy.laws.coulomb import Coulomb
 from lmgcpy.laws.elastic import ElasticRod, ElasticWire
@@ -28,6 +29,7 @@ STANDARD: dict[int, type[Law]] = {CONTACT: Coulomb, PULL: ElasticWire, BOTH: Ela
 """A law for each cone; its bias is zero, as the problem has it in q."""
 
 
+@by_reference
 class MatrixSystem(NamedTuple):
     """Arrays of a problem in dimension d; m interactions."""
 

@@ -77,7 +77,7 @@ class Step:
         """
         none = np.zeros(0)
         arrays = self.groups, self.system, self.free_velocity, self.guess
-        iterates = Iterates(none, none, none, none, none) if iterates is None else iterates
+        iterates = Iterates(*[none] * len(Iterates._fields)) if iterates is None else iterates
         sweeps, status = lead(solver, work.specialise(**self.driver), arrays, iterates, self.threads, *limits)
         told = self.system.told
         return Outcome(sweeps, float(told[0]), status, 0, float(told[1]))

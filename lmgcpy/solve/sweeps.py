@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lmgcpy.compiled.by_address import call, read
+from lmgcpy.compiled.by_address import call
 from lmgcpy.compiled.kernel import kernel
 from lmgcpy.solve.h_rows_2d import momentum  # of bodies in the plane, unless the specialisation gives another
 from lmgcpy.solve.iterates import iterates_work, part
@@ -44,65 +44,60 @@ def work(kind, task, job):
 
 def sweep_pieces(task, job):
     """Update the impulses; leaves the sum of what the kernels return."""
-    step = read(job)
-    groups = step.groups
+    groups = job.groups
     total = 0.0
     for p in range(groups.task[task], groups.task[task + 1]):
-        total += call(groups.sweep[p], groups.start[p], groups.stop[p], groups.offset[p], step.s)
-    step.partial[task, 0] = total
+        total += call(groups.sweep[p], groups.start[p], groups.stop[p], groups.offset[p], job.s)
+    job.partial[task, 0] = total
 
 
 def measure_pieces(task, job):
     """Leaves the sum of squared errors, and each of them in ``error``."""
-    step = read(job)
-    groups = step.groups
+    groups = job.groups
     total = 0.0
     for p in range(groups.task[task], groups.task[task + 1]):
-        total += call(groups.error[p], groups.start[p], groups.stop[p], groups.offset[p], step.s)
-    step.partial[task, 0] = total
+        total += call(groups.error[p], groups.start[p], groups.stop[p], groups.offset[p], job.s)
+    job.partial[task, 0] = total
 
 
 def add_momentum(kind, task, job):
     """Give the impulses, or their sizes, to the bodies."""
-    step = read(job)
-    groups = step.groups
+    groups = job.groups
     for p in range(groups.task[task], groups.task[task + 1]):
         if kind == MOMENTUM:
-            momentum(groups.start[p], groups.stop[p], groups.walls[p], step.s, step.s.velocity)
+            momentum(groups.start[p], groups.stop[p], groups.walls[p], job.s, job.s.velocity)
         else:
-            add_noise(groups.start[p], groups.stop[p], groups.walls[p], step.s)
+            add_noise(groups.start[p], groups.stop[p], groups.walls[p], job.s)
 
 
 def bodies_work(kind, task, job):
     """What is done to the arrays of bodies and impulses, a part of each."""
-    step = read(job)
-    s = step.s
-    first, last = part(task, s.velocity.shape[0], step.chunks)
+    s = job.s
+    first, last = part(task, s.velocity.shape[0], job.chunks)
     if kind == CLEAR:
-        clear(first, last, s, step.free_velocity)
+        clear(first, last, s, job.free_velocity)
     elif kind == COMBINE:
-        combine(first, last, s, step.free_velocity)
+        combine(first, last, s, job.free_velocity)
     else:
         for b in range(first, last):
             for k in range(s.velocity.shape[1]):
-                s.velocity[b, k] = step.free_velocity[b, k]
-        first, last = part(task, s.impulse.shape[0], step.chunks)
+                s.velocity[b, k] = job.free_velocity[b, k]
+        first, last = part(task, s.impulse.shape[0], job.chunks)
         for i in range(first, last):
             for k in range(s.impulse.shape[1]):
-                s.impulse[i, k] = step.guess[i, k] if kind == GUESS else 0.0
+                s.impulse[i, k] = job.guess[i, k] if kind == GUESS else 0.0
 
 
 def look(kind, task, job):
     """What is read from the errors of the interactions, a part of them."""
-    step = read(job)
-    s = step.s
-    first, last = part(task, s.noise.shape[0], step.chunks)
-    low, high = part(task, s.squared_error.shape[0], step.chunks)
-    found = step.partial[task]
+    s = job.s
+    first, last = part(task, s.noise.shape[0], job.chunks)
+    low, high = part(task, s.squared_error.shape[0], job.chunks)
+    found = job.partial[task]
     if kind == WORST:
         worst(low, high, s, found)
     elif kind == QUIET:
-        begin_noise(first, last, s, step.free_velocity)
+        begin_noise(first, last, s, job.free_velocity)
     elif kind == SUM:
         gather_noise(low, high, s)
         total = 0.0
@@ -111,7 +106,7 @@ def look(kind, task, job):
         found[0] = total
     else:
         gather_noise(low, high, s)
-        found[0] = loud(low, high, s, step.limits)
+        found[0] = loud(low, high, s, job.limits)
 
 
 def worst(first, last, s, found):

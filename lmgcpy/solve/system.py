@@ -10,7 +10,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from lmgcpy.compiled.reference import by_reference
 
+
+@by_reference
 class System(NamedTuple):
     """Arrays of one step in dimension d; m interactions, n bodies, k components of a body's velocity: (v_x, v_y, spin)
     [m/s, m/s, rad/s] in 2D, (v_x, v_y, v_z, spin_x, spin_y, spin_z) in 3D. The frame is (n, t) in 2D, t being n turned by

@@ -20,6 +20,7 @@ import numpy as np
 from lmgcpy.compiled.atomic import add, exchange, load, store
 from lmgcpy.compiled.by_address import ROOM, call_at, call_work, giving_way, work_signature, write
 from lmgcpy.compiled.kernel import INTERPRETED, Kernel, kernel
+from lmgcpy.compiled.reference import by_reference
 from lmgcpy.solve.system import Groups, System
 
 TICKET, DONE, HELPERS = 0, 8, 16
@@ -30,6 +31,7 @@ PATIENCE = 5000
 """Looks at a number that does not change before other processes are given way."""
 
 
+@by_reference
 class Team(NamedTuple):
     """What the threads have in common; the same types for every solver and kind of body, so that what leads them is
     compiled once."""
@@ -62,6 +64,9 @@ class Team(NamedTuple):
 class Iterates(NamedTuple):
     """Arrays of a solver beside impulses and velocities, flat; empty for plain Gauss-Seidel."""
 
+    impulse: np.ndarray
+    velocity: np.ndarray
+    """Those of the system, in a row."""
     start: np.ndarray
     """Impulses from which the sweep started."""
     last_impulse: np.ndarray
@@ -72,6 +77,7 @@ class Iterates(NamedTuple):
     """Diagonal of W."""
 
 
+@by_reference
 class Job(NamedTuple):
     """A step to be solved."""
 

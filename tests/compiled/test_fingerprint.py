@@ -13,6 +13,7 @@ import pytest
 from forks import Forks
 from soft_law import process, soft_law
 
+from lmgcpy.compiled import fingerprint as content
 from lmgcpy.compiled.cache import cache_directory
 from lmgcpy.compiled.extensions import extension_in_use
 from lmgcpy.compiled.fingerprint import Content
@@ -240,6 +241,15 @@ def test_every_kernel_of_lmgcpy_itself_is_known():
         assert fingerprint(team.lay.function) != mark
     finally:
         by_address.ROOM = room
+
+
+def test_what_lmgcpy_adds_to_the_compiler_is_part_of_the_fingerprint(monkeypatch):
+    def twice(x):
+        return 2.0 * x
+
+    marks = [fingerprint(twice), fingerprint(twice)]
+    monkeypatch.setattr(content, "own_part", lambda: "another")
+    assert marks[0] == marks[1] != fingerprint(twice)
 
 
 def test_numba_alone_has_no_extensions():

@@ -10,6 +10,7 @@ from pathlib import Path
 import numba
 import numpy as np
 import pytest
+from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompileResult
 from numba.core.errors import NumbaError
 from numba.core.registry import cpu_target
@@ -87,8 +88,12 @@ def test_numba_has_the_private_attributes_that_the_room_reads():
         (function, ("_cache", "_can_compile", "_compiler", "stats", "targetoptions", "locals", "typeof_pyval")),
         (function._compiler, ("compile",)),
         (CompileResult, ("_reduce", "_rebuild")),
-        (context, ("data_model_manager", "make_array", "get_abi_sizeof", "get_value_type", "get_dummy_value")),
+        (context, ("data_model_manager", "get_abi_sizeof", "get_data_type", "get_value_type", "get_dummy_value")),
+        (type(context), ("nrt",)),  # of the context itself it would be made
         (context.codegen(), ("magic_tuple",)),
+        (JITCodeLibrary, ("codegen", "add_ir_module", "enable_object_caching", "get_pointer_to_function")),
+        (JITCodeLibrary, ("_optimize_final_module", "_finalize_final_module", "_finalize_dynamic_globals")),
+        (JITCodeLibrary, ("_verify_declare_only_symbols", "_ensure_finalized", "_finalized")),
         *((template, ("key",)) for template in (*builtin_registry.functions, *builtin_registry.attributes)),
     ]
     missing = [f"{name} of {of}" for of, names in read for name in names if not hasattr(of, name)]
