@@ -13,9 +13,13 @@ from llvmlite import ir
 from numba.core import compiler
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler_machinery import FunctionPass, register_pass
+from numba.core.environment import lookup_environment
 from numba.core.untyped_passes import TranslateByteCode
 
 from lmgcpy.compiled.reference import ADDRESS, Reference
+
+# what numba's name for the environment of a function begins with
+_ENVIRONMENT = "_ZN08NumbaEnv"
 
 
 class KernelCode(JITCodeLibrary):
@@ -35,6 +39,14 @@ class KernelCode(JITCodeLibrary):
                     argument.attributes.dereferenceable = self.references[argument.name]
                     argument.add_attribute("noalias")
         super().add_ir_module(ir_module)
+
+    def _finalize_final_module(self) -> None:
+        """Give each function linked into this code its environment: strings that it prints, Python that it calls."""
+        super()._finalize_final_module()
+        for variable in self._final_module.global_variables:
+            found = lookup_environment(variable.name) if variable.name.startswith(_ENVIRONMENT) else None
+            if found is not None:
+                self.codegen.set_env(variable.name, found)
 
 
 class LinkedCode(KernelCode):
@@ -91,7 +103,9 @@ class Compiler(compiler.Compiler):
     """numba's steps, with code of lmgcpy's kinds: ``numba.jit(pipeline_class=Compiler)``."""
 
     def define_pipelines(self) -> list[Any]:
-        """The one pipeline."""
+        """The one pipeline. Python in between (``numba.objmode``) is no code of the kernel's: numba makes it as ever."""
+        if self.state.func_ir is not None:
+            return super().define_pipelines()
         steps = compiler.DefaultPassBuilder.define_nopython_pipeline(self.state)
         steps.add_pass_after(_ChooseCode, TranslateByteCode)
         steps.finalize()
