@@ -10,7 +10,7 @@ import numpy as np
 
 from lmgcpy.dynamics.assembly import StepProblem, ask
 from lmgcpy.dynamics.finite_checks import check_energy
-from lmgcpy.dynamics.model import Drive, Model
+from lmgcpy.dynamics.model import Model
 
 
 @dataclass
@@ -60,11 +60,11 @@ class Energy:
         self,
         problem: StepProblem,
         model: Model,
-        loads: list[tuple[Drive, float]],
+        force: np.ndarray,
         before: np.ndarray,
         pushed: np.ndarray | None,
     ) -> None:
-        """Enter a step at its end: the imposed forces, with what each was, and velocities of the bodies before it.
+        """Enter a step at its end: the external forces (n, k), and the velocities of the bodies before it (n, k).
 
         ``pushed``: impulses that moved bodies without giving them velocity (m, d), None for none; their work is what they
         do against the loads on the way. Raises FloatingPointError where a stored energy is not finite, and enters nothing.
@@ -88,15 +88,15 @@ class Energy:
                 stored[name] = stored.get(name, 0.0) + energy
         # from the change of velocity, not from two large numbers that nearly cancel
         gain = total(
-            lambda m, inverse, v, w: (np.where(inverse > 0.0, m, 0.0) * (w - v)) @ (0.5 * (v + w)),
-            *(model.mass, system.inverse_mass, before, after),
+            lambda m, v, w: (m * (w - v)) @ (0.5 * (v + w)),
+            *(model.free_mass, before, after),
         )
         # what was stored before the first step is not known: of laws that store the first step does not count
         counted = {name for name in works if name in model.passive and (name not in stored or name in self.stored)}
         change = sum(works[name] + stored.get(name, 0.0) - self.stored.get(name, 0.0) for name in counted)
         self.made = 0.0 if data.time < model.drawn_until else max(0.0, self.made + change)
-        self.kinetic = kinetic_energy(model.mass, system.inverse_mass, after)
-        self.loads = data.time_step * total(lambda f, v, w: f @ (0.5 * (v + w)), model.force(loads), before, after)
+        self.kinetic = kinetic_energy(model.free_mass, after)
+        self.loads = data.time_step * total(lambda f, v, w: f @ (0.5 * (v + w)), force, before, after)
         if against is not None:
             self.loads += float(against.sum())
         self.drives = drives
@@ -122,7 +122,9 @@ the cache."""
 
 def total(of: Callable[..., Any], *arrays: np.ndarray) -> float:
     """Sum of ``of(*pieces)`` over pieces of arrays of one shape, taken flat."""
-    flat = [array.ravel() for array in arrays]
+    flat = [array.reshape(-1) for array in arrays]
+    if flat[0].size <= PIECE:
+        return float(of(*flat))
     return sum((float(of(*(a[k : k + PIECE] for a in flat))) for k in range(0, flat[0].size, PIECE)), 0.0)
 
 
@@ -137,6 +139,6 @@ def work_of_drives(problem: StepProblem, before: np.ndarray, after: np.ndarray) 
     )
 
 
-def kinetic_energy(mass: np.ndarray, inverse_mass: np.ndarray, velocities: np.ndarray) -> float:
-    """``v . M v / 2`` [J] of the free components, those that have an inverse mass."""
-    return 0.5 * total(lambda m, inverse, v: (np.where(inverse > 0.0, m, 0.0) * v) @ v, mass, inverse_mass, velocities)
+def kinetic_energy(free_mass: np.ndarray, velocities: np.ndarray) -> float:
+    """``v . M v / 2`` [J] of the free components, (n, k) both."""
+    return 0.5 * total(lambda m, v: (m * v) @ v, free_mass, velocities)

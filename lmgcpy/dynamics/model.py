@@ -95,9 +95,14 @@ class Model:
         """Time until which links are drawn to their reference [s]."""
         return max((chain.relaxation for chain in self.chains), default=0.0)
 
-    @property
+    @cached_property
+    def free_mass(self) -> np.ndarray:
+        """Mass or inertia by component [kg, kg m^2], (n, k), zero where driven."""
+        return np.where(self.inverse_mass > 0.0, self.mass, 0.0)
+
+    @cached_property
     def weight(self) -> np.ndarray:
-        """Force of gravity by component [N], (n, k), zero where driven; made when asked for, as it is mostly zeros."""
+        """Force of gravity by component [N], (n, k), zero where driven."""
         weight = np.zeros_like(self.mass)
         for axis in np.flatnonzero(self.gravity):
             falls = self.heavy & (self.inverse_mass[:, axis] > 0.0)
@@ -106,7 +111,7 @@ class Model:
 
     def force(self, loads: list[tuple[Drive, float]]) -> np.ndarray:
         """External forces on the free components [N], (n, k): gravity and the ``loads``, with what each is now."""
-        force = self.weight
+        force = self.weight.copy() if loads else self.weight
         for load, value in loads:
             force[load.body, load.component] += value
         return force

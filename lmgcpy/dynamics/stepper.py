@@ -23,7 +23,7 @@ from lmgcpy.dynamics.finite_checks import POSITION, VELOCITY, check_bodies, chec
 from lmgcpy.dynamics.geometric_stiffness import LinkStiffness
 from lmgcpy.dynamics.interactions import InteractionView
 from lmgcpy.dynamics.lock import find_lock
-from lmgcpy.dynamics.model import BodyState, Drive, Model
+from lmgcpy.dynamics.model import BodyState, Model
 from lmgcpy.dynamics.position_rounding import check_positions
 from lmgcpy.dynamics.solve_step import solve_step
 from lmgcpy.dynamics.start_overlaps import overlaps_at_start
@@ -39,7 +39,6 @@ REACTIONS = ("warn", "stop", "ignore")
 """Answers to steps that were not solved, and to bodies that overlap at the start."""
 
 
-Loads = list[tuple[Drive, float]]
 """Imposed forces with the value of each in a step."""
 
 
@@ -108,7 +107,7 @@ class Stepper:
         self.steps = 0
         self.report = Report()
         model = self.model
-        self.energy = Energy(kinetic=kinetic_energy(model.mass, model.inverse_mass, self.state.velocities))
+        self.energy = Energy(kinetic=kinetic_energy(model.free_mass, self.state.velocities))
         tables = model.contactors, model.rows, model.chains
         self._detector = Detector(*tables, model.inverse_mass, model.dimension, model.apart)
         self._size = model.size
@@ -141,14 +140,14 @@ class Stepper:
         h, theta, state, v = self.time_step, self.theta, self.state, self.state.velocities
         with self._whole_or_not_at_all():
             state.positions += (1.0 - theta) * h * v[:, :3]  # q_m
-            loads, free_velocity = self._free_flight(v)  # v_free = v + h M^-1 F
+            force, free_velocity = self._free_flight(v)  # v_free = v + h M^-1 F
             found = self._find_impulses(v, free_velocity)  # u = H^T v_free + W r and the laws
             problem = found.problem
             problem.commit()
             # q = q_m + theta h v, where one solve gives the displacements and the velocities, as it mostly does
             state.positions += found.displacement - (1.0 - theta) * h * problem.system.velocity[:, :3]
-            self.energy.advance(problem, self.model, loads, v, found.pushed)
-        sentences = self._watched(found, loads, v)
+            self.energy.advance(problem, self.model, force, v, found.pushed)
+        sentences = self._watched(found, force, v)
         state.velocities[:] = problem.system.velocity
         state.time += h
         self.steps += 1
@@ -179,16 +178,17 @@ class Stepper:
             self.state.positions[:], self._detector = positions, detector
             raise
 
-    def _free_flight(self, before: np.ndarray) -> tuple[Loads, np.ndarray]:
-        """Loads at the middle of the step, and velocities without impulses (n, k) with what is imposed at its end."""
+    def _free_flight(self, before: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """External forces at the middle of the step (n, k), and velocities without impulses (n, k) with what is imposed at
+        its end."""
         model, state, h, d = self.model, self.state, self.time_step, self.model.dimension
-        loads = [(load, load.at(state.time + 0.5 * h)) for load in model.forces]
-        free_velocity = before + h * model.inverse_mass * model.force(loads)
+        force = model.force([(load, load.at(state.time + 0.5 * h)) for load in model.forces])
+        free_velocity = before + h * model.inverse_mass * force
         for drive in model.velocities:
             free_velocity[drive.body, drive.component] = drive.at(state.time + h)
         check_bodies(free_velocity, VELOCITY[d], "without impulses", state.time)
         check_bodies(state.positions, POSITION[d], "in its middle", state.time)
-        return loads, free_velocity
+        return force, free_velocity
 
     def _find_impulses(self, before: np.ndarray, free_velocity: np.ndarray) -> Found:
         """Detect, assemble and solve; do so a second time where bodies got so fast that contacts were not seen."""
@@ -249,7 +249,7 @@ class Stepper:
 
     # ---------------------------------------------------------------------------------------------------- warnings
 
-    def _watched(self, found: Found, loads: Loads, before: np.ndarray) -> list[str]:
+    def _watched(self, found: Found, force: np.ndarray, before: np.ndarray) -> list[str]:
         """Warnings of a step: large displacements, links off their length, energy that was made."""
         h, end = self.time_step, self.state.time + self.time_step
         unresolved = np.zeros(0)
@@ -259,12 +259,12 @@ class Stepper:
         return [
             *self._displacement_watch.far(found.moves, before, found.problem.system.velocity, end, h),
             *self._watch.links(found.solved, unresolved),
-            *self._watch.energy(self.energy, lambda: self._thrust(loads), end, h),
+            *self._watch.energy(self.energy, lambda: self._thrust(force), end, h),
         ]
 
-    def _thrust(self, loads: Loads) -> float:
-        """Kinetic energy that a step's loads would give to the bodies from rest [J]."""
-        return 0.5 * float((self.model.inverse_mass * (self.time_step * self.model.force(loads)) ** 2).sum())
+    def _thrust(self, force: np.ndarray) -> float:
+        """Kinetic energy that the external forces of a step would give to the bodies from rest [J]."""
+        return 0.5 * float((self.model.inverse_mass * (self.time_step * force) ** 2).sum())
 
     def _count_unsolved(self) -> list[str]:
         """Count a step that was not solved; a sentence at the first one that a loop on ``step`` leaves."""

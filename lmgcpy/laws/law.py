@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from functools import cache
 from typing import Any, ClassVar, TypeVar
 
 import numpy as np
@@ -217,19 +218,12 @@ class Law(ABC):
     @classmethod
     def parameters(cls) -> dict[str, Parameter]:
         """The declared parameters by name, in order of declaration."""
-        return cls._declared(Parameter)
+        return dict(_declared(cls, Parameter))
 
     @classmethod
     def states(cls) -> dict[str, State]:
         """The declared numbers of the internal state by name, in order of declaration."""
-        return cls._declared(State)
-
-    @classmethod
-    def _declared(cls, kind: type[Declaration]) -> dict[str, Declaration]:
-        found: dict[str, Declaration] = {}
-        for base in reversed(cls.__mro__):
-            found.update({name: value for name, value in vars(base).items() if isinstance(value, kind)})
-        return found
+        return dict(_declared(cls, State))
 
     @property
     def values(self) -> dict[str, float | None]:
@@ -259,3 +253,12 @@ class Law(ABC):
 
     def __hash__(self) -> int:
         return hash((type(self), tuple(self.values.items())))
+
+
+@cache
+def _declared(law: type[Law], kind: type[Declaration]) -> dict[str, Declaration]:
+    """Declarations of one kind by name, in order; kept, as every step asks."""
+    found: dict[str, Declaration] = {}
+    for base in reversed(law.__mro__):
+        found.update({name: value for name, value in vars(base).items() if isinstance(value, kind)})
+    return found

@@ -53,6 +53,8 @@ RECOVERY = 0.997
 """Decay of the damping a sweep: it halves in 230."""
 FAST = 0.8
 """The momentum does not grow while a step is less than this part of the one before: the sweeps converge by themselves."""
+MOMENTUM = 0.97
+"""Bound of the momentum where nobody says another."""
 MOST_DAMPING = 0.5
 """Largest damping: the momentum that it leaves never did harm."""
 
@@ -143,6 +145,19 @@ def accelerated_gauss_seidel(team: Team, tolerance, slip, max_iterations, moment
     return sweeps, status
 
 
+def sweep_with_momentum(
+    step: Step, tolerance: float, slip: float, most: int, momentum: float, *, swept: bool = False
+) -> Outcome:
+    """Sweep from the guess of a step, ``most`` times at the most, with a momentum of at most so much; ``swept``: whether
+    the guess comes from sweeps on this step and may pass as it is."""
+    system = step.system
+    impulse, velocity = system.impulse.reshape(-1), system.velocity.reshape(-1)
+    start, last, best = (with_spare_rows(len(impulse)) for _ in range(3))
+    weight = system.delassus[:, : system.impulse.shape[1]].ravel()
+    iterates = Iterates(impulse, velocity, start, last, with_spare_rows(len(velocity)), best, weight)
+    return step.led(accelerated_gauss_seidel, tolerance, slip, most, momentum, swept, iterates=iterates)
+
+
 @named_arguments
 @dataclass(frozen=True)
 class AcceleratedGaussSeidel(Solver):
@@ -152,19 +167,14 @@ class AcceleratedGaussSeidel(Solver):
     bound of the momentum, in [0, 1); with 0 the sweeps are those of Gauss-Seidel.
     """
 
-    momentum: float = 0.97
+    momentum: float = MOMENTUM
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if not number(self.momentum, "momentum", minimum=0.0) < 1.0:
             raise ValueError(f"momentum must be in [0, 1), got {self.momentum:g}.")
 
-    def solve(self, step: Step, *, swept: bool = False) -> Outcome:
-        """Sweep from the guess; ``swept``: whether the guess comes from sweeps on this step and may pass as it is."""
-        system = step.system
-        impulse, velocity = system.impulse.reshape(-1), system.velocity.reshape(-1)
-        start, last, best = (with_spare_rows(len(impulse)) for _ in range(3))
-        weight = system.delassus[:, : system.impulse.shape[1]].ravel()
-        iterates = Iterates(impulse, velocity, start, last, with_spare_rows(len(velocity)), best, weight)
-        limits = self.tolerance, self.largest_slip, self.max_iterations, float(self.momentum), swept
-        return step.led(accelerated_gauss_seidel, *limits, iterates=iterates)
+    def solve(self, step: Step) -> Outcome:
+        """Sweep from the guess; see :func:`accelerated_gauss_seidel`."""
+        limits = self.tolerance, self.largest_slip, self.max_iterations, float(self.momentum)
+        return sweep_with_momentum(step, *limits)

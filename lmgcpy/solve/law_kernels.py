@@ -187,13 +187,32 @@ def law_kernels(
     """Kernels for groups of a law (``chain``: the links of one wire as a block, which needs the law's ``slope``; ``walls``:
     0 or 1 where the candidates or antagonists of the group's slabs are held walls); ``stiffened``, ``watched``: see
     :func:`group_kernels`."""
+    # by the functions as well: a class whose functions somebody replaces gets kernels of the new ones
+    functions = law.react, law.slope, law.prepare, law.energy, law.initial, law.commit
+    return _law_kernels(
+        law, functions, dimension, parameter_count, rows, central, diagonal, chain, walls, stiffened, watched
+    )
+
+
+@cache
+def _law_kernels(
+    law: type[Law],
+    functions: tuple,
+    dimension: int,
+    parameter_count: int,
+    rows: int,
+    central: bool,
+    diagonal: bool,
+    chain: bool,
+    walls: int,
+    stiffened: bool,
+    watched: bool,
+) -> LawKernels:
     given, constants = (law, dimension, rows, diagonal, chain, SYSTEM_TYPE), {"CENTRAL": central}
     sweep, error = group_kernels(*given, constants, stiffened=stiffened, watched=watched)
     beside = group_kernels(*given, {**constants, "WALLS": walls}, watched=watched)[0] if walls >= 0 else None
-    functions = law.prepare, law.energy, law.initial, law.commit
-    return LawKernels(
-        sweep, error, beside, *_step_kernels(functions, len(law.PREPARED), len(law.states()), parameter_count, rows)
-    )
+    counts = len(law.PREPARED), len(law.states()), parameter_count, rows
+    return LawKernels(sweep, error, beside, *_step_kernels(functions[2:], *counts))
 
 
 def group_kernels(

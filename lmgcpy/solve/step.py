@@ -68,7 +68,7 @@ class Step:
 
     def starting_from(self, guess: np.ndarray) -> Step:
         """This step with other impulses to start from, (m, d)."""
-        return replace(self, guess=guess)
+        return self if guess is self.guess else replace(self, guess=guess)
 
     def led(self, solver: Kernel, *limits: Any, iterates: Iterates | None = None) -> Outcome:
         """Run ``solver(team, *limits)``, a kernel that leads sweeps and returns (sweeps, status).

@@ -12,13 +12,13 @@ second simulation in another thread or the end of the process would have to care
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from lmgcpy.compiled.atomic import add, exchange, load, store
-from lmgcpy.compiled.by_address import ROOM, call_at, call_work, giving_way, work_signature, write
+from lmgcpy.compiled.by_address import ROOM, call_at, call_work, giving_way, kinds_of, work_signature, write
 from lmgcpy.compiled.kernel import INTERPRETED, Kernel, kernel
 from lmgcpy.compiled.reference import by_reference
 from lmgcpy.solve.system import Groups, System
@@ -163,19 +163,10 @@ def help_out(team: Team):
 
 def work_address(work: Kernel, job: Job) -> int:
     """Address of the compiled work; it stays for as long as the process."""
-    key = work, type(job.s), tuple(_kinds(job))
+    key = work, type(job.s), kinds_of(job)
     if key not in _pointers:
         _pointers[key] = work.pointer(work_signature(job))
     return _pointers[key].address
-
-
-def _kinds(parts: tuple) -> Iterator[Any]:
-    """What the compiler knows of the arrays; to ask it for the type of a job would take as long as a small solve."""
-    for part in parts:
-        if isinstance(part, np.ndarray):
-            yield part.ndim, part.dtype, part.flags.c_contiguous, part.flags.writeable
-        elif isinstance(part, tuple):
-            yield from _kinds(part)
 
 
 _pointers: dict[tuple, Any] = {}
@@ -195,7 +186,8 @@ def lead(
     """
     groups, system, free_velocity, guess = step
     tasks = len(groups.task) - 1
-    chunks = max(int(np.diff(groups.phase).max(initial=1)), 1)
+    phase = groups.phase.tolist()
+    chunks = max(1, *(end - first for first, end in pairwise(phase)))
     words = np.zeros(24, dtype=np.int64)
     words[HELPERS] = threads - 1 if chunks > 1 and not INTERPRETED else 0
     partial, beta, limits = np.zeros((max(tasks, chunks), 4)), np.zeros(1), np.zeros(3)

@@ -26,7 +26,7 @@ from typing import ClassVar
 import numpy as np
 
 from lmgcpy.errors import named_arguments, whole
-from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
+from lmgcpy.solve.accelerated import MOMENTUM, sweep_with_momentum
 from lmgcpy.solve.newton.active_set import ActiveSet
 from lmgcpy.solve.newton.proximal import PATIENCE, proximal_newton
 from lmgcpy.solve.report import CONVERGED, NOT_FINITE, ROUND_OFF, Outcome
@@ -90,7 +90,6 @@ class Alternating(Solver):
         active: ActiveSet | None = None
         last = False
         most = min(self.max_factorisations, newton_steps(WORK, *guess.shape))
-        noise = np.random.default_rng(0)
         slip = self.largest_slip
         while True:
             left = min(turn, self.max_iterations - sweeps)
@@ -108,7 +107,7 @@ class Alternating(Solver):
                     guess, turn, last = system.impulse.copy(), self.max_iterations, True
                     continue
                 problem, acting = step.conic()
-                active = ActiveSet(problem)
+                active, noise = ActiveSet(problem), np.random.default_rng(0)
             start, left = system.impulse[acting], most - factorisations
             # Newton steps know of the residual only; it is to fall as the worst displacement must
             aim = min(self.tolerance, 0.5 * swept.residual * slip / swept.slip) if swept.slip > slip else self.tolerance
@@ -131,8 +130,7 @@ class Alternating(Solver):
 
     def _sweep(self, most: int, step: Step, *, swept: bool) -> Outcome:
         """Sweep at most so often from the guess of a step."""
-        solver = AcceleratedGaussSeidel(tolerance=self.tolerance, max_iterations=max(most, 1), slip=self.slip)
-        return solver.solve(step, swept=swept)
+        return sweep_with_momentum(step, self.tolerance, self.largest_slip, max(most, 1), MOMENTUM, swept=swept)
 
 
 @named_arguments
