@@ -44,6 +44,8 @@ HOUSES = ("builtins", "math", "cmath", "_operator", "numpy", "numba")
 """Packages whose functions and classes are hashed by name, as the versions of the packages are hashed."""
 ALLOCATING = frozenset(("array", "empty", "full", "ravel", "zeros"))
 """Names under which lmgcpy's own kernels make arrays: with another one they would not compile."""
+KIND = inspect.CO_VARARGS | inspect.CO_VARKEYWORDS | inspect.CO_GENERATOR | inspect.CO_COROUTINE
+"""Flags of code that say what it is. numba changes others in functions that it calls under a profiler."""
 PLAIN = (bool, int, float, complex, str, bytes, type(None), type(Ellipsis))
 
 
@@ -186,7 +188,7 @@ class Content:
     def _add_code(self, code: types.CodeType) -> None:
         constants = [in_order(c) for c in code.co_consts if not isinstance(c, types.CodeType)]
         self._note(code.co_code, constants, code.co_names, code.co_varnames, code.co_cellvars, code.co_freevars)
-        self._note(code.co_flags, code.co_argcount, code.co_posonlyargcount, code.co_kwonlyargcount)
+        self._note(code.co_flags & KIND, code.co_argcount, code.co_posonlyargcount, code.co_kwonlyargcount)
         self._note(getattr(code, "co_exceptiontable", None))
 
     def _add_attribute(self, module: types.ModuleType, name: str, chain: tuple[str, ...]) -> None:

@@ -4,6 +4,7 @@ Each case is a module ``jit_law`` that is edited between two processes with one 
 Where the content is known the kernel is kept, and loaded by a third process; else one line says why it is not.
 """
 
+import cProfile
 import functools
 import os
 import re
@@ -202,6 +203,14 @@ def test_what_was_changed_after_its_first_use_is_not_kept_under_the_old_mark(tmp
     with pytest.warns(RuntimeWarning, match="cannot be kept, as what .*lambda.* reads was changed after its first use"):
         scaled(2)
     assert len(list(tmp_path.glob("kernels/*"))) == 1
+
+
+def test_a_profiler_changes_no_fingerprint(tmp_path, monkeypatch):
+    monkeypatch.setenv("LMGCPY_CACHE_DIR", str(tmp_path))
+    doubled = kernel(lambda x: 2.0 * x)
+    before = fingerprint(doubled.function)
+    assert cProfile.Profile().runcall(doubled, 2.0) == 4.0
+    assert fingerprint(doubled.function) == before
 
 
 HELPER = """
