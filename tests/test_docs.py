@@ -1,11 +1,10 @@
 """Every Python block of the documentation runs as it stands, and says what the page says it says."""
 
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from forks import forked
 
 import lmgcpy as lm
 
@@ -29,14 +28,12 @@ BLOCKS = [
 @pytest.mark.default_parameters("conformance-0", "formats-0", "index-0", "laws-0", "lmgc90-0", "run_files-0")
 @pytest.mark.parametrize("block", BLOCKS)
 def test_block_runs(block, tmp_path):
-    done = subprocess.run([sys.executable, "-W", "error", "-c", block], capture_output=True, text=True, cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
+    forked(block, folder=tmp_path)
 
 
 def test_the_ball_of_the_laws_page_hangs():
     block = next(b.values[0] for b in BLOCKS if "Adhesive" in b.values[0])
-    done = subprocess.run([sys.executable, "-c", block], capture_output=True, text=True)
-    assert float(done.stdout) == pytest.approx(-0.1, abs=1e-12)
+    assert float(forked(block).stdout) == pytest.approx(-0.1, abs=1e-12)
 
 
 def test_links_between_pages_lead_somewhere():

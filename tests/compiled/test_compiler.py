@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from soft_law import process
+from forks import forked
 
 TALKING = """
 import numba
@@ -57,10 +57,10 @@ with warnings.catch_warnings():
 def test_a_function_prints_and_raises_what_it_names(loaded, tmp_path):
     (tmp_path / "talking.py").write_text(TALKING)
     for _ in range(1 + loaded):
-        out = process(RUN, folder=tmp_path, LMGCPY_CACHE_DIR=tmp_path / "cache").stdout
+        out = forked(RUN, folder=tmp_path, LMGCPY_CACHE_DIR=tmp_path / "cache").stdout
     assert out.splitlines() == ["x is 2.0", "5.0", "('too much', 5.0)", str(int(loaded))]
 
 
 def test_a_function_calls_python(tmp_path):
-    out = process(PYTHON_IN_BETWEEN, strict=False, LMGCPY_CACHE_DIR=tmp_path / "cache").stdout
+    out = forked(PYTHON_IN_BETWEEN, strict=False, LMGCPY_CACHE_DIR=tmp_path / "cache").stdout
     assert out == "5.02\n"

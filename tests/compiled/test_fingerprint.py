@@ -6,12 +6,11 @@ Where the content is known the kernel is kept, and loaded by a third process; el
 
 import cProfile
 import functools
-import os
 import re
 import textwrap
 
 import pytest
-from forks import Forks
+from forks import forked
 from soft_law import process, soft_law
 
 from lmgcpy.compiled import fingerprint as content
@@ -104,27 +103,17 @@ print(jit_law.main(3.0), len(statistics().loaded))
 """
 
 
-@pytest.fixture(scope="module")
-def forks():
-    if not hasattr(os, "fork"):
-        pytest.skip("This system cannot copy a process.")
-    group = Forks()
-    yield group
-    group.close()
-
-
 @pytest.fixture
-def run(tmp_path, forks):
+def run(tmp_path):
     """Function ``(source, **environment)``: what a process prints in words, and its errors."""
 
     def run(source, **environment):
         (tmp_path / "jit_law.py").write_text(textwrap.dedent(source))
         given = {"LMGCPY_CACHE_DIR": tmp_path / "cache", **environment}
-        if any(name.startswith("NUMBA") for name in environment):
-            done = process(RUN, folder=tmp_path, strict=False, **given)
-            return done.stdout.split(), done.stderr
-        out, err = forks.run(RUN, tmp_path, **given)
-        return out.split(), err
+        # numba reads its variables as it is imported
+        run = process if any(name.startswith("NUMBA") for name in environment) else forked
+        done = run(RUN, folder=tmp_path, strict=False, **given)
+        return done.stdout.split(), done.stderr
 
     return run
 
@@ -186,7 +175,7 @@ def test_njit_helpers_of_one_name_from_two_processes_stay_apart(tmp_path):
         "    return main\n"
         "print(*[make(float(f))(np.ones(3)) for f in sys.argv[1:]], len(statistics().compiled))\n"
     )
-    run = functools.partial(process, "import twins", strict=False, folder=tmp_path, LMGCPY_CACHE_DIR=tmp_path / "cache")
+    run = functools.partial(forked, "import twins", strict=False, folder=tmp_path, LMGCPY_CACHE_DIR=tmp_path / "cache")
     outputs = [run(*factors).stdout.split() for factors in (["1"], ["2"], ["1", "2"])]
     assert outputs == [["2.0", "1"], ["4.0", "1"], ["2.0", "4.0", "0"]]
 

@@ -20,6 +20,7 @@ import warnings
 
 import numpy as np
 import pytest
+from forks import forked
 from numba.core.runtime import _nrt_python, rtsys
 from soft_law import process
 
@@ -349,7 +350,7 @@ def test_a_changed_helper_in_another_module_is_compiled_anew(tmp_path):
     )
 
     def run():
-        return process(code, folder=tmp_path, LMGCPY_CACHE_DIR=tmp_path / "cache").stdout.split()
+        return forked(code, folder=tmp_path, LMGCPY_CACHE_DIR=tmp_path / "cache").stdout.split()
 
     (tmp_path / "jit_helper.py").write_text("def f(x):\n    return 2.0 * x\n")
     assert run() == ["6.0", "0"]
@@ -380,7 +381,7 @@ def test_functions_of_one_name_from_two_processes_stay_apart(tmp_path):
     (tmp_path / "jit_twins.py").write_text(source)
     cache = {"LMGCPY_CACHE_DIR": tmp_path / "cache"}
     outputs = [
-        process("import jit_twins", *factors, folder=tmp_path, **cache).stdout.split()
+        forked("import jit_twins", *factors, folder=tmp_path, **cache).stdout.split()
         for factors in (["1"], ["2"], ["1", "2"])
     ]
     assert outputs == [["2.0", "1"], ["4.0", "1"], ["2.0", "4.0", "0"]]

@@ -5,11 +5,10 @@ process of its own, as HDF5 has brought the process down when it was not spared.
 """
 
 import os
-import subprocess
-import sys
 import textwrap
 
 import pytest
+from forks import forked
 
 import lmgcpy as lm
 from lmgcpy.io.unclosed_file import lookup3
@@ -41,10 +40,7 @@ BEGIN = f"""
 
 def child(code, path):
     """A process that must end as it should, and what it says on standard error."""
-    command = [sys.executable, "-W", "error", "-c", textwrap.dedent(BEGIN) + textwrap.dedent(code), str(path)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
-    assert done.returncode == 0, done.stderr
-    return done.stderr
+    return forked(textwrap.dedent(BEGIN) + textwrap.dedent(code), path).stderr
 
 
 @pytest.fixture
@@ -147,8 +143,7 @@ KILLED = """
 @pytest.fixture
 def killed(path):
     """A file whose writer was killed in its hundredth step."""
-    command = [sys.executable, "-c", textwrap.dedent(BEGIN) + textwrap.dedent(KILLED), str(path)]
-    assert subprocess.run(command, capture_output=True, timeout=120).returncode == -9
+    assert forked(textwrap.dedent(BEGIN) + textwrap.dedent(KILLED), path, check=False).returncode == -9
     return path
 
 

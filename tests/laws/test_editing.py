@@ -3,7 +3,8 @@
 import json
 
 import pytest
-from soft_law import process, soft_law
+from forks import forked
+from soft_law import soft_law
 
 LAW = soft_law(
     "1.0 * SHARE * my_numbers.MORE * closing",
@@ -31,7 +32,7 @@ print(json.dumps([float(velocity), sorted(compiled)]))
 def run(tmp_path):
     for name, text in (("my_law", LAW), ("my_helper", HELPER), ("my_numbers", NUMBERS)):
         (tmp_path / f"{name}.py").write_text(text)
-    return lambda: json.loads(process(RUN, folder=tmp_path, LMGCPY_CACHE_DIR=tmp_path / "cache").stdout)
+    return lambda: json.loads(forked(RUN, folder=tmp_path, LMGCPY_CACHE_DIR=tmp_path / "cache").stdout)
 
 
 def edit(path, old, new):
