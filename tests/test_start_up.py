@@ -58,6 +58,7 @@ def with_byte_code(tmp_path):
 # ------------------------------------------------------------------------------------------------------------ import
 
 
+@pytest.mark.long
 def test_lmgcpy_costs_little_more_than_numba(with_byte_code):
     """Less than 1.6 times as long; measured: 0.55 s against 0.42 s, so it may cost 0.25 s of that machine."""
     child("import lmgcpy", **with_byte_code)

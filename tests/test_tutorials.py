@@ -85,6 +85,7 @@ def test_1_the_ground_bears_the_pile_and_no_energy_is_lost(tmp_path):
         assert film.n_frames > 5
 
 
+@pytest.mark.long
 def test_2_the_wire_snaps_and_swings_by_the_formulas_and_does_not_explode(tmp_path):
     text, folder = follow(2, tmp_path)
     for beginning in ("snaps taut at", "impulse", "speed after", "lowest point"):
@@ -120,6 +121,7 @@ def test_3_the_boulder_stops_where_energy_says_and_the_law_conforms(tmp_path):
         assert all(like(half, color) > 100 for color in ("#1f77b4", "#ff7f0e", "#2ca02c"))
 
 
+@pytest.mark.long
 def test_4_the_stresses_are_those_of_the_walls_and_the_wire_pulls_one_way(tmp_path):
     text, folder = follow(4, tmp_path)
     sand, wire = text.split("rigid-wire: stress")

@@ -8,6 +8,7 @@ import h5py
 import numpy as np
 import pytest
 import scipy.sparse as sparse
+import suites
 from click.testing import CliRunner
 
 import lmgcpy as lm
@@ -121,7 +122,7 @@ def test_distant_contacts_loosen_the_measure_of_published_solvers():
 def benched(tmp_path_factory):
     folder = tmp_path_factory.mktemp("bench")
     (folder / "mine").mkdir()
-    for seed in range(3):
+    for seed in range(suites.size(1, long=3)):
         lm.io.fclib.write(problem(seed=seed), folder / "mine" / f"line-{seed}.h5")
     done = run("bench", folder / "mine", "--make", "none", "--out", folder / "out")
     return done, folder / "out"

@@ -74,6 +74,7 @@ def test_a_chain_of_touching_beads_over_pegs_pulls_with_no_more_than_its_weight(
     assert 0.05 * weight < greatest < 1.5 * weight
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:In the step to")
 def test_neighbours_that_are_asked_to_collide_prestress_each_other():
     """The same chain with ``neighbours_collide=True``: 2550 N/m were measured, five times its weight."""

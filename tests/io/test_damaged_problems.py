@@ -12,6 +12,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+import suites
 from fclib_fuzz import problem
 
 import lmgcpy as lm
@@ -45,9 +46,11 @@ def assert_sound(told, tries):
     assert {end for _, _, end in told} == {"refused", "solved"}
 
 
+@pytest.mark.scaled
 def test_damaged_files_do_no_harm(tmp_path):
-    """Sixty tries. Of 2000 such files, before they were checked, 124 crashed the process and 22 hung it."""
-    assert_sound(ends(tmp_path, 1, 0, 60), 60)
+    """Of 2000 such files, before they were checked, 124 crashed the process and 22 hung it."""
+    tries = suites.size(20, long=60)
+    assert_sound(ends(tmp_path, 1, 0, tries), tries)
 
 
 @pytest.mark.long

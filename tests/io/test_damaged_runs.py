@@ -10,6 +10,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+import suites
 from run_fuzz import height, simulation
 from test_damaged_problems import ends
 
@@ -27,9 +28,11 @@ def assert_sound(told, tries):
     assert {end for _, _, end in told} == {"refused", "read"}
 
 
+@pytest.mark.scaled
 def test_damaged_files_are_refused_or_read_as_they_were(tmp_path):
-    """Sixty tries. Of 270 damaged files, before there were checksums, 33 read as something else."""
-    assert_sound(ends(tmp_path, 3, 0, 60, FUZZ), 60)
+    """Of 270 damaged files, before there were checksums, 33 read as something else."""
+    tries = suites.size(20, long=60)
+    assert_sound(ends(tmp_path, 3, 0, tries, FUZZ), tries)
 
 
 @pytest.mark.long

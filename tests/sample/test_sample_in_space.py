@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import suites
 
 import lmgcpy as lm
 
@@ -11,7 +12,7 @@ G = 9.81
 
 @pytest.fixture(scope="module")
 def settled():
-    """200 grains of 8 to 10 mm around a wire of 250 beads of 1.6 mm, in an open box; 400 steps of 0.2 ms."""
+    """200 grains of 8 to 10 mm around a wire of 250 beads of 1.6 mm, in an open box; steps of 0.2 ms."""
     wire = lm.sample.wire_3d(
         box=(SIDE, SIDE, 0.04), bead_radius=8e-4, interstice=4e-4, bead_count=250, theta_max=0.4, phi_max=0.15, seed=0
     )
@@ -39,7 +40,7 @@ def settled():
         scene.see(one, other, lm.Coulomb(friction=0.4))
     sim = lm.Simulation(scene, time_step=2e-4, solver=lm.AcceleratedGaussSeidel(tolerance=1e-3, max_iterations=5000))
     sim.on_unconverged = "ignore"
-    return sim.run(steps=400)
+    return sim.run(steps=suites.size(150, long=400))
 
 
 @pytest.mark.long

@@ -183,6 +183,7 @@ def stopped(signal, name, step, *arguments):
     return subprocess.run(command, capture_output=True, text=True, timeout=100)
 
 
+@pytest.mark.long
 def test_interrupted_and_killed_it_is_the_same_study(whole, tmp_path):
     """Ctrl-C in a pour, SIGKILL in a release; what goes on gives every table and every run to the last bit."""
     out = tmp_path / "study"
