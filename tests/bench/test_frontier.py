@@ -5,6 +5,7 @@ import importlib
 import numpy as np
 import pytest
 import scipy.sparse as sparse
+import suites
 
 import lmgcpy as lm
 import lmgcpy.bench.reference
@@ -31,7 +32,7 @@ def stacked(count=30, mass=10.0, friction=0.3):
 
 @pytest.fixture(scope="module")
 def case():
-    return Case("column", "test", stacked())
+    return Case("column", "test", stacked(suites.size(12, long=30)))
 
 
 @pytest.fixture(scope="module")
