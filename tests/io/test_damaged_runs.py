@@ -4,6 +4,7 @@ The tries of ``run_fuzz`` are made in processes of their own. Each is known by i
 ``python tests/io/run_fuzz.py FOLDER SEED FIRST STOP`` makes it again.
 """
 
+import shutil
 import zlib
 from pathlib import Path
 
@@ -44,11 +45,18 @@ def test_two_thousand_damaged_files_are_refused_or_read_as_they_were(tmp_path, s
 # ---------------------------------------------------------------------------------------------------------- by hand
 
 
-@pytest.fixture
-def path(tmp_path):
+@pytest.fixture(scope="module")
+def sound(tmp_path_factory):
     """A run of 400 steps with a frame each: several chunks of positions."""
-    simulation(2).run(steps=400, record=tmp_path / "run.h5", every=1, observe={"height": height})
-    return tmp_path / "run.h5"
+    path = tmp_path_factory.mktemp("sound") / "run.h5"
+    simulation(2).run(steps=400, record=path, every=1, observe={"height": height})
+    return path
+
+
+@pytest.fixture
+def path(sound, tmp_path):
+    """Its file, to be damaged."""
+    return Path(shutil.copy(sound, tmp_path / "run.h5"))
 
 
 def flip(path, place):
