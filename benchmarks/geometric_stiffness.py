@@ -61,7 +61,7 @@ def per_link(problem: StepProblem) -> float:
 
 def without_it(problem: StepProblem) -> StepProblem:
     """The same step with the normal rows alone."""
-    d = problem.space.dimension
+    d = problem.dimension
     kernels = [group_kernels(group, d, True) for group in problem.groups]
     table = schedule(problem.groups, kernels, problem.offset)
     return replace(problem, kernels=kernels, table=table)

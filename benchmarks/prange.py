@@ -80,7 +80,7 @@ def measure(count: int) -> list[list]:
     sim = simulation(3, count, False, slabs=True)
     sim.solver = lm.GaussSeidel(tolerance=1e-2, max_iterations=50)
     problem = sim.run(steps=20)._last[0]
-    groups, s, task = problem.table, problem.system, work.specialise(**problem.space.driver)
+    groups, s, task = problem.table, problem.system, work.specialise(**problem.dimension_kernels.driver)
     start, none = (s.impulse.copy(), s.velocity.copy()), np.zeros(0)
     step, iterates = (groups, s, start[1], start[0]), Iterates(*[none] * len(Iterates._fields))
     job = Job(*step, iterates, np.zeros((len(groups.task), 4)), np.zeros(1), np.zeros(3), 1)

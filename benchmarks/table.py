@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 
 from lmgcpy.bench.machine import machine
+from lmgcpy.writing import markdown_table, write_table
 
 RESULTS = Path(__file__).parent / "results"
 
@@ -13,12 +13,6 @@ RESULTS = Path(__file__).parent / "results"
 def report(name: str, header: list[str], rows: list[list]) -> None:
     """Print the table as Markdown and write ``results/<name>.csv``."""
     print(f"\n{name}: {machine()}\n")
-    print("| " + " | ".join(header) + " |")
-    print("|---" * len(header) + "|")
-    for row in rows:
-        print("| " + " | ".join(str(cell) for cell in row) + " |")
+    print(*markdown_table(header, [[str(cell) for cell in row] for row in rows]), sep="\n")
     RESULTS.mkdir(exist_ok=True)
-    with (RESULTS / f"{name}.csv").open("w", newline="") as file:
-        writer = csv.writer(file)
-        writer.writerow([*header, "machine"])
-        writer.writerows([*row, machine()] for row in rows)
+    write_table(RESULTS / f"{name}.csv", [*header, "machine"], [[*row, machine()] for row in rows])

@@ -132,6 +132,13 @@ def write_table(path: str | os.PathLike, head: Iterable[Any], rows: Iterable[Ite
         writer.writerows(rows)
 
 
+def markdown_table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> list[str]:
+    """The lines of a table in Markdown."""
+    head = list(head)
+    first, *others = ("| " + " | ".join(entries) + " |" for entries in (head, *rows))
+    return [first, "|---" * len(head) + "|", *others]
+
+
 def make_folder(path: str | os.PathLike) -> Path:
     """A folder; it is made, with its parents, if it does not exist.
 

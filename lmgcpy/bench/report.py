@@ -14,7 +14,7 @@ from lmgcpy.bench.machine import load, machine
 from lmgcpy.bench.profile import OVERHEAD, SMALLEST, Profile, profile
 from lmgcpy.bench.reference import APART, ENOUGH, MARGIN, Reference
 from lmgcpy.view.figures import save
-from lmgcpy.writing import make_folder, write_table, write_text
+from lmgcpy.writing import make_folder, markdown_table, write_table, write_text
 
 TARGETS = (1e-2, 1e-4, 1e-6)
 """True errors of the tables and profiles."""
@@ -98,7 +98,7 @@ def profile_rows(profiles: Sequence[Profile], solvers: Sequence[str]) -> list[st
         ]
         rows.append([f"{each.target:g}", str(each.problems), str(each.unsolved), *cells])
     heads = ["error", "problems", "solved by none", *(f"{name}: fastest / within twice / failures" for name in solvers)]
-    return table(heads, rows)
+    return markdown_table(heads, rows)
 
 
 def family_rows(judged: Sequence[Judged], family: str, solvers: Sequence[str]) -> list[str]:
@@ -112,7 +112,7 @@ def family_rows(judged: Sequence[Judged], family: str, solvers: Sequence[str]) -
         size = f"{problem.interactions} ({problem.dimension}D)"
         rows.append([problem.name, size, " and ".join(reference.methods), distance_cell(reference), *cells])
     targets = " / ".join(f"{target:g}" for target in TARGETS)
-    return table(
+    return markdown_table(
         ["problem", "interactions", "references", "distance", *(f"{name}: s to {targets}" for name in solvers)], rows
     )
 
@@ -129,11 +129,6 @@ def cell(problem: Judged, solver: str, target: float) -> str:
         return "?"
     run = problem.best(solver, target)
     return "-" if run is None else f"{run.seconds:.2g}"
-
-
-def table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    """Lines of a table in Markdown."""
-    return ["| " + " | ".join(heads) + " |", "|---" * len(heads) + "|", *("| " + " | ".join(row) + " |" for row in rows)]
 
 
 def runs_table(judged: Sequence[Judged], path: Path) -> Path:

@@ -10,7 +10,7 @@ import click
 
 import lmgcpy
 from lmgcpy import laws as registered
-from lmgcpy.contact.pairs import known_pairs
+from lmgcpy.contact.contactor_pairs import known_pairs
 from lmgcpy.errors import closest
 from lmgcpy.laws import Law, Parameter
 from lmgcpy.laws.law import REQUIRED

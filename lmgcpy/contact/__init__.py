@@ -1,5 +1,5 @@
 """Detection: which contactors are near each other, and the local frames in which they meet."""
 
-from lmgcpy.contact.pairs import register_pair
+from lmgcpy.contact.contactor_pairs import register_pair
 
 __all__ = ["register_pair"]

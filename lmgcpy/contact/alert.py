@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lmgcpy.contact.tables import ContactorTable, VisibilityRow
+from lmgcpy.contact.detection_tables import ContactorTable, VisibilityRow
 
 STEPS_A_LIST = 4
 """For so many steps at the greatest speed a list of neighbours is meant to last."""

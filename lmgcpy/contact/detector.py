@@ -13,6 +13,7 @@ import numpy as np
 from lmgcpy.contact import narrow_phase, narrow_phase_3d
 from lmgcpy.contact.alert import Distances
 from lmgcpy.contact.broad_phase import near_pairs
+from lmgcpy.contact.detection_tables import ChainTable, ContactorTable, VisibilityRow
 from lmgcpy.contact.excluded_pairs import ExcludedPairs
 from lmgcpy.contact.groups import Group, check_pairs, contact_group, meets_walls
 from lmgcpy.contact.interactions import Interactions, empty_interactions
@@ -21,7 +22,6 @@ from lmgcpy.contact.memory import LastStep, Memory
 from lmgcpy.contact.neighbours import KindPair, Surroundings, kind_pairs, neighbours
 from lmgcpy.contact.positions import largest_move, place_contactors
 from lmgcpy.contact.slabs import Slabs, cut_bodies, is_large
-from lmgcpy.contact.tables import ChainTable, ContactorTable, VisibilityRow
 
 
 class Detector:

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from lmgcpy.compiled.kernel import Kernel
+from lmgcpy.contact.detection_tables import ChainTable, ContactorTable, VisibilityRow
 from lmgcpy.contact.neighbours import KindPair
 from lmgcpy.contact.slabs import Slabs, sort_pairs
-from lmgcpy.contact.tables import ChainTable, ContactorTable, VisibilityRow
 from lmgcpy.laws import Law
 
 

@@ -12,10 +12,10 @@ import numpy as np
 
 from lmgcpy.compiled.kernel import kernel, row_reader
 from lmgcpy.contact.broad_phase import by_first
+from lmgcpy.contact.contactor_pairs import Pair, find_pair
+from lmgcpy.contact.detection_tables import ContactorTable, VisibilityRow
 from lmgcpy.contact.excluded_pairs import ExcludedPairs
 from lmgcpy.contact.meeting import meet
-from lmgcpy.contact.pairs import Pair, find_pair
-from lmgcpy.contact.tables import ContactorTable, VisibilityRow
 
 
 @dataclass(frozen=True)

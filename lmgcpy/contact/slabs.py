@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lmgcpy.compiled.kernel import kernel
-from lmgcpy.contact.tables import ContactorTable
+from lmgcpy.contact.detection_tables import ContactorTable
 
 _partition_from = [10_000]
 """Scenes with so many bounded contactors are partitioned; smaller ones keep the plain order by ids. From here on one thread

@@ -49,7 +49,7 @@ def as_problem(step: StepProblem) -> Conic:
         names += [group.law.NAME] * (group.stop - group.start)
     acting = np.isfinite(bias)
     H = interaction_matrix(step)
-    d = step.space.dimension
+    d = step.dimension
     H = H[np.repeat(acting, d)]
     W = (H @ sparse.diags_array(system.inverse_mass.ravel()) @ H.T).tocsr()
     q = H @ step.free_velocity.ravel()

@@ -12,7 +12,7 @@ from lmgcpy.contact.detector import Group
 from lmgcpy.contact.narrow_phase import Interactions
 from lmgcpy.contact.spare_rows import with_spare_rows
 from lmgcpy.dynamics.schedule import schedule
-from lmgcpy.solve.dimension_kernels import SPACES, Space
+from lmgcpy.solve.dimension_kernels import DIMENSIONS, DimensionKernels
 from lmgcpy.solve.law_kernels import LawKernels, StepData, law_kernels, not_compiled
 from lmgcpy.solve.report import Worst
 from lmgcpy.solve.system import Groups, System
@@ -33,11 +33,16 @@ class StepProblem:
     offset: np.ndarray
     """First number of each group in ``System.prepared``."""
     data: StepData
-    space: Space
+    dimension_kernels: DimensionKernels
     free_velocity: np.ndarray
     """Velocities of the bodies without impulses, (n, k)."""
     guess: np.ndarray
     """Impulses to start from [N s], (m, d)."""
+
+    @property
+    def dimension(self) -> int:
+        """2 or 3."""
+        return self.dimension_kernels.dimension
 
     def ended(self) -> StepProblem:
         """The problem with the relative velocities at the end of the step."""
@@ -46,7 +51,7 @@ class StepProblem:
     def relative_velocities(self, velocities: np.ndarray) -> np.ndarray:
         """Relative velocities of all interactions in their local frames, (m, d), for velocities of the bodies (n, k)."""
         result = with_spare_rows(*self.data.before.shape)
-        self.space.relative_velocities(self.system, velocities, result)
+        self.dimension_kernels.relative_velocities(self.system, velocities, result)
         return result
 
     def components(self) -> np.ndarray:
@@ -74,7 +79,7 @@ class StepProblem:
 
     def worst(self) -> Worst | None:
         """The interaction with the largest slip, as the solver measured it."""
-        _, _, row, error = self.system.told
+        _, _, row, error = self.system.measured
         if len(self.system.candidate) == 0 or error == 0.0:
             return None
         law = next(group.law.NAME for group in self.groups if group.start <= row < group.stop)
@@ -129,9 +134,9 @@ def assemble(
     ``guess``: impulses to start from, (m, d); ``state``: of the laws, NaN for new interactions, (m, k), changed in place.
     """
     dimension = interactions.normal.shape[1]
-    space = SPACES[dimension]
+    of_dimension = DIMENSIONS[dimension]
     groups = [group for group in groups if group.stop > group.start]
-    kernels = [group_kernels(group, space.dimension, wire_blocks) for group in groups]
+    kernels = [group_kernels(group, dimension, wire_blocks) for group in groups]
     count, rate = len(interactions.gap), time_step / size
     offset = np.zeros(len(groups) + 1, dtype=np.int64)
     np.cumsum([len(group.law.PREPARED) * (group.stop - group.start) for group in groups], out=offset[1:])
@@ -158,7 +163,7 @@ def assemble(
         squared_error=with_spare_rows(count),
         noise=with_spare_rows(len(before), 2),
         floor=with_spare_rows(count),
-        told=np.zeros(4),
+        measured=np.zeros(4),
     )
     data = StepData(
         gap=interactions.gap,
@@ -170,13 +175,13 @@ def assemble(
         time_step=time_step,
         at=np.zeros(1, dtype=np.int64),
     )
-    space.relative_velocities(system, before, data.before)
+    of_dimension.relative_velocities(system, before, data.before)
     for group in groups:
         if group.chain:
             data.reference_gap[group.start : group.stop] = group.chain.reference_gap_at(time)
     prepare(groups, kernels, offset, system, data)
     table = schedule(groups, kernels, offset[:-1])
-    return StepProblem(system, groups, kernels, table, offset[:-1], data, space, free_velocity, guess)
+    return StepProblem(system, groups, kernels, table, offset[:-1], data, of_dimension, free_velocity, guess)
 
 
 def prepare(groups: list[Group], kernels: list[LawKernels], offset: np.ndarray, system: System, data: StepData) -> None:

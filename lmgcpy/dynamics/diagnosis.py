@@ -20,7 +20,7 @@ class LawFault(Exception):
 def fault_of_solve(problem: StepProblem, solve: Callable[[StepProblem], object], wire_blocks: bool) -> str:
     """A sentence on the first thing that went wrong in the solve of a step; the solve is made again, watched."""
     kinds = {"stiffened": bool(len(problem.system.geometric)), "watched": True}
-    watched = [group_kernels(group, problem.space.dimension, wire_blocks, **kinds) for group in problem.groups]
+    watched = [group_kernels(group, problem.dimension, wire_blocks, **kinds) for group in problem.groups]
     table = schedule(problem.groups, watched, problem.offset)
     system = problem.system._replace(prepared=np.append(problem.system.prepared, -1.0))
     solve(replace(problem, system=system, kernels=watched, table=table))
@@ -41,8 +41,8 @@ def asked(problem: StepProblem, group: Group, row: int, prepared: tuple[float, .
     """
     system = problem.system
     velocity = np.empty_like(system.impulse)
-    problem.space.relative_velocities(system, system.velocity, velocity)
-    size = group.law.rows(problem.space.dimension)
+    problem.dimension_kernels.relative_velocities(system, system.velocity, velocity)
+    size = group.law.rows(problem.dimension)
     W = local_block(system, row, diagonal=group.diagonal or size == 1)[:size, :size]
     free = velocity[row, :size] - W @ system.impulse[row, :size]
     arguments = tuple(map(tuple, W.tolist())), tuple(free.tolist()), prepared

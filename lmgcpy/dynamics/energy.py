@@ -132,7 +132,7 @@ def work_of_drives(problem: StepProblem, before: np.ndarray, after: np.ndarray) 
     """Work [J] on the driven components: impulses do work on them too, which their drives must bring up."""
     system = problem.system
     received = np.zeros_like(after)
-    problem.space.momentum(0, len(system.candidate), -1, system, received)
+    problem.dimension_kernels.momentum(0, len(system.candidate), -1, system, received)
     return -total(
         lambda inverse, got, v, w: np.where(inverse > 0.0, 0.0, got) @ (0.5 * (v + w)),
         *(system.inverse_mass, received, before, after),

@@ -31,8 +31,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from lmgcpy.contact.detection_tables import ChainTable
 from lmgcpy.contact.frames import local_frames
-from lmgcpy.contact.tables import ChainTable
 from lmgcpy.dynamics.assembly import StepProblem, group_kernels
 from lmgcpy.dynamics.schedule import schedule
 from lmgcpy.solve.report import NOT_FINITE, SOLVED_CODES, Outcome

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from lmgcpy.contact.tables import ChainTable, ContactorTable, VisibilityRow
+from lmgcpy.contact.detection_tables import ChainTable, ContactorTable, VisibilityRow
 from lmgcpy.errors import number, shown
 
 COMPONENTS = {2: ("x", "y", "spin"), 3: ("x", "y", "z", "spin_x", "spin_y", "spin_z")}

@@ -49,7 +49,7 @@ def solve_step(
     if outcome.status == NOT_FINITE:
         raise fault(problem, solver)
     check_impulses(problem, solver)
-    check_bodies(problem.system.velocity, VELOCITY[problem.space.dimension], "at its end", time)
+    check_bodies(problem.system.velocity, VELOCITY[problem.dimension], "at its end", time)
     return problem.ended(), report
 
 
@@ -58,7 +58,7 @@ def call_solver(problem: StepProblem, solver: Solver, row: np.ndarray | None = N
     system, free_velocity = problem.system, problem.free_velocity
     if row is not None:
         system, free_velocity = system.reordered(row, free_velocity)
-    driver = problem.space.driver
+    driver = problem.dimension_kernels.driver
     conic, components = conic_form(problem), problem.components
     step = Step(problem.table, system, free_velocity, problem.guess, conic, components, driver, threads)
     outcome = solver.solve(step)

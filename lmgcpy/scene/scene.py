@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from lmgcpy.contact.tables import ChainTable, ContactorTable, VisibilityRow
+from lmgcpy.contact.detection_tables import ChainTable, ContactorTable, VisibilityRow
 from lmgcpy.dynamics.model import COMPONENTS, BodyState, Drive, Model
 from lmgcpy.errors import LARGEST, closest, flag, named_arguments, number, shown, vector, whole
 from lmgcpy.laws import Law

@@ -12,7 +12,7 @@ from lmgcpy.solve.small_matrices import small_matrices
 
 
 @dataclass(frozen=True)
-class Space:
+class DimensionKernels:
     """One dimension's kernels and parts of templates."""
 
     dimension: int
@@ -28,7 +28,7 @@ class Space:
     """``(s, velocity, result)``: relative velocities of all interactions for the velocities of the bodies."""
 
 
-PLANE = Space(
+IN_2D = DimensionKernels(
     dimension=2,
     components=("x", "y", "spin"),
     parts={
@@ -40,7 +40,7 @@ PLANE = Space(
     momentum=Kernel(h_rows_2d.momentum),
     relative_velocities=Kernel(h_rows_2d.relative_velocities),
 )
-VOLUME = Space(
+IN_3D = DimensionKernels(
     dimension=3,
     components=("x", "y", "z", "spin_x", "spin_y", "spin_z"),
     parts={
@@ -52,7 +52,7 @@ VOLUME = Space(
     momentum=Kernel(h_rows_3d.momentum),
     relative_velocities=Kernel(h_rows_3d.relative_velocities),
 )
-SPACES = {2: PLANE, 3: VOLUME}
+DIMENSIONS = {2: IN_2D, 3: IN_3D}
 
 
 def template_slots(dimension: int, constants: dict[str, Any], parts: dict[str, Callable] | None = None) -> dict[str, Any]:
@@ -61,5 +61,5 @@ def template_slots(dimension: int, constants: dict[str, Any], parts: dict[str, C
     tuples = small_matrices(dimension)
     own = {**tuples, **constants}
     link: dict[str, Callable] = {"normal_velocity": contact_block.normal_velocity, "push_normal": contact_block.push_normal}
-    slots = {name: Kernel(part, own) for name, part in (parts or SPACES[dimension].parts).items()}
+    slots = {name: Kernel(part, own) for name, part in (parts or DIMENSIONS[dimension].parts).items()}
     return {**own, **slots, **{name: Kernel(part, {**own, **slots}) for name, part in link.items()}}

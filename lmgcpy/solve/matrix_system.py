@@ -64,7 +64,7 @@ class MatrixSystem(NamedTuple):
     noise: np.ndarray
     floor: np.ndarray
     """See ``lmgcpy.solve.system.System``; ``noise`` has a row for each interaction."""
-    told: np.ndarray
+    measured: np.ndarray
 
 
 _of_two = small_matrices(2)  # the specialisation gives those of the dimension
@@ -211,7 +211,7 @@ def assemble_problem(problem: Problem, wire_blocks: bool) -> tuple[Groups, Matri
         squared_error=np.zeros(count),
         noise=np.zeros((count, 2)),
         floor=np.zeros(count),
-        told=np.zeros(4),
+        measured=np.zeros(4),
     )
     kernels = []
     for start, stop in runs:

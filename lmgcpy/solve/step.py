@@ -79,8 +79,8 @@ class Step:
         arrays = self.groups, self.system, self.free_velocity, self.guess
         iterates = Iterates(*[none] * len(Iterates._fields)) if iterates is None else iterates
         sweeps, status = lead(solver, work.specialise(**self.driver), arrays, iterates, self.threads, *limits)
-        told = self.system.told
-        return Outcome(sweeps, float(told[0]), status, 0, float(told[1]))
+        measured = self.system.measured
+        return Outcome(sweeps, float(measured[0]), status, 0, float(measured[1]))
 
     def judged(self, impulses: np.ndarray, tolerance: float, slip: float) -> Outcome:
         """Take impulses (m, d) for the answer: velocities are made from them, and the kernels of the laws measure them.

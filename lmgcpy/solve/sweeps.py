@@ -177,18 +177,18 @@ def sum_of_parts(kind, team):
 def rate(team, nothing, tolerance, slip):
     """The residual, or what stands for it where the displacements that the errors make are more than ``slip`` allows: so
     many times the tolerance as the largest is of ``slip``. Both are within their bounds where this is within tolerance;
-    they are left in ``team.told``."""
+    they are left in ``team.measured``."""
     residual = total_error(team) / nothing
     share_chunks(WORST, team)
     largest = -1.0
     for task in range(team.chunks):
         if team.partial[task, 1] > largest:
             largest = team.partial[task, 1]
-            team.told[2] = team.partial[task, 2]
-            team.told[3] = team.partial[task, 3]
-    team.told[0] = residual
-    team.told[1] = np.sqrt(max(largest, 0.0))
-    excess = team.told[1] / slip
+            team.measured[2] = team.partial[task, 2]
+            team.measured[3] = team.partial[task, 3]
+    team.measured[0] = residual
+    team.measured[1] = np.sqrt(max(largest, 0.0))
+    excess = team.measured[1] / slip
     return tolerance * excess if excess > 1.0 and tolerance * excess > residual else residual
 
 
@@ -220,7 +220,7 @@ def at_round_off(team, nothing, tolerance, slip):
     rough = team.limits[2]
     for task in range(team.chunks):
         rough += team.partial[task, 0]
-    error = team.told[3] if team.told[0] <= tolerance else team.told[0] * nothing
+    error = team.measured[3] if team.measured[0] <= tolerance else team.measured[0] * nothing
     if not error <= NEAR * ROUNDING * np.sqrt(rough):
         return False
     apply_impulses(team)
@@ -250,11 +250,11 @@ def begin(team, tolerance, slip, swept):
     nothing = total_error(team)
     share_chunks(QUIET, team)
     team.limits[2] = sum_of_parts(SUM, team)
-    team.told[:] = 0.0
+    team.measured[:] = 0.0
     if nothing <= ROUNDING * np.sqrt(team.limits[2]):
         return nothing, 0.0, True, CONVERGED
     if not np.isfinite(nothing):
-        team.told[0] = nothing
+        team.measured[0] = nothing
         return nothing, nothing, True, NOT_FINITE
     share_chunks(GUESS, team)
     apply_impulses(team)

@@ -68,7 +68,7 @@ class System(NamedTuple):
     """Scratch: sizes of the terms of the velocities of the bodies, (n, 2), see ``lmgcpy.solve.rounding``."""
     floor: np.ndarray
     """Scratch: sizes of the terms of the relative velocities [m/s], (m,)."""
-    told: np.ndarray
+    measured: np.ndarray
     """(4,): the residual as last measured, the largest ``scale |e|``, the row of its interaction, and its error [m/s]."""
 
     def reordered(self, row: np.ndarray, free_velocity: np.ndarray) -> tuple[System, np.ndarray]:

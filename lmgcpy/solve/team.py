@@ -47,7 +47,7 @@ class Team(NamedTuple):
     limits: np.ndarray
     """(3,): the error [m/s] and the share of a body's size that an interaction may have whatever round-off is, and what
     the velocities are rounded from without impulses, squared and summed [m^2/s^2]."""
-    told: np.ndarray
+    measured: np.ndarray
     """(4,): see ``lmgcpy.solve.system.System``."""
     chunks: int
     """Into so many parts whole arrays are cut."""
@@ -194,7 +194,7 @@ def lead(
     job = Job(groups, system, free_velocity, guess, iterates, partial, beta, limits, chunks)
     place = np.empty(ROOM, dtype=np.int64)
     lay(job, place.ctypes.data)
-    shared = words, partial, beta, groups.phase, limits, system.told
+    shared = words, partial, beta, groups.phase, limits, system.measured
     team = Team(*shared, chunks, len(system.impulse), work_address(work, job), place.ctypes.data, giving_way())
     if words[HELPERS] == 0:
         return solver(team, *arguments)

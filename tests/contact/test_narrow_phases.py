@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import lmgcpy as lm
-from lmgcpy.contact.pairs import disk_disk, disk_wall, find_pair
+from lmgcpy.contact.contactor_pairs import disk_disk, disk_wall, find_pair
 
 
 @pytest.mark.parametrize("angle", np.linspace(0.0, 2.0 * math.pi, 9))

@@ -10,7 +10,7 @@ from click.testing import CliRunner
 
 import lmgcpy as lm
 from lmgcpy.cli import main
-from lmgcpy.contact.pairs import _pairs
+from lmgcpy.contact.contactor_pairs import _pairs
 
 nan, inf = math.nan, math.inf
 

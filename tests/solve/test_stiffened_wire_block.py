@@ -150,7 +150,7 @@ def test_a_problem_of_its_own_keeps_the_stiffness(dimension, solver, tmp_path):
 
 def counted(start, count, s):
     """Count the Newton steps where nothing else stands until an error is measured."""
-    s.told[3] += 1.0
+    s.measured[3] += 1.0
     return newton_step(start, count, s)
 
 
@@ -161,7 +161,7 @@ def newton_step(start, count, s):
 
 def visiting(problem: StepProblem, stiffened: bool) -> Kernel:
     """``(start, stop, offset, s)``: one visit of the wire of a step, which counts its Newton steps."""
-    d, law = problem.space.dimension, type(problem.groups[0].law)
+    d, law = problem.dimension, type(problem.groups[0].law)
     count = len(law.PREPARED)
     constants = {"react": law.react, "read": row_reader(count), "PREPARED": count}
     if stiffened:
@@ -200,10 +200,10 @@ def test_what_is_eliminated_is_kept_only_while_it_holds(dimension, closed):
         free = velocity + size * rng.standard_normal(velocity.shape) * (s.inverse_mass > 0.0)
         found, steps = [], []
         for scratch in (s.scratch, np.zeros_like(s.scratch)):
-            s.impulse[:], s.velocity[:], s.told[3] = impulse, free, 0.0
+            s.impulse[:], s.velocity[:], s.measured[3] = impulse, free, 0.0
             visit(0, links, 0, s._replace(scratch=scratch))
             found.append(s.velocity.copy())
-            steps.append(s.told[3])
+            steps.append(s.measured[3])
         assert steps[0] <= steps[1] + 1  # one more or less for round-off; a wrong matrix takes many
         assert np.abs(found[0] - found[1]).max() <= 1e-10 * np.abs(free).max()
         slack.add(tuple(s.impulse[:, 0] == 0.0))
@@ -224,7 +224,7 @@ def test_a_taut_wire_that_contacts_have_moved_takes_few_newton_steps(stiffened):
     visit = visiting(problem, stiffened)
     s.velocity[1:-1] += 0.1 * np.sin(np.arange(s.velocity[1:-1].size)).reshape(s.velocity[1:-1].shape)
     for _ in range(2):
-        s.told[3] = 0.0
+        s.measured[3] = 0.0
         visit(0, links, 0, s)
-        assert s.told[3] <= 2
+        assert s.measured[3] <= 2
         assert (s.impulse[:, 0] < 0.0).all()

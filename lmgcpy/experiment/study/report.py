@@ -11,7 +11,7 @@ import numba
 import numpy as np
 
 from lmgcpy.view import figures
-from lmgcpy.writing import make_folder, write_table, write_text
+from lmgcpy.writing import make_folder, markdown_table, write_table, write_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -52,11 +52,7 @@ def texts(values: Iterable[Any], form: str) -> list[str]:
 
 def markdown(rows: Sequence[Mapping[str, str]]) -> str:
     """A table in Markdown: entries by their headings, row after row; all rows have the headings of the first."""
-    return "\n".join([_line(rows[0]), "|---" * len(rows[0]) + "|", *(_line(row.values()) for row in rows)])
-
-
-def _line(entries: Iterable[str]) -> str:
-    return "| " + " | ".join(entries) + " |"
+    return "\n".join(markdown_table(rows[0], [row.values() for row in rows]))
 
 
 def sections(title: str, parts: Iterable[str]) -> str:
