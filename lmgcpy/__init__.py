@@ -90,10 +90,17 @@ __all__ = [
 ]
 
 
+_LATER = ("experiment", "testing", "view")
+"""Packages that are imported at their first use: most runs draw and test nothing."""
+
+
 def __getattr__(name: str) -> Any:
-    """``lmgcpy.view``, imported at its first use: most runs draw nothing."""
-    if name == "view":
-        return importlib.import_module("lmgcpy.view")
+    if name in _LATER:
+        return importlib.import_module(f"lmgcpy.{name}")
     from lmgcpy.errors import closest
 
-    raise AttributeError(f"lmgcpy has no '{name}'{closest(name, __all__)}")
+    raise AttributeError(f"lmgcpy has no '{name}'{closest(name, __dir__())}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*__all__, *_LATER})

@@ -6,6 +6,8 @@ import sys
 import tomllib
 from pathlib import Path
 
+import pytest
+
 import lmgcpy as lm
 
 ROOT = Path(__file__).parent.parent
@@ -21,6 +23,15 @@ def test_public_names_are_there():
     for name in lm.__all__:
         assert hasattr(lm, name), name
     assert sorted(lm.__all__) == lm.__all__
+
+
+def test_packages_come_with_the_first_that_asks_for_them():
+    assert lm.experiment.Biaxial.__name__ == "Biaxial"
+    assert callable(lm.testing.conformance)
+    assert not {"Any", "importlib", "TYPE_CHECKING"} & set(dir(lm))
+    assert {"experiment", "testing", "view"} <= set(dir(lm))
+    with pytest.raises(AttributeError, match="lmgcpy has no 'experimnt'; did you mean 'experiment'"):
+        lm.experimnt  # noqa: B018
 
 
 def test_the_version_is_that_of_the_distribution():
