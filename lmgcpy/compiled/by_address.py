@@ -14,10 +14,9 @@ from typing import Any
 
 import numba
 from llvmlite import ir
-from numba._dispatcher import compute_fingerprint
 from numba.core import types
 
-from lmgcpy.compiled.kernel import INTERPRETED, Pointer, intrinsic
+from lmgcpy.compiled.kernel import Pointer, intrinsic
 from lmgcpy.compiled.reference import ADDRESS, copy_words
 
 ROOM = 1024
@@ -96,12 +95,6 @@ def group_signature(system_type):
 def work_signature(job):
     """numba signature of the kernels that :func:`call_work` calls on such a job."""
     return types.void(types.int64, types.int64, numba.typeof(job))
-
-
-def kinds_of(value: Any) -> bytes:
-    """Tells apart what the compiler tells apart in arrays, numbers and tuples of these: their types, in a hundredth of the
-    time in which it gives these."""
-    return b"" if INTERPRETED else compute_fingerprint(value)
 
 
 @cache

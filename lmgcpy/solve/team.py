@@ -12,13 +12,14 @@ second simulation in another thread or the end of the process would have to care
 from __future__ import annotations
 
 import threading
+from collections.abc import Iterable
 from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from lmgcpy.compiled.atomic import add, exchange, load, store
-from lmgcpy.compiled.by_address import ROOM, call_at, call_work, giving_way, kinds_of, work_signature, write
+from lmgcpy.compiled.by_address import ROOM, call_at, call_work, giving_way, work_signature, write
 from lmgcpy.compiled.kernel import INTERPRETED, Kernel, kernel
 from lmgcpy.compiled.reference import by_reference
 from lmgcpy.solve.system import Groups, System
@@ -27,6 +28,8 @@ TICKET, DONE, HELPERS = 0, 8, 16
 """Entries of ``Team.words``, far enough from each other to be in different lines of the cache."""
 STOP = 255
 """Kind of the last offer."""
+LAYOUT = 0x501
+"""Flags of an array that belong to its type: whether it lies in a row, aligned, and may be written to."""
 PATIENCE = 5000
 """Looks at a number that does not change before other processes are given way."""
 
@@ -163,10 +166,22 @@ def help_out(team: Team):
 
 def work_address(work: Kernel, job: Job) -> int:
     """Address of the compiled work; it stays for as long as the process."""
-    key = work, type(job.s), kinds_of(job)
+    key = work, type(job.s), *kinds(job)
     if key not in _pointers:
         _pointers[key] = work.pointer(work_signature(job))
     return _pointers[key].address
+
+
+def kinds(parts: Iterable[Any]) -> list[int]:
+    """A number for the type of each array in tuples of arrays and of such tuples; to ask the compiler for the type of a job
+    would take as long as a small solve."""
+    found = []
+    for part in parts:
+        if isinstance(part, np.ndarray):
+            found.append((part.flags.num & LAYOUT) + (part.ndim << 16) + (part.dtype.num << 24))
+        elif isinstance(part, tuple):
+            found += kinds(part)
+    return found
 
 
 _pointers: dict[tuple, Any] = {}
