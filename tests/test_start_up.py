@@ -156,6 +156,7 @@ def test_a_cache_directory_that_cannot_be_made_is_told_once(tmp_path):
     assert "Set LMGCPY_CACHE_DIR to a directory that can be written" in done.stderr
 
 
+@pytest.mark.long
 def test_processes_that_start_at_once_on_an_empty_cache_all_work(tmp_path):
     environment = {**os.environ, "LMGCPY_CACHE_DIR": str(tmp_path / "cache")}
     command = [sys.executable, "-W", "error", "-c", THREE_KERNELS, "wait"]

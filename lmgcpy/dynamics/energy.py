@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
@@ -71,13 +70,12 @@ class Energy:
         """
         data, system, after = problem.data, problem.system, problem.system.velocity
         against = None if pushed is None else pushed * problem.relative_velocities(fallen(problem, before))
-        drives = work_of_drives(problem, before, after)
         works: dict[str, float] = {}
         stored: dict[str, float] = {}
         for group, kernels in zip(problem.groups, problem.kernels, strict=True):
             part = slice(group.start, group.stop)
             name = group.law.NAME
-            work = total(lambda r, u, w: r @ (0.5 * (u + w)), system.impulse[part], data.before[part], data.after[part])
+            (work,) = totals(work_of_impulses, system.impulse[part], data.before[part], data.after[part])
             if against is not None:
                 work -= float(against[part].sum())
             works[name] = works.get(name, 0.0) + work
@@ -86,25 +84,23 @@ class Energy:
                 energy = ask(group, kernels.energy, "energy", problem.system, data, arguments)
                 check_energy(problem, group, energy)
                 stored[name] = stored.get(name, 0.0) + energy
-        # from the change of velocity, not from two large numbers that nearly cancel
-        gain = total(
-            lambda m, v, w: (m * (w - v)) @ (0.5 * (v + w)),
-            *(model.free_mass, before, after),
-        )
+        received = np.zeros_like(after)
+        problem.dimension_kernels.momentum(0, len(system.candidate), -1, system, received)
+        bodies = model.free_mass, system.inverse_mass, force, received, before, after
+        gain, self.kinetic, power, driven = totals(terms_of_bodies, *bodies)
         # what was stored before the first step is not known: of laws that store the first step does not count
         counted = {name for name in works if name in model.passive and (name not in stored or name in self.stored)}
         change = sum(works[name] + stored.get(name, 0.0) - self.stored.get(name, 0.0) for name in counted)
         self.made = 0.0 if data.time < model.drawn_until else max(0.0, self.made + change)
-        self.kinetic = kinetic_energy(model.free_mass, after)
-        self.loads = data.time_step * total(lambda f, v, w: f @ (0.5 * (v + w)), force, before, after)
+        self.loads = data.time_step * power
         if against is not None:
             self.loads += float(against.sum())
-        self.drives = drives
+        self.drives = -driven
         self.interactions = works
         self.stored = stored
-        self.defect = gain - (self.loads + drives + sum(works.values()))
+        self.defect = gain - (self.loads + self.drives + sum(works.values()))
         self.total_loads += self.loads
-        self.total_drives += drives
+        self.total_drives += self.drives
         for name, work in works.items():
             self.total_interactions[name] = self.total_interactions.get(name, 0.0) + work
 
@@ -120,25 +116,40 @@ and on a busy machine the wait for them took longer than all the rest (16 ms at 
 the cache."""
 
 
-def total(of: Callable[..., Any], *arrays: np.ndarray) -> float:
-    """Sum of ``of(*pieces)`` over pieces of arrays of one shape, taken flat."""
+def totals(of: Callable[..., tuple[float, ...]], *arrays: np.ndarray) -> tuple[float, ...]:
+    """Sums of the numbers ``of(*pieces)`` over pieces of arrays of one shape, taken flat."""
     flat = [array.reshape(-1) for array in arrays]
-    if flat[0].size <= PIECE:
-        return float(of(*flat))
-    return sum((float(of(*(a[k : k + PIECE] for a in flat))) for k in range(0, flat[0].size, PIECE)), 0.0)
+    pieces = range(0, flat[0].size, PIECE)
+    if len(pieces) <= 1:
+        return of(*flat)
+    return tuple(map(sum, zip(*(of(*(a[k : k + PIECE] for a in flat)) for k in pieces), strict=True)))
 
 
-def work_of_drives(problem: StepProblem, before: np.ndarray, after: np.ndarray) -> float:
-    """Work [J] on the driven components: impulses do work on them too, which their drives must bring up."""
-    system = problem.system
-    received = np.zeros_like(after)
-    problem.dimension_kernels.momentum(0, len(system.candidate), -1, system, received)
-    return -total(
-        lambda inverse, got, v, w: np.where(inverse > 0.0, 0.0, got) @ (0.5 * (v + w)),
-        *(system.inverse_mass, received, before, after),
+def work_of_impulses(impulse: np.ndarray, before: np.ndarray, after: np.ndarray) -> tuple[float]:
+    """Work [J] of impulses at the mean of relative velocities."""
+    return (float(impulse @ (0.5 * (before + after))),)
+
+
+def terms_of_bodies(
+    free_mass: np.ndarray,
+    inverse: np.ndarray,
+    force: np.ndarray,
+    received: np.ndarray,
+    before: np.ndarray,
+    after: np.ndarray,
+) -> tuple[float, float, float, float]:
+    """Gain of kinetic energy [J], kinetic energy at the end [J], power of the forces at the mean velocity [W], and the work
+    [J] of the impulses that driven components ``received``, which their drives must bring up."""
+    mean = 0.5 * (before + after)
+    return (
+        float((free_mass * (after - before)) @ mean),  # not from two large numbers that nearly cancel
+        0.5 * float((free_mass * after) @ after),
+        float(force @ mean),
+        float(np.where(inverse > 0.0, 0.0, received) @ mean),
     )
 
 
 def kinetic_energy(free_mass: np.ndarray, velocities: np.ndarray) -> float:
     """``v . M v / 2`` [J] of the free components, (n, k) both."""
-    return 0.5 * total(lambda m, v: (m * v) @ v, free_mass, velocities)
+    (twice,) = totals(lambda m, v: (float((m * v) @ v),), free_mass, velocities)
+    return 0.5 * twice

@@ -110,6 +110,6 @@ class Groups(NamedTuple):
     @classmethod
     def in_order(cls, sweep: Any, error: Any, start: Any, stop: Any, offset: Any) -> Groups:
         """Groups that are swept one after another by one thread."""
-        sweep, error, start, stop, offset = (np.array(c, dtype=np.int64) for c in (sweep, error, start, stop, offset))
-        walls, task, phase = np.full(len(sweep), -1), np.array([0, len(sweep)]), np.array([0, 1])
-        return cls(sweep, error, start, stop, offset, walls, task, phase)
+        given = sweep, error, start, stop, offset, [-1] * len(sweep)
+        sweep, error, start, stop, offset, walls = np.array(given, dtype=np.int64)
+        return cls(sweep, error, start, stop, offset, walls, np.array([0, len(sweep)]), np.array([0, 1]))

@@ -149,6 +149,7 @@ def test_content_that_is_not_known_is_compiled_again_and_one_line_says_so(what, 
     assert run(second)[0] == [new, "0"]
 
 
+@pytest.mark.long
 def test_what_numba_is_told_about_code_is_part_of_the_fingerprint(run):
     """Bounds are looked at only where ``NUMBA_BOUNDSCHECK`` asks for it; the array has no entry 8."""
     reading = "import numpy as np\ndef f(x):\n    a = np.ones(3)\n    try:\n        return 0.0 * a[int(x) + 5] + 1.0\n"
