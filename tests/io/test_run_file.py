@@ -266,22 +266,22 @@ def test_a_write_that_fails_leaves_the_simulation_usable(path, tmp_path):
         sys.path[:0] = {[os.path.dirname(__file__), os.path.dirname(os.path.dirname(__file__))]!r}
         from test_run_file import heap, lm
         import numpy as np
-        whole, sim = heap().run(steps=200), heap()
+        whole, sim = heap().run(steps=400), heap()
         heap().run(steps=1, record={str(tmp_path / "first.h5")!r})
-        resource.setrlimit(resource.RLIMIT_FSIZE, (340_000, resource.RLIM_INFINITY))
+        resource.setrlimit(resource.RLIMIT_FSIZE, (400_000, resource.RLIM_INFINITY))
         try:
-            sim.run(steps=200, record={str(path)!r}, every=1, flush=0.0)
+            sim.run(steps=400, record={str(path)!r}, every=1, flush=0.0)
         except OSError as error:
             print(error)
         resource.setrlimit(resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
-        assert 3 < sim.steps < 200, sim.steps
+        assert 3 < sim.steps < 400, sim.steps
         done = sim.steps
-        sim.run(steps=200 - sim.steps)
+        sim.run(steps=400 - sim.steps)
         assert np.array_equal(sim.positions, whole.positions)
         with lm.io.open_run({str(path)!r}) as run:
             assert done - 5 <= len(run.history) < done, (done, run)
         again = lm.resume({str(path)!r})
-        again.run(steps=200 - again.steps)
+        again.run(steps=400 - again.steps)
         assert np.array_equal(again.positions, whole.positions)
     """
     done = forked(textwrap.dedent(code), strict=False)
