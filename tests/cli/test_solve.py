@@ -147,6 +147,7 @@ def test_bench_of_a_folder(benched):
         assert word in page
 
 
+@pytest.mark.long
 def test_interrupted_bench_writes_what_it_has(tmp_path, monkeypatch):
     """Ctrl-C while the third problem is judged: a report of two, and the exit code of an interrupted command."""
     from lmgcpy.bench import study

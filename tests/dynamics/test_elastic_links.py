@@ -91,6 +91,7 @@ def test_amplitude_and_phase_a_step():
     assert abs(np.angle(eigenvalue)) == pytest.approx(math.atan(h * omega), rel=1e-10)
 
 
+@pytest.mark.long
 def test_the_period_is_right_in_the_limit():
     """atan(h omega)/h = omega (1 - (h omega)^2/3 ...): the frequency is of second order; zeros of y are counted.
 

@@ -86,6 +86,7 @@ def test_a_lift_works_with_force_times_velocity():
     assert sim.energy.total_interactions["signorini"] == pytest.approx(0.0, abs=1e-12)
 
 
+@pytest.mark.long
 def test_a_crank_works_against_a_spring():
     """A bead drawn at 0.2 m/s pulls another behind it on a spring: once both go alike, the drive has given the second
     its kinetic energy, and the damping of the scheme has taken as much (as with a rope: work M v^2, half of it kept).

@@ -133,6 +133,7 @@ def test_links_one_at_a_time_give_the_same(count):
     assert -sim.interactions.force[:, 0] == pytest.approx(weights_below(count, 1.0), rel=3e-8)
 
 
+@pytest.mark.long
 def test_a_taut_chain_is_stable_sideways_below_the_limit():
     """A chain of 20 beads, plucked by 1 % of a link in zigzag, its stiffest mode: w = 2 sqrt(T/(m l)) with T = 20 m g at
     the top, h w = 0.63 at h = 1.6e-3 s. For 5000 steps, 500 swings of that mode, it stays within what it was given.

@@ -58,6 +58,7 @@ def test_sliding_turns_into_rolling(v0, w0):
     assert ball.spin[2] == pytest.approx(3.0, abs=1e-12)  # nothing resists spin about the normal
 
 
+@pytest.mark.long
 def test_a_loose_heap_in_a_cylinder_keeps_the_weight():
     """Spheres come to rest in a cylinder: floor and wall carry their weight."""
     rng = np.random.default_rng(0)

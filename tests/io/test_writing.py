@@ -261,6 +261,7 @@ def test_tables_and_vtk_name_the_file(tmp_path):
     )
 
 
+@pytest.mark.long
 def test_pictures_leave_the_old_one(tmp_path):
     child(
         """

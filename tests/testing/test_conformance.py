@@ -92,6 +92,7 @@ def test_every_property_has_a_law_that_breaks_it():
     assert {name for _, name, _ in BROKEN} == set(PROPERTIES)
 
 
+@pytest.mark.long
 def test_what_is_sound_in_a_broken_law_holds():
     """Associated friction solves what it says exactly, in its cone, and gives no energy."""
     assert lmgcpy.testing.report(broken.Dilating(friction=0.4)).broken == ["no-dilatancy"]

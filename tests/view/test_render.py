@@ -231,6 +231,7 @@ def test_many_spheres_are_one_actor(tmp_path):
     painter.close()
 
 
+@pytest.mark.long
 def test_nothing_is_said_without_a_display(tmp_path):
     """VTK's words about an X server that there is not are for its developers."""
     code = (

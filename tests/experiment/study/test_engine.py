@@ -98,6 +98,7 @@ def test_interrupted_and_resumed_it_is_the_same(stage, whole, tmp_path):
             assert lm.io.compare(a, b) is None, name
 
 
+@pytest.mark.long
 def test_every_executor_gives_the_same_bits(whole, processes, tmp_path):
     with ThreadPoolExecutor(1) as one:
         assert same(carry_out_study(Slides(), executor=one), whole[0])
