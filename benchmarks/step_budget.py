@@ -19,7 +19,7 @@ STEPS = 60
 
 def measure(law: str, study: Study2D, sample) -> list:
     made = LAWS[law](study.axial_rigidity)
-    biaxial = Biaxial(sample, made, pressure=study.pressure, density=DENSITY, solver=study.solver())
+    biaxial = Biaxial(sample, made, pressure=study.pressure, density=DENSITY, solver=study.solver_of_tests())
     sim = biaxial.simulation = Simulation(biaxial.box.scene, time_step=biaxial.time_step, solver=biaxial.solver)
     sim.run(steps=5)
     reports = [sim.step() for _ in range(STEPS)]

@@ -114,7 +114,7 @@ STUDY = {
     "bead_count": [*COUNT, 1], "seed": COUNT, "strain": [*POSITIVE, 0.6], "pressure": POSITIVE,
     "tolerance": [*POSITIVE, 1.1], "max_iterations": [*COUNT, 0], "friction": NOT_NEGATIVE,
     "greatest_reaction": optional(POSITIVE), "preparation": CHOICE, "theta_max": [*NOT_NEGATIVE, 4.0],
-    "platen_friction": NOT_NEGATIVE, "inertial_number": [*POSITIVE, 0.2], "axial_rigidity": POSITIVE,
+    "solver": CHOICE, "platen_friction": NOT_NEGATIVE, "inertial_number": [*POSITIVE, 0.2], "axial_rigidity": POSITIVE,
     "check_strain": [*NOT_NEGATIVE, 0.6], "threads": [*COUNT, 0],
 }  # fmt: skip
 

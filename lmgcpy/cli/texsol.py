@@ -48,6 +48,11 @@ option = options_of(studies, FIELDS, UNITS)
 @option("--theta-max", type=float, help="Greatest turn of the wire from bead to bead as it is laid [rad].")
 @option("--strain", type=float, help="Crushing to reach [%].")
 @option("--pressure", type=float, help="Pressure on the lateral walls [kPa].")
+@option(
+    "--solver",
+    type=click.Choice(["auto", "accelerated"]),
+    help="Solver of the tests: sweeps and Newton steps, or sweeps alone.",
+)
 @option("--tolerance", type=float, help="Residual at which a step is solved.")
 @option(
     "--greatest-reaction",

@@ -17,7 +17,7 @@ from lmgcpy.laws.rigid import RigidWire
 from lmgcpy.measure.density import density as solid_fraction
 from lmgcpy.simulation import Simulation
 from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
-from lmgcpy.solve.gauss_seidel import GaussSeidel
+from lmgcpy.solve.solver import Solver
 
 WINDOW = 50
 """Number of steps over which rest is judged."""
@@ -83,7 +83,7 @@ def compact(
     friction: float = 0.0,
     drag: float = 0.0,
     time_step: float | None = None,
-    solver: AcceleratedGaussSeidel | GaussSeidel | None = None,
+    solver: Solver | None = None,
     max_steps: int = 800,
     file: str | os.PathLike | None = None,
     on_step: Callable[[int], None] | None = None,

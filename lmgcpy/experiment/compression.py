@@ -21,8 +21,8 @@ from lmgcpy.measure.stress import stress
 from lmgcpy.sample.arguments import AXES
 from lmgcpy.simulation import Simulation
 from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
-from lmgcpy.solve.gauss_seidel import GaussSeidel
 from lmgcpy.solve.report import SOLVED, STATUS
+from lmgcpy.solve.solver import Solver
 from lmgcpy.view.recorded import running_mean
 
 RAMP = 0.02
@@ -115,7 +115,7 @@ class Compression(ABC):
         inertial_number: float = 1e-3,
         axis: str | None = None,
         time_step: float | None = None,
-        solver: AcceleratedGaussSeidel | GaussSeidel | None = None,
+        solver: Solver | None = None,
     ):
         if not isinstance(sample, Sample):
             raise TypeError(f"A {self.NAME} is for a Sample, such as lay_sample() makes, got {shown(sample)}.")

@@ -182,6 +182,8 @@ ROWS: dict[str, tuple] = {
     "study too fast": (lambda w: Study2D(inertial_number=1.0), ValueError, "inertial_number must be at most 0.1, got 1"),
     "study prepared otherwise": (lambda w: Study2D(preparation="moist"), ValueError,
         "preparation cannot be 'moist'. Known: dense, loose."),
+    "study solved otherwise": (lambda w: Study2D(solver="newton"), ValueError,
+        "solver cannot be 'newton'. Known: accelerated, auto."),
     "study of a wire that turns beyond back": (lambda w: Study2D(theta_max=4.0), ValueError,
         "theta_max must be at most 3.14159 rad, got 4 rad"),
     "study under a press of no force": (lambda w: Study2D(greatest_reaction=0.0), ValueError,

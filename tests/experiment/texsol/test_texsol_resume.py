@@ -196,7 +196,7 @@ def test_what_cannot_be_resumed_gets_a_sentence(whole, tmp_path):
 
 @pytest.mark.parametrize(("kind", "turn"), [(Study2D, 0.6), (Study3D, 0.1)])
 def test_a_study_of_a_former_version_is_what_it_was(kind, turn, tmp_path):
-    """Before 0.2 samples were relaxed without friction, and the turns of the wire were no fields of the study."""
+    """Before 0.2 samples were relaxed without friction, and the turns of the wire and the solver were no fields."""
     folder = StudyFolder(tmp_path / "study", TexSolStudy)
     folder.begin(kind(seed=5))
     about = json.loads(folder.study_file.read_text())
@@ -205,7 +205,7 @@ def test_a_study_of_a_former_version_is_what_it_was(kind, turn, tmp_path):
     folder.study_file.write_text(json.dumps(about))
     former = folder.read()
     assert former.seed == 5
-    assert (former.preparation, former.theta_max) == ("dense", turn)
+    assert (former.preparation, former.theta_max, former.solver) == ("dense", turn, "accelerated")
     folder.begin(former)
     assert folder.read() == former
 
