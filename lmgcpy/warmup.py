@@ -34,7 +34,7 @@ def warm_up(laws: list[type[Law]], dimensions: list[int], tick: Callable[[int], 
         warnings.simplefilter("error", CacheWarning)
         for done, (d, law) in enumerate(itertools.product(dimensions, laws), start=1):
             try:
-                law_kernels(law, d)
+                kernels_of_law(law, d)
             except CacheWarning:
                 raise
             except Exception as error:  # the law of a plug-in may fail; the other laws are still compiled
@@ -50,7 +50,7 @@ def warm_up(laws: list[type[Law]], dimensions: list[int], tick: Callable[[int], 
     return failures
 
 
-def law_kernels(law: type[Law], dimension: int) -> None:
+def kernels_of_law(law: type[Law], dimension: int) -> None:
     """Compile the kernels of a law by two steps of small scenes.
 
     The scenes have every kind of interaction; each solver makes the steps, with wires as blocks and link by link, with

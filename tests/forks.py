@@ -8,6 +8,7 @@ from __future__ import annotations
 import atexit
 import json
 import os
+import signal
 import subprocess
 import sys
 import tempfile
@@ -17,6 +18,9 @@ from functools import cache
 from pathlib import Path
 
 from soft_law import process
+
+LONGEST = 300
+"""A copy that takes longer is ended, with the exit code -SIGALRM [s]."""
 
 
 def forked(
@@ -84,6 +88,7 @@ def serve() -> None:
 
 def answer(request: dict) -> int:
     """Run one script in this process; its exit code."""
+    signal.alarm(LONGEST)
     for name, descriptor in (("out", 1), ("err", 2)):
         with open(request[name], "w") as file:
             os.dup2(file.fileno(), descriptor)

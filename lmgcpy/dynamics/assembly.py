@@ -13,7 +13,7 @@ from lmgcpy.contact.narrow_phase import Interactions
 from lmgcpy.contact.spare_rows import with_spare_rows
 from lmgcpy.dynamics.schedule import schedule
 from lmgcpy.solve.dimension_kernels import DIMENSIONS, DimensionKernels
-from lmgcpy.solve.law_kernels import LawKernels, StepData, law_kernels, not_compiled
+from lmgcpy.solve.law_kernels import LawKernels, StepData, functions_of, law_kernels, not_compiled
 from lmgcpy.solve.report import Worst
 from lmgcpy.solve.system import Groups, System
 
@@ -109,7 +109,7 @@ def group_kernels(
     law, rows, parameter_count = type(group.law), group.law.rows(dimension), group.parameters.shape[1]
     walls = group.walls if group.cuts is not None else -1
     stiffened = stiffened and group.chain is not None
-    given = law, dimension, parameter_count, rows, group.central, group.diagonal, block, walls
+    given = law, functions_of(law), dimension, parameter_count, rows, group.central, group.diagonal, block, walls
     return law_kernels(*given, stiffened=stiffened, watched=watched)
 
 

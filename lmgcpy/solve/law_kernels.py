@@ -171,8 +171,15 @@ class LawKernels:
         return self.sweep if walls < 0 else self.beside_walls
 
 
+def functions_of(law: type[Law]) -> tuple:
+    """What is compiled of a law: a class whose functions somebody replaces gets kernels of the new ones."""
+    return law.react, law.slope, law.prepare, law.energy, law.initial, law.commit
+
+
+@cache
 def law_kernels(
     law: type[Law],
+    functions: tuple,
     dimension: int,
     parameter_count: int,
     rows: int,
@@ -184,30 +191,9 @@ def law_kernels(
     stiffened: bool = False,
     watched: bool = False,
 ) -> LawKernels:
-    """Kernels for groups of a law (``chain``: the links of one wire as a block, which needs the law's ``slope``; ``walls``:
-    0 or 1 where the candidates or antagonists of the group's slabs are held walls); ``stiffened``, ``watched``: see
-    :func:`group_kernels`."""
-    # by the functions as well: a class whose functions somebody replaces gets kernels of the new ones
-    functions = law.react, law.slope, law.prepare, law.energy, law.initial, law.commit
-    return _law_kernels(
-        law, functions, dimension, parameter_count, rows, central, diagonal, chain, walls, stiffened, watched
-    )
-
-
-@cache
-def _law_kernels(
-    law: type[Law],
-    functions: tuple,
-    dimension: int,
-    parameter_count: int,
-    rows: int,
-    central: bool,
-    diagonal: bool,
-    chain: bool,
-    walls: int,
-    stiffened: bool,
-    watched: bool,
-) -> LawKernels:
+    """Kernels for groups of a law, whose ``functions`` are those of :func:`functions_of` now (``chain``: the links of one
+    wire as a block, which needs the law's ``slope``; ``walls``: 0 or 1 where the candidates or antagonists of the group's
+    slabs are held walls); ``stiffened``, ``watched``: see :func:`group_kernels`."""
     given, constants = (law, dimension, rows, diagonal, chain, SYSTEM_TYPE), {"CENTRAL": central}
     sweep, error = group_kernels(*given, constants, stiffened=stiffened, watched=watched)
     beside = group_kernels(*given, {**constants, "WALLS": walls}, watched=watched)[0] if walls >= 0 else None

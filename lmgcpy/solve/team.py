@@ -28,8 +28,8 @@ TICKET, DONE, HELPERS = 0, 8, 16
 """Entries of ``Team.words``, far enough from each other to be in different lines of the cache."""
 STOP = 255
 """Kind of the last offer."""
-LAYOUT = 0x501
-"""Flags of an array that belong to its type: whether it lies in a row, aligned, and may be written to."""
+LAYOUT = 0x0001 | 0x0100 | 0x0400
+"""Flags of an array that belong to its type: NumPy's C_CONTIGUOUS, ALIGNED and WRITEABLE."""
 PATIENCE = 5000
 """Looks at a number that does not change before other processes are given way."""
 
@@ -172,13 +172,13 @@ def work_address(work: Kernel, job: Job) -> int:
     return _pointers[key].address
 
 
-def kinds(parts: Iterable[Any]) -> list[int]:
-    """A number for the type of each array in tuples of arrays and of such tuples; to ask the compiler for the type of a job
+def kinds(parts: Iterable[Any]) -> list:
+    """What tells the type of each array in tuples of arrays and of such tuples; to ask the compiler for the type of a job
     would take as long as a small solve."""
-    found = []
+    found: list[Any] = []
     for part in parts:
         if isinstance(part, np.ndarray):
-            found.append((part.flags.num & LAYOUT) + (part.ndim << 16) + (part.dtype.num << 24))
+            found += (part.flags.num & LAYOUT) + (part.ndim << 16), part.dtype
         elif isinstance(part, tuple):
             found += kinds(part)
     return found
@@ -201,8 +201,7 @@ def lead(
     """
     groups, system, free_velocity, guess = step
     tasks = len(groups.task) - 1
-    phase = groups.phase.tolist()
-    chunks = max(1, *(end - first for first, end in pairwise(phase)))
+    chunks = max((1, *(end - first for first, end in pairwise(groups.phase.tolist()))))
     words = np.zeros(24, dtype=np.int64)
     words[HELPERS] = threads - 1 if chunks > 1 and not INTERPRETED else 0
     partial, beta, limits = np.zeros((max(tasks, chunks), 4)), np.zeros(1), np.zeros(3)

@@ -74,14 +74,21 @@ def lmgcpy_laws(register):
 """
 
 
-@pytest.mark.parametrize(
+FAILED = pytest.mark.parametrize(
     ("text", "words"),
     [
-        (BROKEN, ["ModuleNotFoundError: No module named 'a_module_that_is_nowhere'"]),
-        (RIVAL, ["Law 'coulomb' is there twice", "from lmgcpy (Coulomb)", "from lmgcpy-law-test 1.2 (Rival)"]),
-        (LATE, ["written for version 99 of the interface of laws, but this lmgcpy has version 1"]),
+        pytest.param(BROKEN, ["ModuleNotFoundError: No module named 'a_module_that_is_nowhere'"], id="broken"),
+        pytest.param(
+            RIVAL,
+            ["Law 'coulomb' is there twice", "from lmgcpy (Coulomb)", "from lmgcpy-law-test 1.2 (Rival)"],
+            id="rival",
+        ),
+        pytest.param(LATE, ["written for version 99 of the interface of laws, but this lmgcpy has version 1"], id="late"),
     ],
 )
+
+
+@FAILED
 def test_plug_ins_that_failed_to_load_are_listed_with_the_reason(tmp_path, text, words):
     folder = install(tmp_path / "site", "lmgcpy-law-test", "lmgcpy_law_test", text)
     told = child("laws", folders=[folder])
@@ -91,11 +98,13 @@ def test_plug_ins_that_failed_to_load_are_listed_with_the_reason(tmp_path, text,
         assert word in told.stdout
 
 
-def test_an_unknown_law_may_be_that_of_a_plug_in_that_failed_to_load(tmp_path):
-    asked = child("laws", "late", folders=[install(tmp_path / "site", "lmgcpy-law-test", "lmgcpy_law_test", LATE)])
+@FAILED
+@pytest.mark.default_parameters("late")
+def test_an_unknown_law_may_be_that_of_a_plug_in_that_failed_to_load(tmp_path, text, words):
+    asked = child("laws", "late", folders=[install(tmp_path / "site", "lmgcpy-law-test", "lmgcpy_law_test", text)])
     assert asked.returncode != 0
     assert "There is no law 'late'" in asked.stderr
-    assert "written for version 99 of the interface of laws" in asked.stderr
+    assert words[0].split(":")[0] in asked.stderr
 
 
 @pytest.mark.long

@@ -6,7 +6,6 @@ import pytest
 from forks import forked
 
 TALKING = """
-import numba
 from lmgcpy.compiled.kernel import kernel, statistics
 
 @kernel
