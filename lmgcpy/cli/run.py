@@ -15,7 +15,7 @@ FILE = click.Path(path_type=Path)
 def info(file: Path) -> None:
     """Show the content of a run file, the progress of the run, and its errors."""
     from lmgcpy.io.run import open_run
-    from lmgcpy.io.run_format import is_being_written
+    from lmgcpy.io.run_file.lock import is_being_written
 
     with open_run(file) as run:
         for line in report(run, "being written" if is_being_written(file) else "closed" if run.closed else "killed"):

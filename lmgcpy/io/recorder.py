@@ -17,11 +17,17 @@ import numpy as np
 
 from lmgcpy.dynamics.stepper import Stepper
 from lmgcpy.errors import number, system_error
-from lmgcpy.io import run_format
 from lmgcpy.io.hdf5 import cut_off, data_sets, h5py
 from lmgcpy.io.observations import Observations, Observe
 from lmgcpy.io.rows import Rows
 from lmgcpy.io.run import Run
+from lmgcpy.io.run_file.checkpoints import write_checkpoint
+from lmgcpy.io.run_file.commits import Commit, read_commit, write_commit
+from lmgcpy.io.run_file.creation import check_target, create
+from lmgcpy.io.run_file.damage import WRONG, sentences_of_damage
+from lmgcpy.io.run_file.lock import Lock
+from lmgcpy.io.run_file.mending import mend
+from lmgcpy.io.run_file.opening import open_to_append, open_to_read
 from lmgcpy.scene.description import describe, functions_of_time
 from lmgcpy.version import VERSION
 from lmgcpy.writing import replace_file
@@ -62,8 +68,8 @@ class RunRecorder:
         self._file: Any = None
         self._held: list[Any] = []
         self._sound = True  # no write is incomplete
-        self._lock: run_format.Lock | None = None
-        self._commit = run_format.Commit()
+        self._lock: Lock | None = None
+        self._commit = Commit()
         self._clear()
 
     @classmethod
@@ -110,7 +116,7 @@ class RunRecorder:
                 )
             self._reopen()
             return
-        run_format.check_target(self.path, self._force)
+        check_target(self.path, self._force)
         description = describe(sim.scene)
         if not sim.scene.bodies:
             raise ValueError("A scene without bodies has nothing to record.")
@@ -129,8 +135,8 @@ class RunRecorder:
         # the file has another name until it holds its first frame and checkpoint, so that every run file can be continued
         unfinished = f"{self.path}.new"
         try:
-            run_format.create(unfinished, about, description, sim.checkpoint(), observations.types)
-            self._lock = run_format.Lock(unfinished, self.path)
+            create(unfinished, about, description, sim.checkpoint(), observations.types)
+            self._lock = Lock(unfinished, self.path)
             self._open(unfinished)
             self._rows.frame(sim)
             self._put(sim, closed=False)
@@ -143,9 +149,9 @@ class RunRecorder:
         self._begun = True
 
     def _reopen(self) -> None:
-        with run_format.open_to_read(self.path) as file, run_format.sentences_of_damage(self.path):
-            commit = run_format.read_commit(file)
-        self._lock = run_format.Lock(self.path)
+        with open_to_read(self.path) as file, sentences_of_damage(self.path):
+            commit = read_commit(file)
+        self._lock = Lock(self.path)
         try:
             try:
                 if not commit.closed:
@@ -155,12 +161,12 @@ class RunRecorder:
                 self._release()
                 self._mend()
                 self._open(self.path)
-            self._commit = run_format.read_commit(self._file)
+            self._commit = read_commit(self._file)
             self._clear()
             self._advance_commit(closed=False)
             self._sound = False
             self._end()
-        except run_format.WRONG as error:
+        except WRONG as error:
             self._release()
             raise self._sentence(error, "gone on with") from error
         except BaseException:
@@ -169,8 +175,8 @@ class RunRecorder:
 
     def _mend(self) -> None:
         try:
-            self._lock = run_format.mend(self.path, self._rows.laws)
-        except run_format.WRONG as error:
+            self._lock = mend(self.path, self._rows.laws)
+        except WRONG as error:
             raise self._sentence(error, "mended") from error
 
     def enter(self, sim: Stepper) -> None:
@@ -204,7 +210,7 @@ class RunRecorder:
 
     def _clear(self) -> None:
         self._rows.clear(self._commit.interactions)
-        self._pending: run_format.Commit | None = None
+        self._pending: Commit | None = None
         self._flushed = clock.perf_counter()
 
     def _append(self) -> None:
@@ -226,7 +232,7 @@ class RunRecorder:
         """Write the buffers, then a checkpoint, then the commit that makes both valid."""
         try:
             self._put(sim, closed=closed)
-        except run_format.WRONG as error:
+        except WRONG as error:
             self._release()
             self._steps = -1
             raise self._sentence(error, "written on") from error
@@ -237,14 +243,14 @@ class RunRecorder:
         self._append()
         self._file.flush()
         self._advance_commit(closed=closed)
-        run_format.write_checkpoint(self._file, sim.checkpoint(), self._commit, self._rows.laws)
+        write_checkpoint(self._file, sim.checkpoint(), self._commit, self._rows.laws)
         self._end()
         self._steps = sim.steps
         self._clear()
 
     def _end(self) -> None:
         """Write the commit, which makes the new rows valid."""
-        run_format.write_commit(self._file, self._commit)
+        write_commit(self._file, self._commit)
         self._file.flush()
         self._sound = True
 
@@ -262,7 +268,7 @@ class RunRecorder:
         return system_error(f"The run file '{self.path}' could not be {what}", error, remedy)
 
     def _open(self, path: str) -> None:
-        self._file = run_format.open_to_append(path)
+        self._file = open_to_append(path)
         self._held = data_sets(self._file)
         self._sound = True
 

@@ -1,4 +1,4 @@
-"""Rows of the tables of :mod:`lmgcpy.io.run_format`, collected step by step."""
+"""Rows of the tables of :mod:`lmgcpy.io.run_file`, collected step by step."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lmgcpy.errors import whole
-from lmgcpy.io import run_format
 from lmgcpy.io.observations import Observations
+from lmgcpy.io.run_file.tables import INDEX, OBSERVED, history_type, interaction_type
 from lmgcpy.solve.report import STATUS
 
 if TYPE_CHECKING:
@@ -64,14 +64,14 @@ class Rows:
 
     def tables(self) -> dict[str, Any]:
         """The rows by the name of their table."""
-        nothing = np.zeros(0, dtype=run_format.interaction_type(self.dimension))
+        nothing = np.zeros(0, dtype=interaction_type(self.dimension))
         return {
-            "frames/index": np.array(self.index, dtype=run_format.INDEX),
+            "frames/index": np.array(self.index, dtype=INDEX),
             "frames/positions": self.positions,
             "frames/velocities": self.velocities,
             "interactions": np.concatenate(self.interactions or [nothing]),
-            "history": np.array(self.history, dtype=run_format.history_type(len(self.laws))),
-            **{run_format.OBSERVED + name: rows for name, rows in self.observed.items()},
+            "history": np.array(self.history, dtype=history_type(len(self.laws))),
+            **{OBSERVED + name: rows for name, rows in self.observed.items()},
         }
 
     def _history(self, sim: Stepper) -> tuple:
@@ -88,7 +88,7 @@ class Rows:
 
     def _net(self, sim: Stepper) -> np.ndarray:
         view = sim.interactions
-        net = np.zeros(len(view), dtype=run_format.interaction_type(self.dimension))
+        net = np.zeros(len(view), dtype=interaction_type(self.dimension))
         if not len(view):
             return net
         for code, law in enumerate(self.laws):

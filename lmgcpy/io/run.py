@@ -13,10 +13,15 @@ import numpy as np
 from lmgcpy.contact.frames import local_frames
 from lmgcpy.dynamics.checkpoint import Checkpoint
 from lmgcpy.errors import file_path, named_arguments
-from lmgcpy.io import run_format
 from lmgcpy.io.observations import Observed
 from lmgcpy.io.rows import detection_positions
-from lmgcpy.io.run_trust import DamagedRows, check_about, check_digest, check_table, read_group, read_tree, rows_of
+from lmgcpy.io.run_file.checked_rows import rows_of
+from lmgcpy.io.run_file.checkpoints import read_checkpoint
+from lmgcpy.io.run_file.commits import read_commit, read_tails
+from lmgcpy.io.run_file.damage import DamagedRows, sentences_of_damage
+from lmgcpy.io.run_file.opening import open_to_read
+from lmgcpy.io.run_file.tables import OBSERVED, check_table, table_types
+from lmgcpy.io.run_file.trees import check_about, check_digest, read_group, read_tree
 from lmgcpy.scene.contactor import PlaneContactor, WallContactor
 from lmgcpy.solve.report import SOLVED_CODES, STATUS
 
@@ -135,15 +140,15 @@ class Run:
         """Read the content of the file again; returns the run."""
         self.close()
         self._scene_is_sound = False
-        self._file = run_format.open_to_read(self.path)
+        self._file = open_to_read(self.path)
         try:
-            with run_format.sentences_of_damage(self.path):
+            with sentences_of_damage(self.path):
                 self._about = read_group(self._file, "about")
-                check_about(self._about, list(self._file.get(run_format.OBSERVED[:-1], ())))
-                self._commit = run_format.read_commit(self._file)
-                for name, kind in run_format.table_types(self._file, self.laws).items():
+                check_about(self._about, list(self._file.get(OBSERVED[:-1], ())))
+                self._commit = read_commit(self._file)
+                for name, kind in table_types(self._file, self.laws).items():
                     check_table(self._file, name, kind, self._commit.rows(name))
-                self._tails = {} if self.closed else run_format.read_tails(self._file, self._commit)
+                self._tails = {} if self.closed else read_tails(self._file, self._commit)
                 self.dimension = 2 if self._file["frames/velocities"].shape[2] == 3 else 3
         except BaseException:
             self.close()
@@ -184,7 +189,7 @@ class Run:
     def _rows(self, name: str, key: Any, field: str | None = None) -> np.ndarray:
         """Rows of a growing table, by an index or a slice with both ends; ValueError names damaged frames or steps."""
         table, rows = self._table(name), self._commit.rows(name)
-        with run_format.sentences_of_damage(self.path):
+        with sentences_of_damage(self.path):
             try:
                 return rows_of(table, key, rows, field=field, tail=self._tails.get(name))
             except DamagedRows as error:
@@ -244,7 +249,7 @@ class Run:
         index = self._array("frames/index")[frame]
         first, count = int(index["first"]), int(index["count"])
         theta, h = self.options["theta"], self.options["time_step"]
-        with run_format.sentences_of_damage(self.path):
+        with sentences_of_damage(self.path):
             if first < 0 or count < 0 or first + count > self._commit.interactions:
                 raise ValueError(f"frame {frame} is said to have interactions {first} to {first + count - 1}")
             net = self._rows("interactions", slice(first, first + count))
@@ -266,7 +271,7 @@ class Run:
     def status(self) -> np.ndarray:
         """Status of the solver at the end of each step, a word, (s,)."""
         codes = self._array("history", "status")[:]
-        with run_format.sentences_of_damage(self.path):
+        with sentences_of_damage(self.path):
             if ((codes < 0) | (codes >= len(STATUS))).any():
                 raise ValueError("a status in 'history' is none that there is")
             return np.array(STATUS)[codes]
@@ -288,14 +293,14 @@ class Run:
     @property
     def observed(self) -> dict[str, FileArray]:
         """Values of the functions of ``observe`` after each step, by name, (s, ...) each."""
-        return Observed({name: self._array(run_format.OBSERVED + name) for name in self._about.get("observed", ())})
+        return Observed({name: self._array(OBSERVED + name) for name in self._about.get("observed", ())})
 
     # --------------------------------------------------------------------------------------------------- description
 
     @property
     def scene(self) -> dict[str, Any]:
         """The scene as arrays and words: bodies, contactors, materials, visibility table, chains."""
-        with run_format.sentences_of_damage(self.path):
+        with sentences_of_damage(self.path):
             return read_tree(self._sound_scene())
 
     def _sound_scene(self) -> Any:
@@ -309,14 +314,14 @@ class Run:
     @property
     def extent(self) -> np.ndarray:
         """Bounding radius of each body around its position [m], (n,); infinite for walls."""
-        with run_format.sentences_of_damage(self.path):
+        with sentences_of_damage(self.path):
             return self._sound_scene()["bodies/extent"][:].reshape(self._file["frames/positions"].shape[1])
 
     @property
     def wall_normals(self) -> dict[int, np.ndarray]:
         """Outward normals of the walls, (d,) each, by id of the body."""
         flat = (WallContactor.KIND, PlaneContactor.KIND)
-        with run_format.sentences_of_damage(self.path):
+        with sentences_of_damage(self.path):
             table = read_tree(self._sound_scene()["contactors"])
             kinds = zip(table["body"].tolist(), table["kind"].tolist(), table["shape"], strict=True)
             return {body: shape[: self.dimension] for body, kind, shape in kinds if table["kinds"][kind] in flat}
@@ -357,8 +362,8 @@ class Run:
     def checkpoint(self) -> Checkpoint:
         """The last checkpoint, from which the run can continue."""
         self._table("checkpoint")
-        with run_format.sentences_of_damage(self.path):
-            checkpoint, commit = run_format.read_checkpoint(self._file, self.laws)
+        with sentences_of_damage(self.path):
+            checkpoint, commit = read_checkpoint(self._file, self.laws)
         if self.closed and commit.sequence < self._commit.sequence:
             log.warning(
                 "The last checkpoint of '%s' is damaged: that of step %d is taken, and later steps are made again.",

@@ -11,10 +11,11 @@ import numpy as np
 
 from lmgcpy.dynamics.stepper import Stepper
 from lmgcpy.errors import named_arguments, shown
-from lmgcpy.io import run_format
 from lmgcpy.io.observations import Observations, Observe
 from lmgcpy.io.recorder import RunRecorder, options
 from lmgcpy.io.run import Run
+from lmgcpy.io.run_file.damage import sentences_of_damage
+from lmgcpy.io.run_file.lock import Lock
 from lmgcpy.scene.description import describe
 
 
@@ -49,7 +50,7 @@ def run_to_go_on(path: str | os.PathLike) -> Run:
     try:
         if not os.access(path, os.W_OK):
             raise PermissionError(f"The file '{path}' is read-only: change its permissions, or copy it, to go on with it.")
-        run_format.Lock(path).release()
+        Lock(path).release()
     except BaseException:
         run.close()
         raise
@@ -61,7 +62,7 @@ def go_on(sim: Any, run: Run, observe: Observe | None) -> None:
     columns = run.observed
     observations = Observations(observe or {}, {name: np.dtype((c.dtype, c.shape[1:])) for name, c in columns.items()})
     _same_names(run.path, list(columns), list(observations))
-    with run_format.sentences_of_damage(run.path):
+    with sentences_of_damage(run.path):
         sim.restore(run.checkpoint())
     sim.recorder = RunRecorder.going_on(run, sim.steps, observations)
 

@@ -16,8 +16,8 @@ import h5py
 import numpy as np
 
 import lmgcpy as lm
-from lmgcpy.io.run_trust import DIGEST, digest
-from lmgcpy.io.unclosed_file import UnclosedFile
+from lmgcpy.io.run_file.trees import DIGEST, digest
+from lmgcpy.io.run_file.unclosed_file import UnclosedFile
 
 SECONDS = 40
 """Of a try, after which its process is killed. HDF5 waits some seconds for writers that are not there."""
@@ -164,7 +164,7 @@ def other_attribute(rng, group, name):
 
 def recommit(group, rng):
     """Commits that count other numbers of rows, with the right sum."""
-    from lmgcpy.io.run_format import Commit, write_commit
+    from lmgcpy.io.run_file.commits import Commit, write_commit
 
     numbers = [int(basis.NUMBERS[rng.integers(7)]) for _ in range(3)]
     write_commit(group, Commit(int(rng.integers(0, 1000)), *numbers, closed=bool(rng.integers(2))))

@@ -172,12 +172,13 @@ def other_ways(source):
 
 
 def test_no_other_way_is_used():
-    """But for run files, which grow: theirs is made under another name, in ``run_format``, and named by ``writing``."""
+    """But for run files, which grow: theirs is made under another name, in ``run_file``, and named by ``writing``."""
     package = Path(lm.__file__).parent
     ways = {source.relative_to(package).as_posix(): other_ways(source) for source in package.rglob("*.py")}
     found = {name: calls for name, calls in ways.items() if calls}
     assert found.pop("writing.py") == ["os.replace"]
-    assert found.pop("io/run_format.py") == ["Path(path).write_bytes", "Path(copied).write_bytes"]
+    assert found.pop("io/run_file/creation.py") == ["Path(path).write_bytes"]
+    assert found.pop("io/run_file/mending.py") == ["Path(copied).write_bytes"]
     assert not found
 
 

@@ -1,0 +1,90 @@
+"""The tables that grow with a run: their types, and whether a file holds them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from lmgcpy.io.run_file.checked_rows import start_of_last_chunk
+
+GROWING = ("frames/index", "frames/positions", "frames/velocities", "interactions", "history")
+"""Growing tables of every file; each observation adds one."""
+OBSERVED = "observed/"
+
+INDEX = np.dtype([("time", "f8"), ("step", "i8"), ("first", "i8"), ("count", "i8")])
+
+
+def interaction_type(dimension: int) -> np.dtype:
+    """Type of a row of ``interactions``: ids, code of the law, gap [m], normal, contact point [m], impulse [N s].
+
+    The impulse is in the local frame.
+    """
+    vector = ("f8", (dimension,))
+    return np.dtype(
+        [
+            ("candidate", "i4"),
+            ("antagonist", "i4"),
+            ("law", "i2"),
+            ("gap", "f8"),
+            ("normal", *vector),
+            ("point", *vector),
+            ("impulse", *vector),
+        ]
+    )
+
+
+def history_type(law_count: int) -> np.dtype:
+    """Type of a row of ``history``; energies in [J], ``work`` and ``stored`` by law."""
+    fields: list[Any] = [("step", "i8"), ("time", "f8"), ("iterations", "i4"), ("residual", "f8"), ("status", "i1")]
+    fields += [("interactions", "i4"), ("seconds", "f8"), ("step_seconds", "f8"), ("slip", "f8")]
+    fields += [("stretch", "f8"), ("made", "f8")]
+    fields += [(name, "f8") for name in ("kinetic", "loads", "drives", "defect")]
+    return np.dtype(fields + [(name, "f8", (law_count,)) for name in ("work", "stored") if law_count])
+
+
+def growing_tables(file: Any) -> list[str]:
+    """Names of the tables that grow with the run."""
+    return [*GROWING, *(OBSERVED + name for name in file.get(OBSERVED[:-1], ()))]
+
+
+def table_types(file: Any, laws: list[str]) -> dict[str, np.dtype]:
+    """Type and shape of the rows of each growing table. The number of velocity components gives the dimension."""
+    bodies, components = file["frames/velocities"].shape[1:]
+    if components not in (3, 6):
+        raise ValueError(f"'frames/velocities' has {components} components, not 3 or 6")
+    vectors = np.dtype(("f8", (bodies, 3))), np.dtype(("f8", (bodies, components)))
+    kinds = INDEX, *vectors, interaction_type(2 if components == 3 else 3), history_type(len(laws))
+    types = dict(zip(GROWING, kinds, strict=True))
+    for name in growing_tables(file):
+        if name not in types:
+            kind = np.dtype((file[name].dtype, file[name].shape[1:]))
+            if kind.base.kind not in "biuf":
+                raise ValueError(f"'{name}' holds no numbers")
+            types[name] = kind
+    return types
+
+
+def check_table(file: Any, name: str, kind: np.dtype, rows: int) -> None:
+    """Raise ValueError if a growing table has another type, or if the file holds fewer than ``rows`` rows of it."""
+    table = file[name]
+    if not hasattr(table, "chunks") or not table.chunks:
+        raise ValueError(f"'{name}' is no growing table")
+    fields = table.dtype.names
+    if fields is not None and kind.names is not None and name == "history":  # older files have fewer columns
+        kind = np.dtype([(field, kind[field]) for field in kind.names if field in fields])
+    if table.dtype != kind.base or table.shape[1:] != kind.shape:
+        raise ValueError(f"'{name}' is of type {table.dtype} and shape {table.shape}, not of {kind}")
+    if not 0 <= rows <= len(table):
+        raise ValueError(f"'{name}' lacks entries")
+    row = kind.itemsize
+    if rows and table.id.get_storage_size() < rows * row:
+        raise ValueError(f"'{name}' lacks entries")
+    if rows and not _is_inside(table, rows):
+        raise ValueError(f"'{name}' lacks entries")
+
+
+def _is_inside(table: Any, rows: int) -> bool:
+    """Whether the file contains the chunk of the last of ``rows`` rows."""
+    chunk = table.id.get_chunk_info_by_coord((start_of_last_chunk(table, rows), *(0,) * (table.ndim - 1)))
+    return chunk.byte_offset is not None and chunk.byte_offset + chunk.size <= table.file.id.get_filesize()
