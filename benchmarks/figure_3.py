@@ -26,8 +26,8 @@ from lmgcpy.view.figures import name_of, new_figure, save
 from lmgcpy.view.palette import CURVES
 
 STRAINS = (0.002, 0.005, 0.01, 0.02, 0.03, 0.04, 0.05, 0.06, 0.08, 0.10)
-CHECKED = 3
-"""Number of seeds whose tests are made again at a tighter tolerance."""
+CHECKED, CHECK_STRAIN = 3, 0.03
+"""Number of seeds whose tests are made again at a tighter tolerance, and up to which crushing."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ def curve(record: BiaxialRecord, study: Study2D, width: float) -> Curve:
 
 def study_of(seed: int, preparation: str, folder: Path) -> TexSolResult:
     """The study of one seed, carried out or read."""
-    study = Study2D(seed=seed, preparation=preparation, **({} if seed < CHECKED else {"check_strain": 0.0}))
+    study = Study2D(seed=seed, preparation=preparation, check_strain=CHECK_STRAIN if seed < CHECKED else 0.0)
     place = StudyFolder(folder / f"{preparation}-{seed}", TexSolStudy)
     there = place.study_file.exists()
     study = place.read() if there else study

@@ -284,13 +284,13 @@ class Study2D(TexSolStudy):
     platen_friction: float = 0.0
     inertial_number: float = 1e-3
     axial_rigidity: float = 1e7
-    check_strain: float = 0.03
+    check_strain: float = 0.01
     greatest_reaction: float | None = None
     threads: int = 2
 
     def quick(self) -> Study2D:
         """The same on a small sample, for a look: 340 particles, 5 % crushing."""
-        return replace(self, grain_count=280, bead_count=60, strain=0.05, check_strain=0.02)
+        return replace(self, grain_count=280, bead_count=60, strain=0.05)
 
     def lay_sample(self) -> Sample:
         return lay_sample(self.grain_count, self.bead_count, theta_max=self.theta_max, seed=self.seed)
