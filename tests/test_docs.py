@@ -73,3 +73,11 @@ def test_every_page_is_in_the_index():
     assert sorted(contents) == sorted([*pages, "reference/index"])
     for page in pages:
         assert f"]({page}.md)" in index, f"{page}.md"
+
+
+def test_no_cell_of_a_table_is_cut_by_a_bar():
+    """A bar ends a cell, in code as well: formulas of complementarity have the sign for perpendicular."""
+    rows = [
+        (page.name, row) for page in DOCS.glob("*.md") for row in page.read_text("utf-8").splitlines() if row[:1] == "|"
+    ]
+    assert [(name, code) for name, row in rows for code in row.split("`")[1::2] if "|" in code.replace("\\|", "")] == []

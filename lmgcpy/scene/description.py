@@ -168,7 +168,8 @@ def build(description: Mapping[str, Any]) -> Scene:
     _add_bodies(scene, description)
     _check_conditions(scene, description["conditions"])
     for row in description["visibility"]:
-        scene.see(row["candidate"], row["antagonist"], laws[row["law"]], alert=row["alert"])
+        # files of former versions may have two rows of the same colours
+        scene.rows.append(scene._row(row["candidate"], row["antagonist"], laws[row["law"]], row["alert"]))
     chains = description["chains"]
     # in files without the field, linked neighbours always collided
     collide = chains.get("neighbours_collide", np.full(len(chains["law"]), _COLLIDE.index(True)))

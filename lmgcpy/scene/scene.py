@@ -61,13 +61,25 @@ class Scene:
 
     @named_arguments
     def see(self, candidate: str, antagonist: str, law: Law, *, alert: float | None = None) -> None:
-        """Let bodies of two colours touch under a law.
+        """Let bodies of two colours touch under a law; a pair of colours has one row, in either order.
 
         ``alert`` is the gap [m] up to which a pair is an interaction. None takes a fifth of the smallest radius of the two
         colours, or twice the travel of the fastest body in a step if that is more, and for walls the distance by which a
         wall and a body approach each other in a step. A gap that is beyond the alert distance and closes within one step
         is detected too late, as a penetration that stays.
         """
+        row = self._row(candidate, antagonist, law, alert)
+        for one, other, earlier, _ in self.rows:
+            if {one, other} == {candidate, antagonist}:
+                raise ValueError(
+                    f"The visibility table lets '{one}' and '{other}' touch under {earlier!r} already; '{candidate}' and "
+                    f"'{antagonist}' under {law!r} would act on the same pairs. Give the bodies of one of the two another "
+                    "colour, or write a law that does both."
+                )
+        self.rows.append(row)
+
+    def _row(self, candidate: str, antagonist: str, law: Law, alert: float | None) -> tuple[str, str, Law, float | None]:
+        """A row of the visibility table, checked by itself."""
         self._editable("extend the visibility table")
         for color in (candidate, antagonist):
             if not isinstance(color, str) or not color:
@@ -75,7 +87,7 @@ class Scene:
         self._check_law(law, "contact", "see")
         if alert is not None:
             alert = number(alert, f"alert between '{candidate}' and '{antagonist}'", minimum=0.0, unit="m")
-        self.rows.append((candidate, antagonist, law, alert))
+        return candidate, antagonist, law, alert
 
     @named_arguments
     def chain(

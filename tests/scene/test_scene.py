@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import lmgcpy as lm
+from lmgcpy.scene.description import build, describe
 
 SAND = lm.Material("sand", density=2600.0)
 
@@ -93,3 +94,11 @@ def test_one_material_may_make_many():
     assert material == SAND
     with pytest.raises(AttributeError):
         material.density = 1.0
+
+
+def test_a_file_of_a_former_version_may_have_two_rows_of_the_same_colours():
+    """Since then `see` refuses them."""
+    scene, _ = row_of_beads()
+    for law in (lm.Coulomb(friction=0.3), lm.Signorini()):
+        scene.rows.append((scene.bodies[0].color, scene.bodies[0].color, law, None))
+    assert [repr(law) for _, _, law, _ in build(describe(scene)).rows] == ["Coulomb(friction=0.3)", "Signorini()"]
