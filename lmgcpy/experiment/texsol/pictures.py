@@ -71,7 +71,7 @@ def links_figure(directions: Mapping[str, LinkDirections], bounds: Mapping[str, 
         axes.set_xlabel("angle of the link to x [degrees]")
         axes.set_xlim(0.0, 90.0)
         axes.set_ylim(0.0, 130.0)
-        axes.legend(frameon=False, fontsize="small", loc="upper right")
+        axes.legend(framealpha=1.0, edgecolor="none", fontsize="small", loc="upper right")  # over the dotted line
     panels[0].set_ylabel("share of the links; share of the greatest sum [%]")
     return drawn
 

@@ -230,8 +230,8 @@ class TexSolStudy(Study):
         return site.run("compaction", "relaxation to the pressure", options["max_steps"], compact, laid, **options)
 
     def tests(self, prepared: Compaction, done: Mapping[str, Any]) -> list[Task]:
-        # the longest first, so that no thread waits for the last: checks, and among them rods before wires before sand
-        tests = [*sorted(self.checks, key=_shortness), *sorted(self.planned, key=_shortness)]
+        # the longest first, so that no thread waits for the last: rods before wires before sand, then the checks
+        tests = [*sorted(self.planned, key=_shortness), *sorted(self.checks, key=_shortness)]
         return [] if done else [Task(test.name, _compress, (self, prepared.sample, test)) for test in tests]
 
     def result(self, prepared: Compaction, done: Mapping[str, Any]) -> TexSolResult:
