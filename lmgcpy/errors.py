@@ -188,15 +188,31 @@ def named_arguments(decorated: Decorated) -> Decorated:
     return call  # type: ignore[return-value]
 
 
+def _arguments(kind: type) -> list[str]:
+    """Names of the arguments of a class: its own, and those that it hands on to the class above, but for what it
+    ``GIVES`` that class itself."""
+    names: list[str] = []
+    given: set[str] = set()
+    for above in kind.__mro__:
+        if "__init__" in vars(above):
+            parameters = list(inspect.signature(above.__init__).parameters.values())[1:]  # type: ignore[misc]
+            names += [p.name for p in parameters if p.kind is not p.VAR_KEYWORD and p.name not in {*names, *given}]
+            if all(p.kind is not p.VAR_KEYWORD for p in parameters):
+                break
+        given |= set(vars(above).get("GIVES", ()))
+    return names
+
+
 def _wrong_call(function: Callable, given: tuple, named: dict[str, Any]) -> str:
     parameters = list(inspect.signature(function).parameters.values())
     name = function.__name__
     if parameters and parameters[0].name == "self":
         name = type(given[0]).__name__ if name == "__init__" else f"{type(given[0]).__name__}.{name}"
-        parameters, given = parameters[1:], given[1:]
-    known = [p.name for p in parameters if p.kind is not p.VAR_KEYWORD]
+        parameters, instance, given = parameters[1:], given[0], given[1:]
+    own = [p.name for p in parameters if p.kind is not p.VAR_KEYWORD]
+    known = _arguments(type(instance)) if function.__name__ == "__init__" else own
     for word in named:
-        if word not in known:
+        if word not in own and word not in known:
             return f"{name} has no argument '{word}'{closest(word, known)}"
     by_position = [p.name for p in parameters if p.kind not in (p.KEYWORD_ONLY, p.VAR_KEYWORD)]
     if len(given) > len(by_position):

@@ -395,6 +395,7 @@ class Boundary(Body):
     """A wall or a hollow cylinder. It never turns, has no weight, and its components are held unless loaded."""
 
     position_argument = "point"
+    GIVES = ("position",)
     noun: str
     """Name of the shape in error messages."""
     _contactor: Any

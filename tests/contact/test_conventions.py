@@ -156,11 +156,14 @@ def test_a_pair_that_cannot_move_along_its_normal_is_not_built():
     assert len(one_step(bodies, ("RED", "WALL", LAW)).interactions) == 0
 
 
-def test_a_pair_may_be_seen_twice():
-    """Two rows of the table, two interactions: a glue beside a contact, say."""
-    bodies = [disk(0.0, 0.0, "RED"), disk(0.0, 1.0, "RED")]
-    view = one_step(bodies, ("RED", "RED", lm.Signorini()), ("RED", "RED", LAW)).interactions
-    assert view.law.tolist() == ["signorini", "coulomb"]
+@pytest.mark.parametrize("again", [("RED", "BLUE"), ("BLUE", "RED")])
+def test_a_pair_of_colours_is_seen_once(again):
+    """Two rows would be two interactions of the same bodies, each with an impulse of its own: nobody asks for that."""
+    bodies = [disk(0.0, 0.0, "RED"), disk(0.0, 1.0, "BLUE")]
+    with pytest.raises(
+        ValueError, match="'RED' and 'BLUE' touch under Signorini.* already.*Coulomb.*write a law that does"
+    ):
+        one_step(bodies, ("RED", "BLUE", lm.Signorini()), (*again, LAW))
 
 
 def test_before_the_first_step_there_are_no_interactions():
