@@ -25,15 +25,18 @@ class Distances:
         """Bound of the adaptive alert distance of two bounded contactors."""
         self._skin = max([0.2 * float(radii.min()) if len(radii) else 0.0, *(row.alert for row in rows)])
         greatest = [self.alert(row, np.inf) for row in rows if row.adaptive]
-        fixed = [row.alert for row in rows]
+        fixed = [max(row.alert, row.reach) for row in rows]
         self.fullest = max(greatest + fixed) + max(self._skin, 0.5 * self._largest) if greatest else np.inf
         """Reach of the widest list; a list of this reach holds all pairs with walls."""
 
     def alert(self, row: VisibilityRow, travel: float, closing: float = 0.0) -> float:
         """Alert distance of a row. Where the user gave none, it covers what two bodies at the greatest speed can close in
         a step, ``travel`` each, up to the largest radius (with the offset of its contactor): a contact seen too late
-        starts with a penetration. For contactors without bounds it covers ``closing``, however large that is."""
-        return max(row.alert, min(2.0 * travel, self.cap), closing) if row.adaptive else row.alert
+        starts with a penetration. For contactors without bounds it covers ``closing``, however large that is. A law that
+        acts at a distance is seen to act from as far before its reach; what the user gave is never less than the reach."""
+        if not row.adaptive:
+            return max(row.alert, row.reach)
+        return row.reach + max(row.alert, min(2.0 * travel, self.cap), closing)
 
     def widest_alert(self, travel: float, closing: float) -> float:
         """The greatest alert distance."""

@@ -38,6 +38,8 @@ class VisibilityRow:
     alert: float
     adaptive: bool = False
     """Whether the alert distance grows with the speed of the bodies."""
+    reach: float = 0.0
+    """Greatest gap at which the law acts [m]."""
 
     @cached_property
     def parameters(self) -> np.ndarray:

@@ -234,6 +234,15 @@ class Law(ABC):
         """Number of components of the impulse that the law may make non-zero: 1 (normal) or ``dimension``."""
         return 1
 
+    def acts_within(self, radius: float, other: float) -> float:
+        """Greatest gap [m] at which a contact law acts between surfaces of two radii [m], infinite for walls.
+
+        Its contacts are seen at least up to there. By default it is the parameter ``reach``, if the law has one, else 0: it
+        acts on contact. A law of capillary bridges overrides it, as with ``return self.volume ** (1 / 3)``. It is asked
+        for the smallest and the largest radii of a scene, and should be greatest for one of them.
+        """
+        return self.values.get("reach") or 0.0
+
     def table(self, reference_length: np.ndarray) -> np.ndarray:
         """Parameters as ``prepare`` receives them, one row an interaction, shape (count, k).
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable
 from typing import Any, TypeVar
 
@@ -66,7 +67,8 @@ class Scene:
         ``alert`` is the gap [m] up to which a pair is an interaction. None takes a fifth of the smallest radius of the two
         colours, or twice the travel of the fastest body in a step if that is more, and for walls the distance by which a
         wall and a body approach each other in a step. A gap that is beyond the alert distance and closes within one step
-        is detected too late, as a penetration that stays.
+        is detected too late, as a penetration that stays. A law that acts at a distance (``Law.acts_within``) is seen at
+        least up to there.
         """
         row = self._row(candidate, antagonist, law, alert)
         for one, other, earlier, _ in self.rows:
@@ -197,7 +199,14 @@ class Scene:
             heavy=np.array([body.gravity_acts for body in self.bodies], dtype=bool),
             contactors=contactors,
             rows=[
-                VisibilityRow(c, a, law, self._alert(c, a, alert, contactors), adaptive=alert is None)
+                VisibilityRow(
+                    c,
+                    a,
+                    law,
+                    self._alert(c, a, alert, contactors),
+                    adaptive=alert is None,
+                    reach=reach(c, a, law, contactors),
+                )
                 for c, a, law, alert in self.rows
             ],
             chains=[
@@ -286,3 +295,15 @@ class Scene:
             f"<Scene in {self.dimension}D: {len(self.bodies)} bodies, {len(self.rows)} rows of the visibility table, "
             f"{len(self.chains)} chains{', compiled' if self._compiled else ''}>"
         )
+
+
+def reach(candidate: str, antagonist: str, law: Law, contactors: ContactorTable) -> float:
+    """Greatest gap at which the law acts between contactors of two colours, one of them bounded [m]."""
+    bounds = []
+    for color in (candidate, antagonist):
+        radii = contactors.bounding_radius[[color == of for of in contactors.color]]
+        bounded = radii[np.isfinite(radii)]
+        bounds.append({*radii[np.isinf(radii)], *([bounded.min(), bounded.max()] if len(bounded) else [])})
+    pairs = [(float(one), float(other)) for one, other in itertools.product(*bounds) if min(one, other) < np.inf]
+    what = f"acts_within of law '{law.NAME}'"
+    return max((number(law.acts_within(*pair), what, minimum=0.0, unit="m") for pair in pairs), default=0.0)
