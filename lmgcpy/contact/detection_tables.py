@@ -53,7 +53,8 @@ class ChainTable:
 
     bodies: np.ndarray
     """Rows of the bodies, (links + 1,) int64; of a closed chain the last is the first."""
-    law: Law
+    laws: list[Law]
+    """Of each link, of one class; one that all links share."""
     radius_sum: np.ndarray
     """Sum of the two radii [m], (links,)."""
     reference_gap: np.ndarray
@@ -64,6 +65,11 @@ class ChainTable:
     """Time that this takes [s]; 0 for none."""
 
     @property
+    def law(self) -> Law:
+        """The law, with the parameters of the first link."""
+        return self.laws[0]
+
+    @property
     def link_count(self) -> int:
         """How many links."""
         return len(self.radius_sum)
@@ -71,7 +77,11 @@ class ChainTable:
     @cached_property
     def parameters(self) -> np.ndarray:
         """Parameters of the law, one row a link, (links, k)."""
-        return np.ascontiguousarray(self.law.table(self.radius_sum + self.reference_gap), dtype=float)
+        length = self.radius_sum + self.reference_gap
+        if len(self.laws) == 1:
+            return np.ascontiguousarray(self.law.table(length), dtype=float)
+        tables = [law.table(length[i : i + 1]) for i, law in enumerate(self.laws)]
+        return np.ascontiguousarray(np.concatenate(tables), dtype=float)
 
     def reference_gap_at(self, time: float) -> np.ndarray:
         """Reference gaps at a time [m], (links,)."""

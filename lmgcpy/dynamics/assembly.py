@@ -123,6 +123,7 @@ def assemble(
     free_velocity: np.ndarray,
     inverse_mass: np.ndarray,
     size: np.ndarray,
+    pairs: np.ndarray,
     guess: np.ndarray,
     state: np.ndarray,
     wire_blocks: bool,
@@ -131,7 +132,8 @@ def assemble(
 
     ``before`` and ``free_velocity``: velocities of the bodies at the start of the step and without impulses, (n, k);
     ``size``: radius of the smallest contactor of each body [m], infinite where it has none that is bounded, (n,);
-    ``guess``: impulses to start from, (m, d); ``state``: of the laws, NaN for new interactions, (m, k), changed in place.
+    ``pairs``: what laws may know of the bodies, (m, 4) or (0, 4); ``guess``: impulses to start from, (m, d); ``state``: of
+    the laws, NaN for new interactions, (m, k), changed in place.
     """
     dimension = interactions.normal.shape[1]
     of_dimension = DIMENSIONS[dimension]
@@ -170,6 +172,7 @@ def assemble(
         reference_gap=with_spare_rows(count, fill=0.0),
         before=with_spare_rows(count, dimension),
         after=np.empty((0, dimension)),
+        pairs=pairs,
         state=state,
         time=time,
         time_step=time_step,

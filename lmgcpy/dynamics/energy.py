@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -19,7 +20,7 @@ class Energy:
     At every step ``kinetic - kinetic before = loads + drives + sum of interactions`` holds to round-off, each term the
     work at the mean velocity of the step: ``loads`` of gravity and imposed forces, ``drives`` of whatever holds the driven
     components, and ``interactions`` of the impulses by name of law. ``kinetic`` is that of the free components.
-    ``total_loads``, ``total_drives`` and ``total_interactions`` are sums over the run.
+    ``total_loads``, ``total_drives``, ``total_interactions`` and ``total_dissipated`` are sums over the run.
     """
 
     kinetic: float = 0.0
@@ -29,11 +30,15 @@ class Energy:
     stored: dict[str, float] = field(default_factory=dict)
     """Energy in elastic links at the predicted gaps, by law; at each step its change and the work of the links'
     impulses sum to what the scheme damps, plus the links' second-order stretch."""
+    dissipated: dict[str, float] = field(default_factory=dict)
+    """What laws that tell say that they have dissipated in this step, by law; the work of their impulses and the change of
+    what they store may be more, as of a contact whose friction tells and whose shocks do not."""
     defect: float = 0.0
     """Error of the identity in this step."""
     total_loads: float = 0.0
     total_drives: float = 0.0
     total_interactions: dict[str, float] = field(default_factory=dict)
+    total_dissipated: dict[str, float] = field(default_factory=dict)
     made: float = 0.0
     """Energy that interactions have made: the work and the stored energy of all laws that promise to make none, less the
     smallest value of this sum so far. Not counted while links are drawn to their reference."""
@@ -62,11 +67,13 @@ class Energy:
         force: np.ndarray,
         before: np.ndarray,
         pushed: np.ndarray | None,
+        dissipated: dict[str, float],
     ) -> None:
         """Enter a step at its end: the external forces (n, k), and the velocities of the bodies before it (n, k).
 
-        ``pushed``: impulses that moved bodies without giving them velocity (m, d), None for none; their work is what they
-        do against the loads on the way. Raises FloatingPointError where a stored energy is not finite, and enters nothing.
+        ``dissipated``: see :func:`dissipated_by_law`. ``pushed``: impulses that moved bodies without giving them velocity
+        (m, d), None for none; their work is what they do against the loads on the way. Raises FloatingPointError where a
+        stored energy is not finite, and enters nothing.
         """
         data, system, after = problem.data, problem.system, problem.system.velocity
         against = None if pushed is None else pushed * problem.relative_velocities(fallen(problem, before))
@@ -98,11 +105,36 @@ class Energy:
         self.drives = -driven
         self.interactions = works
         self.stored = stored
+        self.dissipated = dissipated
         self.defect = gain - (self.loads + self.drives + sum(works.values()))
         self.total_loads += self.loads
         self.total_drives += self.drives
         for name, work in works.items():
             self.total_interactions[name] = self.total_interactions.get(name, 0.0) + work
+        for name, energy in dissipated.items():
+            self.total_dissipated[name] = self.total_dissipated.get(name, 0.0) + energy
+
+
+def dissipated_by_law(problem: StepProblem) -> dict[str, float]:
+    """Energies that the laws which tell have dissipated in a step [J]; before they commit.
+
+    Raises FloatingPointError where one is not finite.
+    """
+    found: dict[str, float] = {}
+    data, impulse = problem.data, problem.system.impulse
+    for group, kernels in zip(problem.groups, problem.kernels, strict=True):
+        if kernels.dissipation is None:
+            continue
+        mean = 0.5 * (data.before + data.after)
+        arguments = group.start, group.stop, data, mean, impulse, group.parameters.ravel()
+        energy = ask(group, kernels.dissipation, "dissipation", problem.system, data, arguments)
+        if not math.isfinite(energy):
+            raise FloatingPointError(
+                f"In the step from t = {data.time:g} s dissipation of law '{group.law.NAME}' returned an energy that is "
+                "not finite."
+            )
+        found[group.law.NAME] = found.get(group.law.NAME, 0.0) + energy
+    return found
 
 
 def fallen(problem: StepProblem, before: np.ndarray) -> np.ndarray:

@@ -12,6 +12,7 @@ from lmgcpy.contact.narrow_phase import Interactions
 from lmgcpy.dynamics.assembly import StepProblem
 from lmgcpy.dynamics.diagnosis import interaction
 from lmgcpy.errors import LARGEST, shown
+from lmgcpy.solve.law_kernels import known_pair
 
 POSITION = {2: ("x [m]", "y [m]", "rotation [rad]"), 3: ("x [m]", "y [m]", "z [m]")}
 """Columns of the positions in words, by dimension."""
@@ -70,7 +71,8 @@ def check_energy(problem: StepProblem, group: Group, energy: float) -> None:
         parameters = tuple(group.parameters[row - group.start if len(group.parameters) > 1 else 0].tolist())
         state = tuple(data.state[row, : len(law.states())].tolist())
         try:
-            given = law.energy(gap, float(data.reference_gap[row]), parameters, state)
+            known = known_pair(row, data) if law.INTERFACE >= 2 else ()
+            given = law.energy(gap, float(data.reference_gap[row]), parameters, state, *known)
         except (ArithmeticError, ValueError) as error:
             given = error
         if isinstance(given, Exception) or not math.isfinite(given):

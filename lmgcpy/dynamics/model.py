@@ -101,6 +101,12 @@ class Model:
         return np.where(self.inverse_mass > 0.0, self.mass, 0.0)
 
     @cached_property
+    def movable_mass(self) -> np.ndarray:
+        """Mass [kg], (n,), infinite where a body is held in all directions."""
+        d = self.dimension
+        return np.where((self.inverse_mass[:, :d] > 0.0).any(axis=1), self.mass[:, :d].min(axis=1), np.inf)
+
+    @cached_property
     def weight(self) -> np.ndarray:
         """Force of gravity by component [N], (n, k), zero where driven."""
         weight = np.zeros_like(self.mass)

@@ -18,10 +18,11 @@ from lmgcpy.dynamics.assembled_problem import as_problem
 from lmgcpy.dynamics.assembly import StepProblem, assemble
 from lmgcpy.dynamics.checkpoint import Checkpoint, check
 from lmgcpy.dynamics.displacements import Displacements, DisplacementWatch, worse
-from lmgcpy.dynamics.energy import Energy, kinetic_energy
+from lmgcpy.dynamics.energy import Energy, dissipated_by_law, kinetic_energy
 from lmgcpy.dynamics.finite_checks import POSITION, VELOCITY, check_bodies, check_detection
 from lmgcpy.dynamics.geometric_stiffness import LinkStiffness
 from lmgcpy.dynamics.interactions import InteractionView
+from lmgcpy.dynamics.known_pairs import known_pairs
 from lmgcpy.dynamics.lock import find_lock
 from lmgcpy.dynamics.model import BodyState, Model
 from lmgcpy.dynamics.position_rounding import check_positions
@@ -143,10 +144,11 @@ class Stepper:
             force, free_velocity = self._free_flight(v)  # v_free = v + h M^-1 F
             found = self._find_impulses(v, free_velocity)  # u = H^T v_free + W r and the laws
             problem = found.problem
+            dissipated = dissipated_by_law(problem)
             problem.commit()
             # q = q_m + theta h v, where one solve gives the displacements and the velocities, as it mostly does
             state.positions += found.displacement - (1.0 - theta) * h * problem.system.velocity[:, :3]
-            self.energy.advance(problem, self.model, force, v, found.pushed)
+            self.energy.advance(problem, self.model, force, v, found.pushed, dissipated)
         sentences = self._watched(found, force, v)
         state.velocities[:] = problem.system.velocity
         state.time += h
@@ -219,6 +221,7 @@ class Stepper:
             free_velocity=free_velocity,
             inverse_mass=self.model.inverse_mass,
             size=self._size,
+            pairs=known_pairs(detector.groups, interactions, self.model),
             guess=detector.recall(interactions),
             state=detector.recall_state(interactions),
             wire_blocks=self.solver.wire_blocks,

@@ -19,9 +19,9 @@ import numpy as np
 
 from lmgcpy.errors import closest, named_arguments, number, shown
 
-INTERFACE = 1
-"""Version of the interface of laws: their functions, the arguments of these, the class attributes. It grows when a change
-would break a law that is written for the version before."""
+INTERFACE = 2
+"""Version of the interface of laws: their functions, the arguments of these, the class attributes. Laws of former versions
+run on. In version 2 ``prepare``, ``initial``, ``commit``, ``energy`` and ``dissipation`` take one argument more: ``pair``."""
 
 REQUIRED = object()
 
@@ -128,7 +128,10 @@ class Law(ABC):
     * ``PREPARED``: names of the numbers that ``prepare`` returns;
     * ``TRAITS``: what the law promises, out of :data:`~lmgcpy.laws.law.TRAITS`;
     * ``PAIRS``: pairs of contactor kinds that a contact law serves, as ``{("disk", "wall")}``; None for all;
-    * ``INTERFACE``: version of the interface that the law is written for;
+    * ``DIMENSIONS``: those of the scenes that the law is for, 2 and 3 unless it says less;
+    * ``INTERFACE``: version of the interface that the law is written for. With ``INTERFACE = 2`` the functions ``prepare``,
+      ``initial``, ``commit``, ``energy`` and ``dissipation`` take a last argument ``pair``, a
+      :class:`~lmgcpy.laws.pair.Pair` with radii, masses and the time;
     * :class:`Parameter` attributes, in the order in which ``prepare`` receives their values;
     * :class:`State` attributes, in the same order: numbers that the law keeps for each interaction (damage, plastic
       length, wear).
@@ -146,6 +149,7 @@ class Law(ABC):
     PREPARED: ClassVar[tuple[str, ...]]
     TRAITS: ClassVar[frozenset[str]] = frozenset()
     PAIRS: ClassVar[frozenset[tuple[str, str]] | None] = None
+    DIMENSIONS: ClassVar[tuple[int, ...]] = (2, 3)
     INTERFACE: ClassVar[int] = 1  # a law that names no version is written for the first
 
     initial: ClassVar[Callable | None] = None
@@ -161,6 +165,11 @@ class Law(ABC):
     """``slope(W, u, prepared)``: generalized derivative of ``react`` by ``u``, a tuple of rows; None if there is none."""
     energy: ClassVar[Callable | None] = None
     """``energy(gap, reference_gap, parameters, state)``: energy stored in one interaction [J]; None if it stores none."""
+
+    dissipation: ClassVar[Callable | None] = None
+    """``dissipation(gap, reference_gap, velocity, impulse, time_step, parameters, state)``: energy that one interaction has
+    dissipated in the step [J]; None if the law does not tell. ``velocity`` [m/s] is the mean of those at the start and at
+    the end of the step, so that ``impulse . velocity`` is the work of the impulse; ``state`` is that before the step."""
 
     conic: ClassVar[Callable | None] = None
     """``conic(prepared)``: bias [m/s], friction and compliance [1/kg] of the law in conic form (see
@@ -229,6 +238,11 @@ class Law(ABC):
     def values(self) -> dict[str, float | None]:
         """Parameters by name."""
         return dict(self.__dict__["_values"])
+
+    def with_values(self, **values: Any) -> Law:
+        """The same law with other values of some parameters; raises the errors of a law that is made with them."""
+        given = {name: value for name, value in {**self.values, **values}.items() if value is not None}
+        return type(self)(**given)
 
     def rows(self, dimension: int) -> int:
         """Number of components of the impulse that the law may make non-zero: 1 (normal) or ``dimension``."""

@@ -30,8 +30,11 @@ ARGUMENTS = {
     "energy": ("gap", "reference_gap", "parameters", "state"),
     "initial": ("gap", "reference_gap", "time", "parameters"),
     "commit": ("gap", "reference_gap", "velocity", "impulse", "time_step", "parameters", "state"),
+    "dissipation": ("gap", "reference_gap", "velocity", "impulse", "time_step", "parameters", "state"),
 }
-"""Exact argument lists of a law's functions."""
+"""Exact argument lists of a law's functions, without ``pair``."""
+TAKE_PAIR = ("prepare", "initial", "commit", "energy", "dissipation")
+"""Functions that take ``pair`` as a last argument from version 2 of the interface on."""
 
 
 class Specification:
@@ -131,12 +134,18 @@ def check_interface(law: Any) -> None:
     if not (isinstance(law, type) and issubclass(law, Law)):
         raise TypeError(f"A law is a subclass of lmgcpy.Law, got {shown(law)}.")
     where = f"Law class {law.__qualname__}"
-    if law.INTERFACE != INTERFACE:
+    if law.INTERFACE not in range(1, INTERFACE + 1):
         raise TypeError(
-            f"{where} is written for version {law.INTERFACE!r} of the interface of laws, but this lmgcpy has version "
-            f"{INTERFACE}: install a version of the law, or of lmgcpy, that fits."
+            f"{where} is written for version {law.INTERFACE!r} of the interface of laws, but this lmgcpy has versions up "
+            f"to {INTERFACE}: install a version of the law, or of lmgcpy, that fits."
         )
-    for name, kind in (("NAME", str), ("APPLIES_TO", str), ("PREPARED", tuple), ("TRAITS", frozenset)):
+    for name, kind in (
+        ("NAME", str),
+        ("APPLIES_TO", str),
+        ("PREPARED", tuple),
+        ("TRAITS", frozenset),
+        ("DIMENSIONS", tuple),
+    ):
         if not isinstance(getattr(law, name, None), kind):
             raise TypeError(f"{where} needs a class attribute {name} of type {kind.__name__}.")
     if law.APPLIES_TO not in ("contact", "link"):
@@ -147,6 +156,8 @@ def check_interface(law: Any) -> None:
     for name in ("initial", "commit"):
         if getattr(law, name) is not None and not law.states():
             raise TypeError(f"{where} has {name} but no state: declare its numbers, as damage = lmgcpy.State('-').")
+    if not law.DIMENSIONS or not set(law.DIMENSIONS) <= {2, 3}:
+        raise TypeError(f"{where}: DIMENSIONS holds 2, 3 or both, as (2,), got {law.DIMENSIONS!r}.")
     for pair in law.PAIRS or ():
         if not (isinstance(pair, tuple) and len(pair) == 2 and all(isinstance(kind, str) for kind in pair)):
             raise TypeError(f'{where}: PAIRS holds pairs of kinds of contactors, as ("disk", "wall"), got {pair!r}.')
@@ -159,8 +170,11 @@ def check_interface(law: Any) -> None:
         if not isinstance(inspect.getattr_static(law, name), staticmethod):
             raise TypeError(f"{where}: {name} must be a static method: it is compiled and has no self.")
         got = tuple(inspect.signature(function).parameters)
-        if got != expected:
-            raise TypeError(f"{where}: {name} must take ({', '.join(expected)}), but it takes ({', '.join(got)}).")
+        takes_pair = name in TAKE_PAIR and law.INTERFACE >= 2
+        wanted = (*expected, "pair") if takes_pair else expected
+        if got != wanted:
+            hint = " It would take pair with INTERFACE = 2." if got == (*expected, "pair") and name in TAKE_PAIR else ""
+            raise TypeError(f"{where}: {name} must take ({', '.join(wanted)}), but it takes ({', '.join(got)}).{hint}")
 
 
 registry = Registry()

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
-from lmgcpy.errors import number, numbers, shown
+from lmgcpy.errors import closest, number, numbers, shown
 from lmgcpy.laws import Law
 from lmgcpy.scene.body import Body, Round
 from lmgcpy.scene.contactor import DiskContactor, SphereContactor
@@ -24,7 +25,8 @@ link pulls and the contact pushes without bound."""
 class Chain:
     """Bodies, each linked to the next: link i goes from ``bodies[i]``, antagonist, to ``bodies[i + 1]``, candidate.
 
-    ``reference_gaps`` [m], (links,), are gaps between surfaces. Links act between centres and carry no moment.
+    ``reference_gaps`` [m], (links,), are gaps between surfaces. ``parameters`` are those of the law that differ from link
+    to link, (links,) each. Links act between centres and carry no moment.
     """
 
     def __init__(
@@ -36,6 +38,7 @@ class Chain:
         relaxation: float = 0.0,
         closed: bool = False,
         neighbours_collide: bool | None = None,
+        parameters: Mapping[str, Any] | None = None,
     ):
         self.law = law
         self.bodies = list(bodies)
@@ -55,9 +58,42 @@ class Chain:
                     f"{shown(reference_gap)}."
                 )
             self.reference_gaps = np.broadcast_to(given, self.start_gaps.shape).copy()
+        self.parameters = self._of_each_link(parameters)
         self._refuse_no_length(self.start_gaps, "starts with no distance", "move one of them")
         self._refuse_no_length(self.reference_gaps, "has no length at its reference", "give a larger reference_gap")
         self._refuse_blows()
+
+    def _of_each_link(self, parameters: Mapping[str, Any] | None) -> dict[str, np.ndarray]:
+        """Parameters of the law that differ from link to link, (links,) each."""
+        if parameters is None:
+            return {}
+        if not isinstance(parameters, Mapping):
+            raise TypeError(f"parameters are arrays by name, as {{'strength': [10.0, 20.0]}}, got {shown(parameters)}.")
+        count, known, found = len(self.start_gaps), self.law.parameters(), {}
+        for name, given in parameters.items():
+            if name not in known:
+                raise ValueError(f"Law '{self.law.NAME}' has no parameter {shown(name)}{closest(name, known)}")
+            values = numbers(given, f"parameters['{name}']", f"{count} numbers [{known[name].unit}], one a link")
+            if values.shape != (count,):
+                raise ValueError(f"parameters['{name}'] must be {count} numbers, one a link, got {shown(given)}.")
+            found[name] = values.copy()
+        for i, law in enumerate(self._laws(found)):
+            if isinstance(law, Exception):
+                raise type(law)(f"Link {i} of the chain: {law}") from law
+        return found
+
+    def _laws(self, parameters: dict[str, np.ndarray]) -> Iterator[Law | Exception]:
+        """The law of each link, with its own parameters, or the error that these make."""
+        for values in zip(*(column.tolist() for column in parameters.values()), strict=True):
+            try:
+                yield self.law.with_values(**dict(zip(parameters, values, strict=True)))
+            except (TypeError, ValueError) as error:
+                yield error
+
+    @property
+    def laws(self) -> list[Law]:
+        """The laws of the links: one that all share, or one each."""
+        return [law for law in self._laws(self.parameters) if isinstance(law, Law)] or [self.law]
 
     def _pairs(self) -> list[tuple[Body, Body]]:
         return list(zip(self._path[:-1], self._path[1:], strict=True))

@@ -143,6 +143,7 @@ def describe(scene: Scene) -> dict[str, Any]:
             "bodies": np.array([body.id for chain in scene.chains for body in chain.bodies], dtype=np.int64),
             "link_count": np.array([len(chain.reference_gaps) for chain in scene.chains], dtype=np.int64),
             "reference_gaps": np.concatenate([chain.reference_gaps for chain in scene.chains] or [np.zeros(0)]),
+            "parameters": {str(i): dict(chain.parameters) for i, chain in enumerate(scene.chains) if chain.parameters},
         },
         "laws": [
             {"name": law.NAME, "distribution": _distribution(law), "parameters": law.values} for law in laws
@@ -183,6 +184,7 @@ def build(description: Mapping[str, Any]) -> Scene:
             closed=bool(chains["closed"][i]),
             relaxation=float(chains["relaxation"][i]),
             neighbours_collide=_COLLIDE[collide[i]],
+            parameters=chains.get("parameters", {}).get(str(i)),  # none in files of former versions
         )
     return scene
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any, TypeVar
 
 import numpy as np
@@ -12,6 +12,7 @@ from lmgcpy.contact.detection_tables import ChainTable, ContactorTable, Visibili
 from lmgcpy.dynamics.model import COMPONENTS, BodyState, Drive, Model
 from lmgcpy.errors import LARGEST, closest, flag, named_arguments, number, shown, vector, whole
 from lmgcpy.laws import Law
+from lmgcpy.laws.first_calls import check_answers
 from lmgcpy.laws.registry import check_interface
 from lmgcpy.scene.body import Body, Wall
 from lmgcpy.scene.chain import Chain
@@ -102,6 +103,7 @@ class Scene:
         closed: bool = False,
         relaxation: float = 0.0,
         neighbours_collide: bool | None = None,
+        parameters: Mapping[str, Any] | None = None,
     ) -> Chain:
         """Link consecutive bodies by a law; returns the chain.
 
@@ -144,6 +146,7 @@ class Scene:
             relaxation=relaxation,
             closed=closed,
             neighbours_collide=neighbours_collide,
+            parameters=parameters,
         )
         if block_spin:
             for body in members:
@@ -155,11 +158,12 @@ class Scene:
         if self._compiled:
             raise RuntimeError(f"Cannot {what}: a Simulation has compiled this scene. Make a new scene.")
 
-    @staticmethod
-    def _check_law(law: Law, applies_to: str, call: str) -> None:
+    def _check_law(self, law: Law, applies_to: str, call: str) -> None:
         if not isinstance(law, Law):
             raise TypeError(f"Scene.{call} takes a law such as lmgcpy.Coulomb(friction=0.3), got {shown(law)}.")
         check_interface(type(law))
+        if self.dimension not in law.DIMENSIONS:
+            raise ValueError(f"Law '{law.NAME}' is for scenes in {law.DIMENSIONS[0]}D, this one is in {self.dimension}D.")
         if applies_to != law.APPLIES_TO:
             right = "see" if law.APPLIES_TO == "contact" else "chain"
             raise TypeError(f"Law '{law.NAME}' is for a {law.APPLIES_TO}: give it to Scene.{right}, not Scene.{call}.")
@@ -170,6 +174,10 @@ class Scene:
         """The frozen model, with the initial values of imposed velocities. ``Simulation`` calls it."""
         self._editable("compile the scene again")
         self._check_colors()
+        for law in {id(law): law for _, _, law, _ in self.rows}.values():
+            check_answers(law, self.dimension)
+        for chain in self.chains:
+            check_answers(chain.law, self.dimension)
         positions = np.array([body._position for body in self.bodies]).reshape(-1, 3)
         d, count = self.dimension, len(COMPONENTS[self.dimension])
         velocities = np.array([body._velocity for body in self.bodies]).reshape(-1, count)
@@ -211,7 +219,7 @@ class Scene:
             ],
             chains=[
                 ChainTable(
-                    chain.path, chain.law, chain.radius_sums, chain.reference_gaps, chain.start_gaps, chain.relaxation
+                    chain.path, chain.laws, chain.radius_sums, chain.reference_gaps, chain.start_gaps, chain.relaxation
                 )
                 for chain in self.chains
             ],

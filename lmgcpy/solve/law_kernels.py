@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numba
@@ -15,6 +17,7 @@ from lmgcpy.compiled.fingerprint import Slot, may_raise
 from lmgcpy.compiled.kernel import CompilerError, Kernel, kernel, row_reader
 from lmgcpy.compiled.reference import by_reference
 from lmgcpy.laws import Law
+from lmgcpy.laws.pair import pair_of
 from lmgcpy.solve import contact_block, stiffened_wire_block, wire_block
 from lmgcpy.solve.dimension_kernels import template_slots
 from lmgcpy.solve.guarded_kernels import finite_matrix, finite_vector, guard, noting_reader
@@ -25,6 +28,9 @@ prepare: Callable[..., Any] = Slot("prepare")
 energy: Callable[..., Any] = Slot("energy")
 initial: Callable[..., Any] = Slot("initial")
 commit: Callable[..., Any] = Slot("commit")
+dissipation: Callable[..., Any] = Slot("dissipation")
+pair: Callable[..., Any] = Slot("pair")
+"""What a law of interface version 2 is given in addition: ``()`` for the others."""
 read_parameters: Callable[..., Any] = Slot("read_parameters")
 read_local: Callable[..., Any] = Slot("read_local")
 read_state: Callable[..., Any] = Slot("read_state")
@@ -47,6 +53,8 @@ class StepData(NamedTuple):
     """Relative velocities at the start of the step [m/s], (m, d)."""
     after: np.ndarray
     """Relative velocities at its end [m/s], (m, d); (0, d) until it is solved."""
+    pairs: np.ndarray
+    """Radii and masses of candidates and antagonists [m, m, kg, kg], (m, 4); (0, 4) where no law asks."""
     state: np.ndarray
     """States of the laws, (m, k) with k the most numbers that a law of the scene keeps; NaN beyond a law's own."""
     time: float
@@ -62,6 +70,18 @@ def parameters_of(i, start, parameters):
     return read_parameters(parameters, (i - start) * PARAMETERS if parameters.shape[0] > PARAMETERS else 0)
 
 
+def no_pair(i, data):
+    """Laws of interface version 1 know nothing of the pair."""
+    return ()
+
+
+def known_pair(i, data):
+    """What a law of interface version 2 may know of the bodies of interaction ``i``."""
+    radii = (data.pairs[i, 0], data.pairs[i, 1])
+    masses = (data.pairs[i, 2], data.pairs[i, 3])
+    return (pair_of(radii, masses, data.time),)
+
+
 @kernel
 def prepare_group(start, stop, offset, data: StepData, parameters, prepared):
     """Call the law's ``prepare`` for the interactions of one group, and ``initial`` for those that have no state yet;
@@ -74,14 +94,15 @@ def prepare_group(start, stop, offset, data: StepData, parameters, prepared):
         data.at[0] = i
         given = parameters_of(i, start, parameters)
         if STATE > 0 and np.isnan(data.state[i, 0]):
-            first = as_state(initial(data.gap[i], data.reference_gap[i], data.time, given))
+            first = as_state(initial(data.gap[i], data.reference_gap[i], data.time, given, *pair(i, data)))
             for k in range(STATE):
                 if np.isnan(first[k]):
                     return -2 - i
                 data.state[i, k] = first[k]
         state = read_state(states, i * width)
         local = read_local(before, data.before.shape[1] * i)
-        numbers = as_prepared(prepare(data.gap[i], data.reference_gap[i], local, data.time_step, given, state))
+        known = pair(i, data)
+        numbers = as_prepared(prepare(data.gap[i], data.reference_gap[i], local, data.time_step, given, state, *known))
         for k in range(PREPARED):
             prepared[offset + (i - start) * PREPARED + k] = numbers[k]
             if np.isnan(numbers[k]):
@@ -103,7 +124,8 @@ def commit_group(start, stop, data: StepData, impulse, parameters):
         local = read_local(after, data.after.shape[1] * i)
         push = read_local(impulses, data.after.shape[1] * i)
         state = read_state(states, i * width)
-        new = as_state(commit(data.gap[i], data.reference_gap[i], local, push, data.time_step, given, state))
+        known = pair(i, data)
+        new = as_state(commit(data.gap[i], data.reference_gap[i], local, push, data.time_step, given, state, *known))
         for k in range(STATE):
             if not np.isfinite(new[k]):
                 return i
@@ -121,7 +143,27 @@ def stored_energy(start, stop, data: StepData, parameters):
         data.at[0] = i
         given = parameters_of(i, start, parameters)
         predicted = data.gap[i] + data.time_step * data.after[i, 0]
-        total += energy(predicted, data.reference_gap[i], given, read_state(states, i * width))
+        total += energy(predicted, data.reference_gap[i], given, read_state(states, i * width), *pair(i, data))
+    return total
+
+
+@kernel
+def dissipated_energy(start, stop, data: StepData, mean, impulse, parameters):
+    """Energy that the interactions of one group have dissipated in the step [J], before they commit; ``mean``: the means of
+    their relative velocities at the start and at the end of the step (m, d)."""
+    total = 0.0
+    means = mean.ravel()
+    impulses = impulse.ravel()
+    states = data.state.ravel()
+    width = data.state.shape[1]
+    for i in range(start, stop):
+        data.at[0] = i
+        given = parameters_of(i, start, parameters)
+        local = read_local(means, mean.shape[1] * i)
+        push = read_local(impulses, mean.shape[1] * i)
+        state = read_state(states, i * width)
+        known = pair(i, data)
+        total += dissipation(data.gap[i], data.reference_gap[i], local, push, data.time_step, given, state, *known)
     return total
 
 
@@ -165,6 +207,7 @@ class LawKernels:
     prepare: Kernel
     energy: Kernel | None
     commit: Kernel | None
+    dissipation: Kernel | None
 
     def sweep_in_slab(self, walls: int) -> Any:
         """The sweep; ``walls`` (0, 1) for contacts whose candidates, or antagonists, are held walls."""
@@ -173,7 +216,7 @@ class LawKernels:
 
 def functions_of(law: type[Law]) -> tuple:
     """What is compiled of a law: a class whose functions somebody replaces gets kernels of the new ones."""
-    return law.react, law.slope, law.prepare, law.energy, law.initial, law.commit
+    return law.react, law.slope, law.prepare, law.energy, law.initial, law.commit, law.dissipation
 
 
 @cache
@@ -198,7 +241,7 @@ def law_kernels(
     sweep, error = group_kernels(*given, constants, stiffened=stiffened, watched=watched)
     beside = group_kernels(*given, {**constants, "WALLS": walls}, watched=watched)[0] if walls >= 0 else None
     counts = len(law.PREPARED), len(law.states()), parameter_count, rows
-    return LawKernels(sweep, error, beside, *_step_kernels(functions[2:], *counts))
+    return LawKernels(sweep, error, beside, *_step_kernels(functions[2:], law.INTERFACE >= 2, *counts))
 
 
 def group_kernels(
@@ -282,21 +325,26 @@ def stiffened_kernels(
 
 
 def not_compiled(law: type[Law], error: Exception) -> TypeError:
-    """The error for a law of which numba refuses a function."""
+    """The error for a law of which numba refuses a function; it begins with numba's reason and the line of the law."""
     lines = [line.strip() for line in str(error).splitlines()]
-    reason = " ".join(line for line in lines if line and not line.startswith("Failed in"))
+    reason = next((line for line in lines if line and not line.startswith("Failed in")), "numba gives no reason")
+    places = (re.match(r'File "(.*)", line (\d+)', line) for line in lines)
+    foreign = (f"{Path(place[1]).name}, line {place[2]}" for place in places if place and "/lmgcpy/" not in f"/{place[1]}")
+    function = re.search(r"<function \S*?(\w+)_[0-9a-f]{16} ", str(error))
+    where = next(foreign, f"in {function[1]}" if function else "")
     return TypeError(
-        f"Law '{law.NAME}' ({law.__module__}.{law.__qualname__}) cannot be compiled: its functions may use numbers, "
-        f"tuples, and functions of math and numpy on numbers. numba says: {reason[:400]}"
+        f"Law '{law.NAME}' ({law.__module__}.{law.__qualname__}) cannot be compiled: {reason.rstrip('.:')[:300]}{where and f' ({where})'}. "
+        "Its functions may use numbers, tuples, and functions of math and numpy on numbers."
     )
 
 
 @cache
 def _step_kernels(
-    functions: tuple, prepared_count: int, state_count: int, parameter_count: int, rows: int
-) -> tuple[Kernel, Kernel | None, Kernel | None]:
-    law_prepare, law_energy, law_initial, law_commit = functions
+    functions: tuple, takes_pair: bool, prepared_count: int, state_count: int, parameter_count: int, rows: int
+) -> tuple[Kernel, Kernel | None, Kernel | None, Kernel | None]:
+    law_prepare, law_energy, law_initial, law_commit, law_dissipation = functions
     common: dict[str, Any] = {
+        "pair": known_pair if takes_pair else no_pair,
         "read_parameters": row_reader(parameter_count),
         "read_state": row_reader(state_count),
         "PARAMETERS": parameter_count,
@@ -304,7 +352,7 @@ def _step_kernels(
     states = {"as_state": as_floats(state_count), "STATE": state_count, "read_local": row_reader(rows)}
     preparing = prepare_group.specialise(
         prepare=law_prepare,
-        initial=law_initial or zeros(state_count),
+        initial=law_initial or zeros(state_count, takes_pair),
         as_prepared=as_floats(prepared_count),
         PREPARED=prepared_count,
         **common,
@@ -312,7 +360,10 @@ def _step_kernels(
     )
     storing = law_energy and stored_energy.specialise(energy=law_energy, **common)
     committing = law_commit and commit_group.specialise(commit=law_commit, **common, **states)
-    return preparing, storing, committing
+    dissipating = law_dissipation and dissipated_energy.specialise(
+        dissipation=law_dissipation, read_local=states["read_local"], **common
+    )
+    return preparing, storing, committing, dissipating
 
 
 @cache
@@ -322,6 +373,7 @@ def as_floats(count: int) -> Callable:
 
 
 @cache
-def zeros(count: int) -> Callable:
+def zeros(count: int, takes_pair: bool) -> Callable:
     """An ``initial`` of so many zeros."""
-    return eval(f"lambda gap, reference_gap, time, parameters: ({'0.0, ' * count})", {"__name__": __name__})
+    arguments = "gap, reference_gap, time, parameters" + (", pair" if takes_pair else "")
+    return eval(f"lambda {arguments}: ({'0.0, ' * count})", {"__name__": __name__})

@@ -11,6 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from lmgcpy.laws import Law
+from lmgcpy.laws.pair import Pair, pair_of
 from lmgcpy.testing.answers import Matrix, Nonconformance, Numbers, number, numbers, rows_of_numbers
 from lmgcpy.testing.units import Dimensions, dimensions
 
@@ -30,6 +31,8 @@ class CaseStep:
     """Local block of the Delassus operator [1/kg]."""
     q: Numbers
     """Relative velocity at the end of the step without impulse [m/s]."""
+    time: float = 0.0
+    """Time at the start of the step [s]."""
 
 
 @dataclass(frozen=True)
@@ -43,6 +46,11 @@ class LawCase:
     birth: float
     """Time at which the interaction begins [s]."""
     steps: tuple[CaseStep, ...]
+    dimension: int = 2
+    radii: tuple[float, float] = (0.1, 0.1)
+    """Of the two bodies [m]."""
+    masses: tuple[float, float] = (1.0, 1.0)
+    """[kg]."""
 
     # -------------------------------------------------------------------------------------------------- arguments
 
@@ -64,7 +72,7 @@ class LawCase:
     @cached_property
     def size(self) -> int:
         """Number of rows of the law."""
-        return self.law.rows(2)
+        return self.law.rows(self.dimension)
 
     @cached_property
     def parameters(self) -> Numbers:
@@ -73,18 +81,22 @@ class LawCase:
 
     # ----------------------------------------------------------------------------------------------------- answers
 
+    def known(self, time: float) -> tuple[Pair, ...]:
+        """What the functions of a law of interface version 2 are given in addition; nothing for version 1."""
+        return (pair_of(self.radii, self.masses, time),) if self.law.INTERFACE >= 2 else ()
+
     def first_state(self, gap: float) -> Numbers:
         """The state of an interaction that begins at this gap."""
         count = len(self.law.states())
         if self.law.initial is None:
             return (0.0,) * count
-        given = gap, self.reference_gap, self.birth, self.parameters
+        given = gap, self.reference_gap, self.birth, self.parameters, *self.known(self.birth)
         return numbers(self.law, "initial", count, "one for each state", *given)
 
     def prepare(self, step: CaseStep, state: Numbers) -> Numbers:
         """The prepared numbers for a step."""
         names = self.law.PREPARED
-        given = step.gap, self.reference_gap, step.before, self.time_step, self.parameters, state
+        given = step.gap, self.reference_gap, step.before, self.time_step, self.parameters, state, *self.known(step.time)
         return numbers(self.law, "prepare", len(names), "one for each name in PREPARED", *given, infinite=True)
 
     def react(self, W: Matrix, u: Sequence[float], prepared: Numbers) -> Numbers:
@@ -99,8 +111,16 @@ class LawCase:
         """The state after a step with this end velocity and this impulse."""
         if self.law.commit is None:
             return state
-        given = step.gap, self.reference_gap, u, impulse, self.time_step, self.parameters, state
+        given = step.gap, self.reference_gap, u, impulse, self.time_step, self.parameters, state, *self.known(step.time)
         return numbers(self.law, "commit", len(state), "one for each state", *given)
+
+    @property
+    def dissipation(self) -> float:
+        """Energy that the last step dissipates, as the law tells [J]."""
+        step = self.steps[-1]
+        mean = tuple(0.5 * (a + b) for a, b in zip(step.before, self.velocity, strict=True))
+        given = step.gap, self.reference_gap, mean, self.impulse, self.time_step, self.parameters, self.state
+        return number(self.law, "dissipation", *given, *self.known(step.time))
 
     @cached_property
     def history(self) -> tuple[Numbers, ...]:
@@ -142,7 +162,7 @@ class LawCase:
     def energy(self, gap: float, state: Numbers | None = None) -> float:
         """Energy stored at a gap [J], with the state before the last step unless ``state`` is given."""
         held = self.state if state is None else state
-        return number(self.law, "energy", gap, self.reference_gap, self.parameters, held)
+        return number(self.law, "energy", gap, self.reference_gap, self.parameters, held, *self.known(self.steps[-1].time))
 
     # ------------------------------------------------------------------------------------------------------ measures
 
@@ -195,9 +215,13 @@ class LawCase:
                     before=tuple(of(VELOCITY) * v for v in step.before),
                     W=tuple(tuple(of(INVERSE_MASS) * w for w in row) for row in step.W),
                     q=tuple(of(VELOCITY) * v for v in step.q),
+                    time=time * step.time,
                 )
                 for step in self.steps
             ),
+            dimension=self.dimension,
+            radii=(length * self.radii[0], length * self.radii[1]),
+            masses=(mass * self.masses[0], mass * self.masses[1]),
         )
 
     # --------------------------------------------------------------------------------------------------------- words
@@ -210,6 +234,8 @@ class LawCase:
             f"gap {step.gap!r} m{link if law.APPLIES_TO == 'link' else ''}, velocity before {step.before} m/s",
             f"W = {step.W} 1/kg, free velocity u = {step.q} m/s",
         ]
+        if law.INTERFACE >= 2:
+            lines.append(f"radii {self.radii} m, masses {self.masses} kg, time {step.time!r} s")
         try:
             if law.states():
                 state = dict(zip(law.states(), self.state, strict=True))

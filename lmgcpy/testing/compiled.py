@@ -11,6 +11,7 @@ import numpy as np
 from lmgcpy.compiled.fingerprint import Slot
 from lmgcpy.compiled.kernel import CompilerError, Kernel, kernel, row_reader
 from lmgcpy.laws import Law
+from lmgcpy.laws.pair import pair_of
 from lmgcpy.solve.law_kernels import as_floats, not_compiled, zeros
 from lmgcpy.testing.answers import Nonconformance, Numbers
 from lmgcpy.testing.case import LawCase, velocity
@@ -19,9 +20,11 @@ from lmgcpy.testing.property import drawn
 react: Callable[..., Any] = Slot("react")  # the specialisation fills this slot and the next ones
 prepare: Callable[..., Any] = Slot("prepare")
 slope: Callable[..., Any] = lambda W, u, prepared: ((0.0,),)  # noqa: E731
-energy: Callable[..., Any] = lambda gap, reference_gap, parameters, state: 0.0  # noqa: E731
+energy: Callable[..., Any] = lambda *given: 0.0  # noqa: E731
+dissipation: Callable[..., Any] = lambda *given: 0.0  # noqa: E731
 initial: Callable[..., Any] = Slot("initial")
-commit: Callable[..., Any] = lambda gap, reference_gap, velocity, impulse, time_step, parameters, state: ()  # noqa: E731
+commit: Callable[..., Any] = lambda *given: ()  # noqa: E731
+pair: Callable[..., Any] = Slot("pair")
 read_parameters: Callable[..., Any] = Slot("read_parameters")
 read_vector: Callable[..., Any] = Slot("read_vector")
 read_state: Callable[..., Any] = Slot("read_state")
@@ -33,39 +36,55 @@ SLOPE = COMMIT = False
 
 @kernel
 def evaluate(W, numbers, vectors, parameters, state, prepared, answer, slopes, first, after):
-    """Call every function of a law for one interaction; returns the energy.
+    """Call every function of a law for one interaction; returns the stored and the dissipated energy.
 
-    ``numbers``: gap, reference gap, time step, birth; ``vectors``: velocity before the step, free velocity, velocity and
-    impulse for ``commit``. The kernel fills the other arrays.
+    ``numbers``: gap, reference gap, time step, birth, time, radii and masses; ``vectors``: velocity before the step, free
+    velocity, velocity and impulse for ``commit``, mean velocity. The kernel fills the other arrays.
     """
     gap, reference_gap, time_step, birth = numbers[0], numbers[1], numbers[2], numbers[3]
     given = read_parameters(parameters, 0)
     kept = read_state(state, 0)
-    row = as_prepared(prepare(gap, reference_gap, read_vector(vectors, 0), time_step, given, kept))
+    known = pair(numbers, 4)
+    row = as_prepared(prepare(gap, reference_gap, read_vector(vectors, 0), time_step, given, kept, *known))
     for k in range(PREPARED):
         prepared[k] = row[k]
     free = read_vector(vectors, ROWS)
     if ROWS == 1:
         block: Any = ((W[0, 0],),)
         (answer[0],) = react(block, free, row)
-    else:
+    elif ROWS == 2:
         block = ((W[0, 0], W[0, 1]), (W[1, 0], W[1, 1]))
         answer[0], answer[1] = react(block, free, row)
+    else:
+        block = ((W[0, 0], W[0, 1], W[0, 2]), (W[1, 0], W[1, 1], W[1, 2]), (W[2, 0], W[2, 1], W[2, 2]))
+        answer[0], answer[1], answer[2] = react(block, free, row)
     if SLOPE:
         derivative = slope(block, free, row)
         for i in range(ROWS):
             for j in range(ROWS):
                 slopes[i, j] = derivative[i][j]
     if STATE > 0:
-        new = as_state(initial(gap, reference_gap, birth, given))
+        new = as_state(initial(gap, reference_gap, birth, given, *pair(numbers, 3)))
         for k in range(STATE):
             first[k] = new[k]
     if COMMIT:
         end, push = read_vector(vectors, 2 * ROWS), read_vector(vectors, 3 * ROWS)
-        old = as_state(commit(gap, reference_gap, end, push, time_step, given, kept))
+        old = as_state(commit(gap, reference_gap, end, push, time_step, given, kept, *known))
         for k in range(STATE):
             after[k] = old[k]
-    return float(energy(gap, reference_gap, given, kept))
+    mean, push = read_vector(vectors, 4 * ROWS), read_vector(vectors, 3 * ROWS)
+    lost = dissipation(gap, reference_gap, mean, push, time_step, given, kept, *known)
+    return float(energy(gap, reference_gap, given, kept, *known)), float(lost)
+
+
+def no_pair(numbers, time):
+    """Laws of interface version 1 know nothing of the pair."""
+    return ()
+
+
+def known_pair(numbers, time):
+    """What a law of interface version 2 may know of the bodies; ``time``: index of the time."""
+    return (pair_of((numbers[5], numbers[6]), (numbers[7], numbers[8]), numbers[time]),)
 
 
 @cache
@@ -77,7 +96,9 @@ def of_law(law: type[Law], rows: int, parameter_count: int) -> Kernel:
         prepare=law.prepare,
         slope=law.slope or slope,
         energy=law.energy or energy,
-        initial=law.initial or zeros(count),
+        dissipation=law.dissipation or dissipation,
+        initial=law.initial or zeros(count, law.INTERFACE >= 2),
+        pair=known_pair if law.INTERFACE >= 2 else no_pair,
         commit=law.commit or commit,
         read_parameters=row_reader(parameter_count),
         read_vector=row_reader(rows),
@@ -107,10 +128,12 @@ def compiled(case: LawCase, draw: Any) -> str:
     first, after = np.zeros(len(law.states())), np.array(case.state)
     filled = [np.append(values, 0.0) for values in (case.parameters, case.state)]  # never empty
     try:
-        stored = of_law(type(law), size, len(case.parameters))(
+        mean = 0.5 * (np.array(step.before) + case.velocity)
+        times = case.time_step, case.birth, step.time
+        stored, lost = of_law(type(law), size, len(case.parameters))(
             np.array(case.W),
-            np.array([step.gap, case.reference_gap, case.time_step, case.birth]),
-            np.concatenate([step.before, step.q, case.velocity, case.impulse]),
+            np.array([step.gap, case.reference_gap, *times, *case.radii, *case.masses]),
+            np.concatenate([step.before, step.q, case.velocity, case.impulse, mean]),
             *filled,
             prepared,
             answer,
@@ -130,6 +153,8 @@ def compiled(case: LawCase, draw: Any) -> str:
         return f"slope, compiled, gives {slopes.tolist()} kg, interpreted {case.slope(case.q)} kg."
     if law.energy is not None and not same(stored, case.energy(case.gap)):
         return f"energy, compiled, gives {stored!r} J, interpreted {case.energy(case.gap)!r} J."
+    if law.dissipation is not None and not same(lost, case.dissipation):
+        return f"dissipation, compiled, gives {lost!r} J, interpreted {case.dissipation!r} J."
     new = case.first_state(step.gap)
     if not same(first, new):
         return f"initial, compiled, gives {first.tolist()}, interpreted {new}."

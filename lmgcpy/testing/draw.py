@@ -131,16 +131,22 @@ def velocities_of(known: Sizes, h: float, length: float, w: float) -> list[float
 def block(draw: Draw, size: int, centre: float, spread: Spread) -> Matrix:
     """A symmetric positive definite local block of W [1/kg]."""
     entries = [centre * draw(powers_of_ten(*spread.delassus)) for _ in range(size)]
-    rho = draw(RHO) if size > 1 and draw(indices(4)) < 3 else 0.0
+    coupled = size > 1 and draw(indices(4)) < 3
+    rho = [draw(RHO) if coupled else 0.0 for _ in range(size * (size - 1) // 2)]
+    if size == 3:  # the last as what the first two leave to it
+        rho[2] = rho[0] * rho[1] + rho[2] * math.sqrt((1.0 - rho[0] ** 2) * (1.0 - rho[1] ** 2))
     roots = [math.sqrt(entry) for entry in entries]
-    return tuple(tuple(entries[i] if i == j else rho * roots[i] * roots[j] for j in range(size)) for i in range(size))
+    return tuple(
+        tuple(entries[i] if i == j else rho[i + j - 1] * roots[i] * roots[j] for j in range(size)) for i in range(size)
+    )
 
 
 @st.composite
 def cases(draw: Draw, given: Law, spread: Spread = USUAL) -> LawCase:
     """An interaction under the law, or under the law with other parameters, possibly with a history."""
     law = instance(draw, given, spread)
-    size = law.rows(2)
+    dimension = draw(st.sampled_from(dimensions_of(law)))
+    size = law.rows(dimension)
     link = law.APPLIES_TO == "link"
 
     known = [(value, of) for value, of in sizes(law) if value > 0.0] if spread.near else []
@@ -155,19 +161,36 @@ def cases(draw: Draw, given: Law, spread: Spread = USUAL) -> LawCase:
     gaps = signed(*(spread.near if spread.near and length != GAP else spread.gap))
     reference_gap = length * draw(gaps) if link else 0.0
 
-    def step() -> CaseStep:
+    def step(time: float) -> CaseStep:
         gap = 0.0 if link and draw(indices(4)) == 3 else reference_gap + length * draw(gaps)
         W = block(draw, size, centre(1.0, inverse_masses_of(known, h, length)), spread)
         speeds = [length / h, abs(gap) / h, *velocities_of(known, h, length, W[0][0])]
         before, q = (tuple(centre(1.0, speeds) * draw(signed(*spread.velocity)) for _ in range(size)) for _ in range(2))
-        return CaseStep(gap=gap, before=before, W=W, q=q)
+        return CaseStep(gap=gap, before=before, W=W, q=q, time=time)
 
     count = draw(indices(LONGEST + 1)) if law.states() else 0
+    birth = float(draw(YES_OR_NO))
+    steps = tuple(step(birth + k * h) for k in range(count + 1))
+    bodies: dict[str, Any] = {}
+    if law.INTERFACE >= 2:
+        radius, mass = length * draw(powers_of_ten(*spread.gap)), draw(powers_of_ten(*spread.delassus))
+        others = st.sampled_from((1.0, 0.5, 4.0, math.inf))
+        bodies = {"radii": (radius, radius * draw(others)), "masses": (mass * draw(others), mass)}
     return LawCase(
         law=law,
         time_step=h,
         reference_gap=reference_gap,
         reference_length=reference_length,
-        birth=float(draw(YES_OR_NO)),
-        steps=tuple(step() for _ in range(count + 1)),
+        birth=birth,
+        steps=steps,
+        dimension=dimension,
+        **bodies,
     )
+
+
+def dimensions_of(law: Law) -> tuple[int, ...]:
+    """Dimensions in which the law has different numbers of rows, out of those that it is for."""
+    by_rows: dict[int, int] = {}
+    for dimension in sorted(law.DIMENSIONS):
+        by_rows.setdefault(law.rows(dimension), dimension)
+    return tuple(by_rows.values())

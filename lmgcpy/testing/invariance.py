@@ -71,6 +71,9 @@ def other_units(case: LawCase, draw: Any, declared: Mapping[str, Dimensions]) ->
     if case.law.energy is not None:
         stored = case.energy(case.gap)
         compared.append(("energy", "J", stored, scaled.energy(scaled.gap), 0.0, ENERGY))
+    if case.law.dissipation is not None:
+        size = sum(map(abs, case.impulse)) * case.speed
+        compared.append(("dissipation", "J", case.dissipation, scaled.dissipation, size, ENERGY))
     for what, unit, given, got, size, power in compared:
         expected = given * power.factor(*factors)
         if abs(got - expected) > 1e-9 * (abs(expected) + size * power.factor(*factors)):

@@ -22,7 +22,15 @@ from lmgcpy.laws.registry import check_interface
 from lmgcpy.testing.answers import Nonconformance, Numbers
 from lmgcpy.testing.case import LawCase, diagonal
 from lmgcpy.testing.draw import USUAL, extreme, powers_of_ten
-from lmgcpy.testing.property import ROUND_OFF, drawn, run_once, search, to_laws_that_give, to_laws_with_tangent
+from lmgcpy.testing.property import (
+    ROUND_OFF,
+    drawn,
+    run_once,
+    search,
+    to_contact_laws,
+    to_laws_that_give,
+    to_laws_with_tangent,
+)
 
 
 @run_once("interface", "functions, arguments, and counts of numbers are those of the interface of laws")
@@ -32,11 +40,11 @@ def interface(law: Law) -> str:
         check_interface(type(law))
     except TypeError as error:
         return str(error)
-    rows = law.rows(2)
-    if rows not in ((1, 2) if law.APPLIES_TO == "contact" else (1,)):
-        return (
-            f"rows(2) returned {rows!r}, expected 1{' or 2' if law.APPLIES_TO == 'contact' else ': links act along them'}."
-        )
+    for dimension in law.DIMENSIONS:
+        rows = law.rows(dimension)
+        if rows not in ((1, dimension) if law.APPLIES_TO == "contact" else (1,)):
+            expected = f"1 or {dimension}" if law.APPLIES_TO == "contact" else "1: links act along them"
+            return f"rows({dimension}) returned {rows!r}, expected {expected}."
     table = law.table(np.array([0.1, 0.2, 0.3]))
     if not isinstance(table, np.ndarray) or table.ndim != 2 or len(table) != 3 or not np.isfinite(table).all():
         return f"table of three lengths returned {shown(table)}, expected finite numbers, an array of shape (3, k)."
@@ -64,6 +72,8 @@ def call_everything(case: LawCase, draw: Any) -> str:
         case.slope(case.q)
     if case.law.energy is not None:
         case.energy(case.gap)
+    if case.law.dissipation is not None:
+        _ = case.dissipation
     return ""
 
 
@@ -123,6 +133,21 @@ def general_delassus(case: LawCase, draw: Any) -> str:
     """The local problem is solved exactly for every symmetric positive definite W: with ``r = react(W, q)`` and
     ``u = q + W r``, ``react(w I, u - w r) = r``. If there are several answers, each of them is right."""
     return satisfies(case, min(case.W[i][i] for i in range(case.size)) * draw(powers_of_ten(-4.0, 0.0)))
+
+
+@drawn("reach", "a contact whose gap stays beyond the reach of the law has no impulse", to_contact_laws)
+def reach(case: LawCase, draw: Any) -> str:
+    """A new contact beyond ``acts_within``, whose gap stays beyond it without impulse, has none: otherwise the answer would
+    depend on how far contacts are seen."""
+    step, within = case.steps[-1], case.law.acts_within(*case.radii)
+    beyond = abs(step.gap) or within or 1e-3
+    gap = within + beyond
+    assume(gap - within > 0.5 * beyond)  # otherwise a length is lost in round-off
+    slow = max(step.q[0], -0.25 * beyond / case.time_step)
+    new = replace(case, birth=step.time, steps=(replace(step, gap=gap, q=(slow, *step.q[1:])),))
+    if any(new.impulse):
+        return f"r = {new.impulse} N s at a gap of {gap!r} m, beyond acts_within{case.radii} = {within!r} m: expected none."
+    return ""
 
 
 # -------------------------------------------------------------------------------------------------------------- slope
@@ -229,7 +254,8 @@ def conic(case: LawCase, draw: Any) -> str:
     elif "pull" in law.TRAITS:
         normal = min(normal, 0.0)
     limit = friction * max(normal, 0.0)
-    tangential = [max(-limit, min(limit, p - v / w)) for p, v in itertools.islice(zip(r, u, strict=True), 1, None)]
+    stick = [p - v / w for p, v in itertools.islice(zip(r, u, strict=True), 1, None)]
+    tangential = [part * min(1.0, limit / (math.hypot(*stick) or 1.0)) for part in stick]
     if case.size == 1 and friction > 0.0:
         return f"{message}, but the law has one row: no friction."
     expected = (normal, *tangential)

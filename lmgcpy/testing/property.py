@@ -59,7 +59,12 @@ def to_laws_that_give(function: str) -> Callable[[Law], str]:
 
 def to_laws_with_tangent(law: Law) -> str:
     """The property applies to laws with more than one row."""
-    return "" if law.rows(2) > 1 else "the law has no tangential component"
+    return "" if law.rows(law.DIMENSIONS[0]) > 1 else "the law has no tangential component"
+
+
+def to_contact_laws(law: Law) -> str:
+    """The property applies to laws of contacts."""
+    return "" if law.APPLIES_TO == "contact" else "the law is for links"
 
 
 def run_once(

@@ -43,7 +43,9 @@ def asked_again(case: LawCase, other: LawCase) -> str:
     first = answers(case)
     answers(other)
     again = answers(case)
-    for what, one, two in zip(("history", "prepare", "react", "commit", "slope", "energy"), first, again, strict=True):
+    for what, one, two in zip(
+        ("history", "prepare", "react", "commit", "slope", "energy", "dissipation"), first, again, strict=True
+    ):
         if one != two:
             return f"{what} gave {one}, and {two} when it was asked again: it depends on more than its arguments."
     return ""
@@ -54,7 +56,8 @@ def answers(case: LawCase) -> tuple[Any, ...]:
     case = replace(case)  # a copy has no cached answers
     slope = case.slope(case.q) if case.law.slope is not None else None
     energy = case.energy(case.gap) if case.law.energy is not None else None
-    return case.history, case.prepared, case.impulse, case.after, slope, energy
+    lost = case.dissipation if case.law.dissipation is not None else None
+    return case.history, case.prepared, case.impulse, case.after, slope, energy, lost
 
 
 def variables_of(law: Law) -> dict[str, Any]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import tempfile
 import warnings
 from collections.abc import Iterator
@@ -11,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 import lmgcpy as lm
 from lmgcpy.laws import Law, registry
@@ -24,58 +24,71 @@ MASSES = (1.0, 2.0, 0.7, 1.3)
 RADIUS = 0.1
 
 
-def kinds(law: Law) -> set[str]:
-    """Pairs of lmgcpy's own contactors that a contact law serves."""
+ROUND, FLAT = {2: "disk", 3: "sphere"}, {2: "wall", 3: "plane"}
+"""Kinds of lmgcpy's own contactors by dimension."""
+TURN = {2: np.eye(2), 3: np.eye(3)}
+"""No rotation of the scene."""
+
+
+def kinds(law: Law, dimension: int) -> set[str]:
+    """Pairs of lmgcpy's own contactors that a contact law serves: "round" with each other, and "flat" with them."""
     wanted = {frozenset(pair) for pair in type(law).PAIRS or ()}
-    known = {"disks": frozenset({"disk"}), "wall": frozenset({"disk", "wall"})}
+    known = {"round": frozenset({ROUND[dimension]}), "flat": frozenset({ROUND[dimension], FLAT[dimension]})}
     return {name for name, pair in known.items() if type(law).PAIRS is None or pair in wanted}
 
 
+def dimensions(law: Law) -> list[int]:
+    """Dimensions in which a law can have a small run."""
+    return [d for d in sorted(law.DIMENSIONS) if law.APPLIES_TO == "link" or kinds(law, d)]
+
+
 def to_laws_for_scenes(law: Law) -> str:
-    """The property applies to links, and to contacts between disks and walls."""
-    fits = law.APPLIES_TO == "link" or kinds(law)
-    return "" if fits else "the law is for contactors that are not lmgcpy's own"
+    """The property applies to links, and to contacts between round bodies and walls."""
+    return "" if dimensions(law) else "the law is for contactors that are not lmgcpy's own"
 
 
 class SmallRun:
-    """Four disks: a wire that hangs from the first and swings, or disks thrown at each other and at a wall.
+    """Four disks or spheres: a wire that hangs from the first and swings, or bodies thrown at each other and at a wall.
 
-    ``angle`` [rad] rotates the scene. ``reverse`` adds the bodies in reverse order, which exchanges candidates and
+    ``turn`` (d, d) rotates the scene. ``reverse`` adds the bodies in reverse order, which exchanges candidates and
     antagonists. Masses and velocities differ, so that no two events are equal or simultaneous.
     """
 
-    def __init__(self, law: Law, *, angle: float = 0.0, reverse: bool = False):
-        c, s = math.cos(angle), math.sin(angle)
-        self.turn = np.array([[c, -s], [s, c]])
+    def __init__(self, law: Law, *, turn: np.ndarray = TURN[2], reverse: bool = False):
+        self.turn, self.dimension = turn, len(turn)
         self.order = range(4)[::-1] if reverse else range(4)
-        self.scene = lm.Scene(dimension=2, gravity=self.turn @ (0.0, -GRAVITY))
+        self.scene = lm.Scene(dimension=self.dimension, gravity=self.turned((0.0, -GRAVITY)))
         (self._wire if law.APPLIES_TO == "link" else self._heap)(law, reverse)
         solver = lm.GaussSeidel(tolerance=1e-11, max_iterations=20_000)
         self.sim = lm.Simulation(self.scene, time_step=TIME_STEP, solver=solver, on_unconverged="ignore", overlap="ignore")
 
-    def _disks(self, positions: np.ndarray, velocities: np.ndarray) -> list[lm.Disk]:
-        bodies: dict[int, lm.Disk] = {}
+    def turned(self, vector: Any, across: float = 0.0) -> np.ndarray:
+        """A vector in the rotated scene; in 3D with a third component."""
+        return self.turn @ (vector if self.dimension == 2 else (*vector, across))
+
+    def _bodies(self, positions: np.ndarray, velocities: np.ndarray) -> list[lm.Body]:
+        bodies: dict[int, lm.Body] = {}
+        make: Any = lm.disk if self.dimension == 2 else lm.sphere
         for i in self.order:
-            start = {"position": self.turn @ positions[i], "velocity": self.turn @ velocities[i]}
-            bodies[i] = self.scene.add(lm.disk(radius=RADIUS, mass=MASSES[i], **start))
+            position, velocity = self.turned(positions[i], 0.01 * i), self.turned(velocities[i], 0.02 * i - 0.05)
+            bodies[i] = self.scene.add(make(radius=RADIUS, mass=MASSES[i], position=position, velocity=velocity))
         return [bodies[i] for i in range(4)]
 
     def _wire(self, law: Law, reverse: bool) -> None:
         positions = np.array([(0.0, 0.0), (0.05, -0.3), (0.02, -0.6), (0.1, -0.87)])
         velocities = np.array([(0.0, 0.0), (0.3, 0.0), (0.15, -0.1), (-0.3, -0.2)])
-        self.bodies = self._disks(positions, velocities)
+        self.bodies = self._bodies(positions, velocities)
         self.bodies[0].fix()
         self.scene.chain(self.bodies[::-1] if reverse else self.bodies, law)
 
     def _heap(self, law: Law, reverse: bool) -> None:
         positions = RADIUS * np.array([(-1.5, 1.001), (0.503, 1.002), (-0.52, 2.734), (1.51, 2.735)])
         velocities = np.array([(0.3, -0.1), (-0.2, -0.3), (0.1, -0.5), (-0.3, -0.6)])
-        self.bodies = self._disks(positions, velocities)
-        wall = lm.wall(point=(0.0, 0.0), normal=self.turn @ (0.0, 1.0))
-        self.scene.add(wall)
-        if "disks" in kinds(law):
+        self.bodies = self._bodies(positions, velocities)
+        self.scene.add(lm.wall(point=(0.0,) * self.dimension, normal=self.turned((0.0, 1.0))))
+        if "round" in kinds(law, self.dimension):
             self.scene.see("GRAIN", "GRAIN", law, alert=0.5 * RADIUS)
-        if "wall" in kinds(law):
+        if "flat" in kinds(law, self.dimension):
             self.scene.see(*(("WALL", "GRAIN") if reverse else ("GRAIN", "WALL")), law, alert=0.5 * RADIUS)
 
     def run(self, steps: int = STEPS) -> SmallRun:
@@ -85,17 +98,20 @@ class SmallRun:
 
     @property
     def motion(self) -> np.ndarray:
-        """Positions [m] and velocities [m/s] along axes that rotate with the scene, (4, 4)."""
+        """Positions [m] and velocities [m/s] along axes that rotate with the scene, (4, 2 d)."""
         rows = [np.concatenate([body.position @ self.turn, body.velocity @ self.turn]) for body in self.bodies]
         return np.array(rows)
 
     @property
-    def forces(self) -> dict[frozenset[int], np.ndarray]:
-        """Forces of the last step in their local frames by pair of bodies [N]; 4 is the wall."""
+    def forces(self) -> dict[tuple[int, int], np.ndarray]:
+        """Forces of the last step on the first body of each pair along axes that rotate with the scene [N], (d,); 4 is the
+        wall."""
         number = {body.id: i for i, body in enumerate(self.bodies)}
-        net = self.sim.interactions
-        pairs = zip(net.candidate.tolist(), net.antagonist.tolist(), net.force, strict=True)
-        return {frozenset({number.get(c, 4), number.get(a, 4)}): force for c, a, force in pairs}
+        net, found = self.sim.interactions, {}
+        for c, a, force, frame in zip(net.candidate.tolist(), net.antagonist.tolist(), net.force, net.frame, strict=True):
+            one, other = number.get(c, 4), number.get(a, 4)
+            found[min(one, other), max(one, other)] = (1.0 if one < other else -1.0) * (force @ frame @ self.turn)
+        return found
 
 
 def run(sim: lm.Simulation, steps: int, **options: Any) -> None:
@@ -121,31 +137,43 @@ def registered(law: Law) -> Iterator[None]:
 
 @run_once("scene", "a scene turned by an angle, or with bodies in another order: the same forces", to_laws_for_scenes)
 def scene(law: Law) -> str:
-    """Frame indifference of a run of four bodies: the rotated scene has the same forces in the local frames and the same
-    motion. So has the scene with candidates and antagonists exchanged, since n, t, u and r are reversed together. Each step
-    is solved to 1e-11 of the error of doing nothing."""
-    plain = SmallRun(law).run()
+    """Frame indifference of a run of four bodies, in 2D and 3D: the rotated scene has the same forces and the same motion
+    along axes that rotate with it. So has the scene with candidates and antagonists exchanged, since n, t, u and r are
+    reversed together. Each step is solved to 1e-11 of the error of doing nothing."""
+    return next((message for d in dimensions(law) if (message := _other_frames(law, d))), "")
+
+
+def rotation(dimension: int) -> np.ndarray:
+    """A rotation by 0.7 rad, in 3D about an axis that is none of the scene's."""
+    if dimension == 2:
+        return Rotation.from_rotvec((0.0, 0.0, 0.7)).as_matrix()[:2, :2]
+    return Rotation.from_rotvec(0.7 * np.array((2.0, -1.0, 2.0)) / 3.0).as_matrix()
+
+
+def _other_frames(law: Law, dimension: int) -> str:
+    plain = SmallRun(law, turn=TURN[dimension]).run()
+    where = f"the run of four bodies in {dimension}D"
     if plain.sim.unconverged_steps:
         return (
-            f"{plain.sim.unconverged_steps} of {STEPS} steps of a run of four bodies were not solved, the worst to "
-            f"{plain.sim.worst_residual:.2g}: react may have no answer where bodies act on each other, or many, or the "
-            "slope of a link is not its derivative."
+            f"{plain.sim.unconverged_steps} of {STEPS} steps of a run of four bodies were not solved in {dimension}D, the "
+            f"worst to {plain.sim.worst_residual:.2g}: react may have no answer where bodies act on each other, or many, "
+            "or the slope of a link is not its derivative."
         )
     for what, other in (
-        ("turned by 0.7 rad", SmallRun(law, angle=0.7)),
-        ("with candidates and antagonists exchanged", SmallRun(law, reverse=True)),
+        ("turned by 0.7 rad", SmallRun(law, turn=rotation(dimension))),
+        ("with candidates and antagonists exchanged", SmallRun(law, turn=TURN[dimension], reverse=True)),
     ):
         off = np.abs(other.run().motion - plain.motion).max()
         if off > 1e-7:  # motions are about one; 24 steps amplify the solver's error of 1e-11
-            return f"after {STEPS} steps {what} the run of four bodies differs by {off:.2g} m or m/s, expected the same."
+            return f"after {STEPS} steps {what} {where} differs by {off:.2g} m or m/s, expected the same."
         largest = max((float(np.abs(force).max()) for force in plain.forces.values()), default=0.0)
         forces = other.forces
         for pair, force in plain.forces.items():
-            got = forces.get(pair, np.zeros(2))
+            got = forces.get(pair, np.zeros(dimension))
             if np.abs(got - force).max() > 1e-5 * max(largest, GRAVITY):
                 return (
-                    f"the force between bodies {sorted(pair)} {what} is {got.tolist()} N, expected that of the plain run, "
-                    f"{force.tolist()} N."
+                    f"the force between bodies {list(pair)} {what} is {got.tolist()} N, expected that of the plain run, "
+                    f"{force.tolist()} N, in {where}."
                 )
     return ""
 
@@ -154,11 +182,12 @@ def scene(law: Law) -> str:
 def restart(law: Law) -> str:
     """An interaction remembers its state only: a run of 24 steps, and one that continues after 11 steps from a checkpoint
     or from its file, end with the same bits of motion, impulses and states. The file holds the law by name and
-    parameters."""
+    parameters. The run is in 2D unless the law is for 3D only."""
+    turn = TURN[dimensions(law)[0]]
     with registered(law):
-        whole = SmallRun(law).run().sim
-        half = SmallRun(law).run(11)
-        rest = SmallRun(law).sim
+        whole = SmallRun(law, turn=turn).run().sim
+        half = SmallRun(law, turn=turn).run(11)
+        rest = SmallRun(law, turn=turn).sim
         rest.restore(half.sim.checkpoint())
         run(rest, STEPS - 11)
         message = difference(whole, rest)
@@ -166,7 +195,7 @@ def restart(law: Law) -> str:
             return f"after a restart from a checkpoint {message}"
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "run.h5"
-            run(SmallRun(law).sim, 11, record=path)
+            run(SmallRun(law, turn=turn).sim, 11, record=path)
             again = lm.resume(path)
             run(again, STEPS - 11)
         message = difference(whole, again)

@@ -126,11 +126,11 @@ def dissipative(case: LawCase, draw: Any) -> str:
         if message:
             return message
     still = (0.0,) * case.size
-    new = replace(case, steps=(CaseStep(case.reference_gap, still, case.W, case.q),))
+    new = replace(case, steps=(CaseStep(case.reference_gap, still, case.W, case.q, case.birth),))
     message = gives_energy(new, new.prepared, "new, at its reference gap and at rest before the step")
     if message:
         return message
-    impact = replace(case, steps=(CaseStep(case.reference_gap, case.q, case.W, case.q),)).with_diagonal()
+    impact = replace(case, steps=(CaseStep(case.reference_gap, case.q, case.W, case.q, case.birth),)).with_diagonal()
     r, u = impact.impulse, impact.velocity
     gained, terms = work(r, tuple(0.5 * (a + b) for a, b in zip(impact.q, u, strict=True)))
     if gained <= ROUND_OFF * terms:

@@ -60,6 +60,7 @@ class Touched(lm.Law):
     def prepare(gap, reference_gap, velocity, time_step, parameters, state):
         return (max(gap, 0.0) / time_step, parameters[0])
 
+    DIMENSIONS = (2,)
     react = staticmethod(lm.Coulomb.react)
 
     def rows(self, dimension: int) -> int:

@@ -29,12 +29,15 @@ def complementarity(x: float, y: float) -> float:
 
 
 def friction_violations(case, mu):
-    """Velocities that vanish where r_t is in the interval of radius mu r_n and dissipates the most there."""
+    """Velocities that vanish where r_t is in the disk of radius mu r_n and dissipates the most there."""
     if len(case.q) == 1:
         return [0.0 if mu == 0.0 else math.inf]
-    (_, (_, w)), (r_n, r_t), (_, u_t) = case.W, case.impulse, case.velocity
-    projected = max(-mu * r_n, min(mu * r_n, r_t - u_t / w))
-    return [w * max(abs(r_t) - mu * r_n, 0.0), w * (projected - r_t)]
+    w = min(case.W[k][k] for k in range(1, case.size))
+    r_n, *r_t = case.impulse
+    there = [r - u / w for r, u in zip(r_t, case.velocity[1:], strict=True)]
+    inward = min(1.0, mu * r_n / (math.hypot(*there) or 1.0))
+    outside = max(math.hypot(*r_t) - mu * r_n, 0.0)
+    return [w * outside, *(w * (inward * at - r) for at, r in zip(there, r_t, strict=True))]
 
 
 def signorini(case):

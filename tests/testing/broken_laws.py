@@ -18,6 +18,7 @@ class Dilating(lm.Law):
 
     NAME = "test-dilating"
     APPLIES_TO = "contact"
+    DIMENSIONS = (2,)
     PREPARED = ("bias", "friction")
     TRAITS = frozenset({"push", "cone", "dissipative"})
 
@@ -131,6 +132,7 @@ class DiagonalOnly(lm.Coulomb):
     """Solves as if W did not couple normal and tangent."""
 
     NAME = "test-diagonal"
+    DIMENSIONS = (2,)
 
     @staticmethod
     def react(W, u, prepared):
@@ -169,6 +171,27 @@ class Pulling(lm.Signorini):
     @staticmethod
     def react(W, u, prepared):
         return (-(u[0] + prepared[0]) / W[0][0],)
+
+
+class FarReaching(lm.Law):
+    """Pulls at a distance that it does not declare."""
+
+    NAME = "test-far-reaching"
+    APPLIES_TO = "contact"
+    PREPARED = ("bias", "hold")
+
+    strength = lm.Parameter("N", above=0.0)
+    length = lm.Parameter("m", above=0.0)
+
+    @staticmethod
+    def prepare(gap, reference_gap, velocity, time_step, parameters, state):
+        strength, length = parameters
+        return (max(gap, 0.0) / time_step, time_step * strength if gap <= length else 0.0)
+
+    @staticmethod
+    def react(W, u, prepared):
+        bias, hold = prepared
+        return (max(-hold, -(u[0] + bias) / W[0][0]),)
 
 
 class Uncompilable(lm.Signorini):

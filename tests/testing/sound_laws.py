@@ -56,6 +56,7 @@ class TangentialSpring(lm.Law):
 
     NAME = "test-tangential-spring"
     APPLIES_TO = "contact"
+    DIMENSIONS = (2,)
     PREPARED = ("bias", "friction", "stretch_rate", "compliance")
     TRAITS = frozenset({"push", "cone"})
 

@@ -52,6 +52,7 @@ BROKEN = [
     (broken.DiagonalOnly(friction=0.3), "general-W", r"at W = \(\(.*\), \(.*\)\) 1/kg, react\(w I, u - w r\)"),
     (broken.WrongSlope(stiffness=1e3), "slope", "expected to lie between the derivatives of react"),
     (broken.SlopeOverTheKink(stiffness=1e3), "slope", "expected to lie between the derivatives of react"),
+    (broken.FarReaching(strength=1.0, length=0.01), "reach", r"beyond acts_within\(.*\) = 0\.0 m: expected none"),
     (broken.WrongConic(stiffness=1e3), "conic", "with these r would be"),
     (broken.Pulling(), "push", r"r_n = -.* N s, expected r_n >= 0: it pulls"),
     (broken.PushingWire(), "pull", r"r_n = .* N s, expected r_n <= 0: it pushes"),
@@ -193,7 +194,7 @@ def test_three_lines_make_a_test_of_every_property(tmp_path):
     assert (
         "E       lmgcpy.testing.answers.Nonconformance: dissipative of Bouncing(friction=0, restitution=1.5)" in done.stdout
     )
-    assert "1 failed, 8 passed" in done.stdout
+    assert "1 failed, 9 passed" in done.stdout
     assert "hypothesis" not in done.stdout.split("FAILURES")[1].lower()  # its traceback says nothing to an author
     assert "[test-bouncing-pull]" not in done.stdout  # not declared
     assert "[test-bouncing-scene]" not in done.stdout  # skipped

@@ -14,7 +14,7 @@ from lmgcpy.dynamics.energy import Energy
 from lmgcpy.io.run_file.commits import Commit
 
 ENERGIES = ("kinetic", "loads", "drives", "defect", "total_loads", "total_drives")
-BY_LAW = ("interactions", "stored", "total_interactions")
+BY_LAW = ("interactions", "stored", "total_interactions", "dissipated", "total_dissipated")
 COUNTS = ("sequence", "frames", "interactions", "history")
 """Fields of the commit that belongs to a checkpoint."""
 REMEMBERED = ("identity", "impulse", "state")
@@ -44,8 +44,9 @@ def write_checkpoint(file: Any, checkpoint: Checkpoint, commit: Commit, laws: li
     """Write a checkpoint over the older of the two."""
     group = file[f"checkpoint/{commit.sequence % 2}"]
     arrays = _arrays(checkpoint, commit, laws)
-    # older files have no column for the last energy, and no predicted gaps
-    arrays["energy"] = arrays["energy"][: len(group["energy"])]
+    # older files have no room for the last energies, and none for predicted gaps
+    for name in ("energy", "energy_by_law"):
+        arrays[name] = arrays[name][: len(group[name])]
     arrays = {name: array for name, array in arrays.items() if name in group}
     arrays["numbers"][-1] = _checksum(arrays)
     for name, array in arrays.items():
@@ -109,7 +110,7 @@ def _checkpoint(arrays: Mapping[str, np.ndarray], numbers: Mapping[str, int], la
     time, worst = values.pop("time"), values.pop("worst")
     by_law = {
         name: {law: float(value) for law, value in zip(laws, row, strict=True) if not np.isnan(value)}
-        for name, row in zip(BY_LAW, arrays["energy_by_law"], strict=True)
+        for name, row in zip(BY_LAW, arrays["energy_by_law"], strict=False)  # older files have three
     }
     return Checkpoint(
         positions=arrays["positions"],

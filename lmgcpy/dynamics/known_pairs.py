@@ -1,0 +1,29 @@
+"""What laws may know of the bodies of each interaction: radii and masses."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lmgcpy.contact.detector import Group
+from lmgcpy.contact.narrow_phase import Interactions
+from lmgcpy.dynamics.model import Model
+
+
+def known_pairs(groups: list[Group], interactions: Interactions, model: Model) -> np.ndarray:
+    """Radii [m] and masses [kg] of candidates and antagonists, (m, 4); (0, 4) where no law of the scene asks.
+
+    Only the rows of laws that ask are filled.
+    """
+    asking = [group for group in groups if group.stop > group.start and group.law.INTERFACE >= 2]
+    if not asking:
+        return np.zeros((0, 4))
+    result = np.full((len(interactions.gap), 4), np.nan)
+    for group in asking:
+        part = slice(group.start, group.stop)
+        bodies = np.column_stack([interactions.candidate[part], interactions.antagonist[part]])
+        if group.chain is not None:
+            result[part, :2] = model.radius[bodies]
+        else:
+            result[part, :2] = model.contactors.bounding_radius[group.pairs[interactions.slot[part] - group.first_slot]]
+        result[part, 2:] = model.movable_mass[bodies]
+    return result
