@@ -175,7 +175,7 @@ CALLS = {
         {"bodies": [*THING, [], range(3), disk()],
          "law": [*THING, lm.RigidRod, lm.Signorini()], "reference_gap": optional([*ARRAY, [1.0] * 3, -1.0]),
          "block_spin": FLAG, "closed": FLAG, "relaxation": NOT_NEGATIVE,
-         "neighbours_collide": optional(FLAG), "parameters": [*THING, {"stiffness": [1.0]}, {3: [1.0]}]}),
+         "neighbours_collide": optional(FLAG), "parameters": [*optional(THING), {"stiffness": [1.0]}, {3: [1.0]}]}),
     "Simulation": (simulate, {"time_step": 1e-3},
         {"scene": [*THING, lm.Scene], "time_step": POSITIVE, "theta": [*FRACTION, 0.4],
          "solver": [*optional(THING), lm.GaussSeidel], "on_unconverged": CHOICE, "overlap": CHOICE,

@@ -70,7 +70,7 @@ def _ask_everything(law: Law, dimension: int, gap: float, before: tuple[float, .
         step = gap, reference, before, TIME_STEP, parameters, state, *pair
         prepared = _numbers(law, "prepare", len(law.PREPARED), "one for each name in PREPARED", *step)
         impulse = prepared and _numbers(law, "react", rows, "one for each row of the law", W, u, prepared)
-        if not prepared and law.PREPARED or impulse is None:
+        if (not prepared and law.PREPARED) or impulse is None:
             return
         if law.slope is not None:
             _ask(law, "slope", W, u, prepared)

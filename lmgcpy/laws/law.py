@@ -21,7 +21,7 @@ from lmgcpy.errors import closest, named_arguments, number, shown
 
 INTERFACE = 2
 """Version of the interface of laws: their functions, the arguments of these, the class attributes. Laws of former versions
-run on. In version 2 ``prepare``, ``initial``, ``commit``, ``energy`` and ``dissipation`` take one argument more: ``pair``."""
+run on. From version 2 on ``prepare``, ``initial``, ``commit``, ``energy`` and ``dissipation`` take ``pair`` in addition."""
 
 REQUIRED = object()
 

@@ -72,7 +72,7 @@ class Chain:
         count, known, found = len(self.start_gaps), self.law.parameters(), {}
         for name, given in parameters.items():
             if name not in known:
-                raise ValueError(f"Law '{self.law.NAME}' has no parameter {shown(name)}{closest(name, known)}")
+                raise ValueError(f"parameters: law '{self.law.NAME}' has no {shown(name)}{closest(name, known)}")
             values = numbers(given, f"parameters['{name}']", f"{count} numbers [{known[name].unit}], one a link")
             if values.shape != (count,):
                 raise ValueError(f"parameters['{name}'] must be {count} numbers, one a link, got {shown(given)}.")

@@ -331,9 +331,9 @@ def not_compiled(law: type[Law], error: Exception) -> TypeError:
     places = (re.match(r'File "(.*)", line (\d+)', line) for line in lines)
     foreign = (f"{Path(place[1]).name}, line {place[2]}" for place in places if place and "/lmgcpy/" not in f"/{place[1]}")
     function = re.search(r"<function \S*?(\w+)_[0-9a-f]{16} ", str(error))
-    where = next(foreign, f"in {function[1]}" if function else "")
+    where = next(foreign, f"in {function[1]}" if function else "in one of its functions")
     return TypeError(
-        f"Law '{law.NAME}' ({law.__module__}.{law.__qualname__}) cannot be compiled: {reason.rstrip('.:')[:300]}{where and f' ({where})'}. "
+        f"Law '{law.NAME}' ({law.__module__}.{law.__qualname__}) cannot be compiled: {reason.rstrip('.:')[:300]} ({where}). "
         "Its functions may use numbers, tuples, and functions of math and numpy on numbers."
     )
 

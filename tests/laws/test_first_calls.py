@@ -1,4 +1,4 @@
-"""A law that a scene meets for the first time is asked in plain Python: faults are sentences before anything is compiled."""
+"""A law that a scene meets for the first time is asked in plain Python: faults are told before anything is compiled."""
 
 from __future__ import annotations
 

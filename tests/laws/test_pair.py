@@ -135,7 +135,7 @@ def test_links_know_radii_and_masses(tmp_path):
 @pytest.mark.parametrize("radii", [(0.01, None), (0.01, 0.03), (0.04, 0.04)])
 def test_a_sphere_sinks_through_a_film_as_reynolds_says(radii):
     """A force F drives a light sphere at another, or at a wall, through the liquid: ``g' = -F g/(6 pi eta R^2)``, so
-    that ``g = g_0 exp(-t/tau)`` with R the effective radius. Each step takes the film of its start: first order in h/tau."""
+    that ``g = g_0 exp(-t/tau)``, R the effective radius. Each step takes the film of its start: first order in h/tau."""
     film, viscosity, force = 1e-3, 1.0, 1e-3
     effective_radius = radii[0] if radii[1] is None else radii[0] * radii[1] / (radii[0] + radii[1])
     tau = 6.0 * math.pi * viscosity * effective_radius**2 / force

@@ -63,7 +63,7 @@ def test_one_value_for_all_is_the_law_itself():
 @pytest.mark.parametrize(
     ("parameters", "error", "words"),
     [
-        ({"strength": [1.0] * 3}, ValueError, "Law 'elastic-wire' has no parameter 'strength'"),
+        ({"strength": [1.0] * 3}, ValueError, "parameters: law 'elastic-wire' has no 'strength'"),
         ({"stiffness": [1.0, 2.0]}, ValueError, r"parameters\['stiffness'\] must be 3 numbers, one a link"),
         ({"stiffness": 1.0}, ValueError, r"parameters\['stiffness'\] must be 3 numbers, one a link"),
         ({"stiffness": "stiff"}, TypeError, r"parameters\['stiffness'\]"),
