@@ -344,6 +344,7 @@ EXEMPT = {
     "Law": "abstract; what authors of laws may do wrong is in tests/laws",
     "Parameter": "of authors of laws",
     "State": "of authors of laws",
+    "laws.Pair": "given to laws",
     "Solution": "a result",
     "Outcome": "a result",
     "Step": "made by simulations and lmgcpy.solve",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import math
 import re
 from dataclasses import dataclass, field
 
@@ -28,6 +29,7 @@ from lmgcpy.experiment import (
     let_go,
 )
 from lmgcpy.io.compare import compare
+from lmgcpy.laws.pair import pair_of
 from lmgcpy.solve.report import Lock, Worst
 
 pytestmark = pytest.mark.filterwarnings("ignore:In the step to")
@@ -101,6 +103,9 @@ def things(folder) -> dict[str, object]:
         **{type(law).__name__ + "(": law for law in built_in()},
         "Parameter 'friction' [-]: coefficient of friction mu": lm.Coulomb.friction,
         "State [m]: length that has slipped": lm.State("m", "length that has slipped"),
+        "Pair(radius=0.05, mass=2.0, radii=(0.1, 0.1), masses=(2.0, inf), time=0.0)": pair_of(
+            (0.1, 0.1), (2.0, math.inf), 0.0
+        ),
         "Registration(law=<class 'lmgcpy.laws.coulomb.Coulomb'>, distribution='lmgcpy')": lm.laws.registrations()[
             "coulomb"
         ],

@@ -2,6 +2,7 @@
 
 from lmgcpy.laws import builtin
 from lmgcpy.laws.law import INTERFACE, Law, Parameter, State
+from lmgcpy.laws.pair import Pair
 from lmgcpy.laws.registry import hook, registry
 
 registry.add_plugin(builtin, "lmgcpy")
@@ -15,6 +16,7 @@ registrations = registry.registrations
 __all__ = [
     "INTERFACE",
     "Law",
+    "Pair",
     "Parameter",
     "State",
     "failures",

@@ -131,7 +131,7 @@ class Law(ABC):
     * ``DIMENSIONS``: those of the scenes that the law is for, 2 and 3 unless it says less;
     * ``INTERFACE``: version of the interface that the law is written for. With ``INTERFACE = 2`` the functions ``prepare``,
       ``initial``, ``commit``, ``energy`` and ``dissipation`` take a last argument ``pair``, a
-      :class:`~lmgcpy.laws.pair.Pair` with radii, masses and the time;
+      :class:`~lmgcpy.laws.Pair` with radii, masses and the time;
     * :class:`Parameter` attributes, in the order in which ``prepare`` receives their values;
     * :class:`State` attributes, in the same order: numbers that the law keeps for each interaction (damage, plastic
       length, wear).

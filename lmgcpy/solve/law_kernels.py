@@ -333,8 +333,8 @@ def not_compiled(law: type[Law], error: Exception) -> TypeError:
     function = re.search(r"<function \S*?(\w+)_[0-9a-f]{16} ", str(error))
     where = next(foreign, f"in {function[1]}" if function else "in one of its functions")
     return TypeError(
-        f"Law '{law.NAME}' ({law.__module__}.{law.__qualname__}) cannot be compiled: {reason.rstrip('.:')[:300]} ({where}). "
-        "Its functions may use numbers, tuples, and functions of math and numpy on numbers."
+        f"Law '{law.NAME}' ({law.__module__}.{law.__qualname__}) cannot be compiled: {reason.rstrip('.:')[:300]} "
+        f"({where}). Its functions may use numbers, tuples, and functions of math and numpy on numbers."
     )
 
 
