@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from typing import ClassVar
 
 import numpy as np
@@ -42,6 +43,12 @@ class Contactor(ABC):
     @abstractmethod
     def second_moment(self) -> float:
         """Polar second moment of area about the contactor's position [m^4]."""
+
+    @property
+    def outline(self) -> Sequence[np.ndarray] | None:
+        """How the contactor is drawn: polylines in its own frame [m], (v, d) each. None draws what is round as it is, and
+        any other shape as the circle or sphere that contains it."""
+        return None
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} '{self.KIND}' of shape ({', '.join(f'{x:g}' for x in self.shape)})>"

@@ -54,6 +54,7 @@ class RecordedContactor(Contactor):
     second_moment = 0.0
     bounding_radius = 0.0
     shape: tuple[float, ...] = ()
+    outline: list[np.ndarray] | None = None
 
     def __init__(self, kind: str, shape: tuple[float, ...], bounding_radius: float, area: float, second_moment: float):
         self.KIND = kind  # type: ignore[misc]
@@ -123,6 +124,7 @@ def describe(scene: Scene) -> dict[str, Any]:
             "bounding_radius": np.array([contactor.bounding_radius for _, contactor, _ in items], dtype=float),
             "area": np.array([contactor.area for _, contactor, _ in items], dtype=float),
             "second_moment": np.array([contactor.second_moment for _, contactor, _ in items], dtype=float),
+            "outlines": _outlines([contactor for _, contactor, _ in items], scene.dimension),
         },
         "conditions": {
             "body": np.array([body for body, _, _, _ in conditions], dtype=np.int64),
@@ -198,6 +200,40 @@ def functions_of_time(description: Mapping[str, Any]) -> list[tuple[int, str]]:
 
 
 # ---------------------------------------------------------------------------------------------- scene to description
+
+
+def _outlines(contactors: list[Contactor], dimension: int) -> dict[str, np.ndarray]:
+    """Polylines of the contactors that have some: the contactor of each, its number of points, and the points [m].
+
+    Raises ValueError with a sentence where one is none.
+    """
+    owners, lines = [], []
+    for k, contactor in enumerate(contactors):
+        for line in contactor.outline or ():
+            points = np.array(line, dtype=float)
+            if points.ndim != 2 or points.shape[1] != dimension or not np.isfinite(points).all():
+                raise ValueError(
+                    f"outline of {contactor!r} must be polylines of shape (v, {dimension}) [m], got {shown(line)}."
+                )
+            owners.append(k)
+            lines.append(points)
+    return {
+        "contactor": np.array(owners, dtype=np.int64),
+        "count": np.array([len(line) for line in lines], dtype=np.int64),
+        "point": np.concatenate([np.zeros((0, dimension)), *lines]),
+    }
+
+
+def outlines_of(table: Mapping[str, Any]) -> list[tuple[int, np.ndarray]]:
+    """Contactor and points [m], (v, d), of each polyline in the table of contactors of a description; none in former files."""
+    outlines = table.get("outlines")
+    if outlines is None:
+        return []
+    owner, count, point = outlines["contactor"], outlines["count"], outlines["point"]
+    sound = len(owner) == len(count) and (count >= 0).all() and count.sum() == len(point) and np.isfinite(point).all()
+    if not sound or (len(owner) and not (0 <= owner.min() and owner.max() < len(table["body"]))):
+        raise ValueError("the outlines of contactors do not fit together")
+    return list(zip(owner.tolist(), np.split(point, np.cumsum(count)[:-1]), strict=False))
 
 
 def _codes(words: list[str]) -> tuple[list[str], np.ndarray]:
@@ -297,7 +333,9 @@ def _contactor(table: Mapping[str, Any], k: int) -> Contactor:
         cylinder.axis = np.array(shape[:3])
         return cylinder
     sizes = (float(table[name][k]) for name in ("bounding_radius", "area", "second_moment"))
-    return RecordedContactor(kind, shape, *sizes)
+    recorded = RecordedContactor(kind, shape, *sizes)
+    recorded.outline = [points for owner, points in outlines_of(table) if owner == k] or None
+    return recorded
 
 
 def _check_conditions(scene: Scene, conditions: Mapping[str, Any]) -> None:

@@ -18,12 +18,13 @@ FACETS = 72
 def drawn_box(snap: Snapshot) -> np.ndarray:
     """Low and high corner of the box around all bodies with bounds, the walls near them, and a margin [m], (2, d)."""
     rounds = snap.rounds
-    if not len(rounds.position):
+    if not len(rounds.position) and not snap.outlines:
         walls = snap.walls.position
         middle = walls.mean(axis=0) if len(walls) else np.zeros(snap.dimension)
         return np.stack([middle - 1.0, middle + 1.0])
     radius = rounds.shape[:, :1]
-    box = np.stack([(rounds.position - radius).min(axis=0), (rounds.position + radius).max(axis=0)])
+    points = np.concatenate([rounds.position - radius, rounds.position + radius, *snap.outlines])
+    box = np.stack([points.min(axis=0), points.max(axis=0)])
     diagonal = float(np.linalg.norm(box[1] - box[0]))
     reached = box.copy()
     for point, normal in zip(snap.walls.position, snap.walls.shape, strict=True):
@@ -115,6 +116,12 @@ def cut(piece: np.ndarray, direction: np.ndarray, through: np.ndarray) -> np.nda
     if not closed and ahead[-1] >= 0.0:
         kept.append(piece[-1])
     return np.array(kept).reshape(-1, piece.shape[1])
+
+
+def polylines(lines: list[np.ndarray]) -> np.ndarray:
+    """Pieces of polylines (v, d) [m], (k, 2, 3)."""
+    pieces = [in_space(np.stack([line[:-1], line[1:]], axis=1)) for line in lines]
+    return np.concatenate([np.zeros((0, 2, 3)), *pieces])
 
 
 def edges(polygons: list[np.ndarray]) -> np.ndarray:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lmgcpy.view.boundary import cylinder_polygons, edges, wall_polygons
+from lmgcpy.view.boundary import cylinder_polygons, edges, polylines, wall_polygons
 from lmgcpy.view.cutting import clip, section
 from lmgcpy.view.drawing import Balls, Drawing, Paint, Tubes, in_space, rgb
 from lmgcpy.view.layout import EXCESS, OVERLAP, long_links_of, overlaps_of
@@ -43,7 +43,7 @@ def compose(snap: Snapshot, style: Style) -> Drawing:
         balls=balls,
         tubes=wires + forces,
         walls=[polygon for polygon in walls if len(polygon)] + cylinders,
-        lines=edges(walls + rings),
+        lines=np.concatenate([edges(walls + rings), polylines(snap.outlines)]),
         ground=[] if flat else [polygon for polygon, floor in zip(walls, below, strict=True) if floor and len(polygon)],
         grain=_mean_radius(snap),
         time=snap.time,
@@ -164,7 +164,7 @@ def _mean_radius(snap: Snapshot) -> float:
 
 
 def _forces(snap: Snapshot, legend: list[tuple[str, str]]) -> list[Tubes]:
-    """Normal forces along the line of the two centres; at a wall from the contact point to the centre."""
+    """Normal forces along the lines in which they act."""
     forces = acting(snap, "what='forces'")
     start, end = acting_lines(snap)
     link = np.arange(len(forces.normal)) < snap.link_count

@@ -19,7 +19,7 @@ from lmgcpy.scene.contactor import (
     SphereContactor,
     WallContactor,
 )
-from lmgcpy.scene.description import describe
+from lmgcpy.scene.description import describe, outlines_of
 from lmgcpy.scene.scene import Scene
 
 ROUND = (DiskContactor.KIND, SphereContactor.KIND)
@@ -59,6 +59,8 @@ class Forces:
     """Normal force, pushing positive [N], (m,)."""
     lever: np.ndarray
     """Contact point seen from the candidate and from the antagonist [m], (m, 2, d)."""
+    direction: np.ndarray
+    """Normals, from the antagonist to the candidate, (m, d)."""
     link: np.ndarray
     """Normal force of each link of the chains [N], (l,)."""
 
@@ -66,7 +68,8 @@ class Forces:
     def of(cls, net: ActingInteractions, links: int) -> Forces:
         """Forces of interactions, of which the first ``links`` are links; zero before the first step of a run."""
         normal = net.force[:, 0]
-        return cls(net.candidate, net.antagonist, normal, net.lever, normal[:links] if len(net) else np.zeros(links))
+        link = normal[:links] if len(net) else np.zeros(links)
+        return cls(net.candidate, net.antagonist, normal, net.lever, net.normal, link)
 
 
 @dataclass(frozen=True)
@@ -131,10 +134,27 @@ class Snapshot:
 
     @cached_property
     def rounds(self) -> Contactors:
-        """Disks and spheres, and the circles that hold shapes of plug-ins; the radius [m] is their shape."""
+        """Disks and spheres, and the circles that hold shapes of plug-ins without outline; the radius [m] is their shape."""
         table = self.scene["contactors"]
         chosen = np.isfinite(table["bounding_radius"])
+        chosen[[k for k, _ in outlines_of(table)]] = False
         return self._contactors(chosen, table["bounding_radius"][:, None])
+
+    @cached_property
+    def outlines(self) -> list[np.ndarray]:
+        """Polylines of the shapes of plug-ins [m], (v, d) each."""
+        lines = outlines_of(self.scene["contactors"])
+        owners = np.array([k for k, _ in lines], dtype=np.int64)
+        placed = self._contactors(owners, np.zeros((len(self.scene["contactors"]["body"]), 0)))
+        found = []
+        for body, position, (_, points) in zip(placed.body, placed.position, lines, strict=True):
+            found.append(position + (points if self.rotations is None else turned(points, self.rotations[body])))
+        return found
+
+    @cached_property
+    def discs(self) -> Contactors:
+        """Disks and spheres alone; the radius [m] is their shape."""
+        return self._contactors(self._of_kind(ROUND), self.scene["contactors"]["bounding_radius"][:, None])
 
     @cached_property
     def walls(self) -> Contactors:
@@ -162,22 +182,63 @@ class Snapshot:
         table = self.scene["contactors"]
         body, offset = table["body"][chosen], table["offset"][chosen]
         if self.rotations is not None:
-            c, s = np.cos(self.rotations[body]), np.sin(self.rotations[body])
-            offset = np.column_stack([c * offset[:, 0] - s * offset[:, 1], s * offset[:, 0] + c * offset[:, 1]])
+            offset = turned(offset, self.rotations[body])
         return Contactors(body, self.positions[body] + offset, shape[chosen])
 
 
+def turned(points: np.ndarray, angle: np.ndarray | float) -> np.ndarray:
+    """Points in the plane (k, 2), turned by one angle, or by one each [rad]."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.stack([c * points[:, 0] - s * points[:, 1], s * points[:, 0] + c * points[:, 1]], axis=-1)
+
+
+STUB = 0.25
+"""Length of a line inside a shape without centre, as part of the smaller bounding radius."""
+
+
 def acting_lines(snap: Snapshot) -> tuple[np.ndarray, np.ndarray]:
-    """Ends of the line along which each interaction acts [m], (m, d) each: the two centres, or the contact point at a body
-    without bounds."""
+    """Ends of the line along which each interaction acts [m], (m, d) each, from the antagonist to the candidate.
+
+    A link goes from centre to centre. A contact goes through its point: from the centre of the disk or sphere of the one
+    body that touches to that of the other. At a wall or a shape of a plug-in it ends at the contact point; between two of
+    these it is a short piece of the normal.
+    """
     forces = snap.forces
     assert forces is not None
     c, a = forces.candidate, forces.antagonist
+    # the contact point is seen from whichever side is bounded: of a wall that is far from its point it would be less exact
     from_candidate = snap.positions[c] + forces.lever[:, 0]
     from_antagonist = snap.positions[a] + forces.lever[:, 1]
-    start = np.where(snap.unbounded[a, None], from_candidate, snap.positions[a])
-    end = np.where(snap.unbounded[c, None], from_antagonist, snap.positions[c])
+    start, start_is_centre = _ends(snap, a, np.where(snap.unbounded[a, None], from_candidate, from_antagonist))
+    end, end_is_centre = _ends(snap, c, np.where(snap.unbounded[c, None], from_antagonist, from_candidate))
+    link = np.arange(len(c)) < snap.link_count
+    start[link], end[link] = snap.positions[a[link]], snap.positions[c[link]]
+    stub = ~(start_is_centre | end_is_centre | link)
+    if stub.any():
+        extent = snap.scene["bodies"]["extent"]
+        half = STUB * np.minimum(extent[c[stub]], extent[a[stub]])[:, None] * forces.direction[stub]
+        start[stub] -= half
+        end[stub] += half
     return start, end
+
+
+def _ends(snap: Snapshot, bodies: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The centre of the disk or sphere of each body that touches at a point (m, d) [m], else the point; and whether it is a
+    centre (m,)."""
+    discs = snap.discs
+    shapes = np.bincount(snap.scene["contactors"]["body"], minlength=len(snap.positions))
+    last = np.full(len(snap.positions), -1)
+    last[discs.body] = np.arange(len(discs.body))
+    only = (last[bodies] >= 0) & (shapes[bodies] == 1)
+    ends, is_centre = points.copy(), only.copy()
+    ends[only] = discs.position[last[bodies[only]]]
+    for i in np.flatnonzero((shapes[bodies] > 1) & (last[bodies] >= 0)):
+        mine = np.flatnonzero(discs.body == bodies[i])
+        away = np.linalg.norm(discs.position[mine] - points[i], axis=1) - discs.shape[mine, 0]
+        if np.abs(away).min() <= 0.5 * discs.shape[mine, 0].max():  # else another shape of the body touches
+            ends[i] = discs.position[mine[np.argmin(np.abs(away))]]
+            is_centre[i] = True
+    return ends, is_centre
 
 
 def snapshot(source: Any, frame: Any = None) -> Snapshot:
