@@ -128,6 +128,7 @@ PANEL = {
     "source": THING, "what": optional(CHOICE), "frame": optional(COUNT), "grains": optional(CHOICE),
     "wires": optional(CHOICE), "opacity": optional(FRACTION), "clip": optional(CHOICE), "section": optional(CHOICE),
     "camera": optional(CHOICE), "title": [3, True, object(), nan], "limits": optional(VECTOR), "force": optional(POSITIVE),
+    "region": optional([*THING, (0.0, 1.0), ((0.0, 0.0),), ((0.0, 0.0), (0.0, 1.0))]),
 }  # fmt: skip
 
 # fmt: off

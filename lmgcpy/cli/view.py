@@ -31,6 +31,23 @@ class Plane(click.ParamType):
             self.fail(f"'{value}' is no plane such as y or y=0.1", param, ctx)
 
 
+class Region(click.ParamType):
+    """Two corners: x,y,x,y, or x,y,z,x,y,z."""
+
+    name = "corners"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The corners as :func:`lmgcpy.view.render` takes them."""
+        try:
+            numbers = tuple(float(word) for word in value.split(","))
+        except ValueError:
+            numbers = ()
+        if len(numbers) not in (4, 6):
+            self.fail(f"'{value}' is no region such as 0,0,1,2", param, ctx)
+        half = len(numbers) // 2
+        return numbers[:half], numbers[half:]
+
+
 def panel_options(command: Callable) -> Callable:
     """Add the options of the drawing of a panel."""
     for option in (
@@ -45,6 +62,9 @@ def panel_options(command: Callable) -> Callable:
         click.option("--section", type=Plane(), help="Show the cut by this plane: y, or y=0.1 [m]."),
         click.option("--title", help="Line above the panel, instead of the time."),
         click.option("--limits", type=CommaList(float, "0,1.5", count=2), help="Ends of the colour scale: low,high."),
+        click.option(
+            "--region", type=Region(), help="What is seen [m]: low and high corner, x,y,x,y or x,y,z,x,y,z [default: all]."
+        ),
         click.option("--scale", type=float, help="Force whose line is half as thick as a mean grain [N]."),
     ):
         command = option(command)
@@ -82,8 +102,12 @@ def view(file: Path, frame: int, scale: float | None, **how: Any) -> None:
 @panel_options
 @click.option("--size", type=CommaList(float, "1000,900", count=2), help="Largest size of a panel [pixels]: width,height.")
 @click.option("--columns", type=int, help="Number of panels in a row [default: all].")
-@click.option("--fps", type=float, default=20.0, help="Frames a second in a .gif.")
-@click.option("--out", type=FILE, help="File to write, a .png, or a .gif that moves [default: named after the first file].")
+@click.option("--fps", type=float, default=20.0, help="Frames a second of what moves.")
+@click.option(
+    "--out",
+    type=FILE,
+    help="File to write: .png, .pdf or .svg, or .gif or .mp4 that move [default: named after the first file].",
+)
 def render(
     files: tuple[Path, ...],
     frame: tuple[int, ...],

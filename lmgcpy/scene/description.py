@@ -225,13 +225,16 @@ def _outlines(contactors: list[Contactor], dimension: int) -> dict[str, np.ndarr
 
 
 def outlines_of(table: Mapping[str, Any]) -> list[tuple[int, np.ndarray]]:
-    """Contactor and points [m], (v, d), of each polyline in the table of contactors of a description; none in former files."""
+    """Contactor and points [m], (v, d), of each polyline in the table of contactors of a description.
+
+    Files of former versions have none. Raises ValueError where the fields do not fit together.
+    """
     outlines = table.get("outlines")
     if outlines is None:
         return []
     owner, count, point = outlines["contactor"], outlines["count"], outlines["point"]
     sound = len(owner) == len(count) and (count >= 0).all() and count.sum() == len(point) and np.isfinite(point).all()
-    if not sound or (len(owner) and not (0 <= owner.min() and owner.max() < len(table["body"]))):
+    if not sound or (len(owner) and not (owner.min() >= 0 and owner.max() < len(table["body"]))):
         raise ValueError("the outlines of contactors do not fit together")
     return list(zip(owner.tolist(), np.split(point, np.cumsum(count)[:-1]), strict=False))
 

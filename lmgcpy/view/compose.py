@@ -20,6 +20,8 @@ BEHIND = 0.5
 """Factor by which a wire is thinner behind its forces."""
 SEEN_THROUGH = {"layout": 0.4, "forces": 0.6}
 """Part of the light that comes through the whole sample in pictures that show something inside."""
+OF_MOTION = ("speed", "spin", "rotation", "layer")
+"""Quantities that say nothing of fixed bodies, which are plain in their pictures."""
 PALE = 0.35
 """Opacity of disks behind forces."""
 WEAKEST = 0.01
@@ -97,7 +99,9 @@ def _paints(snap: Snapshot, style: Style, legend: list[tuple[str, str]]) -> list
     bead = snap.beads[body]
     if style.grains in GRAINS:
         quantity, values = GRAINS[style.grains](snap)
-        return [(np.ones(len(body), dtype=bool), Paint(values=values[body], quantity=quantity))]
+        plain = snap.held[body] & (style.grains in OF_MOTION)
+        painted = Paint(values=values[body], quantity=quantity)
+        return [(plain, Paint(SAND)), (~plain, painted)] if not plain.all() else [(plain, painted)]
     if style.grains == "color":
         words = dict.fromkeys(snap.colors[body].tolist())
         shades = {word: GROUPS[k % len(GROUPS)] for k, word in enumerate(words)}

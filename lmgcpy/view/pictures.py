@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -14,10 +15,12 @@ from lmgcpy.view.film import Film
 from lmgcpy.view.painter import Painter, has_display, load_pyvista
 from lmgcpy.view.panels import panels_of
 from lmgcpy.view.style import OPTIONS
-from lmgcpy.writing import check_target, new_file
+from lmgcpy.writing import check_target, new_file, write_bytes
 
+STILL, MOVING = (".png", ".pdf", ".svg"), (".gif", ".mp4")
+"""Kinds of files."""
 SIZE, SIZE_OF_GIF = (1000, 900), (600, 540)
-"""Largest size of a panel [pixels], of a .png and of a .gif."""
+"""Largest size of a panel [pixels], of a picture and of one that moves."""
 
 
 @named_arguments
@@ -36,15 +39,18 @@ def render(
     title: Any = None,
     limits: Any = None,
     force: float | None = None,
+    region: Any = None,
     size: Any = None,
     columns: int | None = None,
     frames_per_second: float = 20.0,
 ) -> Path:
-    """Draw a scene, a simulation or a run into a PNG file, or a run into an animated GIF; no display is needed.
+    """Draw a scene, a simulation or a run into a PNG, PDF or SVG file, or a run into a GIF or MP4 that moves; no display
+    is needed.
 
     ``source``: a Scene, a Simulation, or a run that ``lmgcpy.io.open_run`` opened, of which ``frame`` is shown, by default
-    the last (negative: from the end). A ``path`` that ends in .gif shows all frames of a run, or those of a ``range``
-    that is given as ``frame``, ``frames_per_second`` of them. Returns the path.
+    the last (negative: from the end). A ``path`` that ends in .gif or .mp4 shows all frames of a run, or those of a
+    ``range`` that is given as ``frame``, ``frames_per_second`` of them. In .pdf and .svg words and scales are lines that
+    can be edited, and bodies are pixels. Returns the path.
 
     ``what``, by default "layout" of a scene and "grains" of the others:
 
@@ -67,7 +73,10 @@ def render(
     * ``title``: a line above, by default the time of what has one;
     * ``limits``: (low, high) of the colour scale, of the grains if they have one, else of the wires; by default from the
       smallest to the largest value, of speeds, spins and rotations up to their 99 % quantile;
-    * ``force`` [N]: the force that is drawn half as thick as a mean grain, by default the 99.9 % quantile of those drawn.
+    * ``force`` [N]: the force that is drawn half as thick as a mean grain, by default the 99.9 % quantile of those drawn,
+      to two digits;
+    * ``region`` [m]: low and high corner of what is seen, ((x, y), (x, y)), in 3D with z, by default everything: one body
+      that has escaped then makes all others small.
 
     **Panels.** ``source``, ``what``, ``frame``, ``grains``, ``wires``, ``opacity``, ``clip``, ``section``, ``camera`` and
     ``title`` may be lists of one length, one entry a panel: panels stand side by side, ``columns`` of them in a row (by
@@ -80,13 +89,18 @@ def render(
 
     ``size``: pixels (width, height) that no panel exceeds, by default (1000, 900), of a moving picture (600, 540).
 
-    The function raises ImportError if pyvista is missing, and says how to install it; OSError without any OpenGL;
-    ValueError or TypeError for what cannot be drawn.
+    The function raises ImportError if pyvista, or imageio-ffmpeg for .mp4, is missing, and says how to install it; OSError
+    without any OpenGL; ValueError or TypeError for what cannot be drawn.
     """
     target = Path(file_path(path, "path"))
-    moving = target.suffix.lower() == ".gif"
-    if not moving and target.suffix.lower() != ".png":
-        raise ValueError(f"path must end in .png or, for a moving picture, in .gif, got '{target}'.")
+    kind = target.suffix.lower()
+    moving = kind in MOVING
+    if not moving and kind not in STILL:
+        raise ValueError(
+            f"path must end in {', '.join(STILL)} or, for a moving picture, in {' or '.join(MOVING)}, got '{target}'."
+        )
+    if kind == ".mp4":
+        load_encoder()
     check_target(target, force=True)
     size = _size(size, moving)
     if columns is not None:
@@ -96,8 +110,8 @@ def render(
     load_pyvista()
     panels = panels_of(source, frame, options, moving=moving)
     if moving and all(len(panel.drawings) == 1 for panel in panels):
-        raise ValueError("A .gif moves: give a run of several frames as source, or a path that ends in .png.")
-    film = Film(panels, limits=limits, force=force, size=size, columns=columns)
+        raise ValueError(f"A {kind} moves: give a run of several frames as source, or a path that ends in .png.")
+    film = Film(panels, limits=limits, force=force, region=region, size=size, columns=columns)
     return write_film(film, target, frames_per_second)
 
 
@@ -116,6 +130,7 @@ def show(
     title: Any = None,
     limits: Any = None,
     force: float | None = None,
+    region: Any = None,
 ) -> None:
     """Show a scene, a simulation or a run in a window, which the mouse turns, or in a notebook.
 
@@ -127,7 +142,7 @@ def show(
         if isinstance(value, (list, range)):
             raise TypeError(f"show has one panel: {name} must not be a list, got {shown(value)}.")
     panels = panels_of(source, frame, dict(zip(OPTIONS, given, strict=True)), moving=False)
-    film = Film(panels, limits=limits, force=force, size=SIZE)
+    film = Film(panels, limits=limits, force=force, region=region, size=SIZE)
     painter = Painter(off_screen=False)
     if not (painter.plotter.notebook or has_display()):
         painter.close()
@@ -145,13 +160,17 @@ def _size(size: Any, moving: bool) -> tuple[int, int]:
 
 
 def write_film(film: Film, target: Path, frames_per_second: float = 20.0) -> Path:
-    """Draw all pictures of a film into a .gif, or its first picture into a .png; returns the path."""
-    painter = Painter(off_screen=True)
+    """Draw all pictures of a film into a .gif or .mp4, or its first picture into another file; returns the path."""
+    painter, kind = Painter(off_screen=True), target.suffix.lower()
     try:
-        if target.suffix.lower() == ".gif":
+        if kind == ".gif":
             _write_gif(film, painter, target, frames_per_second)
+        elif kind == ".mp4":
+            _write_mp4(film, painter, target, frames_per_second)
+        elif kind == ".png":
+            _write_png(film.plate(painter, 0).pixels(), target)
         else:
-            _write_png(film.plate(painter, 0), target)
+            write_bytes(target, film.plate(painter, 0).document(kind[1:]))
     finally:
         painter.close()
     return target
@@ -169,14 +188,46 @@ def _write_gif(film: Film, painter: Painter, path: Path, frames_per_second: floa
     from PIL import Image
 
     count = film.frame_count
-    some = [film.plate(painter, k) for k in sorted({0, count // 2, count - 1})]
+    some = [film.plate(painter, k).pixels() for k in sorted({0, count // 2, count - 1})]
     palette = Image.fromarray(np.concatenate(some)).quantize(255)
     palette.putpalette([*(palette.getpalette() or [])[: 3 * 255], 255, 255, 255])  # white stays white
 
     def pictures() -> Iterator[Image.Image]:
         for k in range(count):
-            yield Image.fromarray(film.plate(painter, k)).quantize(palette=palette, dither=Image.Dither.NONE)
+            yield Image.fromarray(film.plate(painter, k).pixels()).quantize(palette=palette, dither=Image.Dither.NONE)
 
     first, *rest = pictures()
     with new_file(path) as new:
         first.save(new, save_all=True, append_images=rest, duration=1000.0 / frames_per_second, loop=0, optimize=False)
+
+
+def load_encoder() -> Any:
+    """The module imageio_ffmpeg; ImportError with a sentence if it is missing."""
+    try:
+        import imageio_ffmpeg
+    except ImportError as error:
+        raise ImportError(
+            'An .mp4 needs imageio-ffmpeg, which is not installed: pip install "lmgcpy[film]". A .gif needs nothing more.'
+        ) from error
+    return imageio_ffmpeg
+
+
+def _write_mp4(film: Film, painter: Painter, path: Path, frames_per_second: float) -> None:
+    """Write all pictures, in H.264 with colours as most players know them: width and height are even."""
+    first = _even(film.plate(painter, 0).pixels())
+    with tempfile.TemporaryDirectory() as folder:
+        raw = Path(folder) / "film.mp4"  # the encoder writes only to a name
+        size = first.shape[1], first.shape[0]
+        frames = load_encoder().write_frames(str(raw), size, fps=frames_per_second, quality=7, macro_block_size=2)
+        frames.send(None)
+        frames.send(np.ascontiguousarray(first))
+        for k in range(1, film.frame_count):
+            frames.send(np.ascontiguousarray(_even(film.plate(painter, k).pixels())))
+        frames.close()
+        write_bytes(path, raw.read_bytes())
+
+
+def _even(pixels: np.ndarray) -> np.ndarray:
+    """A picture with a white line more where its height or its width is odd."""
+    down, right = (size % 2 for size in pixels.shape[:2])
+    return np.pad(pixels, ((0, down), (0, right), (0, 0)), constant_values=255)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,6 +18,41 @@ LETTER = 8
 """Mean width of a letter [pixels]."""
 
 
+@dataclass(frozen=True)
+class Plate:
+    """Words, scales and legend as a matplotlib figure, and the images on it with their upper left corners [pixels]."""
+
+    figure: Any
+    images: list[tuple[tuple[int, int], np.ndarray]]
+    size: tuple[int, int]
+    """Height and width [pixels]."""
+
+    def pixels(self) -> np.ndarray:
+        """The whole plate, (height, width, 3) uint8."""
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+        canvas = FigureCanvasAgg(self.figure)
+        canvas.draw()
+        height, wide = self.size
+        image = np.array(canvas.buffer_rgba())[:height, :wide, :3]
+        for (top, left), panel in self.images:
+            image[top : top + panel.shape[0], left : left + panel.shape[1]] = panel
+        return image
+
+    def document(self, kind: str) -> bytes:
+        """The plate as "pdf" or "svg": words as lines, bodies as pixels."""
+        height, wide = self.size
+        for (top, left), panel in self.images:
+            tall, broad = panel.shape[:2]
+            place = left / wide, 1.0 - (top + tall) / height, broad / wide, tall / height
+            axes = self.figure.add_axes(place)
+            axes.imshow(panel, interpolation="none", aspect="auto")
+            axes.set_axis_off()
+        memory = io.BytesIO()
+        self.figure.savefig(memory, format=kind, dpi=self.figure.dpi)
+        return memory.getvalue()
+
+
 def plate(
     panels: Sequence[np.ndarray],
     titles: Sequence[str],
@@ -25,19 +62,18 @@ def plate(
     note: str,
     columns: int,
     zoom: float = 1.0,
-) -> np.ndarray:
-    """Put images (height, width, 3) of uint8 on one, (height, width, 3), so many ``columns`` in a row.
+) -> Plate:
+    """Put images (height, width, 3) of uint8 on one plate, so many ``columns`` in a row.
 
     In a row images stand on one line, each in the middle of its column. A column is wide enough for as many ``letters`` as
     its longest title ever has, so that all plates of a film have one size. ``zoom`` enlarges text and colour scales.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
 
     letter, line_height, bar, dpi = (round(zoom * pixels) for pixels in (LETTER, LEGEND, BAR, DPI))
     above = round(zoom * TITLE) if any(titles) else 0
-    needs = [max(panel.shape[1], letter * count) for panel, count in zip(panels, letters, strict=True)]
+    needs = [max(panel.shape[1], letter * (count + 2)) for panel, count in zip(panels, letters, strict=True)]
     widths = [max(needs[k::columns]) for k in range(min(columns, len(panels)))]
     heights = [above + max(p.shape[0] for p in panels[k : k + columns]) for k in range(0, len(panels), columns)]
     entries = [*dict.fromkeys(legend), *([(note, "")] if note else [])]
@@ -65,12 +101,7 @@ def plate(
             frameon=False,
             handlelength=1.4,
         )
-    canvas = FigureCanvasAgg(figure)
-    canvas.draw()
-    image = np.array(canvas.buffer_rgba())[:height, :wide, :3]
-    for (top, left), panel in zip(corners, panels, strict=True):
-        image[top : top + panel.shape[0], left : left + panel.shape[1]] = panel
-    return image
+    return Plate(figure, list(zip(corners, panels, strict=True)), (height, wide))
 
 
 def _legend_lines(entries: Sequence[tuple[str, str]], width: int, letter: int) -> list[list[tuple[str, str]]]:

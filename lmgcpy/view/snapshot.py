@@ -133,8 +133,15 @@ class Snapshot:
         return part
 
     @cached_property
+    def held(self) -> np.ndarray:
+        """Whether a body is fixed in all directions, (n,)."""
+        table = self.scene["conditions"]
+        fixed = ~table["loaded"] & ~table["function"] & (table["value"] == 0.0) & (table["component"] < self.dimension)
+        return np.bincount(table["body"][fixed], minlength=len(self.positions)) == self.dimension
+
+    @cached_property
     def rounds(self) -> Contactors:
-        """Disks and spheres, and the circles that hold shapes of plug-ins without outline; the radius [m] is their shape."""
+        """Disks and spheres, and circles that hold shapes of plug-ins without outline; the radius [m] is their shape."""
         table = self.scene["contactors"]
         chosen = np.isfinite(table["bounding_radius"])
         chosen[[k for k, _ in outlines_of(table)]] = False

@@ -159,7 +159,7 @@ ROWS = {
         "what cannot be 'grain'; did you mean 'grains'?"),
     "render no such frame": (lambda w: ["render", w.run_file(), "--frame", "7"], "has one frame, 0, got frame 7."),
     "render into no picture": (lambda w: ["render", w.run_file(), "--out", w.path("a.bmp")],
-        "must end in .png or, for a moving picture, in .gif"),
+        "must end in .png, .pdf, .svg or, for a moving picture, in .gif or .mp4"),
     "render from half a direction": (lambda w: ["render", w.run_file(), "--camera", "1,2"],
         "'--camera': '1,2' is not 3 numbers separated by commas, such as 1,-1,1"),
     "render on half a scale": (lambda w: ["render", w.run_file(), "--limits", "1"],

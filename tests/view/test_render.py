@@ -1,6 +1,7 @@
 """Pictures show what they must: pixels of the right colour where things are, as thick as the force."""
 
 import os
+import re
 import subprocess
 import sys
 
@@ -12,8 +13,10 @@ from seen import hanging, like, pile, pixels, reddish, wire_in_a_box
 import lmgcpy as lm
 from lmgcpy.view.camera import Camera, View
 from lmgcpy.view.compose import compose
+from lmgcpy.view.film import Film
 from lmgcpy.view.painter import Painter
 from lmgcpy.view.palette import CONTACT, SAND, WIRE
+from lmgcpy.view.panels import panels_of
 from lmgcpy.view.plate import TITLE
 from lmgcpy.view.snapshot import snapshot
 from lmgcpy.view.style import OPTIONS, style_of
@@ -142,13 +145,20 @@ def test_of_two_translucent_balls_the_near_one_tells_more(side, tmp_path):
     assert (red > blue) == (side < 0.0)
 
 
-def test_a_moving_picture_moves(tmp_path):
-    """A falling ball: a frame for each of the run's, at one scale, and it goes down as it should."""
+@pytest.fixture(scope="module")
+def run_of_a_fall(tmp_path_factory):
+    """The run file of a falling ball, of five frames."""
     scene = lm.Scene(dimension=2, gravity=(0.0, -10.0))
     scene.add(lm.disk(radius=0.1, position=(0.0, 1.0), mass=1.0))
     scene.add(lm.wall(point=(0.0, 0.0), normal=(0.0, 1.0)))
-    lm.Simulation(scene, time_step=1e-2).run(steps=40, record=tmp_path / "fall.h5", every=10)
-    with lm.io.open_run(tmp_path / "fall.h5") as run:
+    path = tmp_path_factory.mktemp("fall") / "fall.h5"
+    lm.Simulation(scene, time_step=1e-2).run(steps=40, record=path, every=10)
+    return path
+
+
+def test_a_moving_picture_moves(run_of_a_fall, tmp_path):
+    """A falling ball: a frame for each of the run's, at one scale, and it goes down as it should."""
+    with lm.io.open_run(run_of_a_fall) as run:
         out = lm.view.render(run, tmp_path / "fall.gif", grains="plain", size=(200, 200), frames_per_second=10.0)
         some = lm.view.render(run, tmp_path / "some.gif", grains="plain", frame=range(0, 5, 2), size=(100, 100))
     heights = []
@@ -277,7 +287,7 @@ def test_without_pyvista_a_sentence(tmp_path, monkeypatch):
 
 
 WRONG = {
-    "suffix": ({"path": "a.jpg"}, "must end in .png or, for a moving picture, in .gif"),
+    "suffix": ({"path": "a.jpg"}, "must end in .png, .pdf, .svg or, for a moving picture, in .gif or .mp4, got"),
     "folder": ({"path": "no/such/a.png"}, "to write 'no/such/a.png' into: make it first"),
     "what": ({"what": "grain"}, "what cannot be 'grain'; did you mean 'grains'?"),
     "forces": ({"what": "forces"}, "run a Simulation of the scene first"),
@@ -295,6 +305,9 @@ WRONG = {
     "panels": ({"camera": ["x", "y"], "title": ["a", "b", "c"]}, "camera has 2, title has 3"),
     "no panels": ({"camera": []}, "camera has 0"),
     "standing gif": ({"path": "a.gif"}, "A .gif moves"),
+    "region": ({"region": (0, 1)}, "a corner of region"),
+    "region of one corner": ({"region": [(0, 0, 0)]}, "region must be two corners"),
+    "region upside down": ({"region": ((0, 0, 1), (1, 1, 0))}, "its low corner and its high corner"),
     "title": ({"title": 3}, "title must be a line of text, got 3."),
     "size": ({"size": (0, 100)}, "the width in size must be at least 16, got 0."),
 }
@@ -308,6 +321,70 @@ def test_what_cannot_be_drawn_gets_a_sentence(row, tmp_path, monkeypatch):
         lm.view.render(wire_in_a_box(), **{"path": "a.png", **options})
     assert words in str(caught.value)
     assert str(caught.value)[-1] in ".?"
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("kind", ["pdf", "svg"])
+def test_words_of_a_pdf_or_svg_are_no_pixels(kind, tmp_path):
+    """The bodies are one image, of the size of the panel."""
+    out = lm.view.render(pile(3), tmp_path / f"a.{kind}", title="a pile", size=SIZE)
+    content = out.read_bytes()
+    assert content.startswith(b"%PDF" if kind == "pdf" else b"<?xml")
+    assert content.count(b"/Subtype /Image" if kind == "pdf" else b"<image ") >= 1
+    if kind == "svg":
+        assert b"<!-- a pile -->" in content
+
+
+def test_a_region_is_seen_and_nothing_else(tmp_path):
+    """A disk of radius 1 in a window of 4 x 4 covers pi/16 of it, though another one is far away."""
+    scene = lm.Scene(dimension=2)
+    for x in (0.0, 1000.0):
+        scene.add(lm.disk(radius=1.0, position=(x, 0.0), mass=1.0))
+    shown = {"grains": "plain", "title": "", "size": (300, 300)}
+    lm.view.render(scene, tmp_path / "a.png", region=((-2, -2), (2, 2)), **shown)
+    image = pixels(tmp_path / "a.png")
+    assert image.shape[0] == image.shape[1]
+    window = 4.0 / (1.0 + 2.0 * 0.03)  # the view has a margin
+    part = (image < 250).any(axis=2).mean() * (4.0 / window) ** 2
+    assert part == pytest.approx(np.pi / 16.0, rel=0.02)
+    lm.view.render(scene, tmp_path / "all.png", **shown)
+    assert (pixels(tmp_path / "all.png") < 250).any(axis=2).mean() < 0.01
+
+
+def test_the_force_of_the_scale_is_a_round_number(tmp_path):
+    film = Film(panels_of(pile(3), None, {**dict.fromkeys(OPTIONS), "what": "forces"}, moving=False), size=SIZE)
+    assert film.force == float(f"{film.force:.2g}") > 0.0
+    assert re.fullmatch(r"half as thick as a mean grain: \d{1,3} (m|k)?N(/m)?", film.note), film.note
+
+
+def test_fixed_bodies_are_plain_in_a_picture_of_motion():
+    """The scale is that of the others."""
+    scene = lm.Scene(dimension=2)
+    for x in (0.0, 3.0):
+        scene.add(lm.disk(radius=1.0, position=(x, x), mass=1.0, velocity=(1.0, 0.0)))
+    scene.bodies[0].fix("x", "y")
+    for grains, count in (("layer", 1), ("speed", 1), ("radius", 2)):
+        options = {**dict.fromkeys(OPTIONS), "what": "grains", "grains": grains}
+        film = Film(panels_of(scene, None, options, moving=False), size=SIZE)
+        painted = [balls for balls in film.drawing(0, 0).balls if balls.paint.quantity is not None]
+        assert sum(len(balls.radii) for balls in painted) == count
+        assert list(film.limits.values()) == {"layer": [(3.0, 3.0)], "speed": [(0.0, 1.0)], "radius": [(1.0, 1.0)]}[grains]
+
+
+def test_an_mp4_has_all_frames(run_of_a_fall, tmp_path):
+    imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg")
+    with lm.io.open_run(run_of_a_fall) as run:
+        out = lm.view.render(run, tmp_path / "fall.mp4", grains="plain", size=(121, 121), frames_per_second=10.0)
+        frames = run.frame_count
+    count, seconds = imageio_ffmpeg.count_frames_and_secs(str(out))
+    assert count == frames
+    assert seconds == pytest.approx(frames / 10.0, rel=0.05)
+
+
+def test_without_its_encoder_an_mp4_gets_a_sentence(run_of_a_fall, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
+    with lm.io.open_run(run_of_a_fall) as run, pytest.raises(ImportError, match=r'pip install "lmgcpy\[film\]"'):
+        lm.view.render(run, tmp_path / "fall.mp4")
     assert not list(tmp_path.iterdir())
 
 

@@ -80,7 +80,9 @@ def test_a_line_goes_to_the_disk_of_a_cluster_that_touches():
 
 def test_a_line_ends_at_the_contact_point_of_a_foreign_shape(tmp_path):
     """From a recorded run, too, as is its outline, which turns with the body."""
-    bar = lm.RigidBody([LongSegment(0.8, 0.05)], mass=1.0, inertia=1.0, position=(0.0, 0.0), color="OTHER", rotation=0.5 * math.pi)
+    bar = lm.RigidBody(
+        [LongSegment(0.8, 0.05)], mass=1.0, inertia=1.0, position=(0.0, 0.0), color="OTHER", rotation=0.5 * math.pi
+    )
     bar.fix()
     disk = lm.disk(radius=0.1, position=(-0.15, 0.5), mass=1.0).impose_force(x=1.0)
     sim = pressed(disk, bar)
