@@ -24,6 +24,8 @@ OF_MOTION = ("speed", "spin", "rotation", "layer")
 """Quantities that say nothing of fixed bodies, which are plain in their pictures."""
 PALE = 0.35
 """Opacity of disks behind forces."""
+AMONG_WIRES = 0.3
+"""Opacity of the contact forces of a scene in space that has wires, so that the tensions inside are seen."""
 WEAKEST = 0.01
 """Smallest force that is drawn, as part of the largest; smaller forces would be thinner than a pixel."""
 
@@ -143,10 +145,15 @@ def _wires(snap: Snapshot, style: Style, wrong: np.ndarray, legend: list[tuple[s
     if style.wires in WIRES:
         quantity, values = WIRES[style.wires](snap)
         paint = Paint(values=values, quantity=quantity)
+    elif style.what == "forces":
+        # a tension may be thinner than the wire behind it, which has its colour
+        forces = acting(snap, "what='forces'")
+        taut = forces.link < -WEAKEST * np.abs(forces.normal).max(initial=0.0)
+        paint = Paint(values=np.where(taut[:, None], rgb(WIRE), rgb(BEAD)).astype(np.uint8))
+        legend.append(("course of the wire", BEAD))
     else:
-        label, color = ("course of the wire", BEAD) if style.what == "forces" else ("wire", WIRE)
-        paint = Paint(color)
-        legend.append((label, color))
+        paint = Paint(WIRE)
+        legend.append(("wire", WIRE))
     tubes = Tubes(in_space(snap.positions[a]), in_space(snap.positions[b]), thickness, paint)
     red = np.zeros(len(a), dtype=bool)
     red[wrong] = True
@@ -196,5 +203,6 @@ def force_tubes(
         mine = chosen & strong
         if mine.any():
             legend.append((label, color))
-            pieces.append(Tubes(start, end, size, Paint(color), by_force=True, level=level).take(mine))
+            opacity = 1.0 if link.any() == chosen[link].any() else AMONG_WIRES
+            pieces.append(Tubes(start, end, size, Paint(color), by_force=True, level=level, opacity=opacity).take(mine))
     return pieces

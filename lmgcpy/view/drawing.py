@@ -71,6 +71,8 @@ class Tubes:
     paint: Paint
     by_force: bool = False
     level: int = 1
+    opacity: float = 1.0
+    """In space; in a flat drawing tubes are opaque."""
 
     def take(self, chosen: np.ndarray) -> Tubes:
         """Some of the tubes."""

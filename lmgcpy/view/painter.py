@@ -157,6 +157,8 @@ class Painter:
                 colors = ordered.paint.rgb(len(ordered.radii), limits)
                 self._add_balls(ordered.centres, ordered.radii, colors, ordered.opacity, 0.0, flat=False)
         for tubes in drawing.tubes:
+            if tubes.opacity < 1.0 and not drawing.flat:
+                tubes = tubes.take(np.argsort((tubes.starts + tubes.ends) @ towards, kind="stable"))
             radii = thickness * tubes.radii if tubes.by_force else tubes.radii
             self._add_tubes(tubes, radii, tubes.paint.rgb(len(radii), limits), tubes.level * step, flat=drawing.flat)
         self._add_walls(drawing, finer)
@@ -207,7 +209,10 @@ class Painter:
         mapper.SetOrientationArray("along")
         mapper.SetScaleArray("size")
         mapper.SetSelectionIdArray("number")
-        self._add(mapper, points, 1.0, flat)
+        opacity = 1.0 if flat else tubes.opacity
+        self._add(mapper, points, opacity, flat)
+        if opacity < 1.0:  # round ends would show twice
+            return
         both = np.concatenate([starts, ends])
         self._add_balls(both, np.tile(radii, 2), np.tile(colors, (2, 1)), 1.0, up, flat=flat)
 

@@ -8,8 +8,9 @@ from seen import SIDE, hanging, pile, wire_in_a_box
 import lmgcpy as lm
 from lmgcpy.view.boundary import cut, cylinder_polygons, wall_polygons
 from lmgcpy.view.camera import Camera, View
-from lmgcpy.view.compose import compose
-from lmgcpy.view.palette import CONTACT, WIRE, WRONG
+from lmgcpy.view.compose import AMONG_WIRES, compose
+from lmgcpy.view.drawing import rgb
+from lmgcpy.view.palette import BEAD, CONTACT, WIRE, WRONG
 from lmgcpy.view.snapshot import snapshot
 from lmgcpy.view.style import OPTIONS, style_of
 
@@ -193,3 +194,28 @@ def test_a_view_holds_its_points_and_keeps_lengths():
     across = points[0] + np.stack([np.zeros(3), view.camera.right])
     assert np.linalg.norm(np.diff(view.pixels(across, 100.0), axis=0)) == pytest.approx(100.0)
     np.testing.assert_allclose(view.pixels(view.centre[None], 100.0)[0], [0.5 * width, 0.5 * height], atol=1.0)
+
+
+@pytest.mark.parametrize(("dimension", "opacity"), [(2, 1.0), (3, AMONG_WIRES)])
+def test_tension_is_seen_among_contact_forces(dimension, opacity):
+    """A wire of which one half is taut, and two balls on each other: links that pull have the colour of tension however
+    thin their force is, and in space contact forces are translucent."""
+    scene = lm.Scene(dimension=dimension, gravity=(*(0.0,) * (dimension - 1), -10.0))
+    make, zero = (lm.disk if dimension == 2 else lm.sphere), (0.0,) * (dimension - 1)
+    hook, bead, heap = (scene.add(make(radius=0.1, position=(*zero, z), mass=1.0)) for z in (0.0, -1.0, -1.5))
+    hook.fix()
+    heap.fix()
+    scene.chain([hook, bead, heap], lm.RigidWire(), reference_gap=[0.8, 5.0])
+    for z, held in ((-5.0, True), (-4.8, False)):
+        ball = scene.add(make(radius=0.1, position=(*zero, z), mass=30.0))
+        if held:
+            ball.fix()
+    scene.see("GRAIN", "GRAIN", lm.Coulomb(friction=0.3))
+    sim = lm.Simulation(scene, time_step=1e-3)
+    sim.step()
+    drawing = drawn(sim, what="forces")
+    course = drawing.tubes[0]
+    assert course.paint.rgb(2, {}).tolist() == [rgb(WIRE).tolist(), rgb(BEAD).tolist()]
+    by_force = {round(float(tubes.radii[0])): tubes for tubes in drawing.tubes if tubes.by_force}
+    assert by_force[300].opacity == opacity
+    assert by_force[10].opacity == 1.0
