@@ -196,8 +196,8 @@ def test_a_view_holds_its_points_and_keeps_lengths():
     np.testing.assert_allclose(view.pixels(view.centre[None], 100.0)[0], [0.5 * width, 0.5 * height], atol=1.0)
 
 
-@pytest.mark.parametrize(("dimension", "opacity"), [(2, 1.0), (3, AMONG_WIRES)])
-def test_tension_is_seen_among_contact_forces(dimension, opacity):
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_tension_is_seen_among_contact_forces(dimension):
     """A wire of which one half is taut, and two balls on each other: links that pull have the colour of tension however
     thin their force is, and in space contact forces are translucent."""
     scene = lm.Scene(dimension=dimension, gravity=(*(0.0,) * (dimension - 1), -10.0))
@@ -217,5 +217,5 @@ def test_tension_is_seen_among_contact_forces(dimension, opacity):
     course = drawing.tubes[0]
     assert course.paint.rgb(2, {}).tolist() == [rgb(WIRE).tolist(), rgb(BEAD).tolist()]
     by_force = {round(float(tubes.radii[0])): tubes for tubes in drawing.tubes if tubes.by_force}
-    assert by_force[300].opacity == opacity
+    assert by_force[300].opacity == AMONG_WIRES  # a flat drawing takes no notice
     assert by_force[10].opacity == 1.0
