@@ -141,3 +141,25 @@ def test_an_outline_that_is_none_gets_a_sentence(outline):
     scene.add(lm.RigidBody([Wrong()], mass=1.0, inertia=1.0, position=(0.0, 0.0), color="DRUM"))
     with pytest.raises(ValueError, match=r"outline of <Wrong 'test-drum' .*> must be polylines of shape \(v, 2\)"):
         snapshot(scene)
+
+
+def test_a_hidden_body_is_in_no_picture(tmp_path):
+    """Neither of a simulation nor of a frame of its run; before it was hidden it is there."""
+    scene = lm.Scene(dimension=2)
+    for x in (0.0, 1.0):
+        scene.add(lm.disk(radius=0.1, position=(x, 0.0), mass=1.0))
+    gate = scene.add(lm.wall(point=(0.0, -1.0), normal=(0.0, 1.0)))
+    drum = scene.add(lm.RigidBody([Drum()], mass=1.0, inertia=1.0, position=(0.0, 0.0), color="DRUM"))
+
+    def hide(sim):
+        for body in (scene.bodies[1], gate, drum):
+            if sim.steps == 2:
+                body.hide()
+
+    sim = lm.Simulation(scene, time_step=1e-3).run(steps=4, on_step=hide, record=tmp_path / "run.h5", every=1)
+    with lm.io.open_run(tmp_path / "run.h5") as run:
+        found = [snapshot(run, frame=k) for k in range(5)]
+    found.append(snapshot(sim))
+    assert [len(snap.rounds.body) for snap in found] == [2, 2, 1, 1, 1, 1]
+    assert [len(snap.walls.body) for snap in found] == [1, 1, 0, 0, 0, 0]
+    assert [len(snap.outlines) for snap in found] == [1, 1, 0, 0, 0, 0]
