@@ -47,7 +47,7 @@ def compose(snap: Snapshot, style: Style) -> Drawing:
         balls=balls,
         tubes=wires + forces,
         walls=[polygon for polygon in walls if len(polygon)] + cylinders,
-        lines=np.concatenate([edges(walls + rings), polylines(snap.outlines)]),
+        lines=np.concatenate([edges(walls + rings), polylines([line for _, line in snap.outlines])]),
         ground=[] if flat else [polygon for polygon, floor in zip(walls, below, strict=True) if floor and len(polygon)],
         grain=_mean_radius(snap),
         time=snap.time,
@@ -165,9 +165,12 @@ def _wires(snap: Snapshot, style: Style, wrong: np.ndarray, legend: list[tuple[s
 
 
 def _mean_radius(snap: Snapshot) -> float:
-    """Mean radius of the grains [m]; mean radius of the beads if there are no grains; 1 if there are neither."""
+    """Mean radius of the grains [m]; mean radius of the beads if there are no grains; if there are neither, that of the
+    circles around the shapes with an outline; else 1."""
     radii, bead = snap.rounds.shape[:, 0], snap.beads[snap.rounds.body]
     chosen = radii if bead.all() else radii[~bead]
+    if not len(chosen):
+        chosen = snap.scene["bodies"]["extent"][[body for body, _ in snap.outlines]]
     return float(chosen.mean()) if len(chosen) else 1.0
 
 

@@ -148,14 +148,15 @@ class Snapshot:
         return self._contactors(chosen, table["bounding_radius"][:, None])
 
     @cached_property
-    def outlines(self) -> list[np.ndarray]:
-        """Polylines of the shapes of plug-ins [m], (v, d) each."""
+    def outlines(self) -> list[tuple[int, np.ndarray]]:
+        """Polylines of the shapes of plug-ins: id of the body, and points [m], (v, d)."""
         lines = outlines_of(self.scene["contactors"])
         owners = np.array([k for k, _ in lines], dtype=np.int64)
         placed = self._contactors(owners, np.zeros((len(self.scene["contactors"]["body"]), 0)))
         found = []
         for body, position, (_, points) in zip(placed.body, placed.position, lines, strict=True):
-            found.append(position + (points if self.rotations is None else turned(points, self.rotations[body])))
+            line = points if self.rotations is None else turned(points, self.rotations[body])
+            found.append((int(body), position + line))
         return found
 
     @cached_property
