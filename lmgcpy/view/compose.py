@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from lmgcpy.view.boundary import cylinder_polygons, edges, polylines, wall_polygons
-from lmgcpy.view.cutting import clip, section
+from lmgcpy.view.cutting import clip, reaching, section, within
 from lmgcpy.view.drawing import Balls, Drawing, Paint, Tubes, in_space, rgb
 from lmgcpy.view.layout import EXCESS, OVERLAP, long_links_of, overlaps_of
 from lmgcpy.view.palette import BEAD, COHESION, CONTACT, GROUPS, PUSHING, SAND, WIRE, WRONG
@@ -53,6 +53,8 @@ def compose(snap: Snapshot, style: Style) -> Drawing:
         time=snap.time,
         legend=legend,
     )
+    if style.region is not None:
+        drawing = within(drawing, style.region)
     if style.clip is not None:
         drawing = clip(drawing, style.clip, style.direction)
     if style.section is not None:
@@ -122,6 +124,10 @@ def _opacity(snap: Snapshot, style: Style, chosen: np.ndarray) -> float:
     if style.what == "grains" or (style.what == "layout" and (not snap.chains or style.wires == "hidden")):
         return 1.0
     rounds = snap.rounds
+    if style.region is not None:
+        chosen = chosen & reaching(in_space(rounds.position), rounds.shape[:, 0], style.region)
+    if not chosen.any():
+        return 1.0
     centres, radii = rounds.position[chosen], rounds.shape[chosen, 0]
     sides = centres.max(axis=0) - centres.min(axis=0) + 2.0 * radii.mean()
     crossed = float(np.pi * (radii**2).sum() / np.prod(sides) ** (2.0 / 3.0))
