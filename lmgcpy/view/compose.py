@@ -20,8 +20,8 @@ BEHIND = 0.5
 """Factor by which a wire is thinner behind its forces."""
 SEEN_THROUGH = {"layout": 0.4, "forces": 0.6}
 """Part of the light that comes through the whole sample in pictures that show something inside."""
-OF_MOTION = ("speed", "spin", "rotation", "layer")
-"""Quantities that say nothing of fixed bodies, which are plain in their pictures."""
+OF_MOTION, OF_TURNING = ("speed", "layer"), ("spin", "rotation")
+"""Quantities that say nothing of bodies that cannot move, or cannot turn; these are plain in their pictures."""
 PALE = 0.35
 """Opacity of disks behind forces."""
 AMONG_WIRES = 0.3
@@ -103,9 +103,15 @@ def _paints(snap: Snapshot, style: Style, legend: list[tuple[str, str]]) -> list
     bead = snap.beads[body]
     if style.grains in GRAINS:
         quantity, values = GRAINS[style.grains](snap)
-        plain = snap.held[body] & (style.grains in OF_MOTION)
         painted = Paint(values=values[body], quantity=quantity)
-        return [(plain, Paint(SAND)), (~plain, painted)] if not plain.all() else [(plain, painted)]
+        plain = np.zeros(len(body), dtype=bool)
+        if style.grains in OF_MOTION:
+            plain |= snap.held[body, : snap.dimension].all(axis=1)
+        elif style.grains in OF_TURNING:
+            plain |= snap.held[body, snap.dimension :].all(axis=1)
+        if plain.all():
+            return [(plain, painted)]
+        return [(plain & ~bead, Paint(SAND)), (plain & bead, Paint(BEAD)), (~plain, painted)]
     if style.grains == "color":
         words = dict.fromkeys(snap.colors[body].tolist())
         shades = {word: GROUPS[k % len(GROUPS)] for k, word in enumerate(words)}

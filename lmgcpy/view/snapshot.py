@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from lmgcpy.dynamics.model import COMPONENTS
 from lmgcpy.dynamics.stepper import Stepper
 from lmgcpy.errors import shown, whole
 from lmgcpy.measure.sources import ActingInteractions, RecordedRun, is_run
@@ -134,10 +135,12 @@ class Snapshot:
 
     @cached_property
     def held(self) -> np.ndarray:
-        """Whether a body is fixed in all directions, (n,)."""
+        """Whether a component of a body is held at rest, (n, 3), in 3D (n, 6): velocities, then spins."""
         table = self.scene["conditions"]
-        fixed = ~table["loaded"] & ~table["function"] & (table["value"] == 0.0) & (table["component"] < self.dimension)
-        return np.bincount(table["body"][fixed], minlength=len(self.positions)) == self.dimension
+        by_default = self.scene["bodies"]["held_by_default"]
+        held = np.tile(by_default[:, None], (1, len(COMPONENTS[self.dimension])))
+        held[table["body"], table["component"]] = ~table["loaded"] & ~table["function"] & (table["value"] == 0.0)
+        return held
 
     @cached_property
     def rounds(self) -> Contactors:

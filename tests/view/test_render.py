@@ -434,14 +434,24 @@ def test_fixed_bodies_are_plain_in_a_picture_of_motion():
     """The scale is that of the others."""
     scene = lm.Scene(dimension=2)
     for x in (0.0, 3.0):
-        scene.add(lm.disk(radius=1.0, position=(x, x), mass=1.0, velocity=(1.0, 0.0)))
-    scene.bodies[0].fix("x", "y")
-    for grains, count in (("layer", 1), ("speed", 1), ("radius", 2)):
+        scene.add(lm.disk(radius=1.0, position=(x, x), mass=1.0, velocity=(1.0, 0.0), spin=2.0))
+    scene.bodies[0].fix("x", "y")  # it may turn
+    scene.bodies[1].fix("spin")
+    scene.add(lm.wall(point=(0.0, -1.0), normal=(0.0, 1.0)))
+    held = np.array([[True, True, False], [False, False, True], [True, True, True]])
+    assert np.array_equal(snapshot(scene).held, held)
+    expected = {
+        "layer": [(3.0, 3.0)],
+        "speed": [(0.0, 1.0)],
+        "radius": [(1.0, 1.0)],
+        "spin": [(-2.0, 2.0)],
+    }
+    for grains, count in (("layer", 1), ("speed", 1), ("radius", 2), ("spin", 1)):
         options = {**dict.fromkeys(OPTIONS), "what": "grains", "grains": grains}
         film = Film(panels_of(scene, None, options, moving=False), size=SIZE)
         painted = [balls for balls in film.drawing(0, 0).balls if balls.paint.quantity is not None]
         assert sum(len(balls.radii) for balls in painted) == count
-        assert list(film.limits.values()) == {"layer": [(3.0, 3.0)], "speed": [(0.0, 1.0)], "radius": [(1.0, 1.0)]}[grains]
+        assert list(film.limits.values()) == expected[grains]
 
 
 def test_an_mp4_has_all_frames(run_of_a_fall, tmp_path):
