@@ -25,7 +25,7 @@ OF_MOTION, OF_TURNING = ("speed", "layer"), ("spin", "rotation")
 PALE = 0.35
 """Opacity of disks behind forces."""
 AMONG_WIRES = 0.3
-"""Opacity of the contact forces of a scene in space that has wires, so that the tensions inside are seen."""
+"""Opacity of the other forces in space where links are taut, so that the tensions inside are seen."""
 WEAKEST = 0.01
 """Smallest force that is drawn, as part of the largest; smaller forces would be thinner than a pixel."""
 
@@ -208,6 +208,7 @@ def force_tubes(
     size = np.abs(normal)
     strong = size > WEAKEST * size.max(initial=0.0)
     pushing = normal > 0.0
+    taut = (~pushing & link & strong).any()
     pieces = []
     for chosen, label, color, level in (
         (pushing & ~link, "contact reaction", CONTACT, 2),
@@ -218,6 +219,6 @@ def force_tubes(
         mine = chosen & strong
         if mine.any():
             legend.append((label, color))
-            opacity = 1.0 if link.any() == chosen[link].any() else AMONG_WIRES
+            opacity = AMONG_WIRES if taut and not chosen[link].any() else 1.0
             pieces.append(Tubes(start, end, size, Paint(color), by_force=True, level=level, opacity=opacity).take(mine))
     return pieces
