@@ -7,6 +7,7 @@ import sys
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from PIL import Image
 from seen import hanging, like, pile, pixels, reddish, wire_in_a_box
 
@@ -336,6 +337,21 @@ def test_words_of_a_pdf_or_svg_are_no_pixels(kind, tmp_path):
     assert content.count(b"/Subtype /Image" if kind == "pdf" else b"<image ") >= 1
     if kind == "svg":
         assert b"<!-- a pile -->" in content
+
+
+def test_a_page_shows_what_the_pixels_show():
+    """The figure of a PDF or SVG, as pixels, is the picture: images lie where they lie there."""
+    panels = [
+        panel for k in (2, 3) for panel in panels_of(pile(k), None, {**dict.fromkeys(OPTIONS), "title": "a"}, moving=False)
+    ]
+    painter = Painter(off_screen=True)
+    page = Film(panels, size=(201, 157)).plate(painter, 0)
+    painter.close()
+    picture = page.pixels()
+    page.document("svg")
+    canvas = FigureCanvasAgg(page.figure)
+    canvas.draw()
+    assert np.array_equal(np.array(canvas.buffer_rgba())[..., :3], picture)
 
 
 def test_a_region_is_seen_and_nothing_else(tmp_path):
