@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.errors import number, shown, vector
-from lmgcpy.view.camera import View
+from lmgcpy.view.camera import MARGIN, View
 from lmgcpy.view.drawing import Drawing
 from lmgcpy.view.painter import Painter
 from lmgcpy.view.panels import Panel
@@ -64,7 +64,7 @@ class Film:
         for number_of_panel, panel in enumerate(self.panels):
             for k in range(len(panel.drawings)):
                 drawing = self.drawing(number_of_panel, k)
-                view = View.of(panel.camera, drawing.bounds())
+                view = View.of(panel.camera, drawing.bounds(), MARGIN if drawing.region is None else 0.0)
                 if k == 0:
                     self.views.append(view)
                 else:
