@@ -392,6 +392,8 @@ def test_what_is_beyond_a_region_does_not_count_for_the_scales():
     flat = in_region(scene, region, section=("y", 0.0))
     assert flat.views[0].width == pytest.approx(4.0)
     assert flat.views[0].height == pytest.approx(2.5)
+    [floor] = flat.drawing(0, 0).lines
+    assert np.allclose(np.sort(floor[:, 0]), [2.5, 6.5])
     shown = flat.drawing(0, 0).balls[0].centres
     assert np.allclose(shown, [[3.0, 1.0, 0.0], [6.0, 1.0, 0.0]])
 
@@ -447,8 +449,8 @@ def test_the_force_of_the_scale_is_a_round_number(tmp_path):
 def test_fixed_bodies_are_plain_in_a_picture_of_motion():
     """The scale is that of the others."""
     scene = lm.Scene(dimension=2)
-    for x in (0.0, 3.0):
-        scene.add(lm.disk(radius=1.0, position=(x, x), mass=1.0, velocity=(1.0, 0.0), spin=2.0))
+    for x, spin in ((0.0, 2.0), (3.0, 5.0)):
+        scene.add(lm.disk(radius=1.0, position=(x, x), mass=1.0, velocity=(1.0, 0.0), spin=spin))
     scene.bodies[0].fix("x", "y")  # it may turn
     scene.bodies[1].fix("spin")
     scene.add(lm.wall(point=(0.0, -1.0), normal=(0.0, 1.0)))
