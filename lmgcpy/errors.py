@@ -9,6 +9,8 @@ import inspect
 import math
 import os
 import re
+import sys
+import warnings
 from collections.abc import Callable, Iterable
 from typing import Any, TypeVar
 
@@ -164,6 +166,17 @@ def system_error(what: str, cause: BaseException, remedy: str) -> OSError:
     error = OSError(f"{what}: {words}. {remedy}")
     error.errno = getattr(cause, "errno", None) or errno.EIO
     return error
+
+
+PACKAGE = os.path.dirname(os.path.abspath(__file__)) + os.sep
+
+
+def warn(sentence: str, category: type[Warning] = RuntimeWarning) -> None:
+    """Warn at the line of the user's code: the innermost one that is not lmgcpy's own."""
+    frame, level = sys._getframe(1), 2
+    while frame.f_back is not None and os.path.abspath(frame.f_code.co_filename).startswith(PACKAGE):
+        frame, level = frame.f_back, level + 1
+    warnings.warn(sentence, category, stacklevel=level)
 
 
 def named_arguments(decorated: Decorated) -> Decorated:

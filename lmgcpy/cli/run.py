@@ -91,7 +91,10 @@ def law_sentence(law: dict) -> str:
 @click.option("--steps", type=int, required=True, help="Number of steps to make.")
 @click.option("--progress/--no-progress", default=True, help="Show a progress bar on a terminal.")
 def resume(file: Path, steps: int, progress: bool) -> None:
-    """Continue a run in its file, bit for bit."""
+    """Continue a run in its file.
+
+    On the same type of processor, with the same versions, it goes on bit for bit as if it had not stopped.
+    """
     from lmgcpy.simulation.resume import resume as go_on
 
     sim = go_on(file)

@@ -11,7 +11,6 @@ from __future__ import annotations
 import hashlib
 import os
 import pickle
-import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -22,6 +21,7 @@ from numba.core.serialize import dumps
 from numba.core.sigutils import normalize_signature
 
 from lmgcpy.compiled.fingerprint import described
+from lmgcpy.errors import warn
 from lmgcpy.writing import beside
 
 DIGEST = hashlib.sha256().digest_size
@@ -127,4 +127,4 @@ _warned: set[str] = set()
 def _warn_once(about: str, sentence: str, category: type[Warning]) -> None:
     if about not in _warned:
         _warned.add(about)
-        warnings.warn(sentence, category, stacklevel=3)
+        warn(sentence, category)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time as clock
-import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from copy import copy, deepcopy
@@ -30,7 +29,7 @@ from lmgcpy.dynamics.solve_step import solve_step
 from lmgcpy.dynamics.start_overlaps import overlaps_at_start
 from lmgcpy.dynamics.stretch_and_energy_watch import Watch
 from lmgcpy.dynamics.turning_stretch import TurningStretch
-from lmgcpy.errors import flag, named_arguments, number, one_of, shown, whole
+from lmgcpy.errors import flag, named_arguments, number, one_of, shown, warn, whole
 from lmgcpy.solve.newton.alternating import Auto
 from lmgcpy.solve.problem import Problem
 from lmgcpy.solve.report import LOCKED, STATUS, Report
@@ -103,7 +102,7 @@ class Stepper:
         if overlaps and overlap == "stop":
             raise ValueError(overlaps)
         if overlaps:
-            warnings.warn(overlaps, RuntimeWarning, stacklevel=3)
+            warn(overlaps)
         self.state: BodyState = self.model.start
         self.steps = 0
         self.report = Report()
@@ -163,7 +162,7 @@ class Stepper:
                 self.report = replace(self.report, status=STATUS[LOCKED], lock=lock)
             sentences += self._count_unsolved()
         for sentence in sentences:  # last: where warnings are errors, the step is made all the same
-            warnings.warn(sentence, RuntimeWarning, stacklevel=2)
+            warn(sentence)
         if self.on_unconverged == "stop" and not self.report.solved and not self._running:
             raise self._unsolved()
         return self.report

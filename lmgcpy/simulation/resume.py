@@ -24,7 +24,7 @@ def resume(
     No file can hold functions. ``functions`` gives the imposed functions of time, by id of the body and name of the
     component: ``{(3, "y"): f}``. ``observe`` gives the functions of the simulation that the run observes, by name.
     ``solver`` is needed if the run has a solver of another package; it may also replace the solver of the run. If the run
-    was killed, the steps after the last checkpoint are made again. With the same versions on the same machine, the result
+    was killed, the steps after the last checkpoint are made again. With the same versions on one type of processor, the result
     equals that of an uninterrupted run to the last bit.
 
     Raises the errors of ``lmgcpy.io.open_run``, PermissionError for a read-only file, BlockingIOError for one that is being

@@ -5,12 +5,11 @@ from __future__ import annotations
 import logging
 import os
 import time as clock
-import warnings
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
 from lmgcpy.dynamics.stepper import Stepper
-from lmgcpy.errors import file_path, flag, named_arguments, number, shown, whole
+from lmgcpy.errors import file_path, flag, named_arguments, number, shown, warn, whole
 from lmgcpy.simulation.interrupt import between_steps
 
 log = logging.getLogger("lmgcpy")
@@ -138,12 +137,10 @@ class Simulation(Stepper):
         log.info("%s", _Summary(self, self.steps - already, clock.perf_counter() - begin))
         unconverged = self.unconverged_steps - unconverged
         if unconverged and self.on_unconverged == "warn":
-            warnings.warn(
+            warn(
                 f"{unconverged} of {self.steps - already} steps did not reach the solver's tolerance; the worst "
                 f"residual so far is {self.worst_residual:.2e}, the worst slip {self.worst_slip:.2e} of a radius. Raise "
-                "max_iterations, relax tolerance or slip, or give on_unconverged='ignore'.",
-                RuntimeWarning,
-                stacklevel=3,
+                "max_iterations, relax tolerance or slip, or give on_unconverged='ignore'."
             )
         return self
 
