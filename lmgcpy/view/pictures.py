@@ -190,8 +190,7 @@ def _write_gif(film: Film, painter: Painter, path: Path, frames_per_second: floa
 
     count = film.frame_count
     some = [film.plate(painter, k).pixels() for k in sorted({0, count // 2, count - 1})]
-    palette = Image.fromarray(np.concatenate(some)).quantize(255)
-    palette.putpalette([*(palette.getpalette() or [])[: 3 * 255], 255, 255, 255])  # white stays white
+    palette = palette_of(np.concatenate(some))
 
     def pictures() -> Iterator[Image.Image]:
         for k in range(count):
@@ -200,6 +199,16 @@ def _write_gif(film: Film, painter: Painter, path: Path, frames_per_second: floa
     first, *rest = pictures()
     with new_file(path) as new:
         first.save(new, save_all=True, append_images=rest, duration=1000.0 / frames_per_second, loop=0, optimize=False)
+
+
+def palette_of(pixels: np.ndarray) -> Any:
+    """An image with a palette of 256 colours for pixels (height, width, 3). Rare colours, as those of a wire, are kept by
+    maximum coverage, where median cut mixes them with others; white stays white."""
+    from PIL import Image
+
+    palette = Image.fromarray(pixels).quantize(255, method=Image.Quantize.MAXCOVERAGE)
+    palette.putpalette([*(palette.getpalette() or [])[: 3 * 255], 255, 255, 255])
+    return palette
 
 
 def load_encoder() -> Any:

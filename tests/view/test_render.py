@@ -15,11 +15,12 @@ import lmgcpy as lm
 from lmgcpy.view.camera import Camera, View
 from lmgcpy.view.compose import compose
 from lmgcpy.view.cutting import within
-from lmgcpy.view.drawing import Drawing
+from lmgcpy.view.drawing import Drawing, rgb
 from lmgcpy.view.film import Film
 from lmgcpy.view.painter import Painter
 from lmgcpy.view.palette import CONTACT, SAND, WIRE
 from lmgcpy.view.panels import panels_of
+from lmgcpy.view.pictures import palette_of
 from lmgcpy.view.plate import TITLE
 from lmgcpy.view.snapshot import snapshot
 from lmgcpy.view.style import OPTIONS, style_of
@@ -468,6 +469,18 @@ def test_fixed_bodies_are_plain_in_a_picture_of_motion():
         painted = [balls for balls in film.drawing(0, 0).balls if balls.paint.quantity is not None]
         assert sum(len(balls.radii) for balls in painted) == count
         assert list(film.limits.values()) == expected[grains]
+
+
+def test_a_rare_colour_stays_in_the_palette_of_a_gif():
+    """The wire, of a thousandth of the pixels, among 40 000 shades of brown and red: white is exact, and a colour is off by
+    16 of 255 at most (seen: 0; by median cut 54)."""
+    shades = np.mgrid[60:260, 0:200].transpose(1, 2, 0).clip(0, 255)
+    picture = np.concatenate([shades, shades[..., 1:]], axis=2).astype(np.uint8)
+    picture[:4, :10] = rgb(WIRE)
+    picture[4:8] = 255
+    seen = np.array(Image.fromarray(picture).quantize(palette=palette_of(picture), dither=0).convert("RGB"))
+    assert (seen[4:8] == 255).all()
+    assert np.abs(seen[:4, :10].astype(int) - rgb(WIRE)).max() <= 16
 
 
 def test_an_mp4_has_all_frames(run_of_a_fall, tmp_path):
