@@ -222,12 +222,17 @@ def _outlines(contactors: list[Contactor], dimension: int) -> dict[str, np.ndarr
     """
     owners, lines = [], []
     for k, contactor in enumerate(contactors):
-        for line in contactor.outline or ():
-            points = np.array(line, dtype=float)
+        outline = contactor.outline
+        if outline is None:
+            continue
+        must = f"outline of {contactor!r} must be polylines of shape (v, {dimension}) [m]"
+        try:
+            found = [np.array(line, dtype=float) for line in outline]
+        except (TypeError, ValueError) as error:
+            raise ValueError(f"{must}, got {shown(outline)}.") from error
+        for points in found:
             if points.ndim != 2 or points.shape[1] != dimension or not np.isfinite(points).all():
-                raise ValueError(
-                    f"outline of {contactor!r} must be polylines of shape (v, {dimension}) [m], got {shown(line)}."
-                )
+                raise ValueError(f"{must}, got {shown(points)} among them.")
             owners.append(k)
             lines.append(points)
     return {
