@@ -35,7 +35,7 @@ class Checkpoint:
     predicted: np.ndarray
     """Gaps of the links by their laws at the end of the last step [m], (L,), NaN where not known."""
     changes: np.ndarray
-    """Statements between steps so far, (c, 5): see :class:`lmgcpy.dynamics.changes.Change`."""
+    """Statements between steps so far, (c, 5): step, kind, body, component, value."""
 
     def __repr__(self) -> str:
         return f"<Checkpoint of {len(self.positions)} bodies at t = {self.time:g} s, step {self.steps}>"
