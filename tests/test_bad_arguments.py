@@ -10,6 +10,7 @@ import inspect
 import math
 import traceback
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -75,6 +76,20 @@ def simulate(**more):
 
 def simulation():
     return simulate(time_step=1e-3)
+
+
+def hanging_wire():
+    made = scene()
+    made.chain(made.bodies, lm.RigidWire())
+    sim = lm.Simulation(made, time_step=1e-3)
+    sim.step()
+    return sim
+
+
+def two_frames():
+    """What lm.measure.strain reads of a run."""
+    positions = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.1]])
+    return SimpleNamespace(frame_count=2, positions=np.stack([positions, positions]), extent=np.ones(4))
 
 
 def parts_of_a_problem():
@@ -259,6 +274,12 @@ CALLS = {
     "measure.stress": (lm.measure.stress, {"sim": simulation(), "volume": 1.0},
         {"sim": THING, "volume": POSITIVE}),
     "measure.network": (lm.measure.network, {"sim": simulation()}, {"sim": THING}),
+    "measure.contact_forces": (lm.measure.contact_forces, {"sim": simulation()}, {"sim": THING}),
+    "measure.particle_stress": (lm.measure.particle_stress, {"sim": simulation()}, {"sim": THING}),
+    "measure.window_stress": (lm.measure.window_stress, {"sim": simulation(), "window": ((0, 0), (1, 1))},
+        {"sim": THING, "window": [*THING, ((0, 0),), ((0, 0), (0, 1))]}),
+    "measure.wire_tension": (lm.measure.wire_tension, {"sim": hanging_wire()}, {"sim": THING, "chain": [*COUNT, 1]}),
+    "measure.strain": (lm.measure.strain, {"run": two_frames()}, {"run": THING, "frame": NO_NUMBER, "since": NO_NUMBER}),
     "measure.principal": (lm.measure.principal, {"sigma": np.eye(2)}, {"sigma": [*ARRAY, [1.0, 2.0], np.eye(4)]}),
     "measure.wire_shape": (lm.measure.wire_shape, {"positions": [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]], "chains": None},
         {"positions": [*ARRAY, [0.0, 1.0], [[0.0, 0.0]], np.zeros((3, 2))],
@@ -328,7 +349,7 @@ CALLED = {
     "sigma": ["stress"],
     "a": ["compare"],
     "b": ["compare"],
-    "run": ["export_csv", "export_vtk"],
+    "run": ["export_csv", "export_vtk", "run must be"],
     "sample": ["Sample"],
     "grain_count": ["grain"],
     "bead_count": ["bead"],
@@ -353,6 +374,10 @@ EXEMPT = {
     "Solver": "abstract; through the built-in ones",
     "LocalSolution": "a result",
     "measure.Network": "a result",
+    "measure.ContactForces": "a result",
+    "measure.ParticleStress": "a result",
+    "measure.WireTension": "a result",
+    "measure.LocalStrain": "a result",
     "measure.WireShape": "a result",
     "view.Layout": "a result",
     "sample.Wire": "a result",
@@ -382,6 +407,12 @@ EXEMPT_ARGUMENTS = {
     ("io.take_up", "notes"): "of the studies",
     ("io.compare", "tolerance"): "in tests/bad_input",
     ("measure.stress", "frame"): "of run files: in tests/measure",
+    ("measure.network", "frame"): "of run files: in tests/measure",
+    ("measure.contact_forces", "frame"): "of run files: in tests/measure",
+    ("measure.particle_stress", "frame"): "of run files: in tests/measure",
+    ("measure.window_stress", "frame"): "of run files: in tests/measure",
+    ("measure.wire_tension", "frame"): "of run files: in tests/measure",
+    ("Simulation.run", "notes"): "in tests/io/test_notes_and_compare.py",
     ("Biaxial", "solver"): "of its simulation",
     ("Triaxial", "solver"): "of its simulation",
     **dict.fromkeys((("compact", name) for name in ("file", "on_step", "interrupted")), "of the studies"),

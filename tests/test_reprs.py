@@ -6,6 +6,7 @@ import inspect
 import math
 import re
 from dataclasses import dataclass, field
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -135,6 +136,10 @@ def things(folder) -> dict[str, object]:
         "float64 array of shape (4, 4, 2), in the file": run.positions,
         "Difference: They differ in step of the frame": compare(run, lm.io.open_run(other)),
         "Network of ": net,
+        "ContactForces of": lm.measure.contact_forces(sim),
+        "ParticleStress of 3 rows": lm.measure.particle_stress(sim),
+        "WireTension of 1 rows: along, tension, pairs": lm.measure.wire_tension(sim),
+        "LocalStrain of 4 rows": lm.measure.strain(TWO_FRAMES),
         "WireShape: persistence length ": lm.measure.wire_shape(laid.positions, laid.chains),
         "Layout: 0 overlaps, 0 links longer than their reference": lm.view.check(sim),
         "Sample in 2D: 72 particles, 12 of them beads of one wire, in a box of ": laid,
@@ -171,6 +176,11 @@ def built_in():
         *(lm.ElasticWire(stiffness=1.0), lm.ElasticRod(axial_rigidity=1.0)),
         *(lm.VoigtWire(stiffness=1.0, viscosity=1.0), lm.VoigtRod(stiffness=1.0, viscosity=1.0)),
     )
+
+
+CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.1]])
+TWO_FRAMES = SimpleNamespace(frame_count=2, positions=np.stack([CORNERS, CORNERS]), extent=np.ones(4))
+"""What lm.measure.strain reads of a run."""
 
 
 @pytest.fixture(scope="module")

@@ -11,15 +11,38 @@ FILE = click.Path(path_type=Path)
 
 
 @click.command()
-@click.argument("file", type=FILE)
-def info(file: Path) -> None:
-    """Show the content of a run file, the progress of the run, and its errors."""
+@click.argument("files", type=FILE, nargs=-1, required=True)
+def info(files: tuple[Path, ...]) -> None:
+    """Show the content of a run file, the progress of the run, and its errors; of several files a table with a row each."""
     from lmgcpy.io.run import open_run
     from lmgcpy.io.run_file.lock import is_being_written
 
-    with open_run(file) as run:
-        for line in report(run, "being written" if is_being_written(file) else "closed" if run.closed else "killed"):
-            click.echo(line)
+    rows = [HEAD]
+    for file in files:
+        with open_run(file) as run:
+            state = "being written" if is_being_written(file) else "closed" if run.closed else "killed"
+            if len(files) == 1:
+                rows = [[line] for line in report(run, state)]
+            else:
+                rows.append(row_of(run, state))
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    for row in rows:
+        click.echo("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip())
+
+
+HEAD = ["file", "state", "bodies", "steps", "t [s]", "frames", "unsolved", "worst residual", "laws", "notes"]
+"""Columns of the table of several files."""
+
+
+def row_of(run, state: str) -> list[str]:
+    """The row of a run in the table of several files."""
+    history = run.history[:]
+    residual = f"{history['residual'].max():.2g}" if len(history) else ""
+    last = f"{history['time'][-1]:.6g}" if len(history) else "0"
+    numbers = [len(run.scene["bodies"]["mass"]), len(history), last, run.frame_count, run.unconverged_steps, residual]
+    laws = "; ".join(law_sentence(law).split(" from ")[0] for law in run.scene["laws"])
+    notes = ", ".join(f"{name}: {value}" for name, value in run.notes.items())
+    return [str(run.path), state, *map(str, numbers), laws, notes]
 
 
 def report(run, writer: str) -> list[str]:

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from lmgcpy.errors import named_arguments, number, shown
 from lmgcpy.io.run import Run, RunInteractions
+from lmgcpy.io.tree_difference import first_difference
 
+PARTS = ("gravity", "laws", "visibility", "chains", "conditions", "bodies", "contactors")
+"""Parts of a scene, in the order in which they are held against each other."""
 ENERGIES = ("kinetic", "loads", "drives", "defect", "work", "stored")
 SOLVER = ("iterations", "residual", "slip", "stretch", "made", "status", "interactions")
 
@@ -31,11 +34,14 @@ class Difference:
     """Largest difference relative to the largest value: at that time or, with a tolerance, in the two runs."""
     where: str = ""
     """The body, or the two values."""
+    parameter: str = ""
+    """What was given differently, if anything was: the first option, law or number of the scene."""
 
     def __str__(self) -> str:
         when = f"at t = {self.time:g} s, step {self.step}" if np.isfinite(self.time) else "as wholes"
         size = f", by {self.by:.3g} ({self.relative:.2g} of the largest)" if np.isfinite(self.by) else ""
-        return f"They differ in {self.quantity} {when}{size}{f': {self.where}' if self.where else '.'}"
+        cause = f"Their {self.parameter}. " if self.parameter else ""
+        return f"{cause}They differ in {self.quantity} {when}{size}{f': {self.where}' if self.where else '.'}"
 
     def __repr__(self) -> str:
         return f"<Difference: {self}>"
@@ -60,9 +66,11 @@ def compare(a: Run, b: Run, *, tolerance: float = 0.0) -> Difference | None:
     ):
         if mine != other:
             return Difference(what, np.nan, 0, np.nan, np.nan, f"{mine} and {other}.")
+    parameter = _parameter(a, b)
     events = sorted([*_in_history(a, b, tolerance), *_in_frames(a, b, tolerance)], key=lambda found: (found[0], found[1]))
     if events:
-        return events[0][2]
+        found = events[0][2]
+        return replace(found, parameter=parameter) if parameter else found
     if list(a.observed) != list(b.observed):
         names = " and ".join(", ".join(run.observed) or "nothing" for run in (a, b))
         return Difference("the observed names", np.nan, 0, np.nan, np.nan, f"{names}; equal in the names of both.")
@@ -77,6 +85,20 @@ def compare(a: Run, b: Run, *, tolerance: float = 0.0) -> Difference | None:
                 f"{mine} and {other}; equal up to the shorter end.",
             )
     return None
+
+
+def _parameter(a: Run, b: Run) -> str:
+    """The first difference of what the runs were given: options, laws with their parameters, and the scene."""
+    names = ("time_step", "theta", "solver", "solver_fields", "geometric_stiffness")
+    given = [
+        {"options": {name: run.options[name] for name in names}, **{part: run.scene[part] for part in PARTS}}
+        for run in (a, b)
+    ]
+    for part in ("options", *PARTS):
+        different = first_difference(given[0][part], given[1][part], part, ("in the first", "in the second"))
+        if different:
+            return different
+    return ""
 
 
 def _in_history(a: Run, b: Run, tolerance: float) -> Iterator[tuple[int, int, Difference]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import json
 import os
 import platform
 import shutil
@@ -16,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.dynamics.stepper import Stepper
-from lmgcpy.errors import number, system_error
+from lmgcpy.errors import number, shown, system_error
 from lmgcpy.io.hdf5 import cut_off, data_sets, h5py
 from lmgcpy.io.observations import Observations, Observe
 from lmgcpy.io.rows import Rows
@@ -36,6 +37,8 @@ BUFFER = 1 << 25
 """Size of the buffers in bytes at which they are written, even before ``flush`` seconds have passed."""
 COUNTED = {"frames": "frames/index", "interactions": "interactions", "history": "history"}
 """Table that gives each count of a commit."""
+LONGEST_NOTES = 100_000
+"""Number of characters of notes that a file keeps at the most."""
 SPARE = 1 << 20
 """Bytes that must stay free on the disk after a write: HDF5 does not survive a full disk."""
 
@@ -60,7 +63,7 @@ class RunRecorder:
         self.path = os.fspath(path)
         self.flush_seconds = number(flush, "flush", minimum=0.0, unit="s")
         self._rows = Rows(every, Observations({} if observe is None else observe))
-        self._notes = dict(notes or {})
+        self._notes = checked_notes(notes or {})
         self._force = force
         self._begun = False
         self._steps = -1
@@ -312,3 +315,23 @@ def versions() -> dict[str, str]:
         "platform": platform.platform(),
         "machine": platform.machine(),
     }
+
+
+def checked_notes(notes: Any) -> dict[str, Any]:
+    """Notes as they come back from a file; TypeError or ValueError with a sentence where a file cannot hold them."""
+    if not isinstance(notes, Mapping) or not all(isinstance(name, str) and name for name in notes):
+        raise TypeError(f"notes are words and numbers by name, as {{'sample': 'loose', 'batch': 3}}, got {shown(notes)}.")
+    try:
+        text = json.dumps({name: as_plain(value) for name, value in notes.items()}, allow_nan=False)
+    except (TypeError, ValueError) as error:
+        raise ValueError(
+            f"notes must be words, numbers, and lists or dictionaries of these, got {shown(dict(notes))}: {error}."
+        ) from error
+    if len(text) > LONGEST_NOTES:
+        raise ValueError(f"notes are {len(text)} characters long, at most {LONGEST_NOTES} are kept: put data into files.")
+    return json.loads(text)
+
+
+def as_plain(value: Any) -> Any:
+    """Numbers and arrays of numpy as those of Python."""
+    return value.tolist() if isinstance(value, (np.generic, np.ndarray)) else value

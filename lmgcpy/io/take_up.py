@@ -16,6 +16,7 @@ from lmgcpy.io.recorder import RunRecorder, options
 from lmgcpy.io.run import Run
 from lmgcpy.io.run_file.damage import sentences_of_damage
 from lmgcpy.io.run_file.lock import Lock
+from lmgcpy.io.tree_difference import first_difference
 from lmgcpy.scene.description import describe
 
 
@@ -38,7 +39,7 @@ def take_up(
         if there["options"]["solver_fields"]:  # older files hold no slip
             there["options"]["solver_fields"] = {"slip": None, **there["options"]["solver_fields"]}
         here = {"notes": json.loads(json.dumps(dict(notes or {}))), "options": options(sim), "scene": describe(sim.scene)}
-        other = _first_difference(there, here)
+        other = first_difference(there, here)
         if other:
             raise ValueError(f"'{path}' is the file of another run: {other}. Name another file, or take that one away.")
         go_on(sim, run, observe)
@@ -80,22 +81,3 @@ def _same_names(path: str, there: list[str], here: list[str]) -> None:
             f"observe names {', '.join(strange)}, which '{path}' does not observe; observations cannot be added to a file. "
             f"It observes {', '.join(there) or 'nothing'}."
         )
-
-
-def _first_difference(there: Any, here: Any, where: str = "") -> str:
-    """The first difference of two trees of dictionaries, arrays and plain values, as a clause; empty if there is none."""
-    if isinstance(there, list) and isinstance(here, list):
-        there, here = dict(enumerate(there)), dict(enumerate(here))
-    if isinstance(there, dict) and isinstance(here, dict):
-        for name in sorted(here.keys() | there.keys()):
-            what = f"{where} {name}".strip()
-            if name not in there or name not in here:
-                return f"there is {'no' if name not in there else 'a'} '{what}' in it"
-            different = _first_difference(there[name], here[name], what)
-            if different:
-                return different
-        return ""
-    if isinstance(there, np.ndarray) or isinstance(here, np.ndarray):
-        same = np.shape(there) == np.shape(here) and np.array_equal(there, here, equal_nan=True)
-        return "" if same else f"'{where}' is different"
-    return "" if there == here else f"'{where}' is {shown(there)} there and {shown(here)} here"

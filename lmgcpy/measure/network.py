@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lmgcpy.dynamics.stepper import Stepper
-from lmgcpy.errors import named_arguments, shown
+from lmgcpy.errors import named_arguments
+from lmgcpy.measure.moment import Source, moment
 
 CARRYING = 2
 """Least number of contacts through which a body carries a force on. A body with fewer contacts is a rattler."""
@@ -25,6 +25,8 @@ class Network:
     """Ids of the rattlers, the bodies that carry no force, (r,)."""
     fabric: np.ndarray
     """Mean of n (x) n over the contacts, of trace 1, (d, d); zero without contacts."""
+    force_fabric: np.ndarray
+    """The same, each contact counted by its normal force."""
 
     def __repr__(self) -> str:
         return (
@@ -33,32 +35,35 @@ class Network:
 
 
 @named_arguments
-def network(sim: Stepper) -> Network:
-    """The contact network of the last step of a simulation.
+def network(sim: Source, *, frame: int | None = None) -> Network:
+    """The contact network of the last step of a simulation, or of that of a ``frame`` of an open run.
 
     A contact counts if its normal impulse is above zero. Bodies with fewer than two contacts are rattlers. Their contacts
     are left out, which may make rattlers of other bodies; this is repeated until no rattler has a contact. The measure is
     meant for samples that are pressed together: under gravity a body may rest on a single contact. Walls do not count as
     bodies, but contacts at walls count.
     """
-    if not isinstance(sim, Stepper):
-        raise TypeError(f"network takes a simulation, the object that lmgcpy.Simulation(...) makes, got {shown(sim)}.")
-    net = sim.interactions
-    links = {chain.law.NAME for chain in sim.model.chains}
-    acting = (net.impulse[:, 0] > 0.0) & ~np.isin(net.law, list(links))
-    pairs, normal = np.column_stack([net.candidate, net.antagonist])[acting], net.normal[acting]
-    grain = np.isfinite(sim.model.extent)
+    now = moment(sim, frame, "network")
+    net = now.net
+    acting = (net.impulse[:, 0] > 0.0) & ~now.is_link
+    pairs, normal, force = (
+        np.column_stack([net.candidate, net.antagonist])[acting],
+        net.normal[acting],
+        net.force[acting, 0],
+    )
+    grain = np.isfinite(now.extent)
     while True:
         contacts = np.bincount(pairs.ravel(), minlength=len(grain))
         loose = grain & (contacts < CARRYING)
         kept = ~loose[pairs].any(axis=1)
         if kept.all():
             break
-        pairs, normal = pairs[kept], normal[kept]
+        pairs, normal, force = pairs[kept], normal[kept], force[kept]
     carrying = grain & ~loose
     return Network(
         pairs=pairs,
         coordination=float(contacts[carrying].mean()) if carrying.any() else 0.0,
         rattlers=np.flatnonzero(loose),
         fabric=np.einsum("ci,cj->ij", normal, normal) / max(len(normal), 1),
+        force_fabric=np.einsum("c,ci,cj->ij", force, normal, normal) / (force.sum() or 1.0),
     )

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from lmgcpy.dynamics.stepper import Stepper
-from lmgcpy.errors import named_arguments, number, numbers, shown
-from lmgcpy.measure.sources import ActingInteractions, RecordedRun, is_run
+from lmgcpy.errors import named_arguments, number, numbers
+from lmgcpy.measure.moment import Source, moment
 
 
 @named_arguments
-def stress(sim: Stepper | RecordedRun, *, frame: int | None = None, volume: float | None = None) -> dict[str, np.ndarray]:
+def stress(sim: Source, *, frame: int | None = None, volume: float | None = None) -> dict[str, np.ndarray]:
     """``sigma = -(1/V) sum f (x) l`` over the interactions of a step [Pa], traction positive.
 
     The step is the last one of a simulation. Of an open run file it is the step that ended with ``frame``, by default the
@@ -23,31 +22,19 @@ def stress(sim: Stepper | RecordedRun, *, frame: int | None = None, volume: floa
     ``volume`` [m^3, per metre of depth in 2D] is by default that of the box between opposite walls. A scene without such
     walls raises ValueError, which asks for the volume.
     """
-    net: ActingInteractions
-    if isinstance(sim, Stepper):
-        if frame is not None:
-            raise TypeError("frame is for run files: a simulation knows its last step only.")
-        model = sim.model
-        net, positions, extent, normals = sim.interactions, sim.positions, model.extent, model.wall_normals
-        laws = [chain.law.NAME for chain in model.chains] + [row.law.NAME for row in model.rows]
-    elif is_run(sim):
-        k = -1 if frame is None else frame
-        net, positions, extent, normals = sim.interactions(k), sim.positions[k], sim.extent, sim.wall_normals
-        laws = list(sim.laws)
-    else:
-        raise TypeError(
-            f"stress takes a simulation, the object that lmgcpy.Simulation(...) makes, or a run file that "
-            f"lmgcpy.io.open_run opens, got {shown(sim)}."
-        )
+    now = moment(sim, frame, "stress")
+    net, positions = now.net, now.positions
     d = positions.shape[1]
-    volume = box_volume(positions, normals) if volume is None else number(volume, "volume", above=0.0, unit=f"m^{d}")
-    unbounded = ~np.isfinite(extent)
+    volume = (
+        box_volume(positions, now.wall_normals) if volume is None else number(volume, "volume", above=0.0, unit=f"m^{d}")
+    )
+    unbounded = ~np.isfinite(now.extent)
     force = np.einsum("mk,mkd->md", net.force, net.frame)
     start = np.where(unbounded[net.antagonist, None], 0.0, net.lever[:, 1])
     end = np.where(unbounded[net.candidate, None], 0.0, net.lever[:, 0])
     branch = start - end
     dyads = -force[:, :, None] * branch[:, None, :] / volume
-    parts = {name: dyads[net.law == name].sum(axis=0) for name in dict.fromkeys(laws)}
+    parts = {name: dyads[net.law == name].sum(axis=0) for name in dict.fromkeys(now.laws)}
     return {"total": dyads.sum(axis=0), **parts}
 
 

@@ -86,6 +86,7 @@ class Simulation(Stepper):
         flush: float = 2.0,
         force: bool = False,
         observe: Mapping[str, Callable[[Simulation], Any]] | None = None,
+        notes: Mapping[str, Any] | None = None,
         until: Callable[[Simulation], bool] | None = None,
         on_step: Callable[[Simulation], Any] | None = None,
     ) -> Simulation:
@@ -97,7 +98,8 @@ class Simulation(Stepper):
         complete file.
 
         ``observe`` gives functions of the simulation by name, called before the first step and after every step. Each
-        returns a number or an array of the same shape at every step; the run file keeps the values. ``until`` is a function
+        returns a number or an array of the same shape at every step; the run file keeps the values. ``notes`` are your own
+        words and numbers by name, kept in the run file and shown by ``lmgcpy info``. ``until`` is a function
         of the simulation, called after every step; the run ends early when it returns True.
 
         ``on_step`` is a function of the simulation, called after every step and before the step is recorded: it may look,
@@ -121,13 +123,15 @@ class Simulation(Stepper):
 
             record = file_path(record, "record")
             if not (isinstance(recorder, RunRecorder) and recorder.writes(record)):
-                recorder = RunRecorder(record, every=every, flush=flush, force=force, observe=observe)
-                observe = None
+                recorder = RunRecorder(record, every=every, flush=flush, force=force, observe=observe, notes=notes)
+                observe = notes = None
         if observe is not None:
             raise TypeError(
                 "observe is kept in the run file that record= begins"
                 + (": name one." if recorder is None else "; for a run that continues, give it to lmgcpy.resume.")
             )
+        if notes is not None:
+            raise TypeError("notes are kept in the run file that record= begins: name one, or leave them out.")
         begin, already, unconverged = clock.perf_counter(), self.steps, self.unconverged_steps
         if recorder is not None:
             recorder.start(self)

@@ -57,7 +57,7 @@ ROWS = {
     "no such option before the command": (lambda w: ["--tracebak", "info", "x"],
         "No such option", "--tracebak", "--traceback"),
     "no such option": (lambda w: texsol(w, "--sed", "3"), "No such option", "--sed"),
-    "no file named": (lambda w: ["info"], "Missing argument 'FILE'."),
+    "no file named": (lambda w: ["info"], "Missing argument 'FILES...'."),
     "laws misspelt": (lambda w: texsol(w, "--laws", "rigid-wir"),
         "The study has no law 'rigid-wir'; did you mean 'rigid-wire'?"),
     "no laws": (lambda w: texsol(w, "--laws", ""), "laws must name each law once, got none"),

@@ -1,0 +1,68 @@
+"""Forces of the contacts that carry some: their distribution and the mobilised friction."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lmgcpy.errors import named_arguments, number, whole
+from lmgcpy.measure.moment import Source, moment
+from lmgcpy.measure.table import Table
+
+
+@dataclass(frozen=True, repr=False)
+class ContactForces(Table):
+    """The c contacts that push, without links; d dimensions."""
+
+    pairs: np.ndarray
+    """Ids of candidate and antagonist, (c, 2)."""
+    law: np.ndarray
+    """Names of the laws, (c,)."""
+    direction: np.ndarray
+    """Normals from the antagonist to the candidate, (c, d)."""
+    normal: np.ndarray
+    """Normal forces [N], (c,), above 0."""
+    tangential: np.ndarray
+    """Sizes of the tangential forces [N], (c,)."""
+    friction: np.ndarray
+    """Coefficients of friction of the laws, (c,); NaN of a law without a parameter ``friction``."""
+
+    @property
+    def relative(self) -> np.ndarray:
+        """Normal forces over their mean, (c,)."""
+        return self.normal / self.normal.mean() if len(self) else self.normal
+
+    @property
+    def mobilised(self) -> np.ndarray:
+        """Part of the friction that is mobilised, ``|f_t| / (mu f_n)``, (c,): 1 where a contact slides; NaN without
+        friction."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.where(self.friction > 0.0, self.tangential / (self.friction * self.normal), np.nan)
+
+    @named_arguments
+    def distribution(self, bins: int = 30, *, largest: float = 6.0) -> tuple[np.ndarray, np.ndarray]:
+        """P(f): centres of so many ``bins`` of f = normal force over its mean up to the ``largest``, and the density there,
+        (bins,) each. Its integral is the part of the contacts below the largest, and its mean is 1 where that is all."""
+        edges = np.linspace(0.0, number(largest, "largest", above=0.0), whole(bins, "bins", minimum=1) + 1)
+        counts, _ = np.histogram(self.relative, edges)
+        return 0.5 * (edges[1:] + edges[:-1]), counts / (max(len(self), 1) * np.diff(edges))
+
+
+@named_arguments
+def contact_forces(sim: Source, *, frame: int | None = None) -> ContactForces:
+    """Forces of the contacts that push in the last step of a simulation, or in that of a ``frame`` of an open run."""
+    now = moment(sim, frame, "contact_forces")
+    net = now.net
+    acting = (net.impulse[:, 0] > 0.0) & ~now.is_link
+    force = net.force[acting]
+    of_law = {law["name"]: law["parameters"].get("friction") for law in now.scene["laws"]}
+    friction = np.array([of_law.get(law) for law in net.law[acting].tolist()], dtype=float)
+    return ContactForces(
+        pairs=np.column_stack([net.candidate, net.antagonist])[acting],
+        law=net.law[acting],
+        direction=net.normal[acting],
+        normal=force[:, 0],
+        tangential=np.linalg.norm(force[:, 1:], axis=1),
+        friction=friction,
+    )

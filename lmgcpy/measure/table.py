@@ -1,0 +1,37 @@
+"""Measures with a row for each body or interaction, as tables of pandas."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+
+
+class Table:
+    """A measure whose fields are columns of one length; vectors and tensors are several columns."""
+
+    def __len__(self) -> int:
+        first: np.ndarray = getattr(self, fields(self)[0].name)  # type: ignore[arg-type]
+        return len(first)
+
+    def to_dataframe(self) -> Any:
+        """A pandas.DataFrame with a column for each field, and for each component of a vector (``_x``) or tensor (``_xy``).
+
+        Raises ImportError with a sentence if pandas is missing.
+        """
+        try:
+            import pandas
+        except ImportError as error:
+            raise ImportError("to_dataframe needs pandas, which is not installed: pip install pandas.") from error
+        columns: dict[str, Any] = {}
+        for field in fields(self):  # type: ignore[arg-type]
+            values = getattr(self, field.name)
+            for index in np.ndindex(values.shape[1:]):
+                axes = "".join("xyz"[k] for k in index) if field.name != "pairs" else ("candidate", "antagonist")[index[0]]
+                name = axes if field.name == "pairs" else f"{field.name}_{axes}" if axes else field.name
+                columns[name] = values[(slice(None), *index)]
+        return pandas.DataFrame(columns)
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} of {len(self)} rows: {', '.join(field.name for field in fields(self))}>"  # type: ignore[arg-type]
