@@ -19,8 +19,8 @@ copyright = "the authors of lmgcpy, MIT licence"
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.viewcode"]
 exclude_patterns = ["conf.py"]
 
-# Markdown: headings can be linked to, as `page.md#heading`. Formulas are TeX, $...$ and blocks "math", as GitHub reads them.
-# On the site they are MathML, made here: browsers typeset it, without a script and without a network.
+# Markdown: headings can be linked to, as `page.md#heading`. Formulas are TeX as GitHub reads it, $...$ and
+# blocks "math". On the site they are MathML, made here: browsers typeset it, without a script and without a network.
 myst_heading_anchors = 3
 myst_enable_extensions = ["dollarmath"]
 myst_dmath_double_inline = True
