@@ -49,6 +49,7 @@ PATH = [3, None, True, nan, "", b"run.h5", "a\0b", object()]
 THING = ["text", 3, None, nan, object(), [1.0, 2.0]]
 SEED = ["text", -1, 0.5, nan, object(), [-1]]
 BOX = ["text", 1.0, None, [], [1.0], [1.0] * 4, [nan, 1.0], [inf, 1.0], [-1.0, 1.0], [0.0, 1.0], [None, 1.0], ["a", "b"]]
+VECTOR_OR_FUNCTION = [value for value in VECTOR if value is not print and value is not None]
 FUNCTION_OR_NUMBER = [value for value in NUMBER if value is not print]
 
 
@@ -166,7 +167,7 @@ CALLS = {
         {name: FUNCTION_OR_NUMBER for name in ("x", "y", "spin")}),
     "Body.impose_force": (lambda **more: scene().bodies[0].impose_force(**more), {"x": 1.0},
         {name: FUNCTION_OR_NUMBER for name in ("x", "y", "spin")}),
-    "Scene": (lm.Scene, {"dimension": 2}, {"dimension": [*COUNT, 1, 4], "gravity": optional(VECTOR)}),
+    "Scene": (lm.Scene, {"dimension": 2}, {"dimension": [*COUNT, 1, 4], "gravity": VECTOR_OR_FUNCTION}),
     "Scene.add": (lambda **more: scene().add(**{"body": disk(), **more}), {}, {"body": THING}),
     "Scene.see": (lambda **more: scene().see(**more),
         {"candidate": "GRAIN", "antagonist": "GRAIN", "law": lm.Signorini()},
@@ -371,6 +372,7 @@ EXEMPT_ARGUMENTS = {
     ("Simulation.run", "force"): "of the file",
     ("Simulation.run", "observe"): "in tests/io/test_observations.py",
     ("Simulation.run", "until"): "in tests/io/test_observations.py",
+    ("Simulation.run", "on_step"): "in tests/dynamics/test_changes.py",
     ("GaussSeidel", "wire_blocks"): "below",
     ("resume", "functions"): "in tests/bad_input",
     ("resume", "observe"): "in tests/io/test_observations.py",

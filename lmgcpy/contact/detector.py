@@ -8,6 +8,8 @@ may; what it yields does not depend on when that was. In large scenes interactio
 
 from __future__ import annotations
 
+from copy import copy
+
 import numpy as np
 
 from lmgcpy.contact import narrow_phase, narrow_phase_3d
@@ -57,6 +59,8 @@ class Detector:
         radii = contactors.bounding_radius[self._bounded]
         self._partitioned = is_large(len(radii))
         self._usual = float(np.quantile(radii, 0.95)) if len(radii) else 0.0
+        self._hidden: np.ndarray | None = None
+        """Contactors that are not there, (k,); None for none."""
         self._reach = 0.0
         self._listed_at: np.ndarray | None = None
         self.groups: list[Group] = []
@@ -65,11 +69,29 @@ class Detector:
         laws = [row.law for row in rows] + [chain.law for chain in chains]
         self.state_names = list(dict.fromkeys(name for law in laws for name in law.states()))
         self._last = LastStep(dimension, max((len(law.states()) for law in laws), default=0))
-        kinds_of_mass = [inverse_mass[:, :dimension], inverse_mass[:, dimension:]]
-        alike = all((part == part[:, :1]).all() for part in kinds_of_mass)
-        self._plain = dimension == 3 and not chains and alike
-        self._capacity = empty_interactions(0, True, dimension, plain=self._plain)
+        self._make_room()
         self.rebuilds = 0
+
+    def _make_room(self) -> None:
+        """Begin with arrays for no interactions, without couplings where inverse masses make none."""
+        kinds_of_mass = [self.inverse_mass[:, : self.dimension], self.inverse_mass[:, self.dimension :]]
+        alike = all((part == part[:, :1]).all() for part in kinds_of_mass)
+        self._plain = self.dimension == 3 and not self.chains and alike
+        self._capacity = empty_interactions(0, True, self.dimension, plain=self._plain)
+
+    def hide(self, bodies: np.ndarray) -> None:
+        """Leave out the contactors of some bodies (n,) bool, from the next list of neighbours on."""
+        self._hidden = bodies[self.contactors.body] if bodies.any() else None
+
+    def change(self, inverse_mass: np.ndarray, hidden: np.ndarray) -> None:
+        """Go on with other inverse masses (n, k), and without the ``hidden`` bodies (n,) bool."""
+        self.inverse_mass = inverse_mass
+        self._free = inverse_mass.max(axis=1, initial=0.0) > 0.0
+        self.hide(hidden)
+        self._make_room()
+        self._last = copy(self._last)
+        if self._listed_at is not None:
+            self._list_neighbours(self._listed_at)
 
     def widest(self, travel: float, closing: float) -> float:
         """The greatest alert distance [m]; arguments as of :meth:`detect`."""
@@ -216,6 +238,8 @@ class Detector:
     def _group(self, row: VisibilityRow, kinds: KindPair, around: Surroundings, slabs: Slabs | None) -> Group:
         """The group of one row of the visibility table and two kinds of contactor."""
         pairs = neighbours(row, kinds, around)
+        if self._hidden is not None:
+            pairs = pairs[~self._hidden[pairs].any(axis=1)]
         if len(pairs) == 0:
             return Group(row.law, True, row=row)
         central = kinds.pair.central and self._offset_colors.isdisjoint((row.candidate, row.antagonist))

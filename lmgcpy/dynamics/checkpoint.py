@@ -34,6 +34,8 @@ class Checkpoint:
     """Impulses and states of the interactions, by identity."""
     predicted: np.ndarray
     """Gaps of the links by their laws at the end of the last step [m], (L,), NaN where not known."""
+    changes: np.ndarray
+    """Statements between steps so far, (c, 5): step, kind, body, component, value."""
 
     def __repr__(self) -> str:
         return f"<Checkpoint of {len(self.positions)} bodies at t = {self.time:g} s, step {self.steps}>"
@@ -76,7 +78,7 @@ def check(given: Any, like: Any, name: str = "The checkpoint's") -> None:
 def _check_array(value: Any, other: np.ndarray, field: str, what: str) -> None:
     if not (isinstance(value, np.ndarray) and value.dtype == other.dtype):
         raise TypeError(f"{what} must be an array of {other.dtype}, got {shown(value)}.")
-    skip = 1 if field in REMEMBERED else 0
+    skip = 1 if field in (*REMEMBERED, "changes") else 0
     if value.ndim != other.ndim or value.shape[skip:] != other.shape[skip:]:
         if field == "predicted" and not value.size:  # none was kept
             return

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
 from lmgcpy.contact.detection_tables import ChainTable, ContactorTable, VisibilityRow
-from lmgcpy.errors import number, shown
+from lmgcpy.dynamics.changes import Change
+from lmgcpy.errors import number, shown, vector
 
 COMPONENTS = {2: ("x", "y", "spin"), 3: ("x", "y", "z", "spin_x", "spin_y", "spin_z")}
 """Components of a body's velocity by dimension."""
@@ -60,8 +61,8 @@ class Model:
     """Radius of a circle around the centre that holds the body [m], infinite for walls, (n,)."""
     wall_normals: dict[int, np.ndarray]
     """Outward normals of the walls by row of the body, (d,)."""
-    gravity: np.ndarray
-    """Acceleration of gravity [m/s^2], (d,)."""
+    gravity: np.ndarray | Callable[[float], np.ndarray]
+    """Acceleration of gravity [m/s^2], (d,), or a function of time that gives it."""
     heavy: np.ndarray
     """Whether gravity acts on a body, (n,) bool."""
     contactors: ContactorTable
@@ -75,6 +76,8 @@ class Model:
     """Imposed forces."""
     start: BodyState
     """State of the bodies at the beginning."""
+    hidden: np.ndarray
+    """Bodies that are not there, (n,) bool."""
 
     @property
     def size(self) -> np.ndarray:
@@ -108,16 +111,35 @@ class Model:
 
     @cached_property
     def weight(self) -> np.ndarray:
-        """Force of gravity by component [N], (n, k), zero where driven."""
+        """Force of gravity by component [N], (n, k), zero where driven; at the start where gravity changes with time."""
+        return self.weight_at(0.0)
+
+    def weight_at(self, time: float) -> np.ndarray:
+        """Force of gravity by component at a time [N], (n, k), zero where driven; raises the errors of the function."""
+        gravity = self.gravity_at(time)
         weight = np.zeros_like(self.mass)
-        for axis in np.flatnonzero(self.gravity):
+        for axis in np.flatnonzero(gravity):
             falls = self.heavy & (self.inverse_mass[:, axis] > 0.0)
-            weight[:, axis] = np.where(falls, self.mass[:, axis] * self.gravity[axis], 0.0)
+            weight[:, axis] = np.where(falls, self.mass[:, axis] * gravity[axis], 0.0)
         return weight
 
-    def force(self, loads: list[tuple[Drive, float]]) -> np.ndarray:
-        """External forces on the free components [N], (n, k): gravity and the ``loads``, with what each is now."""
-        force = self.weight.copy() if loads else self.weight
+    def gravity_at(self, time: float) -> np.ndarray:
+        """Acceleration of gravity at a time [m/s^2], (d,); raises errors as :meth:`Drive.at`."""
+        if not callable(self.gravity):
+            return self.gravity
+        try:
+            given = self.gravity(time)
+        except Exception as error:
+            raise RuntimeError(f"The function gravity(t = {time:g} s) failed with {shown(error)}: mend it.") from error
+        try:
+            return vector(given, f"What is gravity(t = {time:g} s)", self.dimension)
+        except ValueError as error:
+            raise FloatingPointError(str(error)) from error
+
+    def force(self, loads: list[tuple[Drive, float]], time: float) -> np.ndarray:
+        """External forces on the free components at a time [N], (n, k): gravity and the ``loads``, with what each is."""
+        weight = self.weight_at(time) if callable(self.gravity) else self.weight
+        force = weight.copy() if loads else weight
         for load, value in loads:
             force[load.body, load.component] += value
         return force
@@ -140,6 +162,19 @@ class BodyState:
     positions: np.ndarray
     velocities: np.ndarray
     time: float = 0.0
+    changes: list[Change] = field(default_factory=list)
+    """Statements between steps so far."""
+    steps: int = 0
+    """Number of steps so far."""
+    stale: bool = False
+    """Whether statements were made that the model does not know yet."""
+    chained: frozenset[int] = frozenset()
+    """Rows of the bodies that are in chains."""
+
+    def keep(self, kind: int, body: int, component: int, value: float) -> None:
+        """Keep a statement between steps, see :class:`~lmgcpy.dynamics.changes.Change`."""
+        self.changes.append(Change(self.steps, kind, body, component, value))
+        self.stale = True
 
     def copy(self) -> BodyState:
         """An independent copy."""

@@ -15,6 +15,7 @@ from lmgcpy.contact.detector import Detector
 from lmgcpy.contact.narrow_phase import Interactions
 from lmgcpy.dynamics.assembled_problem import as_problem
 from lmgcpy.dynamics.assembly import StepProblem, assemble
+from lmgcpy.dynamics.changes import Change, as_rows, from_rows
 from lmgcpy.dynamics.checkpoint import Checkpoint, check
 from lmgcpy.dynamics.displacements import Displacements, DisplacementWatch, worse
 from lmgcpy.dynamics.energy import Energy, dissipated_by_law, kinetic_energy
@@ -85,10 +86,9 @@ class Stepper:
         threads: int = 1,
         geometric_stiffness: bool = True,
     ):
-        self.time_step = number(time_step, "time_step", above=0.0, unit="s")
+        self.time_step = time_step
         self.theta = number(theta, "theta", minimum=0.5, maximum=1.0)
-        self.solver: Solver = Auto() if solver is None else solver
-        check_solver(self.solver)
+        self.solver = Auto() if solver is None else solver
         self.on_unconverged = one_of(on_unconverged, "on_unconverged", REACTIONS)
         one_of(overlap, "overlap", REACTIONS)
         self.threads = threads
@@ -110,6 +110,7 @@ class Stepper:
         self.energy = Energy(kinetic=kinetic_energy(model.free_mass, self.state.velocities))
         tables = model.contactors, model.rows, model.chains
         self._detector = Detector(*tables, model.inverse_mass, model.dimension, model.apart)
+        self._detector.hide(model.hidden)
         self._size = model.size
         self._links = LinkStiffness.of(model.chains, model.inverse_mass, model.dimension)
         self._last: tuple[StepProblem, Interactions] | None = None
@@ -137,6 +138,8 @@ class Stepper:
         cause removed the simulation goes on as if nothing had been. Only ``interactions`` are empty until then.
         """
         begin = clock.perf_counter()
+        if self.state.stale:
+            self._take_changes()
         h, theta, state, v = self.time_step, self.theta, self.state, self.state.velocities
         with self._whole_or_not_at_all():
             state.positions += (1.0 - theta) * h * v[:, :3]  # q_m
@@ -152,6 +155,7 @@ class Stepper:
         state.velocities[:] = problem.system.velocity
         state.time += h
         self.steps += 1
+        state.steps = self.steps
         self._detector.remember(found.interactions, problem.system.impulse, problem.data.state)
         self._turning_stretch.remember(problem)
         self._last = problem, found.interactions
@@ -166,6 +170,17 @@ class Stepper:
         if self.on_unconverged == "stop" and not self.report.solved and not self._running:
             raise self._unsolved()
         return self.report
+
+    def _take_changes(self) -> None:
+        """Go on with the scene as the statements since the last step have made it."""
+        self.model = model = self.scene.changed(self.model)
+        detector = copy(self._detector)
+        detector.change(model.inverse_mass, model.hidden)
+        self._detector = detector
+        self._links = LinkStiffness.of(model.chains, model.inverse_mass, model.dimension)
+        self._turning_stretch.look_at(model)
+        self.state.velocities[model.hidden] = 0.0
+        self.state.stale = False
 
     @contextmanager
     def _whole_or_not_at_all(self) -> Iterator[None]:
@@ -183,7 +198,7 @@ class Stepper:
         """External forces at the middle of the step (n, k), and velocities without impulses (n, k) with what is imposed at
         its end."""
         model, state, h, d = self.model, self.state, self.time_step, self.model.dimension
-        force = model.force([(load, load.at(state.time + 0.5 * h)) for load in model.forces])
+        force = model.force([(load, load.at(state.time + 0.5 * h)) for load in model.forces], state.time + 0.5 * h)
         free_velocity = before + h * model.inverse_mass * force
         for drive in model.velocities:
             free_velocity[drive.body, drive.component] = drive.at(state.time + h)
@@ -290,6 +305,8 @@ class Stepper:
 
     def checkpoint(self) -> Checkpoint:
         """All that the next step depends on, copied."""
+        if self.state.stale:
+            self._take_changes()
         return Checkpoint(
             positions=self.state.positions.copy(),
             velocities=self.state.velocities.copy(),
@@ -300,6 +317,7 @@ class Stepper:
             energy=deepcopy(self.energy),
             memory=self._detector.give_memory(),
             predicted=self._turning_stretch.predicted.copy(),
+            changes=as_rows(self.state.changes),
         )
 
     @named_arguments
@@ -308,13 +326,20 @@ class Stepper:
         if not isinstance(checkpoint, Checkpoint):
             raise TypeError(f"restore takes what Simulation.checkpoint() gave, got {shown(checkpoint)}.")
         check(checkpoint, self.checkpoint())
-        detector = copy(self._detector)
-        detector.take_memory(checkpoint.memory)  # which refuses that of another scene
+        changes = from_rows(checkpoint.changes, len(self.state.positions), self.model.dimension)
+        before = list(self.state.changes)
+        try:
+            self._go_through(changes)
+            detector = copy(self._detector)
+            detector.take_memory(checkpoint.memory)  # which refuses that of another scene
+        except BaseException:
+            self._go_through(before)
+            raise
         self._detector = detector
         self.state.positions[:] = checkpoint.positions
         self.state.velocities[:] = checkpoint.velocities
         self.state.time = checkpoint.time
-        self.steps = checkpoint.steps
+        self.steps = self.state.steps = checkpoint.steps
         self.unconverged_steps = checkpoint.unconverged_steps
         self.worst_residual = checkpoint.worst_residual
         self.worst_slip = 0.0  # no checkpoint holds it
@@ -323,7 +348,45 @@ class Stepper:
         self._last = None
         self.report = Report()
 
+    def _go_through(self, changes: list[Change]) -> None:
+        """Make the scene what it is after these statements from its start."""
+        if changes != self.state.changes:
+            self.scene.go_through(changes)
+            self._take_changes()
+
     # ------------------------------------------------------------------------------------------------------ results
+
+    @property
+    def time_step(self) -> float:
+        """The time step [s]. It may be changed between steps, but not in a run that is recorded: its file holds one."""
+        return self._time_step
+
+    @time_step.setter
+    def time_step(self, time_step: float) -> None:
+        self._refuse_recorded("time_step")
+        self._time_step = number(time_step, "time_step", above=0.0, unit="s")
+
+    @property
+    def solver(self) -> Solver:
+        """The solver. It may be changed between steps, but not in a run that is recorded: its file holds one."""
+        return self._solver
+
+    @solver.setter
+    def solver(self, solver: Solver) -> None:
+        self._refuse_recorded("solver")
+        check_solver(solver)
+        self._solver = solver
+
+    def _is_recorded(self) -> bool:
+        """Whether the next step goes into a file, which holds one time step and one solver."""
+        return False
+
+    def _refuse_recorded(self, what: str) -> None:
+        if self._is_recorded():
+            raise RuntimeError(
+                f"{what} cannot change in a run that is recorded, as its file holds one {what.replace('_', ' ')}: end the "
+                "run, change it, and record into another file."
+            )
 
     @property
     def threads(self) -> int:

@@ -57,8 +57,12 @@ class TurningStretch:
         self._cuts = np.cumsum([0, *(chain.link_count for chain in chains)])
         self._tiny = TINY * min((float((c.radius_sum + c.reference_gap).min()) for c in chains), default=0.0)
         self._passive = np.array([chain.law.NAME in model.passive for chain in chains], dtype=bool)
-        self._mass = np.where(model.inverse_mass > 0.0, model.mass, 0.0)[self._bodies]
         self.predicted = np.full(self._cuts[-1], np.nan)
+        self.look_at(model)
+
+    def look_at(self, model: Model) -> None:
+        """Go on with the free components of a model that has changed."""
+        self._mass = np.where(model.inverse_mass > 0.0, model.mass, 0.0)[self._bodies]
 
     def take_back(
         self,

@@ -28,7 +28,7 @@ from lmgcpy.io.run_file.damage import WRONG, sentences_of_damage
 from lmgcpy.io.run_file.lock import Lock
 from lmgcpy.io.run_file.mending import mend
 from lmgcpy.io.run_file.opening import open_to_append, open_to_read
-from lmgcpy.scene.description import describe, functions_of_time
+from lmgcpy.scene.description import asked_again, describe, functions_of_time
 from lmgcpy.version import VERSION
 from lmgcpy.writing import replace_file
 
@@ -64,7 +64,7 @@ class RunRecorder:
         self._force = force
         self._begun = False
         self._steps = -1
-        self._functions: list[tuple[int, str]] = []
+        self._functions: list[tuple[int, str] | str] = []
         self._file: Any = None
         self._held: list[Any] = []
         self._sound = True  # no write is incomplete
@@ -95,7 +95,7 @@ class RunRecorder:
     def how_to_go_on(self) -> str:
         """A sentence with the command that continues the run."""
         command = f"lmgcpy resume {self.path} --steps N"
-        functions = ", ".join(f'({body}, "{name}"): f' for body, name in self._functions)
+        functions = asked_again(self._functions)
         observe = ", ".join(f'"{name}": f' for name in self._rows.observations)
         again = {"functions": functions, "observe": observe}
         if functions or observe:

@@ -6,11 +6,13 @@ import logging
 import os
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from lmgcpy.contact.frames import local_frames
+from lmgcpy.dynamics.changes import Change, from_rows, hidden_after
 from lmgcpy.dynamics.checkpoint import Checkpoint
 from lmgcpy.errors import file_path, named_arguments
 from lmgcpy.io.observations import Observed
@@ -358,6 +360,21 @@ class Run:
     def closed(self) -> bool:
         """Whether the writer ended normally."""
         return self._commit.closed
+
+    def hidden(self, frame: int) -> np.ndarray:
+        """Which bodies were hidden after the step of a frame, (n,) bool."""
+        bodies = self.scene["bodies"]
+        start = np.asarray(bodies.get("hidden", np.zeros(len(bodies["mass"]), dtype=bool)), dtype=bool)
+        if not self._hiding:
+            return start
+        return hidden_after(self._hiding, int(self.steps[frame]), start)
+
+    @cached_property
+    def _hiding(self) -> list[Change]:
+        """Statements between the steps so far."""
+        with sentences_of_damage(self.path):
+            checkpoint, _ = read_checkpoint(self._file, self.laws)
+            return from_rows(checkpoint.changes, len(checkpoint.positions), self.dimension)
 
     def checkpoint(self) -> Checkpoint:
         """The last checkpoint, from which the run can continue."""

@@ -20,7 +20,7 @@ from lmgcpy.writing import write_text
 
 MISSING = 'Files for ParaView are written by VTK, which is not installed: pip install "lmgcpy[view]".'
 PARTS = ("bodies", "forces", "wires", "walls")
-"""Parts of the export; each is a series of files."""
+"""Parts of every export; each is a series of files."""
 
 
 @named_arguments
@@ -29,15 +29,17 @@ def export_vtk(run: Run, folder: str | os.PathLike, *, force: bool = False) -> l
 
     * ``bodies.pvd`` has a point for each disk or sphere, with ``body``, ``radius`` [m], ``velocity`` [m/s], ``spin``
       [rad/s], ``mass`` [kg], ``coordination``, and ``color`` (its word is in the field ``color_names``). Foreign shapes
-      appear as their bounding circles.
-    * ``forces.pvd`` has a line for each contact or link with a force. The line goes between the centres; at a wall it
-      starts at the contact point. It has ``force``, the vector that acts on the candidate [N], ``normal_force`` (positive
+      without outline appear as their bounding circles.
+    * ``forces.pvd`` has a line for each contact or link with a force. A link goes between the centres; a contact goes
+      through its point, between the centres of the disks or spheres that touch, and ends there at a wall or a foreign
+      shape. It has ``force``, the vector that acts on the candidate [N], ``normal_force`` (positive
       if it pushes) and ``tension`` [N], ``candidate``, ``antagonist``, ``gap`` [m], and ``law`` (its name is in the field
       ``law_names``).
     * ``wires.pvd`` has a line for each link, with ``tension`` [N], ``excess`` (relative to its reference length),
       ``chain``, ``link`` and ``law``. Its points have ``radius`` [m], ``velocity`` and ``length``, the length of the wire
       up to the point [m].
     * ``walls.pvd`` has lines and planes, cut to the sample, with ``body``.
+    * ``outlines.pvd``, of a scene with foreign shapes that have an outline, has their lines, with ``body``.
 
     Raises FileExistsError if the folder is not empty, unless ``force``, and ImportError without VTK.
     """
@@ -57,10 +59,12 @@ def export_vtk(run: Run, folder: str | os.PathLike, *, force: bool = False) -> l
             "wires": wires(taken, net, run.laws),
             "walls": walls(taken),
         }
+        if taken.outlines:
+            made["outlines"] = outlines(taken)
         for part, data in made.items():
             name = f"{part}-{frame:05d}.vtp"
             write(data, target / name)
-            series[part].append((time, name))
+            series.setdefault(part, []).append((time, name))
     return [write_series(target / f"{part}.pvd", files) for part, files in series.items()]
 
 
@@ -164,6 +168,16 @@ def walls(snapshot: Snapshot) -> Any:
     cells = [np.arange(first[i], first[i + 1]) for i in range(len(pieces))]
     data = polygonal_data(points, "lines" if snapshot.dimension == 2 else "polys", cells)
     add_arrays(data.GetCellData(), {"body": np.array([body for body, _ in pieces], dtype=np.int64)})
+    return data
+
+
+def outlines(snapshot: Snapshot) -> Any:
+    """Outlines of the shapes of plug-ins."""
+    body, lines = zip(*snapshot.outlines, strict=True)
+    first = np.cumsum([0, *map(len, lines)])
+    cells = [np.arange(first[i], first[i + 1]) for i in range(len(lines))]
+    data = polygonal_data(np.concatenate(lines), "lines", cells)
+    add_arrays(data.GetCellData(), {"body": np.array(body, dtype=np.int64)})
     return data
 
 

@@ -95,6 +95,9 @@ class RecordedRun(Protocol):
     def steps(self) -> np.ndarray:
         """Number of steps made up to each frame, (f,)."""
 
+    def hidden(self, frame: int) -> np.ndarray:
+        """Which bodies were hidden after the step of a frame, (n,) bool."""
+
     @property
     def positions(self) -> Any:
         """Positions [m], (f, n, d)."""

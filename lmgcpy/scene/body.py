@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lmgcpy.dynamics.changes import DRIVEN, FREE, HIDDEN, LOADED, SHOWN
 from lmgcpy.dynamics.model import COMPONENTS
 from lmgcpy.errors import closest, named_arguments, number, shown, vector
 from lmgcpy.scene.contactor import Contactor, DiskContactor, PlaneContactor, WallContactor
@@ -66,7 +67,7 @@ class Body(ABC):
     """
 
     # slots save memory: a scene may have a hundred thousand bodies
-    __slots__ = ("_block", "_color", "_forces", "_id", "_row", "_state", "_velocities")
+    __slots__ = ("_block", "_color", "_forces", "_hidden", "_id", "_row", "_state", "_velocities")
 
     dimension: int = 2
     position_argument: str = "position"
@@ -88,6 +89,7 @@ class Body(ABC):
         start = np.hstack([at, turned, moving, turning])
         self._block[self._row, : len(start)] = start
         self._velocities = self._forces = NO_CONDITIONS
+        self._hidden = False
 
     @property
     def id(self) -> int:
@@ -192,6 +194,10 @@ class Body(ABC):
         """Hold the named components at rest; without names, hold all of them. Returns the body.
 
         The components are "x", "y" and "spin" in 2D; in 3D "x", "y", "z", and "spin_x" …
+
+        Between the steps of a simulation ``fix``, ``impose_velocity``, ``impose_force``, ``free``, ``hide`` and ``show``
+        act from the next step on, by numbers; each replaces what held or loaded the component before. Checkpoints and run
+        files keep them.
         """
         for component in components:
             if not isinstance(component, str):
@@ -205,30 +211,79 @@ class Body(ABC):
 
     def _drive(self, call: str, components: dict[str, Prescribed]) -> Body:
         for component, value in self._checked(call, components):
-            if component in self._forces:
+            if component in self._forces and self._state is None:
                 raise ValueError(self._twice(component, "loaded by impose_force", "driven"))
-            self._condition(component, value, loaded=False)
+            self._state_change(DRIVEN, component, value)
         return self
 
     @named_arguments
     def impose_force(self, **components: Prescribed) -> Body:
         """Free components and load them: x, y, z [N], spin … [N m], numbers or functions of time [s]. Returns the body."""
         for component, value in self._checked("impose_force", components):
-            if component in self._velocities:
+            if component in self._velocities and self._state is None:
                 raise ValueError(self._twice(component, "driven by impose_velocity or fix", "loaded"))
             if not math.isfinite(self.mass if component < self.dimension else self.inertia):
                 raise ValueError(
                     f"{self!r} has no {'mass' if component < self.dimension else 'inertia'}: give it one where it is made, "
                     f"so that a load on {self.components[component]} can move it."
                 )
-            self._condition(component, value, loaded=True)
+            self._state_change(LOADED, component, value)
         return self
 
-    def _condition(self, component: int, value: Prescribed, *, loaded: bool) -> None:
-        if loaded:
-            self._forces = {**self._forces, component: value}
-        else:
-            self._velocities = {**self._velocities, component: value}
+    def free(self, *components: str) -> Body:
+        """Let go of the named components, without names of all: nothing drives or loads them. Returns the body.
+
+        A wall, whose components are held unless loaded, is loaded by nothing from then on, and needs a mass for it.
+        """
+        for component in components:
+            if not isinstance(component, str):
+                raise TypeError(f"free takes names of components, as in free('x', 'y'), got {shown(component)}.")
+        names = components or self.components[: self.dimension if self.held_by_default else None]
+        if self.held_by_default:
+            for name in names:  # a load of nothing takes the place of a drive
+                if name in self.components:
+                    self._velocities = {k: v for k, v in self._velocities.items() if k != self.components.index(name)}
+            return self.impose_force(**dict.fromkeys(names, 0.0))
+        for number_of_component, _ in self._checked("free", dict.fromkeys(names, 0.0)):
+            self._state_change(FREE, number_of_component, 0.0)
+        return self
+
+    def hide(self) -> Body:
+        """Take the body away: it touches nothing, moves nowhere, and is in no picture, until ``show``. Returns the body.
+
+        Its velocity is zero from then on. A body of a chain cannot be hidden (ValueError where the scene is compiled, or
+        here, between steps).
+        """
+        self._state_change(HIDDEN, -1, 0.0)
+        return self
+
+    def show(self) -> Body:
+        """Put a hidden body back where it is, at rest. Returns the body."""
+        self._state_change(SHOWN, -1, 0.0)
+        return self
+
+    @property
+    def hidden(self) -> bool:
+        """Whether the body is hidden."""
+        return self._hidden
+
+    def _state_change(self, kind: int, component: int, value: Prescribed) -> None:
+        """Make a statement; between the steps of a simulation it is kept."""
+        if self._state is not None:
+            if self._id in self._state.chained and kind == HIDDEN:
+                raise ValueError(f"{self!r} is linked in a chain, which would be cut: a body of a chain cannot be hidden.")
+            self._state.keep(kind, self._id, component, float(value))  # type: ignore[arg-type]
+        self._take(kind, component, value)
+
+    def _take(self, kind: int, component: int, value: Prescribed) -> None:
+        """What a statement makes of the conditions of the body."""
+        if kind in (HIDDEN, SHOWN):
+            self._hidden = kind == HIDDEN
+            return
+        others = [{k: v for k, v in held.items() if k != component} for held in (self._velocities, self._forces)]
+        if kind != FREE:
+            others[kind == LOADED][component] = value
+        self._velocities, self._forces = others
 
     def _twice(self, component: int, already: str, now: str) -> str:
         return (
@@ -237,7 +292,6 @@ class Body(ABC):
         )
 
     def _checked(self, call: str, components: dict[str, Prescribed]) -> list[tuple[int, Prescribed]]:
-        self._refuse_compiled(f"call {call}")
         if not components:
             raise TypeError(f"{call} needs a component, for example {call}(y=0.0).")
         checked: list[tuple[int, Prescribed]] = []
@@ -246,6 +300,11 @@ class Body(ABC):
                 hint = closest(name, self.components)
                 raise ValueError(f"{call}: a body in {self.dimension}D has no component '{name}'{hint}")
             value = value if callable(value) else number(value, f"{call}({name}=...)")
+            if callable(value) and self._state is not None:
+                raise RuntimeError(
+                    f"{call}({name}=...) between steps takes numbers, which a run file keeps: impose functions of time "
+                    "before the Simulation is made, or change numbers step by step in on_step."
+                )
             checked.append((self.components.index(name), value))
         return checked
 

@@ -26,7 +26,8 @@ class Chain:
     """Bodies, each linked to the next: link i goes from ``bodies[i]``, antagonist, to ``bodies[i + 1]``, candidate.
 
     ``reference_gaps`` [m], (links,), are gaps between surfaces. ``parameters`` are those of the law that differ from link
-    to link, (links,) each. Links act between centres and carry no moment.
+    to link, (links,) each. Links act between centres and carry no moment. ``settled``: rigid links may be off their
+    reference by what the steps of a run have left.
     """
 
     def __init__(
@@ -39,6 +40,7 @@ class Chain:
         closed: bool = False,
         neighbours_collide: bool | None = None,
         parameters: Mapping[str, Any] | None = None,
+        settled: bool = False,
     ):
         self.law = law
         self.bodies = list(bodies)
@@ -61,7 +63,8 @@ class Chain:
         self.parameters = self._of_each_link(parameters)
         self._refuse_no_length(self.start_gaps, "starts with no distance", "move one of them")
         self._refuse_no_length(self.reference_gaps, "has no length at its reference", "give a larger reference_gap")
-        self._refuse_blows()
+        if not settled:
+            self._refuse_blows()
 
     def _of_each_link(self, parameters: Mapping[str, Any] | None) -> dict[str, np.ndarray]:
         """Parameters of the law that differ from link to link, (links,) each."""

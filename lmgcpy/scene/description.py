@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from lmgcpy.dynamics.changes import DRIVEN, LOADED
 from lmgcpy.dynamics.model import COMPONENTS
 from lmgcpy.errors import shown
 from lmgcpy.laws import Law, registry
@@ -43,8 +44,8 @@ _COLLIDE = (False, True, None)
 
 _CONDITION_FIELDS = ("body", "component", "loaded", "function", "value")
 
-Functions = Mapping[tuple[int, str], Callable[[float], float]]
-"""Functions of time by id of the body and name of the component."""
+Functions = Mapping[tuple[int, str] | str, Callable[[float], Any]]
+"""Functions of time by id of the body and name of the component, and that of "gravity"."""
 
 
 class RecordedContactor(Contactor):
@@ -97,7 +98,8 @@ def describe(scene: Scene) -> dict[str, Any]:
     ]
     return {
         "dimension": scene.dimension,
-        "gravity": np.array(scene.gravity),
+        # a function of time is a NaN, as no file can hold it
+        "gravity": np.full(scene.dimension, np.nan) if callable(scene.gravity) else np.array(scene.gravity),
         "materials": [{"name": material.name, "density": material.density} for material in materials],
         "bodies": {
             "kinds": body_kinds,
@@ -113,6 +115,7 @@ def describe(scene: Scene) -> dict[str, Any]:
             "extent": np.array([body.extent for body in bodies], dtype=float),
             "gravity_acts": np.array([body.gravity_acts for body in bodies], dtype=bool),
             "held_by_default": np.array([body.held_by_default for body in bodies], dtype=bool),
+            "hidden": np.array([body.hidden for body in bodies], dtype=bool),
         },
         "contactors": {
             "kinds": kinds,
@@ -160,14 +163,16 @@ def from_description(description: Mapping[str, Any], functions: Functions | None
     of two kinds of contactor is not registered.
     """
     scene = build(description)
-    impose(scene, description["conditions"], functions or {})
+    impose(scene, description, functions or {})
     return scene
 
 
-def build(description: Mapping[str, Any]) -> Scene:
-    """The scene of a description without the conditions on its bodies."""
+def build(description: Mapping[str, Any], *, settled: bool = False) -> Scene:
+    """The scene of a description without the conditions on its bodies; ``settled``: links may be off their reference."""
     laws = [_make_law(**law) for law in description["laws"]]
-    scene = Scene(dimension=int(description["dimension"]), gravity=description["gravity"])
+    gravity = description["gravity"]
+    scene = Scene(dimension=int(description["dimension"]), gravity=None if np.isnan(gravity).all() else gravity)
+    scene._settled = settled
     _add_bodies(scene, description)
     _check_conditions(scene, description["conditions"])
     for row in description["visibility"]:
@@ -188,15 +193,23 @@ def build(description: Mapping[str, Any]) -> Scene:
             neighbours_collide=_COLLIDE[collide[i]],
             parameters=chains.get("parameters", {}).get(str(i)),  # none in files of former versions
         )
+    scene._settled = False
     return scene
 
 
-def functions_of_time(description: Mapping[str, Any]) -> list[tuple[int, str]]:
-    """Id of the body and name of the component of each condition that is a function of time."""
+def functions_of_time(description: Mapping[str, Any]) -> list[tuple[int, str] | str]:
+    """What is a function of time: id of the body and name of the component of each condition, and "gravity"."""
     conditions = description["conditions"]
     rows = zip(conditions["body"], conditions["component"], conditions["function"], strict=True)
     names = COMPONENTS[description["dimension"]]
-    return [(int(body), names[component]) for body, component, function in rows if function]
+    found: list[tuple[int, str] | str] = [(int(body), names[component]) for body, component, function in rows if function]
+    return found + (["gravity"] if np.isnan(description["gravity"]).all() else [])
+
+
+def asked_again(functions: list[tuple[int, str] | str]) -> str:
+    """Functions of time as one writes them in a call: ``(3, "y"): f, "gravity": f``."""
+    words = (f'"{key}"' if isinstance(key, str) else f'({key[0]}, "{key[1]}")' for key in functions)
+    return ", ".join(f"{word}: f" for word in words)
 
 
 # ---------------------------------------------------------------------------------------------- scene to description
@@ -209,12 +222,17 @@ def _outlines(contactors: list[Contactor], dimension: int) -> dict[str, np.ndarr
     """
     owners, lines = [], []
     for k, contactor in enumerate(contactors):
-        for line in contactor.outline or ():
-            points = np.array(line, dtype=float)
+        outline = contactor.outline
+        if outline is None:
+            continue
+        must = f"outline of {contactor!r} must be polylines of shape (v, {dimension}) [m]"
+        try:
+            found = [np.array(line, dtype=float) for line in outline]
+        except (TypeError, ValueError) as error:
+            raise ValueError(f"{must}, got {shown(outline)}.") from error
+        for points in found:
             if points.ndim != 2 or points.shape[1] != dimension or not np.isfinite(points).all():
-                raise ValueError(
-                    f"outline of {contactor!r} must be polylines of shape (v, {dimension}) [m], got {shown(line)}."
-                )
+                raise ValueError(f"{must}, got {shown(points)} among them.")
             owners.append(k)
             lines.append(points)
     return {
@@ -317,6 +335,8 @@ def _add_bodies(scene: Scene, description: Mapping[str, Any]) -> None:
                 gravity_acts=bool(bodies["gravity_acts"][i]),
                 held_by_default=bool(bodies["held_by_default"][i]),
             )
+        if "hidden" in bodies and bodies["hidden"][i]:  # none in files of former versions
+            made.hide()
         scene.add(made)
 
 
@@ -353,26 +373,37 @@ def _check_conditions(scene: Scene, conditions: Mapping[str, Any]) -> None:
         raise ValueError("the values of conditions are no numbers")
 
 
-def impose(scene: Scene, conditions: Mapping[str, Any], functions: Functions) -> None:
-    """Impose the conditions of a description on its scene; raises the errors of :func:`from_description`."""
+def impose(scene: Scene, description: Mapping[str, Any], functions: Functions) -> None:
+    """Impose the conditions of a description on its scene, and gravity where it is a function of time; raises the errors of
+    :func:`from_description`."""
+    conditions = description["conditions"]
     if not isinstance(functions, Mapping):
         raise TypeError(f"functions must be a dictionary such as {{(3, 'y'): f}}, got {shown(functions)}.")
-    missing = []
+    missing: list[tuple[tuple[int, str] | str, str]] = []
     left = dict(functions)
+    if np.isnan(description["gravity"]).all():
+        gravity = left.pop("gravity", None)
+        if gravity is None:
+            missing.append(("gravity", "gravity"))
+        elif not callable(gravity):
+            raise TypeError(f"functions['gravity'] must be a function of time, got {shown(gravity)}.")
+        else:
+            scene.gravity = gravity
     for body, component, loaded, function, value in zip(*(conditions[name] for name in _CONDITION_FIELDS), strict=True):
         what: Any = float(value)
         if function:
             name = COMPONENTS[scene.dimension][component]
             what = left.pop((int(body), name), None)
             if what is None:
-                missing.append((scene.bodies[body], int(body), name, "force" if loaded else "velocity"))
+                what = f"the {'force' if loaded else 'velocity'} along '{name}' of {scene.bodies[body]!r}"
+                missing.append(((int(body), name), what))
                 continue
             if not callable(what):
                 raise TypeError(f"functions[{int(body)}, '{name}'] must be a function of time, got {shown(what)}.")
-        scene.bodies[body]._condition(int(component), what, loaded=bool(loaded))
+        scene.bodies[body]._take(LOADED if loaded else DRIVEN, int(component), what)
     if missing:
-        which = "; ".join(f"the {how} along '{name}' of {body!r}" for body, _, name, how in missing)
-        again = ", ".join(f'({body}, "{name}"): f' for _, body, name, _ in missing)
+        which = "; ".join(words for _, words in missing)
+        again = asked_again([key for key, _ in missing])
         raise ValueError(
             f"Functions of time, which no file can hold, gave {which}. Give {'it' if len(missing) == 1 else 'them'} again, "
             f"from Python: lmgcpy.resume(path, functions={{{again}}})."

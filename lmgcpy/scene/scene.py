@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Mapping
-from typing import Any, TypeVar
+import os
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
 from lmgcpy.contact.detection_tables import ChainTable, ContactorTable, VisibilityRow
+from lmgcpy.dynamics.changes import GRAVITY, Change
 from lmgcpy.dynamics.model import COMPONENTS, BodyState, Drive, Model
 from lmgcpy.errors import LARGEST, closest, flag, named_arguments, number, shown, vector, whole
 from lmgcpy.laws import Law
@@ -30,20 +33,56 @@ class Scene:
     def __init__(self, *, dimension: int, gravity: Any = None):
         self.dimension = whole(dimension, "dimension", minimum=2, maximum=3)
         self._compiled = False
+        self._settled = False  # links are as long as the steps of a run have left them
+        self._state: BodyState | None = None
+        self._at_start: list[tuple[Any, Any, bool]] = []
+        """Conditions of the bodies when the scene was compiled, and whether they were hidden."""
         self.gravity = (0.0,) * self.dimension if gravity is None else gravity
         self.bodies: list[Body] = []
         self.rows: list[tuple[str, str, Law, float | None]] = []
         self.chains: list[Chain] = []
 
+    _from_run: ClassVar[Callable[..., Scene]]
+    """Reads a scene from a run file; given by :mod:`lmgcpy.simulation`, as scenes know nothing of files."""
+
+    @classmethod
+    def from_run(
+        cls,
+        path: str | os.PathLike,
+        step: int | None = None,
+        *,
+        functions: Mapping[Any, Callable[[float], Any]] | None = None,
+    ) -> Scene:
+        """The scene of a run file as it was after a ``step`` that has a frame, by default the last: a new scene, which may
+        be edited, and in which a simulation begins at time 0.
+
+        Bodies have their positions and velocities, conditions and gravity are those of then, and bodies that were hidden
+        are. Impulses and states of laws are not kept: the first step starts from none. Functions of time, which no file can
+        hold, are given as to :func:`lmgcpy.resume`, and begin at time 0 again.
+
+        Raises the errors of ``lmgcpy.io.open_run``, and ValueError where there is no frame of that step.
+        """
+        return cls._from_run(path, step, functions)
+
     @property
-    def gravity(self) -> np.ndarray:
-        """Gravitational acceleration [m/s^2], (d,)."""
+    def gravity(self) -> Any:
+        """Gravitational acceleration [m/s^2], (d,), or a function of time [s] that gives it.
+
+        Between the steps of a simulation it may be set to another vector, which acts from the next step on.
+        """
         return self._gravity
 
     @gravity.setter
     def gravity(self, gravity: Any) -> None:
-        self._editable("set gravity")
-        self._gravity = vector(gravity, "gravity", self.dimension)
+        if callable(gravity):
+            self._editable("make gravity a function of time")
+            self._gravity = gravity
+            return
+        given = vector(gravity, "gravity", self.dimension)
+        if self._state is not None:
+            for axis, value in enumerate(given.tolist()):
+                self._state.keep(GRAVITY, -1, axis, value)
+        self._gravity = given
         self._gravity.flags.writeable = False
 
     @named_arguments
@@ -147,6 +186,7 @@ class Scene:
             closed=closed,
             neighbours_collide=neighbours_collide,
             parameters=parameters,
+            settled=self._settled,
         )
         if block_spin:
             for body in members:
@@ -186,16 +226,14 @@ class Scene:
         mass[:, d:] = np.fromiter((body.inertia for body in self.bodies), float)[:, None]
         contactors = self._contactors()
         self._check_numbers(positions, velocities, mass, contactors)
-        driven = [Drive(body.id, k, value, d) for body in self.bodies for k, value in body._velocities.items()]
-        loads = [Drive(body.id, k, value, d) for body in self.bodies for k, value in body._forces.items()]
-        inverse_mass = 1.0 / mass
-        for body in self.bodies:
-            if body.held_by_default:
-                held = [k for k in range(count) if k not in body._velocities and k not in body._forces]
-                driven += [Drive(body.id, k, 0.0, d) for k in held]
+        driven, loads, inverse_mass, hidden = self._conditions(mass)
         for drive in driven:
-            inverse_mass[drive.body, drive.component] = 0.0
             velocities[drive.body, drive.component] = drive.at(0.0)
+        velocities[hidden] = 0.0
+        chained = frozenset(body.id for chain in self.chains for body in chain.bodies)
+        for i in np.flatnonzero(hidden).tolist():
+            if i in chained:
+                raise ValueError(f"{self.bodies[i]!r} is hidden, but it is linked in a chain, which would be cut: show it.")
         return Model(
             dimension=self.dimension,
             mass=mass,
@@ -226,12 +264,60 @@ class Scene:
             apart=np.unique(np.concatenate([np.zeros((0, 2), np.int64), *(c.apart for c in self.chains)]), axis=0),
             velocities=driven,
             forces=loads,
-            start=BodyState(positions, velocities),
+            start=BodyState(positions, velocities, chained=chained),
+            hidden=hidden,
         )
+
+    def _conditions(self, mass: np.ndarray) -> tuple[list[Drive], list[Drive], np.ndarray, np.ndarray]:
+        """Imposed velocities and forces, the inverse masses that they leave (n, k), and the hidden bodies (n,)."""
+        d, count = self.dimension, len(COMPONENTS[self.dimension])
+        there = [body for body in self.bodies if not body._hidden]
+        driven = [Drive(body.id, k, value, d) for body in there for k, value in body._velocities.items()]
+        loads = [Drive(body.id, k, value, d) for body in there for k, value in body._forces.items()]
+        for body in there:
+            if body.held_by_default:
+                held = [k for k in range(count) if k not in body._velocities and k not in body._forces]
+                driven += [Drive(body.id, k, 0.0, d) for k in held]
+        hidden = np.array([body._hidden for body in self.bodies], dtype=bool)
+        inverse_mass = 1.0 / mass
+        inverse_mass[hidden] = 0.0
+        for drive in driven:
+            inverse_mass[drive.body, drive.component] = 0.0
+        return driven, loads, inverse_mass, hidden
+
+    def changed(self, model: Model) -> Model:
+        """The model with the conditions, the hidden bodies and the gravity of now; a simulation calls it between steps."""
+        velocities, forces, inverse_mass, hidden = self._conditions(model.mass)
+        return replace(
+            model, gravity=self.gravity, velocities=velocities, forces=forces, inverse_mass=inverse_mass, hidden=hidden
+        )
+
+    def go_through(self, changes: list[Change]) -> None:
+        """Go back to the conditions at the start, and from there through the statements between steps."""
+        assert self._state is not None
+        self._gravity = self._gravity_at_start
+        for body, (velocities, forces, hidden) in zip(self.bodies, self._at_start, strict=True):
+            body._velocities, body._forces, body._hidden = velocities, forces, hidden
+        self.take(changes)
+        self._state.changes = list(changes)
+        self._state.stale = True
+
+    def take(self, changes: list[Change]) -> None:
+        """Make of conditions, bodies and gravity what statements between steps made of them."""
+        for change in changes:
+            if change.kind != GRAVITY:
+                self.bodies[change.body]._take(change.kind, change.component, change.value)
+                continue
+            gravity = np.zeros(self.dimension) if callable(self._gravity) else self._gravity.copy()
+            gravity[change.component] = change.value
+            self._gravity = gravity
 
     def hand_over(self, state: BodyState) -> None:
         """Make the bodies views of a simulation's state. From then on the scene cannot be edited."""
         self._compiled = True
+        self._state = state
+        self._gravity_at_start = self._gravity
+        self._at_start = [(body._velocities, body._forces, body._hidden) for body in self.bodies]
         for body in self.bodies:
             body._state = state
 

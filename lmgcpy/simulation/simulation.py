@@ -69,6 +69,10 @@ class Simulation(Stepper):
 
     recorder: Recorder | None = None
     """Records every run that names no file of its own; ``lmgcpy.resume`` sets it."""
+    _recording = False
+
+    def _is_recorded(self) -> bool:
+        return self._recording or self.recorder is not None
 
     @named_arguments
     def run(
@@ -83,6 +87,7 @@ class Simulation(Stepper):
         force: bool = False,
         observe: Mapping[str, Callable[[Simulation], Any]] | None = None,
         until: Callable[[Simulation], bool] | None = None,
+        on_step: Callable[[Simulation], Any] | None = None,
     ) -> Simulation:
         """Make ``steps`` steps, or as many as ``duration`` [s] takes; returns the simulation itself.
 
@@ -94,6 +99,11 @@ class Simulation(Stepper):
         ``observe`` gives functions of the simulation by name, called before the first step and after every step. Each
         returns a number or an array of the same shape at every step; the run file keeps the values. ``until`` is a function
         of the simulation, called after every step; the run ends early when it returns True.
+
+        ``on_step`` is a function of the simulation, called after every step and before the step is recorded: it may look,
+        and make statements for the next steps (``sim.scene.bodies[3].hide()``). A run that goes on from its file goes
+        through the statements that it has made; give it again for those to come. If it raises, the run ends, its file
+        complete up to the step before.
         """
         if (steps is None) == (duration is None):
             raise TypeError("run takes either steps or duration [s], one of the two.")
@@ -103,6 +113,8 @@ class Simulation(Stepper):
         flag(progress, "progress")
         if until is not None and not callable(until):
             raise TypeError(f"until must be a function of the simulation, got {shown(until)}.")
+        if on_step is not None and not callable(on_step):
+            raise TypeError(f"on_step must be a function of the simulation, got {shown(on_step)}.")
         recorder = self.recorder
         if record is not None:
             from lmgcpy.io.recorder import RunRecorder  # h5py takes as long to import as all the rest
@@ -123,17 +135,19 @@ class Simulation(Stepper):
             from tqdm import tqdm
 
             turns = tqdm(turns, desc="lmgcpy", unit="step", disable=None)
-        self._running = True
+        self._running, self._recording = True, recorder is not None
         try:
             if recorder is None:
                 for _ in turns:
                     self.step()
+                    if on_step is not None:
+                        on_step(self)
                     if self._over(until):
                         break
             else:
-                self._run_recorded(turns, recorder, until)
+                self._run_recorded(turns, recorder, until, on_step)
         finally:
-            self._running = False
+            self._running = self._recording = False
         log.info("%s", _Summary(self, self.steps - already, clock.perf_counter() - begin))
         unconverged = self.unconverged_steps - unconverged
         if unconverged and self.on_unconverged == "warn":
@@ -144,12 +158,20 @@ class Simulation(Stepper):
             )
         return self
 
-    def _run_recorded(self, turns: Any, recorder: Recorder, until: Callable[[Simulation], bool] | None) -> None:
+    def _run_recorded(
+        self,
+        turns: Any,
+        recorder: Recorder,
+        until: Callable[[Simulation], bool] | None,
+        on_step: Callable[[Simulation], Any] | None,
+    ) -> None:
         """The steps of a run with a recorder; Ctrl-C ends it between steps."""
         with between_steps() as interrupted:
             for _ in turns:
                 try:
                     self.step()
+                    if on_step is not None:
+                        on_step(self)
                 except BaseException:
                     recorder.abandon()
                     raise

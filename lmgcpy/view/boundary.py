@@ -23,7 +23,7 @@ def drawn_box(snap: Snapshot) -> np.ndarray:
         middle = walls.mean(axis=0) if len(walls) else np.zeros(snap.dimension)
         return np.stack([middle - 1.0, middle + 1.0])
     radius = rounds.shape[:, :1]
-    points = np.concatenate([rounds.position - radius, rounds.position + radius, *snap.outlines])
+    points = np.concatenate([rounds.position - radius, rounds.position + radius, *(line for _, line in snap.outlines)])
     box = np.stack([points.min(axis=0), points.max(axis=0)])
     diagonal = float(np.linalg.norm(box[1] - box[0]))
     reached = box.copy()

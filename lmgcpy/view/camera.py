@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 MARGIN = 0.03
-"""White margin around a panel, as part of its longer side."""
+"""White margin around a panel that shows everything, as part of its longer side."""
 
 
 @dataclass(frozen=True)
@@ -42,11 +42,11 @@ class View:
     """Corners of the seen box on the screen [m], (3,): to the right, upward, towards the eye."""
 
     @classmethod
-    def of(cls, camera: Camera, corners: np.ndarray) -> View:
-        """A view that holds points (k, 3) [m]."""
+    def of(cls, camera: Camera, corners: np.ndarray, share: float = MARGIN) -> View:
+        """A view that holds points (k, 3) [m], and a margin, a ``share`` of its longer side."""
         seen = camera.on_screen(corners)
         low, high = seen.min(axis=0), seen.max(axis=0)
-        margin = MARGIN * max(float((high - low)[:2].max()), 1e-300)
+        margin = share * max(float((high - low)[:2].max()), 1e-300)
         return cls(camera, low - margin, high + margin)
 
     def joined(self, other: View) -> View:

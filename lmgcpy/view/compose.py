@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from lmgcpy.view.boundary import cylinder_polygons, edges, polylines, wall_polygons
-from lmgcpy.view.cutting import clip, section
+from lmgcpy.view.cutting import clip, reaching, section, within
 from lmgcpy.view.drawing import Balls, Drawing, Paint, Tubes, in_space, rgb
 from lmgcpy.view.layout import EXCESS, OVERLAP, long_links_of, overlaps_of
 from lmgcpy.view.palette import BEAD, COHESION, CONTACT, GROUPS, PUSHING, SAND, WIRE, WRONG
@@ -20,12 +20,12 @@ BEHIND = 0.5
 """Factor by which a wire is thinner behind its forces."""
 SEEN_THROUGH = {"layout": 0.4, "forces": 0.6}
 """Part of the light that comes through the whole sample in pictures that show something inside."""
-OF_MOTION = ("speed", "spin", "rotation", "layer")
-"""Quantities that say nothing of fixed bodies, which are plain in their pictures."""
+OF_MOTION, OF_TURNING = ("speed", "layer"), ("spin", "rotation")
+"""Quantities that say nothing of bodies that cannot move, or cannot turn; these are plain in their pictures."""
 PALE = 0.35
 """Opacity of disks behind forces."""
 AMONG_WIRES = 0.3
-"""Opacity of the contact forces of a scene in space that has wires, so that the tensions inside are seen."""
+"""Opacity of the other forces in space where links are taut, so that the tensions inside are seen."""
 WEAKEST = 0.01
 """Smallest force that is drawn, as part of the largest; smaller forces would be thinner than a pixel."""
 
@@ -47,12 +47,14 @@ def compose(snap: Snapshot, style: Style) -> Drawing:
         balls=balls,
         tubes=wires + forces,
         walls=[polygon for polygon in walls if len(polygon)] + cylinders,
-        lines=np.concatenate([edges(walls + rings), polylines(snap.outlines)]),
+        lines=np.concatenate([edges(walls + rings), polylines([line for _, line in snap.outlines])]),
         ground=[] if flat else [polygon for polygon, floor in zip(walls, below, strict=True) if floor and len(polygon)],
         grain=_mean_radius(snap),
         time=snap.time,
         legend=legend,
     )
+    if style.region is not None:
+        drawing = within(drawing, style.region)
     if style.clip is not None:
         drawing = clip(drawing, style.clip, style.direction)
     if style.section is not None:
@@ -101,9 +103,15 @@ def _paints(snap: Snapshot, style: Style, legend: list[tuple[str, str]]) -> list
     bead = snap.beads[body]
     if style.grains in GRAINS:
         quantity, values = GRAINS[style.grains](snap)
-        plain = snap.held[body] & (style.grains in OF_MOTION)
         painted = Paint(values=values[body], quantity=quantity)
-        return [(plain, Paint(SAND)), (~plain, painted)] if not plain.all() else [(plain, painted)]
+        plain = np.zeros(len(body), dtype=bool)
+        if style.grains in OF_MOTION:
+            plain |= snap.held[body, : snap.dimension].all(axis=1)
+        elif style.grains in OF_TURNING:
+            plain |= snap.held[body, snap.dimension :].all(axis=1)
+        if plain.all():
+            return [(plain, painted)]
+        return [(plain & ~bead, Paint(SAND)), (plain & bead, Paint(BEAD)), (~plain, painted)]
     if style.grains == "color":
         words = dict.fromkeys(snap.colors[body].tolist())
         shades = {word: GROUPS[k % len(GROUPS)] for k, word in enumerate(words)}
@@ -122,6 +130,10 @@ def _opacity(snap: Snapshot, style: Style, chosen: np.ndarray) -> float:
     if style.what == "grains" or (style.what == "layout" and (not snap.chains or style.wires == "hidden")):
         return 1.0
     rounds = snap.rounds
+    if style.region is not None:
+        chosen = chosen & reaching(in_space(rounds.position), rounds.shape[:, 0], style.region)
+    if not chosen.any():
+        return 1.0
     centres, radii = rounds.position[chosen], rounds.shape[chosen, 0]
     sides = centres.max(axis=0) - centres.min(axis=0) + 2.0 * radii.mean()
     crossed = float(np.pi * (radii**2).sum() / np.prod(sides) ** (2.0 / 3.0))
@@ -165,9 +177,12 @@ def _wires(snap: Snapshot, style: Style, wrong: np.ndarray, legend: list[tuple[s
 
 
 def _mean_radius(snap: Snapshot) -> float:
-    """Mean radius of the grains [m]; mean radius of the beads if there are no grains; 1 if there are neither."""
+    """Mean radius of the grains [m]; mean radius of the beads if there are no grains; if there are neither, that of the
+    circles around the shapes with an outline; else 1."""
     radii, bead = snap.rounds.shape[:, 0], snap.beads[snap.rounds.body]
     chosen = radii if bead.all() else radii[~bead]
+    if not len(chosen):
+        chosen = snap.scene["bodies"]["extent"][[body for body, _ in snap.outlines]]
     return float(chosen.mean()) if len(chosen) else 1.0
 
 
@@ -193,6 +208,7 @@ def force_tubes(
     size = np.abs(normal)
     strong = size > WEAKEST * size.max(initial=0.0)
     pushing = normal > 0.0
+    taut = (~pushing & link & strong).any()
     pieces = []
     for chosen, label, color, level in (
         (pushing & ~link, "contact reaction", CONTACT, 2),
@@ -203,6 +219,6 @@ def force_tubes(
         mine = chosen & strong
         if mine.any():
             legend.append((label, color))
-            opacity = 1.0 if link.any() == chosen[link].any() else AMONG_WIRES
+            opacity = AMONG_WIRES if taut and not chosen[link].any() else 1.0
             pieces.append(Tubes(start, end, size, Paint(color), by_force=True, level=level, opacity=opacity).take(mine))
     return pieces

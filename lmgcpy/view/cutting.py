@@ -1,4 +1,4 @@
-"""Part of a drawing in 3D: all that is behind a plane, or only what the plane cuts."""
+"""Part of a drawing: what is in a box; in 3D all that is behind a plane, or only what the plane cuts."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from lmgcpy.view.drawing import Drawing, in_space
+from lmgcpy.view.boundary import cut
+from lmgcpy.view.drawing import Drawing, Tubes, in_space
 from lmgcpy.view.style import Plane
 
 OTHERS = {0: [1, 2], 1: [0, 2], 2: [0, 1]}
@@ -36,6 +37,68 @@ def clip(drawing: Drawing, plane: Plane, direction: tuple[float, float, float]) 
     )
 
 
+def within(drawing: Drawing, region: np.ndarray) -> Drawing:
+    """What is in the box from ``region[0]`` to ``region[1]`` [m], (2, 3): balls and tubes that reach into it, and the
+    parts of walls and lines that are in it."""
+    return replace(
+        drawing,
+        balls=[balls.take(reaching(balls.centres, balls.radii, region)) for balls in drawing.balls],
+        tubes=[tubes.take(_passing(tubes, region)) for tubes in drawing.tubes],
+        walls=_parts(drawing.walls, region),
+        ground=_parts(drawing.ground, region),
+        lines=_pieces(drawing.lines, region),
+        region=region,
+    )
+
+
+def reaching(centres: np.ndarray, radii: np.ndarray, region: np.ndarray) -> np.ndarray:
+    """Whether balls (k, 3) reach into a box (2, 3) [m], (k,): its point that is nearest to their centre is in them."""
+    return np.linalg.norm(centres - np.clip(centres, *region), axis=1) <= radii
+
+
+def _passing(tubes: Tubes, region: np.ndarray) -> np.ndarray:
+    """Whether the axes of tubes have a piece in the box, (k,)."""
+    enter, leave = _inside(tubes.starts, tubes.ends, region)
+    return enter <= leave
+
+
+def _pieces(lines: np.ndarray, region: np.ndarray) -> np.ndarray:
+    """Pieces of straight lines (k, 2, 3) in the box [m], (l, 2, 3)."""
+    starts, ends = lines[:, 0], lines[:, 1]
+    enter, leave = _inside(starts, ends, region)
+    kept = enter < leave
+    along = (ends - starts)[kept]
+    at = np.stack([enter, leave], axis=1)[kept]
+    return starts[kept][:, None] + at[:, :, None] * along[:, None]
+
+
+def _inside(starts: np.ndarray, ends: np.ndarray, region: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Parts of their length at which lines (k, 3) enter and leave the box, (k,) each; enter > leave of those that pass it
+    by. A line is between the two planes of an axis from the smaller to the larger of its crossings (Liang and Barsky 1984).
+    """
+    along = ends - starts
+    level = along == 0.0
+    steps = np.where(level, 1.0, along)
+    crossings = np.sort((region[:, None] - starts) / steps, axis=0)
+    between = (region[0] <= starts) & (starts <= region[1])
+    first = np.where(level, np.where(between, -np.inf, np.inf), crossings[0])
+    last = np.where(level, np.inf, crossings[1])
+    return np.maximum(first.max(axis=1), 0.0), np.minimum(last.min(axis=1), 1.0)
+
+
+def _parts(polygons: list[np.ndarray], region: np.ndarray) -> list[np.ndarray]:
+    """Parts of convex polygons (v, 3), or of lines (2, 3), in the box [m]."""
+    found = []
+    for polygon in polygons:
+        piece = polygon
+        for axis in np.flatnonzero(region[0] < region[1]):  # a flat drawing has two
+            for side, through in zip((1.0, -1.0), region, strict=True):
+                piece = cut(piece, side * np.eye(3)[axis], through)
+        if len(piece) >= min(len(polygon), 3):
+            found.append(piece)
+    return found
+
+
 def section(drawing: Drawing, plane: Plane) -> Drawing:
     """What the plane cuts, flat: balls as the disks that are cut out of them, tubes that keep within a mean radius of the
     plane, walls as lines."""
@@ -57,7 +120,8 @@ def section(drawing: Drawing, plane: Plane) -> Drawing:
         tubes.append(replace(within, starts=flattened(within.starts), ends=flattened(within.ends)))
     lines = [flattened(line) for line in (_crossing(polygon, axis, at) for polygon in drawing.walls) if len(line)]
     thin = np.array(lines).reshape(-1, 2, 3)
-    return replace(drawing, flat=True, balls=balls, tubes=tubes, walls=lines, lines=thin, ground=[])
+    region = None if drawing.region is None else flattened(drawing.region)
+    return replace(drawing, flat=True, balls=balls, tubes=tubes, walls=lines, lines=thin, ground=[], region=region)
 
 
 def _crossing(polygon: np.ndarray, axis: int, at: float) -> np.ndarray:

@@ -104,9 +104,13 @@ class Drawing:
     """[s]; None of a scene."""
     legend: list[tuple[str, str]] = field(default_factory=list)
     """Meaning of the plain colours: label and colour."""
+    region: np.ndarray | None = None
+    """Low and high corner of what is seen [m], (2, 3); None: everything."""
 
     def bounds(self) -> np.ndarray:
-        """Corners of a box that holds everything [m], (k, 3)."""
+        """Corners of the region, or of a box that holds everything [m], (k, 3)."""
+        if self.region is not None:
+            return corners(*self.region)
         points = [np.zeros((0, 3)), *self.walls, self.lines.reshape(-1, 3)]
         for balls in self.balls:
             points += [balls.centres - balls.radii[:, None], balls.centres + balls.radii[:, None]]
@@ -115,8 +119,7 @@ class Drawing:
         cloud = np.concatenate(points)
         if not len(cloud):
             return np.zeros((1, 3))
-        low, high = cloud.min(axis=0), cloud.max(axis=0)
-        return np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
+        return corners(cloud.min(axis=0), cloud.max(axis=0))
 
     def paints(self) -> list[Paint]:
         """Paints of all balls and tubes."""
@@ -125,6 +128,11 @@ class Drawing:
     def forces(self) -> np.ndarray:
         """Absolute values of the forces that are drawn [N]."""
         return np.abs(np.concatenate([np.zeros(0), *(tubes.radii for tubes in self.tubes if tubes.by_force)]))
+
+
+def corners(low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Corners of the box from ``low`` (3,) to ``high`` (3,) [m], (8, 3); the first is ``low``, the last ``high``."""
+    return np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
 
 
 def in_space(points: np.ndarray) -> np.ndarray:

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.errors import number, shown, vector
-from lmgcpy.view.camera import View
-from lmgcpy.view.drawing import Drawing, in_space
+from lmgcpy.view.camera import MARGIN, View
+from lmgcpy.view.drawing import Drawing
 from lmgcpy.view.painter import Painter
 from lmgcpy.view.panels import Panel
 from lmgcpy.view.plate import Plate, plate
@@ -27,8 +27,7 @@ class Film:
     """All pictures of one file: panels, the scales that they share, and the plates that they make.
 
     ``limits``: ends of the colour scale, by default from the values; ``force``: the force that is drawn half as thick as a
-    mean grain [N]; ``region``: low and high corner of what is seen [m], by default all; ``size``: largest width and height
-    of a panel [pixels]; ``columns``: panels in a row, by default all.
+    mean grain [N]; ``size``: largest width and height of a panel [pixels]; ``columns``: panels in a row, by default all.
     """
 
     def __init__(
@@ -38,7 +37,6 @@ class Film:
         size: tuple[int, int],
         limits: Any = None,
         force: Any = None,
-        region: Any = None,
         columns: int | None = None,
     ):
         self.panels = panels
@@ -53,7 +51,6 @@ class Film:
         self.letters = [0] * len(panels)
         """Number of letters of the longest title of each panel."""
         self._drawn: tuple[tuple[int, int], Drawing] | None = None
-        self._region = None if region is None else box_of(region, self.dimension)
         self._survey()
         self._take_scales(limits, force)
         self.scale = min(min(size[0] / view.width, size[1] / view.height) for view in self.views)
@@ -67,7 +64,7 @@ class Film:
         for number_of_panel, panel in enumerate(self.panels):
             for k in range(len(panel.drawings)):
                 drawing = self.drawing(number_of_panel, k)
-                view = View.of(panel.camera, drawing.bounds() if self._region is None else self._region)
+                view = View.of(panel.camera, drawing.bounds(), MARGIN if drawing.region is None else 0.0)
                 if k == 0:
                     self.views.append(view)
                 else:
@@ -140,14 +137,3 @@ class Film:
         """Open the window of the first panel."""
         drawing = self.drawing(0, 0)
         painter.show(drawing, self.views[0], self.limits, self.thickness, self._title(0, 0), self.legend, self.note)
-
-
-def box_of(region: Any, dimension: int) -> np.ndarray:
-    """Corners of a region ((x, y), (x, y)), in 3D ((x, y, z), (x, y, z)), in space [m], (8, 3); ValueError or TypeError."""
-    if not isinstance(region, (tuple, list, np.ndarray)) or len(region) != 2:
-        raise TypeError(f"region must be two corners such as ((0, 0), (1, 2)) [m], got {shown(region)}.")
-    low, high = (vector(corner, "a corner of region", dimension) for corner in region)
-    if not (low < high).all():
-        raise ValueError(f"region must be its low corner and its high corner [m], got {shown(region)}.")
-    low, high = in_space(low), in_space(high)
-    return np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])

@@ -71,7 +71,7 @@ def check(source: Any, *, frame: int | None = None, overlap: float = OVERLAP, ex
     ``frame`` of a run is by default the last. The result holds overlaps deeper than the part ``overlap`` of the smaller
     radius, between bodies that see each other (between all bodies in a scene without a visibility table), and links longer
     than their reference length by more than the part ``excess`` of it. Shapes other than disks, spheres, lines, planes and
-    cylinders count as the circles that hold them.
+    cylinders count as the circles that hold them, those with an outline not at all.
     """
     overlap = number(overlap, "overlap", minimum=0.0)
     excess = number(excess, "excess", minimum=0.0)

@@ -71,16 +71,17 @@ def render(
     * ``section``, the same in 3D: what the plane cuts, flat: disks of the grains, and wires and forces beside it;
     * ``camera`` in 3D: "isometric", "x", "y", "z", or the direction (x, y, z) from which one looks, in parallel projection;
     * ``title``: a line above, by default the time of what has one;
+    * ``region`` [m]: low and high corner of what is seen, ((x, y), (x, y)), in 3D with z: bodies and forces beyond it are
+      left out, and do not count for the scales; by default everything, so that one body that has escaped makes all others
+      small;
     * ``limits``: (low, high) of the colour scale, of the grains if they have one, else of the wires; by default from the
       smallest to the largest value, of speeds, spins and rotations up to their 99 % quantile;
     * ``force`` [N]: the force that is drawn half as thick as a mean grain, by default the 99.9 % quantile of those drawn,
-      to two digits;
-    * ``region`` [m]: low and high corner of what is seen, ((x, y), (x, y)), in 3D with z, by default everything: one body
-      that has escaped then makes all others small.
+      to two digits.
 
-    **Panels.** ``source``, ``what``, ``frame``, ``grains``, ``wires``, ``opacity``, ``clip``, ``section``, ``camera`` and
-    ``title`` may be lists of one length, one entry a panel: panels stand side by side, ``columns`` of them in a row (by
-    default all), at one scale of lengths, colours and forces. Examples::
+    **Panels.** ``source``, ``what``, ``frame``, ``grains``, ``wires``, ``opacity``, ``clip``, ``section``, ``camera``,
+    ``title`` and ``region`` may be lists of one length, one entry a panel: panels stand side by side, ``columns`` of them
+    in a row (by default all), at one scale of lengths, colours and forces. Examples::
 
         lm.view.render(scene, "wire.png", grains="hidden", camera=["isometric", "x"])
         lm.view.render([sand, texsol], "chains.png", what="forces", title=["sand", "TexSol"])
@@ -106,12 +107,12 @@ def render(
     if columns is not None:
         columns = whole(columns, "columns", minimum=1)
     number(frames_per_second, "frames_per_second", above=0.0, maximum=100.0)
-    options = dict(zip(OPTIONS, (what, grains, wires, opacity, clip, section, camera, title), strict=True))
+    options = dict(zip(OPTIONS, (what, grains, wires, opacity, clip, section, camera, title, region), strict=True))
     load_pyvista()
     panels = panels_of(source, frame, options, moving=moving)
     if moving and all(len(panel.drawings) == 1 for panel in panels):
         raise ValueError(f"A {kind} moves: give a run of several frames as source, or a path that ends in .png.")
-    film = Film(panels, limits=limits, force=force, region=region, size=size, columns=columns)
+    film = Film(panels, limits=limits, force=force, size=size, columns=columns)
     return write_film(film, target, frames_per_second)
 
 
@@ -137,12 +138,12 @@ def show(
     Arguments are those of :func:`render`, for one panel. The function returns when the window is closed, and raises OSError
     if there is no display.
     """
-    given = (what, grains, wires, opacity, clip, section, camera, title)
+    given = (what, grains, wires, opacity, clip, section, camera, title, region)
     for name, value in zip((*OPTIONS, "source", "frame"), (*given, source, frame), strict=True):
         if isinstance(value, (list, range)):
             raise TypeError(f"show has one panel: {name} must not be a list, got {shown(value)}.")
     panels = panels_of(source, frame, dict(zip(OPTIONS, given, strict=True)), moving=False)
-    film = Film(panels, limits=limits, force=force, region=region, size=SIZE)
+    film = Film(panels, limits=limits, force=force, size=SIZE)
     painter = Painter(off_screen=False)
     if not (painter.plotter.notebook or has_display()):
         painter.close()
@@ -189,8 +190,7 @@ def _write_gif(film: Film, painter: Painter, path: Path, frames_per_second: floa
 
     count = film.frame_count
     some = [film.plate(painter, k).pixels() for k in sorted({0, count // 2, count - 1})]
-    palette = Image.fromarray(np.concatenate(some)).quantize(255)
-    palette.putpalette([*(palette.getpalette() or [])[: 3 * 255], 255, 255, 255])  # white stays white
+    palette = palette_of(np.concatenate(some))
 
     def pictures() -> Iterator[Image.Image]:
         for k in range(count):
@@ -199,6 +199,16 @@ def _write_gif(film: Film, painter: Painter, path: Path, frames_per_second: floa
     first, *rest = pictures()
     with new_file(path) as new:
         first.save(new, save_all=True, append_images=rest, duration=1000.0 / frames_per_second, loop=0, optimize=False)
+
+
+def palette_of(pixels: np.ndarray) -> Any:
+    """An image with a palette of 256 colours for pixels (height, width, 3). Rare colours, as those of a wire, are kept by
+    maximum coverage, where median cut mixes them with others; white stays white."""
+    from PIL import Image
+
+    palette = Image.fromarray(pixels).quantize(255, method=Image.Quantize.MAXCOVERAGE)
+    palette.putpalette([*(palette.getpalette() or [])[: 3 * 255], 255, 255, 255])
+    return palette
 
 
 def load_encoder() -> Any:
@@ -219,11 +229,13 @@ def _write_mp4(film: Film, painter: Painter, path: Path, frames_per_second: floa
         raw = Path(folder) / "film.mp4"  # the encoder writes only to a name
         size = first.shape[1], first.shape[0]
         frames = load_encoder().write_frames(str(raw), size, fps=frames_per_second, quality=7, macro_block_size=2)
-        frames.send(None)
-        frames.send(np.ascontiguousarray(first))
-        for k in range(1, film.frame_count):
-            frames.send(np.ascontiguousarray(_even(film.plate(painter, k).pixels())))
-        frames.close()
+        try:
+            frames.send(None)
+            frames.send(np.ascontiguousarray(first))
+            for k in range(1, film.frame_count):
+                frames.send(np.ascontiguousarray(_even(film.plate(painter, k).pixels())))
+        finally:
+            frames.close()  # ends the encoder, after an error too
         write_bytes(path, raw.read_bytes())
 
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from lmgcpy.dynamics.model import COMPONENTS
 from lmgcpy.dynamics.stepper import Stepper
 from lmgcpy.errors import shown, whole
 from lmgcpy.measure.sources import ActingInteractions, RecordedRun, is_run
@@ -90,6 +91,8 @@ class Snapshot:
     """[rad/s], (n,), in 3D (n, 3)."""
     forces: Forces | None
     """None if no step was made yet."""
+    hidden: np.ndarray
+    """Bodies that are not there, (n,) bool."""
 
     @property
     def dimension(self) -> int:
@@ -134,10 +137,12 @@ class Snapshot:
 
     @cached_property
     def held(self) -> np.ndarray:
-        """Whether a body is fixed in all directions, (n,)."""
+        """Whether a component of a body is held at rest, (n, 3), in 3D (n, 6): velocities, then spins."""
         table = self.scene["conditions"]
-        fixed = ~table["loaded"] & ~table["function"] & (table["value"] == 0.0) & (table["component"] < self.dimension)
-        return np.bincount(table["body"][fixed], minlength=len(self.positions)) == self.dimension
+        by_default = self.scene["bodies"]["held_by_default"]
+        held = np.tile(by_default[:, None], (1, len(COMPONENTS[self.dimension])))
+        held[table["body"], table["component"]] = ~table["loaded"] & ~table["function"] & (table["value"] == 0.0)
+        return held
 
     @cached_property
     def rounds(self) -> Contactors:
@@ -148,14 +153,16 @@ class Snapshot:
         return self._contactors(chosen, table["bounding_radius"][:, None])
 
     @cached_property
-    def outlines(self) -> list[np.ndarray]:
-        """Polylines of the shapes of plug-ins [m], (v, d) each."""
-        lines = outlines_of(self.scene["contactors"])
+    def outlines(self) -> list[tuple[int, np.ndarray]]:
+        """Polylines of the shapes of plug-ins: id of the body, and points [m], (v, d)."""
+        table = self.scene["contactors"]
+        lines = [(k, points) for k, points in outlines_of(table) if not self.hidden[table["body"][k]]]
         owners = np.array([k for k, _ in lines], dtype=np.int64)
-        placed = self._contactors(owners, np.zeros((len(self.scene["contactors"]["body"]), 0)))
+        placed = self._contactors(owners, np.zeros((len(table["body"]), 0)))
         found = []
         for body, position, (_, points) in zip(placed.body, placed.position, lines, strict=True):
-            found.append(position + (points if self.rotations is None else turned(points, self.rotations[body])))
+            line = points if self.rotations is None else turned(points, self.rotations[body])
+            found.append((int(body), position + line))
         return found
 
     @cached_property
@@ -187,6 +194,8 @@ class Snapshot:
 
     def _contactors(self, chosen: np.ndarray, shape: np.ndarray) -> Contactors:
         table = self.scene["contactors"]
+        chosen = np.arange(len(table["body"]))[chosen]
+        chosen = chosen[~self.hidden[table["body"][chosen]]]
         body, offset = table["body"][chosen], table["offset"][chosen]
         if self.rotations is not None:
             offset = turned(offset, self.rotations[body])
@@ -289,6 +298,7 @@ def _of_scene(scene: Scene) -> Snapshot:
         velocities=np.array([body.velocity for body in bodies], dtype=float).reshape(-1, d),
         spins=np.array([body.spin for body in bodies], dtype=float).reshape((-1,) if d == 2 else (-1, 3)),
         forces=None,
+        hidden=np.array([body.hidden for body in bodies], dtype=bool),
     )
 
 
@@ -302,6 +312,7 @@ def _of_simulation(sim: Stepper) -> Snapshot:
         velocities=sim.velocities.copy(),
         spins=sim.spins.copy(),
         forces=Forces.of(sim.interactions, links_of(scene)) if sim.steps else None,
+        hidden=np.array([body.hidden for body in sim.scene.bodies], dtype=bool),
     )
 
 
@@ -315,6 +326,7 @@ def _of_run(run: RecordedRun, frame: int) -> Snapshot:
         velocities=run.velocities[frame],
         spins=run.spins[frame],
         forces=Forces.of(run.interactions(frame), links_of(scene)),
+        hidden=run.hidden(frame),
     )
 
 

@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.errors import number, one_of, shown, vector
+from lmgcpy.view.drawing import in_space
 from lmgcpy.view.quantities import GRAINS, WIRES
 
 AXES = ("x", "y", "z")
 SUITABLE = {"layout": ("plain", "length"), "grains": ("speed", "plain"), "forces": ("plain", "plain")}
 """Pictures, and the default quantities of grains and wires in each."""
-OPTIONS = ("what", "grains", "wires", "opacity", "clip", "section", "camera", "title")
+OPTIONS = ("what", "grains", "wires", "opacity", "clip", "section", "camera", "title", "region")
 """Options of a panel."""
 
 Plane = tuple[int, float | None]
@@ -36,6 +37,8 @@ class Style:
     """Unit vector towards the eye; (0, 0, 1) for a flat picture."""
     title: str | None
     """None: the time, if the source has one."""
+    region: np.ndarray | None
+    """Low and high corner of what is seen, in space [m], (2, 3); None: everything."""
 
 
 def style_of(options: Mapping[str, Any], *, dimension: int, is_scene: bool) -> Style:
@@ -43,7 +46,7 @@ def style_of(options: Mapping[str, Any], *, dimension: int, is_scene: bool) -> S
 
     The function raises TypeError or ValueError, with a sentence, for what is not possible.
     """
-    what, grains, wires, opacity, clip, section, camera, title = (options[name] for name in OPTIONS)
+    what, grains, wires, opacity, clip, section, camera, title, region = (options[name] for name in OPTIONS)
     what = one_of(("layout" if is_scene else "grains") if what is None else what, "what", SUITABLE)
     grains = one_of(SUITABLE[what][0] if grains is None else grains, "grains", (*GRAINS, "color", "plain", "hidden"))
     wires = one_of(SUITABLE[what][1] if wires is None else wires, "wires", (*WIRES, "plain", "hidden"))
@@ -66,6 +69,7 @@ def style_of(options: Mapping[str, Any], *, dimension: int, is_scene: bool) -> S
         section=_plane(section, "section"),
         direction=(0.0, 0.0, 1.0) if flat else _direction("isometric" if camera is None else camera),
         title=title,
+        region=None if region is None else _region(region, dimension),
     )
 
 
@@ -78,6 +82,18 @@ def _plane(value: Any, name: str) -> Plane | None:
         raise TypeError(f"{name} must be an axis such as 'y', or with a coordinate as ('y', 0.1), got {shown(value)}.")
     axis, at = value
     return AXES.index(one_of(axis, f"the axis of {name}", AXES)), number(at, f"the coordinate of {name}", unit="m")
+
+
+def _region(value: Any, dimension: int) -> np.ndarray:
+    if not isinstance(value, (tuple, np.ndarray)) or len(value) != 2:
+        raise TypeError(
+            f"region must be a pair of corners such as ((0, 0), (1, 2)) [m], got {shown(value)}; "
+            "a list has a region for each panel."
+        )
+    low, high = (vector(corner, "a corner of region", dimension) for corner in value)
+    if not (low < high).all():
+        raise ValueError(f"region must be its low corner and its high corner [m], got {shown(value)}.")
+    return in_space(np.stack([low, high]))
 
 
 def _direction(camera: Any) -> tuple[float, float, float]:

@@ -252,13 +252,7 @@ ROWS: dict[str, tuple] = {
     "see after": (lambda w: w.done.see("GRAIN", "GRAIN", lm.Signorini()), RuntimeError,
         "Cannot extend the visibility table"),
     "chain after": (lambda w: w.done.chain([w.old], lm.RigidRod()), RuntimeError, "Cannot add a chain"),
-    "gravity after": (lambda w: setattr(w.done, "gravity", (0, 1)), RuntimeError,
-        "Cannot set gravity: a Simulation has compiled this scene"),
     "compile twice": (lambda w: lm.Simulation(w.done, time_step=1e-3), RuntimeError, "Cannot compile the scene again"),
-    "fix after": (lambda w: w.old.fix(), RuntimeError,
-        "<Disk 'GRAIN', body 0,", "is in a compiled scene", "call fix before Simulation"),
-    "drive after": (lambda w: w.old.impose_velocity(x=1.0), RuntimeError, "call impose_velocity before Simulation"),
-    "load after": (lambda w: w.old.impose_force(x=1.0), RuntimeError, "call impose_force before Simulation"),
     "colour after": (lambda w: setattr(w.old, "color", "RED"), RuntimeError, "set its color before Simulation"),
 }
 # fmt: on

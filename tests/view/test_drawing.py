@@ -8,7 +8,7 @@ from seen import SIDE, hanging, pile, wire_in_a_box
 import lmgcpy as lm
 from lmgcpy.view.boundary import cut, cylinder_polygons, wall_polygons
 from lmgcpy.view.camera import Camera, View
-from lmgcpy.view.compose import AMONG_WIRES, compose
+from lmgcpy.view.compose import AMONG_WIRES, compose, force_tubes
 from lmgcpy.view.drawing import rgb
 from lmgcpy.view.palette import BEAD, CONTACT, WIRE, WRONG
 from lmgcpy.view.snapshot import snapshot
@@ -219,3 +219,13 @@ def test_tension_is_seen_among_contact_forces(dimension):
     by_force = {round(float(tubes.radii[0])): tubes for tubes in drawing.tubes if tubes.by_force}
     assert by_force[300].opacity == AMONG_WIRES  # a flat drawing takes no notice
     assert by_force[10].opacity == 1.0
+
+
+@pytest.mark.parametrize(("pull", "opacity"), [(-0.5, AMONG_WIRES), (-1e-3, 1.0), (0.5, 1.0)])
+def test_contact_forces_give_way_only_to_tensions_that_are_drawn(pull, opacity):
+    """A contact of 1 N beside a link that pulls, pulls by too little to be drawn, or pushes."""
+    ends = np.zeros((2, 3)), np.ones((2, 3))
+    tubes = force_tubes(*ends, np.array([pull, 1.0]), np.array([True, False]), [])
+    assert {float(piece.radii[0]): piece.opacity for piece in tubes} == {1.0: opacity} | (
+        {0.5: 1.0} if abs(pull) == 0.5 else {}
+    )

@@ -7,6 +7,8 @@ import math
 import numpy as np
 import pytest
 from segment import Segment
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
 
 import lmgcpy as lm
 from lmgcpy.view.compose import compose
@@ -93,9 +95,20 @@ def test_a_line_ends_at_the_contact_point_of_a_foreign_shape(tmp_path):
     with lm.io.open_run(tmp_path / "run.h5") as run:
         of_run, of_sim = snapshot(run), snapshot(sim)
         for snap in (of_run, of_sim):
-            assert np.allclose(snap.outlines, [[[0.0, -0.8], [0.0, 0.8]]], atol=1e-12)
+            [(body, line)] = snap.outlines
+            assert body == 1
+            assert np.allclose(line, [[0.0, -0.8], [0.0, 0.8]], atol=1e-12)
         assert np.array_equal(acting_lines(of_run), acting_lines(of_sim))
-    assert np.allclose(snapshot(lm.resume(tmp_path / "run.h5")).outlines, of_sim.outlines)
+        lm.io.export_vtk(run, tmp_path / "vtk")
+    [(body, line)] = snapshot(lm.resume(tmp_path / "run.h5")).outlines
+    assert np.allclose(line, of_sim.outlines[0][1])
+    reader = vtkXMLPolyDataReader()
+    reader.SetFileName(str(sorted((tmp_path / "vtk").glob("outlines-*.vtp"))[-1]))
+    reader.Update()
+    seen = reader.GetOutput()
+    assert seen.GetNumberOfLines() == 1
+    assert np.allclose(vtk_to_numpy(seen.GetPoints().GetData())[:, :2], line)
+    assert vtk_to_numpy(seen.GetCellData().GetArray("body")).tolist() == [1]
 
 
 def test_a_hollow_shape_is_its_outline_and_its_force_no_ray():
@@ -131,7 +144,31 @@ def parallel(position_c, shape_c, position_a, shape_a):
     return gap, (0.0, 1.0), (position_c[0], position_c[1] - shape_c[1] - 0.5 * gap)
 
 
-@pytest.mark.parametrize("outline", [[np.zeros((3, 3))], [np.zeros(4)], [[[0.0, np.nan]]]])
+def test_thicknesses_of_a_scene_of_outlines_alone_follow_their_size():
+    """The mean grain is the circle around a shape where no shape is round."""
+    scene = lm.Scene(dimension=2)
+    for x in (0.0, 1.0):
+        scene.add(lm.RigidBody([LongSegment(0.03, 0.01)], mass=1.0, inertia=1.0, position=(x, 0.0), color="BAR"))
+    drawing = compose(snapshot(scene), style_of(dict.fromkeys(OPTIONS), dimension=2, is_scene=True))
+    assert drawing.grain == pytest.approx(0.04)
+
+
+def test_an_outline_in_space_is_drawn_at_the_body():
+    class Frame(Drum):
+        outline = np.array([[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 2.0, 3.0]]])
+
+    class Foreign(lm.Body):
+        dimension = 3
+        mass = inertia = link_radius = extent = 1.0
+        contactors = ((Frame(), (0.0, 0.0, 0.5)),)
+
+    scene = lm.Scene(dimension=3)
+    scene.add(Foreign(position=(10.0, 0.0, 0.0), color="FRAME"))
+    drawing = compose(snapshot(scene), style_of(dict.fromkeys(OPTIONS), dimension=3, is_scene=True))
+    assert np.allclose(drawing.lines, [[[10, 0, 0.5], [11, 0, 0.5]], [[11, 0, 0.5], [11, 2, 3.5]]])
+
+
+@pytest.mark.parametrize("outline", [[np.zeros((3, 3))], [np.zeros(4)], [[[0.0, np.nan]]], np.zeros((4, 2)), 3, ["ab"]])
 def test_an_outline_that_is_none_gets_a_sentence(outline):
     class Wrong(Drum):
         pass
@@ -141,3 +178,25 @@ def test_an_outline_that_is_none_gets_a_sentence(outline):
     scene.add(lm.RigidBody([Wrong()], mass=1.0, inertia=1.0, position=(0.0, 0.0), color="DRUM"))
     with pytest.raises(ValueError, match=r"outline of <Wrong 'test-drum' .*> must be polylines of shape \(v, 2\)"):
         snapshot(scene)
+
+
+def test_a_hidden_body_is_in_no_picture(tmp_path):
+    """Neither of a simulation nor of a frame of its run; before it was hidden it is there."""
+    scene = lm.Scene(dimension=2)
+    for x in (0.0, 1.0):
+        scene.add(lm.disk(radius=0.1, position=(x, 0.0), mass=1.0))
+    gate = scene.add(lm.wall(point=(0.0, -1.0), normal=(0.0, 1.0)))
+    drum = scene.add(lm.RigidBody([Drum()], mass=1.0, inertia=1.0, position=(0.0, 0.0), color="DRUM"))
+
+    def hide(sim):
+        for body in (scene.bodies[1], gate, drum):
+            if sim.steps == 2:
+                body.hide()
+
+    sim = lm.Simulation(scene, time_step=1e-3).run(steps=4, on_step=hide, record=tmp_path / "run.h5", every=1)
+    with lm.io.open_run(tmp_path / "run.h5") as run:
+        found = [snapshot(run, frame=k) for k in range(5)]
+    found.append(snapshot(sim))
+    assert [len(snap.rounds.body) for snap in found] == [2, 2, 1, 1, 1, 1]
+    assert [len(snap.walls.body) for snap in found] == [1, 1, 0, 0, 0, 0]
+    assert [len(snap.outlines) for snap in found] == [1, 1, 0, 0, 0, 0]

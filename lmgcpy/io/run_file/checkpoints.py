@@ -38,6 +38,7 @@ def create_slot(group: Any, checkpoint: Checkpoint, laws: int) -> None:
     longest = checkpoint.memory.state.shape[1]
     growing = {"maxshape": (None, longest), "chunks": (1024, longest)} if longest else {}
     group.create_dataset("state", (0, longest), "f8", **growing)
+    group.create_dataset("changes", (0, 5), "f8", maxshape=(None, 5), chunks=(64, 5))
 
 
 def write_checkpoint(file: Any, checkpoint: Checkpoint, commit: Commit, laws: list[str]) -> None:
@@ -49,6 +50,10 @@ def write_checkpoint(file: Any, checkpoint: Checkpoint, commit: Commit, laws: li
         arrays[name] = arrays[name][: len(group[name])]
     arrays = {name: array for name, array in arrays.items() if name in group}
     arrays["numbers"][-1] = _checksum(arrays)
+    if "changes" in group:
+        group["changes"].resize(len(checkpoint.changes), axis=0)
+    elif len(checkpoint.changes):
+        raise RuntimeError("a file of lmgcpy 0.1 cannot keep statements between steps: record into another one")
     for name, array in arrays.items():
         item = group[name]
         if not array.size:
@@ -75,6 +80,7 @@ def _arrays(checkpoint: Checkpoint, commit: Commit, laws: list[str]) -> dict[str
         "energy": np.array([*values, checkpoint.time, checkpoint.worst_residual, energy.made]),
         "energy_by_law": np.array(by_law, dtype=float).reshape(len(BY_LAW), len(laws)),
         "reach": np.array([memory.reach]),
+        "changes": checkpoint.changes,
         "numbers": np.array([*(int(n) for n in numbers), 0], dtype=np.int64),
     }
 
@@ -130,4 +136,5 @@ def _checkpoint(arrays: Mapping[str, np.ndarray], numbers: Mapping[str, int], la
             rebuilds=numbers["rebuilds"],
         ),
         predicted=arrays.get("predicted", np.zeros(0)),
+        changes=arrays.get("changes", np.zeros((0, 5))),
     )

@@ -1,0 +1,464 @@
+"""Scenes that change between steps, and gravity that changes with time."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import lmgcpy as lm
+from lmgcpy.dynamics.changes import from_rows
+
+G = 9.81
+
+
+def silo(count=30, seed=0):
+    """Grains on a gate between two walls; returns the scene and the gate, which is a wall, above a floor 2 m below."""
+    rng = np.random.default_rng(seed)
+    scene = lm.Scene(dimension=2, gravity=(0.0, -G))
+    for i in range(count):
+        position = (0.15 + 0.3 * (i % 5) + rng.uniform(-0.04, 0.04), 0.12 + 0.24 * (i // 5))
+        scene.add(lm.disk(radius=0.1, position=position, mass=rng.uniform(1.0, 2.0)))
+    for point, normal in (((0.0, 0.0), (1.0, 0.0)), ((1.5, 0.0), (-1.0, 0.0)), ((0.0, -2.0), (0.0, 1.0))):
+        scene.add(lm.wall(point=point, normal=normal))
+    gate = scene.add(lm.wall(point=(0.0, 0.0), normal=(0.0, 1.0)))
+    scene.see("GRAIN", "GRAIN", lm.Coulomb(friction=0.3))
+    scene.see("GRAIN", "WALL", lm.Coulomb(friction=0.3))
+    return scene, gate
+
+
+def simulate(scene, time_step=2e-3, **options):
+    return lm.Simulation(scene, time_step=time_step, solver=lm.GaussSeidel(tolerance=1e-6), **options)
+
+
+def works_close(sim):
+    """Whether the energy identity of the step closed to round-off of its terms."""
+    energy = sim.energy
+    terms = energy.kinetic + abs(energy.loads) + abs(energy.drives) + sum(map(abs, energy.interactions.values()))
+    return abs(energy.defect) <= 1e-12 * (terms + 1e-3)
+
+
+# ------------------------------------------------------------------------------------------------------------- hiding
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_what_loses_its_support_falls_freely(dimension):
+    """A ball on another one that is fixed: from the step after that is hidden on it falls as if alone, to the bit."""
+    up = (0.0,) * (dimension - 1)
+    make = lm.disk if dimension == 2 else lm.sphere
+
+    def scene(supported):
+        scene = lm.Scene(dimension=dimension, gravity=(*up, -G))
+        ball = scene.add(make(radius=0.1, position=(*up, 0.2), mass=1.0))
+        support = scene.add(make(radius=0.1, position=(*up, 0.0 if supported else -9.0), mass=1.0)).fix()
+        scene.see("GRAIN", "GRAIN", lm.Coulomb(friction=0.3))
+        return scene, ball, support
+
+    with_support, ball, support = scene(True)
+    sim = simulate(with_support).run(steps=20)
+    assert abs(ball.velocity[-1]) < 1e-9
+    assert support.hide() is support
+    assert support.hidden
+    position, velocity = ball.position.copy(), ball.velocity.copy()
+    sim.run(steps=30)
+    assert len(sim.interactions) == 0
+    alone, other, _ = scene(False)
+    alone.bodies[0]._block[alone.bodies[0]._row, [dimension - 1, *((3 + dimension - 1,))]] = position[-1], velocity[-1]
+    simulate(alone).run(steps=30)
+    assert np.allclose(ball.position, other.position, rtol=0, atol=1e-14)
+    assert works_close(sim)
+
+
+def test_a_silo_empties_when_its_gate_is_hidden_and_not_before():
+    scene, gate = silo()
+    sim = simulate(scene).run(steps=150)
+    grains = sim.positions[:30, 1]
+    assert grains.min() > 0.09
+    gate.hide()
+    sim.run(steps=400)
+    assert grains.max() < 0.0
+    assert grains.min() > -2.0
+    assert sim.unconverged_steps == 0
+
+
+def test_a_shown_gate_bears_again():
+    """Grains that fell through stay below: an old penetration is left alone."""
+    scene, gate = silo()
+    gate.hide()
+    sim = simulate(scene).run(steps=50)
+    fallen = sim.positions[:30, 1] < -0.1
+    gate.show()
+    assert not gate.hidden
+    sim.run(steps=5)
+    assert gate.id in sim.interactions.antagonist
+    assert (sim.positions[:30, 1][fallen] < -0.1).all()
+
+
+def test_a_hidden_body_stays_where_it_is_and_counts_nowhere():
+    scene = lm.Scene(dimension=2, gravity=(0.0, -G))
+    one, other = (scene.add(lm.disk(radius=0.1, position=(x, 0.0), mass=1.0, velocity=(1.0, 0.0))) for x in (0.0, 1.0))
+    other.hide()
+    sim = simulate(scene).run(steps=100)
+    assert other.position.tolist() == [1.0, 0.0]
+    assert other.velocity.tolist() == [0.0, 0.0]
+    assert sim.energy.kinetic == pytest.approx(0.5 * (one.velocity**2).sum())
+    assert sim.energy.total_loads == pytest.approx(-G * one.position[1], rel=1e-12)
+    other.show()
+    sim.run(steps=1)
+    assert other.velocity == pytest.approx([0.0, -G * sim.time_step])
+
+
+def test_a_bead_cannot_be_hidden():
+    scene = lm.Scene(dimension=2)
+    beads = [scene.add(lm.disk(radius=0.1, position=(x, 0.0), mass=1.0)) for x in (0.0, 0.5)]
+    scene.chain(beads, lm.RigidWire())
+    sim = simulate(scene).run(steps=1)
+    with pytest.raises(ValueError, match="linked in a chain, which would be cut"):
+        beads[0].hide()
+    sim.run(steps=1)
+    assert not beads[0].hidden
+
+
+def test_a_bead_hidden_from_the_start_is_refused():
+    scene = lm.Scene(dimension=2)
+    beads = [scene.add(lm.disk(radius=0.1, position=(x, 0.0), mass=1.0)) for x in (0.0, 0.5)]
+    scene.chain(beads, lm.RigidWire())
+    beads[1].hide()
+    with pytest.raises(ValueError, match="hidden, but it is linked in a chain"):
+        simulate(scene)
+
+
+# --------------------------------------------------------------------------------------------------------- conditions
+
+
+def test_conditions_replace_one_another_between_steps():
+    """A disk of 2 kg without gravity: pushed by 4 N, driven at 3 m/s, let go, held."""
+    scene = lm.Scene(dimension=2)
+    disk = scene.add(lm.disk(radius=0.1, position=(0.0, 0.0), mass=2.0))
+    sim = simulate(scene, time_step=0.1)
+    disk.impose_force(x=4.0)
+    assert sim.run(steps=5).velocities[0, 0] == pytest.approx(1.0)
+    disk.impose_velocity(x=3.0)
+    assert sim.run(steps=2).velocities[0, 0] == 3.0
+    assert works_close(sim)
+    disk.free("x")
+    assert sim.run(steps=2).velocities[0, 0] == 3.0
+    disk.fix()
+    assert sim.run(steps=1).velocities[0].tolist() == [0.0, 0.0]
+    disk.free()
+    disk.impose_force(x=-2.0)
+    assert sim.run(steps=1).velocities[0, 0] == pytest.approx(-0.1)
+    assert works_close(sim)
+
+
+def test_a_wall_is_loaded_and_freed_between_steps():
+    """A wall of 4 kg, held, is pushed by 8 N for a second, then let go."""
+    scene = lm.Scene(dimension=2)
+    wall = scene.add(lm.wall(point=(0.0, 0.0), normal=(0.0, 1.0), mass=4.0))
+    scene.add(lm.disk(radius=0.1, position=(0.0, 5.0), mass=1.0))
+    sim = simulate(scene, time_step=0.1).run(steps=3)
+    assert wall.velocity.tolist() == [0.0, 0.0]
+    wall.impose_force(y=8.0)
+    sim.run(steps=10)
+    assert wall.velocity[1] == pytest.approx(2.0)
+    wall.free("y")
+    sim.run(steps=10)
+    assert wall.velocity[1] == pytest.approx(2.0)
+    massless = lm.Scene(dimension=2)
+    wall = massless.add(lm.wall(point=(0.0, 0.0), normal=(0.0, 1.0)))
+    simulate(massless)
+    with pytest.raises(ValueError, match="has no mass"):
+        wall.free("y")
+
+
+def test_the_block_of_a_wire_knows_which_bead_is_held_now():
+    """A hanging wire whose hook is let go falls as a whole; held in its middle it hangs from there."""
+    scene = lm.Scene(dimension=2, gravity=(0.0, -10.0))
+    beads = [scene.add(lm.disk(radius=0.05, position=(0.0, -0.5 * i), mass=1.0)) for i in range(5)]
+    beads[0].fix()
+    scene.chain(beads, lm.RigidWire())
+    sim = simulate(scene).run(steps=5)
+    assert -sim.interactions.force[:, 0] == pytest.approx([40.0, 30.0, 20.0, 10.0], rel=1e-9)
+    beads[0].free()
+    sim.run(steps=5)
+    assert sim.interactions.force[:, 0] == pytest.approx(np.zeros(4), abs=1e-9)
+    beads[2].fix()
+    beads[0].fix()
+    sim.run(steps=2)
+    assert -sim.interactions.force[2:, 0] == pytest.approx([20.0, 10.0], rel=1e-6)
+    assert sim.report.solved
+
+
+# ------------------------------------------------------------------------------------------------------------- gravity
+
+
+@pytest.mark.parametrize("friction", [0.2, 0.5, 0.8])
+def test_a_tilted_block_slides_from_the_angle_of_friction_on(friction):
+    """Gravity turns by 0.5 rad/s; a cluster of two disks, which does not roll, holds up to tan(angle) = friction."""
+    rate, h = 0.5, 2e-3
+    angle = math.atan(friction)
+
+    def gravity(time):
+        return (G * math.sin(rate * time), -G * math.cos(rate * time))
+
+    scene = lm.Scene(dimension=2, gravity=gravity)
+    feet = [(lm.DiskContactor(0.05), (-0.5, 0.0)), (lm.DiskContactor(0.05), (0.5, 0.0))]
+    block = scene.add(lm.RigidBody(feet, mass=1.0, inertia=0.1, position=(0.0, 0.05), color="BLOCK"))
+    scene.add(lm.wall(point=(0.0, 0.0), normal=(0.0, 1.0)))
+    scene.see("BLOCK", "WALL", lm.Coulomb(friction=friction))
+    sim = lm.Simulation(scene, time_step=h, solver=lm.GaussSeidel(tolerance=1e-10))
+    sim.run(duration=angle / rate - 5 * h)
+    assert abs(block.velocity[0]) < 1e-9
+    sim.run(duration=0.2)
+    # beyond it: a = g (sin a - mu cos a), with a = angle + rate t
+    t = sim.time - angle / rate
+    expected = G * (
+        math.cos(angle) - math.cos(angle + rate * t) - friction * (math.sin(angle + rate * t) - math.sin(angle))
+    )
+    assert block.velocity[0] == pytest.approx(expected / rate, rel=0.02)  # of 0.2 s, in steps of 2 ms
+    assert works_close(sim)
+
+
+def test_shaking_is_taken_at_the_middle_of_the_step():
+    """A free body under g cos(w t): v = (g/w) sin(w t), with an error of second order, (w h)^2/24."""
+    w, errors = 2.0, []
+    for count in (50, 100):
+        scene = lm.Scene(dimension=3, gravity=lambda time: (0.0, 3.0 * math.cos(w * time), 0.0))
+        ball = scene.add(lm.sphere(radius=0.1, position=(0.0, 0.0, 0.0), mass=2.0))
+        sim = simulate(scene, time_step=1.0 / count).run(steps=count)
+        errors.append(abs(ball.velocity[1] / (1.5 * math.sin(w)) - 1.0))
+        assert works_close(sim)
+    assert errors[0] == pytest.approx((w / 50) ** 2 / 24.0, rel=0.01)
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.01)
+
+
+def test_gravity_set_between_steps_acts_from_the_next_on():
+    scene = lm.Scene(dimension=2, gravity=(0.0, -1.0))
+    ball = scene.add(lm.disk(radius=0.1, position=(0.0, 0.0), mass=2.0))
+    sim = simulate(scene, time_step=0.5).run(steps=2)
+    scene.gravity = (3.0, 0.0)
+    sim.run(steps=2)
+    assert ball.velocity == pytest.approx([3.0, -1.0])
+
+
+@pytest.mark.parametrize(
+    ("gravity", "error", "words"),
+    [
+        (lambda time: (0.0,), FloatingPointError, r"What is gravity\(t = 0.001 s\) must be 2 numbers"),
+        (lambda time: "down", TypeError, r"What is gravity\(t = 0.001 s\)"),
+        (lambda time: (0.0, math.nan), FloatingPointError, "finite"),
+        (lambda time: 1 / 0, RuntimeError, r"gravity\(t = 0.001 s\) failed with ZeroDivisionError"),
+    ],
+)
+def test_a_wrong_function_of_gravity_stops_the_step(gravity, error, words):
+    scene = lm.Scene(dimension=2, gravity=gravity)
+    scene.add(lm.disk(radius=0.1, position=(0.0, 0.0), mass=2.0))
+    sim = simulate(scene)
+    with pytest.raises(error, match=words):
+        sim.step()
+    assert sim.steps == 0
+    assert sim.time == 0.0
+
+
+# ------------------------------------------------------------------------------------------- checkpoints and run files
+
+
+def changing(sim):
+    """Statements at certain steps."""
+    bodies, scene = sim.scene.bodies, sim.scene
+    statements = {
+        20: lambda: bodies[33].hide(),
+        30: lambda: bodies[0].fix("x", "spin"),
+        40: lambda: bodies[33].show(),
+        45: lambda: setattr(scene, "gravity", (2.0, -G)),
+        50: lambda: bodies[0].free(),
+        55: lambda: bodies[1].impose_force(x=3.0),
+    }
+    statements.get(sim.steps, lambda: None)()
+
+
+def same(one, other):
+    assert one.steps == other.steps
+    assert np.array_equal(one.positions, other.positions)
+    assert np.array_equal(one.velocities, other.velocities)
+    assert np.array_equal(one.interactions.impulse, other.interactions.impulse)
+    assert vars(one.energy) == vars(other.energy)
+
+
+def test_a_restored_simulation_goes_through_the_statements(tmp_path):
+    """From checkpoints before, between and after them; going back undoes those that come later."""
+    sim = simulate(silo()[0])
+    checkpoints = {}
+    sim.run(steps=70, on_step=lambda sim: (changing(sim), checkpoints.__setitem__(sim.steps, sim.checkpoint())))
+    for other in (simulate(silo()[0]), sim):
+        for step in (60, 10, 42, 20):
+            whole = (sim.positions.copy(), sim.velocities.copy()) if step == 60 and other is not sim else None
+            other.restore(checkpoints[step])
+            other.run(steps=70 - step, on_step=changing)
+            if whole is not None:
+                assert np.array_equal(other.positions, whole[0])
+                assert np.array_equal(other.velocities, whole[1])
+    same(sim, other)
+
+
+@pytest.mark.parametrize("first", [20, 21, 41, 57])
+def test_a_run_that_goes_on_goes_through_the_statements(tmp_path, first):
+    whole = simulate(silo()[0]).run(steps=70, on_step=changing)
+    simulate(silo()[0]).run(steps=first, on_step=changing, record=tmp_path / "run.h5")
+    again = lm.resume(tmp_path / "run.h5")
+    again.run(steps=70 - first, on_step=changing)
+    same(whole, again)
+    assert [body.hidden for body in again.scene.bodies] == [body.hidden for body in whole.scene.bodies]
+
+
+def test_statements_between_runs_of_a_resumed_file(tmp_path):
+    """Without on_step: the gate is hidden between two runs, and the file is gone on with twice."""
+    scene, gate = silo()
+    whole = simulate(scene).run(steps=30)
+    gate.hide()
+    whole.run(steps=40)
+    simulate(silo()[0]).run(steps=30, record=tmp_path / "run.h5")
+    sim = lm.resume(tmp_path / "run.h5")
+    sim.scene.bodies[33].hide()
+    sim.run(steps=15)
+    same(whole, lm.resume(tmp_path / "run.h5").run(steps=25))
+
+
+def test_gravity_as_a_function_is_asked_for_again(tmp_path):
+    def gravity(time):
+        return (math.sin(time), -G)
+
+    def scene():
+        scene = lm.Scene(dimension=2, gravity=gravity)
+        scene.add(lm.disk(radius=0.1, position=(0.0, 1.0), mass=1.0)).impose_velocity(spin=lambda time: time)
+        return scene
+
+    whole = simulate(scene()).run(steps=20)
+    simulate(scene()).run(steps=8, record=tmp_path / "run.h5")
+    with pytest.raises(ValueError, match=r'functions=\{"gravity": f, \(0, "spin"\): f\}'):
+        lm.resume(tmp_path / "run.h5")
+    with pytest.raises(TypeError, match=r"functions\['gravity'\] must be a function of time"):
+        lm.resume(tmp_path / "run.h5", functions={"gravity": (0.0, 1.0), (0, "spin"): lambda time: time})
+    again = lm.resume(tmp_path / "run.h5", functions={"gravity": gravity, (0, "spin"): lambda time: time})
+    assert np.array_equal(again.run(steps=12).positions, whole.positions)
+
+
+@pytest.mark.parametrize(
+    "rows",
+    [
+        [[0.0, 9.0, 0.0, 0.0, 1.0]],
+        [[0.0, 0.0, 7.0, 0.0, 1.0]],
+        [[0.0, 0.0, 0.0, 3.0, 1.0]],
+        [[0.5, 0.0, 0.0, 0.0, 1.0]],
+        [[0.0, 0.0, 0.0, 0.0, math.nan]],
+        [[4.0, 3.0, 0.0, -1.0, 0.0], [3.0, 4.0, 0.0, -1.0, 0.0]],
+        [[-1.0, 3.0, 0.0, -1.0, 0.0]],
+        [[0.0, 5.0, -1.0, 2.0, 1.0]],
+        [0.0, 1.0],
+    ],
+)
+def test_damaged_statements_get_a_sentence(rows):
+    with pytest.raises(ValueError, match="statement"):
+        from_rows(np.array(rows), 7, 2)
+
+
+# ---------------------------------------------------------------------------------------------------- a prepared sample
+
+
+@pytest.fixture(scope="module")
+def prepared(tmp_path_factory):
+    """The run file of a silo at rest, with a wire in it, its gate hidden and shown on the way."""
+    path = tmp_path_factory.mktemp("silo") / "silo.h5"
+    scene, _ = silo()
+    scene.chain(scene.bodies[:5], lm.RigidWire())
+    sim = simulate(scene)
+    sim.run(steps=100, record=path, every=25, on_step=lambda sim: changing(sim) if sim.steps < 45 else None)
+    return path, sim.positions.copy(), sim.velocities.copy()
+
+
+def test_a_sample_that_is_prepared_once_is_tested_again_and_again(prepared):
+    path, positions, velocities = prepared
+    ends = []
+    for _ in range(2):
+        scene = lm.Scene.from_run(path)
+        assert np.array_equal([body.position for body in scene.bodies], positions)
+        assert np.array_equal([body.velocity for body in scene.bodies], velocities)
+        ball = scene.add(lm.disk(radius=0.3, position=(0.7, 4.0), mass=9.0, velocity=(0.0, -3.0)))
+        # grains have sunk into the gate while it was hidden
+        sim = simulate(scene, overlap="ignore").run(steps=60)
+        assert sim.unconverged_steps == 0
+        assert ball.position[1] < 4.0
+        ends.append(sim.positions.copy())
+    assert np.array_equal(*ends)
+    assert len(scene.chains) == 1
+
+
+def test_a_scene_of_an_earlier_step(prepared):
+    """After step 25 the gate was hidden, and disk 0 still free; after step 50 the gate was there again."""
+    path, _, _ = prepared
+    for step, hidden in ((0, False), (25, True), (50, False)):
+        scene = lm.Scene.from_run(path, step)
+        assert scene.bodies[33].hidden == hidden
+    with lm.io.open_run(path) as run:
+        assert np.array_equal([body.position for body in lm.Scene.from_run(path, 25).bodies], run.positions[1])
+    with pytest.raises(ValueError, match="has no frame of step 30; the nearest are of 25 and 50"):
+        lm.Scene.from_run(path, 30)
+    with pytest.raises(ValueError, match="step must be at least 0"):
+        lm.Scene.from_run(path, -1)
+    with pytest.raises(FileNotFoundError):
+        lm.Scene.from_run(path.parent / "nothing.h5")
+
+
+# --------------------------------------------------------------------------------------------------- on_step and options
+
+
+def test_an_error_in_on_step_ends_the_run_with_a_complete_file(tmp_path):
+    def fail(sim):
+        if sim.steps == 7:
+            raise KeyError("mine")
+
+    with pytest.raises(KeyError, match="mine"):
+        simulate(silo()[0]).run(steps=20, on_step=fail, record=tmp_path / "run.h5")
+    with lm.io.open_run(tmp_path / "run.h5") as run:
+        assert len(run.history) == 6
+    assert lm.resume(tmp_path / "run.h5").run(steps=3).steps >= 3
+
+
+def test_time_step_and_solver_change_between_steps_but_not_in_a_file(tmp_path):
+    scene = lm.Scene(dimension=2, gravity=(0.0, -10.0))
+    ball = scene.add(lm.disk(radius=0.1, position=(0.0, 0.0), mass=1.0))
+    sim = simulate(scene, time_step=0.1).run(steps=5)
+    sim.time_step = 0.01
+    sim.solver = lm.GaussSeidel(tolerance=1e-3)
+    sim.run(steps=50)
+    assert sim.time == pytest.approx(1.0)
+    assert ball.velocity[1] == pytest.approx(-10.0)
+    with pytest.raises(ValueError, match="time_step must be above 0"):
+        sim.time_step = -1.0
+    with pytest.raises(TypeError, match="solver"):
+        sim.solver = "newton"
+    with pytest.raises(RuntimeError, match="time_step cannot change in a run that is recorded"):
+        sim.run(steps=2, record=tmp_path / "run.h5", on_step=lambda sim: setattr(sim, "time_step", 0.1))
+    again = lm.resume(tmp_path / "run.h5")
+    with pytest.raises(RuntimeError, match="solver cannot change"):
+        again.solver = lm.GaussSeidel()
+
+
+def test_functions_and_wrong_statements_between_steps_get_a_sentence():
+    scene = lm.Scene(dimension=2)
+    disk = scene.add(lm.disk(radius=0.1, position=(0.0, 0.0), mass=1.0))
+    sim = simulate(scene)
+    with pytest.raises(RuntimeError, match="between steps takes numbers, which a run file keeps"):
+        disk.impose_velocity(x=lambda time: 1.0)
+    with pytest.raises(RuntimeError, match="Cannot make gravity a function of time"):
+        scene.gravity = lambda time: (0.0, 0.0)
+    with pytest.raises(ValueError, match="no component 'z'"):
+        disk.free("z")
+    with pytest.raises(TypeError, match="free takes names of components"):
+        disk.free(1)
+    with pytest.raises(RuntimeError, match="Cannot add a body"):
+        scene.add(lm.disk(radius=0.1, position=(0.0, 0.0), mass=1.0))
+    with pytest.raises(TypeError, match="on_step must be a function"):
+        sim.run(steps=1, on_step=3)
+    assert sim.run(steps=1).positions[0].tolist() == [0.0, 0.0]
