@@ -5,6 +5,10 @@ Nothing on a page is loaded from elsewhere, so that the site can be read from a 
 
 import inspect
 import math
+import re
+
+from docutils import nodes
+from latex2mathml.converter import convert
 
 import lmgcpy
 
@@ -15,8 +19,13 @@ copyright = "the authors of lmgcpy, MIT licence"
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.viewcode"]
 exclude_patterns = ["conf.py"]
 
-# Markdown: headings can be linked to, as `page.md#heading`; formulas are plain text in code blocks, as in the docstrings
+# Markdown: headings can be linked to, as `page.md#heading`. Formulas are TeX as GitHub reads it, $...$ and
+# blocks "math". On the site they are MathML, made here: browsers typeset it, without a script and without a network.
 myst_heading_anchors = 3
+myst_enable_extensions = ["dollarmath"]
+myst_dmath_double_inline = True
+myst_fence_as_directive = ["math"]
+html_math_renderer = "mathml"
 highlight_language = "none"
 
 # a reference that leads nowhere is a warning, unless it is to what others document or what only kernels read
@@ -36,6 +45,7 @@ add_module_names = False
 toc_object_entries_show_parents = "hide"
 
 html_theme = "furo"
+html_static_path = ["_static"]
 html_title = f"lmgcpy {version}"
 html_copy_source = False
 html_show_sphinx = False
@@ -75,6 +85,31 @@ def parameters_of_a_law(app, what, name, thing, options, lines):
         lines += ["", f"Law ``{thing.NAME}``, without parameters.", ""]
 
 
+def mathml(tex, display):
+    """A formula as MathML, its TeX kept as an annotation for who copies it."""
+    known = re.sub(r"\\(begin|end){aligned}", r"\\\1{align*}", tex)  # the converter knows the outer name only
+    formula = convert(known, display=display).replace(
+        "<mi>&#x027C2;</mi>", '<mo lspace="0.5em" rspace="0.5em">&#x022A5;</mo>'
+    )
+    formula = re.sub(r'columnalign="(\w+)"', r'style="text-align: \1"', formula)  # the attribute that browsers read
+    body, text = formula.removesuffix("</math>"), nodes.Text(tex).replace("&", "&amp;").replace("<", "&lt;")
+    opening, inside = body.split(">", 1)
+    note = f'<annotation encoding="application/x-tex">{text}</annotation>'
+    return f"{opening}><semantics>{inside}{note}</semantics></math>"
+
+
+def formula_in_the_text(translator, node):
+    translator.body.append(mathml(node.astext(), "inline"))
+    raise nodes.SkipNode
+
+
+def formula_by_itself(translator, node):
+    translator.body.append(f'<div class="math-block">{mathml(node.astext(), "block")}</div>\n')
+    raise nodes.SkipNode
+
+
 def setup(app):
+    app.add_html_math_renderer("mathml", (formula_in_the_text, None), (formula_by_itself, None))
+    app.add_css_file("formulas.css")
     app.connect("autodoc-process-signature", signature_of_a_law)
     app.connect("autodoc-process-docstring", parameters_of_a_law)

@@ -21,6 +21,7 @@ def scripts(page):
 BLOCKS = [
     pytest.param(block, id=f"{page.stem}-{number}")
     for page in sorted(DOCS.glob("*.md"))
+    if page.stem != "cookbook"  # tests/test_cookbook.py runs it and checks its numbers
     for number, block in enumerate(scripts(page))
 ]
 
@@ -81,3 +82,26 @@ def test_no_cell_of_a_table_is_cut_by_a_bar():
         (page.name, row) for page in DOCS.glob("*.md") for row in page.read_text("utf-8").splitlines() if row[:1] == "|"
     ]
     assert [(name, code) for name, row in rows for code in row.split("`")[1::2] if "|" in code.replace("\\|", "")] == []
+
+
+WIDEST = 88
+"""Columns of code on a page of the site, beyond which a reader has to scroll."""
+
+
+def code(text):
+    """Fenced and indented lines of a page; formulas are typeset, and not shown as they stand."""
+    inside = False
+    for line in re.sub(r"```math\n.*?```", "", text, flags=re.S).splitlines():
+        if line.lstrip().startswith("```"):
+            inside = not inside
+        elif inside or line.startswith("    "):
+            yield line
+
+
+def test_code_fits_on_a_page():
+    pages = [*DOCS.glob("*.md"), DOCS.parent / "README.md"]
+    shown = [(page.name, line) for page in pages for line in code(page.read_text("utf-8"))]
+    tutorials = (DOCS.parent / "tutorials").glob("*.py")
+    shown += [(path.name, line) for path in tutorials for line in path.read_text("utf-8").splitlines()]
+    assert len(shown) > 1000
+    assert [(name, line) for name, line in shown if len(line) > WIDEST] == []

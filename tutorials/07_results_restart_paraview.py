@@ -2,8 +2,9 @@
 
     python tutorials/07_results_restart_paraview.py [FOLDER]
 
-Sand settles around a wire that is laid in it; the run is interrupted, taken up again from its file, read, and exported.
-Everything is written into FOLDER, by default tutorial_07.
+Sand settles around a wire that is laid in it; the run is interrupted, taken up again
+from its file, read, and exported. Everything is written into FOLDER, by default
+tutorial_07.
 """
 
 import sys
@@ -21,57 +22,125 @@ side, g = 0.05, 9.81
 
 
 def begin():
-    """300 beads of wire in layers and 200 grains around them, in a box that is open above, at their start."""
-    scene, sand = lm.Scene(dimension=3, gravity=(0.0, 0.0, -g)), lm.Material("sand", density=2600.0)
-    wire = lm.sample.wire_3d(box=(side, side, 0.04), bead_radius=0.0008, interstice=0.0008, bead_count=300, seed=0)
+    """300 beads of wire in layers and 200 grains around them, in an open box."""
+    scene = lm.Scene(dimension=3, gravity=(0.0, 0.0, -g))
+    sand = lm.Material("sand", density=2600.0)
+    wire = lm.sample.wire_3d(
+        box=(side, side, 0.04),
+        bead_radius=0.0008,
+        interstice=0.0008,
+        bead_count=300,
+        seed=0,
+    )
     radii = lm.sample.grading(200, minimum=0.003, maximum=0.004, dimension=3, seed=0)
-    grains = lm.sample.deposit(radii, box=(side, side, None), obstacles=(wire.positions, wire.radii), seed=0)
-    beads = [scene.add(lm.sphere(radius=0.0008, position=x, mass=2e-5, color="BEAD")) for x in wire.positions]
+    grains = lm.sample.deposit(
+        radii, box=(side, side, None), obstacles=(wire.positions, wire.radii), seed=0
+    )
+    beads = [
+        scene.add(lm.sphere(radius=0.0008, position=x, mass=2e-5, color="BEAD"))
+        for x in wire.positions
+    ]
     for position, radius in zip(grains, radii, strict=True):
-        scene.add(lm.sphere(radius=radius, position=position, material=sand, color="GRAIN"))
-    for point, normal in ((0, (0, 0, 1)), (0, (1, 0, 0)), (side, (-1, 0, 0)), (0, (0, 1, 0)), (side, (0, -1, 0))):
+        scene.add(
+            lm.sphere(radius=radius, position=position, material=sand, color="GRAIN")
+        )
+    for point, normal in (
+        (0, (0, 0, 1)),
+        (0, (1, 0, 0)),
+        (side, (-1, 0, 0)),
+        (0, (0, 1, 0)),
+        (side, (0, -1, 0)),
+    ):
         scene.add(lm.wall(point=(point, point, 0.0), normal=normal, color="WALL"))
-    for one, other in (("GRAIN", "GRAIN"), ("BEAD", "GRAIN"), ("GRAIN", "WALL"), ("BEAD", "WALL")):
+    for one, other in (
+        ("GRAIN", "GRAIN"),
+        ("BEAD", "GRAIN"),
+        ("GRAIN", "WALL"),
+        ("BEAD", "WALL"),
+    ):
         scene.see(one, other, lm.Coulomb(friction=0.4))
     scene.chain(beads, lm.RigidWire(), reference_gap=wire.interstice, block_spin=True)
-    return lm.Simulation(scene, time_step=4e-4, solver=lm.AcceleratedGaussSeidel(tolerance=1e-2), on_unconverged="ignore")
+    return lm.Simulation(
+        scene,
+        time_step=4e-4,
+        solver=lm.AcceleratedGaussSeidel(tolerance=1e-2),
+        on_unconverged="ignore",
+    )
 
 
-# 1. Recording: the scene, a frame every 40 steps, the history of every step, and what you observe, functions of the
-# simulation. Stopped after 250 steps, here by design; Ctrl-C, or a kill, leaves a file that is as good.
+# 1. Recording: the scene, a frame every 40 steps, the history of every step, and what
+# you observe, functions of the simulation. Stopped after 250 steps, here by design;
+# Ctrl-C, or a kill, leaves a file that is as good.
 observe = {"top": lambda sim: float(sim.positions[300:500, 2].max())}
-begin().run(steps=250, record=folder / "settling.h5", every=40, observe=observe, force=True)
+begin().run(
+    steps=250, record=folder / "settling.h5", every=40, observe=observe, force=True
+)
 
-# 2. Going on: in another process, tomorrow, from the file alone (a function cannot be stored: observe is said again). The
-# answer is that of a run without interruption, to the last bit. What observes nothing goes on by `lmgcpy resume FILE`.
+# 2. Going on: in another process, tomorrow, from the file alone (a function cannot be
+# stored: observe is said again). The answer is that of a run without interruption, to
+# the last bit. What observes nothing goes on by `lmgcpy resume FILE`.
 lm.resume(folder / "settling.h5", observe=observe).run(steps=250)
-begin().run(steps=500, record=folder / "whole.h5", every=40, observe=observe, force=True)
-with lm.io.open_run(folder / "settling.h5") as run, lm.io.open_run(folder / "whole.h5") as whole:
-    print(f"{run!r}\n  first difference from the run without interruption: {lm.io.compare(run, whole)}")
+begin().run(
+    steps=500, record=folder / "whole.h5", every=40, observe=observe, force=True
+)
+with (
+    lm.io.open_run(folder / "settling.h5") as run,
+    lm.io.open_run(folder / "whole.h5") as whole,
+):
+    print(
+        f"{run!r}\n  first difference from the run without interruption: "
+        f"{lm.io.compare(run, whole)}"
+    )
 
-    # 3. Reading: frames (positions, velocities, interactions), history (a row a step), energies, observations.
+    # 3. Reading: frames (positions, velocities, interactions), history (a row a step),
+    # energies, observations.
     net, history, energy = run.interactions(-1), run.history[:], run.energy
     force = np.einsum("mk,mkd->md", net.force, net.frame)  # on the candidates [N]
-    below = force[net.antagonist == 500, 2].sum()  # walls come after 300 beads and 200 grains; the floor is the first
+    # walls come after 300 beads and 200 grains; the floor is the first
+    below = force[net.antagonist == 500, 2].sum()
     weight = g * run.scene["bodies"]["mass"][:500].sum()
     beside = force[net.antagonist > 500, 2].sum()
-    print(f"  floor {below:.4f} N + friction at the walls {beside:.4f} N = {below + beside:.4f} N; weight {weight:.4f} N")
-    given, taken, left = energy["loads"].sum(), sum(w.sum() for w in energy["work"].values()), energy["kinetic"][-1]
-    print(f"  work of gravity {given:.6e} J, of the interactions {taken:.6e} J, kinetic energy {left:.6e} J")
-    top = run.observed["top"]  # a value a step, and one before the first, read where it is asked for
-    print(f"  highest grain at {top[0]:.5f} m, then at {top[-1]:.5f} m; {history['iterations'].mean():.0f} sweeps a step")
+    print(
+        f"  floor {below:.4f} N + walls' friction {beside:.4f} N = "
+        f"{below + beside:.4f} N; weight {weight:.4f} N"
+    )
+    given, taken, left = (
+        energy["loads"].sum(),
+        sum(w.sum() for w in energy["work"].values()),
+        energy["kinetic"][-1],
+    )
+    print(
+        f"  work of gravity {given:.6e} J, of laws {taken:.6e} J, "
+        f"kinetic energy {left:.6e} J"
+    )
+    # a value a step, and one before the first, read where it is asked for
+    top = run.observed["top"]
+    print(
+        f"  highest grain at {top[0]:.5f} m, then at {top[-1]:.5f} m; "
+        f"{history['iterations'].mean():.0f} sweeps a step"
+    )
     lm.io.export_vtk(run, folder / "paraview", force=True)
     lm.view.plot(run, folder / "energy.png", what="energy")
 
-# 4. ParaView. Open the .pvd files; bodies: Glyph, sphere, scaled by radius, factor 2; forces: Cell Data to Point Data, then
-# Tube, varying its radius; wires: Tube. pyvista is the same VTK, and this is that recipe, on the last file of each series.
-bodies, forces, wires = (pv.read(max((folder / "paraview").glob(f"{part}-*"))) for part in ("bodies", "forces", "wires"))
-grains = bodies.extract_points(bodies["radius"] > 0.001).glyph(scale="radius", factor=2.0, orient=False, geom=pv.Sphere())
+# 4. ParaView. Open the .pvd files; bodies: Glyph, sphere, scaled by radius, factor 2;
+# forces: Cell Data to Point Data, then Tube, varying its radius; wires: Tube. pyvista
+# is the same VTK, and this is that recipe, on the last file of each series.
+bodies, forces, wires = (
+    pv.read(max((folder / "paraview").glob(f"{part}-*")))
+    for part in ("bodies", "forces", "wires")
+)
+grains = bodies.extract_points(bodies["radius"] > 0.001).glyph(
+    scale="radius", factor=2.0, orient=False, geom=pv.Sphere()
+)
 forces["width"] = 2e-3 * np.abs(forces["normal_force"]) / forces["normal_force"].max()
-vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)  # VTK would tell of the display that need not be there
+# VTK would tell of the display that need not be there
+vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
 plotter = pv.Plotter(off_screen=True, window_size=(800, 560))
 plotter.add_mesh(grains, color="#d9cba3", opacity=0.15)
-plotter.add_mesh(forces.cell_data_to_point_data().tube(scalars="width", absolute=True), color="#b2182b")
+plotter.add_mesh(
+    forces.cell_data_to_point_data().tube(scalars="width", absolute=True),
+    color="#b2182b",
+)
 plotter.add_mesh(wires.tube(radius=0.0006), color="#1b4f9c")
 plotter.view_xz()
 plotter.camera.zoom(1.7)

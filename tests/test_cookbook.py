@@ -1,0 +1,80 @@
+"""Every entry of the cookbook runs as it stands, and its numbers agree with what is known beforehand."""
+
+import re
+from pathlib import Path
+
+import pytest
+from forks import forked
+
+PAGE = Path(__file__).parent.parent / "docs" / "cookbook.md"
+ENTRIES = dict(re.findall(r"^## (.*?)\n.*?```python\n(.*?)```", PAGE.read_text("utf-8"), re.S | re.M))
+
+
+def drum(torque, weight_and_lever):
+    """Angular momentum: what the drum does is the moment of the weight, less what the grains keep, some percent in 1 s."""
+    assert torque == pytest.approx(weight_and_lever, rel=0.05)
+    assert torque > 1.0  # the grains are carried to one side
+
+
+def silo(early, _time, first, second):
+    """The rate of an hourglass: counts of about 125 grains scatter by 11, and water would run slower by a third."""
+    assert early > 20
+    assert min(first, second) > 80
+    assert second == pytest.approx(first, rel=0.2)
+
+
+def pressure(xx, yy, xy):
+    """Walls without friction: a mean stress of what is imposed [Pa], to the tolerance 1e-4 and the walls' last motion."""
+    assert [xx, yy] == pytest.approx([-1e4, -1e4], rel=2e-3)
+    assert abs(xy) < 1000.0
+
+
+def clusters(share):
+    """At rest, to what is left of their motion."""
+    assert share == pytest.approx(1.0, abs=2e-3)
+
+
+def plank(speed, rolling):
+    """2/3 g sin(slope) t, to the four digits that are printed."""
+    assert speed == pytest.approx(rolling, abs=1e-4)
+
+
+def again(level, still, tilted, moved):
+    """What was at rest stays there: a hundredth of a radius, 4 to 6 mm. Tilted beyond the angle of friction it flows."""
+    assert (level, tilted) == (0.0, 40.0)
+    assert still < 0.04
+    assert moved > 1.0
+
+
+def sweep(*numbers):
+    """Sliding, then rolling."""
+    assert len(numbers) == 18
+    assert numbers[1::3] == pytest.approx(numbers[2::3], abs=1e-4)
+    assert len(set(numbers[1::3])) == 5
+
+
+def controller(height, lift, weight):
+    """What the controller has found out is the weight."""
+    assert height == pytest.approx(0.5, abs=1e-3)
+    assert lift == pytest.approx(weight, abs=2e-2)
+
+
+def weakening(rest, pushed, start, expected):
+    """Held by the static coefficient; with the sliding one it gains (tan - mu) g cos t."""
+    assert rest == pytest.approx(0.0, abs=1e-4)
+    assert pushed == pytest.approx(expected, abs=2e-4)
+    assert pushed > start + 0.4
+
+
+CHECKS = (drum, silo, pressure, clusters, plank, again, sweep, controller, weakening)
+
+
+def test_every_entry_has_its_check():
+    assert len(ENTRIES) == len(CHECKS) == PAGE.read_text("utf-8").count("```python")
+
+
+@pytest.mark.default_parameters("plank", "sweep", "weakening", "clusters")
+@pytest.mark.parametrize("number", [pytest.param(k, id=check.__name__) for k, check in enumerate(CHECKS)])
+def test_entry_runs_and_is_right(number, tmp_path):
+    text = forked(list(ENTRIES.values())[number], folder=tmp_path).stdout
+    CHECKS[number](*(float(x) for x in re.findall(r"(?<![\w^])-?\d+\.?\d*(?:e[+-]?\d+)?", text)))
