@@ -1,10 +1,11 @@
 """The slope of a heap against rolling friction: columns of disks collapse on a plane, five seeds.
 
-Columns of 200 disks, between three and four times as high as wide, are left alone at t = 0 and looked at 3 s later. By rolling friction mu_r, with
-friction 0.5: mean and standard deviation over the seeds of the slope of the heap at the end. For a heap with the section
-of a triangle of height H and half base L, grains have the mean height H/3 and the mean distance L/3 from the middle: the
-slope is ``atan(mean height / mean distance)``, both weighted by mass. Beside it the speed that is left [m/s], steps that
-were not solved to the tolerance of 1e-4, and the largest error of the energy identity, in parts of the energy at the start.
+Columns of 200 disks, between three and four times as high as wide, are left alone at t = 0 and looked at 3 s later.
+By rolling friction mu_r, with friction 0.5: mean and standard deviation over the seeds of the slope of the heap, the least
+and the most. For a heap with the section of a triangle of height H and half base L, grains have the mean height H/3 and
+the mean distance L/3 from the middle: the slope is ``atan(mean height / mean distance)``, both weighted by mass. Beside it
+the speed that is left [m/s], steps that were not solved to the tolerance of 1e-4, and the largest error of the energy
+identity, in parts of the energy at the start.
 
     python benchmarks/rolling_friction.py [--short]
 """
