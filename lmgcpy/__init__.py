@@ -9,6 +9,7 @@ from lmgcpy.laws.elastic import ElasticRod, ElasticWire
 from lmgcpy.laws.law import Law, Parameter, State
 from lmgcpy.laws.restitution import Restitution
 from lmgcpy.laws.rigid import RigidRod, RigidWire
+from lmgcpy.laws.rolling import RollingCoulomb
 from lmgcpy.laws.signorini import Signorini
 from lmgcpy.laws.voigt import VoigtRod, VoigtWire
 from lmgcpy.scene.body import Body, Disk, RigidBody, Wall, disk, wall
@@ -61,6 +62,7 @@ __all__ = [
     "RigidBody",
     "RigidRod",
     "RigidWire",
+    "RollingCoulomb",
     "Scene",
     "Signorini",
     "Simulation",

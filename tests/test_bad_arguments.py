@@ -438,7 +438,7 @@ PLAINLY_WRONG = {
 
 def law_calls():
     """A row for each built-in law, with the bounds that its parameters declare."""
-    given = {"friction": 0.3, "restitution": 0.5, "stiffness": 1.0, "viscosity": 1.0}
+    given = {"friction": 0.3, "rolling_friction": 0.1, "restitution": 0.5, "stiffness": 1.0, "viscosity": 1.0}
     for registration in lm.laws.registrations().values():
         if registration.distribution != "lmgcpy":
             continue

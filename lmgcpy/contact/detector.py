@@ -68,7 +68,9 @@ class Detector:
         """Place of each body in the order of the sweep, (n,); None without slabs."""
         laws = [row.law for row in rows] + [chain.law for chain in chains]
         self.state_names = list(dict.fromkeys(name for law in laws for name in law.states()))
-        self._last = LastStep(dimension, max((len(law.states()) for law in laws), default=0))
+        self.rolling_rows = max([0, *(row.law.rows(dimension) - dimension for row in rows)])
+        """Number of rolling components that contacts of the scene have at the most."""
+        self._last = LastStep(dimension + self.rolling_rows, max((len(law.states()) for law in laws), default=0))
         self._make_room()
         self.rebuilds = 0
 

@@ -44,10 +44,11 @@ class Memory:
 class LastStep:
     """Impulses and states of the last step, by the slots of the present list of neighbours."""
 
-    def __init__(self, dimension: int, width: int):
-        """``width``: how many numbers the laws keep for an interaction, at the most."""
+    def __init__(self, components: int, width: int):
+        """``components``: of an impulse, at the most; ``width``: how many numbers the laws keep for an interaction, at the
+        most."""
         self._slots = np.zeros(0, np.int32)
-        self._impulses = np.zeros((0, dimension))
+        self._impulses = np.zeros((0, components))
         self._states = np.zeros((0, width))
 
     def remember(self, slots: np.ndarray, impulse: np.ndarray, state: np.ndarray) -> None:

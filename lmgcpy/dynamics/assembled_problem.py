@@ -67,7 +67,7 @@ def as_problem(step: StepProblem) -> Conic:
         dimension=d,
         laws=tuple(name for name, here in zip(names, acting, strict=True) if here),
         compliance=compliance[acting],
-        guess=step.guess[acting],
+        guess=step.guess[acting, :d],
         geometric=geometric[acting],
         scale=system.scale[acting],
         cone_by_law={group.law.NAME: cone_of(type(group.law)) for group in step.groups},

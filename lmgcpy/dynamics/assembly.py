@@ -11,8 +11,9 @@ from lmgcpy.compiled.kernel import CompilerError, Kernel
 from lmgcpy.contact.detector import Group
 from lmgcpy.contact.narrow_phase import Interactions
 from lmgcpy.contact.spare_rows import with_spare_rows
+from lmgcpy.dynamics.rolling import rolling_radius, with_rolling
 from lmgcpy.dynamics.schedule import schedule
-from lmgcpy.solve.dimension_kernels import DIMENSIONS, DimensionKernels
+from lmgcpy.solve.dimension_kernels import DIMENSIONS, ROLLING, DimensionKernels
 from lmgcpy.solve.law_kernels import LawKernels, StepData, functions_of, law_kernels, not_compiled
 from lmgcpy.solve.report import Worst
 from lmgcpy.solve.system import Groups, System
@@ -56,12 +57,12 @@ class StepProblem:
 
     def components(self) -> np.ndarray:
         """Which components of its impulse the law of each interaction has, (m, d) bool."""
-        count, d = self.system.impulse.shape
-        there = np.zeros((count, d), dtype=bool)
+        d = self.dimension
+        there = np.zeros(self.system.impulse.shape, dtype=bool)
         for group in self.groups:
             there[group.start : group.stop, : group.law.rows(d)] = True
         stiff = self.system.geometric > 0.0  # of the links, which come first
-        there[: len(stiff), 1:] |= stiff[:, None]
+        there[: len(stiff), 1:d] |= stiff[:, None]
         return there
 
     def commit(self) -> None:
@@ -136,12 +137,17 @@ def assemble(
     the laws, NaN for new interactions, (m, k), changed in place.
     """
     dimension = interactions.normal.shape[1]
-    of_dimension = DIMENSIONS[dimension]
+    rolls = guess.shape[1] > dimension  # some contacts of the scene have rolling components
+    of_dimension = (ROLLING if rolls else DIMENSIONS)[dimension]
     groups = [group for group in groups if group.stop > group.start]
     kernels = [group_kernels(group, dimension, wire_blocks) for group in groups]
     count, rate = len(interactions.gap), time_step / size
     offset = np.zeros(len(groups) + 1, dtype=np.int64)
     np.cumsum([len(group.law.PREPARED) * (group.stop - group.start) for group in groups], out=offset[1:])
+    rolling, delassus = np.zeros(0), interactions.delassus
+    if rolls:
+        rolling = rolling_radius(groups, pairs, dimension, count)
+        delassus = with_rolling(delassus, rolling, interactions, inverse_mass)
     system = System(
         candidate=interactions.candidate,
         antagonist=interactions.antagonist,
@@ -149,11 +155,12 @@ def assemble(
         tangent=interactions.tangent,
         arm=interactions.arm,
         lateral=interactions.lateral,
-        delassus=interactions.delassus,
+        rolling=rolling,
+        delassus=delassus,
         coupling=interactions.coupling,
         shear=interactions.shear,
         prepared=with_spare_rows(int(offset[-1])),
-        impulse=with_spare_rows(count, dimension, fill=0.0),
+        impulse=with_spare_rows(*guess.shape, fill=0.0),
         velocity=free_velocity.copy(),
         inverse_mass=inverse_mass,
         geometric=np.zeros(0),
@@ -170,8 +177,8 @@ def assemble(
     data = StepData(
         gap=interactions.gap,
         reference_gap=with_spare_rows(count, fill=0.0),
-        before=with_spare_rows(count, dimension),
-        after=np.empty((0, dimension)),
+        before=with_spare_rows(*guess.shape),
+        after=np.empty((0, guess.shape[1])),
         pairs=pairs,
         state=state,
         time=time,

@@ -65,7 +65,7 @@ def local_block(system: System, row: int, *, diagonal: bool) -> np.ndarray:
     W = np.diag(system.delassus[row])
     if not diagonal:
         W[0, 1] = W[1, 0] = system.coupling[row]
-        if len(W) == 3:
+        if len(system.shear):
             W[0, 2] = W[2, 0] = system.shear[row, 0]
             W[1, 2] = W[2, 1] = system.shear[row, 1]
     return W

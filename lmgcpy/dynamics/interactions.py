@@ -29,6 +29,9 @@ class InteractionView:
     """Impulses in the local frame, normal first [N s], (m, d)."""
     force: np.ndarray
     """impulse / time step [N], (m, d)."""
+    moment: np.ndarray
+    """Impulses of the moments of rolling friction on the candidates [N m s], (m, 1); (m, 0) in
+    scenes without any."""
     lever: np.ndarray
     """Contact point seen from the centre of the candidate, and of the antagonist [m], (m, 2, d)."""
     state: dict[str, np.ndarray]
@@ -40,17 +43,19 @@ class InteractionView:
         return self.frame[:, 0]
 
     @classmethod
-    def empty(cls, dimension: int, state_names: list[str]) -> InteractionView:
+    def empty(cls, dimension: int, state_names: list[str], rolling_rows: int = 0) -> InteractionView:
         """No interaction."""
         ids, vectors = np.zeros(0, dtype=np.int64), np.zeros((0, dimension))
         frame = np.zeros((0, dimension, dimension))
         levers, state = np.zeros((0, 2, dimension)), {name: np.zeros(0) for name in state_names}
-        return cls(ids.astype("<U1"), ids, ids, np.zeros(0), frame, vectors, vectors, levers, state)
+        moments = np.zeros((0, rolling_rows))
+        return cls(ids.astype("<U1"), ids, ids, np.zeros(0), frame, vectors, vectors, moments, levers, state)
 
     @classmethod
     def of(cls, problem: StepProblem, interactions: Interactions, state_names: list[str]) -> InteractionView:
         """Copy the arrays of a step; ``state_names``: of all laws of the scene."""
-        groups, impulse = problem.groups, problem.system.impulse
+        groups, d = problem.groups, problem.dimension
+        impulse, rolling = problem.system.impulse[:, :d], problem.system.impulse[:, d:]
         names = [group.law.NAME for group in groups]
         counts = [group.stop - group.start for group in groups]
         normal = interactions.normal
@@ -75,6 +80,7 @@ class InteractionView:
             frame=frame,
             impulse=impulse.copy(),
             force=impulse / problem.data.time_step,
+            moment=problem.system.rolling[:, None] * rolling if rolling.shape[1] else rolling.copy(),
             lever=lever,
             state=state,
         )

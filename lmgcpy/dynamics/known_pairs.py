@@ -12,9 +12,10 @@ from lmgcpy.dynamics.model import Model
 def known_pairs(groups: list[Group], interactions: Interactions, model: Model) -> np.ndarray:
     """Radii [m] and masses [kg] of candidates and antagonists, (m, 4); (0, 4) where no law of the scene asks.
 
-    Only the rows of laws that ask are filled.
+    Only the rows of laws that ask are filled, and of those with rolling components.
     """
-    asking = [group for group in groups if group.stop > group.start and group.law.INTERFACE >= 2]
+    d = model.dimension
+    asking = [group for group in groups if group.stop > group.start and (group.law.INTERFACE >= 2 or group.law.rows(d) > d)]
     if not asking:
         return np.zeros((0, 4))
     result = np.full((len(interactions.gap), 4), np.nan)

@@ -428,7 +428,7 @@ class Stepper:
     def interactions(self) -> InteractionView:
         """Links and all candidates within alert of the last step, copied; none before it and after a step that failed."""
         if self._last is None:
-            return InteractionView.empty(self.model.dimension, self._detector.state_names)
+            return InteractionView.empty(self.model.dimension, self._detector.state_names, self._detector.rolling_rows)
         problem, interactions = self._last
         return InteractionView.of(problem, interactions, self._detector.state_names)
 

@@ -80,7 +80,7 @@ class RunRecorder:
         """The recorder of an existing file, whose last checkpoint is at step ``steps``."""
         recorder = cls(run.path, every=run.options["every"], flush=run.options["flush"])
         recorder._rows.observations = observations
-        recorder._rows.begin(run.laws, run.dimension)
+        recorder._rows.begin(run.laws, run.dimension, run.moments)
         recorder._begun = True
         recorder._steps = steps
         recorder._functions = functions_of_time(run.scene)
@@ -134,7 +134,7 @@ class RunRecorder:
             "notes": self._notes,
             "versions": versions(),
         }
-        self._rows.begin(about["laws"], sim.model.dimension)
+        self._rows.begin(about["laws"], sim.model.dimension, sim.interactions.moment.shape[1])
         # the file has another name until it holds its first frame and checkpoint, so that every run file can be continued
         unfinished = f"{self.path}.new"
         try:

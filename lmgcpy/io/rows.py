@@ -23,12 +23,12 @@ class Rows:
         self.observations = observations
         self.latest: dict[str, np.ndarray] = {}
         """Observations after the last step."""
-        self.begin([], 2)
+        self.begin([], 2, 0)
 
-    def begin(self, laws: list[str], dimension: int) -> None:
-        """Begin a run with these laws, without rows."""
+    def begin(self, laws: list[str], dimension: int, moments: int) -> None:
+        """Begin a run with these laws and so many moments of an interaction, without rows."""
         self.laws = laws
-        self.dimension = dimension
+        self.kind = interaction_type(dimension, moments)
         self.clear(0)
 
     def clear(self, interactions: int) -> None:
@@ -64,7 +64,7 @@ class Rows:
 
     def tables(self) -> dict[str, Any]:
         """The rows by the name of their table."""
-        nothing = np.zeros(0, dtype=interaction_type(self.dimension))
+        nothing = np.zeros(0, dtype=self.kind)
         return {
             "frames/index": np.array(self.index, dtype=INDEX),
             "frames/positions": self.positions,
@@ -88,13 +88,15 @@ class Rows:
 
     def _net(self, sim: Stepper) -> np.ndarray:
         view = sim.interactions
-        net = np.zeros(len(view), dtype=interaction_type(self.dimension))
+        net = np.zeros(len(view), dtype=self.kind)
         if not len(view):
             return net
         for code, law in enumerate(self.laws):
             net["law"][view.law == law] = code
         for name in ("candidate", "antagonist", "gap", "normal", "impulse"):
             net[name] = getattr(view, name)
+        if view.moment.shape[1]:
+            net["moment"] = view.moment
         # a wall has no centre, so that its contact point is measured from the other body
         from_wall = ~np.isfinite(sim.model.extent)[view.candidate]
         seen_from = np.where(from_wall, view.antagonist, view.candidate)

@@ -52,6 +52,9 @@ class RunInteractions:
     """Impulses in the local frame, normal component first [N s], (m, d)."""
     force: np.ndarray
     """Impulses divided by the time step [N], (m, d)."""
+    moment: np.ndarray
+    """Impulses of the moments of rolling friction on the candidates [N m s], (m, 1); (m, 0) in scenes
+    without any."""
 
     @classmethod
     def of(cls, net: np.ndarray, laws: list[str], detected: np.ndarray, time_step: float) -> RunInteractions:
@@ -67,6 +70,7 @@ class RunInteractions:
             lever=net["point"][:, None] - np.stack([detected[candidate], detected[antagonist]], axis=1),
             impulse=net["impulse"],
             force=net["impulse"] / time_step,
+            moment=net["moment"] if "moment" in (net.dtype.names or ()) else np.zeros((len(net), 0)),
         )
 
     @property
@@ -152,6 +156,8 @@ class Run:
                     check_table(self._file, name, kind, self._commit.rows(name))
                 self._tails = {} if self.closed else read_tails(self._file, self._commit)
                 self.dimension = 2 if self._file["frames/velocities"].shape[2] == 3 else 3
+                fields = self._file["interactions"].dtype.fields
+                self.moments = fields["moment"][0].shape[0] if "moment" in fields else 0
         except BaseException:
             self.close()
             raise

@@ -7,6 +7,7 @@ from lmgcpy.laws.elastic import ElasticRod, ElasticWire
 from lmgcpy.laws.registry import hook
 from lmgcpy.laws.restitution import Restitution
 from lmgcpy.laws.rigid import RigidRod, RigidWire
+from lmgcpy.laws.rolling import RollingCoulomb
 from lmgcpy.laws.signorini import Signorini
 from lmgcpy.laws.voigt import VoigtRod, VoigtWire
 
@@ -16,6 +17,7 @@ def lmgcpy_laws(register):
     for law in (
         Signorini,
         Coulomb,
+        RollingCoulomb,
         Restitution,
         RigidRod,
         RigidWire,

@@ -25,10 +25,14 @@ run on. From version 2 on ``prepare``, ``initial``, ``commit``, ``energy`` and `
 
 REQUIRED = object()
 
+ROLLING_ROWS = {2: 3}
+"""Number of components of an impulse with rolling ones, by dimension."""
+
 TRAITS = {
     "push": "the normal impulse is never negative",
     "pull": "the normal impulse is never positive",
-    "cone": "the tangential impulse is at most friction times the normal one, and sliding does not dilate",
+    "cone": "the tangential impulse is at most friction times the normal one, the rolling one at most rolling friction "
+    "times it, and sliding does not dilate",
     "dissipative": "with zero bias, the impulse never gives energy: r . u <= 0",
     "potential": "the impulse derives from the stored energy that `energy` returns",
     "rigid": "no compliance: an interaction that starts beyond its reference would be a blow",
@@ -245,7 +249,8 @@ class Law(ABC):
         return type(self)(**given)
 
     def rows(self, dimension: int) -> int:
-        """Number of components of the impulse that the law may make non-zero: 1 (normal) or ``dimension``."""
+        """Number of components of the impulse that the law may make non-zero: 1 (normal), ``dimension``, or in 2D 3 with
+        the rolling one (see :class:`~lmgcpy.RollingCoulomb`)."""
         return 1
 
     def acts_within(self, radius: float, other: float) -> float:

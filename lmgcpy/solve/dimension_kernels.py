@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from lmgcpy.compiled.kernel import Kernel
-from lmgcpy.solve import contact_block, h_rows_2d, h_rows_3d
+from lmgcpy.solve import contact_block, h_rows_2d, h_rows_3d, rolling_rows_2d
 from lmgcpy.solve.small_matrices import small_matrices
 
 
@@ -53,13 +53,33 @@ IN_3D = DimensionKernels(
     relative_velocities=Kernel(h_rows_3d.relative_velocities),
 )
 DIMENSIONS = {2: IN_2D, 3: IN_3D}
+ROLLING = {
+    2: DimensionKernels(
+        dimension=2,
+        components=IN_2D.components,
+        parts={
+            "relative_velocity": rolling_rows_2d.relative_velocity,
+            "push": rolling_rows_2d.push,
+            "local_problem": rolling_rows_2d.local_problem,
+        },
+        driver={"momentum": rolling_rows_2d.momentum},
+        momentum=Kernel(rolling_rows_2d.momentum),
+        relative_velocities=Kernel(rolling_rows_2d.relative_velocities),
+    )
+}
+"""The same where a scene has contacts with rolling friction."""
 
 
-def template_slots(dimension: int, constants: dict[str, Any], parts: dict[str, Callable] | None = None) -> dict[str, Any]:
+def template_slots(
+    dimension: int, constants: dict[str, Any], parts: dict[str, Callable] | None = None, rows: int = 0
+) -> dict[str, Any]:
     """The slots of a template of contacts or links: ``constants``, which its parts see as well, the parts of the dimension
-    or the ``parts`` given, and functions of vectors."""
-    tuples = small_matrices(dimension)
-    own = {**tuples, **constants}
+    or the ``parts`` given, and functions of vectors; ``rows``: how many the law has, with rolling ones if they are more
+    than the dimension."""
+    own = {**small_matrices(dimension), **constants}
+    if rows > dimension:
+        rolling = {name: Kernel(part, own) for name, part in ROLLING[dimension].parts.items()}
+        return {**small_matrices(rows), **constants, **rolling}
     link: dict[str, Callable] = {"normal_velocity": contact_block.normal_velocity, "push_normal": contact_block.push_normal}
     slots = {name: Kernel(part, own) for name, part in (parts or DIMENSIONS[dimension].parts).items()}
     return {**own, **slots, **{name: Kernel(part, {**own, **slots}) for name, part in link.items()}}

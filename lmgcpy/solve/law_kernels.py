@@ -175,6 +175,7 @@ SYSTEM_TYPE = numba.typeof(
         tangent=np.zeros((0, 3)),
         arm=np.zeros((0, 2)),
         lateral=np.zeros((0, 2)),
+        rolling=np.zeros(0),
         delassus=np.zeros((0, 2)),
         coupling=np.zeros(0),
         shear=np.zeros((0, 2)),
@@ -295,12 +296,12 @@ def _group_kernels(
         reader = Kernel(noting_reader, {"read": reader})  # type: ignore[assignment]
         react = Kernel(finite_vector, {"compute": react})  # type: ignore[assignment]
         slope = slope and Kernel(finite_matrix, {"compute": slope})  # type: ignore[assignment]
-    names = {"react": react, "read": reader, "PREPARED": prepared_count, "ROWS": rows, "DIAGONAL": diagonal}
+    names = {"react": react, "read": reader, "PREPARED": prepared_count, "ROWS": min(rows, dimension), "DIAGONAL": diagonal}
     names |= dict(constants)
     if stiffened:
         sweep, error = stiffened_kernels(names, dimension, slope, dict(parts))
     else:
-        slots = template_slots(dimension, names, dict(parts))
+        slots = template_slots(dimension, names, dict(parts), rows)
         sweep, error = Kernel(contact_block.sweep, slots), Kernel(contact_block.error, slots)
         if slope is not None:
             sweep = Kernel(wire_block.sweep, {**slots, "slope": slope})

@@ -63,8 +63,9 @@ class Step:
     """How many threads may share the work of a partitioned scene."""
 
     def __repr__(self) -> str:
-        count, dimension = self.guess.shape
-        return f"<Step of {count} interactions in {dimension}D>"
+        system = self.system
+        dimension = system.normal.shape[1] if isinstance(system, System) else self.guess.shape[1]
+        return f"<Step of {len(self.guess)} interactions in {dimension}D>"
 
     def starting_from(self, guess: np.ndarray) -> Step:
         """This step with other impulses to start from, (m, d)."""
@@ -88,5 +89,7 @@ class Step:
         Components that a law does not have are set to zero: no law would measure them. ``tolerance`` and ``slip``: as of
         :class:`Solver <lmgcpy.Solver>`. The status is "converged", "round-off", "not finite" or "budget spent".
         """
-        impulses = np.where(self.components(), impulses, 0.0)
+        there = self.components()
+        missing = there.shape[1] - np.shape(impulses)[1]  # rolling components, which no problem in conic form has
+        impulses = np.where(there, np.pad(impulses, ((0, 0), (0, missing))), 0.0)
         return self.starting_from(impulses).led(judge, float(tolerance), float(slip))

@@ -33,6 +33,9 @@ class System(NamedTuple):
     lateral: np.ndarray
     """(m, 2), or (0, 2) where every pair is central: tangential coordinate of the contact point seen from the
     candidate's and the antagonist's centre [m]; the part of the levers that turns spin into normal velocity."""
+    rolling: np.ndarray
+    """Effective radius of contacts with rolling friction [m], 0 of others, (m,); (0,) in scenes without any. Arrays of
+    shape (m, d) have columns for the rolling components there, after the others."""
     delassus: np.ndarray
     """Diagonal of the local block (W_nn, W_tt, W_ss) [1/kg], (m, d)."""
     coupling: np.ndarray

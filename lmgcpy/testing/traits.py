@@ -35,29 +35,38 @@ def both(*reasons: Callable[[Law], str]) -> Callable[[Law], str]:
     return lambda law: next((message for message in (reason(law) for reason in reasons) if message), "")
 
 
-def friction_of(case: LawCase) -> float:
-    """Coefficient of friction from ``conic``, from the prepared numbers, or from the parameters, in this order."""
+def friction_of(case: LawCase, name: str = "friction") -> float:
+    """Coefficient of friction from ``conic``, from the prepared numbers, or from the parameters, in this order;
+    ``name``: "friction" or "rolling_friction"."""
     law = case.law
-    if law.conic is not None:
+    if law.conic is not None and name == "friction":
         return float(np.asarray(law.conic([np.array([value]) for value in case.prepared])[1]).ravel()[0])
     for named in (dict(zip(law.PREPARED, case.prepared, strict=True)), law.values):
-        if named.get("friction") is not None:
-            return float(named["friction"])  # type: ignore[arg-type]
-    message = (
-        "the law declares 'cone' but names no friction: give conic, or call a prepared number or parameter 'friction'."
-    )
+        if named.get(name) is not None:
+            return float(named[name])  # type: ignore[arg-type]
+    message = f"the law declares 'cone' but names no {name}: give conic, or call a prepared number or parameter '{name}'."
     raise Nonconformance("cone", message)
 
 
-@drawn("cone", "|r_t| <= friction * r_n", both(to_laws_with("cone"), to_laws_with_tangent), examples=200)
+@drawn(
+    "cone",
+    "|r_t| <= friction * r_n, |r_r| <= rolling_friction * r_n",
+    both(to_laws_with("cone"), to_laws_with_tangent),
+    examples=200,
+)
 def cone(case: LawCase, draw: Any) -> str:
-    """The tangential impulse is at most friction times the normal one, up to round-off of the product."""
-    normal, *tangential = case.impulse
-    friction = friction_of(case)
-    size = math.hypot(*tangential)
-    if size <= friction * normal * (1.0 + 1e-14):
-        return ""
-    return f"|r_t| = {size!r} N s, expected at most friction * r_n = {friction!r} * {normal!r} = {friction * normal!r} N s."
+    """The tangential impulse is at most friction times the normal one, up to round-off of the product; and the rolling one,
+    where there is any, at most rolling friction times it."""
+    normal, d = case.impulse[0], case.dimension
+    for part, name in ((case.impulse[1:d], "friction"), (case.impulse[d:], "rolling_friction")):
+        if not part:
+            continue
+        friction, size = friction_of(case, name), math.hypot(*part)
+        if not size <= friction * normal * (1.0 + 1e-14):
+            what = "|r_t|" if name == "friction" else "|r_r|"
+            most = f"{name} * r_n = {friction!r} * {normal!r} = {friction * normal!r} N s"
+            return f"{what} = {size!r} N s, expected at most {most}."
+    return ""
 
 
 @drawn("no-dilatancy", "W diagonal: r_n does not depend on u_t", both(to_laws_with("cone"), to_laws_with_tangent))

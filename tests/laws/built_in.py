@@ -5,6 +5,7 @@ import lmgcpy as lm
 INSTANCES = [
     lm.Signorini(),
     lm.Coulomb(friction=0.3),
+    lm.RollingCoulomb(friction=0.3, rolling_friction=0.1),
     lm.Restitution(friction=0.3, restitution=0.5),
     lm.RigidRod(),
     lm.RigidWire(),

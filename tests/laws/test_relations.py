@@ -28,13 +28,15 @@ def complementarity(x: float, y: float) -> float:
     return min(x, y)
 
 
-def friction_violations(case, mu):
-    """Velocities that vanish where r_t is in the disk of radius mu r_n and dissipates the most there."""
+def friction_violations(case, mu, first=1, end=None):
+    """Velocities that vanish where r_t is in the disk of radius mu r_n and dissipates the most there; r_t has the rows from
+    ``first`` on."""
     if len(case.q) == 1:
         return [0.0 if mu == 0.0 else math.inf]
-    w = min(case.W[k][k] for k in range(1, case.size))
-    r_n, *r_t = case.impulse
-    there = [r - u / w for r, u in zip(r_t, case.velocity[1:], strict=True)]
+    rows = range(case.size)[first:end]
+    w = min(case.W[k][k] for k in rows)
+    r_n, r_t = case.impulse[0], case.impulse[first:end]
+    there = [r - u / w for r, u in zip(r_t, case.velocity[first:end], strict=True)]
     inward = min(1.0, mu * r_n / (math.hypot(*there) or 1.0))
     outside = max(math.hypot(*r_t) - mu * r_n, 0.0)
     return [w * outside, *(w * (inward * at - r) for at, r in zip(there, r_t, strict=True))]
@@ -49,6 +51,14 @@ def signorini(case):
 def coulomb(case):
     """The same, and Coulomb's friction."""
     return signorini(case) + friction_violations(case, case.law.friction)
+
+
+def rolling_coulomb(case):
+    """The same; and |r_r| <= mu_r r_n, opposing u_r where it rolls."""
+    d, law = case.dimension, case.law
+    return (
+        signorini(case) + friction_violations(case, law.friction, 1, d) + friction_violations(case, law.rolling_friction, d)
+    )
 
 
 def restitution(case):
@@ -123,6 +133,7 @@ def voigt_wire(case):
 RELATIONS = {
     "signorini": signorini,
     "coulomb": coulomb,
+    "rolling-coulomb": rolling_coulomb,
     "restitution": restitution,
     "rigid-rod": rigid_rod,
     "rigid-wire": rigid_wire,
@@ -147,8 +158,8 @@ def test_react_solves_the_relation(law, data):
 def test_the_relation_rejects_a_wrong_impulse(law, factor):
     """So that the test above can fail: at an active interaction of speed 1 m/s, W = 2/kg, a wrong impulse shows."""
     size = law.rows(2)
-    q = (1.0 if law.APPLIES_TO == "link" else -1.0, 0.8)[:size]
-    W = ((2.0, 0.5), (0.5, 1.0)) if size == 2 else ((2.0,),)
+    q = (1.0 if law.APPLIES_TO == "link" else -1.0, 0.8, 0.2)[:size]
+    W = tuple(row[:size] for row in ((2.0, 0.5, 0.1), (0.5, 1.0, 0.2), (0.1, 0.2, 1.0))[:size])
     step = CaseStep(gap=0.0, before=(0.0,) * size, W=W, q=q)
     case = LawCase(law, time_step=1e-2, reference_gap=0.0, reference_length=0.1, birth=0.0, steps=(step,))
     assert np.abs(RELATIONS[law.NAME](case)).max() <= TOLERANCE

@@ -49,7 +49,8 @@ def create(
         write_group(file, "scene", description)
         positions = np.dtype(("f8", (bodies, 3)))
         velocities = np.dtype(("f8", checkpoint.velocities.shape))
-        kinds = INDEX, positions, velocities, interaction_type(dimension), history_type(laws)
+        moments = checkpoint.memory.impulse.shape[1] - dimension
+        kinds = INDEX, positions, velocities, interaction_type(dimension, moments), history_type(laws)
         types = dict(zip(GROWING, kinds, strict=True))
         types.update({OBSERVED + name: kind for name, kind in observed.items()})
         for name, kind in types.items():

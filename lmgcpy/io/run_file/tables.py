@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.io.run_file.checked_rows import start_of_last_chunk
+from lmgcpy.laws.law import ROLLING_ROWS
 
 GROWING = ("frames/index", "frames/positions", "frames/velocities", "interactions", "history")
 """Growing tables of every file; each observation adds one."""
@@ -15,12 +16,14 @@ OBSERVED = "observed/"
 INDEX = np.dtype([("time", "f8"), ("step", "i8"), ("first", "i8"), ("count", "i8")])
 
 
-def interaction_type(dimension: int) -> np.dtype:
-    """Type of a row of ``interactions``: ids, code of the law, gap [m], normal, contact point [m], impulse [N s].
+def interaction_type(dimension: int, moments: int = 0) -> np.dtype:
+    """Type of a row of ``interactions``: ids, code of the law, gap [m], normal, contact point [m], impulse [N s], and in
+    scenes with rolling friction so many ``moments`` [N m s].
 
-    The impulse is in the local frame.
+    The impulse is in the local frame, and so are the moments.
     """
     vector = ("f8", (dimension,))
+    rolling = [("moment", "f8", (moments,))] if moments else []
     return np.dtype(
         [
             ("candidate", "i4"),
@@ -30,6 +33,7 @@ def interaction_type(dimension: int) -> np.dtype:
             ("normal", *vector),
             ("point", *vector),
             ("impulse", *vector),
+            *rolling,
         ]
     )
 
@@ -54,7 +58,11 @@ def table_types(file: Any, laws: list[str]) -> dict[str, np.dtype]:
     if components not in (3, 6):
         raise ValueError(f"'frames/velocities' has {components} components, not 3 or 6")
     vectors = np.dtype(("f8", (bodies, 3))), np.dtype(("f8", (bodies, components)))
-    kinds = INDEX, *vectors, interaction_type(2 if components == 3 else 3), history_type(len(laws))
+    dimension = 2 if components == 3 else 3
+    rolling = (
+        ROLLING_ROWS.get(dimension, dimension) - dimension if "moment" in (file["interactions"].dtype.names or ()) else 0
+    )
+    kinds = INDEX, *vectors, interaction_type(dimension, rolling), history_type(len(laws))
     types = dict(zip(GROWING, kinds, strict=True))
     for name in growing_tables(file):
         if name not in types:

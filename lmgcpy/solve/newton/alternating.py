@@ -116,19 +116,19 @@ class Alternating(Solver):
                     continue
                 problem, acting = step.conic()
                 active, noise = ActiveSet(problem), np.random.default_rng(0)
-            start, left = system.impulse[acting], most - factorisations
+            start, left = system.impulse[acting, : problem.dimension], most - factorisations
             # Newton steps know of the residual only; it is to fall as the worst displacement must
             aim = min(self.tolerance, 0.5 * swept.residual * slip / swept.slip) if swept.slip > slip else self.tolerance
             attempt = proximal_newton(active, start, aim, left, LAST_PATIENCE if last else patience)
             factorisations += attempt.factorisations
             guess = system.impulse.copy()
-            guess[acting] = attempt.impulses
+            guess[acting, : problem.dimension] = attempt.impulses
             gained = attempt.residual <= max(GAIN * least, aim)
             if attempt.residual < least:
                 best, least = guess, attempt.residual
             if not gained:
                 guess = guess.copy()
-                guess[acting] = attempt.last
+                guess[acting, : problem.dimension] = attempt.last
                 guess *= 1.0 + DISTURBANCE * noise.standard_normal((len(guess), 1))
             turn, patience = max(turn, min(2 * turn, LONGEST)), min(2 * patience, MOST_PATIENCE)
         if swept.residual > least:

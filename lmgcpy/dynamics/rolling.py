@@ -1,0 +1,32 @@
+"""What the rolling components of contacts need beside those of the others: a lever, and their entries of W."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lmgcpy.contact.detector import Group
+from lmgcpy.contact.interactions import Interactions
+from lmgcpy.laws.pair import effective
+
+
+def rolling_radius(groups: list[Group], pairs: np.ndarray, dimension: int, count: int) -> np.ndarray:
+    """Effective radius R of the contacts with rolling components [m], 0 of other interactions, (m,).
+
+    ``1/R = 1/R_c + 1/R_a``; walls are flat. ``pairs``: radii and masses of candidates and antagonists, (m, 4).
+    """
+    radius = np.zeros(count)
+    for group in groups:
+        if group.law.rows(dimension) > dimension:
+            part = slice(group.start, group.stop)
+            radius[part] = [effective(*radii) for radii in pairs[part, :2].tolist()]
+    radius[np.isinf(radius)] = 0.0  # two walls: neither rolls
+    return radius
+
+
+def with_rolling(
+    delassus: np.ndarray, rolling: np.ndarray, interactions: Interactions, inverse_mass: np.ndarray
+) -> np.ndarray:
+    """The diagonals of the local blocks with a column for the rolling component, ``W_rr = R^2 (1/I_c + 1/I_a)`` [1/kg]."""
+    d = delassus.shape[1]
+    turning = inverse_mass[interactions.candidate, d:] + inverse_mass[interactions.antagonist, d:]
+    return np.column_stack([delassus, rolling[:, None] ** 2 * turning])

@@ -1,0 +1,77 @@
+"""The rows of ``H^T`` of one contact with rolling friction in 2D: templates, as ``h_rows_2d`` has them without.
+
+A third row meets the spins alone, with the effective radius R of the two bodies for a lever:
+
+    r:  (0, R)  (0, -R).
+
+So the rolling velocity ``u_r = R (spin_c - spin_a)`` [m/s], the rolling impulse ``r_r`` [N s], the moment over R, and
+its entries of W [1/kg] have the units of the other rows.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lmgcpy.solve.h_rows_2d import local_problem as plane_problem
+from lmgcpy.solve.h_rows_2d import momentum as plane_momentum
+from lmgcpy.solve.h_rows_2d import push as plane_push
+from lmgcpy.solve.h_rows_2d import relative_velocities as plane_velocities
+from lmgcpy.solve.h_rows_2d import relative_velocity as plane_velocity
+
+CENTRAL = True
+"""Whether the contact point lies on the line along the normal through both centres; as what follows, see ``h_rows_2d``."""
+WALLS = -1
+
+
+def relative_velocity(i, s):
+    """(u_n, u_t, u_r) of interaction ``i``, candidate minus antagonist."""
+    u_n, u_t = plane_velocity(i, s)
+    return u_n, u_t, s.rolling[i] * (s.velocity[s.candidate[i], 2] - s.velocity[s.antagonist[i], 2])
+
+
+def push(i, s, d):
+    """Add ``M^-1 H d`` of an impulse ``d`` on interaction ``i`` to the velocities of its bodies."""
+    plane_push(i, s, d)
+    c = s.candidate[i]
+    a = s.antagonist[i]
+    moment = s.rolling[i] * d[2]
+    if WALLS != 0:
+        s.velocity[c, 2] += s.inverse_mass[c, 2] * moment
+    if WALLS != 1:
+        s.velocity[a, 2] -= s.inverse_mass[a, 2] * moment
+
+
+def local_problem(i, s, u, r):
+    """(the local block of W, ``u - W r``) of interaction ``i``."""
+    ((w_nn, w_nt), (_, w_tt)), (free_n, free_t) = plane_problem(i, s, u, r)
+    # spins couple the rows: the levers of n and t with R, by the inverse inertias
+    turn_c = s.rolling[i] * s.inverse_mass[s.candidate[i], 2]
+    turn_a = s.rolling[i] * s.inverse_mass[s.antagonist[i], 2]
+    w_rr = s.delassus[i, 2]
+    w_tr = s.arm[i, 1] * turn_a - s.arm[i, 0] * turn_c
+    w_nr = 0.0
+    if not CENTRAL:
+        w_nr = -s.lateral[i, 0] * turn_c - s.lateral[i, 1] * turn_a
+    free_n -= w_nr * r[2]
+    free_t -= w_tr * r[2]
+    free_r = u[2] - w_nr * r[0] - w_tr * r[1] - w_rr * r[2]
+    return ((w_nn, w_nt, w_nr), (w_nt, w_tt, w_tr), (w_nr, w_tr, w_rr)), (free_n, free_t, free_r)
+
+
+def momentum(start, stop, walls, s, result):
+    """Add ``H r`` of some interactions to ``result`` (n, 3), see ``h_rows_2d.momentum``."""
+    plane_momentum(start, stop, walls, s, result)
+    for i in range(start, stop):
+        moment = s.rolling[i] * s.impulse[i, 2]
+        if walls != 0:
+            result[s.candidate[i], 2] += moment
+        if walls != 1:
+            result[s.antagonist[i], 2] -= moment
+
+
+def relative_velocities(s, velocity, result):
+    """(u_n, u_t, u_r) of every interaction for the velocities of the bodies, into ``result`` (m, 3)."""
+    plane_velocities(s, velocity, result)
+    for k in range(s.candidate.shape[0]):
+        i = np.uintp(k)
+        result[i, 2] = s.rolling[i] * (velocity[s.candidate[i], 2] - velocity[s.antagonist[i], 2])
