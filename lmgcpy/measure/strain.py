@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import Delaunay, QhullError
 
 from lmgcpy.errors import named_arguments, shown, whole
 from lmgcpy.measure.sources import RecordedRun, is_run
@@ -41,6 +40,8 @@ def strain(run: RecordedRun, *, frame: int = -1, since: int = 0) -> LocalStrain:
     the least-squares fit of their relative displacements, ``minimise sum |du - G dx|^2``, and ``rest`` is what is left
     (Falk and Langer, Phys. Rev. E 57, 1998, whose D^2_min is the sum). An affine field is found to round-off.
     """
+    from scipy.spatial import Delaunay, QhullError  # takes as long to import as the rest of lmgcpy
+
     if not is_run(run):
         raise TypeError(f"run must be a run file that lmgcpy.io.open_run opens, got {shown(run)}.")
     first, last = (whole(k, name, minimum=-(2**62)) for k, name in ((since, "since"), (frame, "frame")))
