@@ -84,7 +84,8 @@ def interaction_matrix(step: StepProblem) -> sparse.csr_array:
     """``H^T``: relative velocities (u_n, u_t(, u_s) of each interaction) from those of the bodies, (d m, k n).
 
     A row of the local frame, e, and its moments about both centres make a row of ``H^T``: ``(e, l_c x e, -e, -l_a x e)``
-    with the levers ``l_c = -arm_c n + lateral_c t`` and ``l_a = arm_a n + lateral_a t``.
+    with the levers ``l_c = -arm_c n + lateral_c t`` and ``l_a = arm_a n + lateral_a t``. In a periodic cell that deforms it
+    meets the columns of the velocity gradient with ``e l_b``.
     """
     import scipy.sparse as sparse
 
@@ -101,6 +102,11 @@ def interaction_matrix(step: StepProblem) -> sparse.csr_array:
         moment[:, :, 0, 0] = s.lateral * (-1.0, 1.0)
     values = np.concatenate([frame, moment[:, 0], -frame, moment[:, 1]], axis=2)
     columns = np.hstack([k * ids.astype(np.int64)[:, None] + np.arange(k) for ids in (s.candidate, s.antagonist)])
-    rows = np.repeat(np.arange(d * count), 2 * k)
+    if s.deforms:  # (e l_b) for each edge b of a cell
+        cell = (frame[:, :, None, :] * s.branch[:, None, :, None]).reshape(count, d, -1)
+        values = np.concatenate([values, cell], axis=2)
+        edges = (k * s.edges[:, None] + np.arange(d)).ravel()
+        columns = np.hstack([columns, np.tile(edges, (count, 1))])
+    rows = np.repeat(np.arange(d * count), columns.shape[1])
     columns = np.repeat(columns, d, axis=0)
     return sparse.csr_array((values.ravel(), (rows, columns.ravel())), shape=(d * count, s.inverse_mass.size))

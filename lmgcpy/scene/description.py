@@ -13,12 +13,14 @@ from typing import Any
 
 import numpy as np
 
+from lmgcpy.contact.lattice import Lattice
 from lmgcpy.dynamics.changes import DRIVEN, LOADED
 from lmgcpy.dynamics.model import COMPONENTS
 from lmgcpy.errors import shown
 from lmgcpy.laws import Law, registry
 from lmgcpy.scene.body import Body, Disk, RigidBody, Wall
 from lmgcpy.scene.body_3d import CylinderWall, Sphere
+from lmgcpy.scene.cell import AXES, Edge
 from lmgcpy.scene.contactor import (
     Contactor,
     CylinderContactor,
@@ -38,6 +40,9 @@ KINDS: dict[type[Body], str] = {
     CylinderWall: "cylinder",
 }
 """Classes of bodies that a description restores; bodies of other classes come back as :class:`RecordedBody`."""
+
+EDGES = tuple(f"edge {axis}" for axis in AXES)
+"""Kinds of the edges of a periodic cell."""
 
 _COLLIDE = (False, True, None)
 """Values of ``neighbours_collide``; a file holds the index."""
@@ -88,7 +93,7 @@ def describe(scene: Scene) -> dict[str, Any]:
         row[: len(numbers)] = numbers
     colors, color = _codes([body.color for body in bodies])
     kinds, kind = _codes([contactor.KIND for _, contactor, _ in items])
-    body_kinds, body_kind = _codes([KINDS.get(type(body), "other") for body in bodies])
+    body_kinds, body_kind = _codes([_kind(body) for body in bodies])
     materials = list(dict.fromkeys(m for m in (getattr(body, "material", None) for body in bodies) if m is not None))
     conditions = [
         (body.id, component, loaded, value)
@@ -257,6 +262,22 @@ def outlines_of(table: Mapping[str, Any]) -> list[tuple[int, np.ndarray]]:
     return list(zip(owner.tolist(), np.split(point, np.cumsum(count)[:-1]), strict=False))
 
 
+def lattice_of(description: Mapping[str, Any]) -> Lattice | None:
+    """The lattice of the periodic cell in a description, None where there is none."""
+    bodies = description["bodies"]
+    if not set(EDGES) & set(bodies["kinds"]):
+        return None
+    kinds = np.array(bodies["kinds"])[bodies["kind"]]
+    rows = np.flatnonzero(np.isin(kinds, EDGES))
+    axes = np.array([EDGES.index(kind) for kind in kinds[rows].tolist()], dtype=np.int64)
+    return Lattice(rows, axes, int(description["dimension"]))
+
+
+def _kind(body: Body) -> str:
+    """The kind of a body in descriptions."""
+    return EDGES[body.axis] if isinstance(body, Edge) else KINDS.get(type(body), "other")
+
+
 def _codes(words: list[str]) -> tuple[list[str], np.ndarray]:
     """The different words, and the index of each entry among them, (n,) int64."""
     table = list(dict.fromkeys(words))
@@ -297,6 +318,7 @@ def _add_bodies(scene: Scene, description: Mapping[str, Any]) -> None:
     of_body: list[list[tuple[Contactor, tuple[float, ...]]]] = [[] for _ in bodies["mass"]]
     for k, body in enumerate(table["body"]):
         of_body[body].append((_contactor(table, k), tuple(table["offset"][k].tolist())))
+    edges: list[Edge] = []
     for i, contactors in enumerate(of_body):
         position, velocity = bodies["position"][i], bodies["velocity"][i]
         d = scene.dimension
@@ -322,6 +344,10 @@ def _add_bodies(scene: Scene, description: Mapping[str, Any]) -> None:
             shape, held = contactors[0][0].shape, None if mass == math.inf else mass
             made = CylinderWall(point=position, axis=shape[:3], radius=shape[3], mass=held, **start)
             made._contactor = contactors[0][0]
+        elif kind in EDGES:
+            axis, held = EDGES.index(kind), None if mass == math.inf else mass
+            made = Edge(axis, position[:d], mass=held, velocity=velocity[:d])
+            edges.append(made)
         elif kind == "rigid":
             made = RigidBody(contactors, mass=mass, inertia=inertia, position=position[:2], **start)
         else:
@@ -338,6 +364,8 @@ def _add_bodies(scene: Scene, description: Mapping[str, Any]) -> None:
         if "hidden" in bodies and bodies["hidden"][i]:  # none in files of former versions
             made.hide()
         scene.add(made)
+    if edges:
+        scene._take_edges(edges)
 
 
 def _contactor(table: Mapping[str, Any], k: int) -> Contactor:
