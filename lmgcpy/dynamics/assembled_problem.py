@@ -8,8 +8,9 @@ import numpy as np
 
 from lmgcpy.contact.frames import local_frames
 from lmgcpy.dynamics.assembly import StepProblem
-from lmgcpy.solve.problem import Conic, Problem, cone_of
+from lmgcpy.solve.problem import Conic, Problem, Split, cone_of
 from lmgcpy.solve.step import ConicForm
+from lmgcpy.solve.system import System
 
 if TYPE_CHECKING:
     import scipy.sparse as sparse
@@ -51,7 +52,14 @@ def as_problem(step: StepProblem) -> Conic:
     H = interaction_matrix(step)
     d = step.dimension
     H = H[np.repeat(acting, d)]
-    W = (H @ sparse.diags_array(system.inverse_mass.ravel()) @ H.T).tocsr()
+    inverse_mass, split = system.inverse_mass.copy(), None
+    if system.deforms:
+        inverse_mass[system.edges] = 0.0
+    W = (H @ sparse.diags_array(inverse_mass.ravel()) @ H.T).tocsr()
+    columns = cell_columns(H, system)
+    if columns.shape[1]:
+        split = Split(W, columns)
+        W = sparse.csr_array(W + columns @ columns.T)
     q = H @ step.free_velocity.ravel()
     q[::d] += bias[acting]
     geometric, links = np.zeros(count), len(system.geometric)
@@ -70,9 +78,21 @@ def as_problem(step: StepProblem) -> Conic:
         guess=step.guess[acting, :d],
         geometric=geometric[acting],
         scale=system.scale[acting],
+        split=split,
         cone_by_law={group.law.NAME: cone_of(type(group.law)) for group in step.groups},
     )
     return Conic(problem, acting)
+
+
+def cell_columns(H: sparse.csr_array, system: System) -> np.ndarray:
+    """``H^T M^(-1/2)`` of the components of a periodic cell that yield, (m d, q): what they add to W is this times its
+    transpose."""
+    if not system.deforms:
+        return np.zeros((H.shape[0], 0))
+    k = system.inverse_mass.shape[1]
+    component = (k * system.edges[:, None] + np.arange(k)).ravel()
+    mobile = component[system.inverse_mass.ravel()[component] > 0.0]
+    return np.asarray(H[:, mobile].todense()) * np.sqrt(system.inverse_mass.ravel()[mobile])
 
 
 def conic_form(step: StepProblem) -> ConicForm:

@@ -1,6 +1,7 @@
 """A periodic cell: images, the motion with the mean flow, and the stress that it yields to."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -213,6 +214,23 @@ def test_the_local_blocks_are_those_of_the_assembled_operator(dimension):
     assert len(rows) > 10
     bias = u.reshape(-1, d) - sim._last[0].data.after[:, :d]
     assert np.abs(bias[:, 1:][contacts]).max() < 1e-12 * np.abs(u).max()
+
+
+@pytest.mark.parametrize("dimension", [2, pytest.param(3, marks=pytest.mark.long)])
+def test_newton_steps_on_the_split_operator_are_those_on_the_whole(dimension):
+    """``W = sparse + C C^T`` as one sparse system with the components of the cell beside, or W as it is: the same impulses
+    of a step, whose solution the proximal method makes unique, and the same residual in ``lm.solve``."""
+    scene, _ = pressed(dimension, 4 if dimension == 2 else 3, 1e3, rate=3.0)
+    sim = lm.Simulation(scene, time_step=2e-4).run(steps=60)
+    problem = sim.problem()
+    sparse, columns = problem.split
+    assert columns.shape[1] == dimension
+    assert (sparse + columns @ columns.T) == pytest.approx(problem.W.toarray(), abs=1e-12 * problem.W.max())
+    whole = replace(problem, split=None)
+    ends = [lm.solve(one, solver=lm.Newton(tolerance=1e-12)) for one in (problem, whole)]
+    for one, end in zip((problem, whole), ends, strict=True):
+        assert lm.residual(one, end.impulses, measure="natural") < 1e-11
+    assert ends[0].velocities == pytest.approx(ends[1].velocities, abs=1e-8 * np.abs(problem.q).max())
 
 
 def test_all_solvers_find_the_same_step():
