@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from lmgcpy.contact.lattice import Lattice
-from lmgcpy.errors import closest, named_arguments, number, shown, vector
+from lmgcpy.errors import closest, named_arguments, number, numbers, shown, vector
 from lmgcpy.scene.body import AT_REST, Body, Prescribed
 from lmgcpy.scene.contactor import Contactor, CylinderContactor, PlaneContactor, WallContactor
-
-if TYPE_CHECKING:
-    from lmgcpy.scene.scene import Scene
 
 AXES = "xyz"
 
@@ -65,8 +62,10 @@ class Cell:
     (``impose_stress``). Names of components are two axes, "xx", "xy" ...: "xy" is ``dv_x/dy``, simple shear.
     """
 
-    def __init__(self, scene: Scene, edges: list[Edge]):
-        self._scene = scene
+    def __init__(self, dimension: int, bodies: list[Body], edges: list[Edge]):
+        """``bodies``: of the scene, those that it gets later as well."""
+        self._dimension = dimension
+        self._bodies = bodies
         self._edges = edges
         for edge in edges:
             edge._cell = self
@@ -74,7 +73,7 @@ class Cell:
     @property
     def dimension(self) -> int:
         """2 or 3."""
-        return self._scene.dimension
+        return self._dimension
 
     @property
     def lattice(self) -> Lattice:
@@ -106,7 +105,10 @@ class Cell:
 
     def wrapped(self, positions: np.ndarray) -> np.ndarray:
         """The images of positions (m, d) that lie in the cell now [m]; positions of bodies go on beyond its faces."""
-        return self.lattice.wrapped(np.asarray(positions, dtype=float), self.edges)
+        points = numbers(positions, "positions")
+        if points.ndim != 2 or points.shape[1] != self.dimension:
+            raise ValueError(f"positions must have shape (m, {self.dimension}) [m], got {points.shape}.")
+        return self.lattice.wrapped(points, self.edges)
 
     @named_arguments
     def impose_rate(self, **components: Prescribed) -> Cell:
@@ -157,14 +159,23 @@ class Cell:
     def _mean_inertia(self, axis: int) -> float:
         """Inertia of a column of G [kg m^2]: that of the bodies if they moved with the mean flow, spread evenly over the
         width of the cell, ``M width^2 / 12``."""
-        mass = sum(body.mass for body in self._scene.bodies if math.isfinite(body.extent) and not isinstance(body, Edge))
+        mass = sum(body.mass for body in self._bodies if math.isfinite(body.extent) and not isinstance(body, Edge))
         lattice = self.lattice
         start = np.array([edge._position[: self.dimension] for edge in self._edges])
         return mass * float(lattice.widths(start)[lattice.axes.tolist().index(axis)]) ** 2 / 12.0
 
     def check(self) -> None:
-        """ValueError where something of the scene without bounds does not go on beyond the faces as it is."""
-        for body in self._scene.bodies:
+        """ValueError where something without bounds does not go on beyond the faces as it is, or a cell that yields has no
+        inertia."""
+        for edge in self._edges:
+            if edge.mass == 0.0 and edge._forces:
+                raise ValueError(
+                    "The periodic cell yields to a stress, and no body has a mass from which its inertia would follow: add "
+                    "bodies, or say periodic(inertia=...)."
+                )
+            if edge.mass == 0.0:  # nothing moves it
+                edge._mass = math.inf
+        for body in self._bodies:
             for contactor, _ in body.contactors:
                 if math.isfinite(contactor.bounding_radius):
                     continue

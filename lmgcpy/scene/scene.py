@@ -142,7 +142,7 @@ class Scene:
 
     def _take_edges(self, edges: list[Edge]) -> Cell:
         """Make these edges, bodies of the scene, those of its periodic cell."""
-        self._cell = Cell(self, edges)
+        self._cell = Cell(self.dimension, self.bodies, edges)
         return self._cell
 
     @property
