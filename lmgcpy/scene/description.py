@@ -270,7 +270,11 @@ def lattice_of(description: Mapping[str, Any]) -> Lattice | None:
     kinds = np.array(bodies["kinds"])[bodies["kind"]]
     rows = np.flatnonzero(np.isin(kinds, EDGES))
     axes = np.array([EDGES.index(kind) for kind in kinds[rows].tolist()], dtype=np.int64)
-    return Lattice(rows, axes, int(description["dimension"]))
+    d = int(description["dimension"])
+    if len(set(axes.tolist())) < len(axes) or axes.max() >= d:
+        raise ValueError(f"its periodic cell has the edges {', '.join(AXES[k] for k in axes)} in {d}D")
+    order = np.argsort(axes)
+    return Lattice(rows[order], axes[order], d)
 
 
 def _kind(body: Body) -> str:
@@ -365,7 +369,8 @@ def _add_bodies(scene: Scene, description: Mapping[str, Any]) -> None:
             made.hide()
         scene.add(made)
     if edges:
-        scene._take_edges(edges)
+        lattice_of(description)  # which says what is wrong with them
+        scene._take_edges(sorted(edges, key=lambda edge: edge.axis))
 
 
 def _contactor(table: Mapping[str, Any], k: int) -> Contactor:

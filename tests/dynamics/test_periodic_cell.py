@@ -385,6 +385,41 @@ def test_a_bed_between_periodic_sides_presses_its_floor_with_its_weight(dimensio
     assert np.abs(sim.velocities).max() < 1e-9
 
 
+def test_the_stress_between_a_pressed_lid_and_a_floor_is_the_pressure():
+    """Periodic along x, a lid of p per length: sigma_yy = -p with the volume of the cell between the walls, and Weber's
+    branches that end at the walls."""
+    scene, radius = lm.Scene(dimension=2), 0.05
+    for i in range(4):
+        for j in range(3):
+            scene.add(lm.disk(radius=radius, position=(0.1 * i + 0.05 + 0.05 * (j % 2), 0.05 + 0.0866026 * j), mass=1.0))
+    scene.add(lm.wall(point=(0.0, 0.0), normal=(0, 1)))
+    lid = scene.add(lm.wall(point=(0.0, 0.0866026 * 2 + 0.1), normal=(0, -1), mass=5.0))
+    lid.impose_force(y=-1000.0 * 0.4)
+    scene.periodic(x=0.4)
+    for pair in (("GRAIN", "GRAIN"), ("GRAIN", "WALL")):
+        scene.see(*pair, lm.Coulomb(friction=0.0))
+    sim = lm.Simulation(scene, time_step=1e-3, solver=lm.Auto(tolerance=1e-9)).run(steps=30)
+    assert lm.measure.stress(sim)["total"][1, 1] == pytest.approx(-1000.0, rel=1e-5)
+
+
+def test_windows_that_tile_the_cell_have_its_stress_as_their_mean():
+    """Also where bodies lie outside of the cell, and where it leans."""
+    shifts = np.random.default_rng(5).integers(-2, 3, (16, 2))
+    scene, cell = pressed(2, 4, 1e3, rate=20.0, shifts=shifts)
+    sim = lm.Simulation(scene, time_step=2e-4).run(steps=60)
+    width, height, count = cell.edges[0, 0], cell.edges[1, 1], 3
+    assert abs(cell.edges[1, 0]) > 0.1 * width
+    parts = [
+        lm.measure.window_stress(
+            sim, ((i * width / count, j * height / count), ((i + 1) * width / count, (j + 1) * height / count))
+        )
+        for i, j in np.ndindex(count, count)
+    ]
+    total = lm.measure.stress(sim)["total"]
+    assert np.abs(total).max() > 100.0
+    assert np.mean(parts, axis=0) == pytest.approx(total, abs=1e-9 * np.abs(total).max())
+
+
 # ------------------------------------------------------------------------------------------------- going on with a run
 
 
