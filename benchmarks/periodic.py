@@ -5,6 +5,7 @@ of 1 at an inertial number of 0.01, the normal stress held. Means are over the s
 fraction of the same grains in a box of frictionless walls, compacted without friction: walls leave voids.
 
 python benchmarks/periodic.py [GRAINS [SEEDS [STRAIN]]]
+python benchmarks/periodic.py picture FILE        the picture of docs/periodic.md
 """
 
 from __future__ import annotations
@@ -30,6 +31,15 @@ def walled(radii: np.ndarray, dimension: int, seed: int) -> float:
     sample = Sample(positions, radii, (), 0.0, np.array([*(length,) * (dimension - 1), height]))
     done = compact(sample, pressure=PRESSURE, density=2600.0, drag=0.1, max_steps=2000).sample
     return volume / float(np.prod(done.box))
+
+
+def picture(file: str) -> None:
+    """Contact reactions in a sheared cell of 500 disks."""
+    radii = lm.sample.grading(500, minimum=0.005, maximum=0.010, seed=0)
+    pressed = compact_periodic(lay_periodic(radii, dimension=2, seed=0), pressure=PRESSURE)
+    shear = PeriodicShear(pressed.sample, pressure=PRESSURE, friction=FRICTION)
+    shear.run(0.35)
+    lm.view.render(shear.simulation, file, what="forces", size=(900, 760))
 
 
 def main(grains: int, seeds: int, strain: float) -> None:
@@ -80,6 +90,9 @@ HEADER = [
 
 if __name__ == "__main__":
     given = sys.argv[1:]
+    if given[:1] == ["picture"]:
+        picture(given[1])
+        raise SystemExit
     main(
         int(given[0]) if given else 500,
         int(given[1]) if len(given) > 1 else 3,
