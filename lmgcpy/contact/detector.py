@@ -204,7 +204,9 @@ class Detector:
         widest = self.widest(travel, 0.0)
         too_near_walls = closing > self._distances.cap and self._reach < self._distances.fullest < np.inf
         if self._out_of_date(placed, widest) or too_near_walls:
-            self._reach = self._distances.reach(widest, travel)
+            reach = self._distances.reach(widest, travel)
+            # in a narrow cell the list is made anew more often
+            self._reach = reach if self._images is None else max(widest, min(reach, self._images.most_reach(placed)))
             self._list_neighbours(placed)
 
     def _out_of_date(self, placed: np.ndarray, widest: float) -> bool:

@@ -62,6 +62,11 @@ class Images:
     def _edges(self, placed: np.ndarray) -> np.ndarray:
         return placed[len(self._contactors.body) :, : self._lattice.dimension]
 
+    def most_reach(self, placed: np.ndarray) -> float:
+        """The largest reach that the width of the cell allows [m], less a thousandth of the width."""
+        width = float(self._lattice.widths(self._edges(placed)).min())
+        return 0.499 * width - max(2.0 * self._largest, self._longest)
+
     def check_width(self, placed: np.ndarray, reach: float) -> None:
         """ValueError where two images of a contactor may be within ``reach`` [m] of another one, or a body of its own."""
         least = 2.0 * max(2.0 * self._largest, self._longest) + 2.0 * reach

@@ -70,7 +70,7 @@ class Stepper:
         v      = v_free + M^-1 H r
         q      = q_m + theta h v
 
-    In a periodic cell bodies move with ``v + G q`` instead of v (:mod:`lmgcpy.dynamics.cell`).
+    In a periodic cell bodies move with ``v + G q`` instead of v (``lmgcpy/dynamics/cell.py``).
     Where links would make energy as they are pulled back, positions and velocities come from two solves
     (``lmgcpy/dynamics/turning_stretch.py``).
     """

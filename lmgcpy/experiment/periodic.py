@@ -37,6 +37,11 @@ LOOSE = {2: 0.45, 3: 0.3}
 """Solid fraction of a cell before its compaction."""
 
 
+HEAVY = 4.0
+"""Inertia of a cell in its compaction over the usual one: with that, loose grains move by more than half a radius in a
+step."""
+
+
 @named_arguments
 @dataclass(frozen=True)
 class PeriodicSample:
@@ -102,10 +107,11 @@ def lay_periodic(sizes: Any, *, dimension: int, solid_fraction: float | None = N
 class PeriodicCell:
     """The scene of a periodic sample, without gravity; the caller says how its ``cell`` deforms.
 
-    ``friction`` acts between the grains.
+    ``friction`` acts between the grains; ``heavy``: the inertia of the cell over ``M w^2 / 12``, M the mass of the grains
+    and w the width of a cube of its volume.
     """
 
-    def __init__(self, sample: PeriodicSample, *, density: float, friction: float):
+    def __init__(self, sample: PeriodicSample, *, density: float, friction: float, heavy: float = 1.0):
         if not isinstance(sample, PeriodicSample):
             raise TypeError(f"A periodic cell is for a PeriodicSample, which lay_periodic() makes, got {shown(sample)}.")
         self.dimension, self.diameter, self.solid_volume = sample.dimension, sample.diameter, sample.solid_volume
@@ -117,7 +123,9 @@ class PeriodicCell:
             for position, radius in zip(sample.positions, sample.radii, strict=True)
         ]
         self.scene.see(GRAIN, GRAIN, Coulomb(friction=friction))
-        self.cell = self.scene.periodic(**dict(zip(AXES, sample.edges, strict=False)))
+        width = (sample.solid_volume / sample.solid_fraction) ** (1.0 / self.dimension)
+        inertia = heavy * density * sample.solid_volume * width**2 / 12.0
+        self.cell = self.scene.periodic(**dict(zip(AXES, sample.edges, strict=False)), inertia=inertia)
 
     @property
     def sample(self) -> PeriodicSample:
@@ -214,7 +222,7 @@ def compact_periodic(
     pressure: float,
     density: float = 2600.0,
     friction: float = 0.0,
-    drag: float = 0.1,
+    drag: float = 0.3,
     time_step: float | None = None,
     solver: Solver | None = None,
     max_steps: int = 2000,
@@ -237,7 +245,7 @@ def compact_periodic(
     number(pressure, "pressure", above=0.0, unit="Pa")
     number(drag, "drag", minimum=0.0)
     whole(max_steps, "max_steps", minimum=1)
-    held = PeriodicCell(sample, density=density, friction=number(friction, "friction", minimum=0.0))
+    held = PeriodicCell(sample, density=density, friction=number(friction, "friction", minimum=0.0), heavy=HEAVY)
     d = held.dimension
     for k, axis in enumerate(AXES[:d]):  # an upper triangular velocity gradient deforms the cell and does not turn it
         held.cell.impose_stress(**{axis + axis: -pressure}, **{axis + other: 0.0 for other in AXES[k + 1 : d]})
