@@ -9,6 +9,7 @@ from __future__ import annotations
 import logging
 import math
 from collections.abc import Callable, Mapping
+from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -292,52 +293,85 @@ def _make_law(name: str, distribution: str, parameters: Mapping[str, float | Non
 
 
 def _add_bodies(scene: Scene, description: Mapping[str, Any]) -> None:
-    bodies, table = description["bodies"], description["contactors"]
+    bodies = description["bodies"]
     materials = [Material(**material) for material in description["materials"]]
-    of_body: list[list[tuple[Contactor, tuple[float, ...]]]] = [[] for _ in bodies["mass"]]
-    for k, body in enumerate(table["body"]):
-        of_body[body].append((_contactor(table, k), tuple(table["offset"][k].tolist())))
-    for i, contactors in enumerate(of_body):
-        position, velocity = bodies["position"][i], bodies["velocity"][i]
-        d = scene.dimension
-        start: dict[str, Any] = {"color": bodies["colors"][bodies["color"][i]], "velocity": velocity[:d]}
-        start |= {"spin": float(velocity[2]), "rotation": float(position[2])} if d == 2 else {"spin": velocity[3:]}
-        mass, inertia = float(bodies["mass"][i]), float(bodies["inertia"][i])
-        kind = bodies["kinds"][bodies["kind"][i]]
-        made: Body
-        if kind == "wall":
-            contactor = contactors[0][0]
-            held = None if mass == math.inf else mass
-            made = Wall(point=position[:d], normal=contactor.shape, mass=held, **start)
-            made._contactor = contactor
-        elif kind == "disk":
-            radius = contactors[0][0].shape[0]
-            made = Disk(radius=radius, mass=mass, inertia=inertia, position=position[:2], **start)
-            made._material = materials[bodies["material"][i]] if bodies["material"][i] >= 0 else None
-        elif kind == "sphere":
-            radius = contactors[0][0].shape[0]
-            made = Sphere(radius=radius, mass=mass, inertia=inertia, position=position, **start)
-            made._material = materials[bodies["material"][i]] if bodies["material"][i] >= 0 else None
-        elif kind == "cylinder":
-            shape, held = contactors[0][0].shape, None if mass == math.inf else mass
-            made = CylinderWall(point=position, axis=shape[:3], radius=shape[3], mass=held, **start)
-            made._contactor = contactors[0][0]
-        elif kind == "rigid":
-            made = RigidBody(contactors, mass=mass, inertia=inertia, position=position[:2], **start)
-        else:
-            made = RecordedBody(position=position[:d], **start)
-            vars(made).update(
-                mass=mass,
-                inertia=inertia,
-                contactors=contactors,
-                link_radius=float(bodies["link_radius"][i]),
-                extent=float(bodies["extent"][i]),
-                gravity_acts=bool(bodies["gravity_acts"][i]),
-                held_by_default=bool(bodies["held_by_default"][i]),
-            )
-        if "hidden" in bodies and bodies["hidden"][i]:  # none in files of former versions
-            made.hide()
-        scene.add(made)
+    of_body: list[list[int]] = [[] for _ in bodies["mass"]]
+    for k, body in enumerate(description["contactors"]["body"].tolist()):
+        of_body[body].append(k)
+    # bodies of one kind, colour and material that follow each other are made at once
+    alike = zip(*(bodies[name].tolist() for name in ("kind", "color", "material")), strict=True)
+    for (kind_code, color_code, material_code), run in groupby(range(len(of_body)), key=list(alike).__getitem__):
+        rows = list(run)
+        kind, color = bodies["kinds"][kind_code], bodies["colors"][color_code]
+        if kind in ("disk", "sphere"):
+            material = materials[material_code] if material_code >= 0 else None
+            _add_round(scene, description, Disk if kind == "disk" else Sphere, color, material, rows, of_body)
+            continue
+        for i in rows:
+            scene.add(_one_body(scene.dimension, description, kind, color, i, of_body[i]))
+    if "hidden" in bodies:  # not in files of former versions
+        for i in np.flatnonzero(bodies["hidden"]).tolist():
+            scene.bodies[i].hide()
+
+
+def _add_round(
+    scene: Scene,
+    description: Mapping[str, Any],
+    kind: type[Disk] | type[Sphere],
+    color: str,
+    material: Material | None,
+    rows: list[int],
+    of_body: list[list[int]],
+) -> None:
+    """Add the disks or spheres of some rows of the table of bodies."""
+    bodies, d = description["bodies"], scene.dimension
+    position, velocity = bodies["position"][rows], bodies["velocity"][rows]
+    scene._add_round(
+        kind,
+        description["contactors"]["shape"][[of_body[i][0] for i in rows], 0],
+        position[:, :d],
+        velocities=velocity[:, :d],
+        spins=velocity[:, 2] if d == 2 else velocity[:, 3:],
+        masses=bodies["mass"][rows],
+        inertias=bodies["inertia"][rows],
+        rotations=position[:, 2] if d == 2 else None,
+        material=material,
+        color=color,
+    )
+
+
+def _one_body(dimension: int, description: Mapping[str, Any], kind: str, color: str, i: int, of_body: list[int]) -> Body:
+    """The body of a row of the table of bodies, with its contactors, that is no disk or sphere."""
+    bodies, table = description["bodies"], description["contactors"]
+    contactors = [(_contactor(table, k), tuple(table["offset"][k].tolist())) for k in of_body]
+    position, velocity = bodies["position"][i], bodies["velocity"][i]
+    start: dict[str, Any] = {"color": color, "velocity": velocity[:dimension]}
+    start |= {"spin": float(velocity[2]), "rotation": float(position[2])} if dimension == 2 else {"spin": velocity[3:]}
+    mass, inertia = float(bodies["mass"][i]), float(bodies["inertia"][i])
+    made: Body
+    if kind == "wall":
+        contactor = contactors[0][0]
+        held = None if mass == math.inf else mass
+        made = Wall(point=position[:dimension], normal=contactor.shape, mass=held, **start)
+        made._contactor = contactor
+    elif kind == "cylinder":
+        shape, held = contactors[0][0].shape, None if mass == math.inf else mass
+        made = CylinderWall(point=position, axis=shape[:3], radius=shape[3], mass=held, **start)
+        made._contactor = contactors[0][0]
+    elif kind == "rigid":
+        made = RigidBody(contactors, mass=mass, inertia=inertia, position=position[:2], **start)
+    else:
+        made = RecordedBody(position=position[:dimension], **start)
+        vars(made).update(
+            mass=mass,
+            inertia=inertia,
+            contactors=contactors,
+            link_radius=float(bodies["link_radius"][i]),
+            extent=float(bodies["extent"][i]),
+            gravity_acts=bool(bodies["gravity_acts"][i]),
+            held_by_default=bool(bodies["held_by_default"][i]),
+        )
+    return made
 
 
 def _contactor(table: Mapping[str, Any], k: int) -> Contactor:
