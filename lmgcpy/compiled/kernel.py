@@ -47,6 +47,7 @@ from lmgcpy.compiled.fingerprint import (
     rebuildable,
     slots_of,
 )
+from lmgcpy.compiled.waiting import told_on_a_terminal
 from lmgcpy.errors import closest
 
 CompilerError = numba.core.errors.NumbaError
@@ -230,8 +231,9 @@ def _undisturbed(compile: Callable, complete: Callable[[], None]) -> Callable:
         enabled = gc.isenabled()
         gc.disable()
         try:
-            complete()
-            return compile(*arguments)
+            with told_on_a_terminal():
+                complete()
+                return compile(*arguments)
         finally:
             if enabled:
                 gc.enable()
