@@ -27,7 +27,10 @@ from lmgcpy.scene.contactor import (
     PlaneContactor,
     SphereContactor,
     WallContactor,
+    disk_area,
+    disk_second_moment,
 )
+from lmgcpy.scene.many_bodies import StartNumbers
 from lmgcpy.scene.material import Material
 from lmgcpy.scene.scene import Scene
 
@@ -80,15 +83,20 @@ class RecordedBody(Body):
 
 def describe(scene: Scene) -> dict[str, Any]:
     """The description of the initial scene: a tree of dictionaries with arrays, lists, numbers and words."""
-    bodies = scene.bodies
+    bodies, start = scene.bodies, StartNumbers.of(scene.bodies)
     laws: list[Law] = []
-    items = [(body, contactor, offset) for body in bodies for contactor, offset in body.contactors]
-    shapes = [tuple(contactor.shape) for _, contactor, _ in items]
-    shape = np.zeros((len(items), max((len(numbers) for numbers in shapes), default=1)))
-    for row, numbers in zip(shape, shapes, strict=True):
-        row[: len(numbers)] = numbers
+    table = scene._contactors(start)
+    # contactors that are no disk or sphere of lmgcpy, by their rows in the table
+    odd = [contactor for i in start.others for contactor, _ in bodies[i].contactors]
+    others = dict(zip(np.flatnonzero(~start.plain[table.body]).tolist(), odd, strict=True))
+    area, second_moment = np.zeros((2, len(table.body)))
+    if scene.dimension == 2:
+        for sizes, size_of in ((area, disk_area), (second_moment, disk_second_moment)):
+            sizes[:] = [size_of(radius) for radius in table.shape[:, 0].tolist()]
+    for k, contactor in others.items():
+        area[k], second_moment[k] = contactor.area, contactor.second_moment
     colors, color = _codes([body.color for body in bodies])
-    kinds, kind = _codes([contactor.KIND for _, contactor, _ in items])
+    kinds, kind = _codes(table.kind)
     body_kinds, body_kind = _codes([KINDS.get(type(body), "other") for body in bodies])
     materials = list(dict.fromkeys(m for m in (getattr(body, "material", None) for body in bodies) if m is not None))
     conditions = [
@@ -108,27 +116,27 @@ def describe(scene: Scene) -> dict[str, Any]:
             "colors": colors,
             "color": color,
             "material": np.array([_index(getattr(body, "material", None), materials) for body in bodies], dtype=np.int64),
-            "position": np.array([body._position for body in bodies]).reshape(-1, 3),
-            "velocity": np.array([body._velocity for body in bodies]).reshape(-1, len(COMPONENTS[scene.dimension])),
-            "mass": np.array([body.mass for body in bodies], dtype=float),
-            "inertia": np.array([body.inertia for body in bodies], dtype=float),
-            "link_radius": np.array([body.link_radius for body in bodies], dtype=float),
-            "extent": np.array([body.extent for body in bodies], dtype=float),
-            "gravity_acts": np.array([body.gravity_acts for body in bodies], dtype=bool),
+            "position": start.rows[:, :3].copy(),
+            "velocity": start.rows[:, 3 : 3 + len(COMPONENTS[scene.dimension])].copy(),
+            "mass": start.mass.copy(),
+            "inertia": start.inertia.copy(),
+            "link_radius": start.link_radius,
+            "extent": start.extent,
+            "gravity_acts": start.heavy,
             "held_by_default": np.array([body.held_by_default for body in bodies], dtype=bool),
             "hidden": np.array([body.hidden for body in bodies], dtype=bool),
         },
         "contactors": {
             "kinds": kinds,
             "kind": kind,
-            "body": np.array([body.id for body, _, _ in items], dtype=np.int64),
-            "offset": np.array([offset for _, _, offset in items], dtype=float).reshape(-1, scene.dimension),
-            "shape": shape,
-            "shape_size": np.array([len(numbers) for numbers in shapes], dtype=np.int64),
-            "bounding_radius": np.array([contactor.bounding_radius for _, contactor, _ in items], dtype=float),
-            "area": np.array([contactor.area for _, contactor, _ in items], dtype=float),
-            "second_moment": np.array([contactor.second_moment for _, contactor, _ in items], dtype=float),
-            "outlines": _outlines([contactor for _, contactor, _ in items], scene.dimension),
+            "body": table.body,
+            "offset": np.array(table.offset),
+            "shape": table.shape,
+            "shape_size": np.array([table.shape_size[kind] for kind in table.kind], dtype=np.int64),
+            "bounding_radius": table.bounding_radius,
+            "area": area,
+            "second_moment": second_moment,
+            "outlines": _outlines(others, scene.dimension),
         },
         "conditions": {
             "body": np.array([body for body, _, _, _ in conditions], dtype=np.int64),
@@ -216,13 +224,13 @@ def asked_again(functions: list[tuple[int, str] | str]) -> str:
 # ---------------------------------------------------------------------------------------------- scene to description
 
 
-def _outlines(contactors: list[Contactor], dimension: int) -> dict[str, np.ndarray]:
-    """Polylines of the contactors that have some: the contactor of each, its number of points, and the points [m].
+def _outlines(contactors: dict[int, Contactor], dimension: int) -> dict[str, np.ndarray]:
+    """Polylines of the contactors, by row, that have some: the contactor of each, its number of points, and the points [m].
 
     Raises ValueError with a sentence where one is none.
     """
     owners, lines = [], []
-    for k, contactor in enumerate(contactors):
+    for k, contactor in contactors.items():
         outline = contactor.outline
         if outline is None:
             continue

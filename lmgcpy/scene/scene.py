@@ -20,8 +20,8 @@ from lmgcpy.laws.registry import check_interface
 from lmgcpy.scene.body import INERTIA, MASS, RADIUS, Body, Disk, Wall
 from lmgcpy.scene.body_3d import Sphere
 from lmgcpy.scene.chain import Chain
+from lmgcpy.scene.many_bodies import SomeRound, StartNumbers, make_round
 from lmgcpy.scene.material import Material
-from lmgcpy.scene.round_bodies import SomeRound, are_plain, make_round, start_rows
 
 SomeBody = TypeVar("SomeBody", bound=Body)
 
@@ -272,17 +272,10 @@ class Scene:
             check_answers(law, self.dimension)
         for chain in self.chains:
             check_answers(chain.law, self.dimension)
-        rows, plain = start_rows(self.bodies), are_plain(self.bodies)
-        d, count = self.dimension, len(COMPONENTS[self.dimension])
-        positions, velocities = rows[:, :3].copy(), rows[:, 3 : 3 + count].copy()
-        heavy = np.ones(len(rows), dtype=bool)
-        extent, radius = rows[:, RADIUS].copy(), rows[:, RADIUS].copy()
-        for i in np.flatnonzero(~plain).tolist():  # of the others each says for itself
-            body = self.bodies[i]
-            rows[i, MASS], rows[i, INERTIA] = body.mass, body.inertia
-            extent[i], radius[i], heavy[i] = body.extent, body.link_radius, body.gravity_acts
-        mass = np.repeat(rows[:, [MASS, INERTIA]], [d, count - d], axis=1)
-        contactors = self._contactors(rows, plain)
+        start, d, count = StartNumbers.of(self.bodies), self.dimension, len(COMPONENTS[self.dimension])
+        positions, velocities = start.rows[:, :3].copy(), start.rows[:, 3 : 3 + count].copy()
+        mass = np.repeat(start.rows[:, [MASS, INERTIA]], [d, count - d], axis=1)
+        contactors = self._contactors(start)
         self._check_numbers(positions, velocities, mass, contactors)
         driven, loads, inverse_mass, hidden = self._conditions(mass)
         for drive in driven:
@@ -296,11 +289,11 @@ class Scene:
             dimension=self.dimension,
             mass=mass,
             inverse_mass=inverse_mass,
-            radius=radius,
-            extent=extent,
+            radius=start.link_radius,
+            extent=start.extent,
             wall_normals={body.id: body.normal for body in self.bodies if isinstance(body, Wall)},
             gravity=self.gravity,
-            heavy=heavy,
+            heavy=start.heavy,
             contactors=contactors,
             rows=[
                 VisibilityRow(
@@ -405,9 +398,10 @@ class Scene:
                 body = self.bodies[owner[i]]
                 raise ValueError(f"The {what} of {body!r} must be {bound}, got {shown(values[i].tolist())}.")
 
-    def _contactors(self, rows: np.ndarray, plain: np.ndarray) -> ContactorTable:
-        """The table of all contactors; ``rows``, ``plain``: see :mod:`lmgcpy.scene.round_bodies`."""
-        others = [(i, *item) for i in np.flatnonzero(~plain).tolist() for item in self.bodies[i].contactors]
+    def _contactors(self, start: StartNumbers) -> ContactorTable:
+        """The table of all contactors."""
+        rows, plain = start.rows, start.plain
+        others = [(i, *item) for i in start.others for item in self.bodies[i].contactors]
         count = plain.astype(np.int64)
         np.add.at(count, [i for i, _, _ in others], 1)
         owner = np.repeat(np.arange(len(rows)), count)

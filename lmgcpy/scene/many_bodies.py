@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import groupby
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -95,8 +95,49 @@ def _above_zero(value: Any, name: str, kind: type[Round], count: int, unit: str)
     return given
 
 
-def start_rows(bodies: Sequence[Body]) -> np.ndarray:
-    """The rows of numbers of many bodies, (n, 12), see :class:`~lmgcpy.scene.body.StartRows`; a copy."""
+class StartNumbers(NamedTuple):
+    """What bodies are before the first step, as arrays; n bodies."""
+
+    rows: np.ndarray
+    """Positions, velocities, radii, masses and inertias, (n, 12), see :class:`~lmgcpy.scene.body.StartRows`."""
+    plain: np.ndarray
+    """Which bodies are disks or spheres of lmgcpy, of which their row says all, (n,) bool."""
+    extent: np.ndarray
+    link_radius: np.ndarray
+    """[m], (n,)."""
+    heavy: np.ndarray
+    """Whether gravity acts, (n,) bool."""
+
+    @classmethod
+    def of(cls, bodies: Sequence[Body]) -> StartNumbers:
+        """Those of bodies, copied. Bodies that are no plain disks or spheres are asked one by one."""
+        rows = _rows_of(bodies)
+        plain = np.fromiter((type(body) in PLAIN for body in bodies), bool, len(bodies))
+        start = cls(rows, plain, rows[:, RADIUS].copy(), rows[:, RADIUS].copy(), np.ones(len(bodies), dtype=bool))
+        for i in start.others:
+            body = bodies[i]
+            rows[i, MASS], rows[i, INERTIA] = body.mass, body.inertia
+            start.extent[i], start.link_radius[i], start.heavy[i] = body.extent, body.link_radius, body.gravity_acts
+        return start
+
+    @property
+    def others(self) -> list[int]:
+        """Rows of the bodies that are not plain."""
+        return np.flatnonzero(~self.plain).tolist()
+
+    @property
+    def mass(self) -> np.ndarray:
+        """[kg], (n,)."""
+        return self.rows[:, MASS]
+
+    @property
+    def inertia(self) -> np.ndarray:
+        """[kg m^2], (n,)."""
+        return self.rows[:, INERTIA]
+
+
+def _rows_of(bodies: Sequence[Body]) -> np.ndarray:
+    """The rows of numbers of bodies, (n, 12), a copy."""
     rows = np.fromiter((body._row for body in bodies), np.intp, len(bodies))
     result = np.empty((len(bodies), StartRows.WIDTH))
     first = 0
@@ -107,8 +148,3 @@ def start_rows(bodies: Sequence[Body]) -> np.ndarray:
         result[first:last] = members[0]._block[rows[first:last]]
         first = last
     return result
-
-
-def are_plain(bodies: Sequence[Body]) -> np.ndarray:
-    """Which bodies are said whole by their rows of numbers, (n,) bool."""
-    return np.fromiter((type(body) in PLAIN for body in bodies), bool, len(bodies))
