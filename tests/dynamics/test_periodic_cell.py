@@ -188,7 +188,7 @@ def test_a_shock_across_a_face_is_that_of_the_images(dimension):
     assert ends[0] == pytest.approx(ends[1], abs=1e-13)
 
 
-@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("dimension", [2, pytest.param(3, marks=pytest.mark.long)])
 def test_the_local_blocks_are_those_of_the_assembled_operator(dimension):
     """Diagonal blocks of ``W = H^T M^-1 H`` with the columns of the gradient; so narrow phase, sweeps and Newton steps
     solve the same problem. The velocities at the end are W r + q."""
@@ -423,7 +423,7 @@ def test_windows_that_tile_the_cell_have_its_stress_as_their_mean():
 # ------------------------------------------------------------------------------------------------- going on with a run
 
 
-@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("dimension", [2, pytest.param(3, marks=pytest.mark.long)])
 def test_a_resumed_run_has_the_same_bits(dimension, tmp_path):
     """30 steps = 15 + file + 15, in a shear that changes the edges on the way, with a statement between the steps."""
 
