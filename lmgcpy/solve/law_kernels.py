@@ -325,13 +325,18 @@ def stiffened_kernels(
     return Kernel(wire_block.sweep, {step.__name__: Kernel(step, meaning) for step in steps}), error
 
 
+_OPCODE = r"""numba has no instruction \1; imports stand at the top of a file
+File "\2", line \3"""
+
+
 def not_compiled(law: type[Law], error: Exception) -> TypeError:
     """The error for a law of which numba refuses a function; it begins with numba's reason and the line of the law."""
-    lines = [line.strip() for line in str(error).splitlines()]
+    said = re.sub(r"^Use of unsupported opcode \((\w+)\) found. Raised from (.*) \((\d+)\)$", _OPCODE, str(error))
+    lines = [line.strip() for line in said.splitlines()]
     reason = next((line for line in lines if line and not line.startswith("Failed in")), "numba gives no reason")
     places = (re.match(r'File "(.*)", line (\d+)', line) for line in lines)
     foreign = (f"{Path(place[1]).name}, line {place[2]}" for place in places if place and "/lmgcpy/" not in f"/{place[1]}")
-    function = re.search(r"<function \S*?(\w+)_[0-9a-f]{16} ", str(error))
+    function = re.search(r"<function \S*?(\w+)_[0-9a-f]{16} ", said)
     where = next(foreign, f"in {function[1]}" if function else "in one of its functions")
     return TypeError(
         f"Law '{law.NAME}' ({law.__module__}.{law.__qualname__}) cannot be compiled: {reason.rstrip('.:')[:300]} "
