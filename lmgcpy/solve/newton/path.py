@@ -76,13 +76,16 @@ class Derivative:
 
     def bend(self, i: int, wall: np.ndarray, jump: np.ndarray, along: np.ndarray) -> tuple[np.ndarray, bool]:
         """Let the impulses of interaction ``i`` change by ``jump wall^T``, (d,) both, with ``a``: (what the step ``along``
-        (m, d) becomes, whether the determinant changes its sign)."""
+        (m, d) becomes, whether the determinant changes its sign). Raises RuntimeError where the determinant behind the bend
+        is zero: there the path has no direction."""
         change = self._changes[self.passed]
         # Sherman-Morrison: A^-1 g / (1 + wall . A^-1 g)
         change_of_matrix(i, jump, self._epsilon, *self._active.columns, self._active.weight, change)
         given = change.copy()
         change[:] = self.step(given)
         turn = 1.0 + wall @ change[i]
+        if turn == 0.0:
+            raise RuntimeError("The matrix behind the bend is singular.")
         change /= turn
         self._at[self.passed], self._walls[self.passed] = i, wall
         self.passed += 1
