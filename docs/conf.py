@@ -108,7 +108,14 @@ def formula_by_itself(translator, node):
     raise nodes.SkipNode
 
 
+def whole_pictures(app, doctree):
+    """A picture is a link to itself in full size: on a page it is as wide as the text, on a telephone less."""
+    for picture in doctree.findall(nodes.image):
+        picture["scale"] = 100
+
+
 def setup(app):
+    app.connect("doctree-read", whole_pictures)
     app.add_html_math_renderer("mathml", (formula_in_the_text, None), (formula_by_itself, None))
     app.add_css_file("formulas.css")
     app.connect("autodoc-process-signature", signature_of_a_law)

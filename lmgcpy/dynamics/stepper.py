@@ -64,8 +64,8 @@ class Stepper:
 
     One step, for velocities v, positions q, external forces F, and impulses r along H::
 
-        q_m    = q + (1 - theta) h v              detection at q_m
-        v_free = v + h M^-1 F                     imposed components take their value at the end of the step
+        q_m    = q + (1 - theta) h v    detection at q_m
+        v_free = v + h M^-1 F           imposed components: their value at the end
         solve  u = H^T v_free + W r and the laws
         v      = v_free + M^-1 H r
         q      = q_m + theta h v
