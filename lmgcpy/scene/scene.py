@@ -109,7 +109,9 @@ class Scene:
     @named_arguments
     def add(self, body: SomeBody) -> SomeBody:
         """Add a body and give it its id. Returns the body."""
-        self._editable("add a body")
+        self._editable(
+            "add a body", "Have it hidden from the start, or begin anew from a recorded step: lmgcpy.Scene.from_run."
+        )
         if not isinstance(body, Body):
             raise TypeError(f"Scene.add takes a body such as lmgcpy.disk(...), got {shown(body)}.")
         if body.dimension != self.dimension:
@@ -215,9 +217,9 @@ class Scene:
         self.chains.append(chain)
         return chain
 
-    def _editable(self, what: str) -> None:
+    def _editable(self, what: str, instead: str = "Make a new scene.") -> None:
         if self._compiled:
-            raise RuntimeError(f"Cannot {what}: a Simulation has compiled this scene. Make a new scene.")
+            raise RuntimeError(f"Cannot {what}: a Simulation has compiled this scene. {instead}")
 
     def _check_law(self, law: Law, applies_to: str, call: str) -> None:
         if not isinstance(law, Law):

@@ -248,7 +248,7 @@ ROWS: dict[str, tuple] = {
         "relaxation of a chain must be at least 0 s, got -1 s"),
     # ---------------------------------------------------------------------------------------- editing what is compiled
     "add after": (lambda w: w.done.add(disk()), RuntimeError,
-        "Cannot add a body: a Simulation has compiled this scene. Make a new scene"),
+        "Cannot add a body: a Simulation has compiled this scene. Have it hidden from the start"),
     "see after": (lambda w: w.done.see("GRAIN", "GRAIN", lm.Signorini()), RuntimeError,
         "Cannot extend the visibility table"),
     "chain after": (lambda w: w.done.chain([w.old], lm.RigidRod()), RuntimeError, "Cannot add a chain"),
