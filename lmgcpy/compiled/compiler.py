@@ -18,7 +18,7 @@ from numba.core.environment import lookup_environment
 from numba.core.typed_passes import NopythonTypeInference
 from numba.core.untyped_passes import TranslateByteCode
 
-from lmgcpy.compiled.reference import ADDRESS, Reference
+from lmgcpy.compiled.reference import ADDRESS, ReferenceType
 
 # what numba's name for the environment of a function begins with
 _ENVIRONMENT = "_ZN08NumbaEnv"
@@ -92,7 +92,7 @@ class _ChooseCode(FunctionPass):
         references = {
             f"arg.{name}": context.get_abi_sizeof(context.get_data_type(kind.kind))
             for name, kind in zip(function.arg_names, state.args, strict=False)
-            if isinstance(kind, Reference)
+            if isinstance(kind, ReferenceType)
         }
         code = (LinkedCode if _is_linked(flags) else KernelCode)(context.codegen(), function.func_qualname, references)
         code.enable_object_caching()
