@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import itertools
 import math
+import pickle
 import warnings
 from collections.abc import Callable
-from typing import Any
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from multiprocessing import get_context
+from typing import Any, NamedTuple
 
 import numpy as np
 
 import lmgcpy as lm
 from lmgcpy.compiled.cache import CacheWarning
+from lmgcpy.compiled.kernel import Statistics, statistics
 from lmgcpy.contact.slabs import partition_from
 from lmgcpy.experiment.texsol.sample import lay_sample
-from lmgcpy.laws import Law, Parameter
+from lmgcpy.laws import Law, Parameter, registry
 from lmgcpy.solve.newton.active_set import ActiveSet
 from lmgcpy.solve.newton.proximal import proximal_newton
 from lmgcpy.solve.solvers import SOLVERS
@@ -23,31 +27,100 @@ REACH = 1.0
 """Alert distance [m] at which every pair in the scenes is an interaction."""
 
 
-def warm_up(laws: list[type[Law]], dimensions: list[int], tick: Callable[[int], None]) -> dict[str, Exception]:
-    """Compile or load every kernel that scenes with these laws need; returns the laws that failed, with the cause.
+class Part(NamedTuple):
+    """What one process compiles at a time."""
 
-    ``tick`` is called with the number of laws that are done; each dimension counts. Raises CacheWarning if the cache
-    cannot keep a kernel.
+    dimension: int
+    law: str | None
+    """Name of a law; None for samples, neighbour lists and Newton steps, which all laws share."""
+
+
+class Made(NamedTuple):
+    """What became of a part."""
+
+    part: Part
+    failure: Exception | None
+    statistics: Statistics
+    """Where the kernels of the process come from, that of this part and of those before it."""
+
+
+def warm_up(
+    laws: list[type[Law]], dimensions: list[int], tick: Callable[[int], None], workers: int = 1
+) -> tuple[dict[str, Exception], list[Statistics]]:
+    """Compile or load every kernel that scenes with these laws need; returns the laws that failed, with the cause, and
+    where the kernels come from, for each part.
+
+    ``tick`` is called with the number of parts that are done. ``workers`` processes share the parts; laws that a script has
+    registered, which other processes do not know, are compiled in this one. Raises CacheWarning if the cache cannot keep a
+    kernel.
     """
-    failures: dict[str, Exception] = {}
+    # dimensions in turn: two workers begin with what only one of them needs
+    parts = [Part(d, law.NAME) for law in laws for d in dimensions] + [Part(d, None) for d in dimensions]
+    script = {name for name, one in registry.registrations().items() if one.distribution == "script"}
+    made: list[Made] = []
+
+    def enter(one: Made) -> None:
+        made.append(one)
+        tick(len(made))
+
+    here = [part for part in parts if workers == 1 or part.law in script]
+    elsewhere = [part for part in parts if part not in here]
+    if elsewhere:
+        with ProcessPoolExecutor(min(workers, len(elsewhere)), get_context("spawn")) as pool:
+            try:
+                for future in as_completed([pool.submit(make, part) for part in elsewhere]):
+                    enter(future.result())
+            except BaseException:
+                pool.shutdown(wait=False, cancel_futures=True)
+                raise
+    for part in here:
+        enter(make(part))
+    failures = {str(one.part.law): one.failure for one in made if one.failure is not None}
+    return failures, [one.statistics for one in made]
+
+
+def make(part: Part) -> Made:
+    """Compile or load the kernels of a part; raises CacheWarning, and what goes wrong with what all laws share."""
+    failure = None
+    if _no_cache:  # said once, but parts may wait in the queue of this process
+        raise _no_cache[0]
     with warnings.catch_warnings():
         warnings.simplefilter("error", CacheWarning)
-        for done, (d, law) in enumerate(itertools.product(dimensions, laws), start=1):
-            try:
-                kernels_of_law(law, d)
-            except CacheWarning:
+        try:
+            if part.law is None:
+                shared_kernels(part.dimension)
+            else:
+                kernels_of_law(registry.get(part.law), part.dimension)
+        except CacheWarning as warning:
+            _no_cache.append(warning)
+            raise
+        except Exception as error:  # the law of a plug-in may fail; the other laws are still compiled
+            if part.law is None:
                 raise
-            except Exception as error:  # the law of a plug-in may fail; the other laws are still compiled
-                failures[law.NAME] = error
-            tick(done)
-        if 2 in dimensions:
-            lay_sample(20, 5)
-            two_in_flight(2)
-        if 3 in dimensions:
-            lay_in_space()
-            two_in_flight(3)
-        newton_step()
-    return failures
+            failure = error if workers_can_say(error) else RuntimeError(f"{type(error).__name__}: {error}")
+    return Made(part, failure, statistics())
+
+
+_no_cache: list[CacheWarning] = []
+"""Why the cache of this process cannot keep kernels."""
+
+
+def workers_can_say(error: Exception) -> bool:
+    """Whether an error of a plug-in's own goes from one process to another."""
+    try:
+        return type(pickle.loads(pickle.dumps(error))) is type(error)
+    except Exception:
+        return False
+
+
+def shared_kernels(dimension: int) -> None:
+    """Compile what scenes of a dimension need whatever their laws are."""
+    if dimension == 2:
+        lay_sample(20, 5)
+    else:
+        lay_in_space()
+    two_in_flight(dimension)
+    newton_step()
 
 
 def kernels_of_law(law: type[Law], dimension: int) -> None:

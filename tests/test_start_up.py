@@ -231,7 +231,7 @@ def test_processes_that_start_at_once_on_an_empty_cache_all_work(tmp_path):
 WARMUP = """
 import sys
 from lmgcpy.cli import main
-main(["warmup", *sys.argv[1:]], standalone_mode=False)
+main(["warmup", "--workers", "1", *sys.argv[1:]], standalone_mode=False)
 """
 
 
@@ -311,6 +311,18 @@ def test_after_a_warmup_in_three_dimensions_a_second_process_compiles_nothing():
     assert not compiled
     assert loaded < warm
     assert kernels(IN_SPACE)[1:] == (set(), printed)
+
+
+@pytest.mark.long
+def test_a_warmup_by_two_processes_leaves_nothing_to_compile(tmp_path):
+    """Two share the work in an empty cache; a third process finds all kernels, and the same ones."""
+    chosen = "warmup", "--laws", "signorini", "--dimension", "2"
+    code = "import sys; from lmgcpy.cli import main; main(sys.argv[1:], standalone_mode=False)"
+    first = child(code, *chosen, "--workers", "2", LMGCPY_CACHE_DIR=tmp_path).stdout
+    made = int(re.match(r"(\d+) kernels in .*: (\d+) compiled, 0 were there", first)[1])
+    loaded, compiled, _ = kernels(WARMUP, *chosen[1:], LMGCPY_CACHE_DIR=tmp_path)
+    assert not compiled
+    assert len(loaded) == made
 
 
 def test_a_warmup_that_cannot_be_ends_with_a_sentence(tmp_path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time as clock
 
 import click
@@ -9,7 +10,7 @@ import click
 from lmgcpy import laws as registry
 from lmgcpy.cli.comma_list import CommaList
 from lmgcpy.compiled.cache import CacheWarning, cache_directory
-from lmgcpy.compiled.kernel import INTERPRETED, statistics
+from lmgcpy.compiled.kernel import INTERPRETED
 from lmgcpy.experiment.study.stages import Stages
 from lmgcpy.warmup import warm_up
 
@@ -22,7 +23,14 @@ from lmgcpy.warmup import warm_up
     help="Laws to compile, separated by commas; otherwise all registered laws.",
 )
 @click.option("--dimension", type=click.Choice(["2", "3"]), help="Dimension to compile; otherwise both.")
-def warmup(laws: tuple[str, ...], dimension: str | None) -> None:
+@click.option(
+    "--workers",
+    type=click.IntRange(min=1),
+    default=lambda: os.cpu_count() or 1,
+    show_default="the number of processors",
+    help="Processes that share the work.",
+)
+def warmup(laws: tuple[str, ...], dimension: str | None, workers: int) -> None:
     """Compile the kernels that scenes need, so that the first run need not wait.
 
     The command compiles every law with every pair of contactors and every solver, with and without threads, the samples,
@@ -35,12 +43,12 @@ def warmup(laws: tuple[str, ...], dimension: str | None) -> None:
     chosen = [registry.get(name) for name in laws or registry.names()]
     begin = clock.perf_counter()
     try:
-        with Stages().stage("warmup", len(chosen) * len(dimensions)) as tick:
-            failures = warm_up(chosen, dimensions, tick)
+        with Stages().stage("warmup", (len(chosen) + 1) * len(dimensions)) as tick:
+            failures, found = warm_up(chosen, dimensions, tick, workers)
     except CacheWarning as warning:
         raise OSError(str(warning)) from warning
-    compiled = set(statistics().compiled)
-    there = set(statistics().loaded) - compiled  # some laws share kernels
+    compiled = {kernel for one in found for kernel in one.compiled}
+    there = {kernel for one in found for kernel in one.loaded} - compiled  # some laws share kernels
     click.echo(
         f"{len(compiled) + len(there)} kernels in {cache_directory()}: {len(compiled)} compiled, {len(there)} were there; "
         f"{clock.perf_counter() - begin:.1f} s."
@@ -48,5 +56,6 @@ def warmup(laws: tuple[str, ...], dimension: str | None) -> None:
     if failures:
         name, cause = next(iter(failures.items()))
         raise RuntimeError(
-            f"Kernels of {', '.join(failures)} could not be compiled. Why: lmgcpy --traceback warmup --laws {name}"
+            f"Kernels of {', '.join(failures)} could not be compiled. Why: lmgcpy --traceback warmup --laws {name} "
+            "--workers 1"
         ) from cause
