@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from lmgcpy.compiled.kernel import Kernel
-from lmgcpy.solve import contact_block, h_rows_2d, h_rows_3d, rolling_rows_2d
+from lmgcpy.solve import contact_block, h_rows_2d, h_rows_3d, rolling_rows_2d, rolling_rows_3d
 from lmgcpy.solve.small_matrices import small_matrices
 
 
@@ -65,7 +65,19 @@ ROLLING = {
         driver={"momentum": rolling_rows_2d.momentum},
         momentum=Kernel(rolling_rows_2d.momentum),
         relative_velocities=Kernel(rolling_rows_2d.relative_velocities),
-    )
+    ),
+    3: DimensionKernels(
+        dimension=3,
+        components=IN_3D.components,
+        parts={
+            "relative_velocity": rolling_rows_3d.relative_velocity,
+            "push": rolling_rows_3d.push,
+            "local_problem": rolling_rows_3d.local_problem,
+        },
+        driver={"momentum": rolling_rows_3d.momentum},
+        momentum=Kernel(rolling_rows_3d.momentum),
+        relative_velocities=Kernel(rolling_rows_3d.relative_velocities),
+    ),
 }
 """The same where a scene has contacts with rolling friction."""
 
