@@ -139,3 +139,8 @@ class RollingCoulomb(Law):
         if len(u) == 3:
             return react_rolling_in_plane(W, (u[0] + bias, u[1], u[2]), friction, rolling)
         return react_rolling_in_space(W, (u[0] + bias, u[1], u[2], u[3], u[4], u[5]), friction, rolling, torsion)
+
+    @staticmethod
+    def conic(prepared):
+        bias, friction, rolling, torsion = prepared
+        return (bias, friction, 0.0, rolling, torsion)

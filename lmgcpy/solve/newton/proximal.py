@@ -127,7 +127,7 @@ def proximal_solution(
         if np.linalg.norm(error) <= enough:
             return r, True, step
         # Newton steps converge where few statuses change
-        changes = Status.changes(status, there)
+        changes = status.changes(there)
         if changes > 2 * fewest + 3 or (step == 1 and changes > WILD):
             break
         fewest, status = min(fewest, changes), there
@@ -140,6 +140,8 @@ def solution_by_path(
     """(impulses (m, d) that solve the proximal problem, or None; what that cost, in factorisations; by what epsilon may
     fall)."""
     start = centre - active.velocities(centre) / active.weight[:, None]
+    if active.width > active.dimension:
+        return None, 0, 1.0
     if active.dimension == 2:
         bends = min(BENDS, COST * (most - 2))
         if bends < 0:
