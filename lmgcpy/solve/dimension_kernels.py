@@ -90,8 +90,9 @@ def template_slots(
     than the dimension."""
     own = {**small_matrices(dimension), **constants}
     if rows > dimension:
-        rolling = {name: Kernel(part, own) for name, part in ROLLING[dimension].parts.items()}
-        return {**small_matrices(rows), **constants, **rolling}
+        seen = {**small_matrices(rows), **constants}
+        given = parts or ROLLING[dimension].parts
+        return {**seen, **{name: Kernel(part, seen if parts else own) for name, part in given.items()}}
     link: dict[str, Callable] = {"normal_velocity": contact_block.normal_velocity, "push_normal": contact_block.push_normal}
     slots = {name: Kernel(part, own) for name, part in (parts or DIMENSIONS[dimension].parts).items()}
     return {**own, **slots, **{name: Kernel(part, {**own, **slots}) for name, part in link.items()}}

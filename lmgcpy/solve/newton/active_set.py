@@ -31,6 +31,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lmgcpy.solve.newton.elimination import Elimination
+from lmgcpy.solve.newton.path_kernels import next_bend, pass_bend
+from lmgcpy.solve.newton.path_kernels_3d import impulses_of, next_wall, pass_wall
 from lmgcpy.solve.newton.rows import LINK, local_maps, natural_map, newton_rows, parity
 from lmgcpy.solve.problem import Problem
 
@@ -147,6 +149,37 @@ class ActiveSet:
         if not np.isfinite(r).all():
             raise RuntimeError("not finite")
         return r
+
+    # ------------------------------------------------------------------------------------------- for paths, by kernels
+
+    turning_disks = 1
+    """How many disks of a contact in space have a direction that turns."""
+
+    def next_bend(self, a: np.ndarray, along: np.ndarray, status: Status) -> tuple[int, float, float]:
+        """See ``path_kernels``."""
+        return next_bend(a, along, status.kind, status.direction, self.laws[1], self.laws[4])
+
+    def pass_bend(self, i: int, side: float, a: np.ndarray, status: Status, wall: np.ndarray, jump: np.ndarray) -> None:
+        w, mu, compliance, _, cones = self.laws
+        pass_bend(i, side, a, status.kind, status.direction, w, mu, compliance, cones, wall, jump)
+
+    def impulses_of(self, a: np.ndarray, kind: np.ndarray) -> tuple[np.ndarray, Status]:
+        """Impulses of ``a`` in the cell of these kinds, and the statuses there; see ``path_kernels_3d``."""
+        w, mu, compliance, geometric, _ = self.laws
+        r, status = np.zeros_like(a), Status(kind, np.zeros_like(a[:, 1:]), np.zeros(len(a)))
+        impulses_of(a, *status, w, mu, compliance, geometric, r)
+        return r, status
+
+    def next_wall(
+        self, a: np.ndarray, along: np.ndarray, kind: np.ndarray, direction: np.ndarray
+    ) -> tuple[int, int, float, float]:
+        return next_wall(a, along, kind, direction, self.laws[1], self.laws[4])
+
+    def pass_wall(self, i: int, between: int, a: np.ndarray, model: Status, *arrays: np.ndarray) -> None:
+        """``arrays``: wall, jump, and a row of across and of turned for each disk that turns."""
+        w, mu, compliance, _, cones = self.laws
+        wall, jump, across, turned = arrays
+        pass_wall(i, between, a, *model, w, mu, compliance, cones, wall, jump, across[0], turned[0])
 
 
 @dataclass(frozen=True)

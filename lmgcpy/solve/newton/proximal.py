@@ -140,8 +140,6 @@ def solution_by_path(
     """(impulses (m, d) that solve the proximal problem, or None; what that cost, in factorisations; by what epsilon may
     fall)."""
     start = centre - active.velocities(centre) / active.weight[:, None]
-    if active.width > active.dimension:
-        return None, 0, 1.0
     if active.dimension == 2:
         bends = min(BENDS, COST * (most - 2))
         if bends < 0:

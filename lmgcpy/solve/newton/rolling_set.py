@@ -7,6 +7,13 @@ from typing import NamedTuple
 import numpy as np
 
 from lmgcpy.solve.newton.active_set import ActiveSet
+from lmgcpy.solve.newton.rolling_path import (
+    next_rolling_bend,
+    next_rolling_wall,
+    pass_rolling_bend,
+    pass_rolling_wall,
+    rolling_impulses_of,
+)
 from lmgcpy.solve.newton.rolling_rows import disk_columns, rolling_local_maps, rolling_natural_map
 from lmgcpy.solve.problem import Problem
 
@@ -50,6 +57,34 @@ class RollingActiveSet(ActiveSet):
     def local_maps(self, status: RollingStatus) -> np.ndarray:  # type: ignore[override]
         rolling_local_maps(*status, self.shares, self.geometric, self.dimension, *self._maps, self._across)
         return self._across
+
+    # ------------------------------------------------------------------------------------------- for paths, by kernels
+
+    turning_disks = 2
+
+    def next_bend(self, a: np.ndarray, along: np.ndarray, status: RollingStatus) -> tuple[int, float, float]:  # type: ignore[override]
+        return next_rolling_bend(a, along, status.kind, status.direction, self.shares, self.laws[4])
+
+    def pass_bend(  # type: ignore[override]
+        self, i: int, side: float, a: np.ndarray, status: RollingStatus, wall: np.ndarray, jump: np.ndarray
+    ) -> None:
+        w, _, compliance, _, cones = self.laws
+        pass_rolling_bend(i, side, a, status.kind, status.direction, w, self.shares, compliance, cones, wall, jump)
+
+    def impulses_of(self, a: np.ndarray, kind: np.ndarray) -> tuple[np.ndarray, RollingStatus]:  # type: ignore[override]
+        w, _, compliance, geometric, _ = self.laws
+        r, status = np.zeros_like(a), RollingStatus(kind, np.zeros_like(a[:, 1:]), np.zeros_like(self.shares))
+        rolling_impulses_of(a, *status, w, self.shares, compliance, geometric, r)
+        return r, status
+
+    def next_wall(
+        self, a: np.ndarray, along: np.ndarray, kind: np.ndarray, direction: np.ndarray
+    ) -> tuple[int, int, float, float]:
+        return next_rolling_wall(a, along, kind, direction, self.shares, self.laws[4])
+
+    def pass_wall(self, i: int, between: int, a: np.ndarray, model: RollingStatus, *arrays: np.ndarray) -> None:  # type: ignore[override]
+        w, _, compliance, _, cones = self.laws
+        pass_rolling_wall(i, between, a, *model, w, self.shares, compliance, cones, *arrays)
 
 
 def active_set_of(problem: Problem) -> ActiveSet:
