@@ -33,6 +33,8 @@ REGULAR = 4e-15
 takes the least. What it changes of a velocity is no more than round-off of ``W r``, as x is bounded."""
 ENOUGH = 4e-16
 """Relative error at which a root is found."""
+LARGE = 1e10
+"""Where r_n would be so many times that without friction there is no solution: the answer is that without friction."""
 
 
 def react_rolling_in_space(W, q, friction, rolling, torsion):
@@ -145,9 +147,9 @@ def react_to_any_block(W, q, friction, rolling, torsion):
     above = alone
     x = tangential_at(reduced, free, shares, high)
     there = alone - product_with(n, x) / w_nn - high
-    for _ in range(200):
-        if there <= 0.0:
-            break
+    while there > 0.0:
+        if high > LARGE * alone:  # W is singular: friction presses the contact in, and no impulse satisfies the law
+            return (alone, 0.0, 0.0, 0.0, 0.0, 0.0)
         low, above = high, there
         high *= 4.0
         x = tangential_at(reduced, free, shares, high)
