@@ -43,7 +43,7 @@ def as_problem(step: StepProblem) -> Conic:
         try:
             bias[part], friction[part], compliance[part], *turning = group.law.conic(prepared.T)
             if group.law.rows(step.dimension) > step.dimension:
-                rolling[part], torsion[part] = turning
+                rolling[part], torsion[part] = turning if step.dimension == 3 else (turning[0], 0.0)
         except Exception as error:
             raise RuntimeError(
                 f"In the step from t = {step.data.time:g} s conic of law '{group.law.NAME}' raised {error!r}."

@@ -177,8 +177,9 @@ class Law(ABC):
 
     conic: ClassVar[Callable | None] = None
     """``conic(prepared)``: bias [m/s], friction and compliance [1/kg] of the law in conic form (see
-    ``lmgcpy.solve.problem``), from columns of prepared numbers; of a law with rolling components rolling friction and torsion
-    friction in addition (the latter is of no account in 2D). Some solvers need it. None if the law has no conic form."""
+    ``lmgcpy.solve.problem``), from columns of prepared numbers; of a law with rolling components rolling friction and
+    torsion friction in addition (in 2D any number for the latter). Some solvers need it. None if the law has no conic
+    form."""
 
     @staticmethod
     @abstractmethod

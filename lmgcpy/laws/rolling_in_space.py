@@ -9,10 +9,10 @@ conditions on x = (r_t, r_s, r_1, r_2, r_z) are those of
     minimise  x . S x / 2 + p . x      in two disks and an interval of sizes mu s, mu_r s, mu_z s,
 
 a strictly convex problem, whose only solution is continuous in s. So ``r_n = -(q_n + W_nx x(s)) / W_nn`` equals s for some
-``s > 0``: at s = 0 it is ``-q_n / W_nn > 0``, and it stays bounded as s grows. That is the existence of a solution for every
-symmetric positive definite W. Where W does not couple n with the others, as for spheres, whose contact lies between the
-centres, ``r_n = -q_n / W_nn`` at once, and the solution is the only one; with strong coupling there may be several, and the
-bracket of the root picks one.
+``s > 0``: at s = 0 it is ``-q_n / W_nn > 0``, and it stays bounded as s grows. That is the existence of a solution for
+every symmetric positive definite W. Where W does not couple n with the others, as for spheres, whose contact lies between
+the centres, ``r_n = -q_n / W_nn`` at once, and the solution is the only one; with strong coupling there may be several, and
+the bracket of the root picks one.
 
 The convex problem is solved from the inside out, every equation in one unknown being monotone:
 
@@ -29,8 +29,8 @@ from __future__ import annotations
 import math
 
 REGULAR = 4e-15
-"""This part of its diagonal is added to S: a block that is singular (a body that turns about one axis only) has many x; this
-takes the least. What it changes of a velocity is no more than round-off of ``W r``, as x is bounded."""
+"""This part of its diagonal is added to S: where S is singular (a body that turns about one axis only) there are many x, and
+this takes the least. What it changes of a velocity is no more than round-off of ``W r``, as x is bounded."""
 ENOUGH = 4e-16
 """Relative error at which a root is found."""
 LARGE = 1e10
@@ -238,7 +238,9 @@ def tangential_at(reduced, free, shares, s):
         if abs(x_z) <= z:
             return (x_t, x_s, y_1, y_2, x_z)
         z = z if x_z > 0.0 else -z
-    x_t, x_s, y_1, y_2 = in_two_disks(A, B, C, (p[0] + f[0] * z, p[1] + f[1] * z), (d[0] + g[0] * z, d[1] + g[1] * z), *limits)
+    # torsion at its bound
+    p, d = (p[0] + f[0] * z, p[1] + f[1] * z), (d[0] + g[0] * z, d[1] + g[1] * z)
+    x_t, x_s, y_1, y_2 = in_two_disks(A, B, C, p, d, *limits)
     return (x_t, x_s, y_1, y_2, z)
 
 

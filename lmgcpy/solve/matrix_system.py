@@ -163,7 +163,7 @@ def driver_of(width: int) -> dict[str, Any]:
 
 
 def _runs(problem: Problem) -> list[tuple[int, int]]:
-    """Rows (start, stop) of interactions that one kernel call solves: contacts that roll or do not, or the links of one wire.
+    """Rows (start, stop) of interactions that one kernel call solves: contacts that roll, others, or links of one wire.
 
     Links are one wire as long as each meets the one before it and none of those before that.
     """

@@ -9,9 +9,9 @@ compliance. Three cones cover the laws that come with lmgcpy:
 
 A link with geometric stiffness kappa has ``r_t = -kappa u_t`` in place of ``r_t = 0``.
 
-Where contacts have rolling friction every interaction has rolling components as well, after the others: one in 2D, in 3D two
-of rolling and one of torsion. Their impulses are in a disk of radius ``mu_r r_n`` and an interval up to ``mu_z r_n``, each
-opposing its velocity at its bound: a product of disks under one normal impulse.
+Where contacts have rolling friction every interaction has rolling components as well, after the others: one in 2D, in 3D
+two of rolling and one of torsion. Their impulses are in a disk of radius ``mu_r r_n`` and an interval up to ``mu_z r_n``,
+each opposing its velocity at its bound: a product of disks under one normal impulse.
 """
 
 from __future__ import annotations
@@ -87,6 +87,8 @@ class Problem:
             object.__setattr__(self, name, numbers(getattr(self, name), f"{name} of a problem"))
         if self.geometric.size == 0:
             object.__setattr__(self, "geometric", np.zeros_like(self.mu))
+        if self.torsion.size and not self.rolling.size:
+            raise ValueError("torsion of a problem goes with rolling: give rolling=np.zeros(m) where nothing rolls.")
         if self.torsion.size == 0 < self.rolling.size:
             object.__setattr__(self, "torsion", np.zeros_like(self.rolling))
         self._check_shapes()
@@ -129,7 +131,8 @@ class Problem:
         for name, shape in shapes.items():
             got = getattr(self, name).shape
             if got != shape:
-                raise ValueError(f"{name} of a problem of {count} interactions must have shape {shape}, got {got}.")
+                more = f", as rolling gives each of them {d} components" if d > self.dimension else ""
+                raise ValueError(f"{name} of a problem of {count} interactions must have shape {shape}{more}, got {got}.")
         if not isinstance(self.laws, (tuple, list)) or len(self.laws) != count:
             raise ValueError(f"A problem of {count} interactions must name {count} laws, got {shown(self.laws)}.")
 
@@ -143,7 +146,7 @@ class Problem:
     @property
     def _turning(self) -> tuple[tuple[str, np.ndarray], ...]:
         """Names and coefficients of the rolling components, where there are any."""
-        return (("rolling", self.rolling), ("torsion", self.torsion)) if self.rolling.size or self.torsion.size else ()
+        return (("rolling", self.rolling), ("torsion", self.torsion)) if self.rolling.size else ()
 
     @property
     def width(self) -> int:

@@ -18,9 +18,8 @@ def residual(problem: Problem, impulses: Any, *, measure: str = "natural") -> fl
 
     "natural": ``|e(r)| / |e(0)|`` with ``e = w (r - react(w I, u - w r))``, ``w`` the mean diagonal of the local block:
     the error of the velocities relative to that of doing nothing. "fclib": ``|w0 r - P_K(w0 r - (u + mu |u_t| n))| / |q|``
-    with ``w0`` the mean diagonal of W, the measure of published solvers; links have their own law's projection, and rolling contacts none
-    (ValueError). Both are
-    infinite where they overflow.
+    with ``w0`` the mean diagonal of W, the measure of published solvers; links have their own law's projection, rolling
+    contacts have none (ValueError). Both are infinite where they overflow.
     "slip": the largest ``h |e_i| / R_i``, R_i the radius of the smaller body, of a problem that knows it, as those of
     ``Simulation.problem`` do (ValueError where it does not).
     """
@@ -38,8 +37,8 @@ def residual(problem: Problem, impulses: Any, *, measure: str = "natural") -> fl
         return float((problem.scale * np.linalg.norm(problem.errors(r), axis=1)).max(initial=0.0))
     if measure == "fclib" and problem.width > problem.dimension:
         raise ValueError(
-            "measure='fclib' is that of contacts with friction alone, and this problem has rolling components: say 'natural' "
-            "or 'slip'."
+            "measure='fclib' is that of contacts with friction alone, and this problem has rolling components: say "
+            "'natural' or 'slip'."
         )
     with np.errstate(over="ignore", invalid="ignore"):
         if measure == "fclib":

@@ -22,8 +22,9 @@ def small_matrices(d: int) -> dict[str, Callable]:
     times the numbers v; ``product(A, B)``; ``times(A, v)``; ``plus(A, B)``, ``less(A, B)``, ``plus_row(v, w)``,
     ``less_row(v, w)``, ``scaled_row(v, w)``: sums, differences, and products number by number; ``inverted(A)``:
     ``(A^-1, |det A|)``, for d up to 3; ``multiple(x)``: ``x I``; ``multiple_row(x, v)``: ``x v``; ``first_only(x)``: the
-    vector with x in its first place and zeros; ``dot(v, w)``; ``squares(v)``: ``v . v``; ``mean(v)``; ``differ(v, w)``: whether a number of
-    one is not that of the other; ``exactly(v)``: v, of which the compiler is to see that it has d numbers.
+    vector with x in its first place and zeros; ``dot(v, w)``; ``squares(v)``: ``v . v``; ``mean(v)``; ``differ(v, w)``:
+    whether a number of one is not that of the other; ``exactly(v)``: v, of which the compiler is to see that it has d
+    numbers.
     """
     R = range(d)
     answers = {

@@ -114,7 +114,7 @@ def mirror(case: LawCase, draw: Any) -> str:
 QUARTER = 0.5 * math.pi
 
 
-@drawn("isotropy", "in 3D, tangents turned about the normal: the same r_n, r_t (and rolling impulse) turned", to_laws_in_space)
+@drawn("isotropy", "in 3D, tangents turned about the normal: r_n as before, r_t turned", to_laws_in_space)
 def isotropy(case: LawCase, draw: Any) -> str:
     """Frame indifference in 3D: the tangents t and s are a choice, and with them turned about the normal the vectors of the
     tangent plane turn back, those of friction and those of rolling; the normal and the torsion components stay. W is the

@@ -270,4 +270,5 @@ def conic(case: LawCase, draw: Any) -> str:
     wrong = w * max(abs(a - b) for a, b in zip(r, expected, strict=True))
     if wrong <= allowed(case, r, w):
         return ""
-    return f"{message}, bias, friction and compliance; with these r would be {tuple(expected)} N s instead, {wrong:.3g} m/s away."
+    what = f"with these r would be {tuple(expected)} N s instead, {wrong:.3g} m/s away."
+    return f"{message}, bias, friction and compliance; {what}"

@@ -194,8 +194,8 @@ def test_a_step_that_rolls_is_a_problem(partner):
 
 
 def test_newton_solves_what_sweeps_leave():
-    """Twelve disks that come to rest on each other: sweeps drift along self-stresses of their many rolling impulses, and some
-    steps stagnate at 1e-11, where Newton steps solve all of them."""
+    """Twelve disks that come to rest on each other: sweeps drift along self-stresses of their many rolling impulses, and
+    some steps stagnate at 1e-11, where Newton steps solve all of them."""
     sweeps = heap(rolling(0.5, 0.2), solver=lm.GaussSeidel(tolerance=1e-11))
     with pytest.warns(RuntimeWarning):
         sweeps.run(steps=150)

@@ -161,8 +161,8 @@ def test_energy_closes_and_friction_takes_it(partner, ratio):
 
 
 def test_moments_keep_angular_momentum():
-    """Two spheres that meet off their line, spinning: momentum, and spin with orbit, stay to round-off; where friction of all
-    three kinds is large their spins become one."""
+    """Two spheres that meet off their line, spinning: momentum, and spin with orbit, stay to round-off; where friction of
+    all three kinds is large their spins become one."""
     scene = lm.Scene(dimension=3)
     start = ((0.1, -0.11, 1.0, (3.0, 1.0, -2.0)), (0.2, 0.21, -1.0, (-5.0, 2.0, 4.0)))
     for radius, x, v, spin in start:

@@ -136,7 +136,7 @@ class ActiveSet:
         return Factors(lu, order, E[order], S[order], np.arange(self.width) < free[order, None])
 
     def local_maps(self, status: Status) -> np.ndarray:
-        """Fill the arrays of the local maps, free, E, S; returns ``turning`` of the rows after the first, (m, 1) or more."""
+        """Fill the arrays of the local maps; returns ``turning`` of the rows after the first, (m, 1) or more."""
         local_maps(status.kind, status.direction, self.laws[1], self.geometric, *self._maps)
         return status.turning[:, None]
 

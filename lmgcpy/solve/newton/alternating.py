@@ -28,8 +28,8 @@ import numpy as np
 from lmgcpy.errors import named_arguments, whole
 from lmgcpy.solve.accelerated import MOMENTUM, sweep_with_momentum
 from lmgcpy.solve.newton.active_set import ActiveSet
-from lmgcpy.solve.newton.rolling_set import active_set_of
 from lmgcpy.solve.newton.proximal import PATIENCE, proximal_newton
+from lmgcpy.solve.newton.rolling_set import active_set_of
 from lmgcpy.solve.report import CONVERGED, NOT_FINITE, ROUND_OFF, Outcome
 from lmgcpy.solve.solver import Solver
 from lmgcpy.solve.step import Step

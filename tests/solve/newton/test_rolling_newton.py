@@ -85,8 +85,8 @@ def test_the_matrix_is_the_derivative_of_the_map(dimension):
 
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_a_bend_changes_the_derivative_to_that_behind_the_wall(dimension):
-    """As it is when factorised there anew, whichever status gives way to which. One disk of one interaction moves towards its
-    middle or away, or all along the normal: what else there is does not turn and keeps its resistance to it."""
+    """As it is when factorised there anew, whichever status gives way to which. One disk of one interaction moves towards
+    its middle or away, or all along the normal: what else there is does not turn and keeps its resistance to it."""
     passed = set()
     for seed in range(400):
         active = active_set_of(random_problem(seed, dimension))
