@@ -29,8 +29,8 @@ from __future__ import annotations
 import math
 
 REGULAR = 4e-15
-"""This part of its diagonal is added to S: where S is singular (a body that turns about one axis only) there are many x, and
-this takes the least. What it changes of a velocity is no more than round-off of ``W r``, as x is bounded."""
+"""This part of its diagonal is added to S: where S is singular (a body that turns about one axis only) there are many x,
+and this takes the least. What it changes of a velocity is no more than round-off of ``W r``, as x is bounded."""
 ENOUGH = 4e-16
 """Relative error at which a root is found."""
 LARGE = 1e10
