@@ -37,6 +37,15 @@ def with_rolling(
     return np.column_stack([delassus, rolling[:, None] ** 2 * turning])
 
 
+def mark_isotropic(groups: list[Group], interactions: Interactions, inverse_mass: np.ndarray) -> None:
+    """Tell the groups with rolling components in 3D whether all of their bodies turn alike about all axes."""
+    d = interactions.normal.shape[1]
+    alike = (inverse_mass[:, d:] == inverse_mass[:, d : d + 1]).all(axis=1)
+    both = alike[interactions.candidate] & alike[interactions.antagonist]
+    for group in groups:
+        group.isotropic = bool(group.law.rows(d) <= d or both[group.start : group.stop].all())
+
+
 def moments(rolling: np.ndarray, impulse: np.ndarray, dimension: int) -> np.ndarray:
     """Impulses of the moments on the candidates [N m s], from effective radii (m,) and impulses with rolling components:
     (m, 1) in 2D, (m, 3) in the local frame in 3D, (m, 0) where there are none."""

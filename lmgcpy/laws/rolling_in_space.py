@@ -28,6 +28,8 @@ from __future__ import annotations
 
 import math
 
+from lmgcpy.compiled.kernel import inlined
+
 REGULAR = 4e-15
 """This part of its diagonal is added to S: where S is singular (a body that turns about one axis only) there are many x,
 and this takes the least. What it changes of a velocity is no more than round-off of ``W r``, as x is bounded."""
@@ -37,6 +39,7 @@ LARGE = 1e10
 """Where r_n would be so many times that without friction there is no solution: the answer is that without friction."""
 
 
+@inlined
 def react_rolling_in_space(W, q, friction, rolling, torsion):
     """Impulse (r_n, r_t, r_s, r_1, r_2, r_z) for ``u = q + W r``; see the module's text."""
     w_nn = W[0][0]

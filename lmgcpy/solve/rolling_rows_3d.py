@@ -25,6 +25,9 @@ from lmgcpy.solve.small_matrices import small_matrices
 
 WALLS = -1
 """As in ``h_rows_3d``."""
+ISOTROPIC = True
+"""Whether all bodies turn alike about all axes. Then most of W is zero, which the compiler sees, and so it leaves out what
+the law has for other blocks."""
 _of_three = small_matrices(3)
 row, dot, multiple_row = _of_three["row"], _of_three["dot"], _of_three["multiple_row"]
 plus_row, less_row, scaled_row = _of_three["plus_row"], _of_three["less_row"], _of_three["scaled_row"]
@@ -71,6 +74,7 @@ def push(i, s, d):
             s.velocity[a, 3 + k] -= s.inverse_mass[a, 3 + k] * moment[k]
 
 
+@inlined
 def local_problem(i, s, u, r):
     """(the local block of W, ``u - W r``) of interaction ``i``."""
     given = (u[0], u[1], u[2]), (r[0], r[1], r[2])
@@ -87,7 +91,7 @@ def local_problem(i, s, u, r):
     w_t1 = couples[0]
     w_s2 = couples[0]
     w_12 = w_1z = w_2z = w_t2 = w_tz = w_s1 = w_sz = 0.0
-    if not (equal(easy_c) and equal(easy_a)):  # a body that is held about some axes
+    if not ISOTROPIC:
         n = row(s.normal, i, 0)
         t = row(s.tangent, i, 0)
         b = cross(n, t)
@@ -111,11 +115,6 @@ def local_problem(i, s, u, r):
         (0.0, w_tz, w_sz, w_1z, w_2z, w_zz),
     )
     return W, (free_n, free_t, free_s, free_1, free_2, free_z)
-
-
-def equal(v):
-    """Whether three numbers are one."""
-    return v[0] == v[1] == v[2]
 
 
 def momentum(start, stop, walls, s, result):

@@ -32,6 +32,7 @@ def on_a_plane(law, *, slope=0.0, velocity=(0.0, 0.0), torsion=0.0, time_step=1e
     return lm.Simulation(scene, time_step=time_step, solver=solver or lm.GaussSeidel(tolerance=1e-10))
 
 
+@pytest.mark.default_parameters(time_step=[8e-3, 1e-3], rolling_friction=[0.3])
 @pytest.mark.parametrize("time_step", [8e-3, 4e-3, 2e-3, 1e-3])
 @pytest.mark.parametrize("rolling_friction", [0.05, 0.3])
 def test_a_sphere_rolls_to_rest(rolling_friction, time_step):
@@ -140,6 +141,7 @@ def heap(law, *, solver=None, seed=0, gravity=G, partner=None, ratio=1.0, time_s
     return lm.Simulation(scene, time_step=time_step, solver=solver, threads=threads)
 
 
+@pytest.mark.default_parameters("1000000.0-None", "1.0-Signorini()")
 @pytest.mark.parametrize("partner", [None, lm.Coulomb(friction=0.3), lm.Signorini()], ids=repr)
 @pytest.mark.parametrize("ratio", [1.0, 1e3, 1e6])
 def test_energy_closes_and_friction_takes_it(partner, ratio):
