@@ -80,3 +80,14 @@ def test_programs_import_what_is_there():
                     missing += [f"{path.name}: {node.module}.{a.name}" for a in node.names if not hasattr(module, a.name)]
                     missing += [f"{path.name}: {node.module}"] if node.module in former_names.MOVED else []
     assert missing == []
+
+
+def test_a_class_name_occurs_once():
+    """A reader who meets a name finds one class behind it."""
+    names = [
+        node.name
+        for path in ROOT.rglob("*.py")
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.ClassDef)
+    ]
+    assert sorted({name for name in names if names.count(name) > 1}) == []

@@ -120,6 +120,52 @@ def test_a_second_process_compiles_nothing_and_is_at_its_first_step_in_five_impo
     assert min(seconds) < 5.0 * min(yardstick), (seconds, yardstick)
 
 
+FALL = """
+import sys
+import lmgcpy as lm
+
+scene = lm.Scene(dimension=2, gravity=(0.0, -9.81))
+scene.add(lm.disk(radius=0.1, position=(0.0, 0.0999), mass=1.0))
+scene.add(lm.wall(point=(0, 0), normal=(0, 1)))
+scene.see("GRAIN", "WALL", lm.Coulomb(friction=0.3))
+lm.Simulation(scene, time_step=1e-3).step()
+print("scipy.linalg" in sys.modules, "numba.np.arraymath" in sys.modules)
+"""
+
+
+def test_a_process_that_finds_its_kernels_imports_nothing_of_the_compiler():
+    """numba's registries, and scipy.linalg with them, are half of the time from the start to the first step."""
+    child(FALL)  # fills the cache
+    loaded, compiled, printed = kernels(FALL)
+    assert len(loaded) > 10
+    assert not compiled
+    assert printed[0] == "False False"
+
+
+LIBRARIES = """
+import math
+import numpy as np
+from lmgcpy.compiled.kernel import kernel
+
+@kernel
+def everything(a):
+    table = {1: 2.0}
+    numbers = sorted([3.0, 1.0])
+    inverse = np.linalg.inv(a)
+    return np.dot(a, inverse)[0, 0] + math.erf(0.0) + table[1] + numbers[0]
+
+print(everything(np.eye(2) + 1.0))
+"""
+
+
+def test_kernels_from_the_cache_find_the_libraries_that_they_call(tmp_path):
+    """LAPACK, and the dictionaries and lists of numba, none of which this process has compiled."""
+    for missing in (True, False):
+        loaded, compiled, printed = kernels(LIBRARIES, LMGCPY_CACHE_DIR=tmp_path)
+        assert (len(loaded), len(compiled)) == ((0, 1) if missing else (1, 0))
+        assert float(printed[0]) == pytest.approx(4.0)
+
+
 # ------------------------------------------------------------------------------------------------- trouble with the cache
 
 THREE_KERNELS = """

@@ -8,6 +8,7 @@ the three hundred numbers of a step's arrays cost the compiler a second at every
 from __future__ import annotations
 
 import ctypes
+import hashlib
 import os
 from functools import cache
 from typing import Any
@@ -16,6 +17,7 @@ import numba
 from llvmlite import ir
 from numba.core import types
 
+from lmgcpy.compiled.fingerprint import described
 from lmgcpy.compiled.kernel import Pointer, intrinsic
 from lmgcpy.compiled.reference import ADDRESS, copy_words
 
@@ -24,14 +26,15 @@ ROOM = 1024
 
 
 def _write(typing_context, address, value):
-    """``*address = value``, of arrays and numbers."""
+    """``*address = value``, of arrays and numbers; a number that stands for the type of the value."""
+    kind = int(hashlib.sha256(described(value).encode()).hexdigest()[:15], 16)
 
     def generate(context, builder, signature, arguments):
         size = copy_words(context, builder, value, arguments[1], arguments[0])
         assert size <= 8 * ROOM
-        return context.get_dummy_value()
+        return context.get_constant(types.int64, kind)
 
-    return types.void(types.int64, value), generate
+    return types.int64(types.int64, value), generate
 
 
 def _call(typing_context, address, start, stop, offset, s):
@@ -80,7 +83,12 @@ def _work_in_python(address, kind, task, job):
     return Pointer.functions[int(address)](kind, task, _written[int(job)])
 
 
-write: Any = intrinsic(lambda address, value: _written.__setitem__(int(address), value))(_write)
+def _write_in_python(address, value):
+    _written[int(address)] = value
+    return 0  # one function serves all types
+
+
+write: Any = intrinsic(_write_in_python)(_write)
 call: Any = intrinsic(_call_in_python)(_call)
 """``call(address, start, stop, offset, s)`` in compiled code."""
 call_work: Any = intrinsic(_work_in_python)(_call_work)

@@ -17,6 +17,7 @@ from typing import Any
 
 from numba.core.caching import NullCache
 from numba.core.compiler import CompileResult
+from numba.core.runtime import rtsys
 from numba.core.serialize import dumps
 from numba.core.sigutils import normalize_signature
 
@@ -67,7 +68,8 @@ class KernelCache(NullCache):
 
     def load_overload(self, signature: Any, context: Any) -> CompileResult | None:
         """The code for a signature; None where there is none to be used."""
-        context.refresh()
+        # the symbols that machine code is linked to; the compiler's registries take four times as long as all kernels
+        rtsys.initialize(context)
         arguments, _ = normalize_signature(signature)
         try:
             content = self._path(arguments, context.codegen()).read_bytes()

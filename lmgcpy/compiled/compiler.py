@@ -16,7 +16,7 @@ from numba.core.compiler_machinery import FunctionPass, register_pass
 from numba.core.environment import lookup_environment
 from numba.core.untyped_passes import TranslateByteCode
 
-from lmgcpy.compiled.reference import ADDRESS, Reference
+from lmgcpy.compiled.reference import ADDRESS, ReferenceType
 
 # what numba's name for the environment of a function begins with
 _ENVIRONMENT = "_ZN08NumbaEnv"
@@ -90,7 +90,7 @@ class _ChooseCode(FunctionPass):
         references = {
             f"arg.{name}": context.get_abi_sizeof(context.get_data_type(kind.kind))
             for name, kind in zip(function.arg_names, state.args, strict=False)
-            if isinstance(kind, Reference)
+            if isinstance(kind, ReferenceType)
         }
         linked = flags.no_cpython_wrapper and flags.no_cfunc_wrapper
         code = (LinkedCode if linked else KernelCode)(context.codegen(), function.func_qualname, references)

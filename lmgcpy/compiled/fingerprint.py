@@ -31,7 +31,7 @@ from numba.core.dispatcher import Dispatcher
 from numba.core.registry import CPUDispatcher
 from numba.extending import is_jitted
 
-from lmgcpy.compiled.reference import Reference
+from lmgcpy.compiled.reference import ReferenceType
 
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True}
 """Compiler flags of every kernel: division by zero gives infinity, as in numpy, and the interpreter lock is free."""
@@ -244,7 +244,7 @@ def described(kind: Any) -> str:
         made = getattr(kind, "instance_class", tuple)
         fields, parts = getattr(kind, "fields", ()), getattr(kind, "types", ())
         return f"{made.__module__}.{made.__qualname__}{fields}[{', '.join(map(described, parts))}]"
-    return f"&{described(kind.kind)}" if isinstance(kind, Reference) else str(kind)
+    return f"&{described(kind.kind)}" if isinstance(kind, ReferenceType) else str(kind)
 
 
 def at_home(value: Any) -> bool:

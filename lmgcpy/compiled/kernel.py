@@ -47,6 +47,7 @@ from lmgcpy.compiled.fingerprint import (
     rebuildable,
     slots_of,
 )
+from lmgcpy.compiled.waiting import told_on_a_terminal
 from lmgcpy.errors import closest
 
 CompilerError = numba.core.errors.NumbaError
@@ -77,19 +78,19 @@ class Kernel(Template):
         """The kernel as plain Python, with names replaced as in the compiled one; divisions by zero are silent, too."""
         if self._interpreted is None:
             assert isinstance(self.function, types.FunctionType)
-            self._interpreted = np.errstate(all="ignore")(
-                _compilable(self.function, self.names, "interpreted", OPTIONS, {})
-            )
+            copy, complete = _compilable(self.function, self.names, "interpreted", OPTIONS)
+            complete()
+            self._interpreted = np.errstate(all="ignore")(copy)
         return self._interpreted
 
     @property
     def dispatcher(self) -> Dispatcher:
         """The numba function behind this kernel, cached on disk."""
         if self._dispatcher is None:
-            function, cache, options = self._prepare(())
+            function, complete, cache, options = self._prepare(())
             self._dispatcher = numba.jit(pipeline_class=Compiler, **options)(function)
             self._dispatcher._cache = cache
-            self._dispatcher._compiler.compile = _undisturbed(self._dispatcher._compiler.compile)
+            self._dispatcher._compiler.compile = _undisturbed(self._dispatcher._compiler.compile, complete)
             _in_use.append(self._dispatcher)
         return self._dispatcher
 
@@ -121,16 +122,17 @@ class Kernel(Template):
         """A C function of this signature: its ``.address`` can stand in a table; keep the object alive."""
         if INTERPRETED:
             return Pointer(self.interpreted)
-        function, cache, options = self._prepare(signature.args)
+        function, complete, cache, options = self._prepare(signature.args)
         pointer: Any = CFunc(function, normalize_signature(signature), locals={}, options=options, pipeline_class=Compiler)
         pointer._cache = cache
-        _undisturbed(pointer.compile)()
+        pointer._compiler.compile = _undisturbed(pointer._compiler.compile, complete)
+        pointer.compile()
         _in_use.append(pointer)
         return pointer
 
-    def _prepare(self, arguments: tuple) -> tuple[types.FunctionType, KernelCache, dict[str, Any]]:
-        """The function as numba wants it, its place in the cache, and the compiler's flags; ``arguments``: their types, of
-        a C function."""
+    def _prepare(self, arguments: tuple) -> tuple[types.FunctionType, Callable[[], None], KernelCache, dict[str, Any]]:
+        """The function as numba wants it, what completes it before it is compiled, its place in the cache, and the
+        compiler's flags; ``arguments``: their types, of a C function."""
         assert isinstance(self.function, types.FunctionType)
         content = Content(self.function, self.names, arguments)
         mark = content.mark
@@ -143,8 +145,8 @@ class Kernel(Template):
             return extension_in_use(content.read)
 
         options = {**OPTIONS, "_nrt": content.counts_references}
-        function = _compilable(self.function, self.names, mark, options, {})
-        return function, KernelCache(f"{self.__name__}-{mark}", why_not_kept), options
+        function, complete = _compilable(self.function, self.names, mark, options)
+        return function, complete, KernelCache(f"{self.__name__}-{mark}", why_not_kept), options
 
 
 class Pointer:
@@ -221,14 +223,17 @@ UNWRAPPED = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 """Flags of functions that only compiled code calls: without a way in from Python they take a third less to compile."""
 
 
-def _undisturbed(compile: Callable) -> Callable:
-    """Let the collector of garbage wait while numba compiles: it takes a fifth of the time, and finds nothing."""
+def _undisturbed(compile: Callable, complete: Callable[[], None]) -> Callable:
+    """Complete a function before numba compiles it, and let the collector of garbage wait meanwhile: it takes a fifth of
+    the time, and finds nothing."""
 
     def call(*arguments: Any) -> Any:
         enabled = gc.isenabled()
         gc.disable()
         try:
-            return compile(*arguments)
+            with told_on_a_terminal():
+                complete()
+                return compile(*arguments)
         finally:
             if enabled:
                 gc.enable()
@@ -237,15 +242,20 @@ def _undisturbed(compile: Callable) -> Callable:
 
 
 def _compilable(
-    function: types.FunctionType, names: dict[str, Any], mark: str, flags: dict[str, Any], built: dict[tuple, Any]
-) -> types.FunctionType:
-    """A copy of ``function`` in which names are replaced and every plain function it calls is a numba function.
+    function: types.FunctionType,
+    names: dict[str, Any],
+    mark: str,
+    flags: dict[str, Any],
+    built: dict[tuple, Any] | None = None,
+) -> tuple[types.FunctionType, Callable[[], None]]:
+    """A copy of ``function``, and what completes it: gives it its names, replaced, and a numba function for every plain one
+    that it calls. A kernel that is found in the cache is never completed.
 
     ``mark``: its fingerprint, which makes a name that no other code has; ``flags``: of the compiler, for the plain
-    functions; ``built``: the functions of one kernel, by what they are made of.
+    functions; ``built``: the functions of one kernel, by what they are made of; None begins with none.
     """
 
-    def ready(value: Any, names: dict[str, Any]) -> Any:
+    def ready(value: Any, names: dict[str, Any], built: dict[tuple, Any]) -> Any:
         options = {**flags, **UNWRAPPED}
         if isinstance(value, Slot):
             raise TypeError(f"Nothing stands in for '{value.name}', which {function.__qualname__} calls: specialise it.")
@@ -265,15 +275,22 @@ def _compilable(
             built[key] = _inner(value, names, options, flags, built)
         return built[key]
 
-    found = {name: ready(value, inner) for name, (value, inner) in free_names(function, names).items()}
-    closure = tuple(types.CellType(found[name]) for name in function.__code__.co_freevars) or None
+    closure = tuple(types.CellType() for _ in function.__code__.co_freevars) or None
     # numba imports the module of this name when it loads machine code: one that is always there, as a law's need not be
-    scope = {"__builtins__": __builtins__, "__name__": __name__, **found}
+    scope: dict[str, Any] = {"__builtins__": __builtins__, "__name__": __name__}
+
+    def complete() -> None:
+        parts: dict[tuple, Any] = {} if built is None else built
+        found = {name: ready(value, inner, parts) for name, (value, inner) in free_names(function, names).items()}
+        scope.update(found)
+        for name, cell in zip(function.__code__.co_freevars, closure or (), strict=True):
+            cell.cell_contents = found[name]
+
     copy = types.FunctionType(function.__code__, scope, function.__name__, function.__defaults__, closure)
     copy.__kwdefaults__ = function.__kwdefaults__
     copy.__qualname__ = f"{function.__qualname__}_{mark}"
     copy.__module__ = function.__module__ or __name__  # of a function without one numba would keep all globals
-    return copy
+    return copy, complete
 
 
 def _inner(
@@ -286,7 +303,9 @@ def _inner(
     """The numba function that stands for a plain one, in all kernels that call the same with the same flags."""
     mark = Content(function, names, (repr((sorted(options.items()), sorted(flags.items()))),)).mark
     if mark not in _shared:
-        _shared[mark] = numba.jit(pipeline_class=Compiler, **options)(_compilable(function, names, mark, flags, built))
+        copy, complete = _compilable(function, names, mark, flags, built)
+        complete()
+        _shared[mark] = numba.jit(pipeline_class=Compiler, **options)(copy)
     return _shared[mark]
 
 

@@ -19,7 +19,7 @@ _NAMED = types.NamedTuple, types.NamedUniTuple
 ADDRESS = cgutils.voidptr_t
 
 
-class Reference(types.Type):
+class ReferenceType(types.Type):
     """Type of a reference to a named tuple ``kind`` in memory that does not change as long as kernels read it."""
 
     def __init__(self, kind: Any):
@@ -29,7 +29,7 @@ class Reference(types.Type):
 
 def by_reference(tuple_class: Any) -> Any:
     """Decorator of a class of named tuples: kernels take them by reference."""
-    typeof_impl.register(tuple_class)(lambda value, purpose: Reference(_kind(value, purpose)))
+    typeof_impl.register(tuple_class)(lambda value, purpose: ReferenceType(_kind(value, purpose)))
     return tuple_class
 
 
@@ -39,24 +39,24 @@ def _kind(value: Any, purpose: Any) -> Any:
     return types.BaseTuple.from_types(members, type(value))
 
 
-@register_model(Reference)
+@register_model(ReferenceType)
 class _Model(models.OpaqueModel):
     """An address."""
 
 
 @infer_getattr
 class _Field(AttributeTemplate):
-    key = Reference
+    key = ReferenceType
 
-    def generic_resolve(self, reference: Reference, name: str) -> Any:  # type: ignore[override]
+    def generic_resolve(self, reference: ReferenceType, name: str) -> Any:  # type: ignore[override]
         """Type of a field, None where the tuple has none of this name."""
         if name not in reference.kind.fields:
             return None
         member = reference.kind.types[reference.kind.fields.index(name)]
-        return Reference(member) if isinstance(member, _NAMED) else member
+        return ReferenceType(member) if isinstance(member, _NAMED) else member
 
 
-@lower_getattr_generic(Reference)
+@lower_getattr_generic(ReferenceType)
 def _load_field(context, builder, reference, address, name):
     index = reference.kind.fields.index(name)
     member = reference.kind.types[index]
@@ -81,7 +81,7 @@ def _load(builder, place):
     return loaded
 
 
-@unbox(Reference)
+@unbox(ReferenceType)
 def _from_python(reference, value, c):
     place = cgutils.alloca_once(c.builder, c.context.data_model_manager[reference.kind].get_data_type())
     taken: list[Any] = []

@@ -17,7 +17,7 @@ from lmgcpy.errors import closest, shown
 
 
 @dataclass(frozen=True)
-class Pair:
+class NarrowPhase:
     """How two kinds of contactor meet. ``central``: the contact point lies on the normal through both centres."""
 
     narrow: Callable
@@ -25,7 +25,7 @@ class Pair:
     flipped: bool = False
 
 
-_pairs: dict[tuple[str, str], Pair] = {}
+_pairs: dict[tuple[str, str], NarrowPhase] = {}
 
 
 def register_pair(candidate: str, antagonist: str, narrow: Callable, *, central: bool = False) -> None:
@@ -40,7 +40,7 @@ def register_pair(candidate: str, antagonist: str, narrow: Callable, *, central:
     got = tuple(inspect.signature(narrow).parameters)
     if got != expected:
         raise TypeError(f"A narrow phase takes ({', '.join(expected)}), {narrow.__qualname__} takes ({', '.join(got)}).")
-    _pairs[candidate, antagonist] = Pair(narrow, central)
+    _pairs[candidate, antagonist] = NarrowPhase(narrow, central)
 
 
 def known_pairs() -> list[tuple[str, str]]:
@@ -48,13 +48,13 @@ def known_pairs() -> list[tuple[str, str]]:
     return list(_pairs)
 
 
-def find_pair(candidate: str, antagonist: str) -> Pair:
+def find_pair(candidate: str, antagonist: str) -> NarrowPhase:
     """The narrow phase of two kinds; LookupError if nobody has told how they meet."""
     if (candidate, antagonist) in _pairs:
         return _pairs[candidate, antagonist]
     if (antagonist, candidate) in _pairs:
         pair = _pairs[antagonist, candidate]
-        return Pair(pair.narrow, pair.central, flipped=True)
+        return NarrowPhase(pair.narrow, pair.central, flipped=True)
     known = [f"{c}-{a}" for c, a in _pairs]
     raise LookupError(
         f"No narrow phase tells how contactors '{candidate}' and '{antagonist}' meet"

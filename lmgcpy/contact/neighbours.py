@@ -12,7 +12,7 @@ import numpy as np
 
 from lmgcpy.compiled.kernel import kernel, row_reader
 from lmgcpy.contact.broad_phase import by_first
-from lmgcpy.contact.contactor_pairs import Pair, find_pair
+from lmgcpy.contact.contactor_pairs import NarrowPhase, find_pair
 from lmgcpy.contact.detection_tables import ContactorTable, VisibilityRow
 from lmgcpy.contact.excluded_pairs import ExcludedPairs
 from lmgcpy.contact.meeting import meet
@@ -32,7 +32,7 @@ class KindPair:
     """How many numbers the shapes of the two kinds have."""
 
     @property
-    def pair(self) -> Pair:
+    def pair(self) -> NarrowPhase:
         """How the kinds meet; LookupError if nobody has told."""
         return find_pair(self.candidate, self.antagonist)
 

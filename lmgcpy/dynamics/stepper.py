@@ -40,9 +40,6 @@ REACTIONS = ("warn", "stop", "ignore")
 """Answers to steps that were not solved, and to bodies that overlap at the start."""
 
 
-"""Imposed forces with the value of each in a step."""
-
-
 class Found(NamedTuple):
     """The impulses of a step, and the problem that they solve."""
 

@@ -13,8 +13,7 @@ from lmgcpy.laws import Law
 from lmgcpy.laws.coulomb import Coulomb
 from lmgcpy.measure.network import network
 from lmgcpy.sample.arguments import AXES, spheres
-from lmgcpy.scene.body import Wall, disk, wall
-from lmgcpy.scene.body_3d import sphere
+from lmgcpy.scene.body import Wall, wall
 from lmgcpy.scene.material import Material
 from lmgcpy.scene.scene import Scene
 
@@ -144,11 +143,12 @@ class Box:
             self._link(sample, law, reference_gap, block_spin)
 
     def _add_particles(self, sample: Sample, material: Material) -> list:
-        make = disk if self.dimension == 2 else sphere
-        masses = [sample.bead_mass] * sample.bead_count + [None] * (len(sample.radii) - sample.bead_count)
+        add = self.scene.add_disks if self.dimension == 2 else self.scene.add_spheres
+        beads, grains = slice(sample.bead_count), slice(sample.bead_count, None)
         return [
-            self.scene.add(make(radius=radius, position=position, material=material, color=GRAIN, mass=mass))
-            for position, radius, mass in zip(sample.positions, sample.radii, masses, strict=True)
+            body
+            for part, masses in ((beads, sample.bead_mass), (grains, None))
+            for body in add(sample.radii[part], sample.positions[part], material=material, color=GRAIN, masses=masses)
         ]
 
     def _add_walls(self, axis: int, size: float, color: str) -> tuple[Wall, Wall]:

@@ -26,7 +26,7 @@ from lmgcpy.io.run_file.checkpoints import write_checkpoint
 from lmgcpy.io.run_file.commits import Commit, read_commit, write_commit
 from lmgcpy.io.run_file.creation import check_target, create
 from lmgcpy.io.run_file.damage import WRONG, sentences_of_damage
-from lmgcpy.io.run_file.lock import Lock
+from lmgcpy.io.run_file.lock import FileLock
 from lmgcpy.io.run_file.mending import mend
 from lmgcpy.io.run_file.opening import open_to_append, open_to_read
 from lmgcpy.scene.description import asked_again, describe, functions_of_time
@@ -71,7 +71,7 @@ class RunRecorder:
         self._file: Any = None
         self._held: list[Any] = []
         self._sound = True  # no write is incomplete
-        self._lock: Lock | None = None
+        self._lock: FileLock | None = None
         self._commit = Commit()
         self._clear()
 
@@ -139,7 +139,7 @@ class RunRecorder:
         unfinished = f"{self.path}.new"
         try:
             create(unfinished, about, description, sim.checkpoint(), observations.types)
-            self._lock = Lock(unfinished, self.path)
+            self._lock = FileLock(unfinished, self.path)
             self._open(unfinished)
             self._rows.frame(sim)
             self._put(sim, closed=False)
@@ -154,7 +154,7 @@ class RunRecorder:
     def _reopen(self) -> None:
         with open_to_read(self.path) as file, sentences_of_damage(self.path):
             commit = read_commit(file)
-        self._lock = Lock(self.path)
+        self._lock = FileLock(self.path)
         try:
             try:
                 if not commit.closed:

@@ -15,7 +15,7 @@ from lmgcpy.io.observations import Observations, Observe
 from lmgcpy.io.recorder import RunRecorder, options
 from lmgcpy.io.run import Run
 from lmgcpy.io.run_file.damage import sentences_of_damage
-from lmgcpy.io.run_file.lock import Lock
+from lmgcpy.io.run_file.lock import FileLock
 from lmgcpy.io.tree_difference import first_difference
 from lmgcpy.scene.description import describe
 
@@ -51,7 +51,7 @@ def run_to_go_on(path: str | os.PathLike) -> Run:
     try:
         if not os.access(path, os.W_OK):
             raise PermissionError(f"The file '{path}' is read-only: change its permissions, or copy it, to go on with it.")
-        Lock(path).release()
+        FileLock(path).release()
     except BaseException:
         run.close()
         raise

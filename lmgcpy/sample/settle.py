@@ -8,7 +8,7 @@ from lmgcpy.dynamics.stepper import Stepper
 from lmgcpy.errors import named_arguments, whole
 from lmgcpy.laws.coulomb import Coulomb
 from lmgcpy.sample import arguments
-from lmgcpy.scene.body import disk, wall
+from lmgcpy.scene.body import wall
 from lmgcpy.scene.scene import Scene
 from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
 
@@ -43,10 +43,9 @@ def settle(
     max_steps = whole(max_steps, "max_steps", minimum=1)
     finest = float(radii.min())
     scene = Scene(dimension=2, gravity=(0.0, -GRAVITY))
-    for position, radius in zip(positions, radii, strict=True):
-        scene.add(disk(radius=radius, position=position, mass=np.pi * radius**2))
-    for position, radius in zip(*obstacles, strict=True):
-        scene.add(disk(radius=radius, position=position, mass=1.0, color="OBSTACLE")).fix()
+    scene.add_disks(radii, positions, masses=np.pi * radii**2)
+    for obstacle in scene.add_disks(obstacles[1], obstacles[0], masses=1.0, color="OBSTACLE"):
+        obstacle.fix()
     scene.add(wall(point=(0.0, 0.0), normal=(0, 1)))
     scene.add(wall(point=(0.0, 0.0), normal=(1, 0)))
     scene.add(wall(point=(lengths[0], 0.0), normal=(-1, 0)))

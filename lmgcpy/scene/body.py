@@ -18,7 +18,14 @@ import numpy as np
 from lmgcpy.dynamics.changes import DRIVEN, FREE, HIDDEN, LOADED, SHOWN
 from lmgcpy.dynamics.model import COMPONENTS
 from lmgcpy.errors import closest, named_arguments, number, shown, vector
-from lmgcpy.scene.contactor import Contactor, DiskContactor, PlaneContactor, WallContactor
+from lmgcpy.scene.contactor import (
+    Contactor,
+    DiskContactor,
+    PlaneContactor,
+    WallContactor,
+    disk_area,
+    disk_second_moment,
+)
 from lmgcpy.scene.material import Material
 
 if TYPE_CHECKING:
@@ -42,15 +49,17 @@ class StartRows:
     The rows save memory: an array for each body would take 120 bytes, and a number 32.
     """
 
+    WIDTH = 12
+
     def __init__(self) -> None:
-        self.block, self.taken = np.empty((0, 12)), 0
+        self.block, self.taken = np.empty((0, self.WIDTH)), 0
         self._lock = Lock()
 
     def take(self) -> tuple[np.ndarray, int]:
         """A block and the index of a free row in it."""
         with self._lock:
             if self.taken == len(self.block):
-                self.block, self.taken = np.zeros((256, 12)), 0
+                self.block, self.taken = np.zeros((256, self.WIDTH)), 0
             self.taken += 1
             return self.block, self.taken - 1
 
@@ -375,9 +384,9 @@ class Round(Body):
             raise TypeError(f"A {self.noun} needs a material= or a mass= [kg].")
         if mass is None:
             assert material is not None
-            mass = material.density * self._volume
+            mass = material.density * self.volume(self.radius)
         own[MASS] = number(mass, f"mass of a {self.noun}", above=0.0, unit="kg")
-        inertia = own[MASS] * self._turning if inertia is None else inertia
+        inertia = own[MASS] * self.turning(self.radius) if inertia is None else inertia
         own[INERTIA] = number(inertia, f"inertia of a {self.noun}", above=0.0)
         self._material = material
 
@@ -386,15 +395,15 @@ class Round(Body):
     def _shape(radius: float) -> Any:
         """The contactor of that radius [m]."""
 
-    @property
+    @staticmethod
     @abstractmethod
-    def _volume(self) -> float:
-        """Volume [m^3], or area in 2D [m^2]."""
+    def volume(radius: float) -> float:
+        """Volume of a body of that radius [m^3], or its area in 2D [m^2]."""
 
-    @property
+    @staticmethod
     @abstractmethod
-    def _turning(self) -> float:
-        """Ratio of inertia to mass [m^2]."""
+    def turning(radius: float) -> float:
+        """Ratio of its inertia to its mass [m^2]."""
 
     @property
     def material(self) -> Material | None:
@@ -441,13 +450,12 @@ class Disk(Round):
     noun = "disk"
     _shape = DiskContactor
 
-    @property
-    def _volume(self) -> float:
-        return self._contactor.area
+    volume = staticmethod(disk_area)
 
-    @property
-    def _turning(self) -> float:
-        return self._contactor.second_moment / self._contactor.area
+    @staticmethod
+    def turning(radius: float) -> float:
+        """R^2/2, the ratio of its inertia to its mass [m^2]."""
+        return disk_second_moment(radius) / disk_area(radius)
 
 
 class Boundary(Body):

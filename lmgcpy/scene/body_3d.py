@@ -21,13 +21,15 @@ class Sphere(Round):
     noun = "sphere"
     _shape = SphereContactor
 
-    @property
-    def _volume(self) -> float:
-        return 4.0 / 3.0 * math.pi * self.radius**3
+    @staticmethod
+    def volume(radius: float) -> float:
+        """4/3 pi R^3, the volume of a sphere of that radius [m^3]."""
+        return 4.0 / 3.0 * math.pi * radius**3
 
-    @property
-    def _turning(self) -> float:
-        return 0.4 * self.radius**2
+    @staticmethod
+    def turning(radius: float) -> float:
+        """2/5 R^2, the ratio of its inertia to its mass [m^2]."""
+        return 0.4 * radius**2
 
 
 @named_arguments

@@ -80,11 +80,21 @@ class DiskContactor(RoundContactor):
 
     @property
     def area(self) -> float:
-        return math.pi * self.radius**2
+        return disk_area(self.radius)
 
     @property
     def second_moment(self) -> float:
-        return 0.5 * math.pi * self.radius**4
+        return disk_second_moment(self.radius)
+
+
+def disk_area(radius: float) -> float:
+    """Area of a disk [m^2]."""
+    return math.pi * radius**2
+
+
+def disk_second_moment(radius: float) -> float:
+    """Polar second moment of area of a disk about its centre [m^4]."""
+    return 0.5 * math.pi * radius**4
 
 
 class WallContactor(Contactor):

@@ -9,6 +9,7 @@ from __future__ import annotations
 import logging
 import math
 from collections.abc import Callable, Mapping
+from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -26,7 +27,10 @@ from lmgcpy.scene.contactor import (
     PlaneContactor,
     SphereContactor,
     WallContactor,
+    disk_area,
+    disk_second_moment,
 )
+from lmgcpy.scene.many_bodies import StartNumbers
 from lmgcpy.scene.material import Material
 from lmgcpy.scene.scene import Scene
 
@@ -79,15 +83,20 @@ class RecordedBody(Body):
 
 def describe(scene: Scene) -> dict[str, Any]:
     """The description of the initial scene: a tree of dictionaries with arrays, lists, numbers and words."""
-    bodies = scene.bodies
+    bodies, start = scene.bodies, StartNumbers.of(scene.bodies)
     laws: list[Law] = []
-    items = [(body, contactor, offset) for body in bodies for contactor, offset in body.contactors]
-    shapes = [tuple(contactor.shape) for _, contactor, _ in items]
-    shape = np.zeros((len(items), max((len(numbers) for numbers in shapes), default=1)))
-    for row, numbers in zip(shape, shapes, strict=True):
-        row[: len(numbers)] = numbers
+    table = scene._contactors(start)
+    # contactors that are no disk or sphere of lmgcpy, by their rows in the table
+    odd = [contactor for i in start.others for contactor, _ in bodies[i].contactors]
+    others = dict(zip(np.flatnonzero(~start.plain[table.body]).tolist(), odd, strict=True))
+    area, second_moment = np.zeros((2, len(table.body)))
+    if scene.dimension == 2:
+        for sizes, size_of in ((area, disk_area), (second_moment, disk_second_moment)):
+            sizes[:] = [size_of(radius) for radius in table.shape[:, 0].tolist()]
+    for k, contactor in others.items():
+        area[k], second_moment[k] = contactor.area, contactor.second_moment
     colors, color = _codes([body.color for body in bodies])
-    kinds, kind = _codes([contactor.KIND for _, contactor, _ in items])
+    kinds, kind = _codes(table.kind)
     body_kinds, body_kind = _codes([KINDS.get(type(body), "other") for body in bodies])
     materials = list(dict.fromkeys(m for m in (getattr(body, "material", None) for body in bodies) if m is not None))
     conditions = [
@@ -107,27 +116,27 @@ def describe(scene: Scene) -> dict[str, Any]:
             "colors": colors,
             "color": color,
             "material": np.array([_index(getattr(body, "material", None), materials) for body in bodies], dtype=np.int64),
-            "position": np.array([body._position for body in bodies]).reshape(-1, 3),
-            "velocity": np.array([body._velocity for body in bodies]).reshape(-1, len(COMPONENTS[scene.dimension])),
-            "mass": np.array([body.mass for body in bodies], dtype=float),
-            "inertia": np.array([body.inertia for body in bodies], dtype=float),
-            "link_radius": np.array([body.link_radius for body in bodies], dtype=float),
-            "extent": np.array([body.extent for body in bodies], dtype=float),
-            "gravity_acts": np.array([body.gravity_acts for body in bodies], dtype=bool),
+            "position": start.rows[:, :3].copy(),
+            "velocity": start.rows[:, 3 : 3 + len(COMPONENTS[scene.dimension])].copy(),
+            "mass": start.mass.copy(),
+            "inertia": start.inertia.copy(),
+            "link_radius": start.link_radius,
+            "extent": start.extent,
+            "gravity_acts": start.heavy,
             "held_by_default": np.array([body.held_by_default for body in bodies], dtype=bool),
             "hidden": np.array([body.hidden for body in bodies], dtype=bool),
         },
         "contactors": {
             "kinds": kinds,
             "kind": kind,
-            "body": np.array([body.id for body, _, _ in items], dtype=np.int64),
-            "offset": np.array([offset for _, _, offset in items], dtype=float).reshape(-1, scene.dimension),
-            "shape": shape,
-            "shape_size": np.array([len(numbers) for numbers in shapes], dtype=np.int64),
-            "bounding_radius": np.array([contactor.bounding_radius for _, contactor, _ in items], dtype=float),
-            "area": np.array([contactor.area for _, contactor, _ in items], dtype=float),
-            "second_moment": np.array([contactor.second_moment for _, contactor, _ in items], dtype=float),
-            "outlines": _outlines([contactor for _, contactor, _ in items], scene.dimension),
+            "body": table.body,
+            "offset": np.array(table.offset),
+            "shape": table.shape,
+            "shape_size": np.array([table.shape_size[kind] for kind in table.kind], dtype=np.int64),
+            "bounding_radius": table.bounding_radius,
+            "area": area,
+            "second_moment": second_moment,
+            "outlines": _outlines(others, scene.dimension),
         },
         "conditions": {
             "body": np.array([body for body, _, _, _ in conditions], dtype=np.int64),
@@ -215,13 +224,13 @@ def asked_again(functions: list[tuple[int, str] | str]) -> str:
 # ---------------------------------------------------------------------------------------------- scene to description
 
 
-def _outlines(contactors: list[Contactor], dimension: int) -> dict[str, np.ndarray]:
-    """Polylines of the contactors that have some: the contactor of each, its number of points, and the points [m].
+def _outlines(contactors: dict[int, Contactor], dimension: int) -> dict[str, np.ndarray]:
+    """Polylines of the contactors, by row, that have some: the contactor of each, its number of points, and the points [m].
 
     Raises ValueError with a sentence where one is none.
     """
     owners, lines = [], []
-    for k, contactor in enumerate(contactors):
+    for k, contactor in contactors.items():
         outline = contactor.outline
         if outline is None:
             continue
@@ -292,52 +301,85 @@ def _make_law(name: str, distribution: str, parameters: Mapping[str, float | Non
 
 
 def _add_bodies(scene: Scene, description: Mapping[str, Any]) -> None:
-    bodies, table = description["bodies"], description["contactors"]
+    bodies = description["bodies"]
     materials = [Material(**material) for material in description["materials"]]
-    of_body: list[list[tuple[Contactor, tuple[float, ...]]]] = [[] for _ in bodies["mass"]]
-    for k, body in enumerate(table["body"]):
-        of_body[body].append((_contactor(table, k), tuple(table["offset"][k].tolist())))
-    for i, contactors in enumerate(of_body):
-        position, velocity = bodies["position"][i], bodies["velocity"][i]
-        d = scene.dimension
-        start: dict[str, Any] = {"color": bodies["colors"][bodies["color"][i]], "velocity": velocity[:d]}
-        start |= {"spin": float(velocity[2]), "rotation": float(position[2])} if d == 2 else {"spin": velocity[3:]}
-        mass, inertia = float(bodies["mass"][i]), float(bodies["inertia"][i])
-        kind = bodies["kinds"][bodies["kind"][i]]
-        made: Body
-        if kind == "wall":
-            contactor = contactors[0][0]
-            held = None if mass == math.inf else mass
-            made = Wall(point=position[:d], normal=contactor.shape, mass=held, **start)
-            made._contactor = contactor
-        elif kind == "disk":
-            radius = contactors[0][0].shape[0]
-            made = Disk(radius=radius, mass=mass, inertia=inertia, position=position[:2], **start)
-            made._material = materials[bodies["material"][i]] if bodies["material"][i] >= 0 else None
-        elif kind == "sphere":
-            radius = contactors[0][0].shape[0]
-            made = Sphere(radius=radius, mass=mass, inertia=inertia, position=position, **start)
-            made._material = materials[bodies["material"][i]] if bodies["material"][i] >= 0 else None
-        elif kind == "cylinder":
-            shape, held = contactors[0][0].shape, None if mass == math.inf else mass
-            made = CylinderWall(point=position, axis=shape[:3], radius=shape[3], mass=held, **start)
-            made._contactor = contactors[0][0]
-        elif kind == "rigid":
-            made = RigidBody(contactors, mass=mass, inertia=inertia, position=position[:2], **start)
-        else:
-            made = RecordedBody(position=position[:d], **start)
-            vars(made).update(
-                mass=mass,
-                inertia=inertia,
-                contactors=contactors,
-                link_radius=float(bodies["link_radius"][i]),
-                extent=float(bodies["extent"][i]),
-                gravity_acts=bool(bodies["gravity_acts"][i]),
-                held_by_default=bool(bodies["held_by_default"][i]),
-            )
-        if "hidden" in bodies and bodies["hidden"][i]:  # none in files of former versions
-            made.hide()
-        scene.add(made)
+    of_body: list[list[int]] = [[] for _ in bodies["mass"]]
+    for k, body in enumerate(description["contactors"]["body"].tolist()):
+        of_body[body].append(k)
+    # bodies of one kind, colour and material that follow each other are made at once
+    alike = zip(*(bodies[name].tolist() for name in ("kind", "color", "material")), strict=True)
+    for (kind_code, color_code, material_code), run in groupby(range(len(of_body)), key=list(alike).__getitem__):
+        rows = list(run)
+        kind, color = bodies["kinds"][kind_code], bodies["colors"][color_code]
+        if kind in ("disk", "sphere"):
+            material = materials[material_code] if material_code >= 0 else None
+            _add_round(scene, description, Disk if kind == "disk" else Sphere, color, material, rows, of_body)
+            continue
+        for i in rows:
+            scene.add(_one_body(scene.dimension, description, kind, color, i, of_body[i]))
+    if "hidden" in bodies:  # not in files of former versions
+        for i in np.flatnonzero(bodies["hidden"]).tolist():
+            scene.bodies[i].hide()
+
+
+def _add_round(
+    scene: Scene,
+    description: Mapping[str, Any],
+    kind: type[Disk] | type[Sphere],
+    color: str,
+    material: Material | None,
+    rows: list[int],
+    of_body: list[list[int]],
+) -> None:
+    """Add the disks or spheres of some rows of the table of bodies."""
+    bodies, d = description["bodies"], scene.dimension
+    position, velocity = bodies["position"][rows], bodies["velocity"][rows]
+    scene._add_round(
+        kind,
+        description["contactors"]["shape"][[of_body[i][0] for i in rows], 0],
+        position[:, :d],
+        velocities=velocity[:, :d],
+        spins=velocity[:, 2] if d == 2 else velocity[:, 3:],
+        masses=bodies["mass"][rows],
+        inertias=bodies["inertia"][rows],
+        rotations=position[:, 2] if d == 2 else None,
+        material=material,
+        color=color,
+    )
+
+
+def _one_body(dimension: int, description: Mapping[str, Any], kind: str, color: str, i: int, of_body: list[int]) -> Body:
+    """The body of a row of the table of bodies, with its contactors, that is no disk or sphere."""
+    bodies, table = description["bodies"], description["contactors"]
+    contactors = [(_contactor(table, k), tuple(table["offset"][k].tolist())) for k in of_body]
+    position, velocity = bodies["position"][i], bodies["velocity"][i]
+    start: dict[str, Any] = {"color": color, "velocity": velocity[:dimension]}
+    start |= {"spin": float(velocity[2]), "rotation": float(position[2])} if dimension == 2 else {"spin": velocity[3:]}
+    mass, inertia = float(bodies["mass"][i]), float(bodies["inertia"][i])
+    made: Body
+    if kind == "wall":
+        contactor = contactors[0][0]
+        held = None if mass == math.inf else mass
+        made = Wall(point=position[:dimension], normal=contactor.shape, mass=held, **start)
+        made._contactor = contactor
+    elif kind == "cylinder":
+        shape, held = contactors[0][0].shape, None if mass == math.inf else mass
+        made = CylinderWall(point=position, axis=shape[:3], radius=shape[3], mass=held, **start)
+        made._contactor = contactors[0][0]
+    elif kind == "rigid":
+        made = RigidBody(contactors, mass=mass, inertia=inertia, position=position[:2], **start)
+    else:
+        made = RecordedBody(position=position[:dimension], **start)
+        vars(made).update(
+            mass=mass,
+            inertia=inertia,
+            contactors=contactors,
+            link_radius=float(bodies["link_radius"][i]),
+            extent=float(bodies["extent"][i]),
+            gravity_acts=bool(bodies["gravity_acts"][i]),
+            held_by_default=bool(bodies["held_by_default"][i]),
+        )
+    return made
 
 
 def _contactor(table: Mapping[str, Any], k: int) -> Contactor:

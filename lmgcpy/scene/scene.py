@@ -17,8 +17,11 @@ from lmgcpy.errors import LARGEST, closest, flag, named_arguments, number, shown
 from lmgcpy.laws import Law
 from lmgcpy.laws.first_calls import check_answers
 from lmgcpy.laws.registry import check_interface
-from lmgcpy.scene.body import Body, Wall
+from lmgcpy.scene.body import INERTIA, MASS, RADIUS, Body, Disk, Wall
+from lmgcpy.scene.body_3d import Sphere
 from lmgcpy.scene.chain import Chain
+from lmgcpy.scene.many_bodies import SomeRound, StartNumbers, make_round
+from lmgcpy.scene.material import Material
 
 SomeBody = TypeVar("SomeBody", bound=Body)
 
@@ -99,6 +102,57 @@ class Scene:
         body._id = len(self.bodies)
         self.bodies.append(body)
         return body
+
+    @named_arguments
+    def add_disks(
+        self,
+        radii: Any,
+        positions: Any,
+        *,
+        material: Material | None = None,
+        color: str = "GRAIN",
+        velocities: Any = None,
+        spins: Any = None,
+        masses: Any = None,
+        inertias: Any = None,
+    ) -> list[Disk]:
+        """Add many disks in one call, a hundred times as fast as one after another; returns them, in the order of
+        ``positions`` [m], (n, 2).
+
+        ``radii`` [m], (n,); ``velocities`` [m/s], (n, 2), and ``spins`` [rad/s], (n,), by default at rest; ``masses`` [kg],
+        (n,), override the ``material``, and ``inertias`` [kg m^2], (n,), m R^2/2. What is the same for all may be given
+        once. The bodies are those that :func:`lmgcpy.disk` makes, to the last bit.
+        """
+        given = {"velocities": velocities, "spins": spins, "masses": masses, "inertias": inertias}
+        return self._add_round(Disk, radii, positions, material=material, color=color, **given)
+
+    @named_arguments
+    def add_spheres(
+        self,
+        radii: Any,
+        positions: Any,
+        *,
+        material: Material | None = None,
+        color: str = "GRAIN",
+        velocities: Any = None,
+        spins: Any = None,
+        masses: Any = None,
+        inertias: Any = None,
+    ) -> list[Sphere]:
+        """Add many spheres in one call; as :meth:`add_disks`, with ``positions``, ``velocities`` and ``spins`` of shape
+        (n, 3), and 2/5 m R^2 for the inertias."""
+        given = {"velocities": velocities, "spins": spins, "masses": masses, "inertias": inertias}
+        return self._add_round(Sphere, radii, positions, material=material, color=color, **given)
+
+    def _add_round(self, kind: type[SomeRound], radii: Any, positions: Any, **given: Any) -> list[SomeRound]:
+        self._editable("add bodies")
+        if kind.dimension != self.dimension:
+            raise ValueError(f"A {kind.noun} is of dimension {kind.dimension}, this scene of dimension {self.dimension}.")
+        made = make_round(kind, radii, positions, **given)
+        for id, body in enumerate(made, len(self.bodies)):
+            body._id = id
+        self.bodies += made
+        return made
 
     @named_arguments
     def see(self, candidate: str, antagonist: str, law: Law, *, alert: float | None = None) -> None:
@@ -218,13 +272,10 @@ class Scene:
             check_answers(law, self.dimension)
         for chain in self.chains:
             check_answers(chain.law, self.dimension)
-        positions = np.array([body._position for body in self.bodies]).reshape(-1, 3)
-        d, count = self.dimension, len(COMPONENTS[self.dimension])
-        velocities = np.array([body._velocity for body in self.bodies]).reshape(-1, count)
-        mass = np.empty((len(self.bodies), count))
-        mass[:, :d] = np.fromiter((body.mass for body in self.bodies), float)[:, None]
-        mass[:, d:] = np.fromiter((body.inertia for body in self.bodies), float)[:, None]
-        contactors = self._contactors()
+        start, d, count = StartNumbers.of(self.bodies), self.dimension, len(COMPONENTS[self.dimension])
+        positions, velocities = start.rows[:, :3].copy(), start.rows[:, 3 : 3 + count].copy()
+        mass = np.repeat(start.rows[:, [MASS, INERTIA]], [d, count - d], axis=1)
+        contactors = self._contactors(start)
         self._check_numbers(positions, velocities, mass, contactors)
         driven, loads, inverse_mass, hidden = self._conditions(mass)
         for drive in driven:
@@ -238,11 +289,11 @@ class Scene:
             dimension=self.dimension,
             mass=mass,
             inverse_mass=inverse_mass,
-            radius=np.array([body.link_radius for body in self.bodies]),
-            extent=np.array([body.extent for body in self.bodies]),
+            radius=start.link_radius,
+            extent=start.extent,
             wall_normals={body.id: body.normal for body in self.bodies if isinstance(body, Wall)},
             gravity=self.gravity,
-            heavy=np.array([body.gravity_acts for body in self.bodies], dtype=bool),
+            heavy=start.heavy,
             contactors=contactors,
             rows=[
                 VisibilityRow(
@@ -347,33 +398,37 @@ class Scene:
                 body = self.bodies[owner[i]]
                 raise ValueError(f"The {what} of {body!r} must be {bound}, got {shown(values[i].tolist())}.")
 
-    def _contactors(self) -> ContactorTable:
-        owners: list[int] = []
-        kinds, colors, sizes, radii = [], [], [], []
-        numbers: list[float] = []
-        offsets: list[float] = []
-        for body in self.bodies:
-            for contactor, offset in body.contactors:
-                shape = contactor.shape
-                owners.append(body.id)
-                kinds.append(contactor.KIND)
-                colors.append(body.color)
-                sizes.append(len(shape))
-                numbers += shape
-                offsets += offset
-                radii.append(contactor.bounding_radius)
-        widest = max(sizes, default=1)
-        table = np.zeros((len(owners), widest))
-        table[np.arange(widest) < np.array(sizes, dtype=int)[:, None]] = numbers
-        from_centre = np.array(offsets, dtype=float).reshape(-1, self.dimension)
+    def _contactors(self, start: StartNumbers) -> ContactorTable:
+        """The table of all contactors."""
+        rows, plain = start.rows, start.plain
+        others = [(i, *item) for i in start.others for item in self.bodies[i].contactors]
+        count = plain.astype(np.int64)
+        np.add.at(count, [i for i, _, _ in others], 1)
+        owner = np.repeat(np.arange(len(rows)), count)
+        round_kind = (Disk if self.dimension == 2 else Sphere)._shape.KIND
+        shapes = [contactor.shape for _, contactor, _ in others]
+        table = np.zeros((len(owner), max(map(len, shapes), default=1)))
+        bounding_radius = table[:, 0] = rows[owner, RADIUS]
+        kinds = [round_kind] * len(owner)
+        offset = np.zeros((len(owner), self.dimension))
+        shape_size = {round_kind: 1} if plain.any() else {}
+        for at, (_, contactor, from_centre), shape in zip(
+            np.flatnonzero(~plain[owner]).tolist(), others, shapes, strict=True
+        ):
+            kinds[at] = contactor.KIND
+            table[at, : len(shape)] = shape
+            offset[at] = from_centre
+            bounding_radius[at] = contactor.bounding_radius
+            shape_size[contactor.KIND] = len(shape)
+        colors = [body.color for body in self.bodies]
         return ContactorTable(
-            body=np.array(owners, dtype=np.int64),
-            offset=from_centre if from_centre.any() else np.broadcast_to(0.0, from_centre.shape),
+            body=owner,
+            offset=offset if offset.any() else np.broadcast_to(0.0, offset.shape),
             kind=kinds,
-            color=colors,
+            color=colors if (count == 1).all() else [colors[i] for i in owner.tolist()],
             shape=table,
-            shape_size=dict(zip(kinds, sizes, strict=True)),
-            bounding_radius=np.array(radii, dtype=float),
+            shape_size=shape_size,
+            bounding_radius=bounding_radius,
         )
 
     @staticmethod

@@ -12,7 +12,6 @@ second simulation in another thread or the end of the process would have to care
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterable
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -28,8 +27,6 @@ TICKET, DONE, HELPERS = 0, 8, 16
 """Entries of ``Team.words``, far enough from each other to be in different lines of the cache."""
 STOP = 255
 """Kind of the last offer."""
-LAYOUT = 0x0001 | 0x0100 | 0x0400
-"""Flags of an array that belong to its type: NumPy's C_CONTIGUOUS, ALIGNED and WRITEABLE."""
 PATIENCE = 5000
 """Looks at a number that does not change before other processes are given way."""
 
@@ -98,8 +95,8 @@ class Job(NamedTuple):
 
 @kernel
 def lay(job, address):
-    """Write the job to an address, where the work finds it."""
-    write(address, job)
+    """Write the job to an address, where the work finds it; returns a number that stands for the types of its arrays."""
+    return write(address, job)
 
 
 def ticket(turn, kind, last, task):
@@ -164,24 +161,12 @@ def help_out(team: Team):
                 call_at(team.give_way)
 
 
-def work_address(work: Kernel, job: Job) -> int:
-    """Address of the compiled work; it stays for as long as the process."""
-    key = work, type(job.s), *kinds(job)
-    if key not in _pointers:
-        _pointers[key] = work.pointer(work_signature(job))
-    return _pointers[key].address
-
-
-def kinds(parts: Iterable[Any]) -> list:
-    """What tells the type of each array in tuples of arrays and of such tuples; to ask the compiler for the type of a job
-    would take as long as a small solve."""
-    found: list[Any] = []
-    for part in parts:
-        if isinstance(part, np.ndarray):
-            found += (part.flags.num & LAYOUT) + (part.ndim << 16), part.dtype
-        elif isinstance(part, tuple):
-            found += kinds(part)
-    return found
+def work_address(work: Kernel, job: Job, kind: int) -> int:
+    """Address of the work as it is compiled for jobs of this ``kind``, see :func:`lay`; it stays for as long as the
+    process."""
+    if (work, kind) not in _pointers:
+        _pointers[work, kind] = work.pointer(work_signature(job))
+    return _pointers[work, kind].address
 
 
 _pointers: dict[tuple, Any] = {}
@@ -207,9 +192,10 @@ def lead(
     partial, beta, limits = np.zeros((max(tasks, chunks), 4)), np.zeros(1), np.zeros(3)
     job = Job(groups, system, free_velocity, guess, iterates, partial, beta, limits, chunks)
     place = np.empty(ROOM, dtype=np.int64)
-    lay(job, place.ctypes.data)
+    address = place.ctypes.data
+    kind = lay(job, address)
     shared = words, partial, beta, groups.phase, limits, system.measured
-    team = Team(*shared, chunks, len(system.impulse), work_address(work, job), place.ctypes.data, giving_way())
+    team = Team(*shared, chunks, len(system.impulse), work_address(work, job, kind), address, giving_way())
     if words[HELPERS] == 0:
         return solver(team, *arguments)
     solver.make_ready(team, *arguments)  # or helpers would spend the compiler's time looking for work

@@ -9,7 +9,7 @@ import numpy as np
 import scipy.sparse as sparse
 
 import lmgcpy as lm
-from lmgcpy.io.run_file.lock import Lock
+from lmgcpy.io.run_file.lock import FileLock
 
 SAND = lm.Material("sand", density=2600.0)
 
@@ -37,7 +37,7 @@ class World:
 
     def __init__(self, folder, patch):
         self.folder, self.patch = folder, patch
-        self.held: Lock | None = None
+        self.held: FileLock | None = None
         self.scene = lm.Scene(dimension=2)
         self.beads = [self.scene.add(disk(position=(0.03 * i, 0.0), color="BEAD")) for i in range(4)]
         self.wall = self.scene.add(wall(point=(0, -1)))
@@ -140,7 +140,7 @@ class World:
 
     def lock(self):
         """The file is under another hand."""
-        self.held = Lock(self.run_file())
+        self.held = FileLock(self.run_file())
 
     def closed_run(self):
         with lm.io.open_run(self.run_file()) as run:

@@ -66,9 +66,24 @@ def test_kernels_share_the_functions_that_they_both_call(cache):
         return kernel.dispatcher.py_func.__globals__["_scaled"]
 
     thrice = _doubled.specialise(_FACTOR=3.0)
+    assert (_doubled(1.5), _quadrupled(1.5), thrice(1.5)) == (3.0, 6.0, 4.5)  # a function is complete once it is compiled
     assert called_by(_doubled) is called_by(_quadrupled)
     assert called_by(thrice) is not called_by(_doubled)
-    assert (_doubled(1.5), _quadrupled(1.5), thrice(1.5)) == (3.0, 6.0, 4.5)
+
+
+def test_a_slot_that_nothing_fills_is_told_again_and_again(cache):
+    """The second attempt says what the first one said."""
+    empty = kernel(_calls_the_slot)
+    for _ in range(2):
+        with pytest.raises(TypeError, match="Nothing stands in for '_slot', which _calls_the_slot calls"):
+            empty(1.0)
+
+
+_slot = Slot("_slot")
+
+
+def _calls_the_slot(x):
+    return _scaled(x) + _slot(x)
 
 
 _FACTOR = 2.0
@@ -521,7 +536,6 @@ def nobody(user):
 pwd.getpwuid = nobody
 from lmgcpy.compiled.kernel import kernel
 from lmgcpy.compiled.cache import cache_directory
-from lmgcpy.compiled.fingerprint import Slot
 with warnings.catch_warnings(record=True) as told:
     warnings.simplefilter("always")
     results = [kernel(lambda x: x + 1.0)(1.0), kernel(lambda x: x + 2.0)(1.0)]

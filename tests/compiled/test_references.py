@@ -12,7 +12,7 @@ import pytest
 
 from lmgcpy.compiled.fingerprint import described
 from lmgcpy.compiled.kernel import CompilerError, inlined, kernel
-from lmgcpy.compiled.reference import Reference, by_reference
+from lmgcpy.compiled.reference import ReferenceType, by_reference
 
 
 @pytest.fixture(autouse=True)
@@ -69,8 +69,8 @@ def test_a_kernel_reads_what_python_reads(table, flag):
 
 
 def test_nested_tuples_are_references_as_well_and_classes_that_are_not_marked_are_none():
-    assert isinstance(numba.typeof(outer(np.zeros((1, 2)))), Reference)
-    assert not isinstance(numba.typeof(Inner(np.zeros((1, 2)), True)), Reference)
+    assert isinstance(numba.typeof(outer(np.zeros((1, 2)))), ReferenceType)
+    assert not isinstance(numba.typeof(Inner(np.zeros((1, 2)), True)), ReferenceType)
 
 
 @kernel

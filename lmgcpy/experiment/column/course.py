@@ -16,7 +16,6 @@ from lmgcpy.experiment.trial import carry_out
 from lmgcpy.laws.coulomb import Coulomb
 from lmgcpy.laws.rigid import RigidWire
 from lmgcpy.scene.body import wall
-from lmgcpy.scene.body_3d import sphere
 from lmgcpy.scene.material import Material
 from lmgcpy.scene.scene import Scene
 from lmgcpy.simulation import Simulation
@@ -113,19 +112,12 @@ class SandColumn:
 
     def _add_particles(self, start: ColumnState) -> None:
         sample, sand = self.laid.sample, Material("sand", density=SAND_DENSITY)
-        bodies = []
-        for i, radius in enumerate(sample.radii.tolist()):
-            bead = i < sample.bead_count
-            body = sphere(
-                radius=radius,
-                position=start.positions[i],
-                velocity=start.velocities[i],
-                spin=start.spins[i],
-                material=None if bead else sand,
-                mass=sample.bead_mass if bead else None,
-                color=GRAIN,
-            )
-            bodies.append(self.scene.add(body))
+        add, bodies = self.scene.add_spheres, []
+        at, moving, spinning = start.positions, start.velocities, start.spins
+        for part, material, masses in ((slice(sample.bead_count), None, sample.bead_mass), (self.grains, sand, None)):
+            if len(at[part]):
+                given = {"velocities": moving[part], "spins": spinning[part], "masses": masses}
+                bodies += add(sample.radii[part], at[part], material=material, color=GRAIN, **given)
         for beads in sample.chains:
             chain = [bodies[i] for i in beads]
             between = np.linalg.norm(np.diff(start.positions[beads], axis=0), axis=1)
@@ -134,8 +126,9 @@ class SandColumn:
             self.scene.chain(chain, RigidWire(), reference_gap=np.maximum(sample.reference_gap, built), block_spin=True)
 
     def _add_ground(self, glued: tuple[np.ndarray, np.ndarray]) -> None:
-        for place, radius in zip(*glued, strict=True):
-            self.scene.add(sphere(radius=radius, position=place, mass=1.0, color=GROUND)).fix()
+        places, radii = glued
+        for grain in self.scene.add_spheres(radii, places, masses=1.0, color=GROUND):
+            grain.fix()
         self.scene.add(wall(point=(0.0, 0.0, -0.5 * self.laid.diameter), normal=(0, 0, 1), color=GROUND))
 
     def _add_mould(self, side: float) -> None:

@@ -13,7 +13,7 @@ from lmgcpy.dynamics.checkpoint import Checkpoint
 from lmgcpy.io.hdf5 import in_memory
 from lmgcpy.io.run_file.checkpoints import create_slot
 from lmgcpy.io.run_file.commits import COMMIT
-from lmgcpy.io.run_file.lock import Lock
+from lmgcpy.io.run_file.lock import FileLock
 from lmgcpy.io.run_file.opening import FORMAT, VERSION
 from lmgcpy.io.run_file.tables import GROWING, INDEX, OBSERVED, growing_tables, history_type, interaction_type
 from lmgcpy.io.run_file.trees import write_group
@@ -30,7 +30,7 @@ def check_target(path: str | os.PathLike, force: bool) -> None:
     instead = f"give another name, force=True to replace it, or lmgcpy.resume('{path}') to go on with its run"
     check_file(path, force=force, name="record", instead=instead)
     if os.path.exists(path):
-        Lock(path).release()
+        FileLock(path).release()
 
 
 def create(

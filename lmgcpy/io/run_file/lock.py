@@ -6,7 +6,7 @@ import errno
 import os
 
 
-class Lock:
+class FileLock:
     """A lock that tells other writers that a file is being written. The system releases it when the process ends.
 
     Readers are not locked out.
@@ -40,7 +40,7 @@ class Lock:
 def is_being_written(path: str | os.PathLike) -> bool:
     """Whether a running process is writing the file."""
     try:
-        Lock(path).release()
+        FileLock(path).release()
     except BlockingIOError:
         return True
     except OSError:

@@ -13,14 +13,14 @@ from lmgcpy.io.run_file.checkpoints import read_checkpoint, write_checkpoint
 from lmgcpy.io.run_file.commits import read_tails, write_commit
 from lmgcpy.io.run_file.creation import LIBVER, create_slots
 from lmgcpy.io.run_file.damage import sentences_of_damage
-from lmgcpy.io.run_file.lock import Lock
+from lmgcpy.io.run_file.lock import FileLock
 from lmgcpy.io.run_file.opening import open_to_read, writing
 from lmgcpy.io.run_file.tables import growing_tables
 from lmgcpy.io.run_file.trees import read_group, write_group
 from lmgcpy.writing import replace_file
 
 
-def mend(path: str | os.PathLike, laws: list[str]) -> Lock:
+def mend(path: str | os.PathLike, laws: list[str]) -> FileLock:
     """Replace a file whose writer was killed by a copy that ends at the last checkpoint and can be written again.
 
     The file is replaced only when the copy is complete. Returns the lock on the new file.
@@ -57,7 +57,7 @@ def mend(path: str | os.PathLike, laws: list[str]) -> Lock:
                     _copy_rows(path, file[name], copy[name], commit.rows(name), sums.get(name))
                 write_checkpoint(copy, checkpoint, commit, laws)
                 write_commit(copy, commit)
-        lock = Lock(copied, path)
+        lock = FileLock(copied, path)
         replace_file(copied, path)
     except BaseException:
         with suppress(OSError):

@@ -147,7 +147,8 @@ def test_a_study_under_way_is_left_alone(tmp_path):
     out = StudyFolder(tmp_path / "study", TexSolStudy)
     out.begin(Study2D())
     lm.Simulation(one_disk(), time_step=1.0).run(steps=1, record=out.run_file("none"))
-    hold = "import sys; from lmgcpy.io.run_file.lock import Lock; l = Lock(sys.argv[1]); print('held', flush=True); input()"
+    take = "import sys; from lmgcpy.io.run_file.lock import FileLock; lock = FileLock(sys.argv[1])"
+    hold = f"{take}; print('held', flush=True); input()"
     with subprocess.Popen([sys.executable, "-c", hold, out.run_file("none")], stdin=-1, stdout=-1, text=True) as other:
         try:
             assert other.stdout.readline() == "held\n"
