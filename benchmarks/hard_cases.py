@@ -68,12 +68,12 @@ def print_tables(name: str) -> None:
         cases.setdefault(case, {})[solver] = cells
     held, numbers = [], []
     for case, by_solver in cases.items():
-        cells = [f"{by_solver[s][0]}, {by_solver[s][5]} s" if s in by_solver else "–" for s in solvers]
+        cells = [f"{by_solver[s][0]}, {by_solver[s][5]}" if s in by_solver else "–" for s in solvers]
         held.append([case, by_solver["Auto"][2], *cells])
         found = re.findall(r"(?:^|, )(.*?) (-?\d\S*) \(of (\S+)\)", by_solver["Auto"][1])
         for k, (what, value, bound) in enumerate(found):
             numbers.append(["" if k else case, what, value, bound])
-    print("", *markdown_table(["case", "tolerance", *solvers], held), sep="\n")
+    print("", *markdown_table(["case", "tolerance", *(f"{s} [s]" for s in solvers)], held), sep="\n")
     print("", *markdown_table(["case", "error of `Auto`", "found", "may be"], numbers), sep="\n")
 
 

@@ -85,6 +85,11 @@ def parameters_of_a_law(app, what, name, thing, options, lines):
         lines += ["", f"Law ``{thing.NAME}``, without parameters.", ""]
 
 
+def perpendicular(app, what, name, thing, options, lines):
+    """Docstrings are plain text, where the sign of complementarity has three characters."""
+    lines[:] = [re.sub(r" +_\|_ +", " \N{UP TACK} ", line) for line in lines]
+
+
 def mathml(tex, display):
     """A formula as MathML, its TeX kept as an annotation for who copies it."""
     known = re.sub(r"\\(begin|end){aligned}", r"\\\1{align*}", tex)  # the converter knows the outer name only
@@ -108,8 +113,16 @@ def formula_by_itself(translator, node):
     raise nodes.SkipNode
 
 
+def whole_pictures(app, doctree):
+    """A picture is a link to itself in full size: on a page it is as wide as the text, on a telephone less."""
+    for picture in doctree.findall(nodes.image):
+        picture["scale"] = 100
+
+
 def setup(app):
+    app.connect("doctree-read", whole_pictures)
     app.add_html_math_renderer("mathml", (formula_in_the_text, None), (formula_by_itself, None))
     app.add_css_file("formulas.css")
     app.connect("autodoc-process-signature", signature_of_a_law)
     app.connect("autodoc-process-docstring", parameters_of_a_law)
+    app.connect("autodoc-process-docstring", perpendicular)

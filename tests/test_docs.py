@@ -1,6 +1,9 @@
 """Every Python block of the documentation runs as it stands, and says what the page says it says."""
 
+import inspect
 import re
+import textwrap
+from itertools import takewhile
 from pathlib import Path
 
 import pytest
@@ -105,3 +108,26 @@ def test_code_fits_on_a_page():
     shown += [(path.name, line) for path in tutorials for line in path.read_text("utf-8").splitlines()]
     assert len(shown) > 1000
     assert [(name, line) for name, line in shown if len(line) > WIDEST] == []
+
+
+SIGNATURE = 80
+"""Columns of code in a docstring, which stands further in on its page of the reference."""
+
+
+def literal_blocks(docstring):
+    """Lines of the blocks after "::" in a docstring, without what they are indented by."""
+    lines, blocks = inspect.cleandoc(docstring).splitlines(), []
+    for at, line in enumerate(lines):
+        if line.rstrip().endswith("::"):
+            edge = len(line) - len(line.lstrip())
+            inside = takewhile(lambda text, edge=edge: not text or text[: edge + 1].isspace(), lines[at + 1 :])
+            blocks += textwrap.dedent("\n".join(inside)).splitlines()
+    return blocks
+
+
+def test_code_in_docstrings_fits_on_a_page():
+    sources = {path.name: path.read_text("utf-8") for path in (DOCS.parent / "lmgcpy").rglob("*.py")}
+    strings = [(name, text) for name, source in sources.items() for text in re.findall(r'"""(.*?)"""', source, re.S)]
+    shown = [(name, line) for name, text in strings for line in literal_blocks(text)]
+    assert len(shown) > 40
+    assert [(name, line) for name, line in shown if len(line) > SIGNATURE] == []

@@ -54,13 +54,9 @@ class Cushion(lm.Law):
 # The answer known beforehand: falling through H it sinks until Y d = m g (H + d), so d
 # = m g H / (Y - m g). The run begins 0.2 m above the shed, and a contact begins within
 # a step: d is known to the 2 mm that the boulder moves in 1.5 of them.
-figure, g, mass, fall = (
-    Figure(figsize=(8.0, 3.6), layout="constrained"),
-    9.81,
-    1000.0,
-    5.0,
-)
+g, mass, fall = 9.81, 1000.0, 5.0
 velocity = (0.0, 0.0, -((2.0 * g * (fall - 0.2)) ** 0.5))
+figure = Figure(figsize=(8.0, 3.6), layout="constrained")
 left, right = figure.subplots(1, 2)
 print(
     "crushing force   sinks by   m g H/(Y - m g)   greatest force   at rest (m g = "

@@ -18,7 +18,7 @@ from lmgcpy.experiment import Biaxial, compact, lay_sample
 
 folder = Path(sys.argv[1] if len(sys.argv) > 1 else "tutorial_06")
 folder.mkdir(parents=True, exist_ok=True)
-figure, g = Figure(figsize=(12.5, 3.8), layout="constrained"), 9.81
+figure, g = Figure(figsize=(10.0, 3.6), layout="constrained"), 9.81
 left, middle, right = figure.subplots(1, 3)
 left.set(xlabel="time step [ms]", ylabel="error of the height [m]", title="time step")
 middle.set(
@@ -30,7 +30,7 @@ right.set(
     xlabel="crushing [%]",
     ylabel="vertical stress [kPa]",
     title="biaxial test",
-    ylim=(0, 280),
+    ylim=(0, 360),
 )
 
 # 1. The time step: heights of a ball on a rigid rod, let go level with its hook, and of
@@ -139,8 +139,9 @@ for tolerance, share in (
         100.0 * record.strain,
         stress,
         linewidth=0.8,
-        label=f"tolerance {tolerance:.0e}, step {share:g} h",
+        label=f"{tolerance:.0e}, {share:g} h",
     )
 for axes in (left, middle, right):
     axes.legend(frameon=False, fontsize="small")
-figure.savefig(folder / "accuracy.png", dpi=90)
+right.legend(title="tolerance, time step", frameon=False, fontsize="small", ncols=2)
+figure.savefig(folder / "accuracy.png", dpi=110)

@@ -80,7 +80,7 @@ def performance_profiles(profiles: Sequence[Profile]) -> Figure:
 
     At the right end, the difference to 1 is the share of its failures.
     """
-    figure = new_figure(4.6 * len(profiles), 3.8)
+    figure = new_figure(3.4 * len(profiles), 4.2)
     axes = figure.subplots(1, len(profiles), squeeze=False, sharey=True)[0]
     for axis, profile in zip(axes, profiles, strict=True):
         finite = np.concatenate([ratios[np.isfinite(ratios)] for ratios in profile.ratios.values()])
@@ -96,6 +96,6 @@ def performance_profiles(profiles: Sequence[Profile]) -> Figure:
         axis.grid(True, color="#e4e4e4", linewidth=0.6)
         axis.set_title(f"to an error of {profile.target:g}, {profile.problems} problems", fontsize=10)
         axis.set_xlabel("time / time of the fastest")
-        axis.legend(loc="lower right", fontsize=8)
+        axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.18), fontsize=8, frameon=False)  # clear of the curves
     axes[0].set_ylabel("part of the problems")
     return figure

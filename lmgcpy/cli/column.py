@@ -27,7 +27,9 @@ option = options_of(studies, FIELDS, UNITS)
 
 
 @click.command()
-@option("--contents", type=CommaList(float, "0.1,0.4"), help="Contents of wire, separated by commas: length x d2 / volume.")
+@option(
+    "--contents", type=CommaList(float, "0.1,0.4"), help="Contents of wire, separated by commas: length x d^2 / volume."
+)
 @option("--grains", type=int, help="Grains of sand.")
 @option("--aspect", type=float, help="Height of the column over its radius.")
 @option("--friction", type=float, help="Friction of grains, wire and ground.")

@@ -10,10 +10,12 @@ from __future__ import annotations
 from typing import Any
 
 from llvmlite import ir
-from numba.core import compiler
+from numba.core import compiler, errors, types
+from numba.core import ir as numba_ir
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler_machinery import FunctionPass, register_pass
 from numba.core.environment import lookup_environment
+from numba.core.typed_passes import NopythonTypeInference
 from numba.core.untyped_passes import TranslateByteCode
 
 from lmgcpy.compiled.reference import ADDRESS, ReferenceType
@@ -92,11 +94,46 @@ class _ChooseCode(FunctionPass):
             for name, kind in zip(function.arg_names, state.args, strict=False)
             if isinstance(kind, ReferenceType)
         }
-        linked = flags.no_cpython_wrapper and flags.no_cfunc_wrapper
-        code = (LinkedCode if linked else KernelCode)(context.codegen(), function.func_qualname, references)
+        code = (LinkedCode if _is_linked(flags) else KernelCode)(context.codegen(), function.func_qualname, references)
         code.enable_object_caching()
         state.library = code
         return True
+
+
+@register_pass(mutates_CFG=False, analysis_only=True)
+class _RefuseNone(FunctionPass):
+    """Refuses a function that kernels call and that returns None in some cases, in others a tuple, as those of laws do.
+    numba compiles it, and raises where the tuple is read; a kernel that cannot raise would go on."""
+
+    _name = "lmgcpy_refuse_none"
+
+    def __init__(self) -> None:
+        super().__init__()
+
+    def run_pass(self, state: Any) -> bool:
+        kind = state.return_type
+        if _is_linked(state.flags) and isinstance(kind, types.Optional) and isinstance(kind.type, types.BaseTuple):
+            raise errors.TypingError(
+                f"{state.func_id.func.__name__} returns None in some cases: each way through it has to end in a return",
+                loc=_return_of_none(state),
+            )
+        return False
+
+
+def _is_linked(flags: Any) -> bool:
+    """Whether a function is compiled for kernels that call it, with no way in from Python."""
+    return flags.no_cpython_wrapper and flags.no_cfunc_wrapper
+
+
+def _return_of_none(state: Any) -> Any:
+    """Where the function returns None."""
+    for block in state.func_ir.blocks.values():
+        if isinstance(block.terminator, numba_ir.Return):
+            cast = state.func_ir.get_definition(block.terminator.value)
+            value = getattr(cast, "value", block.terminator.value)
+            if isinstance(state.typemap[value.name], types.NoneType | types.Optional):
+                return block.terminator.loc
+    return state.func_ir.loc
 
 
 class Compiler(compiler.Compiler):
@@ -108,5 +145,6 @@ class Compiler(compiler.Compiler):
             return super().define_pipelines()
         steps = compiler.DefaultPassBuilder.define_nopython_pipeline(self.state)
         steps.add_pass_after(_ChooseCode, TranslateByteCode)
+        steps.add_pass_after(_RefuseNone, NopythonTypeInference)
         steps.finalize()
         return [steps]

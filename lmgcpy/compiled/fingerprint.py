@@ -12,6 +12,7 @@ from __future__ import annotations
 import dis
 import hashlib
 import inspect
+import itertools
 import operator
 import sys
 import types
@@ -304,7 +305,8 @@ def described_kind(value: Any) -> str:
 
 
 def may_raise(function: Callable) -> bool:
-    """Whether ``function``, or a plain function that it calls, holds a raise or an assert statement."""
+    """Whether ``function``, or a plain function that it calls, holds a raise or an assert statement, or returns None in
+    some cases and a value in others: numba raises where None is then used as a value."""
     seen: set[int] = set()
 
     def reaches_raise(value: Any) -> bool:
@@ -312,13 +314,23 @@ def may_raise(function: Callable) -> bool:
         if not isinstance(value, types.FunctionType) or id(value) in seen:
             return False
         seen.add(id(value))
-        if any(
-            step.opname == "RAISE_VARARGS" for code in code_objects(value.__code__) for step in dis.get_instructions(code)
-        ):
+        if any(_code_may_raise(code) for code in code_objects(value.__code__)):
             return True
         return any(reaches_raise(called) for called, _ in free_names(value, {}).values())
 
     return reaches_raise(function)
+
+
+def _code_may_raise(code: types.CodeType) -> bool:
+    steps = list(dis.get_instructions(code))
+    if any(step.opname == "RAISE_VARARGS" for step in steps):
+        return True
+    returned = [
+        before.argval if before.opname == "LOAD_CONST" else ... if step.opname == "RETURN_VALUE" else step.argval
+        for before, step in itertools.pairwise(steps)
+        if step.opname in ("RETURN_VALUE", "RETURN_CONST")
+    ]
+    return None in returned and any(value is not None for value in returned)
 
 
 def code_objects(code: types.CodeType) -> Iterator[types.CodeType]:

@@ -50,7 +50,7 @@ from lmgcpy.compiled.fingerprint import (
 from lmgcpy.compiled.waiting import told_on_a_terminal
 from lmgcpy.errors import closest
 
-CompilerError = numba.core.errors.NumbaError
+CompilerError = numba.core.errors.NumbaError, numba.core.errors.UnsupportedBytecodeError
 """What numba raises where it cannot compile a function."""
 INTERPRETED = bool(numba.config.DISABLE_JIT)  # type: ignore[attr-defined]
 """Whether kernels run as plain Python: ``NUMBA_DISABLE_JIT=1`` at the start of the process, for debuggers and coverage."""

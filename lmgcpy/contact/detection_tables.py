@@ -54,7 +54,7 @@ class ChainTable:
     bodies: np.ndarray
     """Rows of the bodies, (links + 1,) int64; of a closed chain the last is the first."""
     laws: list[Law]
-    """Of each link, of one class; one that all links share."""
+    """One law for each link, all of one class, or one that all links share."""
     radius_sum: np.ndarray
     """Sum of the two radii [m], (links,)."""
     reference_gap: np.ndarray

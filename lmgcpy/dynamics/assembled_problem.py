@@ -31,7 +31,7 @@ def as_problem(step: StepProblem) -> Conic:
 
     system = step.system
     count = len(system.candidate)
-    bias, friction, compliance = np.zeros(count), np.zeros(count), np.zeros(count)
+    bias, friction, compliance, rolling, torsion = np.zeros((5, count))
     names: list[str] = []
     without = law_without_conic(step)
     if without is not None:
@@ -42,7 +42,9 @@ def as_problem(step: StepProblem) -> Conic:
         size = len(group.law.PREPARED) * (group.stop - group.start)
         prepared = system.prepared[where : where + size].reshape(group.stop - group.start, -1)
         try:
-            bias[part], friction[part], compliance[part] = group.law.conic(prepared.T)
+            bias[part], friction[part], compliance[part], *turning = group.law.conic(prepared.T)
+            if group.law.rows(step.dimension) > step.dimension:
+                rolling[part], torsion[part] = turning if step.dimension == 3 else (turning[0], 0.0)
         except Exception as error:
             raise RuntimeError(
                 f"In the step from t = {step.data.time:g} s conic of law '{group.law.NAME}' raised {error!r}."
@@ -50,8 +52,8 @@ def as_problem(step: StepProblem) -> Conic:
         names += [group.law.NAME] * (group.stop - group.start)
     acting = np.isfinite(bias)
     H = interaction_matrix(step)
-    d = step.dimension
-    H = H[np.repeat(acting, d)]
+    d, width = step.dimension, system.impulse.shape[1]
+    H = H[np.repeat(acting, width)]
     inverse_mass, split = system.inverse_mass.copy(), None
     if system.deforms:
         inverse_mass[system.edges] = 0.0
@@ -61,13 +63,13 @@ def as_problem(step: StepProblem) -> Conic:
         split = Split(W, columns)
         W = sparse.csr_array(W + columns @ columns.T)
     q = H @ step.free_velocity.ravel()
-    q[::d] += bias[acting]
+    q[::width] += bias[acting]
     geometric, links = np.zeros(count), len(system.geometric)
     geometric[:links] = system.geometric
     if links:
         carried = np.zeros((count, d - 1))
         carried[:links] = system.carried
-        q.reshape(-1, d)[:, 1:] -= (carried * (geometric > 0.0)[:, None])[acting]
+        q.reshape(-1, width)[:, 1:d] -= (carried * (geometric > 0.0)[:, None])[acting]
     problem = Problem(
         W=sparse.csr_array(W),
         q=q,
@@ -75,11 +77,12 @@ def as_problem(step: StepProblem) -> Conic:
         dimension=d,
         laws=tuple(name for name, here in zip(names, acting, strict=True) if here),
         compliance=compliance[acting],
-        guess=step.guess[acting, :d],
+        guess=step.guess[acting],
         geometric=geometric[acting],
         scale=system.scale[acting],
         split=split,
         cone_by_law={group.law.NAME: cone_of(type(group.law)) for group in step.groups},
+        **({"rolling": rolling[acting], "torsion": torsion[acting]} if width > d else {}),
     )
     return Conic(problem, acting)
 
@@ -101,11 +104,12 @@ def conic_form(step: StepProblem) -> ConicForm:
 
 
 def interaction_matrix(step: StepProblem) -> sparse.csr_array:
-    """``H^T``: relative velocities (u_n, u_t(, u_s) of each interaction) from those of the bodies, (d m, k n).
+    """``H^T``: relative velocities (u_n, u_t(, u_s) of each interaction) from those of the bodies, (D m, k n).
 
     A row of the local frame, e, and its moments about both centres make a row of ``H^T``: ``(e, l_c x e, -e, -l_a x e)``
-    with the levers ``l_c = -arm_c n + lateral_c t`` and ``l_a = arm_a n + lateral_a t``. In a periodic cell that deforms it
-    meets the columns of the velocity gradient with ``e l_b``.
+    with the levers ``l_c = -arm_c n + lateral_c t`` and ``l_a = arm_a n + lateral_a t``. Rolling rows are ``(0, R a, 0, -R
+    a)``, a the axis about which their impulse turns: that out of the plane in 2D, and s, -t, n in 3D. In a periodic cell
+    that deforms e meets the columns of the velocity gradient with ``e l_b``.
     """
     import scipy.sparse as sparse
 
@@ -121,12 +125,19 @@ def interaction_matrix(step: StepProblem) -> sparse.csr_array:
     if len(s.lateral):  # in 2D only
         moment[:, :, 0, 0] = s.lateral * (-1.0, 1.0)
     values = np.concatenate([frame, moment[:, 0], -frame, moment[:, 1]], axis=2)
+    width = s.impulse.shape[1]
+    if width > d:
+        axes = np.ones((count, 1, 1)) if d == 2 else frame[:, [2, 1, 0]] * [[1.0], [-1.0], [1.0]]
+        axes = s.rolling[:, None, None] * axes
+        nothing = np.zeros((count, width - d, d))
+        values = np.concatenate([values, np.concatenate([nothing, axes, nothing, -axes], axis=2)], axis=1)
     columns = np.hstack([k * ids.astype(np.int64)[:, None] + np.arange(k) for ids in (s.candidate, s.antagonist)])
-    if s.deforms:  # (e l_b) for each edge b of a cell
+    if s.deforms:  # (e l_b) for each edge b of a cell, nothing in rolling rows
         cell = (frame[:, :, None, :] * s.branch[:, None, :, None]).reshape(count, d, -1)
+        cell = np.concatenate([cell, np.zeros((count, width - d, cell.shape[2]))], axis=1)
         values = np.concatenate([values, cell], axis=2)
         edges = (k * s.edges[:, None] + np.arange(d)).ravel()
         columns = np.hstack([columns, np.tile(edges, (count, 1))])
-    rows = np.repeat(np.arange(d * count), columns.shape[1])
-    columns = np.repeat(columns, d, axis=0)
-    return sparse.csr_array((values.ravel(), (rows, columns.ravel())), shape=(d * count, s.inverse_mass.size))
+    rows = np.repeat(np.arange(width * count), columns.shape[1])
+    columns = np.repeat(columns, width, axis=0)
+    return sparse.csr_array((values.ravel(), (rows, columns.ravel())), shape=(width * count, s.inverse_mass.size))

@@ -12,7 +12,7 @@ from lmgcpy.contact.detector import Group
 from lmgcpy.contact.narrow_phase import Interactions
 from lmgcpy.contact.spare_rows import with_spare_rows
 from lmgcpy.dynamics.cell import CellMotion
-from lmgcpy.dynamics.rolling import rolling_radius, with_rolling
+from lmgcpy.dynamics.rolling import mark_isotropic, rolling_radius, with_rolling
 from lmgcpy.dynamics.schedule import schedule
 from lmgcpy.solve.dimension_kernels import DimensionKernels, dimension_kernels
 from lmgcpy.solve.law_kernels import LawKernels, StepData, functions_of, law_kernels, not_compiled
@@ -119,7 +119,7 @@ def group_kernels(
     walls = group.walls if group.cuts is not None else -1
     stiffened = stiffened and group.chain is not None
     given = law, functions_of(law), dimension, parameter_count, rows, group.central, group.diagonal, block, walls
-    return law_kernels(*given, stiffened=stiffened, deforms=deforms, watched=watched)
+    return law_kernels(*given, stiffened=stiffened, deforms=deforms, watched=watched, isotropic=group.isotropic)
 
 
 def assemble(
@@ -149,6 +149,8 @@ def assemble(
     rolls = guess.shape[1] > dimension  # some contacts of the scene have rolling components
     of_dimension = dimension_kernels(dimension, rolls, cell is not None)
     groups = [group for group in groups if group.stop > group.start]
+    if rolls:
+        mark_isotropic(groups, interactions, inverse_mass)
     edges, branch = np.zeros(0, np.int64), np.zeros((0, 0))
     if cell is not None:
         edges, branch = cell.lattice.rows, cell.branches(groups, interactions)

@@ -30,7 +30,7 @@ from lmgcpy.dynamics.solve_step import solve_step
 from lmgcpy.dynamics.start_overlaps import overlaps_at_start
 from lmgcpy.dynamics.stretch_and_energy_watch import Watch
 from lmgcpy.dynamics.turning_stretch import TurningStretch
-from lmgcpy.errors import flag, named_arguments, number, one_of, shown, warn, whole
+from lmgcpy.errors import closest, flag, named_arguments, number, one_of, shown, warn, whole
 from lmgcpy.solve.newton.alternating import Auto
 from lmgcpy.solve.problem import Problem
 from lmgcpy.solve.report import LOCKED, STATUS, Report
@@ -61,8 +61,8 @@ class Stepper:
 
     One step, for velocities v, positions q, external forces F, and impulses r along H::
 
-        q_m    = q + (1 - theta) h v              detection at q_m
-        v_free = v + h M^-1 F                     imposed components take their value at the end of the step
+        q_m    = q + (1 - theta) h v    detection at q_m
+        v_free = v + h M^-1 F           imposed components: their value at the end
         solve  u = H^T v_free + W r and the laws
         v      = v_free + M^-1 H r
         q      = q_m + theta h v
@@ -71,6 +71,9 @@ class Stepper:
     Where links would make energy as they are pulled back, positions and velocities come from two solves
     (``lmgcpy/dynamics/turning_stretch.py``).
     """
+
+    _made = False
+    """Whether the simulation has all its attributes."""
 
     def __init__(
         self,
@@ -85,12 +88,12 @@ class Stepper:
         geometric_stiffness: bool = True,
     ):
         self.time_step = time_step
-        self.theta = number(theta, "theta", minimum=0.5, maximum=1.0)
+        self.theta = theta
         self.solver = Auto() if solver is None else solver
-        self.on_unconverged = one_of(on_unconverged, "on_unconverged", REACTIONS)
+        self.on_unconverged = on_unconverged
         one_of(overlap, "overlap", REACTIONS)
         self.threads = threads
-        self.geometric_stiffness = flag(geometric_stiffness, "geometric_stiffness")
+        self.geometric_stiffness = geometric_stiffness
         if isinstance(scene, type) or not hasattr(scene, "compile") or not hasattr(scene, "hand_over"):
             raise TypeError(f"Simulation takes a scene, which lmgcpy.Scene(dimension=2) makes, got {shown(scene)}.")
         self.scene = scene
@@ -121,6 +124,7 @@ class Stepper:
         self._watch = Watch(model)
         self._turning_stretch = TurningStretch(model)
         scene.hand_over(self.state)  # last: a scene that was refused can be mended
+        self._made = True
 
     # ---------------------------------------------------------------------------------------------------- the loop
 
@@ -383,6 +387,43 @@ class Stepper:
     def time_step(self, time_step: float) -> None:
         self._refuse_recorded("time_step")
         self._time_step = number(time_step, "time_step", above=0.0, unit="s")
+
+    @property
+    def theta(self) -> float:
+        """theta of the time stepping, in [0.5, 1]. It may be changed between steps, but not in a run that is recorded."""
+        return self._theta
+
+    @theta.setter
+    def theta(self, theta: float) -> None:
+        self._refuse_recorded("theta")
+        self._theta = number(theta, "theta", minimum=0.5, maximum=1.0)
+
+    @property
+    def on_unconverged(self) -> str:
+        """What a step does that the solver did not solve: "warn", "stop" or "ignore"."""
+        return self._on_unconverged
+
+    @on_unconverged.setter
+    def on_unconverged(self, on_unconverged: str) -> None:
+        self._on_unconverged = one_of(on_unconverged, "on_unconverged", REACTIONS)
+
+    @property
+    def geometric_stiffness(self) -> bool:
+        """Whether links that turn by more than a step resolves are corrected. It may be changed between steps, but not in a
+        run that is recorded."""
+        return self._geometric_stiffness
+
+    @geometric_stiffness.setter
+    def geometric_stiffness(self, geometric_stiffness: bool) -> None:
+        self._refuse_recorded("geometric_stiffness")
+        self._geometric_stiffness = flag(geometric_stiffness, "geometric_stiffness")
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        own = type(self).__module__.startswith("lmgcpy.")  # a class of a user's may have what it likes
+        if self._made and own and name not in self.__dict__ and not hasattr(type(self), name):
+            known = ("geometric_stiffness", "on_unconverged", "solver", "theta", "threads", "time_step")
+            raise AttributeError(f"A simulation has no '{name}' that could be set{closest(name, known)}")
+        super().__setattr__(name, value)
 
     @property
     def solver(self) -> Solver:

@@ -73,7 +73,7 @@ def _ask_everything(law: Law, dimension: int, gap: float, before: tuple[float, .
         if (not prepared and law.PREPARED) or impulse is None:
             return
         if law.slope is not None:
-            _ask(law, "slope", W, u, prepared)
+            _matrix(law, rows, W, u, prepared)
         if law.energy is not None:
             _number(law, "energy", gap, reference, parameters, state, *pair)
         end = gap, reference, u, impulse, TIME_STEP, parameters, state, *pair
@@ -91,6 +91,20 @@ def _numbers(law: Law, function: str, count: int, why: str, *given: Any) -> tupl
     if not isinstance(answer[0], tuple) or len(answer[0]) != count or not all(map(_is_number, answer[0])):
         raise _fault(law, function, f"returned {shown(answer[0])}, expected a tuple of {count} numbers, {why}", given)
     return tuple(map(float, answer[0]))
+
+
+def _matrix(law: Law, rows: int, *given: Any) -> None:
+    """Check the derivative of ``react``."""
+    answer = _ask(law, "slope", *given)
+    if answer is None:
+        return
+    lines = answer[0] if isinstance(answer[0], tuple) else ()
+    if len(lines) != rows or not all(isinstance(line, tuple) and len(line) == rows for line in lines):
+        what = f"returned {shown(answer[0])}, expected a tuple of {rows} rows, each a tuple of {rows} numbers"
+        raise _fault(law, "slope", what, given)
+    for value in itertools.chain(*lines):
+        if not _is_number(value):
+            raise _fault(law, "slope", f"returned {shown(value)} in a row, expected a number", given)
 
 
 def _number(law: Law, function: str, *given: Any) -> None:

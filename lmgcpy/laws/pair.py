@@ -8,18 +8,19 @@ from typing import NamedTuple
 class Pair(NamedTuple):
     """The two bodies of an interaction, the last argument of the functions of laws of interface version 2.
 
-    Of a contact, radii are those of the two contactors (of foreign ones that of a circle or sphere around them), infinite
-    for walls; of a link they go from the centres to the surfaces. Masses are infinite for bodies that cannot be moved.
+    The radii of a contact are those of the two contactors, infinite for walls; a foreign contactor has that of a circle or
+    sphere around it. The radii of a link go from the centres to the surfaces. Masses are infinite for bodies that cannot be
+    moved.
     """
 
     radius: float
     """Effective radius [m]: ``1/radius = 1/radii[0] + 1/radii[1]``."""
     mass: float
-    """Effective mass [kg], the same of the masses."""
+    """Effective mass [kg]: ``1/mass = 1/masses[0] + 1/masses[1]``."""
     radii: tuple[float, float]
-    """Of the candidate and of the antagonist [m]."""
+    """Radii of candidate and antagonist [m]."""
     masses: tuple[float, float]
-    """Of the candidate and of the antagonist [kg]."""
+    """Masses of candidate and antagonist [kg]."""
     time: float
     """Time at the start of the step [s]."""
 

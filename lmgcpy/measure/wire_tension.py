@@ -40,4 +40,4 @@ def wire_tension(sim: Source, chain: int = 0, *, frame: int | None = None) -> Wi
         raise ValueError("There is no step yet, and so no tension: run the simulation first.")
     pairs = np.column_stack([now.net.candidate, now.net.antagonist])[part]
     length = np.linalg.norm(now.positions[pairs[:, 0]] - now.positions[pairs[:, 1]], axis=1)
-    return WireTension(np.cumsum(length) - 0.5 * length, -now.net.force[part, 0], pairs)
+    return WireTension(np.cumsum(length) - 0.5 * length, 0.0 - now.net.force[part, 0], pairs)  # slack: 0, not -0

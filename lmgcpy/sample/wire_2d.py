@@ -47,7 +47,7 @@ def wire_2d(
 
     Bead n lies at the distance l = ``interstice`` + 2 ``bead_radius`` from bead n - 1 in the direction::
 
-        theta_n = theta_(n-1) + theta_random,    theta_random in [-theta_max, theta_max],
+        theta_n = theta_(n-1) + theta_random,  theta_random in [-theta_max, theta_max],
 
     inside the box and at least ``clearance`` away from every other earlier bead. If no such direction is free, at a wall
     or at the wire itself, theta_random is drawn from [-2 pi/3, 2 pi/3]. If that fails too, the walk gives up its last 1

@@ -51,8 +51,9 @@ def wire_3d(
     Bead n lies at the constant distance s = ``interstice`` + 2 ``bead_radius`` from bead n - 1, in the direction
     (cos phi_n cos theta_n, cos phi_n sin theta_n, sin phi_n) with::
 
-        theta_n = theta_(n-1) + theta_random,    theta_random in [-theta_max, theta_max],    theta_0 = 0,
-        phi_n   = phi_up + phi_random,           phi_random   in [-phi_max, phi_max].
+        theta_n = theta_(n-1) + theta_random,   theta_random in [-theta_max, theta_max],
+        theta_0 = 0,
+        phi_n   = phi_up + phi_random,          phi_random   in [-phi_max, phi_max].
 
     Skirting: if the bead would intersect a bead or an obstacle, phi_random is drawn from [-skirting_max, skirting_max].
     Rebound: if it would leave a lateral face of the box, theta_random is drawn from [-rebound_max, rebound_max].
@@ -67,7 +68,8 @@ def wire_3d(
     below upward, as the Texsoleuse raises a bank, and puts its last bead within s of the top of the box. The planned
     height rises by the same amount for every link, and phi_up leads back to it m = 100 links ahead (or at the last bead)::
 
-        sin(phi_up) = (planned height of bead n - 1 + m, less z_(n-1)) / (m s sin(phi_max)/phi_max).
+        sin(phi_up) = (planned height of bead n - 1 + m, less z_(n-1))
+                      / (m s sin(phi_max)/phi_max).
 
     A constant phi_up would miss the top: the heights of the skirting beads, and of all the phi_random, add up.
 

@@ -191,7 +191,7 @@ def build(description: Mapping[str, Any], *, settled: bool = False) -> Scene:
     _check_conditions(scene, description["conditions"])
     for row in description["visibility"]:
         # files of former versions may have two rows of the same colours
-        scene.rows.append(scene._row(row["candidate"], row["antagonist"], laws[row["law"]], row["alert"]))
+        scene._rows.append(scene._row(row["candidate"], row["antagonist"], laws[row["law"]], row["alert"]))
     chains = description["chains"]
     # in files without the field, linked neighbours always collided
     collide = chains.get("neighbours_collide", np.full(len(chains["law"]), _COLLIDE.index(True)))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any, ClassVar, TypeVar
 
@@ -44,7 +44,7 @@ class Scene:
         """Conditions of the bodies when the scene was compiled, and whether they were hidden."""
         self.gravity = (0.0,) * self.dimension if gravity is None else gravity
         self.bodies: list[Body] = []
-        self.rows: list[tuple[str, str, Law, float | None]] = []
+        self._rows: list[tuple[str, str, Law, float | None]] = []
         self.chains: list[Chain] = []
         self._cell: Cell | None = None
 
@@ -91,10 +91,33 @@ class Scene:
         self._gravity = given
         self._gravity.flags.writeable = False
 
+    @property
+    def rows(self) -> tuple[tuple[str, str, Law, float | None], ...]:
+        """The visibility table: candidate colour, antagonist colour, law, alert distance [m] or None.
+
+        Before a simulation is made it may be set to other rows, which ``see`` checks, as for a sample under another law:
+        ``scene.rows = [(c, a, lm.Coulomb(friction=0.5), alert) for c, a, _, alert in scene.rows]``.
+        """
+        return tuple(self._rows)
+
+    @rows.setter
+    def rows(self, rows: Iterable[tuple[str, str, Law, float | None]]) -> None:
+        self._editable("set the visibility table")
+        before, self._rows = self._rows, []
+        try:
+            for row in _rows_of(rows):
+                candidate, antagonist, law, alert = row
+                self.see(candidate, antagonist, law, alert=alert)
+        except BaseException:
+            self._rows = before
+            raise
+
     @named_arguments
     def add(self, body: SomeBody) -> SomeBody:
         """Add a body and give it its id. Returns the body."""
-        self._editable("add a body")
+        self._editable(
+            "add a body", "Have it hidden from the start, or begin anew from a recorded step: lmgcpy.Scene.from_run."
+        )
         if not isinstance(body, Body):
             raise TypeError(f"Scene.add takes a body such as lmgcpy.disk(...), got {shown(body)}.")
         if body.dimension != self.dimension:
@@ -215,14 +238,14 @@ class Scene:
         least up to there.
         """
         row = self._row(candidate, antagonist, law, alert)
-        for one, other, earlier, _ in self.rows:
+        for one, other, earlier, _ in self._rows:
             if {one, other} == {candidate, antagonist}:
                 raise ValueError(
                     f"The visibility table lets '{one}' and '{other}' touch under {earlier!r} already; '{candidate}' and "
                     f"'{antagonist}' under {law!r} would act on the same pairs. Give the bodies of one of the two another "
                     "colour, or write a law that does both."
                 )
-        self.rows.append(row)
+        self._rows.append(row)
 
     def _row(self, candidate: str, antagonist: str, law: Law, alert: float | None) -> tuple[str, str, Law, float | None]:
         """A row of the visibility table, checked by itself."""
@@ -298,9 +321,9 @@ class Scene:
         self.chains.append(chain)
         return chain
 
-    def _editable(self, what: str) -> None:
+    def _editable(self, what: str, instead: str = "Make a new scene.") -> None:
         if self._compiled:
-            raise RuntimeError(f"Cannot {what}: a Simulation has compiled this scene. Make a new scene.")
+            raise RuntimeError(f"Cannot {what}: a Simulation has compiled this scene. {instead}")
 
     def _check_law(self, law: Law, applies_to: str, call: str) -> None:
         if not isinstance(law, Law):
@@ -497,6 +520,16 @@ class Scene:
             f"<Scene in {self.dimension}D: {len(self.bodies)} bodies, {len(self.rows)} rows of the visibility table, "
             f"{len(self.chains)} chains{', compiled' if self._compiled else ''}>"
         )
+
+
+def _rows_of(rows: Any) -> Iterator[tuple[str, str, Law, float | None]]:
+    """Rows of a visibility table, each of four."""
+    if isinstance(rows, str) or not isinstance(rows, Iterable):
+        raise TypeError(f"rows must be a list of (candidate, antagonist, law, alert), got {shown(rows)}.")
+    for row in rows:
+        if not isinstance(row, (tuple, list)) or len(row) != 4:
+            raise TypeError(f"A row of the visibility table is (candidate, antagonist, law, alert), got {shown(row)}.")
+        yield tuple(row)  # type: ignore[misc]
 
 
 def reach(candidate: str, antagonist: str, law: Law, contactors: ContactorTable) -> float:

@@ -8,7 +8,7 @@ from functools import cache
 from typing import Any
 
 from lmgcpy.compiled.kernel import Kernel
-from lmgcpy.solve import cell_rows, contact_block, h_rows_2d, h_rows_3d, rolling_rows_2d
+from lmgcpy.solve import cell_rows, contact_block, h_rows_2d, h_rows_3d, rolling_rows_2d, rolling_rows_3d
 from lmgcpy.solve.small_matrices import small_matrices
 
 
@@ -66,7 +66,19 @@ ROLLING = {
         driver={"momentum": rolling_rows_2d.momentum},
         momentum=Kernel(rolling_rows_2d.momentum),
         relative_velocities=Kernel(rolling_rows_2d.relative_velocities),
-    )
+    ),
+    3: DimensionKernels(
+        dimension=3,
+        components=IN_3D.components,
+        parts={
+            "relative_velocity": rolling_rows_3d.relative_velocity,
+            "push": rolling_rows_3d.push,
+            "local_problem": rolling_rows_3d.local_problem,
+        },
+        driver={"momentum": rolling_rows_3d.momentum},
+        momentum=Kernel(rolling_rows_3d.momentum),
+        relative_velocities=Kernel(rolling_rows_3d.relative_velocities),
+    ),
 }
 """The same where a scene has contacts with rolling friction."""
 GEOMETRY: dict[int, dict[str, Callable]] = {
@@ -110,10 +122,12 @@ def template_slots(
     than the dimension; ``deforms``: in a periodic cell that deforms."""
     own = {**small_matrices(dimension), **constants}
     if rows > dimension:
-        rolling: dict[str, Callable] = {name: Kernel(part, own) for name, part in ROLLING[dimension].parts.items()}
+        seen = {**small_matrices(rows), **constants}
+        given = parts or ROLLING[dimension].parts
+        rolling: dict[str, Callable] = {name: Kernel(part, seen if parts else own) for name, part in given.items()}
         if deforms:
             rolling = with_cell(rolling, dimension, rows)
-        return {**small_matrices(rows), **constants, **rolling}
+        return {**seen, **rolling}
     link: dict[str, Callable] = {"normal_velocity": contact_block.normal_velocity, "push_normal": contact_block.push_normal}
     slots: dict[str, Callable]
     slots = {name: Kernel(part, own) for name, part in (parts or DIMENSIONS[dimension].parts).items()}

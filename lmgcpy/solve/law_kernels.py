@@ -237,11 +237,15 @@ def law_kernels(
     stiffened: bool = False,
     deforms: bool = False,
     watched: bool = False,
+    isotropic: bool = True,
 ) -> LawKernels:
     """Kernels for groups of a law, whose ``functions`` are those of :func:`functions_of` now (``chain``: the links of one
     wire as a block, which needs the law's ``slope``; ``walls``: 0 or 1 where the candidates or antagonists of the group's
-    slabs are held walls); ``stiffened``, ``deforms``, ``watched``: see :func:`group_kernels`."""
+    slabs are held walls); ``stiffened``, ``deforms``, ``watched``: see :func:`group_kernels`;
+    ``isotropic``: False where bodies of a law with rolling components in 3D do not turn alike about all axes."""
     given, constants = (law, dimension, rows, diagonal, chain, SYSTEM_TYPE), {"CENTRAL": central}
+    if not isotropic:
+        constants["ISOTROPIC"] = False
     sweep, error = group_kernels(*given, constants, stiffened=stiffened, deforms=deforms, watched=watched)
     beside = group_kernels(*given, {**constants, "WALLS": walls}, watched=watched)[0] if walls >= 0 else None
     counts = len(law.PREPARED), len(law.states()), parameter_count, rows
@@ -336,13 +340,18 @@ def stiffened_kernels(
     return Kernel(wire_block.sweep, {step.__name__: Kernel(step, meaning) for step in steps}), error
 
 
+_OPCODE = r"""numba has no instruction \1; imports stand at the top of a file
+File "\2", line \3"""
+
+
 def not_compiled(law: type[Law], error: Exception) -> TypeError:
     """The error for a law of which numba refuses a function; it begins with numba's reason and the line of the law."""
-    lines = [line.strip() for line in str(error).splitlines()]
+    said = re.sub(r"^Use of unsupported opcode \((\w+)\) found. Raised from (.*) \((\d+)\)$", _OPCODE, str(error))
+    lines = [line.strip() for line in said.splitlines()]
     reason = next((line for line in lines if line and not line.startswith("Failed in")), "numba gives no reason")
     places = (re.match(r'File "(.*)", line (\d+)', line) for line in lines)
     foreign = (f"{Path(place[1]).name}, line {place[2]}" for place in places if place and "/lmgcpy/" not in f"/{place[1]}")
-    function = re.search(r"<function \S*?(\w+)_[0-9a-f]{16} ", str(error))
+    function = re.search(r"<function \S*?(\w+)_[0-9a-f]{16} ", said)
     where = next(foreign, f"in {function[1]}" if function else "in one of its functions")
     return TypeError(
         f"Law '{law.NAME}' ({law.__module__}.{law.__qualname__}) cannot be compiled: {reason.rstrip('.:')[:300]} "

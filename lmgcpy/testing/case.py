@@ -48,7 +48,7 @@ class LawCase:
     steps: tuple[CaseStep, ...]
     dimension: int = 2
     radii: tuple[float, float] = (0.1, 0.1)
-    """Of the two bodies [m]."""
+    """Radii of the two bodies [m]."""
     masses: tuple[float, float] = (1.0, 1.0)
     """[kg]."""
 

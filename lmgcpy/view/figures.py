@@ -89,7 +89,7 @@ def stress_figure(*records: Tested, names: Sequence[str] | None = None) -> Figur
     """Greatest and smallest principal value of the Weber stress against crushing: total, wire part, sand part (fig. 5);
     traction positive. A panel a test; all have one scale, unless a test bears more than three times what another bears."""
     names = names_of(records) if names is None else names
-    figure = new_figure(7.0 * len(records))
+    figure = new_figure(5.0 * len(records) if len(records) > 1 else 7.0)
     smoothed = [{part: record.smooth(sigma) for part, sigma in record.stress.items()} for record in records]
     sizes = [max(float(np.abs(sigma).max()) for sigma in smooth.values()) for smooth in smoothed]
     one_scale = max(sizes) <= 3.0 * min(sizes)
@@ -99,10 +99,8 @@ def stress_figure(*records: Tested, names: Sequence[str] | None = None) -> Figur
         axes.set_xlabel("crushing [%]")
         axes.set_xlim(left=0.0)
         axes.set_title(f"Weber stress with {name}")
-        axes.legend(frameon=False, fontsize="small", ncols=3, loc="upper left")
-    for axes in panels[:1] if one_scale else panels:
-        low, high = axes.get_ylim()
-        axes.set_ylim(low, high + 0.15 * (high - low))  # space for the legends
+    curves = max((axes.get_legend_handles_labels() for axes in panels), key=lambda known: len(known[0]))
+    figure.legend(*curves, frameon=False, ncols=3, loc="outside upper center")  # sand alone has fewer
     panels[0].set_ylabel("principal stress, traction positive [kPa]")
     return figure
 

@@ -84,7 +84,8 @@ def render(
     in a row (by default all), at one scale of lengths, colours and forces. Examples::
 
         lm.view.render(scene, "wire.png", grains="hidden", camera=["isometric", "x"])
-        lm.view.render([sand, texsol], "chains.png", what="forces", title=["sand", "TexSol"])
+        titles = ["sand", "TexSol"]
+        lm.view.render([sand, texsol], "chains.png", what="forces", title=titles)
         lm.view.render(run, "before-after.png", grains="layer", frame=[0, -1])
         lm.view.render(run, "fall.gif")
 

@@ -255,7 +255,7 @@ ROWS: dict[str, tuple] = {
         "relaxation of a chain must be at least 0 s, got -1 s"),
     # ---------------------------------------------------------------------------------------- editing what is compiled
     "add after": (lambda w: w.done.add(disk()), RuntimeError,
-        "Cannot add a body: a Simulation has compiled this scene. Make a new scene"),
+        "Cannot add a body: a Simulation has compiled this scene. Have it hidden from the start"),
     # ---------------------------------------------------------------------------------------------------- periodic cells
     "periodic without edge": (lambda w: w.scene.periodic(), TypeError, "periodic needs the edge of a direction"),
     "periodic along z in 2D": (lambda w: w.scene.periodic(z=1.0), ValueError, "A scene in 2D has no direction z"),

@@ -441,8 +441,53 @@ def test_time_step_and_solver_change_between_steps_but_not_in_a_file(tmp_path):
     with pytest.raises(RuntimeError, match="time_step cannot change in a run that is recorded"):
         sim.run(steps=2, record=tmp_path / "run.h5", on_step=lambda sim: setattr(sim, "time_step", 0.1))
     again = lm.resume(tmp_path / "run.h5")
-    with pytest.raises(RuntimeError, match="solver cannot change"):
-        again.solver = lm.GaussSeidel()
+    for name, value in [("solver", lm.GaussSeidel()), ("theta", 1.0), ("geometric_stiffness", False)]:
+        with pytest.raises(RuntimeError, match=f"{name} cannot change"):
+            setattr(again, name, value)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "error", "words"),
+    [
+        ("theta", 0.4, ValueError, r"theta must be at least 0.5"),
+        ("theta", "implicit", TypeError, "theta must be a number"),
+        ("on_unconverged", "wrn", ValueError, "on_unconverged cannot be 'wrn'; did you mean 'warn'"),
+        ("geometric_stiffness", 2, TypeError, "geometric_stiffness"),
+        ("timestep", 1e-3, AttributeError, "A simulation has no 'timestep' that could be set; did you mean 'time_step'"),
+        ("gravity", (0.0, -1.0), AttributeError, "A simulation has no 'gravity' that could be set"),
+    ],
+)
+def test_what_is_set_wrongly_gets_a_sentence(name, value, error, words):
+    """A name that a simulation does not have was taken without a word, and changed nothing."""
+    scene = lm.Scene(dimension=2, gravity=(0.0, -10.0))
+    scene.add(lm.disk(radius=0.1, position=(0.0, 0.0), mass=1.0))
+    sim = simulate(scene)
+    with pytest.raises(error, match=words):
+        setattr(sim, name, value)
+    assert (sim.theta, sim.on_unconverged, sim.geometric_stiffness) == (0.5, "warn", True)
+
+
+def test_a_class_of_ones_own_has_attributes_of_its_own():
+    class Labelled(lm.Simulation):
+        pass
+
+    scene = lm.Scene(dimension=2)
+    scene.add(lm.disk(radius=0.1, position=(0.0, 0.0), mass=1.0))
+    sim = Labelled(scene, time_step=1.0)
+    sim.label = "first"
+    sim.theta = 1.0
+    assert sim.run(steps=1).label == "first"
+
+
+def test_theta_acts_from_the_next_step_on():
+    """Free fall: x = -(1 - theta) h v- - theta h v+ in a step, with v+ = v- - g h."""
+    scene = lm.Scene(dimension=2, gravity=(0.0, -10.0))
+    ball = scene.add(lm.disk(radius=0.1, position=(0.0, 0.0), mass=1.0))
+    sim = simulate(scene, time_step=0.1).run(steps=1)
+    assert ball.position[1] == pytest.approx(-0.05)
+    sim.theta = 1.0
+    sim.step()
+    assert ball.position[1] == pytest.approx(-0.05 - 0.2)
 
 
 def test_functions_and_wrong_statements_between_steps_get_a_sentence():

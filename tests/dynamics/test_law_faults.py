@@ -140,6 +140,65 @@ def test_a_faulty_law_stops_the_run(make, functions, kind, words, solver, capfd)
     assert capfd.readouterr().err == "", "numba printed an exception that it could not hand on"
 
 
+def react_none(W, u, prepared):
+    """None only where the ball arrives: the first calls of a law in plain Python do not meet it."""
+    if -1.1 < u[0] < -0.9:
+        return None
+    return (max(0.0, -(u[0] + prepared[0]) / W[0][0]),)
+
+
+def none_or_number(u):
+    if -1.1 < u < -0.9:
+        return None
+    return u
+
+
+def react_none_of_helper(W, u, prepared):
+    return (max(0.0, -(none_or_number(u[0]) + prepared[0]) / W[0][0]),)
+
+
+def react_testing_helper(W, u, prepared):
+    reached = none_or_number(u[0])
+    if reached is None:
+        reached = u[0]
+    return (max(0.0, -(reached + prepared[0]) / W[0][0]),)
+
+
+def react_importing(W, u, prepared):
+    import math
+
+    return (math.fabs(u[0]),)
+
+
+def prepare_none(gap, reference_gap, velocity, time_step, parameters, state):
+    if 0.003 < gap < 0.005:
+        return None
+    return (max(gap, 0.0) / time_step,)
+
+
+@pytest.mark.parametrize("name", ["react", "prepare"])
+def test_a_law_that_returns_none_in_a_rare_case_is_refused(name, capfd):
+    sim = ball(**{name: react_none if name == "react" else prepare_none})
+    words = rf"cannot be compiled: {name}_none returns None in some cases: each way .* \(test_law_faults.py, line \d+\)"
+    with pytest.raises(TypeError, match=words):
+        sim.run(steps=STEPS)
+    assert capfd.readouterr().err == ""
+
+
+def test_a_helper_may_return_none_if_the_law_asks_for_it(capfd):
+    """As it is used as a number, the run stops; where the law tests for None, it goes on as any other."""
+    with pytest.raises(RuntimeError, match=r"react of law .\S+. between bodies 0 and 2 raised TypeError"):
+        ball(react=react_none_of_helper).run(steps=STEPS)
+    tested, plain = ball(react=react_testing_helper).run(steps=STEPS), ball().run(steps=STEPS)
+    assert np.array_equal(tested.velocities, plain.velocities)
+    assert capfd.readouterr().err == ""
+
+
+def test_a_law_that_imports_in_a_function_is_named():
+    with pytest.raises(TypeError, match="cannot be compiled: numba has no instruction IMPORT_NAME; imports stand at the"):
+        ball(react=react_importing).run(steps=1)
+
+
 def test_a_law_that_numba_refuses_is_named():
     sim = ball(react=lambda W, u, prepared: (max(u, key=str),))
     words = (

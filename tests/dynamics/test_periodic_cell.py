@@ -216,6 +216,30 @@ def test_the_local_blocks_are_those_of_the_assembled_operator(dimension):
     assert np.abs(bias[:, 1:][contacts]).max() < 1e-12 * np.abs(u).max()
 
 
+@pytest.mark.long
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_contacts_that_roll_are_those_of_the_assembled_operator_too(dimension):
+    """Rows of rolling and torsion meet spins alone: the cell adds nothing to them."""
+    rng, count = np.random.default_rng(0), 4 if dimension == 2 else 3
+    scene = lm.Scene(dimension=dimension)
+    for index in np.ndindex(*(count,) * dimension):
+        radius, velocity = 0.0049 * rng.uniform(0.8, 1.0), rng.normal(0.0, 0.1, dimension)
+        position = 0.01 * (np.array(index) + 0.5)
+        scene.add(grain(dimension)(radius=radius, position=position, mass=0.1, velocity=velocity))
+    scene.see("GRAIN", "GRAIN", lm.RollingCoulomb(friction=0.4, rolling_friction=0.1))
+    cell = scene.periodic(**dict.fromkeys(AXES[:dimension], 0.01 * count))
+    cell.impose_stress(**{axis + axis: -1e3 for axis in AXES[:dimension]}).impose_rate(xy=2.0)
+    sim = lm.Simulation(scene, time_step=2e-4, solver=lm.Auto(tolerance=1e-9)).run(steps=100)
+    problem, system, after = sim.problem(), sim._last[0].system, sim._last[0].data.after
+    u = problem.velocities(system.impulse)
+    assert problem.width > dimension
+    assert np.abs((u - after)[:, 1:]).max() < 1e-12 * np.abs(u).max()  # the normal ones have the biases
+    blocks = problem.W.toarray().reshape(len(u), problem.width, len(u), problem.width)
+    diagonal = np.einsum("mama->ma", blocks)
+    assert system.delassus == pytest.approx(diagonal, abs=1e-12 * diagonal.max())
+    assert abs(sim.energy.defect) < 1e-12 * sim.energy.turned
+
+
 @pytest.mark.parametrize("dimension", [2, pytest.param(3, marks=pytest.mark.long)])
 def test_newton_steps_on_the_split_operator_are_those_on_the_whole(dimension):
     """``W = sparse + C C^T`` as one sparse system with the components of the cell beside, or W as it is: the same impulses

@@ -55,6 +55,14 @@ def of_2d(W, u, prepared):
     return (max(0.0, -u[0] / w_nn), 0.0)
 
 
+def slope_of_one_number(W, u, prepared):
+    return (-1.0 / W[0][0],)
+
+
+def slope_of_words(W, u, prepared):
+    return (("steep",),)
+
+
 def with_function(name, function):
     return type("Faulty", (Sound,), {name: staticmethod(function)})()
 
@@ -79,6 +87,8 @@ FAULTS = [
     ("react", words, r"returned \('push',\), expected a tuple of 1 numbers"),
     ("react", unknown_name, "raised NameError: name 'bias' is not defined"),
     ("react", no_matrix, "raised IndexError"),
+    ("slope", slope_of_one_number, r"slope\(.*\) returned \(-1.0,\), expected a tuple of 1 rows, each a tuple of 1"),
+    ("slope", slope_of_words, "slope.* returned 'steep' in a row, expected a number"),
     ("energy", lambda gap, reference_gap, parameters, state: None, "returned None, expected a number"),
 ]
 

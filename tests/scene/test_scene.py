@@ -100,5 +100,31 @@ def test_a_file_of_a_former_version_may_have_two_rows_of_the_same_colours():
     """Since then `see` refuses them."""
     scene, _ = row_of_beads()
     for law in (lm.Coulomb(friction=0.3), lm.Signorini()):
-        scene.rows.append((scene.bodies[0].color, scene.bodies[0].color, law, None))
+        scene._rows.append((scene.bodies[0].color, scene.bodies[0].color, law, None))
     assert [repr(law) for _, _, law, _ in build(describe(scene)).rows] == ["Coulomb(friction=0.3)", "Signorini()"]
+
+
+def test_the_visibility_table_may_be_set_to_rows_that_see_would_take():
+    """A sample under another law; what is refused leaves the table as it was."""
+    scene, _ = row_of_beads()
+    scene.add(lm.wall(point=(0, -1), normal=(0, 1)))
+    scene.see("GRAIN", "WALL", lm.Coulomb(friction=0.3), alert=0.01)
+    scene.rows = [(c, a, lm.Signorini(), alert) for c, a, _, alert in scene.rows]
+    before = scene.rows
+    assert before == (("GRAIN", "WALL", lm.Signorini(), 0.01),)
+    law = lm.Coulomb(friction=0.5)
+    for rows, error, words in [
+        ([("GRAIN", "WALL", law, None), ("WALL", "GRAIN", law, None)], ValueError, "would act on the same pairs"),
+        ([("GRAIN", "WALL", lm.RigidWire(), None)], TypeError, "is for a link"),
+        ([("GRAIN", "WALL", law)], TypeError, r"A row of the visibility table is \(candidate, .*, got"),
+        (law, TypeError, "rows must be a list of"),
+        (["GRAIN"], TypeError, "A row of the visibility table is"),
+    ]:
+        with pytest.raises(error, match=words):
+            scene.rows = rows
+        assert scene.rows == before
+    with pytest.raises(AttributeError, match="no attribute 'append'"):
+        scene.rows.append(before[0])
+    lm.Simulation(scene, time_step=1e-3)
+    with pytest.raises(RuntimeError, match="Cannot set the visibility table: a Simulation has compiled this scene"):
+        scene.rows = []

@@ -108,7 +108,7 @@ def _verdict(result: ColumnResult) -> str:
     elif least is None:
         found = (
             f"**No content of wire that was tried makes it stand**, up to {most.laid.content:.3g} "
-            f"({linear_content(most):.3g} km/m3 at this grain size, {100 * most.laid.content_by_weight:.2g} % by weight). "
+            f"({linear_content(most):.0f} km/m³ at this grain size, {100 * most.laid.content_by_weight:.2g} % by weight). "
             f"Of its height the dry column keeps {100 * dry.kept_height:.0f} %, that with the most wire "
             f"{100 * most.kept_height:.0f} %; the radius of 95 % of the sand grows {dry.grown_radius:.2f} and "
             f"{most.grown_radius:.2f} times."
@@ -116,7 +116,7 @@ def _verdict(result: ColumnResult) -> str:
     else:
         it = next(fall for fall in result.falls if fall.content == least)
         found = (
-            f"**It stands from a wire content of {least:.3g} on** ({linear_content(it):.3g} km/m3 at this grain size, "
+            f"**It stands from a wire content of {least:.3g} on** ({linear_content(it):.0f} km/m³ at this grain size, "
             f"{100 * it.laid.content_by_weight:.2g} % by weight); with {below:.3g} it falls. It keeps "
             f"{100 * it.kept_height:.0f} % of its height, the dry column {100 * dry.kept_height:.0f} %."
         )
@@ -129,7 +129,7 @@ def _columns_part(result: ColumnResult) -> str:
         held = fall.release.spread[-1] / fall.laid.mould.radius
         row = {
             "content": f"{fall.laid.content:.3g}{' (cut)' if fall.laid.wire_cut else ''}",
-            "km/m3": f"{linear_content(fall):.3g}",
+            "km/m³": f"{linear_content(fall):.0f}",
             "% by weight": f"{100 * fall.laid.content_by_weight:.2g}",
             "beads": f"{fall.laid.sample.bead_count}",
             "solid fraction": f"{solid_fraction(fall):.3f}",
@@ -143,10 +143,10 @@ def _columns_part(result: ColumnResult) -> str:
     low, high = (1e3 * content * result.study.diameter**2 for content in USUAL)
     parts = [
         "## The columns",
-        "Content: length of wire x (mean grain diameter)2 / volume of the sand. Radii in radii of the mould (of a circle "
+        "Content: length of wire x (mean grain diameter)² / volume of the sand. Radii in radii of the mould (of a circle "
         "of its area).",
         markdown(rows),
-        f"The usual {USUAL[0]:g} to {USUAL[1]:g} km/m3 are contents of {low:.2g} to {high:.2g} in sand of this size.",
+        f"The usual {USUAL[0]:g} to {USUAL[1]:g} km/m³ are contents of {low:.2g} to {high:.2g} in sand of this size.",
     ]
     if any(fall.laid.wire_cut for fall in result.falls):
         parts.insert(3, "Cut: no room was left for the rest of the wire that was asked for; no more can be laid.")

@@ -14,7 +14,8 @@ pickled; it gets a :class:`Site` first, by which it starts its runs::
 
     def compress(site, study, sample, law):
         test = Biaxial(sample, law)
-        return site.run("wire", "biaxial test", test.step_count(study.strain), test.run, study.strain)
+        steps = test.step_count(study.strain)
+        return site.run("wire", "biaxial test", steps, test.run, study.strain)
 
 So it runs in a thread, in another process, or on another machine that sees the study's folder, with the same result.
 Every run has a file in the folder, from which it goes on after an interruption. A further study is about 200 lines: some

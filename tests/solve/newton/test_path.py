@@ -9,7 +9,7 @@ import scipy.sparse as sparse
 import lmgcpy as lm
 from lmgcpy.bench.frozen import in_the_plane
 from lmgcpy.solve.newton.active_set import ActiveSet
-from lmgcpy.solve.newton.path import RENEW, follow_path
+from lmgcpy.solve.newton.path import RENEW, Derivative, follow_path
 
 EPSILON = 1e-3
 
@@ -131,3 +131,22 @@ def test_a_locked_step_of_sand_is_solved_to_the_last_digits():
     for solver in (lm.Auto(tolerance=1e-10), lm.Newton(tolerance=1e-10)):
         solution = lm.solve(step, solver=solver)
         assert lm.residual(step, solution.impulses) <= 1e-10
+
+
+def test_a_bend_into_a_singular_cell_is_an_error_that_ends_the_path():
+    """Sherman-Morrison divides by 1 + wall . change, which is 0 in exact arithmetic where a cell is singular, as in regular
+    packings: numpy warned the user of a division, and the path went on with what is not finite."""
+    active = ActiveSet(problem(np.array([[2.0, 0.5], [0.5, 2.0]]), np.array([-1.0, 0.3]), [0.4], ("coulomb",), [0.0]))
+    jump, along = np.array([1.0, 0.0]), np.ones((1, 2))
+    status = active.error(active.problem.guess, EPSILON, active.problem.guess)[1]
+
+    def bent(wall):
+        matrix = Derivative(active, status, EPSILON)
+        return matrix, matrix.bend(0, wall, jump, along)
+
+    matrix, _ = bent(np.zeros(2))  # no bend: the change is that of the jump alone
+    change = matrix._changes[0, 0, 0]
+    assert 1.0 + (-1.0 / change) * change == 0.0  # exactly
+    with pytest.raises(RuntimeError, match="singular"):
+        bent(np.array([-1.0 / change, 0.0]))
+    assert np.isfinite(bent(np.array([-0.5 / change, 0.0]))[1][0]).all()
