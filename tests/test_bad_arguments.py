@@ -218,6 +218,7 @@ CALLS = {
          "laws": [*THING, ("coulomb",), ("coulomb", "rigid-rad")], "compliance": [*ARRAY, [0.0], [0.0, -1.0]],
          "guess": [*ARRAY, np.zeros(4)], "scale": optional([*ARRAY, [0.0], [0.0, -1.0]]),
          "geometric": [*ARRAY, [0.0], [0.0, -1.0], [1.0, 0.0]],
+         "split": [*optional(THING), (np.eye(4), np.zeros((4, 1)))],
          "rolling": [*ARRAY, [0.0], [0.0, -1.0], [0.1, 0.1]], "torsion": [*ARRAY, [0.0], [0.0, -1.0], [0.1, 0.1]],
          "cone_by_law": [None, "coulomb", 3, [], {"coulomb": 3}, {"coulomb": -1}, {"coulomb": "contact"}]}),
     "solve": (lm.solve, {"problem": problem()},
@@ -239,6 +240,8 @@ CALLS = {
     "sample.grid_positions": (lm.sample.grid_positions, {"radii": [0.01, 0.01], "box": (0.3, None)},
         {"radii": [*ARRAY, [], [0.0], [-1.0], 0.01], "box": BOX, "obstacles": OBSTACLES, "spacing": [*POSITIVE, 0.9],
          "order": CHOICE, "seed": SEED}),
+    "sample.scatter": (lm.sample.scatter, {"radii": [0.01, 0.01], "cell": (0.3, 0.3)},
+        {"radii": [*ARRAY, [], [0.0], [-1.0], 0.01], "cell": [*BOX, (1.0, None)], "seed": SEED}),
     "sample.wire_2d": (lm.sample.wire_2d, WIRE,
         {"box": [*BOX, (1.0, None)], "bead_radius": POSITIVE, "interstice": NOT_NEGATIVE, "bead_count": [*COUNT, 0],
          "theta_max": [*NOT_NEGATIVE, 4.0], "start": optional(VECTOR), "clearance": NOT_NEGATIVE,
@@ -358,11 +361,13 @@ CALLED = {
     "radii": ["radii", "positions"],
     "axes": ["axes", "axis"],
     "box": ["box", "positions"],
+    "cell": ["cell", "box"],
 }
 """Words one of which names an argument in a sentence, where it is not its own name."""
 
 EXEMPT = {
     "Body": "abstract: through Disk, Wall and RigidBody",
+    "Cell": "made by Scene.periodic",
     "Chain": "made by Scene.chain",
     "Contactor": "abstract",
     "Law": "abstract; what authors of laws may do wrong is in tests/laws",

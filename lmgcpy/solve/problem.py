@@ -94,6 +94,10 @@ class Problem:
         for law, cone in self.cone_by_law.items():
             whole(cone, f"cone_by_law[{shown(law)}] of a problem", minimum=CONTACT, maximum=BOTH)
         object.__setattr__(self, "W", checked_operator(self.W))
+        if self.split is not None:
+            parts = tuple(getattr(part, "shape", (0,))[0] for part in self.split) if isinstance(self.split, Split) else ()
+            if parts != (self.W.shape[0],) * 2:
+                raise TypeError(f"split of a problem must be the Split of its W or None, got {shown(self.split)}.")
         arrays = ("q", "mu", "compliance", "guess", "geometric", "rolling", "torsion")
         for name in arrays + (() if self.scale is None else ("scale",)):
             object.__setattr__(self, name, numbers(getattr(self, name), f"{name} of a problem"))
