@@ -218,6 +218,7 @@ CALLS = {
          "laws": [*THING, ("coulomb",), ("coulomb", "rigid-rad")], "compliance": [*ARRAY, [0.0], [0.0, -1.0]],
          "guess": [*ARRAY, np.zeros(4)], "scale": optional([*ARRAY, [0.0], [0.0, -1.0]]),
          "geometric": [*ARRAY, [0.0], [0.0, -1.0], [1.0, 0.0]],
+         "rolling": [*ARRAY, [0.0], [0.0, -1.0], [0.1, 0.1]], "torsion": [*ARRAY, [0.0], [0.0, -1.0], [0.1, 0.1]],
          "cone_by_law": [None, "coulomb", 3, [], {"coulomb": 3}, {"coulomb": -1}, {"coulomb": "contact"}]}),
     "solve": (lm.solve, {"problem": problem()},
         {"problem": THING, "solver": [*optional(THING), lm.GaussSeidel], "guess": optional([*ARRAY, np.zeros(4)])}),

@@ -84,7 +84,7 @@ def report(
     return [
         f"{file}: {len(mu)} interactions in {d}D",
         f"  laws      {by_law}{friction}",
-        f"  W         {d * len(mu)} rows, {problem.W.nnz} entries",
+        f"  W         {problem.W.shape[0]} rows, {problem.W.nnz} entries",
         f"  solver    {name}, from {start}, to {solver.tolerance:g} ({measure})",
         f"  status    {solved.status} after {solved.iterations} sweeps and {solved.factorisations} Newton steps in "
         f"{solved.seconds:.3g} s",

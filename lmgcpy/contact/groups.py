@@ -38,6 +38,8 @@ class Group:
     start: int = 0
     stop: int = 0
     diagonal: bool = True
+    isotropic: bool = True
+    """Whether its bodies turn alike about all axes; looked at where contacts roll in 3D."""
 
     @property
     def parameters(self) -> np.ndarray:

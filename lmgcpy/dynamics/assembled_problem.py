@@ -30,7 +30,7 @@ def as_problem(step: StepProblem) -> Conic:
 
     system = step.system
     count = len(system.candidate)
-    bias, friction, compliance = np.zeros(count), np.zeros(count), np.zeros(count)
+    bias, friction, compliance, rolling, torsion = np.zeros((5, count))
     names: list[str] = []
     without = law_without_conic(step)
     if without is not None:
@@ -41,7 +41,9 @@ def as_problem(step: StepProblem) -> Conic:
         size = len(group.law.PREPARED) * (group.stop - group.start)
         prepared = system.prepared[where : where + size].reshape(group.stop - group.start, -1)
         try:
-            bias[part], friction[part], compliance[part] = group.law.conic(prepared.T)
+            bias[part], friction[part], compliance[part], *turning = group.law.conic(prepared.T)
+            if group.law.rows(step.dimension) > step.dimension:
+                rolling[part], torsion[part] = turning if step.dimension == 3 else (turning[0], 0.0)
         except Exception as error:
             raise RuntimeError(
                 f"In the step from t = {step.data.time:g} s conic of law '{group.law.NAME}' raised {error!r}."
@@ -49,17 +51,17 @@ def as_problem(step: StepProblem) -> Conic:
         names += [group.law.NAME] * (group.stop - group.start)
     acting = np.isfinite(bias)
     H = interaction_matrix(step)
-    d = step.dimension
-    H = H[np.repeat(acting, d)]
+    d, width = step.dimension, system.impulse.shape[1]
+    H = H[np.repeat(acting, width)]
     W = (H @ sparse.diags_array(system.inverse_mass.ravel()) @ H.T).tocsr()
     q = H @ step.free_velocity.ravel()
-    q[::d] += bias[acting]
+    q[::width] += bias[acting]
     geometric, links = np.zeros(count), len(system.geometric)
     geometric[:links] = system.geometric
     if links:
         carried = np.zeros((count, d - 1))
         carried[:links] = system.carried
-        q.reshape(-1, d)[:, 1:] -= (carried * (geometric > 0.0)[:, None])[acting]
+        q.reshape(-1, width)[:, 1:d] -= (carried * (geometric > 0.0)[:, None])[acting]
     problem = Problem(
         W=sparse.csr_array(W),
         q=q,
@@ -67,10 +69,11 @@ def as_problem(step: StepProblem) -> Conic:
         dimension=d,
         laws=tuple(name for name, here in zip(names, acting, strict=True) if here),
         compliance=compliance[acting],
-        guess=step.guess[acting, :d],
+        guess=step.guess[acting],
         geometric=geometric[acting],
         scale=system.scale[acting],
         cone_by_law={group.law.NAME: cone_of(type(group.law)) for group in step.groups},
+        **({"rolling": rolling[acting], "torsion": torsion[acting]} if width > d else {}),
     )
     return Conic(problem, acting)
 
@@ -81,10 +84,11 @@ def conic_form(step: StepProblem) -> ConicForm:
 
 
 def interaction_matrix(step: StepProblem) -> sparse.csr_array:
-    """``H^T``: relative velocities (u_n, u_t(, u_s) of each interaction) from those of the bodies, (d m, k n).
+    """``H^T``: relative velocities (u_n, u_t(, u_s) of each interaction) from those of the bodies, (D m, k n).
 
     A row of the local frame, e, and its moments about both centres make a row of ``H^T``: ``(e, l_c x e, -e, -l_a x e)``
-    with the levers ``l_c = -arm_c n + lateral_c t`` and ``l_a = arm_a n + lateral_a t``.
+    with the levers ``l_c = -arm_c n + lateral_c t`` and ``l_a = arm_a n + lateral_a t``. Rolling rows are ``(0, R a, 0, -R
+    a)``, a the axis about which their impulse turns: that out of the plane in 2D, and s, -t, n in 3D.
     """
     import scipy.sparse as sparse
 
@@ -100,7 +104,13 @@ def interaction_matrix(step: StepProblem) -> sparse.csr_array:
     if len(s.lateral):  # in 2D only
         moment[:, :, 0, 0] = s.lateral * (-1.0, 1.0)
     values = np.concatenate([frame, moment[:, 0], -frame, moment[:, 1]], axis=2)
+    width = s.impulse.shape[1]
+    if width > d:
+        axes = np.ones((count, 1, 1)) if d == 2 else frame[:, [2, 1, 0]] * [[1.0], [-1.0], [1.0]]
+        axes = s.rolling[:, None, None] * axes
+        nothing = np.zeros((count, width - d, d))
+        values = np.concatenate([values, np.concatenate([nothing, axes, nothing, -axes], axis=2)], axis=1)
     columns = np.hstack([k * ids.astype(np.int64)[:, None] + np.arange(k) for ids in (s.candidate, s.antagonist)])
-    rows = np.repeat(np.arange(d * count), 2 * k)
-    columns = np.repeat(columns, d, axis=0)
-    return sparse.csr_array((values.ravel(), (rows, columns.ravel())), shape=(d * count, s.inverse_mass.size))
+    rows = np.repeat(np.arange(width * count), 2 * k)
+    columns = np.repeat(columns, width, axis=0)
+    return sparse.csr_array((values.ravel(), (rows, columns.ravel())), shape=(width * count, s.inverse_mass.size))

@@ -11,7 +11,7 @@ from lmgcpy.compiled.kernel import CompilerError, Kernel
 from lmgcpy.contact.detector import Group
 from lmgcpy.contact.narrow_phase import Interactions
 from lmgcpy.contact.spare_rows import with_spare_rows
-from lmgcpy.dynamics.rolling import rolling_radius, with_rolling
+from lmgcpy.dynamics.rolling import mark_isotropic, rolling_radius, with_rolling
 from lmgcpy.dynamics.schedule import schedule
 from lmgcpy.solve.dimension_kernels import DIMENSIONS, ROLLING, DimensionKernels
 from lmgcpy.solve.law_kernels import LawKernels, StepData, functions_of, law_kernels, not_compiled
@@ -111,7 +111,7 @@ def group_kernels(
     walls = group.walls if group.cuts is not None else -1
     stiffened = stiffened and group.chain is not None
     given = law, functions_of(law), dimension, parameter_count, rows, group.central, group.diagonal, block, walls
-    return law_kernels(*given, stiffened=stiffened, watched=watched)
+    return law_kernels(*given, stiffened=stiffened, watched=watched, isotropic=group.isotropic)
 
 
 def assemble(
@@ -140,6 +140,8 @@ def assemble(
     rolls = guess.shape[1] > dimension  # some contacts of the scene have rolling components
     of_dimension = (ROLLING if rolls else DIMENSIONS)[dimension]
     groups = [group for group in groups if group.stop > group.start]
+    if rolls:
+        mark_isotropic(groups, interactions, inverse_mass)
     kernels = [group_kernels(group, dimension, wire_blocks) for group in groups]
     count, rate = len(interactions.gap), time_step / size
     offset = np.zeros(len(groups) + 1, dtype=np.int64)

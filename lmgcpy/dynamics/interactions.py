@@ -9,6 +9,7 @@ import numpy as np
 from lmgcpy.contact.frames import local_frames
 from lmgcpy.contact.narrow_phase import Interactions
 from lmgcpy.dynamics.assembly import StepProblem
+from lmgcpy.dynamics.rolling import moments
 
 
 @dataclass(frozen=True)
@@ -30,8 +31,8 @@ class InteractionView:
     force: np.ndarray
     """impulse / time step [N], (m, d)."""
     moment: np.ndarray
-    """Impulses of the moments of rolling friction on the candidates [N m s], (m, 1); (m, 0) in
-    scenes without any."""
+    """Impulses of the moments of rolling friction on the candidates [N m s], (m, 1) in 2D, (m, 3)
+    in the local frame in 3D, normal (torsion) first; (m, 0) in scenes without any."""
     lever: np.ndarray
     """Contact point seen from the centre of the candidate, and of the antagonist [m], (m, 2, d)."""
     state: dict[str, np.ndarray]
@@ -48,14 +49,14 @@ class InteractionView:
         ids, vectors = np.zeros(0, dtype=np.int64), np.zeros((0, dimension))
         frame = np.zeros((0, dimension, dimension))
         levers, state = np.zeros((0, 2, dimension)), {name: np.zeros(0) for name in state_names}
-        moments = np.zeros((0, rolling_rows))
-        return cls(ids.astype("<U1"), ids, ids, np.zeros(0), frame, vectors, vectors, moments, levers, state)
+        turning = np.zeros((0, rolling_rows))
+        return cls(ids.astype("<U1"), ids, ids, np.zeros(0), frame, vectors, vectors, turning, levers, state)
 
     @classmethod
     def of(cls, problem: StepProblem, interactions: Interactions, state_names: list[str]) -> InteractionView:
         """Copy the arrays of a step; ``state_names``: of all laws of the scene."""
         groups, d = problem.groups, problem.dimension
-        impulse, rolling = problem.system.impulse[:, :d], problem.system.impulse[:, d:]
+        impulse = problem.system.impulse[:, :d]
         names = [group.law.NAME for group in groups]
         counts = [group.stop - group.start for group in groups]
         normal = interactions.normal
@@ -80,7 +81,7 @@ class InteractionView:
             frame=frame,
             impulse=impulse.copy(),
             force=impulse / problem.data.time_step,
-            moment=problem.system.rolling[:, None] * rolling if rolling.shape[1] else rolling.copy(),
+            moment=moments(problem.system.rolling, problem.system.impulse, d),
             lever=lever,
             state=state,
         )

@@ -32,7 +32,7 @@ def find_lock(problem: StepProblem, report: Report) -> Lock | None:
     if conic.scale is None or not (conic.scale > 0.0).any():
         return None
     with np.errstate(all="ignore"):
-        told = least_motion(conic, problem.system.impulse[acting, : problem.dimension])
+        told = least_motion(conic, problem.system.impulse[acting])
     of_body = problem.system.inverse_mass[:, 0]
     mass = float((1.0 / of_body[of_body > 0.0]).sum())
     h_over_radius = float(np.median(conic.scale[conic.scale > 0.0]))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from lmgcpy.contact.detector import Group
+from lmgcpy.contact.frames import local_frames
 from lmgcpy.contact.interactions import Interactions
 from lmgcpy.laws.pair import effective
 
@@ -26,7 +27,31 @@ def rolling_radius(groups: list[Group], pairs: np.ndarray, dimension: int, count
 def with_rolling(
     delassus: np.ndarray, rolling: np.ndarray, interactions: Interactions, inverse_mass: np.ndarray
 ) -> np.ndarray:
-    """The diagonals of the local blocks with a column for the rolling component, ``W_rr = R^2 (1/I_c + 1/I_a)`` [1/kg]."""
+    """The diagonals of the local blocks with columns for the rolling components, ``W_rr = R^2 (1/I_c + 1/I_a)`` [1/kg]."""
     d = delassus.shape[1]
     turning = inverse_mass[interactions.candidate, d:] + inverse_mass[interactions.antagonist, d:]
+    if d == 3:  # about s, t and n, the axes of the rows
+        frame = local_frames(interactions.normal)
+        about = np.einsum("iab,ib->ia", frame[:, ::-1] ** 2, turning)
+        turning = np.where((turning == turning[:, :1]).all(axis=1)[:, None], turning, about)
     return np.column_stack([delassus, rolling[:, None] ** 2 * turning])
+
+
+def mark_isotropic(groups: list[Group], interactions: Interactions, inverse_mass: np.ndarray) -> None:
+    """Tell the groups with rolling components in 3D whether all of their bodies turn alike about all axes."""
+    d = interactions.normal.shape[1]
+    alike = (inverse_mass[:, d:] == inverse_mass[:, d : d + 1]).all(axis=1)
+    both = alike[interactions.candidate] & alike[interactions.antagonist]
+    for group in groups:
+        group.isotropic = bool(group.law.rows(d) <= d or both[group.start : group.stop].all())
+
+
+def moments(rolling: np.ndarray, impulse: np.ndarray, dimension: int) -> np.ndarray:
+    """Impulses of the moments on the candidates [N m s], from effective radii (m,) and impulses with rolling components:
+    (m, 1) in 2D, (m, 3) in the local frame in 3D, (m, 0) where there are none."""
+    parts = impulse[:, dimension:]
+    if not parts.shape[1]:
+        return parts.copy()
+    if dimension == 3:  # rows 1, 2, z turn about s, -t, n
+        parts = np.column_stack([parts[:, 2], -parts[:, 1], parts[:, 0]])
+    return rolling[:, None] * parts

@@ -102,11 +102,17 @@ def _one_each(values: np.ndarray, size: int, name: str) -> np.ndarray:
 def write(problem: Problem, path: str | os.PathLike, *, force: bool = False) -> None:
     """Write a problem.
 
-    Raises FileExistsError if the file exists, unless ``force``, FileNotFoundError if its folder is missing,
-    IsADirectoryError, PermissionError, and OSError if it cannot be written; then an old file stays.
+    Raises ValueError for a problem with rolling friction, for which FCLIB has no place, FileExistsError if the file
+    exists, unless ``force``, FileNotFoundError if its folder is missing, IsADirectoryError, PermissionError, and OSError if
+    it cannot be written; then an old file stays.
     """
     if not isinstance(problem, Problem):
         raise TypeError(f"write takes a problem, such as Simulation.problem() gives, got {shown(problem)}.")
+    if problem.width > problem.dimension:
+        raise ValueError(
+            "A problem with rolling friction cannot be written: FCLIB's layout has room for the normal and tangential "
+            "components of an interaction only."
+        )
     path = check_target(path, force=force)
     write_bytes(path, in_memory(lambda file: _write(problem, file), libver=("earliest", "v110")))
 

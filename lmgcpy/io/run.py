@@ -53,8 +53,8 @@ class RunInteractions:
     force: np.ndarray
     """Impulses divided by the time step [N], (m, d)."""
     moment: np.ndarray
-    """Impulses of the moments of rolling friction on the candidates [N m s], (m, 1); (m, 0) in scenes
-    without any."""
+    """Impulses of the moments of rolling friction on the candidates [N m s], (m, 1) in 2D, (m, 3) in
+    the local frame in 3D, normal first; (m, 0) in scenes without any."""
 
     @classmethod
     def of(cls, net: np.ndarray, laws: list[str], detected: np.ndarray, time_step: float) -> RunInteractions:

@@ -25,7 +25,7 @@ run on. From version 2 on ``prepare``, ``initial``, ``commit``, ``energy`` and `
 
 REQUIRED = object()
 
-ROLLING_ROWS = {2: 3}
+ROLLING_ROWS = {2: 3, 3: 6}
 """Number of components of an impulse with rolling ones, by dimension."""
 
 TRAITS = {
@@ -177,7 +177,9 @@ class Law(ABC):
 
     conic: ClassVar[Callable | None] = None
     """``conic(prepared)``: bias [m/s], friction and compliance [1/kg] of the law in conic form (see
-    ``lmgcpy.solve.problem``), from columns of prepared numbers. Some solvers need it. None if the law has no conic form."""
+    ``lmgcpy.solve.problem``), from columns of prepared numbers; of a law with rolling components rolling friction and
+    torsion friction in addition (in 2D any number for the latter). Some solvers need it. None if the law has no conic
+    form."""
 
     @staticmethod
     @abstractmethod
@@ -249,8 +251,8 @@ class Law(ABC):
         return type(self)(**given)
 
     def rows(self, dimension: int) -> int:
-        """Number of components of the impulse that the law may make non-zero: 1 (normal), ``dimension``, or in 2D 3 with
-        the rolling one (see :class:`~lmgcpy.RollingCoulomb`)."""
+        """Number of components of the impulse that the law may make non-zero: 1 (normal), ``dimension``, or with rolling
+        ones 3 in 2D and 6 in 3D (see :class:`~lmgcpy.RollingCoulomb`)."""
         return 1
 
     def acts_within(self, radius: float, other: float) -> float:

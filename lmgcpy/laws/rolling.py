@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from lmgcpy.laws.law import Law, Parameter
+import numpy as np
+
+from lmgcpy.laws.law import ROLLING_ROWS, Law, Parameter
+from lmgcpy.laws.rolling_in_space import react_rolling_in_space
 from lmgcpy.laws.signorini import approach
 
 
@@ -90,32 +93,54 @@ SINGULAR = 1e-14
 class RollingCoulomb(Law):
     """Coulomb friction, and a moment at the contact that opposes the relative spin, up to ``mu_r R r_n``.
 
-    R is the effective radius of the two bodies, ``1/R = 1/R_c + 1/R_a``, that of the other one for a wall. The last row of
-    the interaction is the rolling velocity ``u_r = R (spin_c - spin_a)`` [m/s] with the impulse ``r_r = m / R`` [N s], m
-    being the moment's impulse on the candidate [N m s]. So ``|m| <= mu_r R r_n`` reads ``|r_r| <= mu_r r_n``, and rolling
-    friction is a number without unit, as friction is. On an incline a disk at rest starts to roll where the tangent of
-    its angle is mu_r, if friction is larger.
+    R is the effective radius of the two bodies, ``1/R = 1/R_c + 1/R_a``, that of the other one for a wall. In 2D the last
+    row of the interaction is the rolling velocity ``u_r = R (spin_c - spin_a)`` [m/s] with the impulse ``r_r = m / R``
+    [N s], m being the moment's impulse on the candidate [N m s]. So ``|m| <= mu_r R r_n`` reads ``|r_r| <= mu_r r_n``, and
+    rolling friction is a number without unit, as friction is. On an incline a disk or a sphere at rest starts to roll where
+    the tangent of its angle is mu_r, if friction is larger.
+
+    In 3D the rolling velocity ``R (spin_c - spin_a) x n`` is a vector of the tangent plane, rows 4 and 5, and the rolling
+    impulse is in the disk of radius ``mu_r r_n``. Row 6 is torsion, ``u_z = R n . (spin_c - spin_a)``, with
+    ``|r_z| <= mu_z r_n``. A contact face of radius a, on which the normal force may shift by a, resists rolling up to
+    ``a r_n``, so that ``a = mu_r R``; with friction mu and a uniform pressure it resists torsion up to ``2/3 mu a r_n``.
+    Hence the default of ``torsion_friction``: ``2/3 mu mu_r``.
     """
 
     NAME = "rolling-coulomb"
     APPLIES_TO = "contact"
-    PREPARED = ("bias", "friction", "rolling_friction")
+    PREPARED = ("bias", "friction", "rolling_friction", "torsion_friction")
     TRAITS = frozenset({"push", "cone", "dissipative", "rigid"})
-    DIMENSIONS = (2,)
 
     friction = Parameter("-", "coefficient of friction mu", minimum=0.0)
     rolling_friction = Parameter("-", "coefficient of rolling friction mu_r", minimum=0.0)
+    torsion_friction = Parameter(
+        "-", "coefficient of torsion friction mu_z, 3D only; 2/3 mu mu_r if not given", minimum=0.0, default=None
+    )
 
     def rows(self, dimension: int) -> int:
-        """Normal, tangential and rolling component."""
-        return 3
+        """Normal, tangential and rolling components, and torsion in 3D."""
+        return ROLLING_ROWS[dimension]
+
+    def table(self, reference_length: np.ndarray) -> np.ndarray:
+        """The three coefficients, shape (count, 3)."""
+        torsion = self.torsion_friction
+        if torsion is None:
+            torsion = 2.0 / 3.0 * self.friction * self.rolling_friction
+        return np.tile([self.friction, self.rolling_friction, torsion], (len(reference_length), 1))
 
     @staticmethod
     def prepare(gap, reference_gap, velocity, time_step, parameters, state):
-        friction, rolling_friction = parameters
-        return (approach(gap, time_step), friction, rolling_friction)
+        friction, rolling_friction, torsion_friction = parameters
+        return (approach(gap, time_step), friction, rolling_friction, torsion_friction)
 
     @staticmethod
     def react(W, u, prepared):
-        bias, friction, rolling = prepared
-        return react_rolling_in_plane(W, (u[0] + bias, u[1], u[2]), friction, rolling)
+        bias, friction, rolling, torsion = prepared
+        if len(u) == 3:
+            return react_rolling_in_plane(W, (u[0] + bias, u[1], u[2]), friction, rolling)
+        return react_rolling_in_space(W, (u[0] + bias, u[1], u[2], u[3], u[4], u[5]), friction, rolling, torsion)
+
+    @staticmethod
+    def conic(prepared):
+        bias, friction, rolling, torsion = prepared
+        return (bias, friction, 0.0, rolling, torsion)

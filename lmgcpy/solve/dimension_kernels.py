@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from lmgcpy.compiled.kernel import Kernel
-from lmgcpy.solve import contact_block, h_rows_2d, h_rows_3d, rolling_rows_2d
+from lmgcpy.solve import contact_block, h_rows_2d, h_rows_3d, rolling_rows_2d, rolling_rows_3d
 from lmgcpy.solve.small_matrices import small_matrices
 
 
@@ -65,7 +65,19 @@ ROLLING = {
         driver={"momentum": rolling_rows_2d.momentum},
         momentum=Kernel(rolling_rows_2d.momentum),
         relative_velocities=Kernel(rolling_rows_2d.relative_velocities),
-    )
+    ),
+    3: DimensionKernels(
+        dimension=3,
+        components=IN_3D.components,
+        parts={
+            "relative_velocity": rolling_rows_3d.relative_velocity,
+            "push": rolling_rows_3d.push,
+            "local_problem": rolling_rows_3d.local_problem,
+        },
+        driver={"momentum": rolling_rows_3d.momentum},
+        momentum=Kernel(rolling_rows_3d.momentum),
+        relative_velocities=Kernel(rolling_rows_3d.relative_velocities),
+    ),
 }
 """The same where a scene has contacts with rolling friction."""
 
@@ -78,8 +90,9 @@ def template_slots(
     than the dimension."""
     own = {**small_matrices(dimension), **constants}
     if rows > dimension:
-        rolling = {name: Kernel(part, own) for name, part in ROLLING[dimension].parts.items()}
-        return {**small_matrices(rows), **constants, **rolling}
+        seen = {**small_matrices(rows), **constants}
+        given = parts or ROLLING[dimension].parts
+        return {**seen, **{name: Kernel(part, seen if parts else own) for name, part in given.items()}}
     link: dict[str, Callable] = {"normal_velocity": contact_block.normal_velocity, "push_normal": contact_block.push_normal}
     slots = {name: Kernel(part, own) for name, part in (parts or DIMENSIONS[dimension].parts).items()}
     return {**own, **slots, **{name: Kernel(part, {**own, **slots}) for name, part in link.items()}}

@@ -234,11 +234,15 @@ def law_kernels(
     *,
     stiffened: bool = False,
     watched: bool = False,
+    isotropic: bool = True,
 ) -> LawKernels:
     """Kernels for groups of a law, whose ``functions`` are those of :func:`functions_of` now (``chain``: the links of one
     wire as a block, which needs the law's ``slope``; ``walls``: 0 or 1 where the candidates or antagonists of the group's
-    slabs are held walls); ``stiffened``, ``watched``: see :func:`group_kernels`."""
+    slabs are held walls); ``stiffened``, ``watched``: see :func:`group_kernels`; ``isotropic``: False where bodies of a law
+    with rolling components in 3D do not turn alike about all axes."""
     given, constants = (law, dimension, rows, diagonal, chain, SYSTEM_TYPE), {"CENTRAL": central}
+    if not isotropic:
+        constants["ISOTROPIC"] = False
     sweep, error = group_kernels(*given, constants, stiffened=stiffened, watched=watched)
     beside = group_kernels(*given, {**constants, "WALLS": walls}, watched=watched)[0] if walls >= 0 else None
     counts = len(law.PREPARED), len(law.states()), parameter_count, rows

@@ -63,9 +63,11 @@ def least_motion(problem: Problem, impulses: np.ndarray) -> LeastMotion:
     from scipy.sparse.linalg import splu
 
     impulses = np.asarray(impulses, dtype=float)
-    sliding = np.linalg.norm(problem.velocities(impulses)[:, 1:], axis=1)
+    velocities = problem.velocities(impulses)
     convex = problem.q.reshape(impulses.shape).copy()
-    convex[:, 0] += np.where(problem.cones == CONTACT, problem.mu * sliding, 0.0)
+    for part, share in problem.disks:
+        sliding = np.linalg.norm(velocities[:, part], axis=1)
+        convex[:, 0] += np.where(problem.cones == CONTACT, share * sliding, 0.0)
     there = problem.rows.ravel()  # components that no law has bear nothing, not even on the way
     operator = sparse.csc_array((problem.W + sparse.diags_array(_own(problem)))[there][:, there])
     diagonal = operator.diagonal()
@@ -87,28 +89,35 @@ def least_motion(problem: Problem, impulses: np.ndarray) -> LeastMotion:
 
 
 def _own(problem: Problem) -> np.ndarray:
-    """What laws add to the diagonal of W, (d m,): along the normal a compliance, across it 1 / geometric stiffness."""
-    own = np.zeros((len(problem.mu), problem.dimension))
+    """What laws add to the diagonal of W, (D m,): along the normal a compliance, across it 1 / geometric stiffness."""
+    own = np.zeros((len(problem.mu), problem.width))
     own[:, 0] = problem.compliance
     stiff = problem.geometric > 0.0
-    own[stiff, 1:] = 1.0 / problem.geometric[stiff, None]
+    own[stiff, 1 : problem.dimension] = 1.0 / problem.geometric[stiff, None]
     return own.ravel()
 
 
 def within_cones(problem: Problem, impulses: np.ndarray) -> np.ndarray:
-    """The impulses of the cones that are nearest to these (m, d).
+    """The impulses of the cones that are nearest to these (m, D).
 
-    Of Coulomb's cone ``|r_t| <= mu r_n``: itself within; 0 where ``mu |r_t| <= -r_n``; else the normal part
-    ``(r_n + mu |r_t|) / (1 + mu^2)`` and the tangential part mu times as large.
+    Of a contact's cone, ``|r_j| <= c_j r_n`` for friction and, where there is any, rolling and torsion: the normal part
+    solves ``n = r_n + sum c_j max(|r_j| - c_j n, 0)``, by Newton steps from ``n = r_n``, which rise from one bend of this
+    concave equation to the next; 0 where it is negative. The other parts are cut to ``c_j n``.
     """
     near = np.where(problem.rows, impulses, 0.0)
     pull, contact = problem.cones == PULL, problem.cones == CONTACT
     near[pull, 0] = np.minimum(near[pull, 0], 0.0)
-    normal, mu = near[contact, 0], problem.mu[contact]
-    size = np.linalg.norm(near[contact, 1:], axis=1)
-    edge = np.maximum((normal + mu * size) / (1.0 + mu**2), 0.0)
-    inside = (normal >= 0.0) & (size <= mu * normal)
-    part = np.divide(mu * edge, size, out=np.zeros_like(size), where=size > 0.0)
-    near[contact, 0] = np.where(inside, normal, edge)
-    near[contact, 1:] *= np.where(inside, 1.0, part)[:, None]
+    given = near[contact]
+    sizes = np.stack([np.linalg.norm(given[:, part], axis=1) for part, _ in problem.disks], axis=1)
+    shares = np.stack([share[contact] for _, share in problem.disks], axis=1)
+    normal = given[:, 0]
+    for _ in range(len(problem.disks) + 1):
+        beyond = sizes > shares * normal[:, None]
+        square = (shares**2 * beyond).sum(axis=1)
+        normal = (given[:, 0] + (shares * sizes * beyond).sum(axis=1)) / (1.0 + square)
+    normal = np.maximum(normal, 0.0)
+    for (part, _), size, limit in zip(problem.disks, sizes.T, (shares * normal[:, None]).T, strict=True):
+        given[:, part] *= np.divide(limit, size, out=np.ones_like(size), where=size > limit)[:, None]
+    given[:, 0] = normal
+    near[contact] = given
     return near

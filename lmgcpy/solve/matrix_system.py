@@ -18,6 +18,7 @@ from lmgcpy.compiled.reference import by_reference
 from lmgcpy.laws import Law
 from lmgcpy.laws.coulomb import Coulomb
 from lmgcpy.laws.elastic import ElasticRod, ElasticWire
+from lmgcpy.laws.rolling import RollingCoulomb
 from lmgcpy.solve import h_rows_2d, h_rows_3d
 from lmgcpy.solve.law_kernels import group_kernels
 from lmgcpy.solve.problem import BOTH, CONTACT, PULL, Problem
@@ -31,7 +32,8 @@ STANDARD: dict[int, type[Law]] = {CONTACT: Coulomb, PULL: ElasticWire, BOTH: Ela
 
 @by_reference
 class MatrixSystem(NamedTuple):
-    """Arrays of a problem in dimension d; m interactions."""
+    """Arrays of a problem in dimension d; m interactions. Where contacts roll D stands for d in the shapes of blocks, W,
+    impulses and velocities."""
 
     first: np.ndarray
     """First block of each block column, and the end, (m + 1,) int64."""
@@ -69,6 +71,7 @@ class MatrixSystem(NamedTuple):
 
 _of_two = small_matrices(2)  # the specialisation gives those of the dimension
 row, block, times, add_row = _of_two["row"], _of_two["block"], _of_two["times"], _of_two["add_row"]
+less_row = _of_two["less_row"]
 
 
 def relative_velocity(i, s):
@@ -80,6 +83,21 @@ def push(i, s, d):
     """Add the block column ``W_ji d`` of an impulse ``d`` on interaction ``i`` to the velocities that it reaches."""
     for k in range(np.uintp(s.first[i]), np.uintp(s.first[i + np.uintp(1)])):
         add_row(s.velocity, np.uintp(s.row[k]), times(block(s.block, k), d))
+
+
+def push_first(i, s, d):
+    """The same for an impulse with fewer components than a block has rows: those after its own are zero."""
+    for k in range(np.uintp(s.first[i]), np.uintp(s.first[i + np.uintp(1)])):
+        j = s.row[k]
+        for a in range(s.block.shape[1]):
+            for b in range(len(d)):
+                s.velocity[j, a] += s.block[k, a, b] * d[b]
+
+
+def own_problem(i, s, u, r):
+    """(the local block of W, ``u - W r``) of interaction ``i``, as a whole."""
+    W = block(s.own, i)
+    return W, less_row(u, times(W, r))
 
 
 def add_impulses(start, stop, walls, s, velocity):
@@ -122,17 +140,21 @@ def leave(first, last, s, free_velocity):
     """Nothing: the velocities of the interactions are complete."""
 
 
-def parts_of(dimension: int) -> dict[str, Any]:
-    """The parts of the templates that differ from those of bodies."""
+def parts_of(dimension: int, width: int, *, rolls: bool = False) -> dict[str, Any]:
+    """The parts of the templates that differ from those of bodies; ``width``: of a problem; ``rolls``: for a contact that
+    has all of its components."""
+    if rolls:
+        return {"relative_velocity": relative_velocity, "push": push, "local_problem": own_problem}
     own = h_rows_2d if dimension == 2 else h_rows_3d
-    return {"relative_velocity": relative_velocity, "push": push, "local_problem": own.local_problem}
+    passing = push if width == dimension else push_first
+    return {"relative_velocity": relative_velocity, "push": passing, "local_problem": own.local_problem}
 
 
-def driver_of(dimension: int) -> dict[str, Any]:
+def driver_of(width: int) -> dict[str, Any]:
     """Slots of the kernels that lead sweeps."""
     return {
         "clear": begin_free,
-        "momentum": Kernel(add_impulses, small_matrices(dimension)),
+        "momentum": Kernel(add_impulses, small_matrices(width)),
         "combine": leave,
         "begin_noise": begin_noise,
         "add_noise": add_noise,
@@ -141,14 +163,14 @@ def driver_of(dimension: int) -> dict[str, Any]:
 
 
 def _runs(problem: Problem) -> list[tuple[int, int]]:
-    """Rows (start, stop) of interactions that one kernel call solves: contacts, or the links of one wire.
+    """Rows (start, stop) of interactions that one kernel call solves: contacts that roll, others, or links of one wire.
 
     Links are one wire as long as each meets the one before it and none of those before that.
     """
-    d, cones, W = problem.dimension, problem.cones, problem.W.tocsr()
+    d, cones, W, rolls = problem.width, problem.cones, problem.W.tocsr(), problem.rolls
     bounds = [0] if len(cones) else []
     for i in range(1, len(cones)):
-        same = cones[i] == cones[i - 1]
+        same = cones[i] == cones[i - 1] and rolls[i] == rolls[i - 1]
         if cones[i] != CONTACT and same:
             row = slice(W.indptr[d * i], W.indptr[d * i + 1])
             met = W.indices[row][W.data[row] != 0.0]
@@ -160,27 +182,30 @@ def _runs(problem: Problem) -> list[tuple[int, int]]:
 
 
 def _stiffening(problem: Problem, runs: list[tuple[int, int]]) -> dict[str, np.ndarray]:
-    """Further arrays of a system whose links have geometric stiffness; empty where none has any."""
-    d = problem.dimension
+    """Further arrays of a system whose links have geometric stiffness; empty where none has any, but for the local blocks
+    where contacts roll."""
+    d, width = problem.dimension, problem.width
     count = len(problem.mu) if problem.geometric.any() else 0
-    own, following = np.zeros((count, d, d)), np.zeros((count, d, d))
+    own, following = np.zeros((len(problem.mu) if count or width > d else 0, width, width)), np.zeros((count, d, d))
+    first = width * np.arange(len(own))
+    for a in range(width):
+        for b in range(width):
+            own[:, a, b] = np.asarray(problem.W[first + a, first + b]).ravel() if len(own) else 0.0
     if count:
-        first = d * np.arange(count)
         along = np.concatenate([np.arange(start, stop - 1) for start, stop in runs])
         for a in range(d):
             for b in range(d):
-                own[:, a, b] = np.asarray(problem.W[first + a, first + b]).ravel()
-                following[along, a, b] = np.asarray(problem.W[first[along] + a, first[along] + d + b]).ravel()
+                following[along, a, b] = np.asarray(problem.W[first[along] + a, first[along] + width + b]).ravel()
     geometric = problem.geometric.copy() if count else np.zeros(0)
     return {"geometric": geometric, "carried": np.zeros((count, d - 1)), "own": own, "following": following}
 
 
 def assemble_problem(problem: Problem, wire_blocks: bool) -> tuple[Groups, MatrixSystem, list[Any]]:
     """Groups and system of a problem, and what must stay alive while they are used."""
-    count, d = len(problem.mu), problem.dimension
-    columns = problem.W.T.tobsr(blocksize=(d, d)) if count else problem.W.T.tobsr(blocksize=(1, 1))
-    diagonal = problem.W.diagonal().reshape(-1, d)
-    normal = d * np.arange(count)
+    count, d, width = len(problem.mu), problem.dimension, problem.width
+    columns = problem.W.T.tobsr(blocksize=(width, width)) if count else problem.W.T.tobsr(blocksize=(1, 1))
+    diagonal = problem.W.diagonal().reshape(-1, width)
+    normal = width * np.arange(count)
     following = np.asarray(problem.W[normal[:-1], normal[1:]]).ravel() if count > 1 else np.zeros(0)
 
     def local(i: int, j: int) -> np.ndarray:
@@ -193,18 +218,20 @@ def assemble_problem(problem: Problem, wire_blocks: bool) -> tuple[Groups, Matri
     for start, stop in runs:
         if cones[start] != CONTACT:
             coupling[start : stop - 1] = following[start : stop - 1]
+    rolls = problem.rolls
     second = np.where(cones == CONTACT, problem.mu, problem.compliance)
+    prepared, offset = prepared_numbers(problem, second, runs)
     links = max((stop for start, stop in runs if cones[start] != CONTACT), default=0)
     system = MatrixSystem(
         first=columns.indptr.astype(np.int64),
         row=columns.indices.astype(np.int64),
-        block=np.ascontiguousarray(columns.data.transpose(0, 2, 1)) if count else np.zeros((0, d, d)),
+        block=np.ascontiguousarray(columns.data.transpose(0, 2, 1)) if count else np.zeros((0, width, width)),
         delassus=np.ascontiguousarray(diagonal),
         coupling=coupling,
         shear=np.column_stack([local(0, 2), local(1, 2)]) if d == 3 else np.zeros((0, 2)),
-        prepared=np.column_stack([np.zeros(count), second]).ravel(),
-        impulse=np.zeros((count, d)),
-        velocity=np.zeros((count, d)),
+        prepared=prepared,
+        impulse=np.zeros((count, width)),
+        velocity=np.zeros((count, width)),
         **_stiffening(problem, runs),
         scratch=np.zeros((links, scratch_columns(d)["WIDTH"] if problem.geometric.any() else 4)),
         scale=np.zeros(count) if problem.scale is None else problem.scale,
@@ -215,19 +242,32 @@ def assemble_problem(problem: Problem, wire_blocks: bool) -> tuple[Groups, Matri
     )
     kernels = []
     for start, stop in runs:
-        law = STANDARD[int(cones[start])]
+        law = RollingCoulomb if rolls[start] else STANDARD[int(cones[start])]
         contact = cones[start] == CONTACT
-        rows = d if contact and problem.mu[start:stop].any() else 1
+        rows = width if rolls[start] else d if contact and problem.mu[start:stop].any() else 1
         chain = wire_blocks and not contact
         diagonal_only = not (contact and (coupling[start:stop].any() or system.shear[start:stop].any()))
         stiffened = not contact and len(system.geometric) > 0
-        given: tuple[Any, ...] = law, d, rows, diagonal_only, chain, numba.typeof(system), {}, parts_of(d)
+        given: tuple[Any, ...] = law, d, rows, diagonal_only, chain, numba.typeof(system), {}
+        given += (parts_of(d, width, rolls=bool(rolls[start])),)
         kernels.append(group_kernels(*given, stiffened=stiffened))
     table = Groups.in_order(
         sweep=[sweep.address for sweep, _ in kernels],
         error=[error.address for _, error in kernels],
         start=[start for start, _ in runs],
         stop=[stop for _, stop in runs],
-        offset=[2 * start for start, _ in runs],
+        offset=offset,
     )
     return table, system, kernels
+
+
+def prepared_numbers(problem: Problem, second: np.ndarray, runs: list[tuple[int, int]]) -> tuple[np.ndarray, list[int]]:
+    """The numbers of the laws one after another, a bias of zero and ``second`` (m,), of contacts that roll the coefficients
+    of rolling and torsion in addition; and the first of each run."""
+    pieces, offset, rolls = [np.zeros(0)], [], problem.rolls
+    for start, stop in runs:
+        offset.append(sum(map(len, pieces)))
+        part = slice(start, stop)
+        turning = [problem.rolling[part], problem.torsion[part]] if rolls[start] else []
+        pieces.append(np.column_stack([np.zeros(stop - start), second[part], *turning]).ravel())
+    return np.concatenate(pieces), offset

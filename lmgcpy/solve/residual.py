@@ -14,12 +14,12 @@ MEASURES = ("natural", "fclib", "slip")
 
 @named_arguments
 def residual(problem: Problem, impulses: Any, *, measure: str = "natural") -> float:
-    """How far impulses (m, d) are from solving a problem.
+    """How far impulses (m, D) are from solving a problem; D is its ``width``.
 
     "natural": ``|e(r)| / |e(0)|`` with ``e = w (r - react(w I, u - w r))``, ``w`` the mean diagonal of the local block:
     the error of the velocities relative to that of doing nothing. "fclib": ``|w0 r - P_K(w0 r - (u + mu |u_t| n))| / |q|``
-    with ``w0`` the mean diagonal of W, the measure of published solvers; links have their own law's projection. Both are
-    infinite where they overflow.
+    with ``w0`` the mean diagonal of W, the measure of published solvers; links have their own law's projection, rolling
+    contacts have none (ValueError). Both are infinite where they overflow.
     "slip": the largest ``h |e_i| / R_i``, R_i the radius of the smaller body, of a problem that knows it, as those of
     ``Simulation.problem`` do (ValueError where it does not).
     """
@@ -35,6 +35,11 @@ def residual(problem: Problem, impulses: Any, *, measure: str = "natural") -> fl
                 "meaning: say 'natural' or 'fclib', or take the problem from Simulation.problem()."
             )
         return float((problem.scale * np.linalg.norm(problem.errors(r), axis=1)).max(initial=0.0))
+    if measure == "fclib" and problem.width > problem.dimension:
+        raise ValueError(
+            "measure='fclib' is that of contacts with friction alone, and this problem has rolling components: say "
+            "'natural' or 'slip'."
+        )
     with np.errstate(over="ignore", invalid="ignore"):
         if measure == "fclib":
             error, scale = _fclib_error(problem, r), float(np.linalg.norm(problem.q))

@@ -1,4 +1,4 @@
-"""Products and solutions of d x d matrices that are tuples of tuples, written out number by number for d = 2 and 3.
+"""Products and solutions of d x d matrices that are tuples of tuples, written out number by number, for d = 2, 3 and 6.
 
 In a loop over an array that a kernel also writes to, the compiler fetches every number from memory again; tuples stay in
 registers. (A block-tridiagonal elimination with blocks of 3 x 3 takes less than half the time.) The functions are made from
@@ -21,9 +21,10 @@ def small_matrices(d: int) -> dict[str, Callable]:
     ``unit(x)``: the identity with 1 + x in its first place; ``transposed(A)``; ``negative(v)``; ``scaled(v, A)``: rows of A
     times the numbers v; ``product(A, B)``; ``times(A, v)``; ``plus(A, B)``, ``less(A, B)``, ``plus_row(v, w)``,
     ``less_row(v, w)``, ``scaled_row(v, w)``: sums, differences, and products number by number; ``inverted(A)``:
-    ``(A^-1, |det A|)``; ``multiple(x)``: ``x I``; ``multiple_row(x, v)``: ``x v``; ``first_only(x)``: the vector with x in
-    its first place and zeros; ``dot(v, w)``; ``squares(v)``: ``v . v``; ``mean(v)``; ``differ(v, w)``: whether a number of
-    one is not that of the other; ``exactly(v)``: v, of which the compiler is to see that it has d numbers.
+    ``(A^-1, |det A|)``, for d up to 3; ``multiple(x)``: ``x I``; ``multiple_row(x, v)``: ``x v``; ``first_only(x)``: the
+    vector with x in its first place and zeros; ``dot(v, w)``; ``squares(v)``: ``v . v``; ``mean(v)``; ``differ(v, w)``:
+    whether a number of one is not that of the other; ``exactly(v)``: v, of which the compiler is to see that it has d
+    numbers.
     """
     R = range(d)
     answers = {
@@ -55,7 +56,8 @@ def small_matrices(d: int) -> dict[str, Callable]:
     bodies["store_row(m, i, v)"] = [f"m[i, {a}] = v[{a}]" for a in R]
     bodies["store_square(m, i, at, A)"] = [f"m[i, at + {d * a + b}] = A[{a}][{b}]" for a in R for b in R]
     bodies["add_row(m, i, v)"] = [f"m[i, {a}] += v[{a}]" for a in R]
-    bodies["inverted(A)"] = _by_cofactors(d)
+    if d <= 3:
+        bodies["inverted(A)"] = _by_cofactors(d)
     made: dict[str, Callable] = {}
     exec("\n".join(f"def {head}:\n    " + "\n    ".join(body) for head, body in bodies.items()), {}, made)
     return made

@@ -24,9 +24,9 @@ class Solution:
     """The answer of a solver to a problem."""
 
     impulses: np.ndarray
-    """[N s], (m, d)."""
+    """[N s], (m, D)."""
     velocities: np.ndarray
-    """[m/s], (m, d)."""
+    """[m/s], (m, D)."""
     residual: float
     """``natural``, computed from the problem as it stands."""
     status: str
@@ -48,7 +48,7 @@ class Solution:
 
 @named_arguments
 def solve(problem: Problem, *, solver: Solver | None = None, guess: Any = None) -> Solution:
-    """Solve a problem, from ``guess`` (m, d) or the problem's own.
+    """Solve a problem, from ``guess`` (m, D) or the problem's own; D is the problem's ``width``.
 
     ``solver``: such as ``lmgcpy.Newton(tolerance=1e-10)``; ``lmgcpy.Auto()`` if none is given. Where the impulses grow
     without bound, ValueError tells that W is not positive semidefinite, or else FloatingPointError that there is no
@@ -65,11 +65,11 @@ def solve(problem: Problem, *, solver: Solver | None = None, guess: Any = None) 
     step = Step(
         groups=table,
         system=system,
-        free_velocity=problem.q.reshape(-1, problem.dimension).copy(),
+        free_velocity=problem.q.reshape(-1, problem.width).copy(),
         guess=start,
         conic=ConicForm(lambda: Conic(problem, np.ones(len(problem.mu), dtype=bool))),
         components=lambda: problem.rows,
-        driver=driver_of(problem.dimension),
+        driver=driver_of(problem.width),
     )
     begin = clock.perf_counter()
     with np.errstate(all="ignore"):  # the result is checked below

@@ -37,6 +37,8 @@ class ConicForm:
 class Step:
     """The problem of one time step, of m interactions in dimension d: ``u = H^T v_free + W r`` and a law for each.
 
+    Arrays of shape (m, d) have further columns in scenes with rolling friction: 3 in all in 2D, and 6 in 3D.
+
     It is what a solver is given, of a scene (dynamics makes it from its ``StepProblem``) or of a :class:`Problem
     <lmgcpy.Problem>` that stands alone.
     A solver leaves impulses in ``system.impulse`` and the velocities that belong to them in ``system.velocity``. One that
@@ -63,9 +65,12 @@ class Step:
     """How many threads may share the work of a partitioned scene."""
 
     def __repr__(self) -> str:
-        system = self.system
-        dimension = system.normal.shape[1] if isinstance(system, System) else self.guess.shape[1]
-        return f"<Step of {len(self.guess)} interactions in {dimension}D>"
+        return f"<Step of {len(self.guess)} interactions in {self.dimension}D>"
+
+    @property
+    def dimension(self) -> int:
+        """2 or 3."""
+        return self.system.carried.shape[1] + 1
 
     def starting_from(self, guess: np.ndarray) -> Step:
         """This step with other impulses to start from, (m, d)."""
@@ -90,6 +95,5 @@ class Step:
         :class:`Solver <lmgcpy.Solver>`. The status is "converged", "round-off", "not finite" or "budget spent".
         """
         there = self.components()
-        missing = there.shape[1] - np.shape(impulses)[1]  # rolling components, which no problem in conic form has
-        impulses = np.where(there, np.pad(impulses, ((0, 0), (0, missing))), 0.0)
+        impulses = np.where(there, impulses, 0.0)
         return self.starting_from(impulses).led(judge, float(tolerance), float(slip))

@@ -13,6 +13,7 @@ from lmgcpy.compiled.kernel import CompilerError, Kernel, kernel, row_reader
 from lmgcpy.laws import Law
 from lmgcpy.laws.pair import pair_of
 from lmgcpy.solve.law_kernels import as_floats, not_compiled, zeros
+from lmgcpy.solve.small_matrices import small_matrices
 from lmgcpy.testing.answers import Nonconformance, Numbers
 from lmgcpy.testing.case import LawCase, velocity
 from lmgcpy.testing.property import drawn
@@ -28,6 +29,8 @@ pair: Callable[..., Any] = Slot("pair")
 read_parameters: Callable[..., Any] = Slot("read_parameters")
 read_vector: Callable[..., Any] = Slot("read_vector")
 read_state: Callable[..., Any] = Slot("read_state")
+square: Callable[..., Any] = Slot("square")
+exactly: Callable[..., Any] = Slot("exactly")
 as_prepared: Callable[..., Any] = Slot("as_prepared")
 as_state: Callable[..., Any] = Slot("as_state")
 ROWS = PREPARED = STATE = 0
@@ -50,14 +53,13 @@ def evaluate(W, numbers, vectors, parameters, state, prepared, answer, slopes, f
         prepared[k] = row[k]
     free = read_vector(vectors, ROWS)
     if ROWS == 1:
-        block: Any = ((W[0, 0],),)
+        block: Any = ((W[0, 0, 0],),)
         (answer[0],) = react(block, free, row)
-    elif ROWS == 2:
-        block = ((W[0, 0], W[0, 1]), (W[1, 0], W[1, 1]))
-        answer[0], answer[1] = react(block, free, row)
     else:
-        block = ((W[0, 0], W[0, 1], W[0, 2]), (W[1, 0], W[1, 1], W[1, 2]), (W[2, 0], W[2, 1], W[2, 2]))
-        answer[0], answer[1], answer[2] = react(block, free, row)
+        block = square(W, 0)
+        new_impulse = exactly(react(block, free, row))
+        for k in range(ROWS):
+            answer[k] = new_impulse[k]
     if SLOPE:
         derivative = slope(block, free, row)
         for i in range(ROWS):
@@ -90,7 +92,7 @@ def known_pair(numbers, time):
 @cache
 def of_law(law: type[Law], rows: int, parameter_count: int) -> Kernel:
     """The kernel :func:`evaluate` for a law; it is compiled at the first call."""
-    count = len(law.states())
+    count, of_rows = len(law.states()), small_matrices(max(rows, 2))
     return evaluate.specialise(
         react=law.react,
         prepare=law.prepare,
@@ -103,6 +105,8 @@ def of_law(law: type[Law], rows: int, parameter_count: int) -> Kernel:
         read_parameters=row_reader(parameter_count),
         read_vector=row_reader(rows),
         read_state=row_reader(count),
+        square=of_rows["block"],
+        exactly=of_rows["exactly"],
         as_prepared=as_floats(len(law.PREPARED)),
         as_state=as_floats(count),
         ROWS=rows,
@@ -131,7 +135,7 @@ def compiled(case: LawCase, draw: Any) -> str:
         mean = 0.5 * (np.array(step.before) + case.velocity)
         times = case.time_step, case.birth, step.time
         stored, lost = of_law(type(law), size, len(case.parameters))(
-            np.array(case.W),
+            np.array([case.W]),
             np.array([step.gap, case.reference_gap, *times, *case.radii, *case.masses]),
             np.concatenate([step.before, step.q, case.velocity, case.impulse, mean]),
             *filled,

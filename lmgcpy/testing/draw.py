@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
+import numpy as np
 from hypothesis import strategies as st
 
 from lmgcpy.laws import Law
@@ -133,12 +134,32 @@ def block(draw: Draw, size: int, centre: float, spread: Spread) -> Matrix:
     entries = [centre * draw(powers_of_ten(*spread.delassus)) for _ in range(size)]
     coupled = size > 1 and draw(indices(4)) < 3
     rho = [draw(RHO) if coupled else 0.0 for _ in range(size * (size - 1) // 2)]
+    if size > 3:
+        return of_partial_correlations(rho, entries)
     if size == 3:  # the last as what the first two leave to it
         rho[2] = rho[0] * rho[1] + rho[2] * math.sqrt((1.0 - rho[0] ** 2) * (1.0 - rho[1] ** 2))
     roots = [math.sqrt(entry) for entry in entries]
     return tuple(
         tuple(entries[i] if i == j else rho[i + j - 1] * roots[i] * roots[j] for j in range(size)) for i in range(size)
     )
+
+
+def of_partial_correlations(rho: list[float], entries: list[float]) -> Matrix:
+    """The symmetric positive definite matrix with this diagonal and the correlations ``L L^T``, L triangular with rows of
+    length one: entry by entry ``rho``, halved, of what the entries before have left of that length."""
+    size = len(entries)
+    given = iter(rho)
+    L = np.zeros((size, size))
+    for i in range(size):
+        left = 1.0
+        for j in range(i):
+            L[i, j] = 0.5 * next(given) * math.sqrt(left)
+            left -= L[i, j] ** 2
+        L[i, i] = math.sqrt(left)
+    scaled = np.sqrt(entries)[:, None] * L
+    W = scaled @ scaled.T
+    W[np.diag_indices(size)] = entries
+    return tuple(map(tuple, (0.5 * (W + W.T)).tolist()))
 
 
 @st.composite

@@ -1,17 +1,20 @@
-"""Invariance of a law: in other units, and under reflection."""
+"""Invariance of a law: in other units, under reflection, and in frames that are turned about the normal."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
+import numpy as np
 from hypothesis import strategies as st
 
 from lmgcpy.laws import Law, Parameter, State
-from lmgcpy.testing.answers import Nonconformance
+from lmgcpy.testing.answers import Matrix, Nonconformance, Numbers
 from lmgcpy.testing.case import ENERGY, IMPULSE, LawCase, reverse_tangent
 from lmgcpy.testing.draw import USUAL
-from lmgcpy.testing.property import ROUND_OFF, drawn, run_once, search, to_laws_with_tangent
+from lmgcpy.testing.property import ROUND_OFF, drawn, run_once, search, to_laws_in_space, to_laws_with_tangent
 from lmgcpy.testing.units import Dimensions, dimensions
 
 # --------------------------------------------------------------------------------------------------------------- units
@@ -104,3 +107,50 @@ def mirror(case: LawCase, draw: Any) -> str:
         if abs(abs(plain) - abs(mirrored)) > 1e-9 * abs(plain):
             return f"with the tangent reversed state {name} is {mirrored!r}, expected {plain!r} or {-plain!r}."
     return ""
+
+
+# ---------------------------------------------------------------------------------------------------------- isotropy
+
+QUARTER = 0.5 * math.pi
+
+
+@drawn("isotropy", "in 3D, tangents turned about the normal: r_n as before, r_t turned", to_laws_in_space)
+def isotropy(case: LawCase, draw: Any) -> str:
+    """Frame indifference in 3D: the tangents t and s are a choice, and with them turned about the normal the vectors of the
+    tangent plane turn back, those of friction and those of rolling; the normal and the torsion components stay. W is the
+    same in all directions here, diagonal but for what couples friction with rolling. The numbers of a state are not
+    looked at: they may be components."""
+    if case.dimension != 3:
+        return ""
+    angle, share = draw(st.integers(1, 15)) * QUARTER / 4.0, draw(st.integers(-9, 9)) / 10.0
+    straight = replace(case, steps=tuple(replace(step, W=isotropic(step.W, share)) for step in case.steps))
+    turned = replace(
+        straight,
+        steps=tuple(replace(step, before=turn(step.before, angle), q=turn(step.q, angle)) for step in straight.steps),
+    )
+    expected = turn(straight.impulse, angle)
+    for k, (got, wanted) in enumerate(zip(turned.impulse, expected, strict=True)):
+        if straight.W[k][k] * abs(got - wanted) > ROUND_OFF * straight.speed:
+            return f"with the tangents turned by {angle:.4g} rad react gives {turned.impulse} N s, expected {expected} N s."
+    return ""
+
+
+def turn(vector: Numbers, angle: float) -> Numbers:
+    """Components of a vector in a frame that is turned about the normal by an angle, rolling ones included."""
+    c, s = math.cos(angle), math.sin(angle)
+    parts = list(vector)
+    for k in range(1, len(vector) - 1, 2):
+        parts[k], parts[k + 1] = c * vector[k] + s * vector[k + 1], c * vector[k + 1] - s * vector[k]
+    return tuple(parts)
+
+
+def isotropic(W: Matrix, share: float) -> Matrix:
+    """A block with the diagonal of W, made the same along both tangents; t and s are coupled with the rolling components,
+    if there are any, by ``share`` of what keeps it positive definite."""
+    block = np.diag(np.diag(W))
+    for k in range(1, len(W) - 1, 2):
+        block[k + 1, k + 1] = block[k, k]
+    if len(W) == 6:
+        for k in (1, 2):
+            block[k, k + 2] = block[k + 2, k] = share * math.sqrt(block[k, k] * block[k + 2, k + 2])
+    return tuple(map(tuple, block.tolist()))

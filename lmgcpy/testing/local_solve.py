@@ -6,7 +6,6 @@ errors are velocities, ``w |r - r'|`` [m/s].
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import replace
@@ -239,15 +238,22 @@ def wrong_slope(case: LawCase, u: Numbers) -> str:
 @drawn("conic", "conic's bias, friction and compliance describe react", to_laws_that_give("conic"))
 def conic(case: LawCase, draw: Any) -> str:
     """With b, mu and C of ``conic`` the answer satisfies ``0 <= u_n + b _|_ r_n >= 0`` and Coulomb's friction (contacts),
-    ``0 <= -(u_n + b + C r_n) _|_ -r_n >= 0`` (links that pull), or ``u_n + b + C r_n = 0`` (other links)."""
-    law = case.law
+    ``0 <= -(u_n + b + C r_n) _|_ -r_n >= 0`` (links that pull), or ``u_n + b + C r_n = 0`` (other links). Of a law with
+    rolling components it gives mu_r and mu_z as well, and rolling and torsion impulses satisfy the same with these."""
+    law, d = case.law, case.dimension
     columns = [np.array([value]) for value in case.prepared]
     message = f"conic returned {shown(law.conic(columns))}"  # type: ignore[misc]
-    bias, friction, compliance = (float(np.asarray(value).ravel()[0]) for value in law.conic(columns))  # type: ignore[misc]
-    if not (friction >= 0.0 and compliance >= 0.0 and not math.isnan(bias)):
-        return f"{message}: expected a bias, a friction and a compliance of at least 0."
+    given = [float(np.asarray(value).ravel()[0]) for value in law.conic(columns)]  # type: ignore[misc]
+    if len(given) != (5 if case.size > d else 3):
+        more = ", a rolling friction and a torsion friction" if case.size > d else ""
+        return f"{message}: expected a bias, a friction and a compliance{more}."
+    bias, friction, compliance, *turning = given
+    if not (min(friction, compliance, *turning) >= 0.0 and not math.isnan(bias)):
+        return f"{message}: expected a bias, and the other numbers to be at least 0."
     if law.APPLIES_TO == "contact" and compliance != 0.0:
         return f"{message}: a contact in conic form has no compliance."
+    if case.size == 1 and friction > 0.0:
+        return f"{message}, but the law has one row: no friction."
     w = min(case.W[i][i] for i in range(case.size))
     r, u = case.impulse, case.velocity
     normal = -(u[0] - w * r[0] + bias) / (w + compliance)
@@ -255,13 +261,14 @@ def conic(case: LawCase, draw: Any) -> str:
         normal = max(normal, 0.0)
     elif "pull" in law.TRAITS:
         normal = min(normal, 0.0)
-    limit = friction * max(normal, 0.0)
-    stick = [p - v / w for p, v in itertools.islice(zip(r, u, strict=True), 1, None)]
-    tangential = [part * min(1.0, limit / (math.hypot(*stick) or 1.0)) for part in stick]
-    if case.size == 1 and friction > 0.0:
-        return f"{message}, but the law has one row: no friction."
-    expected = (normal, *tangential)
+    expected = [normal]
+    stick = [p - v / w for p, v in zip(r, u, strict=True)]
+    ends = 1, *(end for end in (d, 2 * d - 1, 2 * d) if end <= case.size)
+    for first, end, share in zip(ends, ends[1:], (friction, *turning), strict=False):
+        limit = share * max(normal, 0.0)
+        expected += [part * min(1.0, limit / (math.hypot(*stick[first:end]) or 1.0)) for part in stick[first:end]]
     wrong = w * max(abs(a - b) for a, b in zip(r, expected, strict=True))
     if wrong <= allowed(case, r, w):
         return ""
-    return f"{message}, bias, friction and compliance; with these r would be {expected} N s instead, {wrong:.3g} m/s away."
+    what = f"with these r would be {tuple(expected)} N s instead, {wrong:.3g} m/s away."
+    return f"{message}, bias, friction and compliance; {what}"

@@ -62,6 +62,13 @@ def to_laws_with_tangent(law: Law) -> str:
     return "" if law.rows(law.DIMENSIONS[0]) > 1 else "the law has no tangential component"
 
 
+def to_laws_in_space(law: Law) -> str:
+    """The property applies to laws of scenes in 3D with more than the normal row."""
+    if 3 not in law.DIMENSIONS:
+        return "the law is for scenes in 2D"
+    return "" if law.rows(3) > 1 else "the law has no tangential component"
+
+
 def to_contact_laws(law: Law) -> str:
     """The property applies to laws of contacts."""
     return "" if law.APPLIES_TO == "contact" else "the law is for links"

@@ -37,7 +37,7 @@ def both(*reasons: Callable[[Law], str]) -> Callable[[Law], str]:
 
 def friction_of(case: LawCase, name: str = "friction") -> float:
     """Coefficient of friction from ``conic``, from the prepared numbers, or from the parameters, in this order;
-    ``name``: "friction" or "rolling_friction"."""
+    ``name``: "friction", "rolling_friction" or "torsion_friction"."""
     law = case.law
     if law.conic is not None and name == "friction":
         return float(np.asarray(law.conic([np.array([value]) for value in case.prepared])[1]).ravel()[0])
@@ -50,20 +50,22 @@ def friction_of(case: LawCase, name: str = "friction") -> float:
 
 @drawn(
     "cone",
-    "|r_t| <= friction * r_n, |r_r| <= rolling_friction * r_n",
+    "|r_t| <= friction * r_n; |r_r|, |r_z| <= rolling_friction, torsion_friction * r_n",
     both(to_laws_with("cone"), to_laws_with_tangent),
     examples=200,
 )
 def cone(case: LawCase, draw: Any) -> str:
-    """The tangential impulse is at most friction times the normal one, up to round-off of the product; and the rolling one,
-    where there is any, at most rolling friction times it."""
+    """The tangential impulse is at most friction times the normal one, up to round-off of the product; and where there are
+    any, the rolling one at most rolling friction times it, that of torsion at most torsion friction times it."""
     normal, d = case.impulse[0], case.dimension
-    for part, name in ((case.impulse[1:d], "friction"), (case.impulse[d:], "rolling_friction")):
+    parts = {"friction": case.impulse[1:d], "rolling_friction": case.impulse[d : 2 * d - 1]}
+    parts["torsion_friction"] = case.impulse[2 * d - 1 :]
+    for name, part in parts.items():
         if not part:
             continue
         friction, size = friction_of(case, name), math.hypot(*part)
         if not size <= friction * normal * (1.0 + 1e-14):
-            what = "|r_t|" if name == "friction" else "|r_r|"
+            what = {"friction": "|r_t|", "rolling_friction": "|r_r|", "torsion_friction": "|r_z|"}[name]
             most = f"{name} * r_n = {friction!r} * {normal!r} = {friction * normal!r} N s"
             return f"{what} = {size!r} N s, expected at most {most}."
     return ""

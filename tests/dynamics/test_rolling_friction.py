@@ -74,19 +74,22 @@ def test_a_disk_slides_and_rolls():
     assert -sim.spins[0] * RADIUS == pytest.approx(0.1 * 2 * (mu - mu_r) * G * np.cos(slope), abs=1e-11)
 
 
-def heap(law, *, solver=None, seed=0, partner=None, gravity=G):
-    """Disks of several sizes that fall onto a plane and onto each other, spinning, with gravity."""
+def heap(law, *, solver=None, seed=0, partner=None, gravity=G, ratio=1.0, time_step=2e-3):
+    """Disks of several sizes that fall onto a plane and onto each other, spinning, with gravity; every third has ``ratio``
+    times the density."""
+    heavy = lm.Material("heavy", density=ratio * SAND.density)
     rng = np.random.default_rng(seed)
     scene = lm.Scene(dimension=2, gravity=(0.0, -gravity))
     for k in range(12):
         place = 0.26 * (k % 4) + 0.02 * rng.random(), 0.13 + 0.25 * (k // 4)
         velocity, spin = tuple(rng.normal(size=2)), 20 * rng.normal()
         radius = rng.uniform(0.06, 0.115)
-        scene.add(lm.disk(radius=radius, position=place, material=SAND, velocity=velocity, spin=spin))
+        material = SAND if k % 3 else heavy
+        scene.add(lm.disk(radius=radius, position=place, material=material, velocity=velocity, spin=spin))
     scene.add(lm.wall(point=(0, 0), normal=(0, 1)))
     scene.see("GRAIN", "GRAIN", law)
     scene.see("GRAIN", "WALL", partner or law)
-    return lm.Simulation(scene, time_step=2e-3, solver=solver or lm.GaussSeidel(tolerance=1e-7))
+    return lm.Simulation(scene, time_step=time_step, solver=solver or lm.GaussSeidel(tolerance=1e-7))
 
 
 @pytest.mark.parametrize("partner", [None, lm.Coulomb(friction=0.3), lm.Signorini()], ids=repr)
@@ -162,13 +165,44 @@ def test_a_run_file_keeps_the_moments(tmp_path):
     assert np.array_equal(again.interactions.moment, whole.interactions.moment)
 
 
-def test_a_rolling_contact_has_no_conic_form():
-    """While grains of the scene are in the air a step has one, with no interaction in it."""
-    sim = heap(rolling()).run(steps=1)
-    assert len(sim.problem().mu) == 0
-    sim.run(steps=60)
-    with pytest.raises(TypeError, match="'rolling-coulomb' has no conic form"):
-        sim.problem()
+@pytest.mark.default_parameters(ratio=[1e6])
+@pytest.mark.parametrize("ratio", [1.0, 1e3, 1e6])
+def test_energy_is_never_made(ratio):
+    """Over four octaves of time step and six decades of mass ratio, as in space (``test_rolling_in_space``)."""
+    for time_step in (4e-3, 2e-3, 1e-3, 5e-4):
+        sim = heap(rolling(0.5, 0.3), gravity=0.0, solver=lm.Newton(tolerance=1e-9), ratio=ratio, time_step=time_step)
+        start = sim.energy.kinetic
+        for _ in range(int(0.16 / time_step)):
+            sim.step()
+            assert abs(sim.energy.defect) < 1e-14 * start
+            assert sum(sim.energy.interactions.values()) <= 1e-10 * start
+        assert sim.unconverged_steps == 0
+        assert sim.energy.kinetic < 0.995 * start
+
+
+@pytest.mark.parametrize("partner", [None, lm.Coulomb(friction=0.3), lm.Signorini()], ids=repr)
+def test_a_step_that_rolls_is_a_problem(partner):
+    """Its W and q are those of the kernels, and it can be solved alone, by sweeps and by Newton steps."""
+    sim = heap(rolling(0.5, 0.2), solver=lm.Newton(tolerance=1e-11), partner=partner).run(steps=150)
+    problem, impulses = sim.problem(), sim._last[0].system.impulse
+    assert problem.width == 3
+    assert lm.residual(problem, impulses) < 2e-11
+    assert np.abs(problem.velocities(impulses)[:, 2]).max() > 1e-3  # some roll
+    for solver in (lm.GaussSeidel(tolerance=1e-8), lm.Newton(tolerance=1e-11)):
+        solution = lm.solve(problem, solver=solver, guess=0.0 * impulses)
+        assert solution.status == "converged"
+        assert lm.residual(problem, solution.impulses) <= 1.1 * solver.tolerance
+
+
+def test_newton_solves_what_sweeps_leave():
+    """Twelve disks that come to rest on each other: sweeps drift along self-stresses of their many rolling impulses, and
+    some steps stagnate at 1e-11, where Newton steps solve all of them."""
+    sweeps = heap(rolling(0.5, 0.2), solver=lm.GaussSeidel(tolerance=1e-11))
+    with pytest.warns(RuntimeWarning):
+        sweeps.run(steps=150)
+    newton = heap(rolling(0.5, 0.2), solver=lm.Newton(tolerance=1e-11)).run(steps=150)
+    assert sweeps.unconverged_steps > 0
+    assert newton.unconverged_steps == 0
 
 
 @pytest.mark.filterwarnings("ignore:Step")
@@ -188,10 +222,37 @@ def test_newton_takes_a_scene_where_nothing_rolls_in_a_step():
     assert sim.report.factorisations > 0
 
 
-def test_in_3d_it_is_refused():
-    scene = lm.Scene(dimension=3)
-    with pytest.raises(ValueError, match="'rolling-coulomb' is for scenes in 2D"):
-        scene.see("GRAIN", "WALL", rolling())
+@pytest.mark.parametrize("solver", [lm.GaussSeidel(tolerance=1e-10), lm.Newton(tolerance=1e-10)], ids=repr)
+def test_rolling_beads_of_a_wire(solver):
+    """A taut elastic wire with links that have geometric stiffness lies on disks that roll: both kinds of rows in one step,
+    and in its problem."""
+    scene = lm.Scene(dimension=2, gravity=(0.0, -G))
+    beads = [scene.add(lm.disk(radius=0.02, position=(0.1 * k, 0.321), mass=1e-3, color="BEAD")) for k in range(6)]
+    for body in (beads[0], beads[-1]):
+        body.fix()
+    for k in range(4):
+        start = {"velocity": (0.3, -0.2), "spin": 3.0 * k}
+        scene.add(lm.disk(radius=0.1, position=(0.1 + 0.25 * k, 0.45), mass=5.0, **start))
+    scene.add(lm.wall(point=(0, 0), normal=(0, 1)))
+    scene.chain(beads, lm.ElasticWire(stiffness=1e5))
+    for pair in (("GRAIN", "GRAIN"), ("GRAIN", "BEAD"), ("GRAIN", "WALL"), ("BEAD", "WALL")):
+        scene.see(*pair, rolling(0.5, 0.2))
+    sim = lm.Simulation(scene, time_step=1e-3, solver=solver)
+    stiff = rolled = 0
+    for _ in range(60):
+        sim.step()
+        problem, impulses = sim.problem(), sim._last[0].system.impulse
+        assert lm.residual(problem, impulses) < 1e-8
+        both = bool((problem.geometric > 0.0).any()) and bool((sim.interactions.moment != 0.0).any())
+        stiff += bool((problem.geometric > 0.0).any())
+        rolled += both
+        if both and rolled % 10 == 1:
+            solution = lm.solve(problem, solver=solver)
+            assert solution.status in ("converged", "round-off")
+            assert lm.residual(problem, solution.impulses) < 1e-9
+    assert sim.unconverged_steps == 0
+    assert stiff > 0
+    assert rolled > 0
 
 
 def dumbbell(x, y, **start):

@@ -54,11 +54,15 @@ def coulomb(case):
 
 
 def rolling_coulomb(case):
-    """The same; and |r_r| <= mu_r r_n, opposing u_r where it rolls."""
+    """The same; and |r_r| <= mu_r r_n, opposing u_r where it rolls; in 3D two components of rolling, and |r_z| <= mu_z r_n,
+    mu_z = 2/3 mu mu_r unless it is given."""
     d, law = case.dimension, case.law
-    return (
-        signorini(case) + friction_violations(case, law.friction, 1, d) + friction_violations(case, law.rolling_friction, d)
-    )
+    violations = signorini(case) + friction_violations(case, law.friction, 1, d)
+    violations += friction_violations(case, law.rolling_friction, d, 2 * d - 1)
+    if d == 3:
+        torsion = 2 / 3 * law.friction * law.rolling_friction if law.torsion_friction is None else law.torsion_friction
+        violations += friction_violations(case, torsion, 5)
+    return violations
 
 
 def restitution(case):

@@ -5,6 +5,7 @@ import pytest
 import scipy.sparse as sparse
 
 import lmgcpy as lm
+from lmgcpy.solve.locked import within_cones
 from lmgcpy.solve.residual import project_on_cone
 
 
@@ -180,3 +181,51 @@ def test_friction_in_the_guess_of_a_smooth_contact_is_left_out():
     solution = lm.solve(problem, guess=np.array([[0.2, 5.0]]))
     np.testing.assert_allclose(solution.impulses, [[0.5, 0.0]], rtol=1e-12)
     assert lm.residual(problem, solution.impulses) <= 1e-12
+
+
+def test_a_problem_that_rolls_says_how_many_components_it_has():
+    """And refuses what does not fit, naming the reason."""
+    parts = {"laws": ("rolling-coulomb",), "dimension": 3, "compliance": [0.0], "mu": [0.3], "rolling": [0.1]}
+    W = sparse.csr_array(np.eye(6))
+    rolls = lm.Problem(W=W, q=-np.ones(6), guess=np.zeros((1, 6)), **parts)
+    assert rolls.width == 6
+    assert rolls.torsion == [0.0]
+    assert rolls.rows.tolist() == [[True] * 5 + [False]]
+    with pytest.raises(
+        ValueError, match=r"guess .* shape \(1, 6\), as rolling gives each of them 6 components, got \(1, 3\)"
+    ):
+        lm.Problem(W=W, q=-np.ones(6), guess=np.zeros((1, 3)), **parts)
+    with pytest.raises(ValueError, match="torsion of a problem goes with rolling"):
+        lm.Problem(W=W, q=-np.ones(6), guess=np.zeros((1, 6)), torsion=[0.1], **{**parts, "rolling": np.zeros(0)})
+    with pytest.raises(
+        ValueError, match=r"rolling of a problem must be 0 for a link, got 0.1 for interaction 0 \('rigid-rod'\)"
+    ):
+        lm.Problem(W=W, q=-np.ones(6), guess=np.zeros((1, 6)), **{**parts, "laws": ("rigid-rod",)})
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_the_cone_of_what_rolls_is_projected_on(dimension):
+    """As in ``test_locked``: p is in the cone, x - p in its polar cone, and both are orthogonal."""
+    rng = np.random.default_rng(0)
+    count, width = 200, 3 if dimension == 2 else 6
+    problem = lm.Problem(
+        W=sparse.eye_array(count * width).tocsr(),
+        q=np.zeros(count * width),
+        mu=rng.uniform(0.1, 2.0, count),
+        dimension=dimension,
+        laws=("rolling-coulomb",) * count,
+        compliance=np.zeros(count),
+        guess=np.zeros((count, width)),
+        rolling=rng.uniform(0.0, 1.0, count),
+        torsion=rng.uniform(0.0, 1.0, count),
+    )
+    x = rng.normal(size=(count, width)) * 10.0 ** rng.uniform(-1, 1, (count, width))
+    p = within_cones(problem, x)
+    left, polar = x - p, (x - p)[:, 0].copy()
+    for part, share in problem.disks:
+        assert (np.linalg.norm(p[:, part], axis=1) <= share * p[:, 0] * (1 + 1e-14)).all()
+        polar += share * np.linalg.norm(left[:, part], axis=1)
+    assert (polar <= 1e-12).all()
+    np.testing.assert_allclose((left * p).sum(axis=1), 0.0, atol=1e-11)
+    assert (p[:, 0] > 0.0).any()
+    assert (p[:, 0] == 0.0).any()

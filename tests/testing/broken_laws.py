@@ -128,6 +128,21 @@ class OneWay(lm.Coulomb):
         return either if either[1] >= 0.0 else coulomb(W, u, (bias, 0.5 * friction))
 
 
+class Boxed(lm.Coulomb):
+    """Bounds the components of the friction one by one: it holds better along the diagonals of its frame."""
+
+    NAME = "test-boxed"
+    DIMENSIONS = (3,)
+
+    @staticmethod
+    def react(W, u, prepared):
+        if len(u) == 1:
+            return coulomb(W, u, prepared)
+        (normal,) = coulomb(((W[0][0],),), (u[0],), prepared)
+        limit = prepared[1] * normal
+        return (normal, min(limit, max(-limit, -u[1] / W[1][1])), min(limit, max(-limit, -u[2] / W[2][2])))
+
+
 class DiagonalOnly(lm.Coulomb):
     """Solves as if W did not couple normal and tangent."""
 

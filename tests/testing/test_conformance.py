@@ -68,6 +68,7 @@ BROKEN = [
     (broken.StressAsForce(stress=10.0), "units", "is declared with another unit than it has"),
     (broken.UnreadableUnit(stiffness=1e3), "units", r"'stiffness': Unit 'kip/furlong' holds 'kip', which is not known"),
     (broken.OneWay(friction=0.3), "mirror", "with the tangent reversed react gives"),
+    (broken.Boxed(friction=0.3), "isotropy", r"with the tangents turned by \S+ rad react gives"),
     (broken.Counting(), "purity", "changed the global 'CALLS' of broken_laws"),
     (broken.Scattered(stiffness=1e3), "purity", "when it was asked again: it depends on more than its arguments"),
     (broken.Uncompilable(), "compiled", "cannot be compiled"),

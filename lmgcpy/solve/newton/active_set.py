@@ -31,6 +31,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lmgcpy.solve.newton.elimination import Elimination
+from lmgcpy.solve.newton.path_kernels import next_bend, pass_bend
+from lmgcpy.solve.newton.path_kernels_3d import impulses_of, next_wall, pass_wall
 from lmgcpy.solve.newton.rows import LINK, local_maps, natural_map, newton_rows, parity
 from lmgcpy.solve.problem import Problem
 
@@ -59,8 +61,8 @@ class ActiveSet:
 
     def __init__(self, problem: Problem):
         self.problem = problem
-        self.dimension = problem.dimension
-        self.q = problem.q.reshape(-1, self.dimension)
+        self.dimension, self.width = problem.dimension, problem.width
+        self.q = problem.q.reshape(-1, self.width)
         self.weight = problem.local_weight()
         self.geometric = np.array(problem.geometric)
         self.laws = self.weight, np.array(problem.mu), np.array(problem.compliance), self.geometric, problem.cones
@@ -76,7 +78,7 @@ class ActiveSet:
     @cached_property
     def columns(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The transpose of W by block rows: first, column, block."""
-        blocks = self.problem.W.T.tobsr(blocksize=(self.dimension, self.dimension))
+        blocks = self.problem.W.T.tobsr(blocksize=(self.width, self.width))
         return blocks.indptr.astype(np.int32), blocks.indices.astype(np.int32), blocks.data
 
     def velocities(self, r: np.ndarray, epsilon: float = 0.0, centre: np.ndarray | None = None) -> np.ndarray:
@@ -113,25 +115,30 @@ class ActiveSet:
         import scipy.sparse as sparse
 
         free, E, S = self._maps
-        local_maps(status.kind, status.direction, self.laws[1], self.geometric, *self._maps)
+        across = self.local_maps(status)
         order, known = self._elimination.order(np.flatnonzero(free))
         if not len(order):
-            return Factors(None, order, E[order], S[order], np.zeros((0, self.dimension), bool))
+            return Factors(None, order, E[order], S[order], np.zeros((0, self.width), bool))
         unknown = np.zeros_like(free)
         unknown[order] = np.cumsum(free[order]) - free[order]
-        diagonal = np.repeat(epsilon * self.weight[:, None], self.dimension, axis=1)  # S E is the identity
+        diagonal = np.repeat(epsilon * self.weight[:, None], self.width, axis=1)  # S E is the identity
         diagonal[:, 0] += np.where(status.kind == LINK, self.problem.compliance, 0.0)
-        diagonal[:, 1] += self.weight * status.turning
+        diagonal[:, 1 : 1 + across.shape[1]] += self.weight[:, None] * across
         stiff = np.flatnonzero(self.geometric)
         if len(stiff):  # the rows across a link come first where it is slack
-            across = np.arange(self.dimension) >= (status.kind[stiff] == LINK)[:, None]
-            diagonal[stiff] += across / self.geometric[stiff, None]
+            beside = np.arange(self.width) >= (status.kind[stiff] == LINK)[:, None]
+            diagonal[stiff] += beside / self.geometric[stiff, None]
         size = int(free.sum())
         count = newton_rows(*self._blocks, order, unknown, *self._maps, diagonal, *self._rows)
         pointer, index, entry = self._rows
         matrix = sparse.csr_array((entry[:count], index[:count], pointer[: size + 1]), shape=(size, size)).tocsc()
         lu = self._elimination.factorise(matrix, order, unknown, known)
-        return Factors(lu, order, E[order], S[order], np.arange(self.dimension) < free[order, None])
+        return Factors(lu, order, E[order], S[order], np.arange(self.width) < free[order, None])
+
+    def local_maps(self, status: Status) -> np.ndarray:
+        """Fill the arrays of the local maps; returns ``turning`` of the rows after the first, (m, 1) or more."""
+        local_maps(status.kind, status.direction, self.laws[1], self.geometric, *self._maps)
+        return status.turning[:, None]
 
     def newton(self, status: Status, epsilon: float, centre: np.ndarray) -> np.ndarray:
         """The impulses that satisfy the proximal problem with these statuses, (m, d).
@@ -142,6 +149,37 @@ class ActiveSet:
         if not np.isfinite(r).all():
             raise RuntimeError("not finite")
         return r
+
+    # ------------------------------------------------------------------------------------------- for paths, by kernels
+
+    turning_disks = 1
+    """How many disks of a contact in space have a direction that turns."""
+
+    def next_bend(self, a: np.ndarray, along: np.ndarray, status: Status) -> tuple[int, float, float]:
+        """See ``path_kernels``."""
+        return next_bend(a, along, status.kind, status.direction, self.laws[1], self.laws[4])
+
+    def pass_bend(self, i: int, side: float, a: np.ndarray, status: Status, wall: np.ndarray, jump: np.ndarray) -> None:
+        w, mu, compliance, _, cones = self.laws
+        pass_bend(i, side, a, status.kind, status.direction, w, mu, compliance, cones, wall, jump)
+
+    def impulses_of(self, a: np.ndarray, kind: np.ndarray) -> tuple[np.ndarray, Status]:
+        """Impulses of ``a`` in the cell of these kinds, and the statuses there; see ``path_kernels_3d``."""
+        w, mu, compliance, geometric, _ = self.laws
+        r, status = np.zeros_like(a), Status(kind, np.zeros_like(a[:, 1:]), np.zeros(len(a)))
+        impulses_of(a, *status, w, mu, compliance, geometric, r)
+        return r, status
+
+    def next_wall(
+        self, a: np.ndarray, along: np.ndarray, kind: np.ndarray, direction: np.ndarray
+    ) -> tuple[int, int, float, float]:
+        return next_wall(a, along, kind, direction, self.laws[1], self.laws[4])
+
+    def pass_wall(self, i: int, between: int, a: np.ndarray, model: Status, *arrays: np.ndarray) -> None:
+        """``arrays``: wall, jump, and a row of across and of turned for each disk that turns."""
+        w, mu, compliance, _, cones = self.laws
+        wall, jump, across, turned = arrays
+        pass_wall(i, between, a, *model, w, mu, compliance, cones, wall, jump, across[0], turned[0])
 
 
 @dataclass(frozen=True)

@@ -29,6 +29,7 @@ from lmgcpy.errors import named_arguments, whole
 from lmgcpy.solve.accelerated import MOMENTUM, sweep_with_momentum
 from lmgcpy.solve.newton.active_set import ActiveSet
 from lmgcpy.solve.newton.proximal import PATIENCE, proximal_newton
+from lmgcpy.solve.newton.rolling_set import active_set_of
 from lmgcpy.solve.report import CONVERGED, NOT_FINITE, ROUND_OFF, Outcome
 from lmgcpy.solve.solver import Solver
 from lmgcpy.solve.step import Step
@@ -87,13 +88,13 @@ class Alternating(Solver):
 
     def solve(self, step: Step) -> Outcome:
         """Sweeps and Newton steps by turns from the guess, until one of them solves the step or both are spent."""
-        guess, system = step.guess, step.system
-        turn, patience = self.first_turn(*guess.shape), PATIENCE
+        guess, system, size = step.guess, step.system, (len(step.guess), step.dimension)
+        turn, patience = self.first_turn(*size), PATIENCE
         sweeps = factorisations = 0
         best, least = guess, np.inf
         active: ActiveSet | None = None
         last = False
-        most = min(self.max_factorisations, newton_steps(WORK, *guess.shape))
+        most = min(self.max_factorisations, newton_steps(WORK, *size))
         slip = self.largest_slip
         while True:
             left = min(turn, self.max_iterations - sweeps)
@@ -107,7 +108,7 @@ class Alternating(Solver):
                 break
             last = sweeps >= self.max_iterations
             expected = sweeps * (max(swept.residual / self.tolerance, swept.slip / slip) - 1.0)
-            if factorisations == 0 and not last and expected <= NEARLY * sweeps_of_seven_steps(*guess.shape):
+            if factorisations == 0 and not last and expected <= NEARLY * sweeps_of_seven_steps(*size):
                 guess = system.impulse.copy()
                 continue
             if active is None:
@@ -115,20 +116,20 @@ class Alternating(Solver):
                     guess, turn, last = system.impulse.copy(), self.max_iterations, True
                     continue
                 problem, acting = step.conic()
-                active, noise = ActiveSet(problem), np.random.default_rng(0)
-            start, left = system.impulse[acting, : problem.dimension], most - factorisations
+                active, noise = active_set_of(problem), np.random.default_rng(0)
+            start, left = system.impulse[acting], most - factorisations
             # Newton steps know of the residual only; it is to fall as the worst displacement must
             aim = min(self.tolerance, 0.5 * swept.residual * slip / swept.slip) if swept.slip > slip else self.tolerance
             attempt = proximal_newton(active, start, aim, left, LAST_PATIENCE if last else patience)
             factorisations += attempt.factorisations
             guess = system.impulse.copy()
-            guess[acting, : problem.dimension] = attempt.impulses
+            guess[acting] = attempt.impulses
             gained = attempt.residual <= max(GAIN * least, aim)
             if attempt.residual < least:
                 best, least = guess, attempt.residual
             if not gained:
                 guess = guess.copy()
-                guess[acting, : problem.dimension] = attempt.last
+                guess[acting] = attempt.last
                 guess *= 1.0 + DISTURBANCE * noise.standard_normal((len(guess), 1))
             turn, patience = max(turn, min(2 * turn, LONGEST)), min(2 * patience, MOST_PATIENCE)
         if swept.residual > least:

@@ -30,7 +30,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lmgcpy.solve.newton.active_set import ActiveSet, Status
-from lmgcpy.solve.newton.path_kernels import change_of_matrix, next_bend, pass_bend, pass_earlier
+from lmgcpy.solve.newton.path_kernels import change_of_matrix, pass_earlier
 
 RENEW = 50
 """Bends that are passed with one factorisation."""
@@ -93,11 +93,10 @@ class Derivative:
 
 
 def follow_path(active: ActiveSet, start: np.ndarray, epsilon: float, centre: np.ndarray, most: int) -> Path:
-    """Solve the proximal problem by a path from ``a = start`` (m, 2) that may bend ``most`` times."""
-    w, mu, compliance, _, cones = active.laws
+    """Solve the proximal problem by a path from ``a = start`` (m, D) that may bend ``most`` times."""
     push, status = map_at(active, start, epsilon, centre)
-    given = active.q - epsilon * w[:, None] * centre
-    wall, jump = np.zeros((2, 2))
+    given = active.q - epsilon * active.weight[:, None] * centre
+    wall, jump = np.zeros((2, active.width))
     rest, growth = 1.0, -1.0  # rest changes by growth times the distance
     bends = 0
     try:
@@ -106,7 +105,7 @@ def follow_path(active: ActiveSet, start: np.ndarray, epsilon: float, centre: np
             a = matrix.step(rest * push - given)
             along = growth * matrix.step(push)
             while matrix.passed < RENEW:
-                i, side, distance = next_bend(a, along, status.kind, status.direction, mu, cones)
+                i, side, distance = active.next_bend(a, along, status)
                 if rest + growth * distance <= 0.0:  # the solution lies before the next bend: one Newton step is exact
                     r = active.newton(status, epsilon, centre)
                     left = np.linalg.norm(active.error(r, epsilon, centre)[0])
@@ -117,7 +116,7 @@ def follow_path(active: ActiveSet, start: np.ndarray, epsilon: float, centre: np
                 bends += 1
                 a += distance * along
                 rest += growth * distance
-                pass_bend(i, side, a, status.kind, status.direction, w, mu, compliance, cones, wall, jump)
+                active.pass_bend(i, side, a, status, wall, jump)
                 along, back = matrix.bend(i, wall, jump, along)
                 if back:  # the determinant changes its sign: without a turn the path would go back into the old cell
                     growth, along = -growth, -along

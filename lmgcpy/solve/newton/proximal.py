@@ -127,7 +127,7 @@ def proximal_solution(
         if np.linalg.norm(error) <= enough:
             return r, True, step
         # Newton steps converge where few statuses change
-        changes = Status.changes(status, there)
+        changes = status.changes(there)
         if changes > 2 * fewest + 3 or (step == 1 and changes > WILD):
             break
         fewest, status = min(fewest, changes), there

@@ -7,7 +7,8 @@ import scipy.sparse as sparse
 import lmgcpy as lm
 from lmgcpy.solve.newton.active_set import ActiveSet, Status
 from lmgcpy.solve.newton.path import Derivative
-from lmgcpy.solve.newton.path_3d import follow_curve, map_of, next_wall, pass_wall
+from lmgcpy.solve.newton.path_3d import follow_curve, map_of
+from lmgcpy.solve.newton.path_kernels_3d import next_wall, pass_wall
 from lmgcpy.solve.newton.proximal import solution_by_path
 from lmgcpy.solve.newton.rows import LINK, OPEN, SLIDE, STICK
 
