@@ -14,6 +14,7 @@ from lmgcpy.laws.signorini import Signorini
 from lmgcpy.laws.voigt import VoigtRod, VoigtWire
 from lmgcpy.scene.body import Body, Disk, RigidBody, Wall, disk, wall
 from lmgcpy.scene.body_3d import CylinderWall, Sphere, cylinder_wall, sphere
+from lmgcpy.scene.cell import Cell
 from lmgcpy.scene.chain import Chain
 from lmgcpy.scene.contactor import Contactor, DiskContactor
 from lmgcpy.scene.material import Material
@@ -42,6 +43,7 @@ __all__ = [
     "AcceleratedGaussSeidel",
     "Auto",
     "Body",
+    "Cell",
     "Chain",
     "Contactor",
     "Coulomb",

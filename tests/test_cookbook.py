@@ -29,6 +29,12 @@ def pressure(xx, yy, xy):
     assert abs(xy) < 1000.0
 
 
+def shear(drive, work):
+    """The work of the cell, to the change of the volume in half a step and to what the grains' inertia takes."""
+    assert drive == pytest.approx(work, rel=0.01)
+    assert work > 20.0
+
+
 def clusters(share):
     """At rest, to what is left of their motion."""
     assert share == pytest.approx(1.0, abs=2e-3)
@@ -66,7 +72,7 @@ def weakening(rest, pushed, start, expected):
     assert pushed > start + 0.4
 
 
-CHECKS = (drum, silo, pressure, clusters, plank, again, sweep, controller, weakening)
+CHECKS = (drum, silo, pressure, shear, clusters, plank, again, sweep, controller, weakening)
 
 
 def test_every_entry_has_its_check():

@@ -18,7 +18,9 @@ from lmgcpy.contact.broad_phase import near_pairs
 from lmgcpy.contact.detection_tables import ChainTable, ContactorTable, VisibilityRow
 from lmgcpy.contact.excluded_pairs import ExcludedPairs
 from lmgcpy.contact.groups import Group, check_pairs, contact_group, meets_walls
+from lmgcpy.contact.images import Images, Seen
 from lmgcpy.contact.interactions import Interactions, empty_interactions
+from lmgcpy.contact.lattice import Lattice
 from lmgcpy.contact.links import LINKS
 from lmgcpy.contact.memory import LastStep, Memory
 from lmgcpy.contact.neighbours import KindPair, Surroundings, kind_pairs, neighbours
@@ -37,8 +39,10 @@ class Detector:
         inverse_mass: np.ndarray,
         dimension: int = 2,
         apart: np.ndarray | None = None,
+        lattice: Lattice | None = None,
     ):
-        """``apart``: pairs of bodies that never meet, (p, 2), the lower first, sorted; None for none."""
+        """``apart``: pairs of bodies that never meet, (p, 2), the lower first, sorted; None for none. ``lattice``: of a
+        periodic cell."""
         self.contactors = contactors
         self.rows = rows
         self.chains = chains
@@ -57,7 +61,8 @@ class Detector:
         with_walls = [any(meets_walls(kinds, self._bounded) for kinds in of_row) for of_row in self._kinds]
         self._distances = Distances(contactors, rows, with_walls)
         radii = contactors.bounding_radius[self._bounded]
-        self._partitioned = is_large(len(radii))
+        self._images = None if lattice is None else Images(lattice, contactors, self._bounded)
+        self._partitioned = is_large(len(radii)) and lattice is None
         self._usual = float(np.quantile(radii, 0.95)) if len(radii) else 0.0
         self._hidden: np.ndarray | None = None
         """Contactors that are not there, (k,); None for none."""
@@ -78,7 +83,8 @@ class Detector:
         """Begin with arrays for no interactions, without couplings where inverse masses make none."""
         kinds_of_mass = [self.inverse_mass[:, : self.dimension], self.inverse_mass[:, self.dimension :]]
         alike = all((part == part[:, :1]).all() for part in kinds_of_mass)
-        self._plain = self.dimension == 3 and not self.chains and alike
+        # the edges of a cell that yields may couple the components of every contact
+        self._plain = self.dimension == 3 and not self.chains and alike and self._images is None
         self._capacity = empty_interactions(0, True, self.dimension, plain=self._plain)
 
     def hide(self, bodies: np.ndarray) -> None:
@@ -106,13 +112,14 @@ class Detector:
         """
         placed = self._place(bodies)
         self._update_list(placed, travel, closing)
+        seen = Seen(placed, self.contactors.body, self._shapes, bodies, self.inverse_mass)
+        if self._images is not None:
+            seen = self._images.seen(seen, self._stride)
         first = 0
         for group in self.groups:
             group.start = first
             first = (
-                self._detect_links(group, bodies)
-                if group.chain
-                else self._detect_contacts(group, placed, bodies, travel, closing)
+                self._detect_links(group, bodies) if group.chain else self._detect_contacts(group, seen, travel, closing)
             )
             group.stop = first
             if group.cuts is not None:
@@ -140,7 +147,7 @@ class Detector:
             impulse=impulse,
             state=state,
             listed=self._listed_at is not None,
-            listed_at=np.zeros((len(self.contactors.body), 3)) if self._listed_at is None else self._listed_at.copy(),
+            listed_at=self._nowhere() if self._listed_at is None else self._listed_at.copy(),
             reach=self._reach,
             rebuilds=self.rebuilds,
         )
@@ -165,42 +172,55 @@ class Detector:
         LINKS[self.dimension](*given, self._capacity)
         return group.start + group.slots
 
-    def _detect_contacts(self, group: Group, placed: np.ndarray, bodies: np.ndarray, travel: float, closing: float) -> int:
+    def _detect_contacts(self, group: Group, seen: Seen, travel: float, closing: float) -> int:
         """Write the contacts of a group; returns the row after the last."""
         assert group.kernel is not None
         assert group.row is not None
         alert = self._distances.alert(group.row, travel, closing if group.unbounded else 0.0)
-        contactors = placed.ravel(), self.contactors.body, self._shapes, self._stride
-        given = group.pairs, group.start, group.first_slot, alert, *contactors, bodies, self.inverse_mass
+        contactors = seen.placed.ravel(), seen.body, seen.shapes, self._stride
+        pairs = group.pairs if group.placed_pairs is None else group.placed_pairs
+        given = pairs, group.start, group.first_slot, alert, *contactors, seen.bodies, seen.inverse_mass
         stop, group.diagonal = group.kernel(*given, self._capacity)
+        if self._images is not None:
+            self._images.name_bodies(self._capacity.antagonist[group.start : stop], len(self.inverse_mass))
         return stop
 
     # ------------------------------------------------------------------------------------------- list of neighbours
 
     def _place(self, bodies: np.ndarray) -> np.ndarray:
-        """Positions of the contactors, (k, 3)."""
+        """Positions of the contactors, (k, 3); below them those of the edges of a periodic cell."""
         if self._in_place:
             return bodies
         placed = np.empty((len(self.contactors.body), 3))
         place_contactors(bodies, self.contactors.body, self.contactors.offset, placed)
-        return placed
+        return placed if self._images is None else self._images.with_edges(placed, bodies)
+
+    def _nowhere(self) -> np.ndarray:
+        """What :meth:`_place` would give, zeros."""
+        return np.zeros_like(self._place(np.zeros((len(self.inverse_mass), 3))))
 
     def _update_list(self, placed: np.ndarray, travel: float, closing: float) -> None:
         """Make the list of neighbours anew where it may lack a pair."""
         widest = self.widest(travel, 0.0)
         too_near_walls = closing > self._distances.cap and self._reach < self._distances.fullest < np.inf
         if self._out_of_date(placed, widest) or too_near_walls:
-            self._reach = self._distances.reach(widest, travel)
+            reach = self._distances.reach(widest, travel)
+            # in a narrow cell the list is made anew more often
+            self._reach = reach if self._images is None else max(widest, min(reach, self._images.most_reach(placed)))
             self._list_neighbours(placed)
 
     def _out_of_date(self, placed: np.ndarray, widest: float) -> bool:
         """Whether a pair may be within the ``widest`` alert distance that the list does not have."""
         if self._listed_at is None or widest > self._reach:
             return True
-        if 4.0 * largest_move(placed, self._listed_at, self.dimension) > (self._reach - widest) ** 2:
+        before, spare = self._listed_at, self._reach - widest
+        if self._images is not None:
+            before, ratio = self._images.carried_along(before, placed)
+            spare -= self._images.shortening(ratio, self._reach)
+        if spare < 0.0 or 4.0 * largest_move(placed, before, self.dimension) > spare**2:
             return True
         # the smallest turn of a contactor without bounds moves its distant parts far
-        turned = self.dimension == 2 and (placed[:, 2] != self._listed_at[:, 2])[~self._bounded].any()
+        turned = self.dimension == 2 and (placed[:, 2] != before[:, 2])[: len(self._bounded)][~self._bounded].any()
         return bool(turned)
 
     def _list_neighbours(self, placed: np.ndarray) -> None:
@@ -222,17 +242,22 @@ class Detector:
             slots += group.slots
         self._last.carry_over(self.groups, groups, slots)
         self.groups = groups
+        if self._images is not None:
+            self._images.look_at(groups, placed)
         central = all(group.central for group in groups)
         if len(self._capacity.gap) < slots or (not central and len(self._capacity.lateral) < slots):
             self._capacity = empty_interactions(slots + slots // 8, central, self.dimension, plain=self._plain)
 
     def _surroundings(self, placed: np.ndarray) -> Surroundings:
         """The near pairs of bounded contactors, and what pairs with the others are made from."""
-        bounded = np.flatnonzero(self._bounded)
-        centres = placed.take(bounded, axis=0)[:, : self.dimension]
-        near = near_pairs(centres, self.contactors.bounding_radius[bounded], self._reach)
-        if len(bounded) < len(placed):
-            near = bounded.astype(np.int32).take(near)
+        if self._images is not None:
+            near = self._images.near_pairs(placed, self._reach)
+        else:
+            bounded = np.flatnonzero(self._bounded)
+            centres = placed.take(bounded, axis=0)[:, : self.dimension]
+            near = near_pairs(centres, self.contactors.bounding_radius[bounded], self._reach)
+            if len(bounded) < len(placed):
+                near = bounded.astype(np.int32).take(near)
         near = self._excluded.left_out_of(near, self.contactors.body)
         of_walls = self._reach if self._reach < self._distances.fullest else np.inf
         return Surroundings(near, placed, of_walls, self.contactors, self._bounded, self._free, self._excluded)

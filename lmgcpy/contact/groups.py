@@ -22,6 +22,8 @@ class Group:
     chain: ChainTable | None = None
     row: VisibilityRow | None = None
     pairs: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), np.int32))
+    placed_pairs: np.ndarray | None = None
+    """The pairs in a periodic cell, with the rows of images; None without a cell."""
     rank: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
     """Where in ``pairs`` each pair stands, taken by ids: the same order unless the scene is partitioned."""
     cuts: np.ndarray | None = None

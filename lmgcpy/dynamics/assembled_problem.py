@@ -8,8 +8,9 @@ import numpy as np
 
 from lmgcpy.contact.frames import local_frames
 from lmgcpy.dynamics.assembly import StepProblem
-from lmgcpy.solve.problem import Conic, Problem, cone_of
+from lmgcpy.solve.problem import Conic, Problem, Split, cone_of
 from lmgcpy.solve.step import ConicForm
+from lmgcpy.solve.system import System
 
 if TYPE_CHECKING:
     import scipy.sparse as sparse
@@ -53,7 +54,14 @@ def as_problem(step: StepProblem) -> Conic:
     H = interaction_matrix(step)
     d, width = step.dimension, system.impulse.shape[1]
     H = H[np.repeat(acting, width)]
-    W = (H @ sparse.diags_array(system.inverse_mass.ravel()) @ H.T).tocsr()
+    inverse_mass, split = system.inverse_mass.copy(), None
+    if system.deforms:
+        inverse_mass[system.edges] = 0.0
+    W = (H @ sparse.diags_array(inverse_mass.ravel()) @ H.T).tocsr()
+    columns = cell_columns(H, system)
+    if columns.shape[1]:
+        split = Split(W, columns)
+        W = sparse.csr_array(W + columns @ columns.T)
     q = H @ step.free_velocity.ravel()
     q[::width] += bias[acting]
     geometric, links = np.zeros(count), len(system.geometric)
@@ -72,10 +80,22 @@ def as_problem(step: StepProblem) -> Conic:
         guess=step.guess[acting],
         geometric=geometric[acting],
         scale=system.scale[acting],
+        split=split,
         cone_by_law={group.law.NAME: cone_of(type(group.law)) for group in step.groups},
         **({"rolling": rolling[acting], "torsion": torsion[acting]} if width > d else {}),
     )
     return Conic(problem, acting)
+
+
+def cell_columns(H: sparse.csr_array, system: System) -> np.ndarray:
+    """``H^T M^(-1/2)`` of the components of a periodic cell that yield, (m d, q): what they add to W is this times its
+    transpose."""
+    if not system.deforms:
+        return np.zeros((H.shape[0], 0))
+    k = system.inverse_mass.shape[1]
+    component = (k * system.edges[:, None] + np.arange(k)).ravel()
+    mobile = component[system.inverse_mass.ravel()[component] > 0.0]
+    return np.asarray(H[:, mobile].todense()) * np.sqrt(system.inverse_mass.ravel()[mobile])
 
 
 def conic_form(step: StepProblem) -> ConicForm:
@@ -88,7 +108,8 @@ def interaction_matrix(step: StepProblem) -> sparse.csr_array:
 
     A row of the local frame, e, and its moments about both centres make a row of ``H^T``: ``(e, l_c x e, -e, -l_a x e)``
     with the levers ``l_c = -arm_c n + lateral_c t`` and ``l_a = arm_a n + lateral_a t``. Rolling rows are ``(0, R a, 0, -R
-    a)``, a the axis about which their impulse turns: that out of the plane in 2D, and s, -t, n in 3D.
+    a)``, a the axis about which their impulse turns: that out of the plane in 2D, and s, -t, n in 3D. In a periodic cell
+    that deforms e meets the columns of the velocity gradient with ``e l_b``.
     """
     import scipy.sparse as sparse
 
@@ -111,6 +132,12 @@ def interaction_matrix(step: StepProblem) -> sparse.csr_array:
         nothing = np.zeros((count, width - d, d))
         values = np.concatenate([values, np.concatenate([nothing, axes, nothing, -axes], axis=2)], axis=1)
     columns = np.hstack([k * ids.astype(np.int64)[:, None] + np.arange(k) for ids in (s.candidate, s.antagonist)])
-    rows = np.repeat(np.arange(width * count), 2 * k)
+    if s.deforms:  # (e l_b) for each edge b of a cell, nothing in rolling rows
+        cell = (frame[:, :, None, :] * s.branch[:, None, :, None]).reshape(count, d, -1)
+        cell = np.concatenate([cell, np.zeros((count, width - d, cell.shape[2]))], axis=1)
+        values = np.concatenate([values, cell], axis=2)
+        edges = (k * s.edges[:, None] + np.arange(d)).ravel()
+        columns = np.hstack([columns, np.tile(edges, (count, 1))])
+    rows = np.repeat(np.arange(width * count), columns.shape[1])
     columns = np.repeat(columns, width, axis=0)
     return sparse.csr_array((values.ravel(), (rows, columns.ravel())), shape=(width * count, s.inverse_mass.size))

@@ -11,9 +11,10 @@ from lmgcpy.compiled.kernel import CompilerError, Kernel
 from lmgcpy.contact.detector import Group
 from lmgcpy.contact.narrow_phase import Interactions
 from lmgcpy.contact.spare_rows import with_spare_rows
+from lmgcpy.dynamics.cell import CellMotion
 from lmgcpy.dynamics.rolling import mark_isotropic, rolling_radius, with_rolling
 from lmgcpy.dynamics.schedule import schedule
-from lmgcpy.solve.dimension_kernels import DIMENSIONS, ROLLING, DimensionKernels
+from lmgcpy.solve.dimension_kernels import DimensionKernels, dimension_kernels
 from lmgcpy.solve.law_kernels import LawKernels, StepData, functions_of, law_kernels, not_compiled
 from lmgcpy.solve.report import Worst
 from lmgcpy.solve.system import Groups, System
@@ -103,15 +104,22 @@ def ask(group: Group, kernel: Kernel, functions: str, system: System, data: Step
 
 
 def group_kernels(
-    group: Group, dimension: int, wire_blocks: bool, *, stiffened: bool = False, watched: bool = False
+    group: Group,
+    dimension: int,
+    wire_blocks: bool,
+    *,
+    stiffened: bool = False,
+    deforms: bool = False,
+    watched: bool = False,
 ) -> LawKernels:
-    """The compiled kernels for a group as it is in this step; ``stiffened``: where wires have geometric stiffness."""
+    """The compiled kernels for a group as it is in this step; ``stiffened``: where wires have geometric stiffness;
+    ``deforms``: where a periodic cell does."""
     block = group.chain is not None and wire_blocks and group.law.slope is not None
     law, rows, parameter_count = type(group.law), group.law.rows(dimension), group.parameters.shape[1]
     walls = group.walls if group.cuts is not None else -1
     stiffened = stiffened and group.chain is not None
     given = law, functions_of(law), dimension, parameter_count, rows, group.central, group.diagonal, block, walls
-    return law_kernels(*given, stiffened=stiffened, watched=watched, isotropic=group.isotropic)
+    return law_kernels(*given, stiffened=stiffened, deforms=deforms, watched=watched, isotropic=group.isotropic)
 
 
 def assemble(
@@ -128,21 +136,26 @@ def assemble(
     guess: np.ndarray,
     state: np.ndarray,
     wire_blocks: bool,
+    cell: CellMotion | None = None,
 ) -> StepProblem:
     """Make the arrays of a step from its interactions, and let each law prepare its numbers.
 
     ``before`` and ``free_velocity``: velocities of the bodies at the start of the step and without impulses, (n, k);
     ``size``: radius of the smallest contactor of each body [m], infinite where it has none that is bounded, (n,);
     ``pairs``: what laws may know of the bodies, (m, 4) or (0, 4); ``guess``: impulses to start from, (m, d); ``state``: of
-    the laws, NaN for new interactions, (m, k), changed in place.
+    the laws, NaN for new interactions, (m, k), changed in place; ``cell``: a periodic cell that deforms in this step.
     """
     dimension = interactions.normal.shape[1]
     rolls = guess.shape[1] > dimension  # some contacts of the scene have rolling components
-    of_dimension = (ROLLING if rolls else DIMENSIONS)[dimension]
+    of_dimension = dimension_kernels(dimension, rolls, cell is not None)
     groups = [group for group in groups if group.stop > group.start]
     if rolls:
         mark_isotropic(groups, interactions, inverse_mass)
-    kernels = [group_kernels(group, dimension, wire_blocks) for group in groups]
+    edges, branch = np.zeros(0, np.int64), np.zeros((0, 0))
+    if cell is not None:
+        edges, branch = cell.lattice.rows, cell.branches(groups, interactions)
+        cell.add_to_blocks(branch, groups, interactions, inverse_mass)
+    kernels = [group_kernels(group, dimension, wire_blocks, deforms=cell is not None) for group in groups]
     count, rate = len(interactions.gap), time_step / size
     offset = np.zeros(len(groups) + 1, dtype=np.int64)
     np.cumsum([len(group.law.PREPARED) * (group.stop - group.start) for group in groups], out=offset[1:])
@@ -158,6 +171,8 @@ def assemble(
         arm=interactions.arm,
         lateral=interactions.lateral,
         rolling=rolling,
+        edges=edges,
+        branch=branch,
         delassus=delassus,
         coupling=interactions.coupling,
         shear=interactions.shear,

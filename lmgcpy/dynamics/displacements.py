@@ -106,6 +106,8 @@ class DisplacementWatch:
         contactors, d = model.contactors, model.dimension
         radius, owner = contactors.bounding_radius, contactors.body
         self._dimension = d
+        self._cell = model.cell
+        self._widest = 2.0 * float(radius[np.isfinite(radius)].max(initial=0.0))
         self._own, self._others = radii_that_meet(model)
         self._limit = np.minimum(OWN * self._own, OTHERS * self._others)
         self._arm = np.zeros(len(self._limit))
@@ -120,11 +122,19 @@ class DisplacementWatch:
 
     def measure(self, velocities: np.ndarray, time_step: float) -> Displacements:
         """The largest displacements of a step with these velocities (n, k)."""
+        flow = 0.0
+        if self._cell is not None:
+            gradient = self._cell.gradient(velocities)
+            velocities = velocities.copy()
+            velocities[self._cell.lattice.rows] = 0.0
+            # two bodies that touch come closer by h |G| (R_c + R_a) with the cell, half of it each; twice that for what is
+            # not yet in contact
+            flow = float(np.abs(gradient).sum()) * self._widest
         given = self._dimension, self._arm, self._limit, self._walls, self._across, self._limit[self._walls]
         speed, closing, body, body_speed, excess, wall, wall_speed, wall_excess = _measure(velocities, *given)
         h = time_step
         of_bodies, of_walls = (body, h * body_speed, h * excess), (wall, h * wall_speed, h * wall_excess)
-        return Displacements(h * speed, h * closing, *of_bodies, *of_walls)
+        return Displacements(h * (speed + flow), h * closing, *of_bodies, *of_walls)
 
     def unseen(self, moves: Displacements, after: Displacements, widest: Callable[[float, float], float]) -> bool:
         """Whether a step may have closed gaps that were not seen, as the displacements ``after`` it are larger than those

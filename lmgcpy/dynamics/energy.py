@@ -18,8 +18,9 @@ class Energy:
     """Energies and works in [J] (per metre of depth in 2D).
 
     At every step ``kinetic - kinetic before = loads + drives + sum of interactions`` holds to round-off, each term the
-    work at the mean velocity of the step: ``loads`` of gravity and imposed forces, ``drives`` of whatever holds the driven
-    components, and ``interactions`` of the impulses by name of law. ``kinetic`` is that of the free components.
+    work at the mean velocity of the step: ``loads`` of gravity, imposed forces, and stresses imposed on a periodic cell,
+    ``drives`` of whatever holds the driven components, its part for the inertia of bodies in the mean flow of a cell
+    included, and ``interactions`` of the impulses by name of law. ``kinetic`` is that of the free components.
     ``total_loads``, ``total_drives``, ``total_interactions`` and ``total_dissipated`` are sums over the run.
     """
 
@@ -68,11 +69,13 @@ class Energy:
         before: np.ndarray,
         pushed: np.ndarray | None,
         dissipated: dict[str, float],
+        inertial: np.ndarray | None = None,
     ) -> None:
         """Enter a step at its end: the external forces (n, k), and the velocities of the bodies before it (n, k).
 
         ``dissipated``: see :func:`dissipated_by_law`. ``pushed``: impulses that moved bodies without giving them velocity
-        (m, d), None for none; their work is what they do against the loads on the way. Raises FloatingPointError where a
+        (m, d), None for none; their work is what they do against the loads on the way. ``inertial``: forces of
+        inertia in a periodic cell (n, k), None for none. Raises FloatingPointError where a
         stored energy is not finite, and enters nothing.
         """
         data, system, after = problem.data, problem.system, problem.system.velocity
@@ -103,6 +106,8 @@ class Energy:
         if against is not None:
             self.loads += float(against.sum())
         self.drives = -driven
+        if inertial is not None:
+            self.drives += data.time_step * float((inertial * (0.5 * (before + after))).sum())
         self.interactions = works
         self.stored = stored
         self.dissipated = dissipated

@@ -125,7 +125,7 @@ class LinkStiffness:
             following=-(frame * self.shared[:, None]) @ across[self.following],
             scratch=np.zeros((self.count, scratch_columns(d)["WIDTH"])),
         )
-        kernels = [group_kernels(group, d, wire_blocks, stiffened=True) for group in problem.groups]
+        kernels = [group_kernels(group, d, wire_blocks, stiffened=True, deforms=s.deforms) for group in problem.groups]
         table = schedule(problem.groups, kernels, problem.offset)
         return replace(problem, system=system, kernels=kernels, table=table)
 

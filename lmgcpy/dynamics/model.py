@@ -9,6 +9,8 @@ from functools import cached_property
 import numpy as np
 
 from lmgcpy.contact.detection_tables import ChainTable, ContactorTable, VisibilityRow
+from lmgcpy.contact.lattice import Lattice
+from lmgcpy.dynamics.cell import CellMotion
 from lmgcpy.dynamics.changes import Change
 from lmgcpy.errors import number, shown, vector
 
@@ -78,6 +80,17 @@ class Model:
     """State of the bodies at the beginning."""
     hidden: np.ndarray
     """Bodies that are not there, (n,) bool."""
+    cell: CellMotion | None = None
+    """The periodic cell, if there is one."""
+
+    @property
+    def lattice(self) -> Lattice | None:
+        """That of the periodic cell."""
+        return None if self.cell is None else self.cell.lattice
+
+    def cell_in_step(self, *velocities: np.ndarray) -> CellMotion | None:
+        """The periodic cell if it may deform in a step with these velocities (n, k)."""
+        return self.cell if self.cell is not None and self.cell.deforms(self.inverse_mass, *velocities) else None
 
     @property
     def size(self) -> np.ndarray:

@@ -21,7 +21,7 @@ def overlaps_at_start(model: Model) -> str | None:
     """
     if not model.rows:
         return None
-    detector = Detector(model.contactors, model.rows, [], model.inverse_mass, model.dimension, model.apart)
+    detector = Detector(model.contactors, model.rows, [], model.inverse_mass, model.dimension, model.apart, model.lattice)
     found = detector.detect(model.start.positions, 0.0)
     pairs = np.concatenate([np.zeros((0, 2), np.int32), *(group.pairs for group in detector.groups)])[found.slot]
     radius = model.contactors.bounding_radius[pairs].min(axis=1, initial=np.inf)

@@ -24,7 +24,7 @@ from lmgcpy.dynamics.geometric_stiffness import LinkStiffness
 from lmgcpy.dynamics.interactions import InteractionView
 from lmgcpy.dynamics.known_pairs import known_pairs
 from lmgcpy.dynamics.lock import find_lock
-from lmgcpy.dynamics.model import BodyState, Model
+from lmgcpy.dynamics.model import BodyState, Drive, Model
 from lmgcpy.dynamics.position_rounding import check_positions
 from lmgcpy.dynamics.solve_step import solve_step
 from lmgcpy.dynamics.start_overlaps import overlaps_at_start
@@ -47,7 +47,7 @@ class Found(NamedTuple):
     solved: StepProblem
     """The step as it was solved first."""
     displacement: np.ndarray
-    """``h v`` of the first solve [m, m, m or rad], (n, 3): by it the step moves the bodies."""
+    """``h v`` of the first solve [m, m, m or rad ...], (n, k): by it the step moves the bodies."""
     problem: StepProblem
     """The step as it was solved last. Its velocities and impulses are those of the step."""
     pushed: np.ndarray | None
@@ -67,6 +67,7 @@ class Stepper:
         v      = v_free + M^-1 H r
         q      = q_m + theta h v
 
+    In a periodic cell bodies move with ``v + G q`` instead of v (``lmgcpy/dynamics/cell.py``).
     Where links would make energy as they are pulled back, positions and velocities come from two solves
     (``lmgcpy/dynamics/turning_stretch.py``).
     """
@@ -109,7 +110,7 @@ class Stepper:
         model = self.model
         self.energy = Energy(kinetic=kinetic_energy(model.free_mass, self.state.velocities))
         tables = model.contactors, model.rows, model.chains
-        self._detector = Detector(*tables, model.inverse_mass, model.dimension, model.apart)
+        self._detector = Detector(*tables, model.inverse_mass, model.dimension, model.apart, model.lattice)
         self._detector.hide(model.hidden)
         self._size = model.size
         self._links = LinkStiffness.of(model.chains, model.inverse_mass, model.dimension)
@@ -143,15 +144,17 @@ class Stepper:
             self._take_changes()
         h, theta, state, v = self.time_step, self.theta, self.state, self.state.velocities
         with self._whole_or_not_at_all():
-            state.positions += (1.0 - theta) * h * v[:, :3]  # q_m
-            force, free_velocity = self._free_flight(v)  # v_free = v + h M^-1 F
+            state.positions += self._first_move((1.0 - theta) * h * v)  # q_m
+            force, inertial, free_velocity = self._free_flight(v)  # v_free = v + h M^-1 F
             found = self._find_impulses(v, free_velocity)  # u = H^T v_free + W r and the laws
             problem = found.problem
             dissipated = dissipated_by_law(problem)
             problem.commit()
             # q = q_m + theta h v, where one solve gives the displacements and the velocities, as it mostly does
-            state.positions += found.displacement - (1.0 - theta) * h * problem.system.velocity[:, :3]
-            self.energy.advance(problem, self.model, force, v, found.pushed, dissipated)
+            state.positions += self._last_move(found.displacement - (1.0 - theta) * h * problem.system.velocity)
+            if self.model.cell is not None:
+                self.model.cell.straighten(state.positions)
+            self.energy.advance(problem, self.model, force, v, found.pushed, dissipated, inertial)
         sentences = self._watched(found, force, v)
         state.velocities[:] = problem.system.velocity
         state.time += h
@@ -195,17 +198,34 @@ class Stepper:
             self.state.positions[:], self._detector = positions, detector
             raise
 
-    def _free_flight(self, before: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """External forces at the middle of the step (n, k), and velocities without impulses (n, k) with what is imposed at
-        its end."""
+    def _first_move(self, moving: np.ndarray) -> np.ndarray:
+        """What velocities times a time (n, k) add to the positions, (n, 3)."""
+        cell = self.model.cell
+        return moving[:, :3] if cell is None else cell.first_move(moving, self.state.positions)
+
+    def _last_move(self, moving: np.ndarray) -> np.ndarray:
+        """The same from the middle of a step to its end."""
+        cell = self.model.cell
+        return moving[:, :3] if cell is None else cell.last_move(moving, self.state.positions)
+
+    def _free_flight(self, before: np.ndarray) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
+        """External forces at the middle of the step (n, k), those of inertia in a periodic cell, and velocities without
+        impulses (n, k) with what is imposed at its end."""
         model, state, h, d = self.model, self.state, self.time_step, self.model.dimension
-        force = model.force([(load, load.at(state.time + 0.5 * h)) for load in model.forces], state.time + 0.5 * h)
-        free_velocity = before + h * model.inverse_mass * force
+        middle = state.time + 0.5 * h
+        force = model.force([(load, load.at(middle) * self._unit(load)) for load in model.forces], middle)
+        inertial = None if model.cell is None else model.cell.inertial_force(before, model.free_mass)
+        free_velocity = before + h * model.inverse_mass * (force if inertial is None else force + inertial)
         for drive in model.velocities:
             free_velocity[drive.body, drive.component] = drive.at(state.time + h)
         check_bodies(free_velocity, VELOCITY[d], "without impulses", state.time)
         check_bodies(state.positions, POSITION[d], "in its middle", state.time)
-        return force, free_velocity
+        return force, inertial, free_velocity
+
+    def _unit(self, load: Drive) -> float:
+        """What a load is multiplied with: a stress on a cell with its volume [m^d]."""
+        cell = self.model.cell
+        return cell.volume(self.state.positions) if cell is not None and load.body in cell.lattice.rows else 1.0
 
     def _find_impulses(self, before: np.ndarray, free_velocity: np.ndarray) -> Found:
         """Detect, assemble and solve; do so a second time where bodies got so fast that contacts were not seen."""
@@ -216,7 +236,7 @@ class Stepper:
         if far.unseen(moves, after, self._detector.widest):
             interactions, given, solved = self._detect_and_solve(before, free_velocity, worse(moves, after))
             after = far.measure(solved.system.velocity, h)
-        displacement = h * solved.system.velocity[:, :3]
+        displacement = h * solved.system.velocity
         problem, pushed = self._take_back_stretch(given, solved, before)
         return Found(interactions, solved, displacement, problem, pushed, worse(moves, after))
 
@@ -240,6 +260,7 @@ class Stepper:
             guess=detector.recall(interactions),
             state=detector.recall_state(interactions),
             wire_blocks=self.solver.wire_blocks,
+            cell=self.model.cell_in_step(before, free_velocity),
         )
         return interactions, given, self._solve(given)
 

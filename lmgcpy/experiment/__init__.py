@@ -16,6 +16,16 @@ if TYPE_CHECKING:  # the names of MODULES, for type checkers
     from lmgcpy.experiment.column.study import ColumnStudy
     from lmgcpy.experiment.compaction import Compaction, Unrest, compact
     from lmgcpy.experiment.compression import Compression, CompressionRecord
+    from lmgcpy.experiment.periodic import (
+        PeriodicCell,
+        PeriodicCompaction,
+        PeriodicSample,
+        PeriodicShear,
+        PeriodicShearRecord,
+        PeriodicUnrest,
+        compact_periodic,
+        lay_periodic,
+    )
     from lmgcpy.experiment.study.engine import Site, Study, Task, carry_out_study
     from lmgcpy.experiment.study.folder import StudyFolder
     from lmgcpy.experiment.study.stages import Stages
@@ -34,6 +44,16 @@ MODULES = {
     "column.study": ("ColumnStudy",),
     "compaction": ("Compaction", "Unrest", "compact"),
     "compression": ("Compression", "CompressionRecord"),
+    "periodic": (
+        "PeriodicCell",
+        "PeriodicCompaction",
+        "PeriodicSample",
+        "PeriodicShear",
+        "PeriodicShearRecord",
+        "PeriodicUnrest",
+        "compact_periodic",
+        "lay_periodic",
+    ),
     "study.engine": ("Site", "Study", "Task", "carry_out_study"),
     "study.folder": ("StudyFolder",),
     "study.stages": ("Stages",),

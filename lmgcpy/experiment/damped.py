@@ -14,6 +14,9 @@ class DampedSimulation(Simulation):
     The drag does not act within the step, so that impulses at rest are those without it. ``drag_time`` [s].
     """
 
+    _kept = 1.0
+    """Part of the velocities that is left after a step."""
+
     def __init__(self, scene, *, drag_time: float, **options):
         super().__init__(scene, **options)
         self._kept = math.exp(-self.time_step / drag_time)

@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.contact.frames import local_frames
+from lmgcpy.contact.lattice import Lattice
+from lmgcpy.dynamics.cell import CellMotion
 from lmgcpy.dynamics.changes import Change, from_rows, hidden_after
 from lmgcpy.dynamics.checkpoint import Checkpoint
 from lmgcpy.errors import file_path, named_arguments
@@ -25,6 +27,7 @@ from lmgcpy.io.run_file.opening import open_to_read
 from lmgcpy.io.run_file.tables import OBSERVED, check_table, table_types
 from lmgcpy.io.run_file.trees import check_about, check_digest, read_group, read_tree
 from lmgcpy.scene.contactor import PlaneContactor, WallContactor
+from lmgcpy.scene.description import lattice_of
 from lmgcpy.solve.report import SOLVED_CODES, STATUS
 
 log = logging.getLogger("lmgcpy")
@@ -57,9 +60,20 @@ class RunInteractions:
     the local frame in 3D, normal first; (m, 0) in scenes without any."""
 
     @classmethod
-    def of(cls, net: np.ndarray, laws: list[str], detected: np.ndarray, time_step: float) -> RunInteractions:
-        """Interactions from rows of the file; ``detected`` are the positions of the bodies at the detection [m], (n, d)."""
+    def of(
+        cls,
+        net: np.ndarray,
+        laws: list[str],
+        detected: np.ndarray,
+        time_step: float,
+        lattice: Lattice | None = None,
+    ) -> RunInteractions:
+        """Interactions from rows of the file; ``detected`` are the positions of the bodies at the detection [m], (n, d);
+        ``lattice``: of a periodic cell, where the antagonist is the nearest image."""
         candidate, antagonist = net["candidate"].astype(np.int64), net["antagonist"].astype(np.int64)
+        from_candidate, from_antagonist = (net["point"] - detected[bodies] for bodies in (candidate, antagonist))
+        if lattice is not None:
+            from_antagonist = lattice.shortened(from_antagonist, lattice.edges(detected))
         return cls(
             law=np.array(laws or [""])[net["law"]],
             candidate=candidate,
@@ -67,7 +81,7 @@ class RunInteractions:
             gap=net["gap"],
             normal=net["normal"],
             point=net["point"],
-            lever=net["point"][:, None] - np.stack([detected[candidate], detected[antagonist]], axis=1),
+            lever=np.stack([from_candidate, from_antagonist], axis=1),
             impulse=net["impulse"],
             force=net["impulse"] / time_step,
             moment=net["moment"] if "moment" in (net.dtype.names or ()) else np.zeros((len(net), 0)),
@@ -261,11 +275,13 @@ class Run:
             if first < 0 or count < 0 or first + count > self._commit.interactions:
                 raise ValueError(f"frame {frame} is said to have interactions {first} to {first + count - 1}")
             net = self._rows("interactions", slice(first, first + count))
-            detected = detection_positions(self.positions[frame], self.velocities[frame], theta, h)
+            lattice = lattice_of(self.scene)
+            cell = None if lattice is None else CellMotion.of(lattice, self.extent)
+            detected = detection_positions(self.positions[frame], self.velocities[frame], theta, h, cell)
             for name, most in (("law", len(self.laws)), ("candidate", len(detected)), ("antagonist", len(detected))):
                 if count and not (net[name].min() >= 0 and net[name].max() < most):
                     raise ValueError(f"an interaction of frame {frame} has a {name} that is not there")
-            return RunInteractions.of(net, self.laws, detected, h)
+            return RunInteractions.of(net, self.laws, detected, h, lattice)
 
     # ------------------------------------------------------------------------------------------------------- history
 

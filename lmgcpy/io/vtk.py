@@ -12,7 +12,7 @@ from lmgcpy.errors import named_arguments, shown
 from lmgcpy.io.csv_tables import folder_for
 from lmgcpy.io.run import Run, RunInteractions
 from lmgcpy.io.vtk_data import add_arrays, add_words, polygonal_data, write
-from lmgcpy.view.boundary import FACETS, cylinder_polygons, wall_polygons
+from lmgcpy.view.boundary import FACETS, cell_outline, cylinder_polygons, wall_polygons
 from lmgcpy.view.drawing import in_space
 from lmgcpy.view.quantities import coordination
 from lmgcpy.view.snapshot import Snapshot, acting_lines, snapshot
@@ -39,6 +39,8 @@ def export_vtk(run: Run, folder: str | os.PathLike, *, force: bool = False) -> l
       ``chain``, ``link`` and ``law``. Its points have ``radius`` [m], ``velocity`` and ``length``, the length of the wire
       up to the point [m].
     * ``walls.pvd`` has lines and planes, cut to the sample, with ``body``.
+    * ``cell.pvd``, of a periodic scene, has the edges of the cell. Bodies and forces are then drawn in it, bodies by their
+      centres and forces by their middles; wires are whole and go on beyond its faces.
     * ``outlines.pvd``, of a scene with foreign shapes that have an outline, has their lines, with ``body``.
 
     Raises FileExistsError if the folder is not empty, unless ``force``, and ImportError without VTK.
@@ -59,6 +61,8 @@ def export_vtk(run: Run, folder: str | os.PathLike, *, force: bool = False) -> l
             "wires": wires(taken, net, run.laws),
             "walls": walls(taken),
         }
+        if taken.lattice is not None:
+            made["cell"] = cell(taken)
         if taken.outlines:
             made["outlines"] = outlines(taken)
         for part, data in made.items():
@@ -83,7 +87,8 @@ def bodies(snapshot: Snapshot) -> Any:
     """Disks and spheres."""
     rounds = snapshot.rounds
     count = len(rounds.body)
-    data = polygonal_data(rounds.position, "verts", np.arange(count)[:, None])
+    centres = rounds.position + snapshot.into_cell(rounds.position)
+    data = polygonal_data(centres, "verts", np.arange(count)[:, None])
     body = rounds.body
     spins = snapshot.spins if snapshot.dimension == 3 else snapshot.spins[:, None] * np.array([0.0, 0.0, 1.0])
     arrays = {
@@ -103,6 +108,8 @@ def bodies(snapshot: Snapshot) -> Any:
 def forces(snapshot: Snapshot, net: RunInteractions, laws: list[str]) -> Any:
     """Contacts and links with a force."""
     start, end = acting_lines(snapshot)
+    into_cell = snapshot.into_cell(0.5 * (start + end))
+    start, end = start + into_cell, end + into_cell
     acting = net.force.any(axis=1)
     count = int(acting.sum())
     points = np.stack([start[acting], end[acting]], axis=1).reshape(-1, snapshot.dimension)
@@ -169,6 +176,12 @@ def walls(snapshot: Snapshot) -> Any:
     data = polygonal_data(points, "lines" if snapshot.dimension == 2 else "polys", cells)
     add_arrays(data.GetCellData(), {"body": np.array([body for body, _ in pieces], dtype=np.int64)})
     return data
+
+
+def cell(snapshot: Snapshot) -> Any:
+    """Edges of the periodic cell."""
+    lines = cell_outline(snapshot)
+    return polygonal_data(lines.reshape(-1, 3), "lines", np.arange(2 * len(lines)).reshape(-1, 2))
 
 
 def outlines(snapshot: Snapshot) -> Any:

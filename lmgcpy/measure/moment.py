@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from lmgcpy.contact.lattice import Lattice
 from lmgcpy.dynamics.stepper import Stepper
 from lmgcpy.errors import shown, whole
 from lmgcpy.measure.sources import ActingInteractions, RecordedRun, is_run
-from lmgcpy.scene.description import describe
+from lmgcpy.scene.description import describe, lattice_of
 
 Source = Stepper | RecordedRun
 
@@ -26,6 +27,8 @@ class Moment:
     extent: np.ndarray
     """Radius of the circle or sphere that holds each body [m], infinite for walls, (n,)."""
     wall_normals: dict[int, np.ndarray]
+    lattice: Lattice | None
+    """That of a periodic cell."""
     laws: list[str]
     """Names of the laws of the scene."""
     links: frozenset[str]
@@ -55,7 +58,14 @@ def moment(source: Any, frame: int | None, call: str) -> Moment:
         links = [chain.law.NAME for chain in model.chains]
         laws = links + [row.law.NAME for row in model.rows]
         return Moment(
-            source.interactions, source.positions, model.extent, model.wall_normals, laws, frozenset(links), source
+            source.interactions,
+            source.positions,
+            model.extent,
+            model.wall_normals,
+            model.lattice,
+            laws,
+            frozenset(links),
+            source,
         )
     if not is_run(source):
         raise TypeError(
@@ -65,5 +75,6 @@ def moment(source: Any, frame: int | None, call: str) -> Moment:
     k = -1 if frame is None else whole(frame, "frame", minimum=-(2**62))
     table = source.scene["laws"]
     links = [table[code]["name"] for code in np.unique(source.scene["chains"]["law"]).tolist()]
-    given = source.interactions(k), source.positions[k], source.extent, source.wall_normals
+    lattice = lattice_of(source.scene)
+    given = source.interactions(k), source.positions[k], source.extent, source.wall_normals, lattice
     return Moment(*given, list(source.laws), frozenset(links), source)

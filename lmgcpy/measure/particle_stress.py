@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -54,7 +55,8 @@ def window_stress(sim: Source, window: tuple, *, frame: int | None = None) -> np
     """Stress in a ``window``, two corners ((x, y), (x, y)) in 2D, with z in 3D [m]: (d, d) [Pa], traction positive.
 
     It is the sum of the moments of the bodies whose centres lie in the window, over its volume. Windows that tile the box
-    of a sample have its Weber stress as their mean. A window should hold many bodies.
+    of a sample have its Weber stress as their mean. A window should hold many bodies. In a periodic cell, which must not be
+    smaller than the window, the images of the bodies count.
     """
     now = moment(sim, frame, "window_stress")
     d = now.positions.shape[1]
@@ -63,8 +65,20 @@ def window_stress(sim: Source, window: tuple, *, frame: int | None = None) -> np
     low, high = (vector(corner, "a corner of window", d) for corner in window)
     if not (low < high).all():
         raise ValueError(f"window must be its low corner and its high corner [m], got {shown(window)}.")
-    inside = np.isfinite(now.extent) & ((low <= now.positions) & (now.positions < high)).all(axis=1)
-    return moments_of(now)[inside].sum(axis=0) / float(np.prod(high - low))
+    moments, total = moments_of(now), np.zeros((d, d))
+    for positions in images_near(now, 0.5 * (low + high)):
+        inside = np.isfinite(now.extent) & ((low <= positions) & (positions < high)).all(axis=1)
+        total += moments[inside].sum(axis=0)
+    return total / float(np.prod(high - low))
+
+
+def images_near(now: Moment, centre: np.ndarray) -> list[np.ndarray]:
+    """Positions of the bodies [m], (n, d); in a periodic cell those of their images around a point (d,), each apart."""
+    if now.lattice is None:
+        return [now.positions]
+    edges = now.lattice.edges(now.positions)
+    nearest = centre + now.lattice.shortened(now.positions - centre, edges)
+    return [nearest + np.array(shift) @ edges for shift in itertools.product((-1, 0, 1), repeat=len(edges))]
 
 
 def moments_of(now: Moment) -> np.ndarray:

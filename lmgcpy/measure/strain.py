@@ -39,6 +39,7 @@ def strain(run: RecordedRun, *, frame: int = -1, since: int = 0) -> LocalStrain:
     The neighbours of a body are those of the Delaunay triangulation of the centres at the first frame. The gradient G is
     the least-squares fit of their relative displacements, ``minimise sum |du - G dx|^2``, and ``rest`` is what is left
     (Falk and Langer, Phys. Rev. E 57, 1998, whose D^2_min is the sum). An affine field is found to round-off.
+    In a periodic cell bodies across its faces do not count as neighbours.
     """
     from scipy.spatial import Delaunay, QhullError  # takes as long to import as the rest of lmgcpy
 

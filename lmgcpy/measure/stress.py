@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from lmgcpy.errors import named_arguments, number, numbers
-from lmgcpy.measure.moment import Source, moment
+from lmgcpy.measure.moment import Moment, Source, moment
 
 
 @named_arguments
@@ -19,15 +19,14 @@ def stress(sim: Source, *, frame: int | None = None, volume: float | None = None
     a wall it starts, or ends, at the contact point. The function returns ``{"total": (d, d), "<NAME>": (d, d), ...}``, one
     entry for each law of the scene.
 
-    ``volume`` [m^3, per metre of depth in 2D] is by default that of the box between opposite walls. A scene without such
-    walls raises ValueError, which asks for the volume.
+    ``volume`` [m^3, per metre of depth in 2D] is by default that of the periodic cell, or of the box between opposite
+    walls. A scene without both raises ValueError, which asks for the volume. In a periodic cell the antagonist is the
+    nearest image.
     """
     now = moment(sim, frame, "stress")
     net, positions = now.net, now.positions
     d = positions.shape[1]
-    volume = (
-        box_volume(positions, now.wall_normals) if volume is None else number(volume, "volume", above=0.0, unit=f"m^{d}")
-    )
+    volume = sample_volume(now) if volume is None else number(volume, "volume", above=0.0, unit=f"m^{d}")
     unbounded = ~np.isfinite(now.extent)
     force = np.einsum("mk,mkd->md", net.force, net.frame)
     start = np.where(unbounded[net.antagonist, None], 0.0, net.lever[:, 1])
@@ -36,6 +35,24 @@ def stress(sim: Source, *, frame: int | None = None, volume: float | None = None
     dyads = -force[:, :, None] * branch[:, None, :] / volume
     parts = {name: dyads[net.law == name].sum(axis=0) for name in dict.fromkeys(now.laws)}
     return {"total": dyads.sum(axis=0), **parts}
+
+
+def sample_volume(now: Moment) -> float:
+    """Volume between the faces of the periodic cell and between the walls that face each other [m^3, per metre of depth in
+    2D]; raises the error of :func:`box_volume`."""
+    if now.lattice is None:
+        return box_volume(now.positions, now.wall_normals)
+    edges = now.lattice.edges(now.positions)
+    if len(edges) == now.lattice.dimension:
+        return now.lattice.volume(edges)
+    # the distance between walls along the other axes: that of a box whose further walls are a unit apart
+    normals, positions = dict(now.wall_normals), now.positions.copy()
+    for axis in now.lattice.axes.tolist():
+        for sign in (1.0, -1.0):
+            normal = sign * np.eye(now.lattice.dimension)[axis]
+            normals[len(positions)] = normal
+            positions = np.concatenate([positions, -0.5 * normal[None]])
+    return now.lattice.volume(edges) * box_volume(positions, normals)
 
 
 def box_volume(positions: np.ndarray, wall_normals: dict[int, np.ndarray]) -> float:

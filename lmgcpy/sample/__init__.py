@@ -3,6 +3,7 @@
 from lmgcpy.sample.deposit import deposit
 from lmgcpy.sample.grading import grading
 from lmgcpy.sample.grid import grid_positions
+from lmgcpy.sample.scatter import scatter
 from lmgcpy.sample.wire import Wire
 from lmgcpy.sample.wire_2d import wire_2d
 from lmgcpy.sample.wire_3d import wire_3d
@@ -18,6 +19,7 @@ __all__ = [
     "deposit",
     "grading",
     "grid_positions",
+    "scatter",
     "wire_2d",
     "wire_3d",
     "wire_content",

@@ -14,12 +14,14 @@ from typing import Any
 
 import numpy as np
 
+from lmgcpy.contact.lattice import Lattice
 from lmgcpy.dynamics.changes import DRIVEN, LOADED
 from lmgcpy.dynamics.model import COMPONENTS
 from lmgcpy.errors import shown
 from lmgcpy.laws import Law, registry
 from lmgcpy.scene.body import Body, Disk, RigidBody, Wall
 from lmgcpy.scene.body_3d import CylinderWall, Sphere
+from lmgcpy.scene.cell import AXES, Edge
 from lmgcpy.scene.contactor import (
     Contactor,
     CylinderContactor,
@@ -42,6 +44,9 @@ KINDS: dict[type[Body], str] = {
     CylinderWall: "cylinder",
 }
 """Classes of bodies that a description restores; bodies of other classes come back as :class:`RecordedBody`."""
+
+EDGES = tuple(f"edge {axis}" for axis in AXES)
+"""Kinds of the edges of a periodic cell."""
 
 _COLLIDE = (False, True, None)
 """Values of ``neighbours_collide``; a file holds the index."""
@@ -97,7 +102,7 @@ def describe(scene: Scene) -> dict[str, Any]:
         area[k], second_moment[k] = contactor.area, contactor.second_moment
     colors, color = _codes([body.color for body in bodies])
     kinds, kind = _codes(table.kind)
-    body_kinds, body_kind = _codes([KINDS.get(type(body), "other") for body in bodies])
+    body_kinds, body_kind = _codes([_kind(body) for body in bodies])
     materials = list(dict.fromkeys(m for m in (getattr(body, "material", None) for body in bodies) if m is not None))
     conditions = [
         (body.id, component, loaded, value)
@@ -266,6 +271,26 @@ def outlines_of(table: Mapping[str, Any]) -> list[tuple[int, np.ndarray]]:
     return list(zip(owner.tolist(), np.split(point, np.cumsum(count)[:-1]), strict=False))
 
 
+def lattice_of(description: Mapping[str, Any]) -> Lattice | None:
+    """The lattice of the periodic cell in a description, None where there is none."""
+    bodies = description["bodies"]
+    if not set(EDGES) & set(bodies["kinds"]):
+        return None
+    kinds = np.array(bodies["kinds"])[bodies["kind"]]
+    rows = np.flatnonzero(np.isin(kinds, EDGES))
+    axes = np.array([EDGES.index(kind) for kind in kinds[rows].tolist()], dtype=np.int64)
+    d = int(description["dimension"])
+    if len(set(axes.tolist())) < len(axes) or axes.max() >= d:
+        raise ValueError(f"its periodic cell has the edges {', '.join(AXES[k] for k in axes)} in {d}D")
+    order = np.argsort(axes)
+    return Lattice(rows[order], axes[order], d)
+
+
+def _kind(body: Body) -> str:
+    """The kind of a body in descriptions."""
+    return EDGES[body.axis] if isinstance(body, Edge) else KINDS.get(type(body), "other")
+
+
 def _codes(words: list[str]) -> tuple[list[str], np.ndarray]:
     """The different words, and the index of each entry among them, (n,) int64."""
     table = list(dict.fromkeys(words))
@@ -317,6 +342,10 @@ def _add_bodies(scene: Scene, description: Mapping[str, Any]) -> None:
             continue
         for i in rows:
             scene.add(_one_body(scene.dimension, description, kind, color, i, of_body[i]))
+    lattice = lattice_of(description)
+    if lattice is not None:
+        edges = [scene.bodies[i] for i in lattice.rows]
+        scene._take_edges([edge for edge in edges if isinstance(edge, Edge)])
     if "hidden" in bodies:  # not in files of former versions
         for i in np.flatnonzero(bodies["hidden"]).tolist():
             scene.bodies[i].hide()
@@ -366,6 +395,9 @@ def _one_body(dimension: int, description: Mapping[str, Any], kind: str, color: 
         shape, held = contactors[0][0].shape, None if mass == math.inf else mass
         made = CylinderWall(point=position, axis=shape[:3], radius=shape[3], mass=held, **start)
         made._contactor = contactors[0][0]
+    elif kind in EDGES:
+        held = None if mass == math.inf else mass
+        made = Edge(EDGES.index(kind), position[:dimension], mass=held, velocity=velocity[:dimension])
     elif kind == "rigid":
         made = RigidBody(contactors, mass=mass, inertia=inertia, position=position[:2], **start)
     else:

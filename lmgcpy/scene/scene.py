@@ -11,6 +11,7 @@ from typing import Any, ClassVar, TypeVar
 import numpy as np
 
 from lmgcpy.contact.detection_tables import ChainTable, ContactorTable, VisibilityRow
+from lmgcpy.dynamics.cell import CellMotion
 from lmgcpy.dynamics.changes import GRAVITY, Change
 from lmgcpy.dynamics.model import COMPONENTS, BodyState, Drive, Model
 from lmgcpy.errors import LARGEST, closest, flag, named_arguments, number, shown, vector, whole
@@ -19,6 +20,7 @@ from lmgcpy.laws.first_calls import check_answers
 from lmgcpy.laws.registry import check_interface
 from lmgcpy.scene.body import INERTIA, MASS, RADIUS, Body, Disk, Wall
 from lmgcpy.scene.body_3d import Sphere
+from lmgcpy.scene.cell import AXES, Cell, Edge, edge_vector
 from lmgcpy.scene.chain import Chain
 from lmgcpy.scene.many_bodies import SomeRound, StartNumbers, make_round
 from lmgcpy.scene.material import Material
@@ -44,6 +46,7 @@ class Scene:
         self.bodies: list[Body] = []
         self._rows: list[tuple[str, str, Law, float | None]] = []
         self.chains: list[Chain] = []
+        self._cell: Cell | None = None
 
     _from_run: ClassVar[Callable[..., Scene]]
     """Reads a scene from a run file; given by :mod:`lmgcpy.simulation`, as scenes know nothing of files."""
@@ -125,6 +128,53 @@ class Scene:
         body._id = len(self.bodies)
         self.bodies.append(body)
         return body
+
+    @named_arguments
+    def periodic(self, *, x: Any = None, y: Any = None, z: Any = None, inertia: float | None = None) -> Cell:
+        """Make the scene periodic along some axes: each gets the edge of the cell, a length or a vector [m]. Returns the
+        cell, which says how it deforms; it is held unless told otherwise.
+
+        What is near a face of the cell meets the images of what is near the opposite one. Positions, which may lie outside
+        of the cell, are not folded back, so that wires go across its faces as they are laid. The edges of a cell that is
+        not periodic in all directions must lie along the periodic axes. The cell must be wider than four times the largest
+        radius and twice the distance within which contacts are looked for.
+
+        ``inertia`` [kg m^2] is that of each component of the velocity gradient that yields to a stress; None takes, for the
+        column of an axis, the mass of all bodies times the square of the width of the cell, over 12.
+        """
+        self._editable("make it periodic")
+        if self._cell is not None:
+            raise ValueError("This scene is periodic already: say all its edges in one call.")
+        given = {axis: edge for axis, edge in enumerate((x, y, z)) if edge is not None}
+        if not given:
+            raise TypeError("periodic needs the edge of a direction, for example periodic(x=0.1).")
+        if max(given) >= self.dimension:
+            raise ValueError("A scene in 2D has no direction z.")
+        if inertia is not None:
+            inertia = number(inertia, "inertia of a periodic cell", above=0.0, unit="kg m^2")
+        edges = {axis: edge_vector(edge, axis, self.dimension) for axis, edge in given.items()}
+        for axis, edge in edges.items():
+            for other in set(range(self.dimension)) - set(edges):
+                if edge[other] != 0.0:
+                    raise ValueError(
+                        f"Edge {AXES[axis]} goes along {AXES[other]} as well, which is not periodic: give "
+                        f"{AXES[other]} an edge, or take it out of this one."
+                    )
+        basis = np.array(list(edges.values()))
+        lengths = np.prod(np.linalg.norm(basis, axis=1))
+        if not np.sqrt(max(np.linalg.det(basis @ basis.T), 0.0)) > 1e-3 * lengths:
+            raise ValueError(f"The edges of a periodic cell lie in one line or plane, got {shown(basis.tolist())}.")
+        return self._take_edges([self.add(Edge(axis, edge, mass=inertia)) for axis, edge in edges.items()])
+
+    def _take_edges(self, edges: list[Edge]) -> Cell:
+        """Make these edges, bodies of the scene, those of its periodic cell."""
+        self._cell = Cell(self.dimension, self.bodies, edges)
+        return self._cell
+
+    @property
+    def cell(self) -> Cell | None:
+        """The periodic cell, None where there is none."""
+        return self._cell
 
     @named_arguments
     def add_disks(
@@ -295,6 +345,8 @@ class Scene:
             check_answers(law, self.dimension)
         for chain in self.chains:
             check_answers(chain.law, self.dimension)
+        if self._cell is not None:
+            self._cell.check()
         start, d, count = StartNumbers.of(self.bodies), self.dimension, len(COMPONENTS[self.dimension])
         positions, velocities = start.rows[:, :3].copy(), start.rows[:, 3 : 3 + count].copy()
         mass = np.repeat(start.rows[:, [MASS, INERTIA]], [d, count - d], axis=1)
@@ -340,6 +392,7 @@ class Scene:
             forces=loads,
             start=BodyState(positions, velocities, chained=chained),
             hidden=hidden,
+            cell=None if self._cell is None else CellMotion.of(self._cell.lattice, start.extent),
         )
 
     def _conditions(self, mass: np.ndarray) -> tuple[list[Drive], list[Drive], np.ndarray, np.ndarray]:

@@ -176,6 +176,8 @@ SYSTEM_TYPE = numba.typeof(
         arm=np.zeros((0, 2)),
         lateral=np.zeros((0, 2)),
         rolling=np.zeros(0),
+        edges=np.zeros(0, np.int64),
+        branch=np.zeros((0, 0)),
         delassus=np.zeros((0, 2)),
         coupling=np.zeros(0),
         shear=np.zeros((0, 2)),
@@ -233,17 +235,18 @@ def law_kernels(
     walls: int = -1,
     *,
     stiffened: bool = False,
+    deforms: bool = False,
     watched: bool = False,
     isotropic: bool = True,
 ) -> LawKernels:
     """Kernels for groups of a law, whose ``functions`` are those of :func:`functions_of` now (``chain``: the links of one
     wire as a block, which needs the law's ``slope``; ``walls``: 0 or 1 where the candidates or antagonists of the group's
-    slabs are held walls); ``stiffened``, ``watched``: see :func:`group_kernels`; ``isotropic``: False where bodies of a law
-    with rolling components in 3D do not turn alike about all axes."""
+    slabs are held walls); ``stiffened``, ``deforms``, ``watched``: see :func:`group_kernels`;
+    ``isotropic``: False where bodies of a law with rolling components in 3D do not turn alike about all axes."""
     given, constants = (law, dimension, rows, diagonal, chain, SYSTEM_TYPE), {"CENTRAL": central}
     if not isotropic:
         constants["ISOTROPIC"] = False
-    sweep, error = group_kernels(*given, constants, stiffened=stiffened, watched=watched)
+    sweep, error = group_kernels(*given, constants, stiffened=stiffened, deforms=deforms, watched=watched)
     beside = group_kernels(*given, {**constants, "WALLS": walls}, watched=watched)[0] if walls >= 0 else None
     counts = len(law.PREPARED), len(law.states()), parameter_count, rows
     return LawKernels(sweep, error, beside, *_step_kernels(functions[2:], law.INTERFACE >= 2, *counts))
@@ -260,6 +263,7 @@ def group_kernels(
     parts: dict[str, Callable] | None = None,
     *,
     stiffened: bool = False,
+    deforms: bool = False,
     watched: bool = False,
 ) -> tuple[Any, Any]:
     """C functions (sweep, error) for groups of a law in a system of the given numba type.
@@ -267,6 +271,7 @@ def group_kernels(
     ``constants``: further constants of the templates.
     ``parts``: slots of the templates where the system is not one of bodies (:mod:`lmgcpy.solve.dimension_kernels`).
     ``stiffened``: for the links of a chain with geometric stiffness.
+    ``deforms``: in a periodic cell that deforms.
     ``watched``: to find out what went wrong. They end where a law raises or returns what is not finite, and leave in the
     last entry of ``System.prepared``, one more than there are numbers, where those of that interaction begin.
     """
@@ -274,7 +279,7 @@ def group_kernels(
     functions = law.react, law.slope if chain else None
     try:
         names = tuple(constants.items()), tuple((parts or {}).items())
-        given = len(law.PREPARED), dimension, rows, diagonal, system_type, *names, stiffened, watched
+        given = len(law.PREPARED), dimension, rows, diagonal, system_type, *names, stiffened, deforms, watched
         return _group_kernels(*functions, *given)
     except CompilerError as error:
         raise not_compiled(law, error) from error
@@ -292,6 +297,7 @@ def _group_kernels(
     constants: tuple,
     parts: tuple,
     stiffened: bool,
+    deforms: bool,
     watched: bool,
 ) -> tuple[Any, Any]:
     guarded = watched or may_raise(react) or (slope is not None and may_raise(slope))
@@ -303,9 +309,9 @@ def _group_kernels(
     names = {"react": react, "read": reader, "PREPARED": prepared_count, "ROWS": min(rows, dimension), "DIAGONAL": diagonal}
     names |= dict(constants)
     if stiffened:
-        sweep, error = stiffened_kernels(names, dimension, slope, dict(parts))
+        sweep, error = stiffened_kernels(names, dimension, slope, dict(parts), deforms=deforms)
     else:
-        slots = template_slots(dimension, names, dict(parts), rows)
+        slots = template_slots(dimension, names, dict(parts), rows, deforms=deforms)
         sweep, error = Kernel(contact_block.sweep, slots), Kernel(contact_block.error, slots)
         if slope is not None:
             sweep = Kernel(wire_block.sweep, {**slots, "slope": slope})
@@ -316,11 +322,16 @@ def _group_kernels(
 
 
 def stiffened_kernels(
-    constants: dict[str, Any], dimension: int, slope: Callable | None, parts: dict[str, Callable] | None = None
+    constants: dict[str, Any],
+    dimension: int,
+    slope: Callable | None,
+    parts: dict[str, Callable] | None = None,
+    *,
+    deforms: bool = False,
 ) -> tuple[Kernel, Kernel]:
     """(sweep, error) for the links of a chain with geometric stiffness; without a ``slope`` one link after another."""
     columns = stiffened_wire_block.scratch_columns(dimension)
-    meaning = template_slots(dimension, {**constants, **columns, "ROWS": dimension}, parts)
+    meaning = template_slots(dimension, {**constants, **columns, "ROWS": dimension}, parts, deforms=deforms)
     error = Kernel(stiffened_wire_block.error, meaning)
     if slope is None:
         return Kernel(stiffened_wire_block.sweep_links, meaning), error

@@ -41,6 +41,16 @@ def cone_of(law: type[Law]) -> int:
     return PULL if "pull" in law.TRAITS else BOTH
 
 
+class Split(NamedTuple):
+    """The operator as ``W = sparse + columns columns^T``: where a periodic cell yields, each of its q components couples
+    all interactions, which makes W dense by a part of rank q."""
+
+    sparse: sparse.csr_array
+    """Without the cell [1/kg], (m d, m d)."""
+    columns: np.ndarray
+    """[kg^-1/2], (m d, q)."""
+
+
 @named_arguments
 @dataclass(frozen=True)
 class Problem:
@@ -68,6 +78,8 @@ class Problem:
     """Geometric stiffness of the links [kg], (m,): what they answer to a velocity across them; zero if none is given."""
     scale: np.ndarray | None = None
     """Time step over the radius of the smaller body [s/m], (m,); None where it is not known."""
+    split: Split | None = None
+    """W in two parts, which Newton steps factorise faster; None where it has one."""
     cone_by_law: Mapping[str, int] = field(default_factory=dict)
     """Cone (0 contact, 1 pull, 2 both) of the laws that are not registered, by name."""
     rolling: np.ndarray = field(default_factory=lambda: np.zeros(0))
@@ -92,7 +104,7 @@ class Problem:
         if self.torsion.size == 0 < self.rolling.size:
             object.__setattr__(self, "torsion", np.zeros_like(self.rolling))
         self._check_shapes()
-        check_semidefinite(self.W)
+        check_semidefinite(self.W if self.split is None else self.split.sparse)
         contact = self.cones == CONTACT
         diagonal = self.W.diagonal()[:: self.width]
         for name, values, sound, bound in (
@@ -167,12 +179,19 @@ class Problem:
 
     def velocities(self, impulses: np.ndarray) -> np.ndarray:
         """``W r + q`` [m/s], (m, D)."""
-        return (self.W @ np.asarray(impulses, dtype=float).ravel() + self.q).reshape(-1, self.width)
+        return (self.times(np.asarray(impulses, dtype=float).ravel()) + self.q).reshape(-1, self.width)
 
     @property
     def rolls(self) -> np.ndarray:
         """Which contacts have rolling friction, or torsion friction in 3D, (m,) bool."""
         return (self.rolling > 0.0) | (self.torsion > 0.0) if self._turning else np.zeros(len(self.mu), dtype=bool)
+
+    def times(self, r: np.ndarray) -> np.ndarray:
+        """``W r`` [m/s] of impulses r (m D,)."""
+        if self.split is None:
+            return self.W @ r
+        sparse, columns = self.split
+        return sparse @ r + columns @ (columns.T @ r)
 
     @property
     def rows(self) -> np.ndarray:

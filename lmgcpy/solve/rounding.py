@@ -11,6 +11,8 @@ no error below ``ROUNDING noise_i`` means anything. Where the errors of all inte
 exactly a problem whose operator and free velocities differ from the given ones by ``ROUNDING``, relative, number by number
 (Oettli, Prager 1964): no arithmetic of this precision can tell the two apart, and none can do better.
 
+In a periodic cell that deforms, the columns of its velocity gradient count as bodies do, by the components of the branch.
+
 Spins count by the lever at which they act, so that lengths, whatever their unit, are never added to turns.
 """
 
@@ -50,6 +52,12 @@ def add_noise(start, stop, walls, s):
             add_size(s.candidate[i], i, 0, normal, tangential, s)
         if walls != 1:
             add_size(s.antagonist[i], i, 1, normal, tangential, s)
+        for j in range(s.edges.shape[0]):
+            edge = s.edges[j]
+            yielding = 0.0
+            for k in range(s.normal.shape[1]):
+                yielding = max(yielding, s.inverse_mass[edge, k])
+            s.noise[edge, 0] += yielding * abs(s.branch[i, j]) * (normal + tangential)
 
 
 def add_size(b, i, side, normal, tangential, s):
@@ -82,3 +90,5 @@ def gather_noise(first, last, s):
             arm_c += abs(s.lateral[i, 0])
             arm_a += abs(s.lateral[i, 1])
         s.floor[i] = s.noise[c, 0] + s.noise[a, 0] + arm_c * s.noise[c, 1] + arm_a * s.noise[a, 1]
+        for j in range(s.edges.shape[0]):  # what a periodic cell adds, G l
+            s.floor[i] += abs(s.branch[i, j]) * s.noise[s.edges[j], 0]

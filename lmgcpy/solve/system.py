@@ -36,6 +36,11 @@ class System(NamedTuple):
     rolling: np.ndarray
     """Effective radius of contacts with rolling friction [m], 0 of others, (m,); (0,) in scenes without any. Arrays of
     shape (m, d) have columns for the rolling components there, after the others."""
+    edges: np.ndarray
+    """Rows of the edges of a periodic cell among the bodies, (p,) int64; (0,) where none deforms."""
+    branch: np.ndarray
+    """Components along the axes of the edges of the vector from the antagonist's centre to the candidate's [m], (m, p),
+    zero where one of them has no bounds; (0, 0) where no cell deforms."""
     delassus: np.ndarray
     """Diagonal of the local block (W_nn, W_tt, W_ss) [1/kg], (m, d)."""
     coupling: np.ndarray
@@ -73,6 +78,11 @@ class System(NamedTuple):
     """Scratch: sizes of the terms of the relative velocities [m/s], (m,)."""
     measured: np.ndarray
     """(4,): the residual as last measured, the largest ``scale |e|``, the row of its interaction, and its error [m/s]."""
+
+    @property
+    def deforms(self) -> bool:
+        """Whether there is a periodic cell that deforms."""
+        return len(self.edges) > 0
 
     def reordered(self, row: np.ndarray, free_velocity: np.ndarray) -> tuple[System, np.ndarray]:
         """The system with body b in row ``row[b]``, (n,), and the velocities without impulses (n, k) in the same order.

@@ -23,7 +23,8 @@ def drawn_box(snap: Snapshot) -> np.ndarray:
         middle = walls.mean(axis=0) if len(walls) else np.zeros(snap.dimension)
         return np.stack([middle - 1.0, middle + 1.0])
     radius = rounds.shape[:, :1]
-    points = np.concatenate([rounds.position - radius, rounds.position + radius, *(line for _, line in snap.outlines)])
+    centres = rounds.position + snap.into_cell(rounds.position)
+    points = np.concatenate([centres - radius, centres + radius, *(line for _, line in snap.outlines)])
     box = np.stack([points.min(axis=0), points.max(axis=0)])
     diagonal = float(np.linalg.norm(box[1] - box[0]))
     reached = box.copy()
@@ -64,6 +65,30 @@ def wall_polygons(snap: Snapshot) -> list[np.ndarray]:
         else:
             found.append(np.zeros((0, 3)))
     return found
+
+
+def cell_outline(snap: Snapshot) -> np.ndarray:
+    """Edges of a periodic cell, as thin lines [m], (k, 2, 3); along an axis without one as long as the sample, in 2D
+    without ends."""
+    lattice, d = snap.lattice, snap.dimension
+    if lattice is None:
+        return np.zeros((0, 2, 3))
+    origin, basis = np.zeros(d), lattice.basis(snap.edges)
+    drawn = range(d)
+    if len(lattice.axes) < d:
+        box = drawn_box(snap)
+        for k in set(range(d)) - set(lattice.axes.tolist()):
+            origin[k] = box[0, k]
+            basis[:, k] *= box[1, k] - box[0, k]
+            drawn = range(k, k + 1) if d == 2 else drawn
+    ends = np.array(list(np.ndindex(*(2,) * d)))
+    lines = [
+        np.stack([origin + basis @ one, origin + basis @ other])
+        for i, one in enumerate(ends)
+        for other in ends[i + 1 :]
+        if np.abs(other - one).sum() == 1 and np.abs(other - one).argmax() in drawn
+    ]
+    return in_space(np.array(lines))
 
 
 def cylinder_polygons(snap: Snapshot) -> list[np.ndarray]:

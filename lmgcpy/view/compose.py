@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from lmgcpy.view.boundary import cylinder_polygons, edges, polylines, wall_polygons
+from lmgcpy.view.boundary import cell_outline, cylinder_polygons, edges, polylines, wall_polygons
 from lmgcpy.view.cutting import clip, reaching, section, within
 from lmgcpy.view.drawing import Balls, Drawing, Paint, Tubes, in_space, rgb
 from lmgcpy.view.layout import EXCESS, OVERLAP, long_links_of, overlaps_of
@@ -47,12 +49,14 @@ def compose(snap: Snapshot, style: Style) -> Drawing:
         balls=balls,
         tubes=wires + forces,
         walls=[polygon for polygon in walls if len(polygon)] + cylinders,
-        lines=np.concatenate([edges(walls + rings), polylines([line for _, line in snap.outlines])]),
+        lines=np.concatenate([edges(walls + rings), polylines([line for _, line in snap.outlines]), cell_outline(snap)]),
         ground=[] if flat else [polygon for polygon, floor in zip(walls, below, strict=True) if floor and len(polygon)],
         grain=_mean_radius(snap),
         time=snap.time,
         legend=legend,
     )
+    if snap.lattice is not None:
+        drawing = into_cell(drawing, snap)
     if style.region is not None:
         drawing = within(drawing, style.region)
     if style.clip is not None:
@@ -60,6 +64,20 @@ def compose(snap: Snapshot, style: Style) -> Drawing:
     if style.section is not None:
         drawing = section(drawing, style.section)
     return drawing
+
+
+def into_cell(drawing: Drawing, snap: Snapshot) -> Drawing:
+    """The drawing with the images that lie in the periodic cell: balls by their centres, tubes by their middles."""
+
+    def moved(points: np.ndarray) -> np.ndarray:
+        return in_space(snap.into_cell(points[:, : snap.dimension]))
+
+    balls = [replace(b, centres=b.centres + moved(b.centres)) for b in drawing.balls]
+    tubes = []
+    for tube in drawing.tubes:
+        by = moved(0.5 * (tube.starts + tube.ends))
+        tubes.append(replace(tube, starts=tube.starts + by, ends=tube.ends + by))
+    return replace(drawing, balls=balls, tubes=tubes)
 
 
 # ------------------------------------------------------------------------------------------------------------ bodies

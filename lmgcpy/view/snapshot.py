@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from lmgcpy.contact.lattice import Lattice
 from lmgcpy.dynamics.model import COMPONENTS
 from lmgcpy.dynamics.stepper import Stepper
 from lmgcpy.errors import shown, whole
@@ -20,7 +21,7 @@ from lmgcpy.scene.contactor import (
     SphereContactor,
     WallContactor,
 )
-from lmgcpy.scene.description import describe, outlines_of
+from lmgcpy.scene.description import describe, lattice_of, outlines_of
 from lmgcpy.scene.scene import Scene
 
 ROUND = (DiskContactor.KIND, SphereContactor.KIND)
@@ -103,6 +104,22 @@ class Snapshot:
     def start(self) -> np.ndarray:
         """Positions at the start [m], (n, d)."""
         return self.scene["bodies"]["position"][:, : self.dimension]
+
+    @cached_property
+    def lattice(self) -> Lattice | None:
+        """That of a periodic cell."""
+        return lattice_of(self.scene)
+
+    @property
+    def edges(self) -> np.ndarray:
+        """Edges of the periodic cell [m], (p, d); (0, d) without one."""
+        return np.zeros((0, self.dimension)) if self.lattice is None else self.lattice.edges(self.positions)
+
+    def into_cell(self, points: np.ndarray) -> np.ndarray:
+        """What takes points (m, d) to their images in the periodic cell [m], (m, d); zero without one."""
+        if self.lattice is None:
+            return np.zeros_like(points)
+        return self.lattice.wrapped(points, self.edges) - points
 
     @cached_property
     def colors(self) -> np.ndarray:
@@ -217,7 +234,7 @@ def acting_lines(snap: Snapshot) -> tuple[np.ndarray, np.ndarray]:
 
     A link goes from centre to centre. A contact goes through its point: from the centre of the disk or sphere of the one
     body that touches to that of the other. At a wall or a shape of a plug-in it ends at the contact point; between two of
-    these it is a short piece of the normal.
+    these it is a short piece of the normal. In a periodic cell the antagonist is its image next to the candidate.
     """
     forces = snap.forces
     assert forces is not None
@@ -227,6 +244,9 @@ def acting_lines(snap: Snapshot) -> tuple[np.ndarray, np.ndarray]:
     from_antagonist = snap.positions[a] + forces.lever[:, 1]
     start, start_is_centre = _ends(snap, a, np.where(snap.unbounded[a, None], from_candidate, from_antagonist))
     end, end_is_centre = _ends(snap, c, np.where(snap.unbounded[c, None], from_antagonist, from_candidate))
+    if snap.lattice is not None:
+        image = snap.lattice.nearest(from_antagonist - from_candidate, snap.edges) @ snap.edges
+        start -= np.where((snap.unbounded[a] | snap.unbounded[c])[:, None], 0.0, image)
     link = np.arange(len(c)) < snap.link_count
     start[link], end[link] = snap.positions[a[link]], snap.positions[c[link]]
     stub = ~(start_is_centre | end_is_centre | link)

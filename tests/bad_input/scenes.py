@@ -36,6 +36,13 @@ class Egg(lm.Contactor):
     shape, bounding_radius, area, second_moment = (0.1,), 0.1, 1.0, 1.0
 
 
+def massless():
+    """A scene of a cell that yields, without bodies."""
+    scene = lm.Scene(dimension=2)
+    scene.periodic(x=1.0, y=1.0).impose_stress(xx=-1.0)
+    return scene
+
+
 def ghost(w, **numbers):
     """A simulation of a body from elsewhere."""
     w.scene.add(type("Ghost", (Ghost,), numbers)(position=(9, 9), color="GHOST"))
@@ -249,6 +256,41 @@ ROWS: dict[str, tuple] = {
     # ---------------------------------------------------------------------------------------- editing what is compiled
     "add after": (lambda w: w.done.add(disk()), RuntimeError,
         "Cannot add a body: a Simulation has compiled this scene. Have it hidden from the start"),
+    # ---------------------------------------------------------------------------------------------------- periodic cells
+    "periodic without edge": (lambda w: w.scene.periodic(), TypeError, "periodic needs the edge of a direction"),
+    "periodic along z in 2D": (lambda w: w.scene.periodic(z=1.0), ValueError, "A scene in 2D has no direction z"),
+    "periodic by a negative length": (lambda w: w.scene.periodic(x=-1.0), ValueError,
+        "edge x of a periodic cell must be above 0 m, got -1 m"),
+    "periodic in words": (lambda w: w.scene.periodic(x="wide"), TypeError,
+        "edge x of a periodic cell must be a number in m, got 'wide'"),
+    "periodic edge beside its axis": (lambda w: w.scene.periodic(x=(0.0, 1.0), y=1.0), ValueError,
+        "The edge x of a periodic cell must go along x"),
+    "periodic edge that leans on nothing": (lambda w: w.scene.periodic(x=(1.0, 0.5)), ValueError,
+        "Edge x goes along y as well, which is not periodic"),
+    "periodic edges in a line": (lambda w: w.scene.periodic(x=(1.0, 1.0), y=(1.0, 1.0001)), ValueError,
+        "The edges of a periodic cell lie in one line or plane"),
+    "periodic twice": (lambda w: (w.scene.periodic(x=1.0), w.scene.periodic(y=1.0)), ValueError,
+        "This scene is periodic already"),
+    "periodic inertia zero": (lambda w: w.scene.periodic(x=1.0, inertia=0.0), ValueError,
+        "inertia of a periodic cell must be above 0 kg m^2"),
+    "periodic after": (lambda w: w.done.periodic(x=1.0), RuntimeError, "Cannot make it periodic"),
+    "rate of no component": (lambda w: w.scene.periodic(x=1.0).impose_rate(xy=1.0), ValueError,
+        "impose_rate: this cell has no component 'xy'"),
+    "rate of nothing": (lambda w: w.scene.periodic(x=1.0).impose_rate(), TypeError, "impose_rate needs a component"),
+    "rate in words": (lambda w: w.scene.periodic(x=1.0).impose_rate(xx="fast"), TypeError,
+        "impose_rate(xx=...) must be a number, got 'fast'"),
+    "stress on a cell with open sides": (lambda w: w.scene.periodic(x=1.0).impose_stress(xx=-1.0), ValueError,
+        "A stress acts on a cell that is periodic in all 2 directions; this one is so in 1"),
+    "stress on a cell without mass": (lambda w: lm.Simulation(massless(), time_step=1e-3), ValueError,
+        "no body has a mass from which its inertia would follow"),
+    "component of a cell by number": (lambda w: w.scene.periodic(x=1.0).fix(3), TypeError,
+        "fix takes names of components"),
+    "edge hidden": (lambda w: (w.scene.periodic(x=1.0), w.scene.bodies[-1].hide()), TypeError,
+        "cannot be hidden: the bodies would have no images"),
+    "wrapped in 3D": (lambda w: w.scene.periodic(x=1.0).wrapped([[1.0, 2.0, 3.0]]), ValueError,
+        "positions must have shape (m, 2) [m], got (1, 3)"),
+    "wall across a face": (lambda w: (w.scene.periodic(y=1.0), lm.Simulation(w.scene, time_step=1e-3)), ValueError,
+        "cuts the faces of the periodic cell"),
     "see after": (lambda w: w.done.see("GRAIN", "GRAIN", lm.Signorini()), RuntimeError,
         "Cannot extend the visibility table"),
     "chain after": (lambda w: w.done.chain([w.old], lm.RigidRod()), RuntimeError, "Cannot add a chain"),

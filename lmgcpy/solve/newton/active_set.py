@@ -67,7 +67,9 @@ class ActiveSet:
         self.geometric = np.array(problem.geometric)
         self.laws = self.weight, np.array(problem.mu), np.array(problem.compliance), self.geometric, problem.cones
         count, d = self.q.shape
-        blocks = problem.W.tobsr(blocksize=(d, d))
+        split = problem.split
+        self._cell = None if split is None else split.columns.reshape(count, d, -1)
+        blocks = (problem.W if split is None else split.sparse).tobsr(blocksize=(d, d))
         self._blocks = blocks.indptr.astype(np.int32), blocks.indices.astype(np.int32), blocks.data
         capacity = blocks.data.size + self.q.size
         self._rows = np.zeros(self.q.size + 1, np.int32), np.zeros(capacity, np.int32), np.zeros(capacity)
@@ -83,7 +85,7 @@ class ActiveSet:
 
     def velocities(self, r: np.ndarray, epsilon: float = 0.0, centre: np.ndarray | None = None) -> np.ndarray:
         """``W r + q + epsilon w (r - centre)``, (m, d)."""
-        u = (self.problem.W @ r.ravel()).reshape(r.shape) + self.q
+        u = self.problem.times(r.ravel()).reshape(r.shape) + self.q
         return u if centre is None else u + epsilon * self.weight[:, None] * (r - centre)
 
     def error(self, r: np.ndarray, epsilon: float = 0.0, centre: np.ndarray | None = None) -> tuple[np.ndarray, Status]:
@@ -110,6 +112,11 @@ class ActiveSet:
     def factors(self, status: Status, epsilon: float) -> Factors:
         """The matrix of these statuses, factorised.
 
+        Where W has a part ``C C^T`` of low rank, it stays sparse with the unknowns ``y = C^T E x`` beside x,
+
+            [ S (W_sparse + epsilon w) E + D    S C ]
+            [ C^T E                             -1  ].
+
         Raises RuntimeError where it is singular to round-off.
         """
         import scipy.sparse as sparse
@@ -131,9 +138,17 @@ class ActiveSet:
         size = int(free.sum())
         count = newton_rows(*self._blocks, order, unknown, *self._maps, diagonal, *self._rows)
         pointer, index, entry = self._rows
-        matrix = sparse.csr_array((entry[:count], index[:count], pointer[: size + 1]), shape=(size, size)).tocsc()
-        lu = self._elimination.factorise(matrix, order, unknown, known)
-        return Factors(lu, order, E[order], S[order], np.arange(self.width) < free[order, None])
+        matrix = sparse.csr_array((entry[:count], index[:count], pointer[: size + 1]), shape=(size, size))
+        unknowns, border = np.arange(self.width) < free[order, None], 0
+        if self._cell is not None:
+            border = self._cell.shape[2]
+            down, across = (
+                np.einsum(how, of[order], self._cell[order])[unknowns]
+                for how, of in (("iab,ibq->iaq", S), ("iba,ibq->iaq", E))
+            )
+            matrix = sparse.block_array([[matrix, down], [across.T, -np.eye(border)]])
+        lu = self._elimination.factorise(matrix.tocsc(), order, unknown, known)
+        return Factors(lu, order, E[order], S[order], unknowns, border)
 
     def local_maps(self, status: Status) -> np.ndarray:
         """Fill the arrays of the local maps; returns ``turning`` of the rows after the first, (m, 1) or more."""
@@ -193,6 +208,8 @@ class Factors:
     S: np.ndarray
     unknowns: np.ndarray
     """Which columns of E, and rows of S, are there, (k, d) bool."""
+    border: int = 0
+    """Number of unknowns of a periodic cell, which come last."""
 
     @property
     def sign(self) -> float:
@@ -200,13 +217,17 @@ class Factors:
         if not len(self.order):
             return 1.0
         diagonal = self.lu.U.diagonal()
-        return parity(self.lu.perm_r) * parity(self.lu.perm_c) * float(np.prod(np.sign(diagonal)))
+        of_border = -1.0 if self.border % 2 else 1.0  # det = det(-1) det(S (W + epsilon w) E + D)
+        return of_border * parity(self.lu.perm_r) * parity(self.lu.perm_c) * float(np.prod(np.sign(diagonal)))
 
     def impulses(self, given: np.ndarray) -> np.ndarray:
         """``r = E x`` with ``(S (W + epsilon w) E + D) x = S given``, of the shape of ``given`` (m, d)."""
         r = np.zeros_like(given)
         if len(self.order):
             x = np.zeros(self.unknowns.shape)
-            x[self.unknowns] = self.lu.solve(np.einsum("iab,ib->ia", self.S, given[self.order])[self.unknowns])
+            right = np.einsum("iab,ib->ia", self.S, given[self.order])[self.unknowns]
+            if self.border:
+                right = np.append(right, np.zeros(self.border))
+            x[self.unknowns] = self.lu.solve(right)[: len(right) - self.border]
             r[self.order] = np.einsum("iab,ib->ia", self.E, x)
         return r

@@ -70,7 +70,7 @@ class Derivative:
         """The change of ``a`` (m, d) that changes F by ``given``, in the cell behind the last bend."""
         r = self._factors.impulses(given)
         w = self._active.weight[:, None]
-        y = r + (given - (self._active.problem.W @ r.ravel()).reshape(r.shape) - self._epsilon * w * r) / w
+        y = r + (given - self._active.problem.times(r.ravel()).reshape(r.shape) - self._epsilon * w * r) / w
         pass_earlier(self.passed, self._at, self._walls, self._changes, y)
         return y
 

@@ -1,0 +1,165 @@
+"""Contacts across the faces of a periodic cell.
+
+Pairs of contactors are near if some image of the one is near the other; a cell that is wide enough has one such image
+at most (:meth:`Images.check_width`). The narrow phase of a pair is that of every other scene: where the antagonist is an
+image, it gets a row of its own behind those of the contactors and bodies. Interactions then name the body itself.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+
+from lmgcpy.contact.broad_phase import near_pairs, sorted_pairs
+from lmgcpy.contact.detection_tables import ContactorTable
+from lmgcpy.contact.groups import Group
+from lmgcpy.contact.lattice import Lattice
+
+
+class Seen(NamedTuple):
+    """What a narrow phase reads of contactors and bodies; with images they follow the others."""
+
+    placed: np.ndarray
+    """Positions of the contactors, (k, 3)."""
+    body: np.ndarray
+    """Row of the body of each contactor, (k,)."""
+    shapes: np.ndarray
+    """Numbers of their shapes, flat."""
+    bodies: np.ndarray
+    """Positions of the bodies, (n, 3)."""
+    inverse_mass: np.ndarray
+    """By component, (n, c)."""
+
+
+class Images:
+    """The images that a list of neighbours needs, of a scene with a lattice."""
+
+    def __init__(self, lattice: Lattice, contactors: ContactorTable, bounded: np.ndarray):
+        """``bounded``: which contactors are, (k,) bool."""
+        self._lattice = lattice
+        self._contactors = contactors
+        self._bounded = bounded
+        self._largest = float(contactors.bounding_radius[bounded].max(initial=0.0))
+        reach = (np.linalg.norm(contactors.offset, axis=1) + contactors.bounding_radius)[bounded]
+        self._longest = float(reach.max(initial=0.0))
+        """Largest radius around the centre of a body that holds it; twice that is less than the width."""
+        self._set(np.zeros(0, np.int64), np.zeros((0, len(lattice.rows))))
+
+    def _set(self, contactor: np.ndarray, shift: np.ndarray) -> None:
+        """The contactor of each image, (g,), and by how many edges it is shifted, (g, p)."""
+        self._contactor, self._shift = contactor, shift
+        self._body = self._contactors.body[contactor]
+
+    def with_edges(self, placed: np.ndarray, bodies: np.ndarray) -> np.ndarray:
+        """Positions of the contactors, and below them the edges of the cell, (k + p, 3)."""
+        edges = np.zeros((len(self._lattice.rows), 3))
+        edges[:, : self._lattice.dimension] = self._lattice.edges(bodies)
+        return np.concatenate([placed, edges])
+
+    def _edges(self, placed: np.ndarray) -> np.ndarray:
+        return placed[len(self._contactors.body) :, : self._lattice.dimension]
+
+    def most_reach(self, placed: np.ndarray) -> float:
+        """The largest reach that the width of the cell allows [m], less a thousandth of the width."""
+        width = float(self._lattice.widths(self._edges(placed)).min())
+        return 0.499 * width - max(2.0 * self._largest, self._longest)
+
+    def check_width(self, placed: np.ndarray, reach: float) -> None:
+        """ValueError where two images of a contactor may be within ``reach`` [m] of another one, or a body of its own."""
+        least = 2.0 * max(2.0 * self._largest, self._longest) + 2.0 * reach
+        width = float(self._lattice.widths(self._edges(placed)).min())
+        if not width > least:
+            raise ValueError(
+                f"The periodic cell is {width:.3g} m wide, where a body may meet two images of another one: it must be "
+                f"wider than {least:.3g} m, twice the largest diameter plus the distance within which contacts are "
+                "looked for. Take a larger cell, or a smaller time step or alert distance."
+            )
+
+    def near_pairs(self, placed: np.ndarray, reach: float) -> np.ndarray:
+        """Pairs of bounded contactors of which some images are within ``reach`` [m], (q, 2) int32, sorted."""
+        self.check_width(placed, reach)
+        lattice, edges = self._lattice, self._edges(placed)
+        bounded = np.flatnonzero(self._bounded)
+        radius, count = self._contactors.bounding_radius[bounded], len(bounded)
+        points = lattice.wrapped(placed[bounded, : lattice.dimension], edges)
+        at = lattice.reduced(points, edges)
+        margin = (2.0 * self._largest + reach) / lattice.widths(edges)
+        copies, owner = [points], [np.arange(count)]
+        shifts = list(itertools.product((-1, 0, 1), repeat=len(edges)))
+        for shift in shifts[len(shifts) // 2 + 1 :]:  # a pair across a face is one pair, seen from its one side
+            there = at + shift
+            within = np.flatnonzero(((there >= -margin) & (there <= 1.0 + margin)).all(axis=1))
+            copies.append(points[within] + np.array(shift) @ edges)
+            owner.append(within)
+        owners = np.concatenate(owner)
+        near = near_pairs(np.concatenate(copies), radius[owners], reach)
+        near = owners[near[near[:, 0] < count]]  # not two images
+        near = np.sort(near, axis=1).astype(np.int32)
+        return bounded.astype(np.int32).take(sorted_pairs(near, count))
+
+    def carried_along(self, listed_at: np.ndarray, placed: np.ndarray) -> tuple[np.ndarray, float]:
+        """Where contactors would be now had they moved with the cell since a list was made, (k + p, 3), and the least
+        ratio by which the cell has shortened distances since then.
+
+        Between the lists a pair outside of one may have come nearer by the shortening and by what both moved apart from
+        the cell.
+        """
+        d = self._lattice.dimension
+        old, new = (self._lattice.basis(self._edges(points)) for points in (listed_at, placed))
+        deformed = new @ np.linalg.inv(old)
+        if not np.array_equal(np.rint(np.linalg.inv(old) @ new), np.eye(d)):  # other edges of the same lattice
+            return placed, 0.0
+        carried = listed_at.copy()
+        carried[:, :d] = listed_at[:, :d] @ deformed.T
+        carried[: len(self._bounded)][~self._bounded, :d] = listed_at[: len(self._bounded)][~self._bounded, :d]
+        return carried, float(np.linalg.svd(deformed, compute_uv=False).min())
+
+    def shortening(self, ratio: float, reach: float) -> float:
+        """By how much distances between surfaces within ``reach`` may have become shorter by that ratio [m]."""
+        return max(0.0, 1.0 - ratio) * (2.0 * self._largest + reach)
+
+    def look_at(self, groups: Iterable[Group], placed: np.ndarray) -> None:
+        """Find the images that the pairs of some groups need; each group gets its pairs with the rows of the images."""
+        edges, d, p = self._edges(placed), self._lattice.dimension, len(self._lattice.rows)
+        contacts = [group for group in groups if not group.chain]
+        wanted = []
+        for group in contacts:
+            c, a = group.pairs.T
+            shift = self._lattice.nearest(placed[c, :d] - placed[a, :d], edges)
+            shift[~(self._bounded[c] & self._bounded[a])] = 0.0
+            wanted.append(np.column_stack([a.astype(float), shift]))
+        rows = np.concatenate([np.zeros((0, 1 + p)), *wanted])
+        across = rows[:, 1:].any(axis=1)
+        images, index = np.unique(rows[across], axis=0, return_inverse=True)
+        self._set(images[:, 0].astype(np.int64), images[:, 1:])
+        antagonist = rows[:, 0].astype(np.int32)
+        antagonist[across] = len(placed) + index.ravel()
+        first = 0
+        for group in contacts:
+            last = first + len(group.pairs)
+            group.placed_pairs = np.column_stack([group.pairs[:, 0], antagonist[first:last]])
+            first = last
+
+    def seen(self, plain: Seen, stride: int) -> Seen:
+        """Contactors and bodies with the images behind them; ``stride``: how many numbers the shape of one has."""
+        d, p = self._lattice.dimension, len(self._lattice.rows)
+        count = len(plain.bodies)
+        shift = np.zeros((len(self._shift), 3))
+        shift[:, :d] = self._shift @ self._edges(plain.placed)
+        images = count + np.arange(len(shift))
+        shapes = plain.shapes.reshape(-1, stride)
+        return Seen(
+            np.concatenate([plain.placed, plain.placed[self._contactor] + shift]),
+            np.concatenate([plain.body, np.zeros(p, np.int64), images]),
+            np.concatenate([shapes, np.zeros((p, stride)), shapes[self._contactor]]).ravel(),
+            np.concatenate([plain.bodies, plain.bodies[self._body] + shift]),
+            np.concatenate([plain.inverse_mass, plain.inverse_mass[self._body]]),
+        )
+
+    def name_bodies(self, antagonist: np.ndarray, count: int) -> None:
+        """Put the rows of the bodies in place of those of their images; ``count``: of the bodies."""
+        image = antagonist >= count
+        antagonist[image] = self._body[antagonist[image] - count]

@@ -1,0 +1,77 @@
+"""The lattice of a periodic cell: its edges among the bodies, images of points, and the widths of the cell.
+
+A point x and its images ``x + sum n_k L_k``, n whole numbers and L_k the edges, are the same body. Positions are kept
+unwrapped: a body that leaves the cell goes on, so that displacements and links need no images.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Lattice:
+    """Where the p edges of a cell stand in arrays of bodies, and which axes they belong to; d dimensions."""
+
+    rows: np.ndarray
+    """Row of each edge among the bodies, (p,) int64. Its position is the edge [m]."""
+    axes: np.ndarray
+    """Axis of each edge, ascending, (p,) int64."""
+    dimension: int
+
+    def edges(self, positions: np.ndarray) -> np.ndarray:
+        """Edges of the cell [m], (p, d), from the positions of the bodies (n, d or more)."""
+        return positions[self.rows, : self.dimension]
+
+    def basis(self, edges: np.ndarray) -> np.ndarray:
+        """Matrix whose columns are the edges, and unit vectors along the axes that have none, (d, d)."""
+        basis = np.eye(self.dimension)
+        basis[:, self.axes] = edges.T
+        return basis
+
+    def volume(self, edges: np.ndarray) -> float:
+        """Volume between the edges, per unit of length along the axes that have none [m^p]."""
+        return abs(float(np.linalg.det(self.basis(edges))))
+
+    def widths(self, edges: np.ndarray) -> np.ndarray:
+        """Distance between the faces that each edge joins [m], (p,)."""
+        return 1.0 / np.linalg.norm(np.linalg.inv(self.basis(edges))[self.axes], axis=1)
+
+    def reduced(self, points: np.ndarray, edges: np.ndarray) -> np.ndarray:
+        """Coordinates of points (m, d) along the edges, in parts of them, (m, p)."""
+        return points @ np.linalg.inv(self.basis(edges))[self.axes].T
+
+    def nearest(self, differences: np.ndarray, edges: np.ndarray) -> np.ndarray:
+        """Whole numbers n (m, p) for which ``x - n L`` is the shortest image of each difference x of positions (m, d).
+
+        It is the shortest one if that is below half the least width: its reduced coordinates are below one half then.
+        """
+        return np.rint(self.reduced(differences, edges))
+
+    def shortened(self, differences: np.ndarray, edges: np.ndarray) -> np.ndarray:
+        """The shortest image of each difference of positions (m, d) [m]."""
+        return differences - self.nearest(differences, edges) @ edges
+
+    def wrapped(self, points: np.ndarray, edges: np.ndarray) -> np.ndarray:
+        """The images of points (m, d) that lie within the cell [m]."""
+        return points - np.floor(self.reduced(points, edges)) @ edges
+
+    def straightened(self, edges: np.ndarray) -> np.ndarray:
+        """Edges of the same lattice that lean less, (p, d): a cell that is sheared on and on stays a box.
+
+        An edge loses whole multiples of another one where its component along that one is above 0.6 of it, not above
+        one half, so that a cell that rocks about there is not changed in every step. Each change shortens an edge.
+        """
+        edges = edges.copy()
+        again = True
+        while again:
+            again = False
+            for one in range(len(edges)):
+                for other in range(len(edges)):
+                    leaning = float(edges[one] @ edges[other]) / float(edges[other] @ edges[other])
+                    if one != other and abs(leaning) > 0.6:
+                        edges[one] -= np.rint(leaning) * edges[other]
+                        again = True
+        return edges

@@ -1,0 +1,157 @@
+"""The motion of a periodic cell and of the bodies with it.
+
+The cell deforms with the velocity gradient G; edges follow as ``dL/dt = G L``. A body at x moves with ``dx/dt = v + G x``:
+its velocity v, the one of all its images, is relative to the mean flow. Two bodies that touch at centres ``l = x_c - x_a``
+apart, a being the nearest image, have the relative velocity ``v_c - v_a + G l`` besides what their spins add, whichever
+images are taken. Seen from outside, the acceleration of a body on which no force acts is zero, so that
+
+    dv/dt = F/m - G v        (SLLOD: Evans, Morriss, Statistical Mechanics of Nonequilibrium Liquids, 1990, section 6.3).
+
+The power of an impulse r at a contact contains ``r . G l``, so that G is a velocity like others: its rows of ``H^T`` are
+those of l, what contacts do to it is ``V sigma`` with Weber's stress sigma, and a stress imposed on the cell is the load
+``V sigma_imposed`` on G. What the mean flow takes from the velocities, ``sum m v . G v``, it must get, which is the kinetic
+stress ``sum m v (x) v``. So
+
+    I dG/dt = V (sigma_imposed - sigma) + sum m v (x) v
+
+for each component that is not held, with an inertia I that the user chooses as one chooses the mass of a piston
+(Parrinello, Rahman 1981; for contact dynamics Radjai, Voivret in Discrete-element Modeling of Granular Materials, 2011,
+chapter 7).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lmgcpy.contact.frames import local_frames
+from lmgcpy.contact.groups import Group
+from lmgcpy.contact.interactions import Interactions
+from lmgcpy.contact.lattice import Lattice
+
+
+@dataclass(frozen=True)
+class CellMotion:
+    """The periodic cell of a model; n bodies, d dimensions, p edges.
+
+    The velocity of the row of an edge is the column of G that belongs to its axis [1/s], its mass that column's inertia
+    [kg m^2], and a load on it is a stress [Pa].
+    """
+
+    lattice: Lattice
+    unbounded: np.ndarray
+    """Bodies without bounds, (n,) bool. They do not move with the cell: what they touch slides along them."""
+
+    @classmethod
+    def of(cls, lattice: Lattice, extent: np.ndarray) -> CellMotion:
+        """The motion of a cell and of bodies of these extents [m], (n,), infinite of those without bounds and of edges."""
+        unbounded = ~np.isfinite(extent)
+        unbounded[lattice.rows] = False
+        return cls(lattice, unbounded)
+
+    def gradient(self, velocities: np.ndarray) -> np.ndarray:
+        """G [1/s], (d, d), from the velocities of the bodies, (n, k)."""
+        d = self.lattice.dimension
+        gradient = np.zeros((d, d))
+        gradient[:, self.lattice.axes] = velocities[self.lattice.rows, :d].T
+        return gradient
+
+    def first_move(self, moving: np.ndarray, positions: np.ndarray) -> np.ndarray:
+        """Displacements of bodies, ``s + S x``, and of edges, ``S L``, in 2D with the turns, (n, 3).
+
+        ``moving``: velocities times the time, s and in the rows of the edges S, (n, k); ``positions``: at its beginning,
+        (n, 3).
+        """
+        d, rows = self.lattice.dimension, self.lattice.rows
+        move = moving[:, :3].copy()
+        move[rows] = 0.0
+        flow = positions[:, :d] @ self.gradient(moving).T
+        flow[self.unbounded] = 0.0
+        move[:, :d] += flow
+        return move
+
+    def last_move(self, moving: np.ndarray, positions: np.ndarray) -> np.ndarray:
+        """Displacements with the positions x' at the end of the time in place of those at its beginning,
+        ``x' - x = s + S x'``.
+
+        After a first move of the same length bodies on which no force acts have gone straight on in a shear flow: what
+        x' has more than x makes up for the change ``-G v`` of their velocity.
+        """
+        d = self.lattice.dimension
+        move = self.first_move(moving, positions)
+        follows = ~self.unbounded
+        own = move[follows, :d]  # s + S x, and x' - x = (1 - S)^-1 (s + S x)
+        move[follows, :d] = np.linalg.solve(np.eye(d) - self.gradient(moving), own.T).T
+        return move
+
+    def before(self, positions: np.ndarray, moving: np.ndarray) -> np.ndarray:
+        """Positions before a last move to these ones, (n, d); positions (n, d) and ``moving`` (n, d or more)."""
+        d, rows = self.lattice.dimension, self.lattice.rows
+        own = moving[:, :d].copy()
+        own[rows] = 0.0
+        flow = positions @ self.gradient(moving).T
+        flow[self.unbounded] = 0.0
+        return positions - own - flow
+
+    def straighten(self, positions: np.ndarray) -> None:
+        """Let the edges among the positions (n, 3) lean less, in place."""
+        d, rows = self.lattice.dimension, self.lattice.rows
+        positions[rows, :d] = self.lattice.straightened(self.lattice.edges(positions))
+
+    def volume(self, positions: np.ndarray) -> float:
+        """Volume of the cell at these positions of the bodies [m^d]."""
+        return self.lattice.volume(self.lattice.edges(positions))
+
+    def inertial_force(self, velocities: np.ndarray, free_mass: np.ndarray) -> np.ndarray:
+        """Forces ``-m G v`` on the bodies and ``sum m v (x) v`` on the gradient, (n, k)."""
+        d, rows = self.lattice.dimension, self.lattice.rows
+        own = velocities[:, :d].copy()
+        own[rows] = 0.0
+        momentum = free_mass[:, :d] * own
+        momentum[rows] = 0.0
+        force = np.zeros_like(velocities)
+        force[:, :d] = -free_mass[:, :d] * (own @ self.gradient(velocities).T)
+        force[rows, :d] = (momentum.T @ own).T[self.lattice.axes] * (free_mass[rows, :d] > 0.0)
+        return force
+
+    def yields(self, inverse_mass: np.ndarray) -> bool:
+        """Whether a component of the gradient is not held."""
+        return bool(inverse_mass[self.lattice.rows, : self.lattice.dimension].any())
+
+    def deforms(self, inverse_mass: np.ndarray, *velocities: np.ndarray) -> bool:
+        """Whether G may be other than zero in a step with these velocities (n, k)."""
+        return self.yields(inverse_mass) or any(v[self.lattice.rows].any() for v in velocities)
+
+    def branches(self, groups: list[Group], interactions: Interactions) -> np.ndarray:
+        """Components of l along the axes of the edges [m], (m, p); zero where a body has no bounds."""
+        normal = interactions.normal
+        along = interactions.arm.sum(axis=1)
+        for group in groups:
+            if group.chain is not None:
+                part = slice(group.start, group.stop)
+                along[part] = interactions.gap[part] + group.chain.radius_sum
+        branch = along[:, None] * normal
+        if len(interactions.lateral):  # in 2D, t = (-n_y, n_x)
+            across = interactions.lateral[:, 1] - interactions.lateral[:, 0]
+            branch += across[:, None] * np.column_stack([-normal[:, 1], normal[:, 0]])
+        branch[self.unbounded[interactions.candidate] | self.unbounded[interactions.antagonist]] = 0.0
+        return np.ascontiguousarray(branch[:, self.lattice.axes])
+
+    def add_to_blocks(
+        self, branch: np.ndarray, groups: list[Group], interactions: Interactions, inverse_mass: np.ndarray
+    ) -> None:
+        """Add what the cell yields to the local blocks of W, in place: ``e . D e'`` for axes e, e' of the local frame, with
+        the diagonal ``D_a = sum_b l_b^2 / I_ab`` [1/kg]."""
+        d = self.lattice.dimension
+        mobility = branch**2 @ inverse_mass[self.lattice.rows, :d]
+        frame = local_frames(interactions.normal)
+        blocks = (frame * mobility[:, None]) @ frame.transpose(0, 2, 1)
+        links = max((group.stop for group in groups if group.chain is not None), default=0)
+        interactions.delassus[:] += np.einsum("mii->mi", blocks)
+        # of links the coupling is with the next link; what the cell adds there is left to the iteration
+        interactions.coupling[links:] += blocks[links:, 0, 1]
+        if d == 3:
+            interactions.shear[links:] += blocks[links:, :2, 2]
+        for group in groups:
+            group.diagonal = group.diagonal and group.chain is not None
