@@ -68,7 +68,7 @@ def print_tables(name: str) -> None:
         cases.setdefault(case, {})[solver] = cells
     held, numbers = [], []
     for case, by_solver in cases.items():
-        cells = [f"{by_solver[s][0]}, {by_solver[s][5]}" if s in by_solver else "–" for s in solvers]
+        cells = [f"{by_solver[s][0]},\N{NO-BREAK SPACE}{by_solver[s][5]}" if s in by_solver else "–" for s in solvers]
         held.append([case, by_solver["Auto"][2], *cells])
         found = re.findall(r"(?:^|, )(.*?) (-?\d\S*) \(of (\S+)\)", by_solver["Auto"][1])
         for k, (what, value, bound) in enumerate(found):

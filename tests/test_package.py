@@ -30,6 +30,8 @@ def test_packages_come_with_the_first_that_asks_for_them():
     assert callable(lm.testing.conformance)
     assert not {"Any", "importlib", "TYPE_CHECKING"} & set(dir(lm))
     assert {"experiment", "testing", "view"} <= set(dir(lm))
+    for package in (lm.contact, lm.experiment, lm.io, lm.laws, lm.measure, lm.sample, lm.testing, lm.view):
+        assert sorted(dir(package)) == sorted(package.__all__)
     with pytest.raises(AttributeError, match="lmgcpy has no 'experimnt'; did you mean 'experiment'"):
         lm.experimnt  # noqa: B018
 

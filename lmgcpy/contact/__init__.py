@@ -3,3 +3,7 @@
 from lmgcpy.contact.contactor_pairs import register_pair
 
 __all__ = ["register_pair"]
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -23,3 +23,7 @@ def __getattr__(name: str) -> Any:
     from lmgcpy.errors import closest
 
     raise AttributeError(f"lmgcpy.io has no '{name}'{closest(name, __all__)}")
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -27,3 +27,7 @@ __all__ = [
     "wire_shape",
     "wire_tension",
 ]
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -25,3 +25,7 @@ __all__ = [
     "wire_content",
     "wire_length",
 ]
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -23,3 +23,7 @@ from lmgcpy.testing.conformance import Check, Finding, LawReport, conformance, r
 from lmgcpy.testing.property import PROPERTIES, Property
 
 __all__ = ["PROPERTIES", "Check", "Finding", "LawReport", "Nonconformance", "Property", "conformance", "report"]
+
+
+def __dir__() -> list[str]:
+    return __all__

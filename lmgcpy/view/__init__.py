@@ -9,3 +9,7 @@ from lmgcpy.view.layout import Layout, check
 from lmgcpy.view.pictures import render, show
 
 __all__ = ["Layout", "check", "plot", "render", "show"]
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -121,6 +121,12 @@ class Drawing:
             return np.zeros((1, 3))
         return corners(cloud.min(axis=0), cloud.max(axis=0))
 
+    @property
+    def empty(self) -> bool:
+        """Whether there is nothing to be seen."""
+        things = [balls.centres for balls in self.balls] + [tubes.starts for tubes in self.tubes]
+        return not (self.walls or self.ground or len(self.lines) or any(map(len, things)))
+
     def paints(self) -> list[Paint]:
         """Paints of all balls and tubes."""
         return [*(balls.paint for balls in self.balls), *(tubes.paint for tubes in self.tubes)]

@@ -62,8 +62,10 @@ class Film:
     def _survey(self) -> None:
         """Look at every picture for the scales, views and legend that they share."""
         for number_of_panel, panel in enumerate(self.panels):
+            seen = False
             for k in range(len(panel.drawings)):
                 drawing = self.drawing(number_of_panel, k)
+                seen = seen or drawing.region is None or not drawing.empty
                 view = View.of(panel.camera, drawing.bounds(), MARGIN if drawing.region is None else 0.0)
                 if k == 0:
                     self.views.append(view)
@@ -80,6 +82,8 @@ class Film:
                 self.grain = max(self.grain, drawing.grain)
                 self.letters[number_of_panel] = max(self.letters[number_of_panel], len(self._title(number_of_panel, k)))
                 self.legend += [entry for entry in drawing.legend if entry not in self.legend]
+            if not seen:
+                raise ValueError("Nothing is to be seen in the region: give other corners.")
         self.force = float(f"{self.force:.2g}")
 
     def _take_scales(self, limits: Any, force: Any) -> None:

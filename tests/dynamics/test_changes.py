@@ -507,3 +507,23 @@ def test_functions_and_wrong_statements_between_steps_get_a_sentence():
     with pytest.raises(TypeError, match="on_step must be a function"):
         sim.run(steps=1, on_step=3)
     assert sim.run(steps=1).positions[0].tolist() == [0.0, 0.0]
+
+
+def test_grains_come_one_by_one_from_the_mouth_of_a_hopper():
+    """Bodies that come later are hidden from the start, all at one place: they touch nothing until they are shown. Three
+    disks pile up on the floor, each on the one before."""
+    scene = lm.Scene(dimension=2, gravity=(0.0, -10.0))
+    grains = [scene.add(lm.disk(radius=0.05, position=(0.0, 0.5), mass=1.0)).hide() for _ in range(3)]
+    scene.add(lm.wall(point=(0, 0), normal=(0, 1)))
+    scene.see("GRAIN", "GRAIN", lm.Coulomb(friction=0.3))
+    scene.see("GRAIN", "WALL", lm.Coulomb(friction=0.3))
+    sim = simulate(scene, time_step=2e-3)
+
+    def feed(sim):
+        if sim.steps % 200 == 0:
+            grains[sim.steps // 200 - 1].show()
+
+    sim.run(steps=799, on_step=feed)
+    # the fall of 0.45 m takes 0.3 s; a shock ends within one step, h v = 6 mm, of the floor
+    assert [grain.position[1] for grain in grains] == pytest.approx([0.05, 0.15, 0.25], abs=7e-3)
+    assert abs(sim.velocities).max() < 1e-6

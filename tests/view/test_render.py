@@ -313,6 +313,7 @@ WRONG = {
     "region of one corner": ({"region": ((0, 0, 0),)}, "region must be a pair of corners"),
     "regions of two panels": ({"region": [(0, 0, 0), (1, 1, 1)]}, "a list has a region for each panel"),
     "region upside down": ({"region": ((0, 0, 1), (1, 1, 0))}, "its low corner and its high corner"),
+    "region of nothing": ({"region": ((5, 5, 5), (6, 6, 7))}, "Nothing is to be seen in the region"),
     "title": ({"title": 3}, "title must be a line of text, got 3."),
     "size": ({"size": (0, 100)}, "the width in size must be at least 16, got 0."),
 }
