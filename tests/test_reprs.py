@@ -16,6 +16,7 @@ import lmgcpy as lm
 import lmgcpy.testing
 from lmgcpy.experiment import (
     Biaxial,
+    PeriodicShear,
     Sample,
     SandColumn,
     Site,
@@ -25,7 +26,9 @@ from lmgcpy.experiment import (
     Task,
     Triaxial,
     compact,
+    compact_periodic,
     lay_column,
+    lay_periodic,
     lay_sample,
     let_go,
 )
@@ -86,6 +89,8 @@ def things(folder) -> dict[str, object]:
     course = let_go(poured, duration=1e-4, frames=1)
     net = lm.measure.network(sim)
     compacted = compact(laid, pressure=1e5, density=2600.0, max_steps=3)
+    cell = compact_periodic(lay_periodic([0.01] * 30, dimension=2, seed=0), pressure=1e5, max_steps=2)
+    sheared = PeriodicShear(cell.sample, pressure=1e5)
     seen: dict[str, object] = {}
     lm.solve(problem, solver=Watched(seen=seen))
     wire = {"box": (0.67, 0.67), "bead_radius": 0.0075, "interstice": 0.021, "bead_count": 30}
@@ -145,6 +150,14 @@ def things(folder) -> dict[str, object]:
         "Sample in 2D: 72 particles, 12 of them beads of one wire, in a box of ": laid,
         "Compaction in 3 steps, not at rest": compacted,
         "Unrest(imbalance=": compacted.unrest,
+        "PeriodicSample in 2D: 30 grains, solid fraction 0.4": cell.sample,
+        "PeriodicCompaction in 2 steps, not at rest": cell,
+        "PeriodicUnrest(imbalance=": cell.unrest,
+        "PeriodicShear of 30 grains in 2D at 100000 Pa": sheared,
+        "PeriodicShearRecord: 2 steps to a shear strain of 0.004, ": sheared.run(0.004),
+        "PeriodicCell of 30 grains: <Cell periodic along x, y": sheared.held,
+        "Cell periodic along x, y, edges (0.1": sheared.held.cell,
+        "Split of a W of ": sheared.simulation.problem().split,
         "Biaxial along y, RigidWire(), at 100000 Pa: 72 particles": test,
         "BiaxialRecord of law 'rigid-wire': 11 steps to 0.21 % of crushing, 0 not converged": record,
         "Frame at ": record.frames[0],

@@ -147,6 +147,9 @@ class PeriodicCell:
             "network": self._network,
         }
 
+    def __repr__(self) -> str:
+        return f"<PeriodicCell of {len(self.grains)} grains: {self.cell!r}>"
+
     def _unbalanced(self, sim: Simulation) -> float:
         net, count = sim.interactions, len(sim.positions)
         force = np.einsum("mk,mkd->md", net.force, net.frame)

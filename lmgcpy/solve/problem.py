@@ -50,6 +50,9 @@ class Split(NamedTuple):
     columns: np.ndarray
     """[kg^-1/2], (m d, q)."""
 
+    def __repr__(self) -> str:
+        return f"<Split of a W of {self.sparse.shape[0]} rows: {self.sparse.nnz} entries and rank {self.columns.shape[1]}>"
+
 
 @named_arguments
 @dataclass(frozen=True)
