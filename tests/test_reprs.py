@@ -10,12 +10,14 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy import sparse
 from test_reference import documented, reached
 
 import lmgcpy as lm
 import lmgcpy.testing
 from lmgcpy.experiment import (
     Biaxial,
+    PeriodicShear,
     Sample,
     SandColumn,
     Site,
@@ -25,12 +27,15 @@ from lmgcpy.experiment import (
     Task,
     Triaxial,
     compact,
+    compact_periodic,
     lay_column,
+    lay_periodic,
     lay_sample,
     let_go,
 )
 from lmgcpy.io.compare import compare
 from lmgcpy.laws.pair import pair_of
+from lmgcpy.solve.problem import Split
 from lmgcpy.solve.report import Lock, Worst
 
 pytestmark = pytest.mark.filterwarnings("ignore:In the step to")
@@ -85,6 +90,9 @@ def things(folder) -> dict[str, object]:
     poured = SandColumn(column_laid, friction=0.5, reach=1e-3, mould=True)
     course = let_go(poured, duration=1e-4, frames=1)
     net = lm.measure.network(sim)
+    loose = lay_periodic([0.01] * 20, dimension=2)
+    pressed = compact_periodic(loose, pressure=1e5, max_steps=3)
+    sheared = PeriodicShear(loose, pressure=1e5)
     compacted = compact(laid, pressure=1e5, density=2600.0, max_steps=3)
     seen: dict[str, object] = {}
     lm.solve(problem, solver=Watched(seen=seen))
@@ -145,6 +153,14 @@ def things(folder) -> dict[str, object]:
         "Sample in 2D: 72 particles, 12 of them beads of one wire, in a box of ": laid,
         "Compaction in 3 steps, not at rest": compacted,
         "Unrest(imbalance=": compacted.unrest,
+        "Cell periodic along x, y, edges (": sheared.held.cell,
+        "PeriodicCell of 20 grains in 2D": sheared.held,
+        "PeriodicSample in 2D: 20 grains, solid fraction 0.450": loose,
+        "PeriodicCompaction in 3 steps, not at rest": pressed,
+        "PeriodicUnrest(": pressed.unrest,
+        "PeriodicShear of 20 grains in 2D at 100000 Pa": sheared,
+        "PeriodicShearRecord: ": sheared.run(1e-3, frames=0),
+        "Split of W: 0 entries and 2 columns": Split(sparse.csr_array((4, 4)), np.zeros((4, 2))),
         "Biaxial along y, RigidWire(), at 100000 Pa: 72 particles": test,
         "BiaxialRecord of law 'rigid-wire': 11 steps to 0.21 % of crushing, 0 not converged": record,
         "Frame at ": record.frames[0],

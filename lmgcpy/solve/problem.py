@@ -50,6 +50,9 @@ class Split(NamedTuple):
     columns: np.ndarray
     """[kg^-1/2], (m d, q)."""
 
+    def __repr__(self) -> str:
+        return f"<Split of W: {self.sparse.nnz} entries and {self.columns.shape[1]} columns>"
+
 
 @named_arguments
 @dataclass(frozen=True)
