@@ -24,8 +24,6 @@ from lmgcpy.measure.network import network
 from lmgcpy.measure.stress import stress
 from lmgcpy.sample.arguments import AXES, radii, spheres
 from lmgcpy.sample.scatter import scatter
-from lmgcpy.scene.body import disk
-from lmgcpy.scene.body_3d import sphere
 from lmgcpy.scene.material import Material
 from lmgcpy.scene.scene import Scene
 from lmgcpy.simulation import Simulation
@@ -117,15 +115,16 @@ class PeriodicCell:
         self.dimension, self.diameter, self.solid_volume = sample.dimension, sample.diameter, sample.solid_volume
         self.radii = sample.radii
         self.scene = Scene(dimension=self.dimension)
-        make, material = disk if self.dimension == 2 else sphere, Material("sand", density=density)
-        self.grains: list = [
-            self.scene.add(make(radius=radius, position=position, material=material, color=GRAIN))
-            for position, radius in zip(sample.positions, sample.radii, strict=True)
-        ]
+        add = self.scene.add_disks if self.dimension == 2 else self.scene.add_spheres
+        sand = Material("sand", density=density)
+        self.grains: list = [*add(sample.radii, sample.positions, material=sand, color=GRAIN)]
         self.scene.see(GRAIN, GRAIN, Coulomb(friction=friction))
         width = (sample.solid_volume / sample.solid_fraction) ** (1.0 / self.dimension)
         inertia = heavy * density * sample.solid_volume * width**2 / 12.0
         self.cell = self.scene.periodic(**dict(zip(AXES, sample.edges, strict=False)), inertia=inertia)
+
+    def __repr__(self) -> str:
+        return f"<PeriodicCell of {len(self.grains)} grains in {self.dimension}D>"
 
     @property
     def sample(self) -> PeriodicSample:
@@ -146,9 +145,6 @@ class PeriodicCell:
             "kinetic": self._kinetic,
             "network": self._network,
         }
-
-    def __repr__(self) -> str:
-        return f"<PeriodicCell of {len(self.grains)} grains: {self.cell!r}>"
 
     def _unbalanced(self, sim: Simulation) -> float:
         net, count = sim.interactions, len(sim.positions)

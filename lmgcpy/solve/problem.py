@@ -51,7 +51,7 @@ class Split(NamedTuple):
     """[kg^-1/2], (m d, q)."""
 
     def __repr__(self) -> str:
-        return f"<Split of a W of {self.sparse.shape[0]} rows: {self.sparse.nnz} entries and rank {self.columns.shape[1]}>"
+        return f"<Split of W: {self.sparse.nnz} entries and {self.columns.shape[1]} columns>"
 
 
 @named_arguments
