@@ -7,8 +7,8 @@ images are taken. Bodies move by
 
     dv/dt = F/m - G v        (SLLOD: Evans, Morriss, Statistical Mechanics of Nonequilibrium Liquids, 1990, section 6.3).
 
-In a steady shear, where ``G G = 0``, a body on which no force acts goes straight on as seen from outside. In other flows this
-leaves out the acceleration ``(dG/dt + G G) x``, which would be another one for each image: what drives the cell gives it.
+In a steady shear, where ``G G = 0``, a body on which no force acts goes straight on as seen from outside. In other flows
+this leaves out the acceleration ``(dG/dt + G G) x``, another one for each image: what drives the cell gives it.
 
 The power of an impulse r at a contact contains ``r . G l``, so that G is a velocity like others: its rows of ``H^T`` are
 those of l, what contacts do to it is ``V sigma`` with Weber's stress sigma, and a stress imposed on the cell is the load
