@@ -71,7 +71,8 @@ class Alternating(Solver):
 
     ``tolerance``, ``wire_blocks``, ``slip``: as of :class:`Solver <lmgcpy.Solver>`; ``max_iterations``: sweeps in all;
     ``max_factorisations``: Newton steps in all, each of which factorises a sparse matrix (a path counts as the Newton steps
-    that cost as much), and fewer where they would cost more than :data:`WORK` sweeps.
+    that cost as much), and fewer where they would cost more than :data:`WORK` sweeps, or where nothing is gained any more:
+    what costs twice as much as all that came before the last gain, and a grace, is given up as "stagnated".
     """
 
     tolerance: float = 1e-8

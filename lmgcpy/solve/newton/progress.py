@@ -7,7 +7,8 @@ grace beyond that for what may still come. Costs are counted in sweeps, never re
 
 The grace is what successful solves need. (Of 31 solves to 1e-6 and 1e-8, steps of packs of 100 to 200 rough spheres,
 the two TexSol steps and 2000 settling spheres, the longest wait for a gain was 9.9e7 visits beyond twice; eight
-waited for more than 2e7.) It is at least the cost of a first attempt with Newton steps.
+waited for more than 2e7. A step of 500 rough spheres to 1e-4 needs more than 1e8.) It is at least the cost of a first
+attempt with Newton steps.
 """
 
 from __future__ import annotations
