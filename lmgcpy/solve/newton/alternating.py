@@ -142,8 +142,7 @@ class Alternating(Solver):
                 guess *= 1.0 + DISTURBANCE * noise.standard_normal((len(guess), 1))
             turn, patience = max(turn, min(2 * turn, LONGEST)), min(2 * patience, MOST_PATIENCE)
         if swept.residual > least:
-            swept = self._sweep(1, step.starting_from(best), swept=True)
-            sweeps += swept.iterations
+            swept = self.finish(step, best)  # a sweep from there may raise the residual again, by half
         if given_up and swept.status == SPENT:
             swept = swept._replace(status=STAGNATED)
         return swept._replace(iterations=sweeps, factorisations=factorisations)

@@ -270,6 +270,20 @@ def test_budget_spent_is_told_with_the_best_impulses():
     assert solution.residual <= lm.residual(problem, swept(problem, 30))
 
 
+def test_best_impulses_are_returned_as_they_are(monkeypatch):
+    """Those of the Newton steps here, which no sweep touches any more: the solution, told not to be one."""
+    problem = pressed()
+    best = lm.solve(problem, solver=lm.Newton(tolerance=1e-10)).impulses
+
+    def found(active, start, *given):
+        return Attempt(impulses=best, residual=1e-9, last=start, factorisations=1)
+
+    monkeypatch.setattr(sys.modules[lm.Newton.__module__], "proximal_newton", found)
+    monkeypatch.setattr(lm.Newton, "_sweep", lambda self, most, step, *, swept: lm.Outcome(most, 0.5, SPENT))
+    solution = lm.solve(problem, solver=lm.Newton(tolerance=1e-15, max_iterations=150, max_factorisations=1))
+    assert np.array_equal(solution.impulses, best)
+
+
 def test_newton_steps_are_bounded_by_what_they_cost(sample, monkeypatch):
     """In large samples in space that is less than their number: seven cost as much as half as many sweeps as there are
     interactions. Here the bound is brought down to two steps."""
