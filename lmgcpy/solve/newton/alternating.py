@@ -14,6 +14,8 @@ numbers every time, as sweeps alone would lead back to them. (Starting from thes
 and measuring a gain from the largest residual since the last one, solves 46 of 48 steps of compactions of 100 to 200
 spheres to 1e-8, in 23 600 Newton steps; without the two it is 42, in 31 600.)
 
+A solve that gains nothing any more is given up as ``progress`` says, with the status "stagnated".
+
 Every result is measured by the kernels of the laws, as that of every other solver is.
 """
 
@@ -28,9 +30,10 @@ import numpy as np
 from lmgcpy.errors import named_arguments, whole
 from lmgcpy.solve.accelerated import MOMENTUM, sweep_with_momentum
 from lmgcpy.solve.newton.active_set import ActiveSet
+from lmgcpy.solve.newton.progress import Progress
 from lmgcpy.solve.newton.proximal import PATIENCE, proximal_newton
 from lmgcpy.solve.newton.rolling_set import active_set_of
-from lmgcpy.solve.report import CONVERGED, NOT_FINITE, ROUND_OFF, Outcome
+from lmgcpy.solve.report import CONVERGED, NOT_FINITE, ROUND_OFF, SPENT, STAGNATED, Outcome
 from lmgcpy.solve.solver import Solver
 from lmgcpy.solve.step import Step
 
@@ -68,7 +71,8 @@ class Alternating(Solver):
 
     ``tolerance``, ``wire_blocks``, ``slip``: as of :class:`Solver <lmgcpy.Solver>`; ``max_iterations``: sweeps in all;
     ``max_factorisations``: Newton steps in all, each of which factorises a sparse matrix (a path counts as the Newton steps
-    that cost as much), and fewer where they would cost more than :data:`WORK` sweeps.
+    that cost as much), and fewer where they would cost more than :data:`WORK` sweeps, or where nothing is gained any more:
+    what costs twice as much as all that came before the last gain, and a grace, is given up as "stagnated".
     """
 
     tolerance: float = 1e-8
@@ -96,15 +100,18 @@ class Alternating(Solver):
         last = False
         most = min(self.max_factorisations, newton_steps(WORK, *size))
         slip = self.largest_slip
+        progress = Progress(len(guess), sweeps_of_seven_steps(*size) / 7.0, PATIENCE)
         while True:
             left = min(turn, self.max_iterations - sweeps)
             swept = self._sweep(left, step.starting_from(guess), swept=sweeps > 0)
             sweeps += swept.iterations
+            progress.add(swept.residual, sweeps=swept.iterations)
             if swept.status in (CONVERGED, ROUND_OFF, NOT_FINITE):
                 return swept._replace(iterations=sweeps, factorisations=factorisations)
             if swept.residual < least:
                 best, least = system.impulse.copy(), swept.residual
-            if last or factorisations >= most:
+            given_up = not progress.sweeps_left
+            if last or given_up or factorisations >= most:
                 break
             last = sweeps >= self.max_iterations
             expected = sweeps * (max(swept.residual / self.tolerance, swept.slip / slip) - 1.0)
@@ -117,11 +124,13 @@ class Alternating(Solver):
                     continue
                 problem, acting = step.conic()
                 active, noise = active_set_of(problem), np.random.default_rng(0)
-            start, left = system.impulse[acting], most - factorisations
+            start, left = system.impulse[acting], min(most - factorisations, 2 * progress.newton_left)
             # Newton steps know of the residual only; it is to fall as the worst displacement must
             aim = min(self.tolerance, 0.5 * swept.residual * slip / swept.slip) if swept.slip > slip else self.tolerance
-            attempt = proximal_newton(active, start, aim, left, LAST_PATIENCE if last else patience)
+            within = min(LAST_PATIENCE if last else patience, progress.newton_left)
+            attempt = proximal_newton(active, start, aim, left, within)
             factorisations += attempt.factorisations
+            progress.add(attempt.residual, newton=attempt.factorisations)
             guess = system.impulse.copy()
             guess[acting] = attempt.impulses
             gained = attempt.residual <= max(GAIN * least, aim)
@@ -133,8 +142,9 @@ class Alternating(Solver):
                 guess *= 1.0 + DISTURBANCE * noise.standard_normal((len(guess), 1))
             turn, patience = max(turn, min(2 * turn, LONGEST)), min(2 * patience, MOST_PATIENCE)
         if swept.residual > least:
-            swept = self._sweep(1, step.starting_from(best), swept=True)
-            sweeps += swept.iterations
+            swept = self.finish(step, best)  # a sweep from there may raise the residual again, by half
+        if given_up and swept.status == SPENT:
+            swept = swept._replace(status=STAGNATED)
         return swept._replace(iterations=sweeps, factorisations=factorisations)
 
     def _sweep(self, most: int, step: Step, *, swept: bool) -> Outcome:

@@ -12,8 +12,10 @@ import lmgcpy as lm
 from lmgcpy.solve.newton.active_set import ActiveSet
 from lmgcpy.solve.newton.alternating import DISTURBANCE, WORK, newton_steps
 from lmgcpy.solve.newton.elimination import Elimination
-from lmgcpy.solve.newton.proximal import Attempt, proximal_newton
+from lmgcpy.solve.newton.progress import GRACE, Progress
+from lmgcpy.solve.newton.proximal import PATIENCE, Attempt, proximal_newton
 from lmgcpy.solve.newton.rows import LINK, OPEN, SLIDE, STICK
+from lmgcpy.solve.report import SPENT
 
 TIGHT = 1e-10
 """Residual to which problems of some hundred unknowns can be solved in double precision, with a margin."""
@@ -268,6 +270,20 @@ def test_budget_spent_is_told_with_the_best_impulses():
     assert solution.residual <= lm.residual(problem, swept(problem, 30))
 
 
+def test_best_impulses_are_returned_as_they_are(monkeypatch):
+    """Those of the Newton steps here, which no sweep touches any more: the solution, told not to be one."""
+    problem = pressed()
+    best = lm.solve(problem, solver=lm.Newton(tolerance=1e-10)).impulses
+
+    def found(active, start, *given):
+        return Attempt(impulses=best, residual=1e-9, last=start, factorisations=1)
+
+    monkeypatch.setattr(sys.modules[lm.Newton.__module__], "proximal_newton", found)
+    monkeypatch.setattr(lm.Newton, "_sweep", lambda self, most, step, *, swept: lm.Outcome(most, 0.5, SPENT))
+    solution = lm.solve(problem, solver=lm.Newton(tolerance=1e-15, max_iterations=150, max_factorisations=1))
+    assert np.array_equal(solution.impulses, best)
+
+
 def test_newton_steps_are_bounded_by_what_they_cost(sample, monkeypatch):
     """In large samples in space that is less than their number: seven cost as much as half as many sweeps as there are
     interactions. Here the bound is brought down to two steps."""
@@ -277,6 +293,37 @@ def test_newton_steps_are_bounded_by_what_they_cost(sample, monkeypatch):
     monkeypatch.setattr(sys.modules[lm.Newton.__module__], "WORK", 300)
     bounded = lm.solve(sample, solver=lm.Newton(tolerance=1e-14, max_iterations=1000))
     assert bounded.factorisations == 2
+
+
+def test_progress_lets_a_gain_wait_as_long_as_all_before_it_and_a_grace():
+    """Ten sweeps a Newton step, so that a patience of 30 of them is worth more than the grace of so many interactions."""
+    progress = Progress(int(GRACE), step=10.0, patience=30)
+    progress.add(1e-2, sweeps=100)
+    assert (progress.sweeps_left, progress.newton_left) == (2 * 100 + 300 - 100, 40)
+    progress.add(0.91e-2, newton=15)  # less than a tenth
+    assert (progress.sweeps_left, progress.newton_left) == (250, 25)
+    progress.add(0.5e-2, newton=5)
+    assert progress.sweeps_left == 2 * 300 + 300 - 300
+    progress.add(np.inf, sweeps=601)
+    assert (progress.sweeps_left, progress.newton_left) == (0, 0)
+
+
+def test_what_gains_nothing_is_given_up(monkeypatch):
+    """Here neither sweeps nor Newton steps gain after the first turn: the solve ends after one patience, the grace, and the
+    turn under way."""
+    problem, module = pressed(), sys.modules[lm.Newton.__module__]
+
+    def idle_steps(active, start, aim, most, patience):
+        return Attempt(impulses=start, residual=0.5, last=start, factorisations=min(most, patience))
+
+    def idle_sweeps(self, most, step, *, swept):
+        return lm.Outcome(most, 0.5, SPENT)
+
+    monkeypatch.setattr(module, "proximal_newton", idle_steps)
+    monkeypatch.setattr(lm.Newton, "_sweep", idle_sweeps)
+    monkeypatch.setattr(sys.modules[Progress.__module__], "GRACE", 0.0)
+    solution = lm.solve(problem, solver=lm.Newton(tolerance=1e-8))
+    assert (solution.status, solution.factorisations, solution.iterations) == ("stagnated", PATIENCE, 100 + 200)
 
 
 def test_no_interaction_and_nothing_to_do():
