@@ -158,6 +158,7 @@ print(everything(np.eye(2) + 1.0))
 """
 
 
+@pytest.mark.long
 def test_kernels_from_the_cache_find_the_libraries_that_they_call(tmp_path):
     """LAPACK, and the dictionaries and lists of numba, none of which this process has compiled."""
     for missing in (True, False):
@@ -328,7 +329,7 @@ def test_a_warmup_by_two_processes_leaves_nothing_to_compile(tmp_path):
 def test_a_warmup_that_cannot_be_ends_with_a_sentence(tmp_path):
     """An unknown law; a directory that cannot be written."""
     (tmp_path / "file").write_text("")
-    command = "import sys; from lmgcpy.cli import main; main(['warmup', '--laws', *sys.argv[1:]])"
+    command = "import sys; from lmgcpy.cli import main; main(['warmup', '--workers', '1', '--laws', *sys.argv[1:]])"
     told = child(command, "coulom", check=False)
     assert told.returncode == 1
     assert told.stderr.startswith("Error: There is no law 'coulom'; did you mean 'coulomb'? Known: coulomb, ")

@@ -82,6 +82,7 @@ def test_there_are_seven_short_ones_each_with_its_picture_on_the_page():
         assert (PAGE.parent / "images" / f"tutorial_{number}.png").stat().st_size < 150_000
 
 
+@pytest.mark.long
 def test_1_the_ground_bears_the_pile_and_no_energy_is_lost(tmp_path):
     """At rest the ground bears the weight, to the tolerance of a step, 1e-2 of what a step without contacts would do."""
     text, folder = follow(1, tmp_path)

@@ -100,6 +100,7 @@ def test_what_is_no_solution_has_no_others():
 
 
 @pytest.mark.long
+@pytest.mark.long
 def test_runs_are_what_they_say(case, judged):
     """Every run of the fastest way there, made again: residual, sweeps, error by another formula."""
     exact = lm.solve(case.problem, solver=lm.Newton(tolerance=1e-11)).velocities
@@ -117,6 +118,7 @@ def test_runs_are_what_they_say(case, judged):
         assert run.error == pytest.approx(error, rel=1e-3)
 
 
+@pytest.mark.long
 def test_error_falls_with_the_tolerance(judged):
     """By seven digits from 1e-1 to 1e-9, for the solver that gets there."""
     errors = [run.error for run in judged.runs if run.solver == "newton" and run.status == "converged"]

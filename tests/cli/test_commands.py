@@ -3,6 +3,7 @@
 import textwrap
 from importlib.util import find_spec
 
+import pytest
 from click.testing import CliRunner
 from forks import forked
 
@@ -23,6 +24,7 @@ def test_version_and_help():
         assert f"--{option}" in told
 
 
+@pytest.mark.long
 def test_texsol_writes_and_does_not_overwrite(tmp_path):
     out = tmp_path / "study"
     first = run(*TINY, "--out", out)
@@ -39,6 +41,7 @@ def test_texsol_writes_and_does_not_overwrite(tmp_path):
     assert run(*TINY, "--out", out, "--force", "--laws", "none").exit_code == 0
 
 
+@pytest.mark.long
 def test_one_line_a_stage_where_there_is_no_terminal(tmp_path):
     command = f"""
         import sys

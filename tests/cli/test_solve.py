@@ -129,6 +129,7 @@ def benched(tmp_path_factory):
 
 
 @pytest.mark.long
+@pytest.mark.long
 def test_bench_of_a_folder(benched):
     done, out = benched
     assert done.exit_code == 0, done.output
@@ -169,6 +170,7 @@ def test_interrupted_bench_writes_what_it_has(tmp_path, monkeypatch):
         assert len(list(csv.DictReader(file))) == 2
 
 
+@pytest.mark.long
 def test_bench_draws_every_solver(benched):
     """Each solver's colour is in both pictures, in more points than a legend has."""
     from matplotlib.colors import to_rgb

@@ -135,6 +135,7 @@ def test_content_that_is_known_is_told_apart_and_kept(what, run):
     assert run(first) == ([old, "1"], "")
 
 
+@pytest.mark.default_parameters("vectorize", "njit helper with a signature", "number that hides its value")
 @pytest.mark.parametrize("what", NOT_KEPT)
 def test_content_that_is_not_known_is_compiled_again_and_one_line_says_so(what, run):
     beginning, expression, words = NOT_KEPT[what]

@@ -55,6 +55,7 @@ print(json.dumps([found, len(statistics().compiled) + len(statistics().loaded)])
 """
 
 
+@pytest.mark.long
 def test_steps_and_problems_have_the_answers_of_the_compiled_ones():
     """Stacks and wires in 2D and 3D, by sweeps and by Newton's method: equal up to the tolerance, 1e-10 of about 0.03 N s
     and m/s."""

@@ -222,6 +222,7 @@ def test_the_momentum_of_a_spinning_wire_does_not_drift():
         assert abs(angular_momentum(sim.scene) / start - 1.0) <= 1e-4
 
 
+@pytest.mark.long
 @pytest.mark.default_parameters("2")
 @DIMENSIONS
 def test_a_pendulum_on_a_light_wire_keeps_its_energy(dimension):

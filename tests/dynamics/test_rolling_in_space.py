@@ -185,6 +185,7 @@ def test_moments_keep_angular_momentum():
     assert momenta() == pytest.approx(before, abs=1e-12 * np.abs(before).max())
 
 
+@pytest.mark.default_parameters("True")
 @pytest.mark.parametrize("held", [False, True])
 def test_solvers_agree(held):
     """Also where bodies are held in some components, so that local blocks are full. Steps to a residual of 1e-8 or less of

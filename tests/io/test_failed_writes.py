@@ -168,6 +168,7 @@ def test_a_killed_file_that_cannot_be_mended_for_want_of_room_stays_as_it_is(kil
     assert lm.resume(killed, solver=lm.GaussSeidel()).run(steps=1).steps == 100
 
 
+@pytest.mark.long
 def test_a_file_that_was_killed_and_then_cut_is_refused_at_once_or_read(killed):
     """HDF5's shared reading would look for what is missing for ever; 2 s are a hundred times what reading takes."""
     child(

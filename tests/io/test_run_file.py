@@ -260,6 +260,7 @@ def test_a_full_disk_leaves_the_simulation_usable(path, monkeypatch):
     assert np.array_equal(sim.positions, whole.positions)
 
 
+@pytest.mark.long
 def test_a_write_that_fails_leaves_the_simulation_usable(path, tmp_path):
     """A limit on the size of files stands for what cannot be foreseen: HDF5's own write fails, in a process of its own."""
     code = f"""

@@ -187,6 +187,7 @@ def test_my_law(check):
 """
 
 
+@pytest.mark.long
 def test_three_lines_make_a_test_of_every_property(tmp_path):
     (tmp_path / "test_mine.py").write_text(THREE_LINES)
     command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-p", "broken_laws", "-W", "error", "-v", tmp_path]

@@ -8,7 +8,10 @@ from lmgcpy.experiment.column.course import GRAVITY, POUR, RELEASE, SandColumn, 
 from lmgcpy.experiment.column.sample import SAND_DENSITY, SPACING, Mould, glued_grains, lay_column
 from lmgcpy.measure.density import density
 
-pytestmark = pytest.mark.filterwarnings("ignore:In the step to")  # a whipping end of the wire
+pytestmark = [
+    pytest.mark.filterwarnings("ignore:In the step to"),  # a whipping end of the wire
+    pytest.mark.long,
+]
 GRAINS, CONTENT, REACH, TRAVEL = 250, 1.0, 4.5, 2.0
 
 

@@ -109,6 +109,7 @@ def test_every_executor_gives_the_same_bits(whole, processes, tmp_path):
     assert files_of(folder) == files_of(whole[1])
 
 
+@pytest.mark.long
 def test_a_texsol_study_on_processes(processes):
     study = Study2D(
         laws=("none", "rigid-wire"), grain_count=20, bead_count=6, strain=0.004, tolerance=0.1, check_strain=0.0

@@ -129,6 +129,7 @@ def test_the_summary_answers_the_questions(result):
     assert "nan" not in text.lower()
 
 
+@pytest.mark.long
 def test_threads_do_not_change_the_result(result):
     study = result.study
     alone = carry_out_study(Study2D(**{**study.__dict__, "laws": ("rigid-wire",), "threads": 1, "check_strain": 0.0}))

@@ -106,6 +106,7 @@ def test_interrupted_and_killed_again_and_again_it_is_the_same_study(whole, tmp_
     same_study(out, whole)
 
 
+@pytest.mark.long
 def test_files_change_no_bit(whole):
     """The same study kept in memory."""
     about = json.loads((whole / "study.json").read_text())
@@ -211,6 +212,7 @@ def test_a_study_of_a_former_version_is_what_it_was(kind, turn, tmp_path):
     assert folder.read() == former
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["compaction", "none"])
 def test_a_run_of_another_study_is_refused_and_ends_the_others(name, whole, tmp_path):
     other, out = tmp_path / "other", tmp_path / "study"
