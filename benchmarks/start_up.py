@@ -44,10 +44,10 @@ def main() -> None:
                 times[name].append(seconds(code, cache))
     rows = [[name, f"{min(measured):.2f}"] for name, measured in times.items()]
     rows.append(["first step, cache empty", f"{first:.1f}"])
-    for dimension in "23":
+    for options in ("--dimension 2", "--dimension 3", ""):
         with tempfile.TemporaryDirectory() as cache:
-            warm = seconds(f"from lmgcpy.cli import main; main(['warmup', '--dimension', '{dimension}'])", cache)
-        rows.append([f"lmgcpy warmup --dimension {dimension}, cache empty", f"{warm:.1f}"])
+            warm = seconds(f"from lmgcpy.cli import main; main(['warmup', *'{options}'.split()])", cache)
+        rows.append([f"lmgcpy warmup {options}, cache empty".replace(" ,", ","), f"{warm:.1f}"])
     report("start_up", ["process", "time [s]"], rows)
 
 
