@@ -1,12 +1,14 @@
-"""Displacements and local strain between two frames of a run."""
+"""Displacements and local strain between two frames of a run, or since an earlier state of a simulation."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from lmgcpy.errors import named_arguments, shown, whole
+from lmgcpy.dynamics.stepper import Stepper
+from lmgcpy.errors import named_arguments, numbers, shown, whole
 from lmgcpy.measure.sources import RecordedRun, is_run
 from lmgcpy.measure.table import Table
 
@@ -18,9 +20,9 @@ class LocalStrain(Table):
     body: np.ndarray
     """Ids, (p,)."""
     position: np.ndarray
-    """Centres at the first of the two frames [m], (p, d)."""
+    """Centres at the beginning [m], (p, d)."""
     displacement: np.ndarray
-    """From there to the second [m], (p, d)."""
+    """From there to the end [m], (p, d)."""
     gradient: np.ndarray
     """Displacement gradient around each body, ``du_i/dx_j``, (p, d, d); NaN for a body whose neighbours lie in a line."""
     rest: np.ndarray
@@ -33,21 +35,37 @@ class LocalStrain(Table):
 
 
 @named_arguments
-def strain(run: RecordedRun, *, frame: int = -1, since: int = 0) -> LocalStrain:
-    """Displacements from a frame ``since`` to a ``frame`` of an open run, and the strain around each body.
+def strain(sim: RecordedRun | Stepper, *, frame: int | None = None, since: Any = 0) -> LocalStrain:
+    """Displacements since an earlier state, and the strain around each body.
 
-    The neighbours of a body are those of the Delaunay triangulation of the centres at the first frame. The gradient G is
+    Of an open run, from a frame ``since``, by default the first, to a ``frame``, by default the last. Of a simulation, from
+    positions that were copied earlier, ``since=sim.positions.copy()`` [m], (n, d), to those of now.
+
+    The neighbours of a body are those of the Delaunay triangulation of the centres at the beginning. The gradient G is
     the least-squares fit of their relative displacements, ``minimise sum |du - G dx|^2``, and ``rest`` is what is left
     (Falk and Langer, Phys. Rev. E 57, 1998, whose D^2_min is the sum). An affine field is found to round-off.
     In a periodic cell bodies across its faces do not count as neighbours.
     """
     from scipy.spatial import Delaunay, QhullError  # takes as long to import as the rest of lmgcpy
 
-    if not is_run(run):
-        raise TypeError(f"run must be a run file that lmgcpy.io.open_run opens, got {shown(run)}.")
-    first, last = (whole(k, name, minimum=-(2**62)) for k, name in ((since, "since"), (frame, "frame")))
-    body = np.flatnonzero(np.isfinite(run.extent))
-    before, after = run.positions[first][body], run.positions[last][body]
+    if isinstance(sim, Stepper):
+        if frame is not None:
+            raise TypeError("frame is for run files: a simulation knows its last step only.")
+        extent, end = sim.model.extent, sim.positions
+        begin = numbers(since, "since of a simulation", "positions copied earlier, sim.positions.copy() [m]")
+        if begin.shape != end.shape:
+            raise ValueError(
+                f"since of a simulation must be positions of all its bodies, copied earlier, {end.shape} [m], got an array "
+                f"of shape {begin.shape}: since=sim.positions.copy()."
+            )
+    elif is_run(sim):
+        first = whole(since, "since", minimum=-(2**62))
+        last = -1 if frame is None else whole(frame, "frame", minimum=-(2**62))
+        extent, begin, end = sim.extent, sim.positions[first], sim.positions[last]
+    else:
+        raise TypeError(f"strain takes a simulation or a run file that lmgcpy.io.open_run opens, got {shown(sim)}.")
+    body = np.flatnonzero(np.isfinite(extent))
+    before, after = begin[body], end[body]
     moved, d = after - before, before.shape[1]
     try:
         start, neighbours = Delaunay(before).vertex_neighbor_vertices

@@ -179,8 +179,22 @@ def test_strain_of_a_run_and_of_too_few_bodies(both):
         lm.measure.strain(Frames(np.zeros((2, 2)), np.zeros((2, 2))))
     with pytest.raises(ValueError, match="strain needs at least 3 bodies that lie in no line"):
         lm.measure.strain(Frames(np.arange(10.0).reshape(5, 2), np.zeros((5, 2))))
-    with pytest.raises(TypeError, match="run must be a run file"):
-        lm.measure.strain(both[0])
+
+
+def test_strain_of_a_simulation_is_that_of_its_run(both):
+    """Since the positions of the first frame, to the last bit."""
+    sim, run = both
+    of_run, of_sim = lm.measure.strain(run), lm.measure.strain(sim, since=run.positions[0])
+    for name in ("body", "displacement", "gradient", "rest"):
+        assert np.array_equal(getattr(of_sim, name), getattr(of_run, name), equal_nan=True), name
+    with pytest.raises(
+        ValueError, match=r"since of a simulation must be positions of all its bodies.*got an array of shape \(\)"
+    ):
+        lm.measure.strain(sim)
+    with pytest.raises(TypeError, match="frame is for run files"):
+        lm.measure.strain(sim, frame=0, since=run.positions[0])
+    with pytest.raises(TypeError, match="strain takes a simulation or a run file"):
+        lm.measure.strain(3)
 
 
 def test_tension_along_a_hanging_wire(tmp_path):
