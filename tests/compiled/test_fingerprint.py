@@ -218,6 +218,7 @@ MAIN = "\ndef main(x):\n    return float(falling().run(steps=1).velocities[0, 1]
 LAW = soft_law("1.0 * push", before=HELPER) + MAIN
 
 
+@pytest.mark.long
 def test_a_law_of_such_a_helper_follows_its_edits_and_is_told_of_once(run):
     """Its sweep and its error read the helper; the line names the law's function, the helper and what it is."""
     everyones = {"LMGCPY_CACHE_DIR": cache_directory()}  # the kernels that the law has no part in are there

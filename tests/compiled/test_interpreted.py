@@ -96,6 +96,7 @@ def test_a_debugger_sees_a_laws_functions_and_helpers():
     assert told(code, NUMBA_DISABLE_JIT="0") == [False, False, False]
 
 
+@pytest.mark.long
 def test_a_law_that_raises_is_named_with_its_cause():
     body = "if u < 0.0:\n        raise ValueError('too fast')\n    return 0.0"
     code = SCENES + LAW.replace("BODY", body) + "falling().step()\n"

@@ -144,6 +144,7 @@ def test_it_is_off_where_a_link_is_pressed():
         assert not impulse[impulse[:, 0] >= 0.0, 1].any()
 
 
+@pytest.mark.long
 @pytest.mark.default_parameters("2")
 @DIMENSIONS
 def test_a_net_of_wires_under_a_load_holds(dimension):

@@ -82,6 +82,7 @@ def test_what_it_computes(whole):
     assert "| 0.1 |" in whole[1].summary.read_text()
 
 
+@pytest.mark.default_parameters("stage1")
 @pytest.mark.parametrize("stage", [("held by friction", 7), ("slide at 0.3", 11)])
 def test_interrupted_and_resumed_it_is_the_same(stage, whole, tmp_path):
     folder = StudyFolder(tmp_path / "study", Slides)
