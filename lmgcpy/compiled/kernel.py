@@ -50,8 +50,10 @@ from lmgcpy.compiled.fingerprint import (
 from lmgcpy.compiled.waiting import told_on_a_terminal
 from lmgcpy.errors import closest
 
-_errors = numba.core.errors
-CompilerError = _errors.NumbaError, getattr(_errors, "UnsupportedBytecodeError", _errors.NumbaError)
+CompilerError = (
+    numba.core.errors.NumbaError,
+    getattr(numba.core.errors, "UnsupportedBytecodeError", numba.core.errors.NumbaError),
+)
 """What numba raises where it cannot compile a function; 0.60 has one class for all."""
 INTERPRETED = bool(numba.config.DISABLE_JIT)  # type: ignore[attr-defined]
 """Whether kernels run as plain Python: ``NUMBA_DISABLE_JIT=1`` at the start of the process, for debuggers and coverage."""
