@@ -71,6 +71,7 @@ def test_dense_sand(grain_count, seeds):
         assert abs(np.corrcoef(radii, positions[:, 1])[0, 1]) < 0.1
 
 
+@pytest.mark.long
 @pytest.mark.default_parameters("0")
 @pytest.mark.parametrize("seed", range(2))
 def test_texsol(seed):

@@ -263,6 +263,7 @@ def test_nothing_is_said_without_a_display(tmp_path):
     assert (tmp_path / "a.png").exists()
 
 
+@pytest.mark.long
 def test_without_opengl_a_sentence_and_not_a_crash(tmp_path):
     """Mesa's EGL hidden: a machine that has OSMesa draws all the same."""
     code = (

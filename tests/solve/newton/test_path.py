@@ -125,6 +125,7 @@ def test_long_paths_are_as_exact_as_short_ones():
     assert error < 1e-10 * active.nothing
 
 
+@pytest.mark.long
 def test_a_locked_step_of_sand_is_solved_to_the_last_digits():
     """Newton steps with sweeps alone stop at 1e-6 to 1e-4 here, for thousands of factorisations."""
     step = next(in_the_plane()).problem
