@@ -9,6 +9,7 @@ may; what it yields does not depend on when that was. In large scenes interactio
 from __future__ import annotations
 
 from copy import copy
+from dataclasses import replace
 
 import numpy as np
 
@@ -100,6 +101,27 @@ class Detector:
         self._last = copy(self._last)
         if self._listed_at is not None:
             self._list_neighbours(self._listed_at)
+
+    def grown(
+        self,
+        tables: tuple[ContactorTable, list[VisibilityRow], list[ChainTable]],
+        inverse_mass: np.ndarray,
+        hidden: np.ndarray,
+        apart: np.ndarray,
+        bodies: np.ndarray,
+    ) -> Detector:
+        """A detector of more bodies, added after these, which remembers what this one does; ``bodies``: positions of all,
+        (n, 3)."""
+        lattice = None if self._images is None else self._images.lattice
+        detector = Detector(*tables, inverse_mass, self.dimension, apart, lattice)
+        detector.hide(hidden)
+        memory = self.give_memory()
+        if memory.listed:
+            before, placed = len(self.contactors.body), detector._place(bodies)
+            parts = memory.listed_at[:before], placed[before : len(tables[0].body)], memory.listed_at[before:]
+            memory = replace(memory, listed_at=np.concatenate(parts))
+        detector.take_memory(memory)
+        return detector
 
     def widest(self, travel: float, closing: float) -> float:
         """The greatest alert distance [m]; arguments as of :meth:`detect`."""

@@ -39,7 +39,7 @@ class Images:
 
     def __init__(self, lattice: Lattice, contactors: ContactorTable, bounded: np.ndarray):
         """``bounded``: which contactors are, (k,) bool."""
-        self._lattice = lattice
+        self.lattice = lattice
         self._contactors = contactors
         self._bounded = bounded
         self._largest = float(contactors.bounding_radius[bounded].max(initial=0.0))
@@ -55,22 +55,22 @@ class Images:
 
     def with_edges(self, placed: np.ndarray, bodies: np.ndarray) -> np.ndarray:
         """Positions of the contactors, and below them the edges of the cell, (k + p, 3)."""
-        edges = np.zeros((len(self._lattice.rows), 3))
-        edges[:, : self._lattice.dimension] = self._lattice.edges(bodies)
+        edges = np.zeros((len(self.lattice.rows), 3))
+        edges[:, : self.lattice.dimension] = self.lattice.edges(bodies)
         return np.concatenate([placed, edges])
 
     def _edges(self, placed: np.ndarray) -> np.ndarray:
-        return placed[len(self._contactors.body) :, : self._lattice.dimension]
+        return placed[len(self._contactors.body) :, : self.lattice.dimension]
 
     def most_reach(self, placed: np.ndarray) -> float:
         """The largest reach that the width of the cell allows [m], less a thousandth of the width."""
-        width = float(self._lattice.widths(self._edges(placed)).min())
+        width = float(self.lattice.widths(self._edges(placed)).min())
         return 0.499 * width - max(2.0 * self._largest, self._longest)
 
     def check_width(self, placed: np.ndarray, reach: float) -> None:
         """ValueError where two images of a contactor may be within ``reach`` [m] of another one, or a body of its own."""
         least = 2.0 * max(2.0 * self._largest, self._longest) + 2.0 * reach
-        width = float(self._lattice.widths(self._edges(placed)).min())
+        width = float(self.lattice.widths(self._edges(placed)).min())
         if not width > least:
             raise ValueError(
                 f"The periodic cell is {width:.3g} m wide, where a body may meet two images of another one: it must be "
@@ -81,7 +81,7 @@ class Images:
     def near_pairs(self, placed: np.ndarray, reach: float) -> np.ndarray:
         """Pairs of bounded contactors of which some images are within ``reach`` [m], (q, 2) int32, sorted."""
         self.check_width(placed, reach)
-        lattice, edges = self._lattice, self._edges(placed)
+        lattice, edges = self.lattice, self._edges(placed)
         bounded = np.flatnonzero(self._bounded)
         radius, count = self._contactors.bounding_radius[bounded], len(bounded)
         points = lattice.wrapped(placed[bounded, : lattice.dimension], edges)
@@ -107,8 +107,8 @@ class Images:
         Between the lists a pair outside of one may have come nearer by the shortening and by what both moved apart from
         the cell.
         """
-        d = self._lattice.dimension
-        old, new = (self._lattice.basis(self._edges(points)) for points in (listed_at, placed))
+        d = self.lattice.dimension
+        old, new = (self.lattice.basis(self._edges(points)) for points in (listed_at, placed))
         deformed = new @ np.linalg.inv(old)
         if not np.array_equal(np.rint(np.linalg.inv(old) @ new), np.eye(d)):  # other edges of the same lattice
             return placed, 0.0
@@ -123,12 +123,12 @@ class Images:
 
     def look_at(self, groups: Iterable[Group], placed: np.ndarray) -> None:
         """Find the images that the pairs of some groups need; each group gets its pairs with the rows of the images."""
-        edges, d, p = self._edges(placed), self._lattice.dimension, len(self._lattice.rows)
+        edges, d, p = self._edges(placed), self.lattice.dimension, len(self.lattice.rows)
         contacts = [group for group in groups if not group.chain]
         wanted = []
         for group in contacts:
             c, a = group.pairs.T
-            shift = self._lattice.nearest(placed[c, :d] - placed[a, :d], edges)
+            shift = self.lattice.nearest(placed[c, :d] - placed[a, :d], edges)
             shift[~(self._bounded[c] & self._bounded[a])] = 0.0
             wanted.append(np.column_stack([a.astype(float), shift]))
         rows = np.concatenate([np.zeros((0, 1 + p)), *wanted])
@@ -145,7 +145,7 @@ class Images:
 
     def seen(self, plain: Seen, stride: int) -> Seen:
         """Contactors and bodies with the images behind them; ``stride``: how many numbers the shape of one has."""
-        d, p = self._lattice.dimension, len(self._lattice.rows)
+        d, p = self.lattice.dimension, len(self.lattice.rows)
         count = len(plain.bodies)
         shift = np.zeros((len(self._shift), 3))
         shift[:, :d] = self._shift @ self._edges(plain.placed)

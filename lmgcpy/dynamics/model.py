@@ -183,10 +183,27 @@ class BodyState:
     """Whether statements were made that the model does not know yet."""
     chained: frozenset[int] = frozenset()
     """Rows of the bodies that are in chains."""
+    recorded: bool = False
+    """Whether the next step goes into a file, which holds one time step, one solver, and one number of bodies."""
 
     def keep(self, kind: int, body: int, component: int, value: float) -> None:
         """Keep a statement between steps, see :class:`~lmgcpy.dynamics.changes.Change`."""
         self.changes.append(Change(self.steps, kind, body, component, value))
+        self.stale = True
+
+    def refuse_recorded(self, what: str) -> None:
+        """RuntimeError where steps are recorded, as ``what`` is one in a file."""
+        if self.recorded:
+            raise RuntimeError(
+                f"{what} cannot change in a run that is recorded, as its file holds one "
+                f"{what.removeprefix('The ').replace('_', ' ')}: end the run, change it, and record into another file."
+            )
+
+    def grow(self, laid: BodyState) -> None:
+        """Append the bodies that another state has beyond these, as they are there."""
+        count = len(self.positions)
+        self.positions = np.concatenate([self.positions, laid.positions[count:]])
+        self.velocities = np.concatenate([self.velocities, laid.velocities[count:]])
         self.stale = True
 
     def copy(self) -> BodyState:

@@ -12,8 +12,9 @@ SHARE = 0.05
 1e-2 leaves overlaps of up to 3.5 % (measured on 70 to 2000 particles). A misplaced body overlaps by tenths."""
 
 
-def overlaps_at_start(model: Model) -> str | None:
-    """A sentence about the pairs that see each other and overlap at the start of a model, None where there are none.
+def overlaps_at_start(model: Model, first: int = 0) -> str | None:
+    """A sentence about the pairs that see each other and overlap at the start of a model, None where there are none; of
+    bodies that were added to a simulation, rows ``first`` and later, about their pairs.
 
     It says how many pairs of bodies overlap by more than :data:`SHARE` of the smaller radius (of the circle that holds
     the contactor), and the worst: its bodies, depth, share of that radius, and law. Linked neighbours that do not
@@ -22,11 +23,12 @@ def overlaps_at_start(model: Model) -> str | None:
     if not model.rows:
         return None
     detector = Detector(model.contactors, model.rows, [], model.inverse_mass, model.dimension, model.apart, model.lattice)
+    detector.hide(model.hidden)
     found = detector.detect(model.start.positions, 0.0)
     pairs = np.concatenate([np.zeros((0, 2), np.int32), *(group.pairs for group in detector.groups)])[found.slot]
     radius = model.contactors.bounding_radius[pairs].min(axis=1, initial=np.inf)
     share = -found.gap / radius
-    deep = share > SHARE
+    deep = (share > SHARE) & (model.contactors.body[pairs].max(axis=1, initial=0) >= first)
     if not deep.any():
         return None
     i = int(np.argmax(np.where(deep, share, 0.0)))
@@ -34,9 +36,10 @@ def overlaps_at_start(model: Model) -> str | None:
     count = len(np.unique(bodies, axis=0))
     one, other = (f"body {model.contactors.body[k]} ('{model.contactors.color[k]}')" for k in pairs[i])
     law = next(group.law.NAME for group in detector.groups if group.start <= i < group.stop)
+    what = "pair of bodies overlaps" if count == 1 else "pairs of bodies overlap"
     return (
-        f"{count} {'pair of bodies overlaps' if count == 1 else 'pairs of bodies overlap'} at the start by more than "
-        f"{100.0 * SHARE:g} % of the smaller radius; the worst: {one} and {other} by {-found.gap[i]:.3g} m, "
-        f"{100.0 * share[i]:.3g} % of {radius[i]:.3g} m, under the law '{law}', which leaves an old penetration as it is. "
-        "Move the bodies, or say overlap='ignore'."
+        f"{count} {what} {'with what was added' if first else 'at the start'} by more than {100.0 * SHARE:g} % of the "
+        f"smaller radius; the worst: {one} and {other} by {-found.gap[i]:.3g} m, {100.0 * share[i]:.3g} % of "
+        f"{radius[i]:.3g} m, under the law '{law}', which leaves an old penetration as it is. Move the bodies, or say "
+        "overlap='ignore'."
     )

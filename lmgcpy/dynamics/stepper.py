@@ -91,19 +91,14 @@ class Stepper:
         self.theta = theta
         self.solver = Auto() if solver is None else solver
         self.on_unconverged = on_unconverged
-        one_of(overlap, "overlap", REACTIONS)
+        self._overlap = one_of(overlap, "overlap", REACTIONS)
         self.threads = threads
         self.geometric_stiffness = geometric_stiffness
         if isinstance(scene, type) or not hasattr(scene, "compile") or not hasattr(scene, "hand_over"):
             raise TypeError(f"Simulation takes a scene, which lmgcpy.Scene(dimension=2) makes, got {shown(scene)}.")
         self.scene = scene
         self.model: Model = scene.compile()
-        check_positions(self.model)
-        overlaps = None if overlap == "ignore" else overlaps_at_start(self.model)
-        if overlaps and overlap == "stop":
-            raise ValueError(overlaps)
-        if overlaps:
-            warn(overlaps)
+        self._check_start(self.model, 0)
         self.state: BodyState = self.model.start
         self.steps = 0
         self.report = Report()
@@ -177,14 +172,32 @@ class Stepper:
 
     def _take_changes(self) -> None:
         """Go on with the scene as the statements since the last step have made it."""
-        self.model = model = self.scene.changed(self.model)
-        detector = copy(self._detector)
-        detector.change(model.inverse_mass, model.hidden)
-        self._detector = detector
+        before, model = len(self.model.mass), self.scene.changed(self.model)
+        if len(model.mass) > before:
+            self._check_start(model, before)
+            tables = model.contactors, model.rows, model.chains
+            detector = self._detector.grown(tables, model.inverse_mass, model.hidden, model.apart, self.state.positions)
+            self._size = model.size
+            watch = DisplacementWatch(model)
+            watch.said, self._displacement_watch = self._displacement_watch.said, watch
+        else:
+            detector = copy(self._detector)
+            detector.change(model.inverse_mass, model.hidden)
+        self.model, self._detector = model, detector
         self._links = LinkStiffness.of(model.chains, model.inverse_mass, model.dimension)
         self._turning_stretch.look_at(model)
         self.state.velocities[model.hidden] = 0.0
         self.state.stale = False
+
+    def _check_start(self, model: Model, first: int) -> None:
+        """Look at bodies before their first step, those in rows ``first`` and later: ValueError where positions are rounded
+        too coarsely, and what ``overlap`` says where they overlap."""
+        check_positions(model)
+        overlaps = None if self._overlap == "ignore" else overlaps_at_start(model, first)
+        if overlaps and self._overlap == "stop":
+            raise ValueError(overlaps)
+        if overlaps:
+            warn(overlaps)
 
     @contextmanager
     def _whole_or_not_at_all(self) -> Iterator[None]:
@@ -436,16 +449,9 @@ class Stepper:
         check_solver(solver)
         self._solver = solver
 
-    def _is_recorded(self) -> bool:
-        """Whether the next step goes into a file, which holds one time step and one solver."""
-        return False
-
     def _refuse_recorded(self, what: str) -> None:
-        if self._is_recorded():
-            raise RuntimeError(
-                f"{what} cannot change in a run that is recorded, as its file holds one {what.replace('_', ' ')}: end the "
-                "run, change it, and record into another file."
-            )
+        if self._made:
+            self.state.refuse_recorded(what)
 
     @property
     def threads(self) -> int:

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import itertools
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
 from lmgcpy.contact.detection_tables import ChainTable, ContactorTable, VisibilityRow
+from lmgcpy.contact.groups import check_pairs
 from lmgcpy.dynamics.cell import CellMotion
-from lmgcpy.dynamics.changes import GRAVITY, Change
+from lmgcpy.dynamics.changes import GRAVITY, SHOWN, Change
 from lmgcpy.dynamics.model import COMPONENTS, BodyState, Drive, Model
 from lmgcpy.errors import LARGEST, closest, flag, named_arguments, number, shown, vector, whole
 from lmgcpy.laws import Law
@@ -114,10 +115,11 @@ class Scene:
 
     @named_arguments
     def add(self, body: SomeBody) -> SomeBody:
-        """Add a body and give it its id. Returns the body."""
-        self._editable(
-            "add a body", "Have it hidden from the start, or begin anew from a recorded step: lmgcpy.Scene.from_run."
-        )
+        """Add a body and give it its id. Returns the body.
+
+        Between the steps of a simulation it comes with the velocity that it has, but not into a run that is recorded
+        (RuntimeError), as all frames of a file have the same bodies.
+        """
         if not isinstance(body, Body):
             raise TypeError(f"Scene.add takes a body such as lmgcpy.disk(...), got {shown(body)}.")
         if body.dimension != self.dimension:
@@ -125,9 +127,32 @@ class Scene:
         if body.id >= 0:
             where = "this scene" if body.id < len(self.bodies) and self.bodies[body.id] is body else "another scene"
             raise ValueError(f"{body!r} is in {where} already: make a new body.")
-        body._id = len(self.bodies)
-        self.bodies.append(body)
+        self._join([body])
         return body
+
+    def _join(self, bodies: Sequence[Body]) -> None:
+        """Give bodies their ids. Those that come between the steps of a simulation were hidden until now."""
+        if self._state is not None:
+            self._state.refuse_recorded("The number of bodies")
+        for id, body in enumerate(bodies, len(self.bodies)):
+            body._id = id
+        self.bodies += bodies
+        if self._state is None:
+            return
+        try:
+            model = self._model(self._state.time)
+            check_pairs(model.contactors, model.rows)
+        except BaseException:
+            del self.bodies[-len(bodies) :]
+            for body in bodies:
+                body._id = -1
+            raise
+        self._state.grow(model.start)
+        for body in bodies:
+            body._state = self._state
+            self._at_start.append((body._velocities, body._forces, True))
+            if not body._hidden:
+                self._state.keep(SHOWN, body._id, -1, 0.0)
 
     @named_arguments
     def periodic(self, *, x: Any = None, y: Any = None, z: Any = None, inertia: float | None = None) -> Cell:
@@ -218,13 +243,10 @@ class Scene:
         return self._add_round(Sphere, radii, positions, material=material, color=color, **given)
 
     def _add_round(self, kind: type[SomeRound], radii: Any, positions: Any, **given: Any) -> list[SomeRound]:
-        self._editable("add bodies")
         if kind.dimension != self.dimension:
             raise ValueError(f"A {kind.noun} is of dimension {kind.dimension}, this scene of dimension {self.dimension}.")
         made = make_round(kind, radii, positions, **given)
-        for id, body in enumerate(made, len(self.bodies)):
-            body._id = id
-        self.bodies += made
+        self._join(made)
         return made
 
     @named_arguments
@@ -347,6 +369,10 @@ class Scene:
             check_answers(chain.law, self.dimension)
         if self._cell is not None:
             self._cell.check()
+        return self._model(0.0)
+
+    def _model(self, time: float) -> Model:
+        """The model of all bodies as they are laid, with the values of imposed velocities at a time [s]."""
         start, d, count = StartNumbers.of(self.bodies), self.dimension, len(COMPONENTS[self.dimension])
         positions, velocities = start.rows[:, :3].copy(), start.rows[:, 3 : 3 + count].copy()
         mass = np.repeat(start.rows[:, [MASS, INERTIA]], [d, count - d], axis=1)
@@ -354,7 +380,7 @@ class Scene:
         self._check_numbers(positions, velocities, mass, contactors)
         driven, loads, inverse_mass, hidden = self._conditions(mass)
         for drive in driven:
-            velocities[drive.body, drive.component] = drive.at(0.0)
+            velocities[drive.body, drive.component] = drive.at(time)
         velocities[hidden] = 0.0
         chained = frozenset(body.id for chain in self.chains for body in chain.bodies)
         for i in np.flatnonzero(hidden).tolist():
@@ -413,7 +439,11 @@ class Scene:
         return driven, loads, inverse_mass, hidden
 
     def changed(self, model: Model) -> Model:
-        """The model with the conditions, the hidden bodies and the gravity of now; a simulation calls it between steps."""
+        """The model with the conditions, the hidden bodies and the gravity of now, and all bodies that were added since; a
+        simulation calls it between steps."""
+        if len(self.bodies) > len(model.mass):
+            assert self._state is not None
+            return replace(self._model(self._state.time), start=self._state)
         velocities, forces, inverse_mass, hidden = self._conditions(model.mass)
         return replace(
             model, gravity=self.gravity, velocities=velocities, forces=forces, inverse_mass=inverse_mass, hidden=hidden
@@ -440,7 +470,7 @@ class Scene:
             self._gravity = gravity
 
     def hand_over(self, state: BodyState) -> None:
-        """Make the bodies views of a simulation's state. From then on the scene cannot be edited."""
+        """Make the bodies views of a simulation's state. From then on only statements between steps change the scene."""
         self._compiled = True
         self._state = state
         self._gravity_at_start = self._gravity
@@ -454,7 +484,10 @@ class Scene:
             for color in (candidate, antagonist):
                 if color not in known and known:
                     hint = closest(color, known)
-                    raise LookupError(f"No body has the colour '{color}' that the visibility table names{hint}")
+                    raise LookupError(
+                        f"No body has the colour '{color}' that the visibility table names{hint} If bodies of this colour "
+                        "are to come later, begin with a hidden one."
+                    )
 
     def _check_numbers(self, positions: Any, velocities: Any, mass: Any, contactors: ContactorTable) -> None:
         """Check the numbers of bodies and contactors of foreign classes, and those that were written into views."""

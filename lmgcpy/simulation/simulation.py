@@ -67,12 +67,17 @@ class Simulation(Stepper):
     The formulas of a step are in the class that makes it, :class:`Stepper <lmgcpy.dynamics.stepper.Stepper>`.
     """
 
-    recorder: Recorder | None = None
-    """Records every run that names no file of its own; ``lmgcpy.resume`` sets it."""
-    _recording = False
+    _recorder: Recorder | None = None
 
-    def _is_recorded(self) -> bool:
-        return self._recording or self.recorder is not None
+    @property
+    def recorder(self) -> Recorder | None:
+        """Records every run that names no file of its own; ``lmgcpy.resume`` sets it."""
+        return self._recorder
+
+    @recorder.setter
+    def recorder(self, recorder: Recorder | None) -> None:
+        self._recorder = recorder
+        self.state.recorded = recorder is not None
 
     @named_arguments
     def run(
@@ -139,7 +144,7 @@ class Simulation(Stepper):
             from tqdm import tqdm
 
             turns = tqdm(turns, desc="lmgcpy", unit="step", disable=None)
-        self._running, self._recording = True, recorder is not None
+        self._running, self.state.recorded = True, recorder is not None
         try:
             if recorder is None:
                 for _ in turns:
@@ -151,7 +156,7 @@ class Simulation(Stepper):
             else:
                 self._run_recorded(turns, recorder, until, on_step)
         finally:
-            self._running = self._recording = False
+            self._running, self.state.recorded = False, self.recorder is not None
         log.info("%s", _Summary(self, self.steps - already, clock.perf_counter() - begin))
         unconverged = self.unconverged_steps - unconverged
         if unconverged and self.on_unconverged == "warn":

@@ -254,8 +254,8 @@ ROWS: dict[str, tuple] = {
     "relaxation negative": (lambda w: w.scene.chain(w.beads, lm.RigidRod(), relaxation=-1.0), ValueError,
         "relaxation of a chain must be at least 0 s, got -1 s"),
     # ---------------------------------------------------------------------------------------- editing what is compiled
-    "add after": (lambda w: w.done.add(disk()), RuntimeError,
-        "Cannot add a body: a Simulation has compiled this scene. Have it hidden from the start"),
+    "add a sphere after": (lambda w: w.done.add(lm.sphere(radius=0.1, position=(0, 0, 0), mass=1.0)), ValueError,
+        "is of dimension 3, this scene of dimension 2"),
     # ---------------------------------------------------------------------------------------------------- periodic cells
     "periodic without edge": (lambda w: w.scene.periodic(), TypeError, "periodic needs the edge of a direction"),
     "periodic along z in 2D": (lambda w: w.scene.periodic(z=1.0), ValueError, "A scene in 2D has no direction z"),

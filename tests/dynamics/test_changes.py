@@ -72,7 +72,7 @@ def test_what_loses_its_support_falls_freely(dimension):
 
 def test_a_silo_empties_when_its_gate_is_hidden_and_not_before():
     scene, gate = silo()
-    sim = simulate(scene).run(steps=150)
+    sim = simulate(scene, on_unconverged="ignore").run(steps=150)
     grains = sim.positions[:30, 1]
     assert grains.min() > 0.09
     gate.hide()
@@ -502,11 +502,204 @@ def test_functions_and_wrong_statements_between_steps_get_a_sentence():
         disk.free("z")
     with pytest.raises(TypeError, match="free takes names of components"):
         disk.free(1)
-    with pytest.raises(RuntimeError, match="Cannot add a body"):
-        scene.add(lm.disk(radius=0.1, position=(0.0, 0.0), mass=1.0))
     with pytest.raises(TypeError, match="on_step must be a function"):
         sim.run(steps=1, on_step=3)
     assert sim.run(steps=1).positions[0].tolist() == [0.0, 0.0]
+
+
+# ------------------------------------------------------------------------------------------------------------- adding
+
+
+def heap(dimension, later):
+    """Balls in a trough; returns the scene, and what is to come: two balls, one with a velocity, and a wall. With ``later``
+    they are hidden from the start."""
+    up = (0.0,) * (dimension - 1)
+    make = lm.disk if dimension == 2 else lm.sphere
+    scene = lm.Scene(dimension=dimension, gravity=(*up, -G))
+    for normal in ((1.0, *up[1:], 1.0), (-1.0, *up[1:], 1.0)):
+        scene.add(lm.wall(point=(0.0,) * dimension, normal=normal))
+    for i in range(6):
+        scene.add(make(radius=0.1 + 0.005 * i, position=(0.03 * (-1) ** i, *up[1:], 0.25 + 0.25 * i), mass=1.0 + 0.1 * i))
+    velocity = (0.5, *up[1:], -1.0)
+    coming = [
+        make(radius=0.04, position=(0.3, *up[1:], 1.9), mass=0.3),
+        make(radius=0.2, position=(-0.2, *up[1:], 2.2), mass=2.0, velocity=velocity),
+        lm.wall(point=(0.4, *up), normal=(-1.0, *up), color="WALL"),
+    ]
+    for color in ("GRAIN", "WALL"):
+        scene.see("GRAIN", color, lm.Coulomb(friction=0.3))
+    if later:
+        for body in coming:
+            scene.add(body).hide()
+    return scene, coming, velocity
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_what_is_added_is_what_was_hidden_until_then(dimension):
+    """To the last bit: positions, velocities, impulses and energy, through lists of neighbours made anew."""
+    runs = []
+    for later in (True, False):
+        scene, coming, velocity = heap(dimension, later)
+        sim = simulate(scene, on_unconverged="ignore").run(steps=150)
+        for body in coming:
+            body.show() if later else scene.add(body)
+        assert len(sim.positions) == 11
+        assert coming[1].id == 9
+        if later:
+            sim.velocities[9] = velocity
+        sim.run(steps=300)
+        assert works_close(sim)
+        assert sim.interactions.candidate.tolist()
+        runs.append(sim)
+    hidden, added = runs
+    assert np.array_equal(hidden.positions, added.positions)
+    assert np.array_equal(hidden.velocities, added.velocities)
+    assert np.array_equal(hidden.interactions.impulse, added.interactions.impulse)
+    assert hidden.energy.total_interactions == added.energy.total_interactions
+    assert coming[0].position.tolist() == added.positions[8].tolist()
+
+
+def test_added_with_a_velocity_it_flies_at_once():
+    scene = lm.Scene(dimension=2, gravity=(0.0, -G))
+    scene.add(lm.disk(radius=0.1, position=(0.0, 0.0), mass=1.0))
+    sim = simulate(scene, time_step=1e-3).run(steps=10)
+    balls = scene.add_disks(0.1, [(1.0, 0.0), (2.0, 0.0)], masses=1.0, velocities=(0.0, 3.0))
+    balls[1].impose_velocity(x=0.5)
+    assert sim.positions.shape == (3, 2)
+    sim.run(steps=100)  # theta = 1/2 is exact in free flight
+    assert sim.positions[1] == pytest.approx((1.0, 0.3 - 0.5 * G * 0.01), abs=1e-12)
+    assert balls[1].position[0] == pytest.approx(2.0 + 0.5 * (0.1 - 0.5e-3), abs=1e-12)  # half a step at rest
+
+
+def test_grains_are_poured_in_a_run_and_recorded_afterwards(tmp_path):
+    """Not into a run that is recorded; what is recorded after that goes on bit for bit, with a grain that came hidden."""
+    scene, coming, _ = heap(2, later=False)
+    sim = simulate(scene, on_unconverged="ignore")
+
+    def pour(sim):
+        if sim.steps in (40, 80):
+            scene.add(coming[sim.steps // 40 - 1])
+
+    with pytest.raises(RuntimeError, match="The number of bodies cannot change in a run that is recorded"):
+        sim.run(steps=50, on_step=pour, record=tmp_path / "refused.h5")
+    assert len(scene.bodies) == len(sim.positions) == 8
+    assert coming[0].id == -1
+    scene.add(coming[0])
+    sim.run(steps=60, on_step=lambda sim: sim.steps == 80 and scene.add(coming[1]))
+    scene.add(lm.disk(radius=0.1, position=(3.0, 3.0), mass=1.0).hide())
+    sim.run(steps=20, record=tmp_path / "run.h5", every=5)
+    again = lm.resume(tmp_path / "run.h5")
+    assert again.scene.bodies[10].hidden
+    again.scene.bodies[10].show()
+    with pytest.raises(RuntimeError, match="The number of bodies cannot change"):
+        again.scene.add(lm.disk(radius=0.1, position=(5.0, 3.0), mass=1.0))
+    again.run(steps=30)
+    scene.bodies[10].show()
+    sim.run(steps=30)
+    assert np.array_equal(again.positions, sim.positions)
+    assert np.array_equal(again.velocities, sim.velocities)
+
+
+def test_a_checkpoint_holds_what_was_added():
+    scene, coming, _ = heap(2, later=False)
+    sim = simulate(scene).run(steps=100)
+    fewer = sim.checkpoint()
+    scene.add(coming[1])
+    kept = sim.checkpoint()
+    after = sim.run(steps=50).positions.copy()
+    sim.restore(kept)
+    assert np.array_equal(sim.run(steps=50).positions, after)
+    with pytest.raises(ValueError, match="give a checkpoint of this scene"):
+        sim.restore(fewer)
+
+
+def test_what_cannot_be_added_leaves_everything_as_it_was():
+    class OfWalls(lm.Signorini):
+        NAME = "of-walls-alone"
+        PAIRS = frozenset({("disk", "wall")})
+
+    scene = lm.Scene(dimension=2, gravity=(0.0, -G))
+    scene.add(lm.disk(radius=0.1, position=(0.0, 0.2), mass=1.0))
+    scene.add(lm.wall(point=(0, 0), normal=(0, 1)))
+    scene.see("GRAIN", "WALL", OfWalls())
+    sim = simulate(scene).run(steps=10)
+    stone = lm.disk(radius=0.1, position=(1.0, 1.0), mass=1.0, color="WALL")
+    with pytest.raises(ValueError, match="is for contacts disk-wall"):
+        scene.add(stone)
+    assert stone.id == -1
+    assert len(scene.bodies) == 2
+    assert sim.run(steps=10).positions.shape == (2, 2)
+
+
+def test_what_is_added_into_others_is_told():
+    scene, _, _ = heap(2, later=False)
+    sim = simulate(scene).run(steps=10)
+    scene.add(lm.disk(radius=0.1, position=scene.bodies[3].position + np.array([0.05, 0.0]), mass=1.0))
+    with pytest.warns(RuntimeWarning, match="overlaps? with what was added by more than 5 %"):
+        sim.run(steps=1)
+    scene, _, _ = heap(2, later=False)
+    sim = simulate(scene, overlap="stop").run(steps=10)
+    wrong = scene.add(lm.disk(radius=0.1, position=scene.bodies[3].position + np.array([0.05, 0.0]), mass=1.0))
+    for _ in range(2):
+        with pytest.raises(ValueError, match="with what was added"):
+            sim.step()
+    wrong.hide()
+    assert sim.run(steps=1).steps == 11
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_grains_fall_on_a_wire_with_a_law_that_rolls(dimension):
+    """Chains, what the wire remembers, and rolling contacts: the bits of grains that were hidden until then."""
+    up, make = (0.0,) * (dimension - 1), lm.disk if dimension == 2 else lm.sphere
+    law = lm.RollingCoulomb(friction=0.3, rolling_friction=0.1)
+    runs = []
+    for later in (True, False):
+        scene = lm.Scene(dimension=dimension, gravity=(*up, -G))
+        scene.add(lm.wall(point=(0.0,) * dimension, normal=(*up, 1.0)))
+        at = [(0.06 * i, *up[1:], 0.3) for i in range(12)]
+        beads = [scene.add(make(radius=0.02, position=x, mass=0.1, color="BEAD")) for x in at]
+        beads[0].fix()
+        scene.chain(beads, lm.RigidWire(), block_spin=True)
+        grains = [make(radius=0.05, position=(0.1 + 0.11 * i, *up[1:], 0.5), mass=1.0) for i in range(5)]
+        scene.add(grains[0]).hide()
+        for color in ("BEAD", "GRAIN", "WALL"):
+            scene.see("GRAIN", color, law)
+        scene.see("BEAD", "WALL", law)
+        if later:
+            for grain in grains[1:]:
+                scene.add(grain).hide()
+        sim = simulate(scene, time_step=1e-3, on_unconverged="ignore").run(steps=150)
+        for grain in grains:
+            scene.add(grain) if grain.id < 0 else grain.show()
+        runs.append(sim.run(steps=150))
+    assert np.array_equal(runs[0].positions, runs[1].positions)
+    assert np.array_equal(runs[0].velocities, runs[1].velocities)
+    assert runs[0].energy.total_interactions == runs[1].energy.total_interactions
+
+
+def test_grains_are_added_to_a_periodic_cell():
+    """Half of a gas of disks comes later, as its cell begins to shear: bit for bit as if hidden until then."""
+    runs = []
+    for later in (True, False):
+        scene = lm.Scene(dimension=2)
+        cell = scene.periodic(x=1.0, y=1.0)
+        rng = np.random.default_rng(4)
+        grid = np.array([(i / 8, j / 8) for i in range(8) for j in range(8)]) + 0.02
+        disks = [lm.disk(radius=0.05, position=at, mass=1.0, velocity=0.2 * rng.normal(size=2)) for at in grid]
+        scene.see("GRAIN", "GRAIN", lm.Coulomb(friction=0.3))
+        for disk in disks[:32]:
+            scene.add(disk)
+        if later:
+            for disk in disks[32:]:
+                scene.add(disk).hide()
+        sim = simulate(scene).run(steps=20)
+        cell.impose_rate(xy=0.3)
+        for disk in disks[32:]:
+            disk.show() if later else scene.add(disk)
+        sim.velocities[-32:] = 0.0
+        runs.append(sim.run(steps=100))
+    assert np.array_equal(runs[0].positions, runs[1].positions)
+    assert len(runs[0].interactions.gap) > 20
 
 
 def test_grains_come_one_by_one_from_the_mouth_of_a_hopper():

@@ -130,13 +130,9 @@ def test_wrong_arguments_get_a_sentence_and_leave_the_scene_as_it_was(error, wor
     assert scene.bodies == []
 
 
-def test_the_scene_must_have_their_dimension_and_not_be_compiled():
+def test_the_scene_must_have_their_dimension():
     with pytest.raises(ValueError, match="A sphere is of dimension 3, this scene of dimension 2"):
         lm.Scene(dimension=2).add_spheres(0.1, [(0, 0, 0)], masses=1.0)
-    scene = at_once(2, masses=1.0)
-    lm.Simulation(scene, time_step=1.0)
-    with pytest.raises(RuntimeError, match="Cannot add bodies"):
-        scene.add_disks(0.1, [(0, 0)], masses=1.0)
 
 
 def test_ten_thousand_take_milliseconds():
