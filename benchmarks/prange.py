@@ -23,7 +23,7 @@ import lmgcpy as lm
 from lmgcpy.compiled.by_address import ROOM, call_work
 from lmgcpy.compiled.kernel import OPTIONS, Kernel
 from lmgcpy.solve.sweeps import SWEEP, sweep_groups, work
-from lmgcpy.solve.team import Iterates, Job, Team, lay, lead, work_address
+from lmgcpy.solve.team import Crew, Iterates, Job, Team, lay, work_address
 
 COUNTS = (10_000, 50_000)
 SWEEPS = 5
@@ -85,8 +85,7 @@ def measure(count: int) -> list[list]:
     step, iterates = (groups, s, start[1], start[0]), Iterates(*[none] * len(Iterates._fields))
     job = Job(*step, iterates, np.zeros((len(groups.task), 4)), np.zeros(1), np.zeros(3), 1)
     place = np.empty(ROOM, dtype=np.int64)
-    lay(job, place.ctypes.data)
-    address = work_address(task, job)
+    address = work_address(task, job, lay(job, place.ctypes.data))
     stamps = np.zeros(SWEEPS + 1, dtype=np.int64)
 
     def run(name: str, threads: int) -> np.ndarray:
@@ -95,7 +94,7 @@ def measure(count: int) -> list[list]:
         if name == "prange":
             by_prange(groups.phase, address, place.ctypes.data, stamps)
         else:
-            lead(by_team, task, step, iterates, threads, stamps)
+            Crew(task, step, iterates, threads).lead(by_team, stamps)
         return np.diff(stamps)
 
     ways = [(name, threads) for threads in (1, 2) for name in ("team", "prange")]

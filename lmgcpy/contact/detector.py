@@ -153,13 +153,15 @@ class Detector:
         """Keep the impulses (m, d) of the step for the next one's start, and the states (m, k) of the laws."""
         self._last.remember(interactions.slot, impulse, state)
 
-    def recall(self, interactions: Interactions) -> np.ndarray:
-        """Impulses of the last step by identity, zero for new interactions, (m, d)."""
-        return self._last.impulses_of(interactions.slot)
+    @property
+    def remembered(self) -> tuple[int, int]:
+        """How many components the impulse of an interaction has at the most, and the state of its law."""
+        return self._last.width
 
-    def recall_state(self, interactions: Interactions) -> np.ndarray:
-        """States of the laws by identity, (m, k), k the longest; NaN for new interactions and for laws with fewer."""
-        return self._last.states_of(interactions.slot)
+    def recall(self, interactions: Interactions, impulse: np.ndarray, state: np.ndarray) -> None:
+        """Fill in the impulses of the last step by identity, zero for new interactions, (m, d), and the states of the laws,
+        (m, k), k the longest; NaN for new interactions and for laws with fewer."""
+        self._last.recall(interactions.slot, impulse, state)
 
     def give_memory(self) -> Memory:
         """Impulses of the last step and states by identity, and what the list of neighbours came from, as copies."""

@@ -53,21 +53,23 @@ class LastStep:
 
     def remember(self, slots: np.ndarray, impulse: np.ndarray, state: np.ndarray) -> None:
         """Keep impulses (m, d) and states (m, k) of the interactions in these slots, (m,), ascending."""
-        self._slots = with_spare_rows(len(slots), dtype=np.int32)
-        self._slots[:] = slots
-        self._impulses, self._states = impulse, state
+        # copies, as the next step may use the same arrays, and fail
+        count = len(slots)
+        self._slots = with_spare_rows(count, dtype=np.int32)
+        self._impulses, self._states = (with_spare_rows(count, width) for width in self.width)
+        self._slots[:], self._impulses[:], self._states[:] = slots, impulse, state
 
-    def impulses_of(self, slots: np.ndarray) -> np.ndarray:
-        """Impulses of the interactions in these slots, zero for new ones, (m, d)."""
-        known = with_spare_rows(len(slots), self._impulses.shape[1], fill=0.0)
-        recall(slots, self._slots, self._impulses, known)
-        return known
+    @property
+    def width(self) -> tuple[int, int]:
+        """How many numbers the impulse of an interaction and the state of its law have at the most."""
+        return self._impulses.shape[1], self._states.shape[1]
 
-    def states_of(self, slots: np.ndarray) -> np.ndarray:
-        """States of the interactions in these slots, (m, k); NaN for new ones and beyond a law's own."""
-        known = with_spare_rows(len(slots), self._states.shape[1], fill=np.nan)
-        recall(slots, self._slots, self._states, known)
-        return known
+    def recall(self, slots: np.ndarray, impulse: np.ndarray, state: np.ndarray) -> None:
+        """Fill in the impulses of the interactions in these slots, zero for new ones, (m, d), and their states, (m, k); NaN
+        for new ones and beyond a law's own."""
+        for values, known, new in ((self._impulses, impulse, 0.0), (self._states, state, np.nan)):
+            known.fill(new)
+            recall(slots, self._slots, values, known)
 
     def carry_over(self, before: list[Group], groups: list[Group], slots: int) -> None:
         """Take impulses and states from the slots of one list to those of another, which has so many."""

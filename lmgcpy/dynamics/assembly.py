@@ -2,25 +2,28 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from lmgcpy.compiled.kernel import CompilerError, Kernel
-from lmgcpy.contact.detector import Group
+from lmgcpy.contact.detector import Detector, Group
 from lmgcpy.contact.narrow_phase import Interactions
 from lmgcpy.contact.spare_rows import with_spare_rows
 from lmgcpy.dynamics.cell import CellMotion
+from lmgcpy.dynamics.known_pairs import known_pairs
+from lmgcpy.dynamics.model import Model
 from lmgcpy.dynamics.rolling import mark_isotropic, rolling_radius, with_rolling
 from lmgcpy.dynamics.schedule import schedule
 from lmgcpy.solve.dimension_kernels import DimensionKernels, dimension_kernels
 from lmgcpy.solve.law_kernels import LawKernels, StepData, functions_of, law_kernels, not_compiled
 from lmgcpy.solve.report import Worst
+from lmgcpy.solve.step import Step
 from lmgcpy.solve.system import Groups, System
 
 
-@dataclass(frozen=True)
+@dataclass
 class StepProblem:
     """A step as dynamics knows it: the arrays of its interactions, the groups with their laws, and the data of the laws.
 
@@ -40,19 +43,23 @@ class StepProblem:
     """Velocities of the bodies without impulses, (n, k)."""
     guess: np.ndarray
     """Impulses to start from [N s], (m, d)."""
+    after: np.ndarray
+    """Memory for the relative velocities at the end, (m, d); the problems that are solved in one step share it."""
+    step: Step | None = field(default=None, init=False, compare=False)
+    """What the solver was given, where these arrays are for the next step as well."""
 
     @property
     def dimension(self) -> int:
         """2 or 3."""
         return self.dimension_kernels.dimension
 
-    def ended(self) -> StepProblem:
-        """The problem with the relative velocities at the end of the step."""
-        return replace(self, data=self.data._replace(after=self.relative_velocities(self.system.velocity)))
+    def end(self) -> None:
+        """Let the data of the laws have the relative velocities at the end of the step."""
+        self.data = self.data._replace(after=self.relative_velocities(self.system.velocity, self.after))
 
-    def relative_velocities(self, velocities: np.ndarray) -> np.ndarray:
+    def relative_velocities(self, velocities: np.ndarray, result: np.ndarray | None = None) -> np.ndarray:
         """Relative velocities of all interactions in their local frames, (m, d), for velocities of the bodies (n, k)."""
-        result = with_spare_rows(*self.data.before.shape)
+        result = np.empty_like(self.data.before) if result is None else result
         self.dimension_kernels.relative_velocities(self.system, velocities, result)
         return result
 
@@ -122,47 +129,87 @@ def group_kernels(
     return law_kernels(*given, stiffened=stiffened, deforms=deforms, watched=watched, isotropic=group.isotropic)
 
 
-def assemble(
-    groups: list[Group],
-    interactions: Interactions,
-    *,
-    time: float,
-    time_step: float,
-    before: np.ndarray,
-    free_velocity: np.ndarray,
-    inverse_mass: np.ndarray,
-    size: np.ndarray,
-    pairs: np.ndarray,
-    guess: np.ndarray,
-    state: np.ndarray,
-    wire_blocks: bool,
-    cell: CellMotion | None = None,
-) -> StepProblem:
-    """Make the arrays of a step from its interactions, and let each law prepare its numbers.
+KEPT = 2000
+"""Most interactions of a step whose arrays the next one may use again. In a small scene to make them costs as much as all
+kernels; in a large one interactions come and go at every step, and memory counts."""
 
-    ``before`` and ``free_velocity``: velocities of the bodies at the start of the step and without impulses, (n, k);
-    ``size``: radius of the smallest contactor of each body [m], infinite where it has none that is bounded, (n,);
-    ``pairs``: what laws may know of the bodies, (m, 4) or (0, 4); ``guess``: impulses to start from, (m, d); ``state``: of
-    the laws, NaN for new interactions, (m, k), changed in place; ``cell``: a periodic cell that deforms in this step.
+
+class Assembler:
+    """Makes the problem of each step of a simulation; as long as the interactions of a small scene stay the same, in the
+    same arrays."""
+
+    def __init__(self, model: Model):
+        self._model = model
+        self._size = model.size
+        self._kept: StepProblem | None = None
+        self._groups: list[Group] = []
+        self._kind: tuple = ()
+        """What ``_kept`` was laid out for: the list of neighbours, the slots in it, and what else it depends on."""
+
+    def assemble(
+        self,
+        detector: Detector,
+        interactions: Interactions,
+        *,
+        time: float,
+        time_step: float,
+        before: np.ndarray,
+        free_velocity: np.ndarray,
+        wire_blocks: bool,
+    ) -> StepProblem:
+        """The arrays of a step from its interactions, with the numbers that each law prepares.
+
+        ``before`` and ``free_velocity``: velocities of the bodies at the start of the step and without impulses, (n, k).
+        """
+        model, groups = self._model, detector.groups
+        cell = model.cell_in_step(before, free_velocity)
+        kept = self._kept
+        kind = interactions.slot[:KEPT].tobytes(), time_step, wire_blocks, [group.diagonal for group in groups]
+        if kept is None or groups is not self._groups or kind != self._kind or cell is not None:
+            self._kept = kept = None  # its arrays make room
+            rate = time_step / self._size
+            kept = lay_out(detector, interactions, model, rate, wire_blocks=wire_blocks, cell=cell)
+            # what rolling contacts and cells that deform add to W is made from each detection
+            if len(interactions.slot) <= KEPT and cell is None and not len(kept.system.rolling):
+                self._kept, self._groups, self._kind = kept, groups, kind
+        detector.recall(interactions, kept.guess, kept.data.state)
+        fill(kept, time, time_step, before, free_velocity)
+        return kept
+
+
+def lay_out(
+    detector: Detector,
+    interactions: Interactions,
+    model: Model,
+    rate: np.ndarray,
+    *,
+    wire_blocks: bool,
+    cell: CellMotion | None,
+) -> StepProblem:
+    """The arrays of a step, with all that depends on nothing but which interactions it has.
+
+    ``rate``: time step over the radius of the smallest contactor of each body [s/m], (n,); ``cell``: a periodic cell that
+    deforms in this step.
     """
-    dimension = interactions.normal.shape[1]
-    rolls = guess.shape[1] > dimension  # some contacts of the scene have rolling components
+    dimension, (width, states) = interactions.normal.shape[1], detector.remembered
+    groups = [group for group in detector.groups if group.stop > group.start]
+    pairs = known_pairs(groups, interactions, model)
+    rolls = width > dimension  # some contacts of the scene have rolling components
     of_dimension = dimension_kernels(dimension, rolls, cell is not None)
-    groups = [group for group in groups if group.stop > group.start]
     if rolls:
-        mark_isotropic(groups, interactions, inverse_mass)
+        mark_isotropic(groups, interactions, model.inverse_mass)
     edges, branch = np.zeros(0, np.int64), np.zeros((0, 0))
     if cell is not None:
         edges, branch = cell.lattice.rows, cell.branches(groups, interactions)
-        cell.add_to_blocks(branch, groups, interactions, inverse_mass)
+        cell.add_to_blocks(branch, groups, interactions, model.inverse_mass)
     kernels = [group_kernels(group, dimension, wire_blocks, deforms=cell is not None) for group in groups]
-    count, rate = len(interactions.gap), time_step / size
+    count, bodies = len(interactions.gap), model.inverse_mass.shape
     offset = np.zeros(len(groups) + 1, dtype=np.int64)
     np.cumsum([len(group.law.PREPARED) * (group.stop - group.start) for group in groups], out=offset[1:])
     rolling, delassus = np.zeros(0), interactions.delassus
     if rolls:
         rolling = rolling_radius(groups, pairs, dimension, count)
-        delassus = with_rolling(delassus, rolling, interactions, inverse_mass)
+        delassus = with_rolling(delassus, rolling, interactions, model.inverse_mass)
     system = System(
         candidate=interactions.candidate,
         antagonist=interactions.antagonist,
@@ -177,38 +224,58 @@ def assemble(
         coupling=interactions.coupling,
         shear=interactions.shear,
         prepared=with_spare_rows(int(offset[-1])),
-        impulse=with_spare_rows(*guess.shape, fill=0.0),
-        velocity=free_velocity.copy(),
-        inverse_mass=inverse_mass,
+        impulse=with_spare_rows(count, width),
+        velocity=np.empty(bodies),
+        inverse_mass=model.inverse_mass,
         geometric=np.zeros(0),
         carried=np.zeros((0, dimension - 1)),
         own=np.zeros((0, dimension, dimension)),
         following=np.zeros((0, dimension, dimension)),
-        scratch=np.zeros((sum(group.stop - group.start for group in groups if group.chain), 4)),
+        scratch=np.empty((sum(group.stop - group.start for group in groups if group.chain), 4)),
         scale=np.maximum(rate.take(interactions.candidate), rate.take(interactions.antagonist)),
         squared_error=with_spare_rows(count),
-        noise=with_spare_rows(len(before), 2),
+        noise=with_spare_rows(bodies[0], 2),
         floor=with_spare_rows(count),
-        measured=np.zeros(4),
+        measured=np.empty(4),
     )
     data = StepData(
         gap=interactions.gap,
         reference_gap=with_spare_rows(count, fill=0.0),
-        before=with_spare_rows(*guess.shape),
-        after=np.empty((0, guess.shape[1])),
+        before=with_spare_rows(count, width),
+        after=np.empty((0, width)),
         pairs=pairs,
-        state=state,
-        time=time,
-        time_step=time_step,
+        state=with_spare_rows(count, states),
+        time=0.0,
+        time_step=0.0,
         at=np.zeros(1, dtype=np.int64),
     )
-    of_dimension.relative_velocities(system, before, data.before)
-    for group in groups:
+    return StepProblem(
+        system=system,
+        groups=groups,
+        kernels=kernels,
+        table=schedule(groups, kernels, offset[:-1]),
+        offset=offset[:-1],
+        data=data,
+        dimension_kernels=of_dimension,
+        free_velocity=np.empty(bodies),
+        guess=with_spare_rows(count, width),
+        after=with_spare_rows(count, width),
+    )
+
+
+def fill(problem: StepProblem, time: float, time_step: float, before: np.ndarray, free_velocity: np.ndarray) -> None:
+    """Fill the arrays of a step, and let each law prepare its numbers; arguments as of :meth:`Assembler.assemble`."""
+    system = problem.system
+    problem.data = data = problem.data._replace(after=problem.after[:0], time=time, time_step=time_step)
+    problem.free_velocity[:] = system.velocity[:] = free_velocity
+    system.impulse.fill(0.0)
+    system.scratch.fill(0.0)
+    system.measured.fill(0.0)
+    problem.dimension_kernels.relative_velocities(system, before, data.before)
+    for group in problem.groups:
         if group.chain:
             data.reference_gap[group.start : group.stop] = group.chain.reference_gap_at(time)
-    prepare(groups, kernels, offset, system, data)
-    table = schedule(groups, kernels, offset[:-1])
-    return StepProblem(system, groups, kernels, table, offset[:-1], data, of_dimension, free_velocity, guess)
+    prepare(problem.groups, problem.kernels, problem.offset, system, data)
 
 
 def prepare(groups: list[Group], kernels: list[LawKernels], offset: np.ndarray, system: System, data: StepData) -> None:

@@ -7,13 +7,14 @@ import time as clock
 import numpy as np
 
 from lmgcpy.dynamics.assembled_problem import conic_form
-from lmgcpy.dynamics.assembly import StepProblem
+from lmgcpy.dynamics.assembly import KEPT, StepProblem
 from lmgcpy.dynamics.diagnosis import LawFault, fault_of_solve
 from lmgcpy.dynamics.finite_checks import VELOCITY, check_bodies, check_impulses
 from lmgcpy.dynamics.geometric_stiffness import LinkStiffness, solve_stiffened
 from lmgcpy.solve.report import NOT_FINITE, STATUS, Outcome, Report
 from lmgcpy.solve.solver import Solver
 from lmgcpy.solve.step import Step
+from lmgcpy.solve.system import System
 
 
 def solve_step(
@@ -50,21 +51,30 @@ def solve_step(
         raise fault(problem, solver)
     check_impulses(problem, solver)
     check_bodies(problem.system.velocity, VELOCITY[problem.dimension], "at its end", time)
-    return problem.ended(), report
+    problem.end()
+    return problem, report
 
 
 def call_solver(problem: StepProblem, solver: Solver, row: np.ndarray | None = None, threads: int = 1) -> Outcome:
     """Let a solver solve the problem of a step in place."""
-    system, free_velocity = problem.system, problem.free_velocity
-    if row is not None:
-        system, free_velocity = system.reordered(row, free_velocity)
+    if row is None:
+        step = problem.step
+        if step is None or step.threads != threads:
+            step = as_step(problem, problem.system, problem.free_velocity, threads)
+            # the step holds the problem: large arrays would wait for the collector of garbage
+            problem.step = step if len(problem.guess) <= KEPT else None
+        return solver.solve(step)
+    system, free_velocity = problem.system.reordered(row, problem.free_velocity)
+    outcome = solver.solve(as_step(problem, system, free_velocity, threads))
+    problem.system.velocity[:] = system.velocity.take(row, axis=0)
+    return outcome
+
+
+def as_step(problem: StepProblem, system: System, free_velocity: np.ndarray, threads: int) -> Step:
+    """What a solver is given."""
     driver = problem.dimension_kernels.driver
     conic, components = conic_form(problem), problem.components
-    step = Step(problem.table, system, free_velocity, problem.guess, conic, components, driver, threads)
-    outcome = solver.solve(step)
-    if row is not None:
-        problem.system.velocity[:] = system.velocity.take(row, axis=0)
-    return outcome
+    return Step(problem.table, system, free_velocity, problem.guess, conic, components, driver, threads)
 
 
 def fault(problem: StepProblem, solver: Solver) -> Exception:

@@ -14,7 +14,7 @@ import numpy as np
 from lmgcpy.contact.detector import Detector
 from lmgcpy.contact.narrow_phase import Interactions
 from lmgcpy.dynamics.assembled_problem import as_problem
-from lmgcpy.dynamics.assembly import StepProblem, assemble
+from lmgcpy.dynamics.assembly import Assembler, StepProblem
 from lmgcpy.dynamics.changes import Change, as_rows, from_rows
 from lmgcpy.dynamics.checkpoint import Checkpoint, check
 from lmgcpy.dynamics.displacements import Displacements, DisplacementWatch, worse
@@ -22,7 +22,6 @@ from lmgcpy.dynamics.energy import Energy, dissipated_by_law, kinetic_energy
 from lmgcpy.dynamics.finite_checks import POSITION, VELOCITY, check_bodies, check_detection
 from lmgcpy.dynamics.geometric_stiffness import LinkStiffness
 from lmgcpy.dynamics.interactions import InteractionView
-from lmgcpy.dynamics.known_pairs import known_pairs
 from lmgcpy.dynamics.lock import find_lock
 from lmgcpy.dynamics.model import BodyState, Drive, Model
 from lmgcpy.dynamics.position_rounding import check_positions
@@ -107,7 +106,7 @@ class Stepper:
         tables = model.contactors, model.rows, model.chains
         self._detector = Detector(*tables, model.inverse_mass, model.dimension, model.apart, model.lattice)
         self._detector.hide(model.hidden)
-        self._size = model.size
+        self._assembler = Assembler(model)
         self._links = LinkStiffness.of(model.chains, model.inverse_mass, model.dimension)
         self._last: tuple[StepProblem, Interactions] | None = None
         self.unconverged_steps = 0
@@ -177,13 +176,12 @@ class Stepper:
             self._check_start(model, before)
             tables = model.contactors, model.rows, model.chains
             detector = self._detector.grown(tables, model.inverse_mass, model.hidden, model.apart, self.state.positions)
-            self._size = model.size
             watch = DisplacementWatch(model)
             watch.said, self._displacement_watch = self._displacement_watch.said, watch
         else:
             detector = copy(self._detector)
             detector.change(model.inverse_mass, model.hidden)
-        self.model, self._detector = model, detector
+        self.model, self._detector, self._assembler = model, detector, Assembler(model)
         self._links = LinkStiffness.of(model.chains, model.inverse_mass, model.dimension)
         self._turning_stretch.look_at(model)
         self.state.velocities[model.hidden] = 0.0
@@ -260,20 +258,14 @@ class Stepper:
         state, detector = self.state, self._detector
         interactions = detector.detect(state.positions, moves.travel, moves.closing)
         check_detection(detector.groups, interactions, state.time)
-        given = assemble(
-            detector.groups,
+        given = self._assembler.assemble(
+            detector,
             interactions,
             time=state.time,
             time_step=self.time_step,
             before=before,
             free_velocity=free_velocity,
-            inverse_mass=self.model.inverse_mass,
-            size=self._size,
-            pairs=known_pairs(detector.groups, interactions, self.model),
-            guess=detector.recall(interactions),
-            state=detector.recall_state(interactions),
             wire_blocks=self.solver.wire_blocks,
-            cell=self.model.cell_in_step(before, free_velocity),
         )
         return interactions, given, self._solve(given)
 

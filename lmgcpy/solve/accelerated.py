@@ -38,14 +38,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from lmgcpy.compiled.kernel import kernel
-from lmgcpy.contact.spare_rows import with_spare_rows
 from lmgcpy.errors import named_arguments, number
 from lmgcpy.solve.iterates import EXTRAPOLATE, KEEP, START, STEP, TAKE_BEST
 from lmgcpy.solve.report import CONVERGED, NOT_FINITE, ROUND_OFF, SPENT, STAGNATED, Outcome
 from lmgcpy.solve.solver import Solver
 from lmgcpy.solve.step import Step
 from lmgcpy.solve.sweeps import apply_impulses, at_round_off, begin, measure, rate, sweep_groups
-from lmgcpy.solve.team import Iterates, Team, share_chunks
+from lmgcpy.solve.team import Team, share_chunks
 
 GROWTH = 2.0
 """A step of so many times the least one since the last restart drops the momentum."""
@@ -150,12 +149,7 @@ def sweep_with_momentum(
 ) -> Outcome:
     """Sweep from the guess of a step, ``most`` times at the most, with a momentum of at most so much; ``swept``: whether
     the guess comes from sweeps on this step and may pass as it is."""
-    system = step.system
-    impulse, velocity = system.impulse.reshape(-1), system.velocity.reshape(-1)
-    start, last, best = (with_spare_rows(len(impulse)) for _ in range(3))
-    weight = system.delassus[:, : system.impulse.shape[1]].ravel()
-    iterates = Iterates(impulse, velocity, start, last, with_spare_rows(len(velocity)), best, weight)
-    return step.led(accelerated_gauss_seidel, tolerance, slip, most, momentum, swept, iterates=iterates)
+    return step.led(accelerated_gauss_seidel, tolerance, slip, most, momentum, swept, iterates=True)
 
 
 @named_arguments

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from lmgcpy.compiled.kernel import Kernel
+from lmgcpy.contact.spare_rows import with_spare_rows
 from lmgcpy.solve.matrix_system import MatrixSystem
 from lmgcpy.solve.problem import Conic
 from lmgcpy.solve.report import Outcome
 from lmgcpy.solve.sweeps import judge, work
 from lmgcpy.solve.system import Groups, System
-from lmgcpy.solve.team import Iterates, lead
+from lmgcpy.solve.team import Crew, Iterates
 
 
 @dataclass(frozen=True)
@@ -76,17 +78,31 @@ class Step:
         """This step with other impulses to start from, (m, d)."""
         return self if guess is self.guess else replace(self, guess=guess)
 
-    def led(self, solver: Kernel, *limits: Any, iterates: Iterates | None = None) -> Outcome:
+    def led(self, solver: Kernel, *limits: Any, iterates: bool = False) -> Outcome:
         """Run ``solver(team, *limits)``, a kernel that leads sweeps and returns (sweeps, status).
 
-        ``iterates``: arrays that it has beyond those of plain sweeps.
+        ``iterates``: whether it has those of accelerated sweeps.
         """
-        none = np.zeros(0)
+        crew = self._crew_with_iterates if iterates else self._crew
+        sweeps, status = crew.lead(solver, *limits)
+        residual, slip, _, _ = self.system.measured.tolist()
+        return Outcome(sweeps, residual, status, 0, slip)
+
+    @cached_property
+    def _crew(self) -> Crew:
+        return self._crew_of(Iterates(*[np.zeros(0)] * len(Iterates._fields)))
+
+    @cached_property
+    def _crew_with_iterates(self) -> Crew:
+        system = self.system
+        impulse, velocity = system.impulse.reshape(-1), system.velocity.reshape(-1)
+        start, last, best = (with_spare_rows(len(impulse)) for _ in range(3))
+        weight = system.delassus[:, : system.impulse.shape[1]].reshape(-1)
+        return self._crew_of(Iterates(impulse, velocity, start, last, with_spare_rows(len(velocity)), best, weight))
+
+    def _crew_of(self, iterates: Iterates) -> Crew:
         arrays = self.groups, self.system, self.free_velocity, self.guess
-        iterates = Iterates(*[none] * len(Iterates._fields)) if iterates is None else iterates
-        sweeps, status = lead(solver, work.specialise(**self.driver), arrays, iterates, self.threads, *limits)
-        measured = self.system.measured
-        return Outcome(sweeps, float(measured[0]), status, 0, float(measured[1]))
+        return Crew(work.specialise(**self.driver), arrays, iterates, self.threads)
 
     def judged(self, impulses: np.ndarray, tolerance: float, slip: float) -> Outcome:
         """Take impulses (m, d) for the answer: velocities are made from them, and the kernels of the laws measure them.

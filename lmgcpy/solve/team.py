@@ -172,40 +172,49 @@ def work_address(work: Kernel, job: Job, kind: int) -> int:
 _pointers: dict[tuple, Any] = {}
 
 
-def lead(
-    solver: Kernel,
-    work: Kernel,
-    step: tuple[Groups, Any, np.ndarray, np.ndarray],
-    iterates: Iterates,
-    threads: int,
-    *arguments: Any,
-) -> Any:
-    """``solver(team, *arguments)`` on a step (groups, system, velocities without impulses, guess) with so many threads.
+class Crew:
+    """The threads that solve a step (groups, system, velocities without impulses, guess), and what they have in common.
 
-    A scene without a partition has one task and one chunk, and no use for more than one; neither has plain Python.
+    A scene without a partition has one task and one chunk, and no use for more than one thread; neither has plain Python.
     """
-    groups, system, free_velocity, guess = step
-    tasks = len(groups.task) - 1
-    chunks = max((1, *(end - first for first, end in pairwise(groups.phase.tolist()))))
-    words = np.zeros(24, dtype=np.int64)
-    words[HELPERS] = threads - 1 if chunks > 1 and not INTERPRETED else 0
-    partial, beta, limits = np.zeros((max(tasks, chunks), 4)), np.zeros(1), np.zeros(3)
-    job = Job(groups, system, free_velocity, guess, iterates, partial, beta, limits, chunks)
-    place = np.empty(ROOM, dtype=np.int64)
-    address = place.ctypes.data
-    kind = lay(job, address)
-    shared = words, partial, beta, groups.phase, limits, system.measured
-    team = Team(*shared, chunks, len(system.impulse), work_address(work, job, kind), address, giving_way())
-    if words[HELPERS] == 0:
-        return solver(team, *arguments)
-    solver.make_ready(team, *arguments)  # or helpers would spend the compiler's time looking for work
-    help_out.make_ready(team)
-    helpers = [threading.Thread(target=help_out, args=(team,)) for _ in range(threads - 1)]
-    for thread in helpers:
-        thread.start()
-    try:
-        return solver(team, *arguments)
-    finally:
-        words[TICKET] = STOP << 32
+
+    def __init__(
+        self,
+        work: Kernel,
+        step: tuple[Groups, Any, np.ndarray, np.ndarray],
+        iterates: Iterates,
+        threads: int,
+    ):
+        groups, system, free_velocity, guess = step
+        tasks = len(groups.task) - 1
+        chunks = max((1, *(end - first for first, end in pairwise(groups.phase.tolist()))))
+        words = np.zeros(24, dtype=np.int64)
+        self._helpers = threads - 1 if chunks > 1 and not INTERPRETED else 0
+        partial, beta, limits = np.zeros((max(tasks, chunks), 4)), np.zeros(1), np.zeros(3)
+        # kept alive as long as its address is in use
+        self._job = job = Job(groups, system, free_velocity, guess, iterates, partial, beta, limits, chunks)
+        self._place = place = np.empty(ROOM, dtype=np.int64)
+        kind = lay(job, place.ctypes.data)
+        shared = words, partial, beta, groups.phase, limits, system.measured
+        addresses = work_address(work, job, kind), place.ctypes.data, giving_way()
+        self._team = Team(*shared, chunks, len(system.impulse), *addresses)
+
+    def lead(self, solver: Kernel, *arguments: Any) -> Any:
+        """``solver(team, *arguments)``."""
+        team = self._team
+        for array in (team.words, team.partial, team.beta, team.limits):
+            array.fill(0)
+        if self._helpers == 0:
+            return solver(team, *arguments)
+        team.words[HELPERS] = self._helpers
+        solver.make_ready(team, *arguments)  # or helpers would spend the compiler's time looking for work
+        help_out.make_ready(team)
+        helpers = [threading.Thread(target=help_out, args=(team,)) for _ in range(self._helpers)]
         for thread in helpers:
-            thread.join()
+            thread.start()
+        try:
+            return solver(team, *arguments)
+        finally:
+            team.words[TICKET] = STOP << 32
+            for thread in helpers:
+                thread.join()
