@@ -88,6 +88,13 @@ class Detector:
         self._plain = self.dimension == 3 and not self.chains and alike and self._images is None
         self._capacity = empty_interactions(0, True, self.dimension, plain=self._plain)
 
+    def __copy__(self) -> Detector:
+        """One that goes on by itself: lists are replaced, never changed in place, but for the memory of the last step."""
+        other = object.__new__(type(self))
+        other.__dict__.update(self.__dict__)
+        other._last = copy(self._last)
+        return other
+
     def hide(self, bodies: np.ndarray) -> None:
         """Leave out the contactors of some bodies (n,) bool, from the next list of neighbours on."""
         self._hidden = bodies[self.contactors.body] if bodies.any() else None
@@ -98,7 +105,6 @@ class Detector:
         self._free = inverse_mass.max(axis=1, initial=0.0) > 0.0
         self.hide(hidden)
         self._make_room()
-        self._last = copy(self._last)
         if self._listed_at is not None:
             self._list_neighbours(self._listed_at)
 

@@ -51,6 +51,12 @@ class LastStep:
         self._impulses = np.zeros((0, components))
         self._states = np.zeros((0, width))
 
+    def __copy__(self) -> LastStep:
+        """One that goes on by itself: arrays are replaced, never changed in place."""
+        other = object.__new__(type(self))
+        other.__dict__.update(self.__dict__)
+        return other
+
     def remember(self, slots: np.ndarray, impulse: np.ndarray, state: np.ndarray) -> None:
         """Keep impulses (m, d) and states (m, k) of the interactions in these slots, (m,), ascending."""
         # copies, as the next step may use the same arrays, and fail

@@ -200,7 +200,6 @@ class Stepper:
     @contextmanager
     def _whole_or_not_at_all(self) -> Iterator[None]:
         """Put positions and detector back where the step fails."""
-        # the detector replaces its lists, never changes them in place, and remembers last of all
         positions, detector = self.state.positions.copy(), copy(self._detector)
         self._last = None  # the arrays of the step before make room
         try:

@@ -127,6 +127,22 @@ def test_a_failed_step_leaves_all_as_it_was(fault, switches):
     assert len(sim.interactions) > 0
 
 
+def test_a_failed_step_that_made_a_new_list_of_neighbours_keeps_what_is_remembered(switches):
+    """Every step fails once. Some of them have made a new list, whose order is another one."""
+    sim, listed = pile(switches), 0
+    for _ in range(30):
+        before = sim.checkpoint()
+        Solver.fault = True
+        with pytest.raises(FloatingPointError):
+            sim.step()
+        Solver.fault = False
+        same(before, sim.checkpoint())
+        sim.step()
+        listed += sim.checkpoint().memory.rebuilds - before.memory.rebuilds
+    assert listed > 10
+    same(pile(switches).run(steps=30).checkpoint(), sim.checkpoint())
+
+
 def test_what_is_written_into_the_state_is_checked(switches):
     """Live views may be written to; a number that is none is found before detection, which it would send astray."""
     for name, index, value, words in (
