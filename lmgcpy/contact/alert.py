@@ -8,6 +8,8 @@ from lmgcpy.contact.detection_tables import ContactorTable, VisibilityRow
 
 STEPS_A_LIST = 4
 """For so many steps at the greatest speed a list of neighbours is meant to last."""
+FEW, STEPS_OF_FEW = 100, 20
+"""The same for so few contactors: to look at all of their pairs costs less than a list."""
 
 
 class Distances:
@@ -19,6 +21,7 @@ class Distances:
         bounded = np.isfinite(contactors.bounding_radius)
         radii = contactors.bounding_radius[bounded]
         self._largest = float(radii.max()) if len(radii) else 0.0
+        self._lasting = STEPS_OF_FEW if len(radii) <= FEW else STEPS_A_LIST
         # a contactor off the centre of its body swings about it
         swing = np.sqrt((contactors.offset * contactors.offset).sum(axis=1))[bounded]
         self.cap = float((radii + swing).max()) if len(radii) else 0.0
@@ -45,4 +48,4 @@ class Distances:
     def reach(self, widest: float, travel: float) -> float:
         """Reach of a list made now, ``widest`` being the greatest alert distance of bounded contactors: lists that last
         longer hold more pairs, and every step looks at all of them."""
-        return widest + max(self._skin, min(2.0 * STEPS_A_LIST * travel, 0.5 * self._largest))
+        return widest + max(self._skin, min(2.0 * self._lasting * travel, 0.5 * self._largest))

@@ -52,6 +52,7 @@ class Detector:
         check_pairs(contactors, rows)
         self._narrow_phase = (narrow_phase if dimension == 2 else narrow_phase_3d).detect_contacts
         self._bounded: np.ndarray = np.isfinite(contactors.bounding_radius)
+        self._unbounded = np.flatnonzero(~self._bounded)
         self._free: np.ndarray = inverse_mass.max(axis=1, initial=0.0) > 0.0
         self._excluded = ExcludedPairs(np.zeros((0, 2), np.int64) if apart is None else apart, len(inverse_mass))
         self._in_place = not contactors.offset.any() and np.array_equal(contactors.body, np.arange(len(inverse_mass)))
@@ -87,6 +88,7 @@ class Detector:
         # the edges of a cell that yields may couple the components of every contact
         self._plain = self.dimension == 3 and not self.chains and alike and self._images is None
         self._capacity = empty_interactions(0, True, self.dimension, plain=self._plain)
+        self._found = self._capacity.cut(0)
 
     def __copy__(self) -> Detector:
         """One that goes on by itself: lists are replaced, never changed in place, but for the memory of the last step."""
@@ -153,7 +155,9 @@ class Detector:
             if group.cuts is not None:
                 slots = self._capacity.slot[group.start : first]
                 group.rows = group.start + np.searchsorted(slots, group.first_slot + group.cuts)
-        return self._capacity.cut(first)
+        if first != len(self._found.gap) or self._found.gap.base is not self._capacity.gap:
+            self._found = self._capacity.cut(first)
+        return self._found
 
     def remember(self, interactions: Interactions, impulse: np.ndarray, state: np.ndarray) -> None:
         """Keep the impulses (m, d) of the step for the next one's start, and the states (m, k) of the laws."""
@@ -250,8 +254,7 @@ class Detector:
         if spare < 0.0 or 4.0 * largest_move(placed, before, self.dimension) > spare**2:
             return True
         # the smallest turn of a contactor without bounds moves its distant parts far
-        turned = self.dimension == 2 and (placed[:, 2] != before[:, 2])[: len(self._bounded)][~self._bounded].any()
-        return bool(turned)
+        return self.dimension == 2 and bool((placed[self._unbounded, 2] != before[self._unbounded, 2]).any())
 
     def _list_neighbours(self, placed: np.ndarray) -> None:
         """Make the groups and their lists of neighbours anew and carry impulses and states over."""

@@ -6,6 +6,9 @@ from typing import Any
 
 import numpy as np
 
+FEW = 64
+"""Memory for so few rows is found everywhere."""
+
 
 def with_spare_rows(*shape: int, fill: float | None = None, dtype: Any = float) -> np.ndarray:
     """An array of a shape, the beginning of one that has up to an eighth more rows.
@@ -14,6 +17,11 @@ def with_spare_rows(*shape: int, fill: float | None = None, dtype: Any = float) 
     a process grows by such holes: by 400 bytes a body at 100 000 spheres. With spare rows lengths repeat.
     """
     count = shape[0]
+    if count <= FEW:
+        array = np.empty(shape, dtype)
+        if fill is not None:
+            array.fill(fill)
+        return array
     step = max(64, 1 << max(count.bit_length() - 4, 0))
     array = np.empty((-(-count // step) * step, *shape[1:]), dtype)[:count]
     if fill is not None:

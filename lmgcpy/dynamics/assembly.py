@@ -88,12 +88,12 @@ class StepProblem:
 
     def worst(self) -> Worst | None:
         """The interaction with the largest slip, as the solver measured it."""
-        _, _, row, error = self.system.measured
-        if len(self.system.candidate) == 0 or error == 0.0:
+        system = self.system
+        _, _, row, error = system.measured.tolist()
+        if len(system.candidate) == 0 or error == 0.0:
             return None
         law = next(group.law.NAME for group in self.groups if group.start <= row < group.stop)
-        c, a = self.system.candidate[int(row)], self.system.antagonist[int(row)]
-        return Worst(law, int(c), int(a), float(error))
+        return Worst(law, int(system.candidate[int(row)]), int(system.antagonist[int(row)]), error)
 
 
 def ask(group: Group, kernel: Kernel, functions: str, system: System, data: StepData, arguments: tuple) -> Any:

@@ -143,6 +143,8 @@ class DisplacementWatch:
 
         A wall under a load, or a body that is hit, gets its velocity in the step.
         """
+        if after.travel <= moves.travel and after.closing <= moves.closing:
+            return False
         return widest(after.travel, after.closing) > widest(moves.travel, moves.closing) + self._late
 
     def far(self, moves: Displacements, before: np.ndarray, after: np.ndarray, time: float, time_step: float) -> list[str]:

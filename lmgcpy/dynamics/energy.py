@@ -94,10 +94,7 @@ class Energy:
                 energy = ask(group, kernels.energy, "energy", problem.system, data, arguments)
                 check_energy(problem, group, energy)
                 stored[name] = stored.get(name, 0.0) + energy
-        received = np.zeros_like(after)
-        problem.dimension_kernels.momentum(0, len(system.candidate), -1, system, received)
-        bodies = model.free_mass, system.inverse_mass, force, received, before, after
-        gain, self.kinetic, power, driven = totals(terms_of_bodies, *bodies)
+        gain, self.kinetic, power = totals(terms_of_bodies, model.free_mass, force, before, after)
         # what was stored before the first step is not known: of laws that store the first step does not count
         counted = {name for name in works if name in model.passive and (name not in stored or name in self.stored)}
         change = sum(works[name] + stored.get(name, 0.0) - self.stored.get(name, 0.0) for name in counted)
@@ -105,7 +102,7 @@ class Energy:
         self.loads = data.time_step * power
         if against is not None:
             self.loads += float(against.sum())
-        self.drives = -driven
+        self.drives = -work_on_driven(problem, model, before)
         if inertial is not None:
             self.drives += data.time_step * float((inertial * (0.5 * (before + after))).sum())
         self.interactions = works
@@ -142,6 +139,17 @@ def dissipated_by_law(problem: StepProblem) -> dict[str, float]:
     return found
 
 
+def work_on_driven(problem: StepProblem, model: Model, before: np.ndarray) -> float:
+    """Work [J] of the impulses on driven components at their mean velocity, which their drives must bring up."""
+    system, driven = problem.system, model.driven
+    mean = 0.5 * (before.take(driven) + system.velocity.take(driven))
+    if not mean.any():
+        return 0.0
+    received = np.zeros_like(system.velocity)
+    problem.dimension_kernels.momentum(0, len(system.candidate), -1, system, received)
+    return float(received.take(driven).dot(mean))
+
+
 def fallen(problem: StepProblem, before: np.ndarray) -> np.ndarray:
     """Velocities that the loads of a step alone give to the free components (n, k)."""
     return np.where(problem.system.inverse_mass > 0.0, problem.free_velocity - before, 0.0)
@@ -164,25 +172,18 @@ def totals(of: Callable[..., tuple[float, ...]], *arrays: np.ndarray) -> tuple[f
 
 def work_of_impulses(impulse: np.ndarray, before: np.ndarray, after: np.ndarray) -> tuple[float]:
     """Work [J] of impulses at the mean of relative velocities."""
-    return (float(impulse @ (0.5 * (before + after))),)
+    return (float(impulse.dot(0.5 * (before + after))),)
 
 
 def terms_of_bodies(
-    free_mass: np.ndarray,
-    inverse: np.ndarray,
-    force: np.ndarray,
-    received: np.ndarray,
-    before: np.ndarray,
-    after: np.ndarray,
-) -> tuple[float, float, float, float]:
-    """Gain of kinetic energy [J], kinetic energy at the end [J], power of the forces at the mean velocity [W], and the work
-    [J] of the impulses that driven components ``received``, which their drives must bring up."""
+    free_mass: np.ndarray, force: np.ndarray, before: np.ndarray, after: np.ndarray
+) -> tuple[float, float, float]:
+    """Gain of kinetic energy [J], kinetic energy at the end [J], and power of the forces at the mean velocity [W]."""
     mean = 0.5 * (before + after)
     return (
-        float((free_mass * (after - before)) @ mean),  # not from two large numbers that nearly cancel
-        0.5 * float((free_mass * after) @ after),
-        float(force @ mean),
-        float(np.where(inverse > 0.0, 0.0, received) @ mean),
+        float((free_mass * (after - before)).dot(mean)),  # not from two large numbers that nearly cancel
+        0.5 * float((free_mass * after).dot(after)),
+        float(force.dot(mean)),
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from typing import Any
 
 import numpy as np
@@ -23,8 +24,21 @@ VELOCITY = {
 """Columns of the velocities."""
 
 
+QUICK = 8192
+"""Up to so many numbers their sum of squares, one call of BLAS by one thread, tells in a third of the time that all are
+well."""
+
+
+def squares_within(values: np.ndarray, bound: float) -> bool:
+    """Whether the squares of not too many numbers sum to no more than a bound; not so where one of them is NaN."""
+    flat = values.reshape(-1)
+    return flat.size <= QUICK and bool(np.vdot(flat, flat) <= bound)  # which does not warn where it overflows, as dot does
+
+
 def check_bodies(values: np.ndarray, names: tuple[str, ...], when: str, time: float) -> None:
     """FloatingPointError where one of the values (n, k) of the bodies is not finite, or too large to be squared."""
+    if squares_within(values, LARGEST**2):
+        return
     if values.min(initial=0.0) >= -LARGEST and values.max(initial=0.0) <= LARGEST:  # not so for NaN
         return
     body, component = np.argwhere(~(np.abs(values) <= LARGEST))[0]
@@ -37,7 +51,7 @@ def check_bodies(values: np.ndarray, names: tuple[str, ...], when: str, time: fl
 def check_detection(groups: list[Group], found: Interactions, time: float) -> None:
     """FloatingPointError where the narrow phase of two contactors gave a number that is not finite."""
     for what, values in (("gap", found.gap), ("normal or contact point", found.delassus)):
-        if not math.isfinite(values.sum()):
+        if not (squares_within(values, sys.float_info.max) or math.isfinite(values.sum())):
             row = int(np.argmin(np.isfinite(values).reshape(len(values), -1).all(axis=1)))
             law = next(group.law.NAME for group in groups if group.start <= row < group.stop)
             raise FloatingPointError(
@@ -49,7 +63,7 @@ def check_detection(groups: list[Group], found: Interactions, time: float) -> No
 def check_impulses(problem: StepProblem, solver: object) -> None:
     """FloatingPointError where a solver reports success and an impulse is not finite."""
     impulse = problem.system.impulse
-    if not math.isfinite(impulse.sum()):
+    if not (squares_within(impulse, sys.float_info.max) or math.isfinite(impulse.sum())):
         row = int(np.argmin(np.isfinite(impulse).all(axis=1)))
         group = next(group for group in problem.groups if group.start <= row < group.stop)
         raise FloatingPointError(

@@ -117,6 +117,11 @@ class Model:
         return np.where(self.inverse_mass > 0.0, self.mass, 0.0)
 
     @cached_property
+    def driven(self) -> np.ndarray:
+        """Components that are driven, as indices into flat arrays (n, k)."""
+        return np.flatnonzero(self.inverse_mass == 0.0)
+
+    @cached_property
     def movable_mass(self) -> np.ndarray:
         """Mass [kg], (n,), infinite where a body is held in all directions."""
         d = self.dimension

@@ -157,7 +157,7 @@ class Stepper:
         self._detector.remember(found.interactions, problem.system.impulse, problem.data.state)
         self._turning_stretch.remember(problem)
         self._last = problem, found.interactions
-        self.report = replace(self.report, stretch=self._watch.stretch, step_seconds=clock.perf_counter() - begin)
+        self.report = self.report.of_step(self._watch.stretch, clock.perf_counter() - begin)
         if not self.report.solved:
             lock = find_lock(problem, self.report)
             if lock is not None:
@@ -423,11 +423,14 @@ class Stepper:
         self._geometric_stiffness = flag(geometric_stiffness, "geometric_stiffness")
 
     def __setattr__(self, name: str, value: Any) -> None:
-        own = type(self).__module__.startswith("lmgcpy.")  # a class of a user's may have what it likes
-        if self._made and own and name not in self.__dict__ and not hasattr(type(self), name):
+        if self._made and name not in self.__dict__ and not hasattr(type(self), name) and self._is_own():
             known = ("geometric_stiffness", "on_unconverged", "solver", "theta", "threads", "time_step")
             raise AttributeError(f"A simulation has no '{name}' that could be set{closest(name, known)}")
         super().__setattr__(name, value)
+
+    def _is_own(self) -> bool:
+        """Whether it is of lmgcpy: a class of a user's may have what it likes."""
+        return type(self).__module__.startswith("lmgcpy.")
 
     @property
     def solver(self) -> Solver:

@@ -107,6 +107,12 @@ class Report:
         """Whether the step was solved, to the tolerance or to round-off."""
         return self.status in SOLVED
 
+    def of_step(self, stretch: float, seconds: float) -> Report:
+        """The report with what is known at the end of its step."""
+        made = object.__new__(Report)  # in a fifth of the time of dataclasses.replace
+        made.__dict__.update(self.__dict__, stretch=stretch, step_seconds=seconds)
+        return made
+
     def following(self, earlier: Report) -> Report:
         """The report of a step after one more solve: the sums of both, and the status of the one that was not solved."""
         return replace(

@@ -37,6 +37,8 @@ from lmgcpy.solve.report import CONVERGED, NOT_FINITE, ROUND_OFF, SPENT, STAGNAT
 from lmgcpy.solve.solver import Solver
 from lmgcpy.solve.step import Step
 
+ENDED = (CONVERGED, ROUND_OFF, NOT_FINITE)
+"""Statuses of sweeps after which nothing is left to do."""
 WORK = 320_000
 """Newton steps of a solve may cost as much as so many sweeps: in large samples in space one takes seconds."""
 LONGEST = 4000
@@ -94,6 +96,10 @@ class Alternating(Solver):
         """Sweeps and Newton steps by turns from the guess, until one of them solves the step or both are spent."""
         guess, system, size = step.guess, step.system, (len(step.guess), step.dimension)
         turn, patience = self.first_turn(*size), PATIENCE
+        first: Outcome | None = self._sweep(min(turn, self.max_iterations), step, swept=False)
+        assert first is not None
+        if first.status in ENDED:
+            return first
         sweeps = factorisations = 0
         best, least = guess, np.inf
         active: ActiveSet | None = None
@@ -103,10 +109,10 @@ class Alternating(Solver):
         progress = Progress(len(guess), sweeps_of_seven_steps(*size) / 7.0, PATIENCE)
         while True:
             left = min(turn, self.max_iterations - sweeps)
-            swept = self._sweep(left, step.starting_from(guess), swept=sweeps > 0)
+            swept, first = first or self._sweep(left, step.starting_from(guess), swept=True), None
             sweeps += swept.iterations
             progress.add(swept.residual, sweeps=swept.iterations)
-            if swept.status in (CONVERGED, ROUND_OFF, NOT_FINITE):
+            if swept.status in ENDED:
                 return swept._replace(iterations=sweeps, factorisations=factorisations)
             if swept.residual < least:
                 best, least = system.impulse.copy(), swept.residual
