@@ -91,16 +91,16 @@ def perpendicular(app, what, name, thing, options, lines):
 
 
 def mathml(tex, display):
-    """A formula as MathML, its TeX kept as an annotation for who copies it."""
+    """A formula as MathML. Its TeX is an attribute: as an annotation a search would show it beside the formula."""
     known = re.sub(r"\\(begin|end){aligned}", r"\\\1{align*}", tex)  # the converter knows the outer name only
     formula = convert(known, display=display).replace(
         "<mi>&#x027C2;</mi>", '<mo lspace="0.5em" rspace="0.5em">&#x022A5;</mo>'
     )
+    bar = "&#x0007C;</mo>"
+    formula = formula.replace(f'<mo stretchy="false">{bar}', f'<mo stretchy="false" lspace="0" rspace="0">{bar}')
     formula = re.sub(r'columnalign="(\w+)"', r'style="text-align: \1"', formula)  # the attribute that browsers read
-    body, text = formula.removesuffix("</math>"), nodes.Text(tex).replace("&", "&amp;").replace("<", "&lt;")
-    opening, inside = body.split(">", 1)
-    note = f'<annotation encoding="application/x-tex">{text}</annotation>'
-    return f"{opening}><semantics>{inside}{note}</semantics></math>"
+    text = tex.replace("&", "&amp;").replace("<", "&lt;").replace('"', "&quot;")
+    return formula.replace("<math ", f'<math alttext="{text}" ', 1)
 
 
 def formula_in_the_text(translator, node):
