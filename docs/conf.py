@@ -119,8 +119,35 @@ def whole_pictures(app, doctree):
         picture["scale"] = 100
 
 
+PROSE = (nodes.paragraph, nodes.strong, nodes.emphasis)
+NUMBER = r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?"
+UNIT = r"(?:%|°|(?:[kMGmµ]?(?:s|m|g|N|B|Pa)|cm|N/m|m/s|km/m)(?![\w/]))"
+UNBROKEN = re.compile(
+    rf"(?<![\w.])(?:\d{{1,3}}(?: \d{{3}})+(?!\w)|{NUMBER})(?: ± {NUMBER})?(?: {UNIT})?|\[\w{{1,2}}(?: \w{{1,2}})+\]"
+)
+
+
+def unbroken(app, doctree):
+    """No line ends within a number, nor between it and its unit (10 000, 1e-10, 0.1 ± 0.2 %, [N s]), nor within a name.
+
+    Words of code that are longer than a line on a telephone may be broken.
+    """
+    for text in [node for node in doctree.findall(nodes.Text) if isinstance(node.parent, PROSE)]:
+        parts, at = [], 0
+        for match in UNBROKEN.finditer(text):
+            if " " in match[0] or "e-" in match[0]:
+                parts += [nodes.Text(text[at : match.start()]), nodes.inline("", match[0], classes=["unbroken"])]
+                at = match.end()
+        if parts:
+            text.parent.replace(text, [*parts, nodes.Text(text[at:])])
+    for code in doctree.findall(nodes.literal):
+        if max(map(len, code.astext().split()), default=0) < 36 and not isinstance(code.parent, nodes.title):
+            code["classes"].append("unbroken")
+
+
 def setup(app):
     app.connect("doctree-read", whole_pictures)
+    app.connect("doctree-read", unbroken)
     app.add_html_math_renderer("mathml", (formula_in_the_text, None), (formula_by_itself, None))
     app.add_css_file("formulas.css")
     app.connect("autodoc-process-signature", signature_of_a_law)
