@@ -72,7 +72,7 @@ for seed in range(5):
     wires.append(np.diag(record.stress["wire"][late].mean(axis=0)) / 1e3)
     x, y, z = wires[-1]
     row = f"{seed:4}{content:7.0f}{dense.solid_fraction:9.3f}{lateral:10.2f}"
-    print(f"{row}{deviators[-2]:9.0f}{deviators[-1]:10.0f}{x:20.1f}{y:7.1f}{z:7.1f}")
+    print(f"{row}{deviators[-2]:9.0f}{deviators[-1]:10.0f}{x:12.1f}{y:7.1f}{z:7.1f}")
 
 # The walls' pressures are what was imposed. The wire's part of the stress is large in
 # the plane of its layers, x and y, and small across them, z: it is not isotropic, as
