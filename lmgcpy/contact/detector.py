@@ -64,7 +64,7 @@ class Detector:
         self._distances = Distances(contactors, rows, with_walls)
         radii = contactors.bounding_radius[self._bounded]
         self._images = None if lattice is None else Images(lattice, contactors, self._bounded)
-        self._partitioned = is_large(len(radii)) and lattice is None
+        self._partitioned = is_large(len(radii), dimension) and lattice is None
         self._usual = float(np.quantile(radii, 0.95)) if len(radii) else 0.0
         self._hidden: np.ndarray | None = None
         """Contactors that are not there, (k,); None for none."""

@@ -22,9 +22,10 @@ import numpy as np
 from lmgcpy.compiled.kernel import kernel
 from lmgcpy.contact.detection_tables import ContactorTable
 
-_partition_from = [10_000]
-"""Scenes with so many bounded contactors are partitioned; smaller ones keep the plain order by ids. From here on one thread
-loses nothing where ids say nothing of where a body is (``benchmarks/threads.py``)."""
+_partition_from = [{2: 10_000, 3: 3000}]
+"""Scenes with so many bounded contactors are partitioned, by dimension; smaller ones keep the plain order by ids. From here
+on one thread loses nothing where ids say nothing of where a body is, and two gain 1.7 times and more
+(``benchmarks/threads.py``)."""
 MOST_SLABS = 32
 """Half of them can be swept side by side."""
 LEAST_SLABS = 8
@@ -39,15 +40,15 @@ NOWHERE, EVERYWHERE = -1, -2
 """Slab of a body without bounds: held, or moving."""
 
 
-def is_large(count: int) -> bool:
+def is_large(count: int, dimension: int) -> bool:
     """Whether a scene of so many bounded contactors is partitioned."""
-    return count >= _partition_from[-1]
+    return count >= _partition_from[-1][dimension]
 
 
 @contextmanager
 def partition_from(count: int) -> Iterator[None]:
     """Simulations made meanwhile are partitioned from so many bounded contactors on: for tests and benchmarks."""
-    _partition_from.append(count)
+    _partition_from.append({2: count, 3: count})
     try:
         yield
     finally:
