@@ -7,7 +7,7 @@ import warnings
 import click
 
 import lmgcpy
-from lmgcpy.cli import column, laws, run, solve, texsol, view, warmup
+from lmgcpy.cli import campaign, column, laws, run, solve, texsol, view, warmup
 from lmgcpy.errors import closest, shown
 
 EXPECTED = (ValueError, TypeError, LookupError, OSError, RuntimeError, FloatingPointError, ImportError, MemoryError)
@@ -74,6 +74,7 @@ def main(traceback: bool) -> None:
 for command in (
     texsol.texsol,
     column.column,
+    campaign.campaign,
     *run.COMMANDS,
     *solve.COMMANDS,
     *laws.COMMANDS,

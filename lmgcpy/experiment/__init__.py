@@ -10,6 +10,9 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:  # the names of MODULES, for type checkers
     from lmgcpy.experiment.biaxial import Biaxial, BiaxialRecord, Frame
     from lmgcpy.experiment.box import Box, Sample, characteristic_time
+    from lmgcpy.experiment.campaign.description import Campaign
+    from lmgcpy.experiment.campaign.folder import CampaignFolder
+    from lmgcpy.experiment.campaign.results import CampaignResults, CaseResult
     from lmgcpy.experiment.column.course import ColumnState, Course, SandColumn, let_go, time_unit
     from lmgcpy.experiment.column.result import ColumnResult, Fall
     from lmgcpy.experiment.column.sample import Laid, Mould, lay_column
@@ -38,6 +41,9 @@ if TYPE_CHECKING:  # the names of MODULES, for type checkers
 MODULES = {
     "biaxial": ("Biaxial", "BiaxialRecord", "Frame"),
     "box": ("Box", "Sample", "characteristic_time"),
+    "campaign.description": ("Campaign",),
+    "campaign.folder": ("CampaignFolder",),
+    "campaign.results": ("CampaignResults", "CaseResult"),
     "column.course": ("ColumnState", "Course", "SandColumn", "let_go", "time_unit"),
     "column.result": ("ColumnResult", "Fall"),
     "column.sample": ("Laid", "Mould", "lay_column"),

@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
+import numpy as np
+
 from lmgcpy.errors import named_arguments, number, shown, whole
 from lmgcpy.experiment.column.course import (
     LEAST,
@@ -118,6 +120,18 @@ class ColumnStudy(Study):
 
     def result(self, prepared: Any, done: Mapping[str, Fall]) -> ColumnResult:
         return ColumnResult(self, tuple(sorted(done.values(), key=lambda fall: fall.content)))
+
+    def measures(self, result: ColumnResult) -> tuple[dict[str, float], dict[str, dict[str, np.ndarray]]]:
+        numbers: dict[str, float] = {}
+        curves: dict[str, dict[str, np.ndarray]] = {}
+        for fall in result.falls:
+            name, release = words(fall.content), fall.release
+            numbers[f"{name}: height kept"] = fall.kept_height
+            numbers[f"{name}: growth of the radius"] = fall.grown_radius
+            numbers[f"{name}: stands"] = float(fall.stands)
+            height, radius = release.height[:, 0], release.spread[:, 0]
+            curves[name] = {"time [s]": release.time, "height [m]": height, "radius [m]": radius}
+        return numbers, curves
 
     def report(self, result: ColumnResult, folder: StudyFolder) -> list[Path]:
         from lmgcpy.experiment.column.report import write_report

@@ -36,6 +36,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
+import numpy as np
+
 from lmgcpy.experiment.study.folder import StudyFolder
 from lmgcpy.experiment.study.stages import Stages
 from lmgcpy.simulation.interrupt import between_steps
@@ -51,9 +53,11 @@ class Site:
     files, or among the temporary files if the study has no folder.
     """
 
-    def __init__(self, stages: Stages, runs: Path | None):
+    def __init__(self, stages: Stages, runs: Path | None, stopped: Callable[[], bool] = lambda: False):
+        """``stopped`` tells, in this process, whether somebody else wants the runs to end."""
         self._stages = stages
         self._runs = runs
+        self._stopped_by_others = stopped
         self._stop_file = (Path(tempfile.gettempdir()) if runs is None else runs) / f".stop-{uuid.uuid4().hex}"
         self._stopped = threading.Event()
         self._pressed: Callable[[], bool] = lambda: False
@@ -68,7 +72,7 @@ class Site:
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
         self._stopped = threading.Event()
-        self._pressed = lambda: False
+        self._pressed = self._stopped_by_others = lambda: False
         self.is_copy = True
 
     def stage(self, label: str, total: int) -> Any:
@@ -86,7 +90,9 @@ class Site:
 
     def interrupted(self) -> bool:
         """Whether the runs shall end between two steps."""
-        return self._pressed() or self._stopped.is_set() or (self.is_copy and self._stop_file.exists())
+        if self._pressed() or self._stopped.is_set() or self._stopped_by_others():
+            return True
+        return self.is_copy and self._stop_file.exists()
 
     def stop(self) -> None:
         """End all runs of the study between two steps, here and in other processes."""
@@ -155,6 +161,11 @@ class Study(ABC):
     def report(self, result: Any, folder: StudyFolder) -> list[Path]:
         """Write the report into the folder, the summary last; returns the files."""
 
+    def measures(self, result: Any) -> tuple[dict[str, float], dict[str, dict[str, np.ndarray]]]:
+        """What a campaign keeps of the result: numbers by name, with the unit at the end as "strength [Pa]", and by test
+        columns of one length, the first of them the abscissa."""
+        return {}, {}
+
     @classmethod
     def kind(cls) -> dict[str, Any]:
         """What study.json says beside the fields, to tell the classes of one command apart."""
@@ -173,15 +184,16 @@ def carry_out_study(
     *,
     resume: bool = False,
     executor: Executor | None = None,
+    stopped: Callable[[], bool] = lambda: False,
 ) -> Any:
     """Carry a study out and return its result.
 
     With a ``folder`` every run is recorded in a file there; ``resume``: some of the files exist already, and their runs go
     on. Tasks run on the ``executor``, which stays open; without one, in as many threads as the study says. The result does
-    not depend on it. Ctrl-C (KeyboardInterrupt), or an error in one run, ends every run between two steps; the files are
-    then complete up to there. An error is raised before the interruptions that it caused.
+    not depend on it. Ctrl-C or ``stopped()`` (KeyboardInterrupt), or an error in one run, ends every run between two
+    steps; the files are then complete up to there. An error is raised before the interruptions that it caused.
     """
-    site = Site(stages or Stages(quiet=True), None if folder is None else folder.runs)
+    site = Site(stages or Stages(quiet=True), None if folder is None else folder.runs, stopped)
     with _ignoring(study), site.listening() as pressed:
         laid = study.lay(site)
         if folder is not None and not resume:
@@ -192,7 +204,7 @@ def carry_out_study(
             while tasks := study.tests(prepared, done):
                 futures = {task.name: pool.submit(_perform, study, task, site) for task in tasks}
                 _finish(list(futures.values()), site, pressed)
-                if pressed():
+                if pressed() or stopped():
                     raise KeyboardInterrupt
                 done.update({name: future.result() for name, future in futures.items()})
     return study.result(prepared, done)

@@ -13,6 +13,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
+import numpy as np
+
 from lmgcpy.errors import closest, named_arguments, number, one_of, shown, whole
 from lmgcpy.experiment.biaxial import Biaxial
 from lmgcpy.experiment.box import Sample, characteristic_time
@@ -239,6 +241,11 @@ class TexSolStudy(Study):
         return TexSolResult(
             self, prepared, records, {test.name.removesuffix("-tight"): done[test.name] for test in self.checks}
         )
+
+    def measures(self, result: TexSolResult) -> tuple[dict[str, float], dict[str, dict[str, np.ndarray]]]:
+        from lmgcpy.experiment.texsol.measures import measures
+
+        return measures(result)
 
 
 def _shortness(test: PlannedTest) -> tuple[bool, bool]:

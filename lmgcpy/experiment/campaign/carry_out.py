@@ -1,0 +1,148 @@
+"""A campaign carried out: its cases in turn to whoever is free, their results into the folder as they come."""
+
+from __future__ import annotations
+
+import os
+from collections import deque
+from collections.abc import Callable, Iterator
+from concurrent.futures import CancelledError
+from contextlib import contextmanager, suppress
+from typing import Any
+
+from lmgcpy.errors import flag, whole
+from lmgcpy.experiment.campaign.description import Campaign, Case
+from lmgcpy.experiment.campaign.folder import CampaignFolder
+from lmgcpy.experiment.campaign.progress import View
+from lmgcpy.experiment.campaign.results import FAILED, TO_COME, CampaignResults, CaseResult
+from lmgcpy.experiment.campaign.work import Order, do_case
+from lmgcpy.experiment.campaign.workers import Cluster, Processes, Workers, has_dask, processors
+from lmgcpy.io.recorder import versions
+from lmgcpy.simulation.interrupt import between_steps
+
+LOOK = 0.25
+"""Interval at which the campaign looks for results and for Ctrl-C [s]."""
+AHEAD = 2
+"""Cases that a worker has been given beside the one that it does, so that it never waits."""
+DEATHS = 5
+"""A case is given up whose workers died so often. Where one process of ``concurrent.futures`` dies, all end, so that a case
+may have others' deaths counted."""
+
+
+def carry_out(
+    campaign: Campaign,
+    out: str | os.PathLike,
+    *,
+    workers: int | None = None,
+    client: Any = None,
+    scheduler: str | None = None,
+    scheduler_file: str | None = None,
+    resume: bool = False,
+    force: bool = False,
+    progress: bool = False,
+) -> CampaignResults:
+    """Carry a campaign out in the folder ``out`` and return its results.
+
+    The cases go to ``workers`` processes of this machine, by default as many as it has processors; or to the Dask cluster
+    of a ``client``, or of the ``scheduler`` at an address or in a file. With Dask installed the processes are its own, else
+    those of ``concurrent.futures``; the results are the same bits. A case that fails is recorded with its error; one whose
+    worker dies is done again, from its run files if the worker sees the folder. ``resume`` does what is to come, and again
+    what has failed. ``progress`` shows the running cases on a terminal. Ctrl-C (KeyboardInterrupt) ends the runs between
+    two steps.
+
+    Raises FileExistsError, FileNotFoundError and ValueError as :meth:`CampaignFolder.begin`, BlockingIOError where another
+    campaign works in the folder, ConnectionError where no scheduler answers, RuntimeError where workers have another
+    version of lmgcpy.
+    """
+    flag(resume, "resume")
+    flag(force, "force")
+    if workers is not None:
+        whole(workers, "workers", minimum=1)
+    cases = campaign.all_cases()
+    folder = CampaignFolder(out)
+    folder.begin(campaign, resume=resume, force=force)
+    with folder.held():
+        done = {result.name for result in folder.results(cases).finished}
+        to_come = [case for case in cases if case.name not in done]
+        if to_come:
+            with _team(workers, client, scheduler, scheduler_file) as team, View(folder, cases, done, progress) as view:
+                _carry_out(to_come, folder, team, view)
+    return folder.results(cases)
+
+
+@contextmanager
+def _team(workers: int | None, client: Any, scheduler: str | None, file: str | None) -> Iterator[Workers]:
+    """Whoever does the work."""
+    if client is not None:
+        yield Cluster(client)
+        return
+    if scheduler is not None or file is not None:
+        if not has_dask():
+            raise ImportError('A scheduler needs Dask: pip install "lmgcpy[scale]".')
+        team: Workers = Cluster.at(scheduler, file)
+    else:
+        count = workers or processors()
+        team = Cluster.begun_here(count) if has_dask() else Processes(count)
+    try:
+        yield team
+    finally:
+        team.close()
+
+
+def _carry_out(cases: list[Case], folder: CampaignFolder, team: Workers, view: View) -> None:
+    """Do the cases; those that Ctrl-C ends are to come."""
+    try:
+        with between_steps() as pressed:
+            _Round(cases, folder, team, view).go(pressed)
+            if pressed():
+                raise KeyboardInterrupt
+    except BaseException:
+        folder.stop_file.touch()  # what runs ends between two steps
+        raise
+
+
+class _Round:
+    """The cases under way, and those that wait for a worker."""
+
+    def __init__(self, cases: list[Case], folder: CampaignFolder, team: Workers, view: View):
+        self._folder, self._team, self._view = folder, team, view
+        self._queue = deque(cases)
+        self._running: dict[Any, Case] = {}
+        self._deaths: dict[str, int] = {}
+        self._here, self._campaign = versions(), str(folder.path.resolve())
+
+    def go(self, pressed: Callable[[], bool]) -> None:
+        """Do the cases until all have ended, or until Ctrl-C is ``pressed`` and those that run have ended."""
+        while self._running or (self._queue and not pressed()):
+            while self._queue and not pressed() and len(self._running) < (1 + AHEAD) * self._team.count:
+                case = self._queue.popleft()
+                self._running[self._team.submit(do_case, Order(case, self._campaign, self._here))] = case
+            ended = self._team.wait(list(self._running), LOOK)
+            if pressed() and not self._folder.stop_file.exists():
+                self._folder.stop_file.touch()
+                for future in list(self._running):  # those that no worker has begun
+                    if future.cancel():
+                        del self._running[future]
+            for future in ended:
+                if future in self._running:
+                    self._end(self._running.pop(future), future)
+            self._view.look()
+
+    def _end(self, case: Case, future: Any) -> None:
+        """Enter what became of a case, or put it back in the queue if its worker has died."""
+        error = CancelledError() if future.cancelled() else future.exception()
+        if error is not None and self._team.lost(error):
+            self._deaths[case.name] = self._deaths.get(case.name, 0) + 1
+            if self._deaths[case.name] < DEATHS:
+                self._queue.appendleft(case)
+                return
+            error = RuntimeError(f"its worker died {DEATHS} times, for want of memory perhaps")
+        if error is None:
+            result = future.result()
+        else:
+            sentence = f"{type(error).__name__}: {error}"
+            result = CaseResult(case.name, case.parameters, FAILED, 0.0, sentence, {}, {}, self._here)
+        with suppress(AttributeError):
+            future.release()  # Dask would keep the result as long as the future is there
+        if result.status != TO_COME:
+            self._folder.enter(result)
+            self._view.ended(result)

@@ -1,0 +1,197 @@
+"""What a campaign computes: a study or a function, the parameters that are varied, and the cases that this makes."""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib
+import inspect
+import itertools
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from lmgcpy.errors import closest, named_arguments, shown
+from lmgcpy.experiment.study.engine import Study
+
+if TYPE_CHECKING:
+    from lmgcpy.experiment.campaign.results import CampaignResults
+
+Parameter = float | str | bool | None | tuple
+PLAIN = (bool, int, float, str, type(None))
+"""Types of a parameter, which a file can hold; a tuple holds some of them."""
+LONGEST = 150
+"""Most characters of the name of a case, which is that of its folder."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One of the computations of a campaign."""
+
+    name: str
+    """Its parameters in words, which name its folder."""
+    parameters: dict[str, Parameter]
+    """What distinguishes it from the others."""
+    work: Any
+    """The study to be carried out, or the function to be called."""
+    arguments: dict[str, Parameter]
+    """All arguments of the function; of a study none."""
+
+
+@named_arguments
+@dataclass(frozen=True)
+class Campaign:
+    """Many cases of one computation, which are independent of each other.
+
+    ``work`` is a study, such as ``Study3D(grain_count=800)``, or a function ``work(site, **parameters)`` of a module. It
+    returns a mapping: numbers by name, with the unit at the end of the name, as "strength [Pa]", and arrays of one length,
+    the columns of a curve. ``site.run(name, label, steps, call, ...)`` gives a run of it a file from which it goes on, as
+    in a study.
+
+    ``over`` gives lists of values by parameter, all of whose combinations are cases, the last parameter changing fastest;
+    ``cases`` lists further ones, each a mapping; ``fixed`` gives parameters that all cases have.
+
+    Raises TypeError and ValueError with a sentence where the work has no such parameter, or where there is no case, or one
+    twice.
+    """
+
+    work: Any
+    over: Mapping[str, Iterable[Any]] = field(default_factory=dict)
+    cases: Sequence[Mapping[str, Any]] = ()
+    fixed: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.work, Study) and not inspect.isfunction(self.work):
+            raise TypeError(f"A campaign is of a study, or of a function of a module, got {shown(self.work)}.")
+        if not isinstance(self.over, Mapping) or not isinstance(self.fixed, Mapping):
+            raise TypeError("over and fixed of a campaign are mappings of parameters, as in over={'seed': range(5)}.")
+        fixed = {name: _plain(value, name) for name, value in self.fixed.items()}
+        over: dict[str, list[Parameter]] = {}
+        for name, values in self.over.items():
+            if isinstance(values, (str, bytes, Mapping)) or not isinstance(values, Iterable):
+                raise TypeError(f"over['{name}'] of a campaign is a list of values, got {shown(values)}.")
+            over[name] = [_plain(value, name) for value in values]
+            if not over[name]:
+                raise ValueError(f"over['{name}'] of a campaign has no value: there would be no case.")
+        single = []
+        for case in self.cases:
+            if not isinstance(case, Mapping):
+                raise TypeError(f"A case of a campaign is a mapping of parameters, got {shown(case)}.")
+            single.append({name: _plain(value, name) for name, value in case.items()})
+        for name, value in (("fixed", fixed), ("over", over), ("cases", single)):
+            object.__setattr__(self, name, value)
+        if not over and not single:
+            raise ValueError("A campaign without over and cases has no case: give the parameters that are to be varied.")
+        names = [case.name for case in self.all_cases()]
+        twice = next((name for name in names if names.count(name) > 1), None) if len(set(names)) < len(names) else None
+        if twice is not None:
+            raise ValueError(f"The campaign has the case '{twice}' twice: take one of them out.")
+
+    def all_cases(self) -> list[Case]:
+        """The cases in their order: the combinations of ``over``, then ``cases``."""
+        combined = [dict(zip(self.over, values, strict=True)) for values in itertools.product(*self.over.values())]
+        return [self._case(parameters) for parameters in [*(combined if self.over else []), *self.cases]]
+
+    def _case(self, parameters: Mapping[str, Any]) -> Case:
+        own = {name: value for name, value in parameters.items()}
+        given = {**self.fixed, **own}
+        name = case_name(own)
+        if isinstance(self.work, Study):
+            return Case(name, own, _study_with(self.work, given, name), {})
+        try:
+            inspect.signature(self.work).bind("site", **given)
+        except TypeError as error:
+            raise TypeError(f"Case '{name}': {self.work.__name__}(site, ...) cannot be called so: {error}.") from error
+        return Case(name, own, self.work, given)
+
+    def described(self) -> dict[str, Any]:
+        """The description that a folder keeps: plain words, numbers and lists."""
+        work: Any = f"{getattr(self.work, '__module__', '')}:{getattr(self.work, '__qualname__', '')}"
+        fields: dict[str, Any] = {}
+        if isinstance(self.work, Study):
+            work = f"{type(self.work).__module__}:{type(self.work).__qualname__}"
+            # how many tests run at once changes no result
+            fields = {name: _listed(v) for name, v in dataclasses.asdict(self.work).items() if name != "threads"}  # type: ignore[call-overload]
+        return {
+            "work": work,
+            "study": fields,
+            "fixed": {name: _listed(value) for name, value in self.fixed.items()},
+            "cases": [{name: _listed(v) for name, v in case.parameters.items()} for case in self.all_cases()],
+        }
+
+    def run(
+        self,
+        out: Any,
+        *,
+        workers: int | None = None,
+        client: Any = None,
+        resume: bool = False,
+        force: bool = False,
+        progress: bool = False,
+    ) -> CampaignResults:
+        """Carry the campaign out in the folder ``out`` and return its results, see
+        :func:`lmgcpy.experiment.campaign.carry_out.carry_out`."""
+        from lmgcpy.experiment.campaign.carry_out import carry_out
+
+        options = {"workers": workers, "client": client, "resume": resume, "force": force, "progress": progress}
+        return carry_out(self, out, **options)
+
+
+def case_name(parameters: Mapping[str, Any]) -> str:
+    """The parameters of a case in words that can name a folder: "bead_count=200,axes=z,seed=0"."""
+    words = ",".join(f"{name}={_word(value)}" for name, value in parameters.items()) or "case"
+    name = re.sub(r"[^\w=,.+-]", "_", words)
+    if len(name) > LONGEST:
+        raise ValueError(f"The name of a case would have more than {LONGEST} characters: '{name[:60]}...'. Vary less.")
+    return name
+
+
+def function_of(path: str) -> Callable[..., Any]:
+    """The function that "module:function" names; ValueError with a sentence where there is none."""
+    module, _, name = path.partition(":")
+    try:
+        found = getattr(importlib.import_module(module), name)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise ValueError(f"The campaign's function '{path}' cannot be imported: {error}.") from error
+    if not inspect.isfunction(found):
+        raise ValueError(f"The campaign's '{path}' is no function: give 'module:function'.")
+    return found
+
+
+def _study_with(study: Study, given: Mapping[str, Any], case: str) -> Study:
+    """The study with other values of some of its fields. A single value stands for a tuple of one."""
+    fields = {item.name: getattr(study, item.name) for item in dataclasses.fields(study)}  # type: ignore[arg-type]
+    for name in given:
+        if name not in fields or name == "threads":
+            known = [name for name in fields if name != "threads"]
+            raise ValueError(f"{type(study).__name__} has no parameter '{name}' to be varied{closest(name, known)}")
+    values = {
+        name: (value,) if isinstance(fields[name], tuple) and not isinstance(value, tuple) else value
+        for name, value in given.items()
+    }
+    try:
+        return dataclasses.replace(study, **values, threads=1)  # type: ignore[type-var]
+    except (TypeError, ValueError) as error:
+        raise type(error)(f"Case '{case}': {error}") from error
+
+
+def _plain(value: Any, name: str) -> Parameter:
+    """A parameter as a file can hold it; TypeError with a sentence where none can."""
+    value = value.item() if hasattr(value, "item") and getattr(value, "ndim", 0) == 0 else value
+    if isinstance(value, (list, tuple)):
+        return tuple(_plain(item, name) for item in value)
+    if not isinstance(value, PLAIN):
+        raise TypeError(f"Parameter '{name}' of a campaign is a number, a word or a tuple of these, got {shown(value)}.")
+    return value
+
+
+def _listed(value: Any) -> Any:
+    return [_listed(item) for item in value] if isinstance(value, tuple) else value
+
+
+def _word(value: Any) -> str:
+    """A parameter in a word, with all its digits."""
+    if isinstance(value, tuple):
+        return "+".join(map(_word, value))
+    short = f"{value:g}" if isinstance(value, float) else str(value)
+    return short if not isinstance(value, float) or float(short) == value else repr(value)

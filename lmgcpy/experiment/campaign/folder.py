@@ -1,0 +1,174 @@
+"""The folder of a campaign: its description, what became of its cases, their curves, and their own folders.
+
+    campaign.json     what is computed
+    cases.jsonl       a line for every case that ended, in the order in which they did
+    curves/NAME.npz   the curves of a case
+    cases/NAME/       the run files of a case, of a study with its study.json
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lmgcpy.experiment.campaign.description import Campaign, Case, case_name
+from lmgcpy.experiment.campaign.results import FAILED, FINISHED, TO_COME, CampaignResults, CaseResult
+from lmgcpy.io.recorder import versions
+from lmgcpy.io.run_file.lock import FileLock
+from lmgcpy.io.untrusted import regular_file
+from lmgcpy.writing import flush, make_folder, new_file
+
+FORMAT = "lmgcpy campaign 1"
+
+
+class CampaignFolder:
+    """The folder in which a campaign is kept."""
+
+    def __init__(self, path: str | os.PathLike):
+        self.path = Path(path)
+        self.description_file = self.path / "campaign.json"
+        self.ledger = self.path / "cases.jsonl"
+        self.curves = self.path / "curves"
+        self.cases = self.path / "cases"
+        self.stop_file = self.path / ".stop"
+
+    def __repr__(self) -> str:
+        return f"<CampaignFolder '{self.path}'>"
+
+    def begin(self, campaign: Campaign, *, resume: bool, force: bool) -> None:
+        """Make the folder for a campaign, or see that it holds this one if it is to be resumed.
+
+        Raises FileExistsError where it is not empty and neither ``resume`` nor ``force`` is given, FileNotFoundError where
+        there is nothing to resume, and ValueError where it holds another campaign.
+        """
+        described = campaign.described()
+        if resume:
+            there = self.described()
+            if there != json.loads(json.dumps(described)):
+                raise ValueError(
+                    f"The folder '{self.path}' holds another campaign{_difference(there, described)}: resume that one as "
+                    "it was, or give another folder."
+                )
+            return
+        if self.path.exists() and any(self.path.iterdir()):
+            if not force:
+                known = self.description_file.exists()
+                held = "holds a campaign: go on with resume" if known else "is not empty: give another"
+                raise FileExistsError(f"The folder '{self.path}' {held}, or force to write there.")
+            if self.ledger.exists():  # results of what was there are none of this campaign
+                self.ledger.unlink()
+        make_folder(self.cases)
+        about = {"format": FORMAT, **described, "versions": versions()}
+        with new_file(self.description_file) as new:
+            new.write_text(json.dumps(about, indent=2) + "\n", encoding="utf-8")
+            flush(new)
+
+    def described(self) -> dict[str, Any]:
+        """The description of the campaign that the folder holds; FileNotFoundError or ValueError where there is none."""
+        if not self.description_file.exists():
+            raise FileNotFoundError(f"There is no campaign in '{self.path}': '{self.description_file}' is missing.")
+        try:
+            file = Path(regular_file(self.description_file, "the file of a campaign"))
+            about = json.loads(file.read_text(encoding="utf-8"))
+            if about["format"] != FORMAT:
+                raise ValueError(f"its format is {about['format']!r}")
+            return {name: about[name] for name in ("work", "study", "fixed", "cases")}
+        except (ValueError, KeyError, TypeError, RecursionError) as error:
+            raise ValueError(f"'{self.description_file}' is damaged or of another version ({error}).") from error
+
+    @contextmanager
+    def held(self) -> Iterator[None]:
+        """Keep another campaign out of the folder meanwhile (BlockingIOError)."""
+        try:
+            lock = FileLock(self.description_file)
+        except BlockingIOError as error:
+            raise BlockingIOError(
+                f"The campaign in '{self.path}' is under way: wait for its end, or give another folder."
+            ) from error
+        try:
+            self.stop_file.unlink(missing_ok=True)
+            yield
+        finally:
+            self.stop_file.unlink(missing_ok=True)
+            lock.release()
+
+    def enter(self, result: CaseResult) -> None:
+        """Write what became of a case. Its curves come first: a line of the ledger counts only with them."""
+        if result.curves:
+            make_folder(self.curves)
+            flat = {f"{test}|{column}": values for test, curve in result.curves.items() for column, values in curve.items()}
+            with new_file(self.curves / f"{result.name}.npz") as new, new.open("wb") as file:
+                np.savez_compressed(file, **flat)  # type: ignore[arg-type]
+        line = {name: getattr(result, name) for name in ("name", "parameters", "status", "seconds", "error", "numbers")}
+        text = json.dumps({**line, "versions": result.versions, "curves": bool(result.curves)})
+        with self.ledger.open("a", encoding="utf-8") as file:
+            file.write(text + "\n")
+            file.flush()
+            os.fsync(file.fileno())
+
+    def results(self, cases: list[Case] | None = None) -> CampaignResults:
+        """What became of all cases so far: of these, or of those that the description names."""
+        if cases is None:
+            listed = [{name: _tupled(v) for name, v in case.items()} for case in self.described()["cases"]]
+            wanted = {case_name(parameters): parameters for parameters in listed}
+        else:
+            wanted = {case.name: case.parameters for case in cases}
+        found = self._entered(wanted)
+        to_come = {name: CaseResult(name, dict(p), TO_COME, 0.0, "", {}, {}, {}) for name, p in wanted.items()}
+        return CampaignResults(self.path.name, list({**to_come, **found}.values()))
+
+    def _entered(self, wanted: Mapping[str, Mapping[str, Any]]) -> dict[str, CaseResult]:
+        """The last entry of each case. A line that a kill has cut short does not count, nor one without its curves."""
+        found: dict[str, CaseResult] = {}
+        if not self.ledger.exists():
+            return found
+        for line in self.ledger.read_bytes().splitlines():
+            try:
+                about = json.loads(line)
+                name, status = about["name"], about["status"]
+                if name not in wanted or status not in (FINISHED, FAILED):
+                    continue
+                curves = self._read_curves(name) if about["curves"] else {}
+                found[name] = CaseResult(
+                    name=name,
+                    parameters=dict(wanted[name]),
+                    status=status,
+                    seconds=float(about["seconds"]),
+                    error=str(about["error"]),
+                    numbers={str(key): float(value) for key, value in about["numbers"].items()},
+                    curves=curves,
+                    versions=dict(about["versions"]),
+                )
+            except (ValueError, KeyError, TypeError, OSError):
+                continue
+        return found
+
+    def _read_curves(self, name: str) -> dict[str, dict[str, np.ndarray]]:
+        curves: dict[str, dict[str, np.ndarray]] = {}
+        with np.load(self.curves / f"{name}.npz", allow_pickle=False) as file:
+            for key in file.files:
+                test, _, column = key.partition("|")
+                curves.setdefault(test, {})[column] = file[key]
+        return curves
+
+
+def _tupled(value: Any) -> Any:
+    return tuple(_tupled(item) for item in value) if isinstance(value, list) else value
+
+
+def _difference(there: Mapping[str, Any], here: Mapping[str, Any]) -> str:
+    """What of a description differs, in a clause."""
+    here = json.loads(json.dumps(here))
+    differs = next((name for name in ("work", "study", "fixed", "cases") if there[name] != here[name]), "")
+    if differs == "work":
+        return f", of {there['work']} and not of {here['work']}"
+    if differs in ("study", "fixed"):
+        names = sorted(n for n in {*there[differs], *here[differs]} if there[differs].get(n) != here[differs].get(n))
+        return f", with another {' and '.join(names[:3])}" if names else ""
+    return ", with other cases"

@@ -1,0 +1,51 @@
+"""What became of the cases of a campaign."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+FINISHED, FAILED, TO_COME = "finished", "failed", "to come"
+"""Statuses of a case."""
+
+
+@dataclass(frozen=True)
+class CaseResult:
+    """What became of a case."""
+
+    name: str
+    """Its parameters in words: "bead_count=200,axes=z,seed=0"."""
+    parameters: dict[str, Any]
+    """What was varied."""
+    status: str
+    """"finished", "failed" or "to come"."""
+    seconds: float
+    """Time of the clock, 0 where it is to come [s]."""
+    error: str
+    """A sentence, empty where there was none."""
+    numbers: dict[str, float]
+    """Results by name, with the unit in brackets at the end: "peak deviator [Pa]"."""
+    curves: dict[str, dict[str, np.ndarray]]
+    """By test ("" where there is one): columns of one length, the first of them the abscissa."""
+    versions: dict[str, str]
+
+
+@dataclass(frozen=True)
+class CampaignResults:
+    """All cases of a campaign, in their order."""
+
+    name: str
+    cases: list[CaseResult]
+
+    @property
+    def finished(self) -> list[CaseResult]:
+        """Those that are finished."""
+        return [case for case in self.cases if case.status == FINISHED]
+
+    def __repr__(self) -> str:
+        counts = ", ".join(
+            f"{sum(case.status == status for case in self.cases)} {status}" for status in (FINISHED, FAILED, TO_COME)
+        )
+        return f"<CampaignResults '{self.name}': {counts}>"

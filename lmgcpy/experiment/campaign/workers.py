@@ -1,0 +1,189 @@
+"""Who does the cases: processes of this machine, or the workers of a Dask cluster."""
+
+from __future__ import annotations
+
+import logging
+import os
+import signal
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, ProcessPoolExecutor, wait
+from contextlib import contextmanager
+from multiprocessing import get_context
+from typing import Any
+
+from lmgcpy.errors import shown
+from lmgcpy.io.recorder import versions
+
+ANSWER = 8.0
+"""A scheduler has so long to answer [s]."""
+ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+"""Variables that give a worker one thread for linear algebra: there are as many workers as processors."""
+
+
+class Workers(ABC):
+    """Workers that call functions; what is submitted is a future of ``concurrent.futures`` or one like it."""
+
+    count: int
+    """How many there are."""
+
+    @abstractmethod
+    def submit(self, call: Callable[..., Any], *arguments: Any) -> Any:
+        """Let a worker call a function of a module."""
+
+    @abstractmethod
+    def wait(self, futures: Sequence[Any], seconds: float) -> list[Any]:
+        """Those of the futures that are done, after so long at the most."""
+
+    @abstractmethod
+    def lost(self, error: BaseException) -> bool:
+        """Whether a call ended with this error because its worker died."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """End workers of one's own, without waiting for what they do."""
+
+
+class Processes(Workers):
+    """Processes of this machine, by ``concurrent.futures``."""
+
+    def __init__(self, count: int):
+        self.count = count
+        self._pool = self._begun()
+
+    def _begun(self) -> ProcessPoolExecutor:
+        with _one_thread_each():
+            pool = ProcessPoolExecutor(self.count, get_context("spawn"), initializer=_deaf)
+            for _ in range(self.count):  # processes begin when they are needed, and take the environment of then
+                pool.submit(os.getpid)
+        return pool
+
+    def submit(self, call: Callable[..., Any], *arguments: Any) -> Any:
+        try:
+            return self._pool.submit(call, *arguments)
+        except BrokenExecutor:  # a process has died, and all others were ended with it
+            self._pool = self._begun()
+            return self._pool.submit(call, *arguments)
+
+    def wait(self, futures: Sequence[Any], seconds: float) -> list[Any]:
+        return list(wait(futures, timeout=seconds, return_when=FIRST_COMPLETED).done)
+
+    def lost(self, error: BaseException) -> bool:
+        return isinstance(error, BrokenExecutor)
+
+    def close(self) -> None:
+        self._pool.shutdown(wait=True, cancel_futures=True)
+
+
+class Cluster(Workers):
+    """The workers of a Dask cluster that a client knows; one that begins and ends with the campaign is ``own``."""
+
+    def __init__(self, client: Any, own: Any = None):
+        self._client, self._own = client, own
+        self.count = max(1, len(client.scheduler_info(n_workers=-1)["workers"]))
+        for worker, there in client.run(versions).items():
+            if there["lmgcpy"] != versions()["lmgcpy"]:
+                self.close()
+                raise RuntimeError(
+                    f"The worker {worker} has lmgcpy {there['lmgcpy']}, this process {versions()['lmgcpy']}: install the "
+                    "same version everywhere."
+                )
+
+    @classmethod
+    def begun_here(cls, count: int) -> Cluster:
+        """Workers on this machine, one thread each, that talk to nobody but this process."""
+        from distributed import Client, LocalCluster
+
+        from lmgcpy.experiment.campaign.no_pages import NoPages
+
+        with _one_thread_each():
+            cluster = LocalCluster(
+                n_workers=count,
+                threads_per_worker=1,
+                processes=True,
+                host="127.0.0.1",
+                dashboard_address=None,
+                memory_limit=None,
+                silence_logs=logging.CRITICAL,
+            )
+        client = Client(cluster, set_as_default=False)
+        cluster.sync(_close_pages, cluster.scheduler)
+        client.register_plugin(NoPages())
+        return cls(client, cluster)
+
+    @classmethod
+    def at(cls, address: str | None, file: str | None) -> Cluster:
+        """Those of a scheduler at an address, or in the file that it has written; ConnectionError where nobody answers."""
+        from distributed import Client
+
+        where = f"'{address}'" if address else f"the address in '{file}'"
+        try:
+            client = Client(address=address, scheduler_file=file, timeout=ANSWER, set_as_default=False)
+        except (OSError, TimeoutError, ValueError) as error:
+            raise ConnectionError(
+                f"No Dask scheduler answers at {where} within {ANSWER:g} s ({shown(error)}): begin one, or leave the "
+                "address out for processes of this machine."
+            ) from error
+        if not client.scheduler_info(n_workers=-1)["workers"]:
+            client.close()
+            raise ConnectionError(f"The scheduler at {where} has no workers: begin some, for example by 'dask worker'.")
+        return cls(client, client)
+
+    def submit(self, call: Callable[..., Any], *arguments: Any) -> Any:
+        return self._client.submit(call, *arguments, pure=False)
+
+    def wait(self, futures: Sequence[Any], seconds: float) -> list[Any]:
+        from distributed import wait as wait_for
+
+        try:
+            with self._client.as_current():
+                wait_for(futures, timeout=seconds, return_when="FIRST_COMPLETED")
+        except TimeoutError:
+            return []
+        return [future for future in futures if future.done()]
+
+    def lost(self, error: BaseException) -> bool:
+        from distributed.client import FutureCancelledError
+        from distributed.scheduler import KilledWorker
+
+        return isinstance(error, (KilledWorker, CancelledError, FutureCancelledError))
+
+    def close(self) -> None:
+        if self._own is not None:
+            self._client.close()
+            self._own.close()
+
+
+async def _close_pages(server: Any) -> None:
+    server.http_server.stop()
+
+
+def _deaf() -> None:
+    """Leave Ctrl-C to the campaign, which tells the cases to end between two steps."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def has_dask() -> bool:
+    """Whether the extra ``lmgcpy[scale]`` is installed."""
+    try:
+        import distributed  # noqa: F401
+    except ImportError:
+        return False
+    return True
+
+
+def processors() -> int:
+    """How many processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+@contextmanager
+def _one_thread_each() -> Iterator[None]:
+    """Processes that begin meanwhile have one thread for linear algebra, unless the user says how many."""
+    added = [name for name in ONE_THREAD if name not in os.environ]
+    os.environ.update(dict.fromkeys(added, "1"))
+    try:
+        yield
+    finally:
+        for name in added:
+            del os.environ[name]
