@@ -3,8 +3,8 @@
 The steps are the same for both: they start from the same checkpoints. The samples are geometric deposits, released, whose
 ids say nothing of where a body is, and the same with ids sorted by height, the best that the plain order can have.
 One thread: seconds of the processor, so that other work on the machine does not count. Two threads and more: what a
-hundred sweeps by them gain over the same sweeps by one, by the clock, the least times of many runs that take turns; their results
-are compared to the bit.
+hundred sweeps by them gain over the same sweeps by one, by the clock, the least times of many runs that take turns;
+their results are compared to the bit.
 
     python benchmarks/threads.py
 """

@@ -15,7 +15,7 @@ from lmgcpy.experiment.campaign.folder import CampaignFolder
 from lmgcpy.experiment.campaign.progress import View
 from lmgcpy.experiment.campaign.results import FAILED, TO_COME, CampaignResults, CaseResult
 from lmgcpy.experiment.campaign.work import Order, do_case
-from lmgcpy.experiment.campaign.workers import Cluster, Processes, Workers, has_dask, processors
+from lmgcpy.experiment.campaign.workers import DEATHS, Cluster, Processes, Workers, has_dask, processors
 from lmgcpy.io.recorder import versions
 from lmgcpy.simulation.interrupt import between_steps
 
@@ -23,9 +23,6 @@ LOOK = 0.25
 """Interval at which the campaign looks for results and for Ctrl-C [s]."""
 AHEAD = 2
 """Cases that a worker has been given beside the one that it does, so that it never waits."""
-DEATHS = 5
-"""A case is given up whose workers died so often. Where one process of ``concurrent.futures`` dies, all end, so that a case
-may have others' deaths counted."""
 
 
 def carry_out(
@@ -130,8 +127,9 @@ class _Round:
     def _end(self, case: Case, future: Any) -> None:
         """Enter what became of a case, or put it back in the queue if its worker has died."""
         error = CancelledError() if future.cancelled() else future.exception()
-        if error is not None and self._team.lost(error):
-            self._deaths[case.name] = self._deaths.get(case.name, 0) + 1
+        died = 0 if error is None else self._team.deaths(error)
+        if died:
+            self._deaths[case.name] = self._deaths.get(case.name, 0) + died
             if self._deaths[case.name] < DEATHS:
                 self._queue.appendleft(case)
                 return

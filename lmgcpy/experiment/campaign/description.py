@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from lmgcpy.errors import closest, named_arguments, shown
+from lmgcpy.experiment.campaign.words import in_words
 from lmgcpy.experiment.study.engine import Study
 
 if TYPE_CHECKING:
@@ -139,7 +140,7 @@ class Campaign:
 
 def case_name(parameters: Mapping[str, Any]) -> str:
     """The parameters of a case in words that can name a folder: "bead_count=200,axes=z,seed=0"."""
-    words = ",".join(f"{name}={_word(value)}" for name, value in parameters.items()) or "case"
+    words = ",".join(f"{name}={in_words(value)}" for name, value in parameters.items()) or "case"
     name = re.sub(r"[^\w=,.+-]", "_", words)
     if len(name) > LONGEST:
         raise ValueError(f"The name of a case would have more than {LONGEST} characters: '{name[:60]}...'. Vary less.")
@@ -188,10 +189,3 @@ def _plain(value: Any, name: str) -> Parameter:
 def _listed(value: Any) -> Any:
     return [_listed(item) for item in value] if isinstance(value, tuple) else value
 
-
-def _word(value: Any) -> str:
-    """A parameter in a word, with all its digits."""
-    if isinstance(value, tuple):
-        return "+".join(map(_word, value))
-    short = f"{value:g}" if isinstance(value, float) else str(value)
-    return short if not isinstance(value, float) or float(short) == value else repr(value)

@@ -107,8 +107,10 @@ class CampaignFolder:
                 np.savez_compressed(file, **flat)  # type: ignore[arg-type]
         line = {name: getattr(result, name) for name in ("name", "parameters", "status", "seconds", "error", "numbers")}
         text = json.dumps({**line, "versions": result.versions, "curves": bool(result.curves)})
-        with self.ledger.open("a", encoding="utf-8") as file:
-            file.write(text + "\n")
+        with self.ledger.open("a+b") as file:
+            if file.tell() and (file.seek(-1, os.SEEK_END), file.read(1))[1] != b"\n":
+                file.write(b"\n")  # after a line that a kill has cut short
+            file.write(text.encode() + b"\n")
             file.flush()
             os.fsync(file.fileno())
 

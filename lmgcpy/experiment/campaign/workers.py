@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import os
 import signal
+import time as clock
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, ProcessPoolExecutor, wait
@@ -17,6 +18,11 @@ from lmgcpy.io.recorder import versions
 
 ANSWER = 8.0
 """A scheduler has so long to answer [s]."""
+GONE = 30.0
+"""Workers of this machine that have died come back within so long [s]."""
+DEATHS = 4
+"""A case is given up over which so many workers have died. Where one process of ``concurrent.futures`` dies all end, so
+that a case may have others' deaths counted."""
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 """Variables that give a worker one thread for linear algebra: there are as many workers as processors."""
 
@@ -36,8 +42,8 @@ class Workers(ABC):
         """Those of the futures that are done, after so long at the most."""
 
     @abstractmethod
-    def lost(self, error: BaseException) -> bool:
-        """Whether a call ended with this error because its worker died."""
+    def deaths(self, error: BaseException) -> int:
+        """How many workers have died over a call that ended with this error."""
 
     @abstractmethod
     def close(self) -> None:
@@ -68,8 +74,8 @@ class Processes(Workers):
     def wait(self, futures: Sequence[Any], seconds: float) -> list[Any]:
         return list(wait(futures, timeout=seconds, return_when=FIRST_COMPLETED).done)
 
-    def lost(self, error: BaseException) -> bool:
-        return isinstance(error, BrokenExecutor)
+    def deaths(self, error: BaseException) -> int:
+        return int(isinstance(error, BrokenExecutor))
 
     def close(self) -> None:
         self._pool.shutdown(wait=True, cancel_futures=True)
@@ -80,6 +86,7 @@ class Cluster(Workers):
 
     def __init__(self, client: Any, own: Any = None):
         self._client, self._own = client, own
+        self._seen = clock.monotonic()
         self.count = max(1, len(client.scheduler_info(n_workers=-1)["workers"]))
         for worker, there in client.run(versions).items():
             if there["lmgcpy"] != versions()["lmgcpy"]:
@@ -139,14 +146,25 @@ class Cluster(Workers):
             with self._client.as_current():
                 wait_for(futures, timeout=seconds, return_when="FIRST_COMPLETED")
         except TimeoutError:
+            self._see_workers()
             return []
         return [future for future in futures if future.done()]
 
-    def lost(self, error: BaseException) -> bool:
+    def _see_workers(self) -> None:
+        """RuntimeError where all workers of this machine have died and none has come back."""
+        now = clock.monotonic()
+        if self._own is None or self._client.scheduler_info(n_workers=-1)["workers"]:
+            self._seen = now
+        elif now > self._seen + GONE:
+            raise RuntimeError("All workers have died, and none came back: see whether memory suffices, and resume.")
+
+    def deaths(self, error: BaseException) -> int:
         from distributed.client import FutureCancelledError
         from distributed.scheduler import KilledWorker
 
-        return isinstance(error, (KilledWorker, CancelledError, FutureCancelledError))
+        if isinstance(error, KilledWorker):  # Dask has tried again by itself
+            return DEATHS
+        return int(isinstance(error, (CancelledError, FutureCancelledError)))
 
     def close(self) -> None:
         if self._own is not None:

@@ -50,3 +50,10 @@ def dies(site, number, file):
         open(file, "w").close()
         os.kill(os.getpid(), signal.SIGKILL)
     return {"number": number}
+
+
+def always_dies(site, number):
+    """Ends its process whenever it is called with the number 1."""
+    if number == 1:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return {"number": number}

@@ -1,0 +1,411 @@
+"""Campaigns: what they compute, where, and what becomes of failures, kills and interruptions; the bits are the same."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE))  # workers import slope from there as well
+
+import slope  # noqa: E402
+
+from lmgcpy.experiment import Campaign, CampaignFolder, Study2D, Study3D  # noqa: E402
+from lmgcpy.experiment.campaign.carry_out import carry_out  # noqa: E402
+from lmgcpy.experiment.campaign.cost import seconds_of  # noqa: E402
+from lmgcpy.experiment.campaign.progress import View  # noqa: E402
+from lmgcpy.experiment.campaign.toml import read_campaign  # noqa: E402
+
+
+@pytest.fixture(params=["dask", "processes"])
+def kind(request, monkeypatch):
+    """Both kinds of workers on this machine."""
+    if request.param == "dask":
+        pytest.importorskip("distributed")
+    monkeypatch.setattr("lmgcpy.experiment.campaign.carry_out.has_dask", lambda: request.param == "dask")
+    return request.param
+
+
+def slides(**more):
+    return Campaign(slope.slide, over={"friction": [0.1, 0.6], "seed": range(2)}, **more)
+
+
+def same(one, other):
+    """The results of two campaigns, to the last bit."""
+    assert [case.name for case in one.cases] == [case.name for case in other.cases]
+    for a, b in zip(one.cases, other.cases, strict=True):
+        assert a.status == b.status == "finished", (a.error, b.error)
+        assert a.numbers == b.numbers
+        assert {(test, name) for test, curve in a.curves.items() for name in curve} == {
+            (test, name) for test, curve in b.curves.items() for name in curve
+        }
+        for test, curve in a.curves.items():
+            for name, values in curve.items():
+                assert np.array_equal(values, b.curves[test][name]), (a.name, name)
+
+
+# ---------------------------------------------------------------------------------------------------- what it computes
+
+
+def test_cases_are_combinations_and_single_ones():
+    campaign = Campaign(
+        Study3D(grain_count=100), over={"bead_count": [20, 200], "axes": ["z", "x"]}, cases=[{"pressure": 1.5e5}],
+        fixed={"seed": 3},
+    )  # fmt: skip
+    cases = campaign.all_cases()
+    assert [case.name for case in cases] == [
+        "bead_count=20,axes=z", "bead_count=20,axes=x", "bead_count=200,axes=z", "bead_count=200,axes=x", "pressure=150000",
+    ]  # fmt: skip
+    assert cases[1].work == Study3D(grain_count=100, bead_count=20, axes=("x",), seed=3, threads=1)
+    assert cases[4].work.pressure == 1.5e5
+
+
+MISTAKES = {
+    "no study": (lambda: Campaign(3, over={"seed": [1]}), TypeError, "A campaign is of a study, or of a function"),
+    "nothing varied": (lambda: Campaign(Study2D()), ValueError, "A campaign without over and cases has no case"),
+    "empty": (lambda: Campaign(Study2D(), over={"seed": []}), ValueError, "over['seed'] of a campaign has no value"),
+    "a word as list": (lambda: Campaign(Study3D(), over={"axes": "z"}), TypeError, "over['axes'] of a campaign is a list"),
+    "unknown": (lambda: Campaign(Study2D(), over={"sead": [1]}), ValueError, "Study2D has no parameter 'sead' to be"),
+    "threads": (lambda: Campaign(Study2D(), over={"threads": [1]}), ValueError, "has no parameter 'threads'"),
+    "twice": (lambda: Campaign(Study2D(), over={"seed": [1, 1]}), ValueError, "has the case 'seed=1' twice"),
+    "impossible": (lambda: Campaign(Study2D(), over={"friction": [-1.0]}), ValueError, "Case 'friction=-1': friction must"),
+    "no argument": (lambda: Campaign(slope.slide, over={"mu": [0.1]}), TypeError, "'mu=0.1': slide(site, ...) cannot be"),
+    "an array": (
+        lambda: Campaign(slope.slide, over={"friction": [np.ones(2)]}), TypeError, "'friction' of a campaign is a number"
+    ),
+    "a case of words": (lambda: Campaign(Study2D(), cases=["seed"]), TypeError, "A case of a campaign is a mapping"),
+    "too long": (
+        lambda: Campaign(Study2D(), over={"laws": [("none", "rigid-wire", "rigid-rod", "elastic-wire", "elastic-rod")],
+            "preparation": ["loose"], "solver": ["accelerated"], "pressure": [1.23456789e5], "friction": [0.123456789],
+            "strain": [0.0987654321], "axial_rigidity": [1.23456789e6]}),
+        ValueError, "The name of a case would have more than 150 characters"
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_a_mistake_gets_a_sentence(mistake):
+    make, kind, words = MISTAKES[mistake]
+    with pytest.raises(kind) as caught:
+        make()
+    assert words in str(caught.value)
+
+
+def test_a_file_says_the_same(tmp_path):
+    text = 'study = "texsol-3d"\n[fixed]\ngrain_count = 100\n[over]\nbead_count = [20, 40]\naxes = ["z"]\n'
+    (tmp_path / "c.toml").write_text(f"{text}[[cases]]\nseed = 7\n")
+    over = {"bead_count": [20, 40], "axes": ["z"]}
+    expected = Campaign(Study3D(), fixed={"grain_count": 100}, over=over, cases=[{"seed": 7}])
+    assert read_campaign(tmp_path / "c.toml") == expected
+    (tmp_path / "f.toml").write_text('study = "slope:slide"\n[over]\nfriction = [0.1]\n')
+    assert read_campaign(tmp_path / "f.toml").work is slope.slide
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("study = ", "is no TOML file"),
+        ("[over]\nseed = [1]", "must say the study"),
+        ('study = "texsol-4d"\n[over]\nseed = [1]', "There is no study 'texsol-4d'; did you mean 'texsol-3d'?"),
+        ('study = "slope:glide"\n[over]\nseed = [1]', "'slope:glide' cannot be imported"),
+        ('study = "texsol"\n[ower]\nseed = [1]', "has an unknown key 'ower'; did you mean 'over'?"),
+        ('study = "texsol"\n[over]\nsead = [1]', "Study2D has no parameter 'sead'"),
+    ],
+)
+def test_a_wrong_file_gets_a_sentence(tmp_path, text, words):
+    (tmp_path / "c.toml").write_text(text)
+    with pytest.raises(ValueError, match=r"c\.toml") as caught:
+        read_campaign(tmp_path / "c.toml")
+    assert words in str(caught.value)
+
+
+# -------------------------------------------------------------------------------------------------------- where it runs
+
+
+def test_the_bits_do_not_depend_on_the_workers(tmp_path, kind):
+    """Against the function itself, called here."""
+    results = slides().run(tmp_path / "two", workers=2)
+    assert [case.status for case in results.cases] == ["finished"] * 4
+    from lmgcpy.experiment.study.engine import Site
+    from lmgcpy.experiment.study.stages import Stages
+
+    for case in results.cases:
+        alone = slope.slide(Site(Stages(quiet=True), None), **case.parameters)
+        assert case.numbers == {"distance [m]": alone["distance [m]"]}
+        assert np.array_equal(case.curves[""]["x [m]"], alone["x [m]"])
+        assert (tmp_path / "two" / "cases" / case.name / "slide.h5").exists()
+    assert results.cases[0].numbers["distance [m]"] > 0.0 == results.cases[2].numbers["distance [m]"]
+    assert not list((tmp_path / "two" / "cases").glob("*.progress"))
+    same(results, CampaignFolder(tmp_path / "two").results())
+
+
+def test_a_case_that_fails_ends_nothing(tmp_path, kind):
+    results = Campaign(slope.fails, over={"number": range(3)}).run(tmp_path / "out", workers=1)
+    assert [case.status for case in results.cases] == ["finished", "failed", "finished"]
+    assert results.cases[1].error == "ValueError: one is too many"
+
+
+@pytest.mark.default_parameters(kind="dask")
+def test_a_worker_that_is_killed_costs_nothing(tmp_path, kind):
+    file = str(tmp_path / "died")
+    results = Campaign(slope.dies, over={"number": range(4)}, fixed={"file": file}).run(tmp_path / "out", workers=2)
+    assert os.path.exists(file)
+    assert [case.numbers for case in results.cases] == [{"number": k} for k in range(4)]
+
+
+@pytest.mark.default_parameters(kind="dask")
+def test_a_case_whose_workers_always_die_is_given_up(tmp_path, kind):
+    file = str(tmp_path / "no" / "such" / "file")  # which cannot be made: the process dies each time
+    results = Campaign(slope.always_dies, over={"number": range(2)}).run(tmp_path / "out", workers=1)
+    assert [case.status for case in results.cases] == ["finished", "failed"], file
+    assert "its worker died 4 times" in results.cases[1].error
+
+
+def test_a_study_is_a_case_with_a_folder_of_its_own(tmp_path):
+    """Two laws of a tiny sample; the second campaign finds them there, done, and the folder is one of `lmgcpy texsol`."""
+    study = Study2D(grain_count=30, bead_count=4, laws=("none", "rigid-wire"), strain=0.004, check_strain=0.0)
+    campaign = Campaign(study, over={"seed": [0]})
+    results = campaign.run(tmp_path / "out", workers=1)
+    (case,) = results.cases
+    assert case.status == "finished", case.error
+    assert "rigid-wire: gain of the peak deviator [Pa]" in case.numbers
+    assert case.numbers["none: steps"] == len(case.curves["none"]["crushing"]) > 10
+    assert (tmp_path / "out" / "cases" / "seed=0" / "study.json").exists()
+    (tmp_path / "out" / "cases.jsonl").unlink()
+    same(campaign.run(tmp_path / "out", workers=1, resume=True), results)
+
+
+def test_nobody_answers(tmp_path, monkeypatch):
+    """Within the time that it is given; 8 s otherwise."""
+    pytest.importorskip("distributed")
+    monkeypatch.setattr("lmgcpy.experiment.campaign.workers.ANSWER", 1.0)
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        address = f"tcp://127.0.0.1:{free.getsockname()[1]}"
+    begin = time.perf_counter()
+    with pytest.raises(ConnectionError, match="No Dask scheduler answers at"):
+        carry_out(slides(), tmp_path / "out", scheduler=address)
+    assert time.perf_counter() - begin < 8.0
+
+
+@pytest.mark.filterwarnings("ignore:unclosed:ResourceWarning")
+def test_a_cluster_of_ones_own(tmp_path, monkeypatch):
+    """By a client, which stays open; workers with another version are refused."""
+    distributed = pytest.importorskip("distributed")
+    with (
+        distributed.LocalCluster(
+            n_workers=1, threads_per_worker=1, dashboard_address=None, host="127.0.0.1", silence_logs=50
+        ) as cluster,
+        distributed.Client(cluster, set_as_default=False) as client,
+    ):
+        results = slides().run(tmp_path / "out", client=client)
+        assert len(results.finished) == 4
+        assert client.submit(int, 3).result() == 3
+        monkeypatch.setattr(client, "run", lambda call: {"tcp://elsewhere": {"lmgcpy": "0.1.0"}})
+        with pytest.raises(RuntimeError, match=r"worker tcp://elsewhere has lmgcpy 0\.1\.0, this process"):
+            slides().run(tmp_path / "other", client=client)
+
+
+# ---------------------------------------------------------------------------------------- folders, interruption, resume
+
+
+def test_folders_are_kept_apart(tmp_path):
+    campaign = Campaign(slope.nothing, over={"number": range(2)})
+    campaign.run(tmp_path / "out", workers=1)
+    with pytest.raises(FileExistsError, match="holds a campaign: go on with resume"):
+        campaign.run(tmp_path / "out")
+    with pytest.raises(ValueError, match="holds another campaign, with other cases"):
+        Campaign(slope.nothing, over={"number": range(3)}).run(tmp_path / "out", resume=True)
+    with pytest.raises(ValueError, match="holds another campaign, of slope:nothing and not of slope:fails"):
+        Campaign(slope.fails, over={"number": range(2)}).run(tmp_path / "out", resume=True)
+    with pytest.raises(FileNotFoundError, match="There is no campaign in"):
+        campaign.run(tmp_path / "elsewhere", resume=True)
+    with CampaignFolder(tmp_path / "out").held(), pytest.raises(BlockingIOError, match=r"The campaign in .* is under way"):
+        campaign.run(tmp_path / "out", resume=True)
+    assert len(Campaign(slope.fails, over={"number": range(1)}).run(tmp_path / "out", workers=1, force=True).finished) == 1
+    (tmp_path / "out" / "campaign.json").write_text("{")
+    with pytest.raises(ValueError, match="is damaged or of another version"):
+        campaign.run(tmp_path / "out", resume=True)
+
+
+def test_a_line_that_was_cut_short_is_done_again(tmp_path):
+    campaign = Campaign(slope.nothing, over={"number": range(3)})
+    first = campaign.run(tmp_path / "out", workers=1)
+    ledger = tmp_path / "out" / "cases.jsonl"
+    ledger.write_bytes(ledger.read_bytes()[:-20])
+    assert len(CampaignFolder(tmp_path / "out").results().finished) == 2
+    same(campaign.run(tmp_path / "out", workers=1, resume=True), first)
+
+
+SLOW = """
+import sys
+sys.path.insert(0, {here!r})
+import slope
+from lmgcpy.experiment import Campaign
+from lmgcpy.experiment.campaign import carry_out
+carry_out.has_dask = lambda: {dask}
+if __name__ == "__main__":
+    over, fixed = {{"friction": [0.1, 0.2], "seed": range({seeds})}}, {{"slow": 0.01, "steps": 80}}
+    Campaign(slope.slide, over=over, fixed=fixed).run({out!r}, workers=2, resume={resume})
+"""
+
+
+SLOWLY = {"slow": 0.01, "steps": 80}
+
+
+def slow_campaign(out, dask, seeds=2, resume=False):
+    code = SLOW.format(here=str(HERE), dask=dask, out=str(out), seeds=seeds, resume=resume)
+    script = out.parent / "campaign.py"
+    script.write_text(code)
+    with (out.parent / "said.txt").open("w") as said:
+        return subprocess.Popen([sys.executable, str(script)], start_new_session=True, stderr=said)
+
+
+def under_way(out, process):
+    """Wait until a case has made steps."""
+    for _ in range(600):
+        if list(out.glob("cases/*/slide.h5")):
+            return
+        assert process.poll() is None, (out.parent / "said.txt").read_text()
+        time.sleep(0.05)
+    pytest.fail("no case began within 30 s")
+
+
+@pytest.mark.default_parameters(kind="dask")
+@pytest.mark.skipif(os.name == "nt", reason="signals of groups of processes")
+def test_ctrl_c_ends_it_between_steps_and_it_goes_on(tmp_path, kind):
+    """The signal goes to all processes, as on a terminal."""
+    out = tmp_path / "out"
+    process = slow_campaign(out, kind == "dask")
+    under_way(out, process)
+    os.killpg(process.pid, signal.SIGINT)
+    assert process.wait(timeout=30) != 0
+    assert "KeyboardInterrupt" in (tmp_path / "said.txt").read_text()
+    described = Campaign(slope.slide, over={"friction": [0.1, 0.2], "seed": range(2)}, fixed=SLOWLY)
+    before = CampaignFolder(out).results()
+    assert len(before.finished) < 4
+    assert not any(case.status == "failed" for case in before.cases)
+    after = described.run(out, workers=2, resume=True)
+    same(after, described.run(tmp_path / "whole", workers=1))
+
+
+@pytest.mark.long
+@pytest.mark.skipif(os.name == "nt", reason="signals of groups of processes")
+def test_twenty_four_cases_with_a_killed_worker_have_the_bits_of_one_process(tmp_path, kind):
+    """SIGKILL to a worker in the middle of a case, whose run file it leaves behind."""
+    out = tmp_path / "out"
+    process = slow_campaign(out, kind == "dask", seeds=12)
+    under_way(out, process)
+    session = subprocess.run(["pgrep", "-s", str(process.pid)], capture_output=True, text=True)
+    victim = next(pid for pid in map(int, reversed(session.stdout.split())) if _has_open(pid, out))
+    os.kill(victim, signal.SIGKILL)
+    assert process.wait(timeout=120) == 0, (tmp_path / "said.txt").read_text()
+    described = Campaign(slope.slide, over={"friction": [0.1, 0.2], "seed": range(12)}, fixed=SLOWLY)
+    same(CampaignFolder(out).results(), described.run(tmp_path / "whole", workers=1))
+
+
+def _has_open(pid, folder):
+    """Whether a process has a run file open."""
+    try:
+        return any(str(folder) in os.readlink(file) for file in Path(f"/proc/{pid}/fd").iterdir() if file.exists())
+    except OSError:
+        return False
+
+
+# -------------------------------------------------------------------------------------------------- cost and progress
+
+
+def test_the_cost_is_that_of_finished_cases_or_of_the_table(tmp_path):
+    campaign = Campaign(slope.nothing, over={"number": range(3)})
+    results = campaign.run(tmp_path / "out", workers=1)
+    seconds, source = seconds_of(campaign.all_cases()[1], results)
+    assert seconds == results.cases[1].seconds
+    assert source == "1 finished alike"
+    assert seconds_of(campaign.all_cases()[0], CampaignFolder(tmp_path / "out").results([])) == (None, "unknown")
+    one, two = (Campaign(Study3D(grain_count=count), over={"seed": [0]}).all_cases()[0] for count in (1000, 4500))
+    nothing = CampaignFolder(tmp_path / "none").results([])
+    # cost goes with the number of particles: 1000 + 3500 and 4500 + 3500
+    assert seconds_of(two, nothing)[0] / seconds_of(one, nothing)[0] == pytest.approx(8000 / 4500)
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+def test_a_terminal_shows_what_runs(tmp_path):
+    campaign = Campaign(slope.nothing, over={"number": range(3)})
+    folder = CampaignFolder(tmp_path)
+    folder.cases.mkdir()
+    (folder.cases / "number=1.progress").write_text(json.dumps({"stage": "slide", "done": 3, "total": 10}))
+    (folder.cases / "number=2.progress").write_text("{")  # being written
+    stream = Terminal()
+    with View(folder, campaign.all_cases(), {"number=0"}, True, stream) as view:
+        view.look()
+    assert "number=1" in stream.getvalue()
+    assert "3/10" in stream.getvalue()
+    assert "0 failed, 2 to come" in stream.getvalue()
+    quiet = io.StringIO()
+    with View(folder, campaign.all_cases(), set(), False, quiet) as view:
+        view.look()
+    assert quiet.getvalue() == ""
+
+
+# ------------------------------------------------------------------------------------------------------- command line
+
+
+def command(*words):
+    from click.testing import CliRunner
+
+    from lmgcpy.cli import main
+
+    return CliRunner().invoke(main, ["campaign", *map(str, words)])
+
+
+@pytest.mark.default_parameters(kind="processes")
+def test_the_command_runs_reports_and_tells_the_cost(tmp_path, kind):
+    file = tmp_path / "few.toml"
+    file.write_text('study = "slope:fails"\n[over]\nnumber = [0, 1, 2]\n')
+    told = command(file, "--dry-run")
+    assert told.exit_code == 0, told.output
+    assert "number=1: unknown\n" in told.output
+    assert "3 of 3 cases to come" in told.output
+    assert not (tmp_path / "few").exists()
+    ran = command(file, "--workers", "1")
+    assert ran.exit_code == 1
+    assert "1 of 3 cases failed, the first: number=1: ValueError: one is too many" in ran.output
+    assert (tmp_path / "few" / "report.md").exists()
+    assert command(file, "--dry-run").output.startswith("number=0: finished\n")
+    again = command("report", tmp_path / "few")
+    assert again.exit_code == 0
+    assert str(tmp_path / "few" / "report.md") in again.output
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["none.toml"], "none.toml"),
+        (["c.toml", "--workers", "0"], "0 is not in the range x>=1"),
+        (["c.toml", "--workers", "2", "--scheduler", "tcp://127.0.0.1:1"], "--workers are processes of this machine"),
+        (["c.toml", "--out", "elsewhere", "--resume"], "There is no campaign in 'elsewhere'"),
+        (["report", "empty"], "There is no campaign in 'empty'"),
+    ],
+)
+def test_a_wrong_command_gets_a_sentence(tmp_path, monkeypatch, words, said):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "c.toml").write_text('study = "slope:nothing"\n[over]\nnumber = [0]\n')
+    result = command(*words)
+    assert result.exit_code != 0
+    assert said in result.output
+    assert "Traceback" not in result.output
