@@ -22,6 +22,7 @@ from numba.core.serialize import dumps
 from numba.core.sigutils import normalize_signature
 
 from lmgcpy.compiled.fingerprint import described
+from lmgcpy.compiled.turns import turn
 from lmgcpy.errors import warn
 from lmgcpy.writing import beside
 
@@ -58,8 +59,9 @@ class CacheWarning(RuntimeWarning):
 class KernelCache(NullCache):
     """The cache of one kernel, as numba asks for it.
 
-    ``stem``: name and fingerprint of the kernel; ``why_not_kept``: is called when the kernel has been compiled, and returns
-    a clause where the fingerprint does not cover all that the code depends on.
+    ``stem``: name and fingerprint of the kernel; ``why_not_kept``: is called when the kernel has been compiled, and
+    before that where another process compiles it, and returns a clause where the fingerprint does not cover all that the
+    code depends on.
     """
 
     def __init__(self, stem: str, why_not_kept: Callable[[], str | None]):
@@ -67,26 +69,33 @@ class KernelCache(NullCache):
         self.why_not_kept = why_not_kept
 
     def load_overload(self, signature: Any, context: Any) -> CompileResult | None:
-        """The code for a signature; None where there is none to be used."""
+        """The code for a signature; None where there is none to be used, and this process is to compile it.
+
+        It waits for a process that compiles the same at this time, and then looks again.
+        """
         # the symbols that machine code is linked to; the compiler's registries take four times as long as all kernels
         rtsys.initialize(context)
         arguments, _ = normalize_signature(signature)
         try:
-            content = self._path(arguments, context.codegen()).read_bytes()
-        except OSError:
+            path = self._path(arguments, context.codegen())
+        except FileNotFoundError:
             return None
-        if hashlib.sha256(content[DIGEST:]).digest() != content[:DIGEST]:
-            return None
-        try:
-            result = CompileResult._rebuild(context, *pickle.loads(content[DIGEST:]))
-        except (
-            Exception
-        ):  # a whole file may still not load here: a type that the kernel takes has moved to another module, for example
-            return None
-        return result if result.signature.args == arguments else None
+        result = _read(path, arguments, context)
+        if result is None:
+            turn.take(path, worth_waiting=lambda: self.why_not_kept() is None)
+            result = _read(path, arguments, context)
+            if result is not None:
+                turn.end()
+        return result
 
     def save_overload(self, signature: Any, result: Any) -> None:
-        """Keep compiled code; warns once of a directory that cannot be written."""
+        """Keep compiled code, and let those go on who wait for it; warns once of a directory that cannot be written."""
+        try:
+            self._save(signature, result)
+        finally:
+            turn.end()
+
+    def _save(self, signature: Any, result: Any) -> None:
         reason = self.why_not_kept()
         if reason is None and result.library.has_dynamic_globals:
             reason = f"{self.stem} reads a global array of more than a megabyte by its address in this process"
@@ -121,6 +130,23 @@ class KernelCache(NullCache):
     def _path(self, arguments: tuple, codegen: Any) -> Path:
         key = repr(([described(kind) for kind in arguments], codegen.magic_tuple()))
         return cache_directory() / "kernels" / f"{self.stem}-{hashlib.sha256(key.encode()).hexdigest()[:16]}.kernel"
+
+
+def _read(path: Path, arguments: tuple, context: Any) -> CompileResult | None:
+    """The code in a file, None where there is none to be used."""
+    try:
+        content = path.read_bytes()
+    except OSError:
+        return None
+    if hashlib.sha256(content[DIGEST:]).digest() != content[:DIGEST]:
+        return None
+    try:
+        result = CompileResult._rebuild(context, *pickle.loads(content[DIGEST:]))
+    except (
+        Exception
+    ):  # a whole file may still not load here: a type that the kernel takes has moved to another module, for example
+        return None
+    return result if result.signature.args == arguments else None
 
 
 _warned: set[str] = set()

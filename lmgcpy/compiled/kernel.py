@@ -47,6 +47,7 @@ from lmgcpy.compiled.fingerprint import (
     rebuildable,
     slots_of,
 )
+from lmgcpy.compiled.turns import turn
 from lmgcpy.compiled.waiting import told_on_a_terminal
 from lmgcpy.errors import closest
 
@@ -228,7 +229,7 @@ UNWRAPPED = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 def _undisturbed(compile: Callable, complete: Callable[[], None]) -> Callable:
     """Complete a function before numba compiles it, and let the collector of garbage wait meanwhile: it takes a fifth of
-    the time, and finds nothing."""
+    the time, and finds nothing. Where that fails, processes that wait for the code go on."""
 
     def call(*arguments: Any) -> Any:
         enabled = gc.isenabled()
@@ -237,6 +238,9 @@ def _undisturbed(compile: Callable, complete: Callable[[], None]) -> Callable:
             with told_on_a_terminal():
                 complete()
                 return compile(*arguments)
+        except BaseException:
+            turn.end()
+            raise
         finally:
             if enabled:
                 gc.enable()

@@ -1,0 +1,105 @@
+"""Who compiles a kernel that several processes need at once: one of them, and the others wait for what it keeps.
+
+A process that compiles a kernel locks a byte of a file beside the kernels; the name of the kernel's file says which byte.
+The system unlocks it when the process ends, however it ends, and no copy of a process inherits it. The lock file is never
+removed: who removes it while others use it parts them from those who come later. Without locks, for whatever reason, every
+process compiles by itself.
+
+A process has one turn at most, and ends it before it waits for another: so no two can wait for each other, even where
+compiling one kernel calls another. What is here is called under numba's lock, by one thread of a process at a time.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import time as clock
+import zlib
+from collections.abc import Callable
+from pathlib import Path
+
+from lmgcpy.compiled.waiting import told_on_a_terminal
+
+LONGEST = 120.0
+"""Who has waited so long for a kernel compiles it, and waits for no other any more: on this file system, locks may not work
+as they should [s]."""
+PAUSE = 0.01
+"""Between two looks at a lock [s]."""
+
+
+class Turn:
+    """The turn of this process."""
+
+    def __init__(self) -> None:
+        self._handle: int | None = None
+        """The lock file, open as long as the turn lasts: to close it unlocks the byte."""
+        self._is_patient = True
+
+    def take(self, kernel: Path, worth_waiting: Callable[[], bool]) -> None:
+        """Take the turn for a kernel's file, or wait for the process that has it, and then take none.
+
+        After waiting, there is the file, or it cannot be kept or compiled: then nobody should wait again. ``worth_waiting``
+        is asked where another process has the turn: whether it will keep what it compiles.
+        """
+        self.end()  # what an interruption may have left, and that of a kernel whose compilation calls this one
+        taken = False
+        try:
+            self._handle = _open_lock_file(kernel)
+            if self._handle is not None:
+                byte = zlib.crc32(kernel.name.encode()) >> 1  # 31 bits, which every system has
+                taken = _lock(self._handle, byte)
+                if not taken and self._is_patient and worth_waiting():
+                    self._is_patient = _wait(self._handle, byte)
+        except OSError:
+            pass  # no directory, not ours to write, no locks on this file system
+        finally:
+            if not taken:
+                self.end()
+
+    def end(self) -> None:
+        """End the turn, if there is one."""
+        if self._handle is not None:
+            handle, self._handle = self._handle, None
+            os.close(handle)
+
+
+turn = Turn()
+
+
+def _open_lock_file(kernel: Path) -> int | None:
+    """The lock file of a directory of kernels, beside it; None on systems without locks of bytes."""
+    try:
+        import fcntl  # noqa: F401
+    except ImportError:
+        return None
+    folder = kernel.parent
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    return os.open(folder.with_name(f"{folder.name}.lock"), os.O_RDWR | os.O_CREAT, 0o666)
+
+
+def _lock(handle: int, byte: int) -> bool:
+    """Lock a byte, unless another process has it; raises OSError where there are no locks."""
+    import fcntl
+
+    try:
+        fcntl.lockf(handle, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, byte)
+    except OSError as error:
+        if error.errno in (errno.EAGAIN, errno.EACCES):
+            return False
+        raise
+    return True
+
+
+def _wait(handle: int, byte: int) -> bool:
+    """Wait until a byte is free, and whether it was in time."""
+    end = clock.monotonic() + LONGEST
+    with told_on_a_terminal():
+        while not _lock(handle, byte):
+            if clock.monotonic() > end:
+                return False
+            _pause()
+    return True
+
+
+def _pause() -> None:
+    clock.sleep(PAUSE)
