@@ -17,8 +17,8 @@ from pathlib import Path
 import numpy as np
 from table import report
 
+import lmgcpy.experiment.campaign.carry_out as engine
 from lmgcpy.experiment import Campaign, Study2D
-from lmgcpy.experiment.campaign import carry_out as engine
 
 TURNS = 2
 
@@ -64,10 +64,8 @@ if __name__ == "__main__":
         before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
         empty, _ = seconds(Campaign(nothing, over={"number": range(count)}), 2, dask)
         grown = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024
-        gain = f"{times[1] / times[2]:.2f}"
-        rows.append(
-            ["Dask" if dask else "concurrent.futures", *(f"{t:.1f}" for t in times.values()), gain, count]
-            + [f"{1e3 * empty / count:.1f}", f"{grown:.0f}"]
-        )
-    header = ["workers by", "12 tests, 1 worker [s]", "2 workers [s]", "gain", "empty cases", "each [ms]", "memory grown [MB]"]
-    report("campaign", header, rows)
+        row = ["Dask" if dask else "concurrent.futures", *(f"{t:.1f}" for t in times.values())]
+        row += [f"{times[1] / times[2]:.2f}", str(count), f"{1e3 * empty / count:.1f}", f"{grown:.0f}"]
+        rows.append(row)
+    header = ["workers by", "12 tests, 1 worker [s]", "2 workers [s]", "gain"]
+    report("campaign", [*header, "empty cases", "each [ms]", "memory grown [MB]"], rows)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:  # the names of MODULES, for type checkers
     from lmgcpy.experiment.biaxial import Biaxial, BiaxialRecord, Frame
     from lmgcpy.experiment.box import Box, Sample, characteristic_time
-    from lmgcpy.experiment.campaign.description import Campaign
+    from lmgcpy.experiment.campaign.campaign import Campaign
     from lmgcpy.experiment.campaign.folder import CampaignFolder
     from lmgcpy.experiment.campaign.results import CampaignResults, CaseResult
     from lmgcpy.experiment.column.course import ColumnState, Course, SandColumn, let_go, time_unit
@@ -41,7 +41,7 @@ if TYPE_CHECKING:  # the names of MODULES, for type checkers
 MODULES = {
     "biaxial": ("Biaxial", "BiaxialRecord", "Frame"),
     "box": ("Box", "Sample", "characteristic_time"),
-    "campaign.description": ("Campaign",),
+    "campaign.campaign": ("Campaign",),
     "campaign.folder": ("CampaignFolder",),
     "campaign.results": ("CampaignResults", "CaseResult"),
     "column.course": ("ColumnState", "Course", "SandColumn", "let_go", "time_unit"),

@@ -53,7 +53,7 @@ def bench(w, *options):
 # fmt: off
 ROWS = {
     "no such command": (lambda w: ["texsoll"],
-        "There is no command 'texsoll'; did you mean 'texsol'? Known: bench, column, compare"),
+        "There is no command 'texsoll'; did you mean 'texsol'? Known: bench, campaign, column, compare"),
     "no such option before the command": (lambda w: ["--tracebak", "info", "x"],
         "No such option", "--tracebak", "--traceback"),
     "no such option": (lambda w: texsol(w, "--sed", "3"), "No such option", "--sed"),

@@ -10,9 +10,9 @@ from contextlib import contextmanager, suppress
 from typing import Any
 
 from lmgcpy.errors import flag, whole
-from lmgcpy.experiment.campaign.description import Campaign, Case
+from lmgcpy.experiment.campaign.description import CampaignCase, CampaignDescription
 from lmgcpy.experiment.campaign.folder import CampaignFolder
-from lmgcpy.experiment.campaign.progress import View
+from lmgcpy.experiment.campaign.progress import ProgressView
 from lmgcpy.experiment.campaign.results import FAILED, TO_COME, CampaignResults, CaseResult
 from lmgcpy.experiment.campaign.work import Order, do_case
 from lmgcpy.experiment.campaign.workers import DEATHS, Cluster, Processes, Workers, has_dask, processors
@@ -26,7 +26,7 @@ AHEAD = 2
 
 
 def carry_out(
-    campaign: Campaign,
+    campaign: CampaignDescription,
     out: str | os.PathLike,
     *,
     workers: int | None = None,
@@ -61,7 +61,8 @@ def carry_out(
         done = {result.name for result in folder.results(cases).finished}
         to_come = [case for case in cases if case.name not in done]
         if to_come:
-            with _team(workers, client, scheduler, scheduler_file) as team, View(folder, cases, done, progress) as view:
+            view = ProgressView(folder, cases, done, progress)
+            with _team(workers, client, scheduler, scheduler_file) as team, view:
                 _carry_out(to_come, folder, team, view)
     return folder.results(cases)
 
@@ -85,7 +86,7 @@ def _team(workers: int | None, client: Any, scheduler: str | None, file: str | N
         team.close()
 
 
-def _carry_out(cases: list[Case], folder: CampaignFolder, team: Workers, view: View) -> None:
+def _carry_out(cases: list[CampaignCase], folder: CampaignFolder, team: Workers, view: ProgressView) -> None:
     """Do the cases; those that Ctrl-C ends are to come."""
     try:
         with between_steps() as pressed:
@@ -100,10 +101,10 @@ def _carry_out(cases: list[Case], folder: CampaignFolder, team: Workers, view: V
 class _Round:
     """The cases under way, and those that wait for a worker."""
 
-    def __init__(self, cases: list[Case], folder: CampaignFolder, team: Workers, view: View):
+    def __init__(self, cases: list[CampaignCase], folder: CampaignFolder, team: Workers, view: ProgressView):
         self._folder, self._team, self._view = folder, team, view
         self._queue = deque(cases)
-        self._running: dict[Any, Case] = {}
+        self._running: dict[Any, CampaignCase] = {}
         self._deaths: dict[str, int] = {}
         self._here, self._campaign = versions(), str(folder.path.resolve())
 
@@ -124,7 +125,7 @@ class _Round:
                     self._end(self._running.pop(future), future)
             self._view.look()
 
-    def _end(self, case: Case, future: Any) -> None:
+    def _end(self, case: CampaignCase, future: Any) -> None:
         """Enter what became of a case, or put it back in the queue if its worker has died."""
         error = CancelledError() if future.cancelled() else future.exception()
         died = 0 if error is None else self._team.deaths(error)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from statistics import mean
 from typing import Any
 
-from lmgcpy.experiment.campaign.description import Case
+from lmgcpy.experiment.campaign.description import CampaignCase
 from lmgcpy.experiment.campaign.results import CampaignResults
 from lmgcpy.experiment.texsol.study import TexSolStudy
 
@@ -16,7 +16,7 @@ RELAXATION = 0.5
 """Cost of a relaxation, in tests to 10 % of crushing."""
 
 
-def seconds_of(case: Case, so_far: CampaignResults) -> tuple[float | None, str]:
+def seconds_of(case: CampaignCase, so_far: CampaignResults) -> tuple[float | None, str]:
     """Expected seconds of a case on one processor, and where they are from; None where nothing is known.
 
     They are the mean of the finished cases that differ from it in the fewest parameters; else, of a TexSol study, the

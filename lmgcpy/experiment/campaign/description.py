@@ -9,14 +9,11 @@ import itertools
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from lmgcpy.errors import closest, named_arguments, shown
 from lmgcpy.experiment.campaign.words import in_words
 from lmgcpy.experiment.study.engine import Study
-
-if TYPE_CHECKING:
-    from lmgcpy.experiment.campaign.results import CampaignResults
 
 Parameter = float | str | bool | None | tuple
 PLAIN = (bool, int, float, str, type(None))
@@ -26,7 +23,7 @@ LONGEST = 150
 
 
 @dataclass(frozen=True)
-class Case:
+class CampaignCase:
     """One of the computations of a campaign."""
 
     name: str
@@ -41,20 +38,8 @@ class Case:
 
 @named_arguments
 @dataclass(frozen=True)
-class Campaign:
-    """Many cases of one computation, which are independent of each other.
-
-    ``work`` is a study, such as ``Study3D(grain_count=800)``, or a function ``work(site, **parameters)`` of a module. It
-    returns a mapping: numbers by name, with the unit at the end of the name, as "strength [Pa]", and arrays of one length,
-    the columns of a curve. ``site.run(name, label, steps, call, ...)`` gives a run of it a file from which it goes on, as
-    in a study.
-
-    ``over`` gives lists of values by parameter, all of whose combinations are cases, the last parameter changing fastest;
-    ``cases`` lists further ones, each a mapping; ``fixed`` gives parameters that all cases have.
-
-    Raises TypeError and ValueError with a sentence where the work has no such parameter, or where there is no case, or one
-    twice.
-    """
+class CampaignDescription:
+    """What a campaign computes; its fields are those of :class:`~lmgcpy.experiment.Campaign`."""
 
     work: Any
     over: Mapping[str, Iterable[Any]] = field(default_factory=dict)
@@ -88,22 +73,22 @@ class Campaign:
         if twice is not None:
             raise ValueError(f"The campaign has the case '{twice}' twice: take one of them out.")
 
-    def all_cases(self) -> list[Case]:
+    def all_cases(self) -> list[CampaignCase]:
         """The cases in their order: the combinations of ``over``, then ``cases``."""
         combined = [dict(zip(self.over, values, strict=True)) for values in itertools.product(*self.over.values())]
         return [self._case(parameters) for parameters in [*(combined if self.over else []), *self.cases]]
 
-    def _case(self, parameters: Mapping[str, Any]) -> Case:
+    def _case(self, parameters: Mapping[str, Any]) -> CampaignCase:
         own = {name: value for name, value in parameters.items()}
         given = {**self.fixed, **own}
         name = case_name(own)
         if isinstance(self.work, Study):
-            return Case(name, own, _study_with(self.work, given, name), {})
+            return CampaignCase(name, own, _study_with(self.work, given, name), {})
         try:
             inspect.signature(self.work).bind("site", **given)
         except TypeError as error:
             raise TypeError(f"Case '{name}': {self.work.__name__}(site, ...) cannot be called so: {error}.") from error
-        return Case(name, own, self.work, given)
+        return CampaignCase(name, own, self.work, given)
 
     def described(self) -> dict[str, Any]:
         """The description that a folder keeps: plain words, numbers and lists."""
@@ -119,23 +104,6 @@ class Campaign:
             "fixed": {name: _listed(value) for name, value in self.fixed.items()},
             "cases": [{name: _listed(v) for name, v in case.parameters.items()} for case in self.all_cases()],
         }
-
-    def run(
-        self,
-        out: Any,
-        *,
-        workers: int | None = None,
-        client: Any = None,
-        resume: bool = False,
-        force: bool = False,
-        progress: bool = False,
-    ) -> CampaignResults:
-        """Carry the campaign out in the folder ``out`` and return its results, see
-        :func:`lmgcpy.experiment.campaign.carry_out.carry_out`."""
-        from lmgcpy.experiment.campaign.carry_out import carry_out
-
-        options = {"workers": workers, "client": client, "resume": resume, "force": force, "progress": progress}
-        return carry_out(self, out, **options)
 
 
 def case_name(parameters: Mapping[str, Any]) -> str:

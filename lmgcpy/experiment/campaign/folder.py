@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.experiment.campaign.description import Campaign, Case, case_name
+from lmgcpy.experiment.campaign.description import CampaignCase, CampaignDescription, case_name
 from lmgcpy.experiment.campaign.results import FAILED, FINISHED, TO_COME, CampaignResults, CaseResult
 from lmgcpy.io.recorder import versions
 from lmgcpy.io.run_file.lock import FileLock
@@ -41,7 +41,7 @@ class CampaignFolder:
     def __repr__(self) -> str:
         return f"<CampaignFolder '{self.path}'>"
 
-    def begin(self, campaign: Campaign, *, resume: bool, force: bool) -> None:
+    def begin(self, campaign: CampaignDescription, *, resume: bool, force: bool) -> None:
         """Make the folder for a campaign, or see that it holds this one if it is to be resumed.
 
         Raises FileExistsError where it is not empty and neither ``resume`` nor ``force`` is given, FileNotFoundError where
@@ -114,7 +114,7 @@ class CampaignFolder:
             file.flush()
             os.fsync(file.fileno())
 
-    def results(self, cases: list[Case] | None = None) -> CampaignResults:
+    def results(self, cases: list[CampaignCase] | None = None) -> CampaignResults:
         """What became of all cases so far: of these, or of those that the description names."""
         if cases is None:
             listed = [{name: _tupled(v) for name, v in case.items()} for case in self.described()["cases"]]

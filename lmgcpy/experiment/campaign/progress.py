@@ -7,7 +7,7 @@ import sys
 import time as clock
 from typing import Any, TextIO
 
-from lmgcpy.experiment.campaign.description import Case
+from lmgcpy.experiment.campaign.description import CampaignCase
 from lmgcpy.experiment.campaign.folder import CampaignFolder
 from lmgcpy.experiment.campaign.results import FAILED, CaseResult
 
@@ -15,10 +15,12 @@ SHOWN = 16
 """Most cases that have a bar of their own."""
 
 
-class View:
+class ProgressView:
     """Shows how many cases are finished, have failed and are to come, the time to go, and those that run."""
 
-    def __init__(self, folder: CampaignFolder, cases: list[Case], done: set[str], on: bool, stream: TextIO | None = None):
+    def __init__(
+        self, folder: CampaignFolder, cases: list[CampaignCase], done: set[str], on: bool, stream: TextIO | None = None
+    ):
         self._folder = folder
         self._stream = sys.stderr if stream is None else stream
         self._names = [case.name for case in cases if case.name not in done]
@@ -30,7 +32,7 @@ class View:
         self._bar: Any = None
         self._bars: dict[str, Any] = {}
 
-    def __enter__(self) -> View:
+    def __enter__(self) -> ProgressView:
         if self._terminal:
             self._bar = self._new_bar(self._total, "campaign", "case", self._before)
         return self

@@ -23,7 +23,8 @@ from pathlib import Path
 from typing import Any
 
 from lmgcpy.errors import closest, shown
-from lmgcpy.experiment.campaign.description import Campaign, function_of
+from lmgcpy.experiment.campaign.campaign import Campaign
+from lmgcpy.experiment.campaign.description import function_of
 from lmgcpy.experiment.column.study import ColumnStudy
 from lmgcpy.experiment.texsol.study import Study2D, Study3D
 from lmgcpy.io.untrusted import regular_file

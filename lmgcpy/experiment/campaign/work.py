@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.errors import number, numbers, shown
-from lmgcpy.experiment.campaign.description import Case
+from lmgcpy.experiment.campaign.description import CampaignCase
 from lmgcpy.experiment.campaign.results import FAILED, FINISHED, TO_COME, CaseResult
 from lmgcpy.experiment.study.engine import Site, Study, carry_out_study
 from lmgcpy.experiment.study.folder import StudyFolder
@@ -29,7 +29,7 @@ TOLD_EVERY = 0.5
 class Order:
     """What a worker is to do."""
 
-    case: Case
+    case: CampaignCase
     campaign: str
     """Folder of the campaign, as the one who ordered sees it."""
     versions: dict[str, str]
@@ -93,7 +93,7 @@ def do_case(order: Order) -> CaseResult:
     return made(FINISHED, "", numbers, curves)
 
 
-def _computed(case: Case, folder: Path | None, told: Any, stopped: Any) -> tuple[dict[str, float], dict[str, Any]]:
+def _computed(case: CampaignCase, folder: Path | None, told: Any, stopped: Any) -> tuple[dict[str, float], dict[str, Any]]:
     """Numbers and curves of a case."""
     if isinstance(case.work, Study):
         kept = None if folder is None else StudyFolder(folder, type(case.work))

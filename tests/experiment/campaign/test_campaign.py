@@ -23,7 +23,7 @@ import slope  # noqa: E402
 from lmgcpy.experiment import Campaign, CampaignFolder, Study2D, Study3D  # noqa: E402
 from lmgcpy.experiment.campaign.carry_out import carry_out  # noqa: E402
 from lmgcpy.experiment.campaign.cost import seconds_of  # noqa: E402
-from lmgcpy.experiment.campaign.progress import View  # noqa: E402
+from lmgcpy.experiment.campaign.progress import ProgressView  # noqa: E402
 from lmgcpy.experiment.campaign.toml import read_campaign  # noqa: E402
 
 
@@ -350,13 +350,13 @@ def test_a_terminal_shows_what_runs(tmp_path):
     (folder.cases / "number=1.progress").write_text(json.dumps({"stage": "slide", "done": 3, "total": 10}))
     (folder.cases / "number=2.progress").write_text("{")  # being written
     stream = Terminal()
-    with View(folder, campaign.all_cases(), {"number=0"}, True, stream) as view:
+    with ProgressView(folder, campaign.all_cases(), {"number=0"}, True, stream) as view:
         view.look()
     assert "number=1" in stream.getvalue()
     assert "3/10" in stream.getvalue()
     assert "0 failed, 2 to come" in stream.getvalue()
     quiet = io.StringIO()
-    with View(folder, campaign.all_cases(), set(), False, quiet) as view:
+    with ProgressView(folder, campaign.all_cases(), set(), False, quiet) as view:
         view.look()
     assert quiet.getvalue() == ""
 

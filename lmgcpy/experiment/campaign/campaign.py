@@ -1,0 +1,45 @@
+"""A campaign as a user has it: its description, and the call that carries it out."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from typing import Any
+
+from lmgcpy.errors import named_arguments
+from lmgcpy.experiment.campaign.carry_out import carry_out
+from lmgcpy.experiment.campaign.description import CampaignDescription
+from lmgcpy.experiment.campaign.results import CampaignResults
+
+
+@named_arguments
+@dataclass(frozen=True)
+class Campaign(CampaignDescription):
+    """Many cases of one computation, which are independent of each other.
+
+    ``work`` is a study, such as ``Study3D(grain_count=800)``, or a function ``work(site, **parameters)`` of a module. It
+    returns a mapping: numbers by name, with the unit at the end of the name, as "strength [Pa]", and arrays of one length,
+    the columns of a curve. ``site.run(name, label, steps, call, ...)`` gives a run of it a file from which it goes on, as
+    in a study.
+
+    ``over`` gives lists of values by parameter, all of whose combinations are cases, the last parameter changing fastest;
+    ``cases`` lists further ones, each a mapping; ``fixed`` gives parameters that all cases have.
+
+    Raises TypeError and ValueError with a sentence where the work has no such parameter, or where there is no case, or one
+    twice.
+    """
+
+    def run(
+        self,
+        out: str | os.PathLike,
+        *,
+        workers: int | None = None,
+        client: Any = None,
+        resume: bool = False,
+        force: bool = False,
+        progress: bool = False,
+    ) -> CampaignResults:
+        """Carry the campaign out in the folder ``out`` and return its results, see
+        :func:`lmgcpy.experiment.campaign.carry_out.carry_out`."""
+        options = {"workers": workers, "client": client, "resume": resume, "force": force, "progress": progress}
+        return carry_out(self, out, **options)
