@@ -115,14 +115,10 @@ class _Round:
                 case = self._queue.popleft()
                 self._running[self._team.submit(do_case, Order(case, self._campaign, self._here))] = case
             ended = self._team.wait(list(self._running), LOOK)
-            if pressed() and not self._folder.stop_file.exists():
-                self._folder.stop_file.touch()
-                for future in list(self._running):  # those that no worker has begun
-                    if future.cancel():
-                        del self._running[future]
+            if pressed():
+                self._folder.stop_file.touch()  # cases that no worker has begun end at once
             for future in ended:
-                if future in self._running:
-                    self._end(self._running.pop(future), future)
+                self._end(self._running.pop(future), future)
             self._view.look()
 
     def _end(self, case: CampaignCase, future: Any) -> None:

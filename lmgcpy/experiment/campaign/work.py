@@ -80,8 +80,14 @@ def do_case(order: Order) -> CaseResult:
     folder = campaign / "cases" / case.name if seen else None
     told = Told(campaign / "cases" / f"{case.name}.progress" if seen else None)
     stop = campaign / ".stop"
+
+    def stopped() -> bool:
+        return seen and stop.exists()
+
+    if stopped():
+        return made(TO_COME)
     try:
-        numbers, curves = _computed(case, folder, told, lambda: seen and stop.exists())
+        numbers, curves = _computed(case, folder, told, stopped)
     except KeyboardInterrupt:
         return made(TO_COME)
     except Exception as error:

@@ -101,7 +101,7 @@ class Cluster(Workers):
         """Workers on this machine, one thread each, that talk to nobody but this process."""
         from distributed import Client, LocalCluster
 
-        from lmgcpy.experiment.campaign.no_pages import NoPages
+        from lmgcpy.experiment.campaign.own_worker import OwnWorker
 
         with _one_thread_each():
             cluster = LocalCluster(
@@ -115,7 +115,7 @@ class Cluster(Workers):
             )
         client = Client(cluster, set_as_default=False)
         cluster.sync(_close_pages, cluster.scheduler)
-        client.register_plugin(NoPages())
+        client.register_plugin(OwnWorker())
         return cls(client, cluster)
 
     @classmethod
