@@ -82,10 +82,11 @@ class Processes(Workers):
 
 
 class Cluster(Workers):
-    """The workers of a Dask cluster that a client knows; one that begins and ends with the campaign is ``own``."""
+    """The workers of a Dask cluster that a client knows."""
 
-    def __init__(self, client: Any, own: Any = None):
-        self._client, self._own = client, own
+    def __init__(self, client: Any, *, to_close: Sequence[Any] = (), own: bool = False):
+        """``to_close``: what ends with the campaign; ``own``: whether the workers do."""
+        self._client, self._to_close, self._own = client, to_close, own
         self._seen = clock.monotonic()
         self.count = max(1, len(client.scheduler_info(n_workers=-1)["workers"]))
         for worker, there in client.run(versions).items():
@@ -116,7 +117,7 @@ class Cluster(Workers):
         client = Client(cluster, set_as_default=False)
         cluster.sync(_close_pages, cluster.scheduler)
         client.register_plugin(OwnWorker())
-        return cls(client, cluster)
+        return cls(client, to_close=(client, cluster), own=True)
 
     @classmethod
     def at(cls, address: str | None, file: str | None) -> Cluster:
@@ -134,7 +135,7 @@ class Cluster(Workers):
         if not client.scheduler_info(n_workers=-1)["workers"]:
             client.close()
             raise ConnectionError(f"The scheduler at {where} has no workers: begin some, for example by 'dask worker'.")
-        return cls(client, client)
+        return cls(client, to_close=(client,))
 
     def submit(self, call: Callable[..., Any], *arguments: Any) -> Any:
         return self._client.submit(call, *arguments, pure=False)
@@ -153,7 +154,7 @@ class Cluster(Workers):
     def _see_workers(self) -> None:
         """RuntimeError where all workers of this machine have died and none has come back."""
         now = clock.monotonic()
-        if self._own is None or self._client.scheduler_info(n_workers=-1)["workers"]:
+        if not self._own or self._client.scheduler_info(n_workers=-1)["workers"]:
             self._seen = now
         elif now > self._seen + GONE:
             raise RuntimeError("All workers have died, and none came back: see whether memory suffices, and resume.")
@@ -167,9 +168,8 @@ class Cluster(Workers):
         return int(isinstance(error, (CancelledError, FutureCancelledError)))
 
     def close(self) -> None:
-        if self._own is not None:
-            self._client.close()
-            self._own.close()
+        for one in self._to_close:
+            one.close()
 
 
 async def _close_pages(server: Any) -> None:

@@ -200,7 +200,7 @@ def test_nobody_answers(tmp_path, monkeypatch):
 
 @pytest.mark.filterwarnings("ignore:unclosed:ResourceWarning")
 def test_a_cluster_of_ones_own(tmp_path, monkeypatch):
-    """By a client, which stays open; workers with another version are refused."""
+    """By a client, which stays open, by address and by file; workers with another version are refused."""
     distributed = pytest.importorskip("distributed")
     with (
         distributed.LocalCluster(
@@ -211,6 +211,12 @@ def test_a_cluster_of_ones_own(tmp_path, monkeypatch):
         results = slides().run(tmp_path / "out", client=client)
         assert len(results.finished) == 4
         assert client.submit(int, 3).result() == 3
+        (tmp_path / "dask.json").write_text(json.dumps({"address": cluster.scheduler_address}))
+        for k, where in enumerate(
+            ({"scheduler": cluster.scheduler_address}, {"scheduler_file": str(tmp_path / "dask.json")})
+        ):
+            same(carry_out(slides(), tmp_path / f"out{k}", **where), results)
+        assert client.submit(int, 4).result() == 4
         monkeypatch.setattr(client, "run", lambda call: {"tcp://elsewhere": {"lmgcpy": "0.1.0"}})
         with pytest.raises(RuntimeError, match=r"worker tcp://elsewhere has lmgcpy 0\.1\.0, this process"):
             slides().run(tmp_path / "other", client=client)
