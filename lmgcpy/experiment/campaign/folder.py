@@ -8,6 +8,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 from collections.abc import Iterator, Mapping
@@ -22,7 +23,7 @@ from lmgcpy.experiment.campaign.results import FAILED, FINISHED, TO_COME, Campai
 from lmgcpy.io.recorder import versions
 from lmgcpy.io.run_file.lock import FileLock
 from lmgcpy.io.untrusted import regular_file
-from lmgcpy.writing import flush, make_folder, new_file
+from lmgcpy.writing import flush, make_folder, new_file, write_bytes
 
 FORMAT = "lmgcpy campaign 1"
 
@@ -103,8 +104,9 @@ class CampaignFolder:
         if result.curves:
             make_folder(self.curves)
             flat = {f"{test}|{column}": values for test, curve in result.curves.items() for column, values in curve.items()}
-            with new_file(self.curves / f"{result.name}.npz") as new, new.open("wb") as file:
-                np.savez_compressed(file, **flat)  # type: ignore[arg-type]
+            packed = io.BytesIO()
+            np.savez_compressed(packed, **flat)  # type: ignore[arg-type]
+            write_bytes(self.curves / f"{result.name}.npz", packed.getvalue())
         line = {name: getattr(result, name) for name in ("name", "parameters", "status", "seconds", "error", "numbers")}
         text = json.dumps({**line, "versions": result.versions, "curves": bool(result.curves)})
         with self.ledger.open("a+b") as file:
