@@ -39,7 +39,15 @@ class Campaign(CampaignDescription):
         force: bool = False,
         progress: bool = False,
     ) -> CampaignResults:
-        """Carry the campaign out in the folder ``out`` and return its results, see
-        :func:`lmgcpy.experiment.campaign.carry_out.carry_out`."""
+        """Carry the campaign out in the folder ``out`` and return its results.
+
+        The cases go to ``workers`` processes of this machine, by default as many as it has processors, or to the Dask
+        cluster of a ``client``. A case that fails is recorded with its error; one whose worker dies is done again.
+        ``resume`` goes on with what is in the folder, and tries again what has failed; ``force`` writes into a folder that
+        is not empty; ``progress`` shows the running cases on a terminal.
+
+        Ctrl-C (KeyboardInterrupt) ends the runs between two steps. Raises FileExistsError, FileNotFoundError, ValueError or
+        BlockingIOError where the folder is not fit for it, and RuntimeError where workers have another version of lmgcpy.
+        """
         options = {"workers": workers, "client": client, "resume": resume, "force": force, "progress": progress}
         return carry_out(self, out, **options)

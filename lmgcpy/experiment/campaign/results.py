@@ -30,6 +30,7 @@ class CaseResult:
     curves: dict[str, dict[str, np.ndarray]]
     """By test ("" where there is one): columns of one length, the first of them the abscissa."""
     versions: dict[str, str]
+    """Of lmgcpy and what the numbers depend on, where it was done."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,9 @@ class CampaignResults:
     """All cases of a campaign, in their order."""
 
     name: str
+    """That of the folder."""
     cases: list[CaseResult]
+    """In the order of the campaign."""
 
     @property
     def finished(self) -> list[CaseResult]:
