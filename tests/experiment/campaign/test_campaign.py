@@ -27,12 +27,18 @@ from lmgcpy.experiment.campaign.progress import ProgressView  # noqa: E402
 from lmgcpy.experiment.campaign.toml import read_campaign  # noqa: E402
 
 
+@pytest.fixture(autouse=True)
+def processes(monkeypatch):
+    """Those of ``concurrent.futures`` begin in half the time."""
+    monkeypatch.setattr("lmgcpy.experiment.campaign.carry_out.has_dask", lambda: False)
+
+
 @pytest.fixture(params=["dask", "processes"])
-def kind(request, monkeypatch):
+def kind(request, processes, monkeypatch):
     """Both kinds of workers on this machine."""
     if request.param == "dask":
         pytest.importorskip("distributed")
-    monkeypatch.setattr("lmgcpy.experiment.campaign.carry_out.has_dask", lambda: request.param == "dask")
+        monkeypatch.setattr("lmgcpy.experiment.campaign.carry_out.has_dask", lambda: True)
     return request.param
 
 
@@ -132,6 +138,7 @@ def test_a_wrong_file_gets_a_sentence(tmp_path, text, words):
 # -------------------------------------------------------------------------------------------------------- where it runs
 
 
+@pytest.mark.default_parameters(kind="dask")
 def test_the_bits_do_not_depend_on_the_workers(tmp_path, kind):
     """Against the function itself, called here."""
     results = slides().run(tmp_path / "two", workers=2)
@@ -149,6 +156,7 @@ def test_the_bits_do_not_depend_on_the_workers(tmp_path, kind):
     same(results, CampaignFolder(tmp_path / "two").results())
 
 
+@pytest.mark.default_parameters(kind="processes")
 def test_a_case_that_fails_ends_nothing(tmp_path, kind):
     results = Campaign(slope.fails, over={"number": range(3)}).run(tmp_path / "out", workers=1)
     assert [case.status for case in results.cases] == ["finished", "failed", "finished"]
@@ -163,7 +171,7 @@ def test_a_worker_that_is_killed_costs_nothing(tmp_path, kind):
     assert [case.numbers for case in results.cases] == [{"number": k} for k in range(4)]
 
 
-@pytest.mark.default_parameters(kind="dask")
+@pytest.mark.long
 def test_a_case_whose_workers_always_die_is_given_up(tmp_path, kind):
     file = str(tmp_path / "no" / "such" / "file")  # which cannot be made: the process dies each time
     results = Campaign(slope.always_dies, over={"number": range(2)}).run(tmp_path / "out", workers=1)
@@ -189,6 +197,7 @@ def test_nobody_answers(tmp_path, monkeypatch):
     """Within the time that it is given; 8 s otherwise."""
     pytest.importorskip("distributed")
     monkeypatch.setattr("lmgcpy.experiment.campaign.workers.ANSWER", 1.0)
+    monkeypatch.setattr("lmgcpy.experiment.campaign.carry_out.has_dask", lambda: True)
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         address = f"tcp://127.0.0.1:{free.getsockname()[1]}"
@@ -202,6 +211,7 @@ def test_nobody_answers(tmp_path, monkeypatch):
 def test_a_cluster_of_ones_own(tmp_path, monkeypatch):
     """By a client, which stays open, by address and by file; workers with another version are refused."""
     distributed = pytest.importorskip("distributed")
+    monkeypatch.setattr("lmgcpy.experiment.campaign.carry_out.has_dask", lambda: True)
     with (
         distributed.LocalCluster(
             n_workers=1, threads_per_worker=1, dashboard_address="127.0.0.1:0", host="127.0.0.1", silence_logs=50
@@ -287,7 +297,7 @@ def under_way(out, process):
     pytest.fail("no case began within 30 s")
 
 
-@pytest.mark.default_parameters(kind="dask")
+@pytest.mark.long
 @pytest.mark.skipif(os.name == "nt", reason="signals of groups of processes")
 def test_ctrl_c_ends_it_between_steps_and_it_goes_on(tmp_path, kind):
     """The signal goes to all processes, as on a terminal."""
