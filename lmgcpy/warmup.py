@@ -202,7 +202,8 @@ def unbounded(dimension: int) -> list[Any]:
     """Walls and, in 3D, hollow cylinders, each as FLOOR and as LID."""
     nothing = (0,) * (dimension - 2)
     made: list[Any] = [lm.wall(point=(0, 0, *nothing), normal=(0, 1, *nothing), color="FLOOR")]
-    made.append(lm.wall(point=(0, 1, *nothing), normal=(0, -1, *nothing), color="LID"))
+    lid = lm.wall(point=(0, 1, *nothing), normal=(0, -1, *nothing), color="LID")
+    made.append(lid.impose_velocity(y=-0.01))  # the energy balance asks what drives that move receive
     if dimension == 3:
         made += [lm.cylinder_wall(point=(0, 0.5, 0), axis=(1, 0, 0), radius=0.5, color=c) for c in ("FLOOR", "LID")]
     return made
