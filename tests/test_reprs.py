@@ -17,6 +17,10 @@ import lmgcpy as lm
 import lmgcpy.testing
 from lmgcpy.experiment import (
     Biaxial,
+    Campaign,
+    CampaignFolder,
+    CampaignResults,
+    CaseResult,
     PeriodicShear,
     Sample,
     SandColumn,
@@ -98,6 +102,7 @@ def things(folder) -> dict[str, object]:
     lm.solve(problem, solver=Watched(seen=seen))
     wire = {"box": (0.67, 0.67), "bead_radius": 0.0075, "interstice": 0.021, "bead_count": 30}
     beads = {"box": (0.1, 0.1, 0.2), "bead_radius": 0.001, "interstice": 0.001, "bead_count": 200}
+    failed = CaseResult("seed=0", {"seed": 0}, "failed", 2.0, "no room", {}, {}, {})
     return {
         "Scene in 2D: 4 bodies, 1 rows of the visibility table, 1 chains": sim.scene,
         "name='sand', density=2600": lm.Material("sand", density=2600.0),
@@ -178,6 +183,10 @@ def things(folder) -> dict[str, object]:
         "Outcome: converged after": seen["outcome"],
         "Task 'none': lay_sample": Task("none", lay_sample),
         "StudyFolder 'texsol' of Study2D": StudyFolder("texsol", Study2D),
+        "Campaign of 2 cases of Study2D": Campaign(Study2D(), over={"seed": [0, 1]}),
+        "CampaignFolder 'strength'": CampaignFolder("strength"),
+        "CampaignResults 'strength': 0 finished, 1 failed, 0 to come": CampaignResults("strength", [failed]),
+        "CaseResult 'seed=0': failed in 2 s, no room": failed,
         "LawReport: Signorini() conforms": findings,
         "Finding: interface holds": findings.findings[0],
         "check of finite of Signorini()": lmgcpy.testing.Check(lm.Signorini(), lmgcpy.testing.PROPERTIES["finite"]),

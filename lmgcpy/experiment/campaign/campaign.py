@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import os
 from dataclasses import dataclass
 from typing import Any
@@ -13,7 +14,7 @@ from lmgcpy.experiment.campaign.results import CampaignResults
 
 
 @named_arguments
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Campaign(CampaignDescription):
     """Many cases of one computation, which are independent of each other.
 
@@ -28,6 +29,10 @@ class Campaign(CampaignDescription):
     Raises TypeError and ValueError with a sentence where the work has no such parameter, or where there is no case, or one
     twice.
     """
+
+    def __repr__(self) -> str:
+        of = self.work.__name__ if inspect.isfunction(self.work) else type(self.work).__name__
+        return f"<Campaign of {len(self.all_cases())} cases of {of}>"
 
     def run(
         self,

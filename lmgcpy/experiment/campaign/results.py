@@ -11,7 +11,7 @@ FINISHED, FAILED, TO_COME = "finished", "failed", "to come"
 """Statuses of a case."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class CaseResult:
     """What became of a case."""
 
@@ -32,8 +32,12 @@ class CaseResult:
     versions: dict[str, str]
     """Of lmgcpy and what the numbers depend on, where it was done."""
 
+    def __repr__(self) -> str:
+        how = f"{self.status} in {self.seconds:.3g} s" if self.seconds else self.status
+        return f"<CaseResult '{self.name}': {how}{f', {self.error}' if self.error else ''}>"
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, repr=False)
 class CampaignResults:
     """All cases of a campaign, in their order."""
 
