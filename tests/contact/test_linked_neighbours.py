@@ -60,7 +60,7 @@ def over_three_pegs(time_step, link, **chain):
     return greatest, 9.81 * sum(bead.mass for bead in beads)
 
 
-@pytest.mark.default_parameters("0.001")
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:In the step")  # at 1 ms the ends that swing move by their radius, and turn links
 @pytest.mark.parametrize("time_step", [1e-3, 4e-4])
 def test_a_chain_of_touching_beads_over_pegs_pulls_with_no_more_than_its_weight(time_step):

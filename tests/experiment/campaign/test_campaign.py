@@ -163,7 +163,7 @@ def test_a_case_that_fails_ends_nothing(tmp_path, kind):
     assert results.cases[1].error == "ValueError: one is too many"
 
 
-@pytest.mark.default_parameters(kind="dask")
+@pytest.mark.long
 def test_a_worker_that_is_killed_costs_nothing(tmp_path, kind):
     file = str(tmp_path / "died")
     results = Campaign(slope.dies, over={"number": range(4)}, fixed={"file": file}).run(tmp_path / "out", workers=2)
@@ -179,6 +179,7 @@ def test_a_case_whose_workers_always_die_is_given_up(tmp_path, kind):
     assert "its worker died 4 times" in results.cases[1].error
 
 
+@pytest.mark.long
 def test_a_study_is_a_case_with_a_folder_of_its_own(tmp_path):
     """Two laws of a tiny sample; the second campaign finds them there, done, and the folder is one of `lmgcpy texsol`."""
     study = Study2D(grain_count=30, bead_count=4, laws=("none", "rigid-wire"), strain=0.004, check_strain=0.0)
@@ -207,6 +208,7 @@ def test_nobody_answers(tmp_path, monkeypatch):
     assert time.perf_counter() - begin < 8.0
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:unclosed:ResourceWarning")
 def test_a_cluster_of_ones_own(tmp_path, monkeypatch):
     """By a client, which stays open, by address and by file; workers with another version are refused."""

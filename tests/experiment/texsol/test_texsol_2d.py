@@ -108,6 +108,7 @@ def result():
     return carry_out_study(Study2D(laws=laws, grain_count=100, bead_count=20, strain=0.02, check_strain=0.004, seed=2))
 
 
+@pytest.mark.long
 def test_a_small_study_writes_what_it_promises(result, tmp_path):
     written = {path.name for path in result.study.report(result, StudyFolder(tmp_path / "out", Study2D))}
     wires = ("rigid-wire", "rigid-rod", "elastic-wire", "elastic-rod")
