@@ -137,10 +137,13 @@ def test_the_scene_must_have_their_dimension():
 
 def test_ten_thousand_take_milliseconds():
     """Half a second for 1e5 is the goal; one body at a time takes some 50 us. The bound leaves a busy machine a factor of
-    five."""
-    scene = lm.Scene(dimension=2)
+    five; the least of three, as the collector of garbage may come in between."""
     positions = np.column_stack([np.arange(10_000.0), np.zeros(10_000)])
-    begin = time.process_time()
-    scene.add_disks(0.1, positions, material=SAND)
-    scene.compile()
-    assert time.process_time() - begin < 0.25
+    seconds = []
+    for _ in range(3):
+        scene = lm.Scene(dimension=2)
+        begin = time.process_time()
+        scene.add_disks(0.1, positions, material=SAND)
+        scene.compile()
+        seconds.append(time.process_time() - begin)
+    assert min(seconds) < 0.25
