@@ -52,6 +52,7 @@ def carry_out(
     """
     flag(resume, "resume")
     flag(force, "force")
+    flag(progress, "progress")
     if workers is not None:
         whole(workers, "workers", minimum=1)
     cases = campaign.all_cases()
@@ -94,7 +95,7 @@ def _carry_out(cases: list[CampaignCase], folder: CampaignFolder, team: Workers,
             if pressed():
                 raise KeyboardInterrupt
     except BaseException:
-        folder.stop_file.touch()  # what runs ends between two steps
+        folder.stop()
         raise
 
 
@@ -116,7 +117,7 @@ class _Round:
                 self._running[self._team.submit(do_case, Order(case, self._campaign, self._here))] = case
             ended = self._team.wait(list(self._running), LOOK)
             if pressed():
-                self._folder.stop_file.touch()  # cases that no worker has begun end at once
+                self._folder.stop()  # cases that no worker has begun end at once
             for future in ended:
                 self._end(self._running.pop(future), future)
             self._view.look()

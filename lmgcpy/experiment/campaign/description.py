@@ -7,6 +7,7 @@ import importlib
 import inspect
 import itertools
 import re
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -59,6 +60,8 @@ class CampaignDescription:
             over[name] = [_plain(value, name) for value in values]
             if not over[name]:
                 raise ValueError(f"over['{name}'] of a campaign has no value: there would be no case.")
+        if isinstance(self.cases, (str, bytes, Mapping)) or not isinstance(self.cases, Iterable):
+            raise TypeError(f"cases of a campaign is a list of mappings of parameters, got {shown(self.cases)}.")
         single = []
         for case in self.cases:
             if not isinstance(case, Mapping):
@@ -68,10 +71,9 @@ class CampaignDescription:
             object.__setattr__(self, name, value)
         if not over and not single:
             raise ValueError("A campaign without over and cases has no case: give the parameters that are to be varied.")
-        names = [case.name for case in self.all_cases()]
-        twice = next((name for name in names if names.count(name) > 1), None) if len(set(names)) < len(names) else None
-        if twice is not None:
-            raise ValueError(f"The campaign has the case '{twice}' twice: take one of them out.")
+        (name, count), *_ = Counter(case.name for case in self.all_cases()).most_common(1)
+        if count > 1:
+            raise ValueError(f"The campaign has the case '{name}' twice: take one of them out.")
 
     def all_cases(self) -> list[CampaignCase]:
         """The cases in their order: the combinations of ``over``, then ``cases``."""
@@ -79,7 +81,7 @@ class CampaignDescription:
         return [self._case(parameters) for parameters in [*(combined if self.over else []), *self.cases]]
 
     def _case(self, parameters: Mapping[str, Any]) -> CampaignCase:
-        own = {name: value for name, value in parameters.items()}
+        own = dict(parameters)
         given = {**self.fixed, **own}
         name = case_name(own)
         if isinstance(self.work, Study):
@@ -92,14 +94,14 @@ class CampaignDescription:
 
     def described(self) -> dict[str, Any]:
         """The description that a folder keeps: plain words, numbers and lists."""
-        work: Any = f"{getattr(self.work, '__module__', '')}:{getattr(self.work, '__qualname__', '')}"
         fields: dict[str, Any] = {}
+        named: Any = self.work
         if isinstance(self.work, Study):
-            work = f"{type(self.work).__module__}:{type(self.work).__qualname__}"
+            named = type(self.work)
             # how many tests run at once changes no result
             fields = {name: _listed(v) for name, v in dataclasses.asdict(self.work).items() if name != "threads"}  # type: ignore[call-overload]
         return {
-            "work": work,
+            "work": f"{named.__module__}:{named.__qualname__}",
             "study": fields,
             "fixed": {name: _listed(value) for name, value in self.fixed.items()},
             "cases": [{name: _listed(v) for name, v in case.parameters.items()} for case in self.all_cases()],

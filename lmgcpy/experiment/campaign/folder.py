@@ -1,25 +1,27 @@
 """The folder of a campaign: its description, what became of its cases, their curves, and their own folders.
 
     campaign.json     what is computed
-    cases.jsonl       a line for every case that ended, in the order in which they did
+    cases.jsonl       a line for every case that ended, in the order in which they did, each with its sum
     curves/NAME.npz   the curves of a case
     cases/NAME/       the run files of a case, of a study with its study.json
 """
 
 from __future__ import annotations
 
+import hashlib
 import io
 import json
 import os
+import shutil
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from lmgcpy.experiment.campaign.description import CampaignCase, CampaignDescription, case_name
-from lmgcpy.experiment.campaign.results import FAILED, FINISHED, TO_COME, CampaignResults, CaseResult
+from lmgcpy.experiment.campaign.results import TO_COME, CampaignResults, CaseResult
 from lmgcpy.io.recorder import versions
 from lmgcpy.io.run_file.lock import FileLock
 from lmgcpy.io.untrusted import regular_file
@@ -46,7 +48,8 @@ class CampaignFolder:
         """Make the folder for a campaign, or see that it holds this one if it is to be resumed.
 
         Raises FileExistsError where it is not empty and neither ``resume`` nor ``force`` is given, FileNotFoundError where
-        there is nothing to resume, and ValueError where it holds another campaign.
+        there is nothing to resume, ValueError where it holds another campaign, and BlockingIOError where one is under way
+        that ``force`` would replace, with its results and run files.
         """
         described = campaign.described()
         if resume:
@@ -58,12 +61,15 @@ class CampaignFolder:
                 )
             return
         if self.path.exists() and any(self.path.iterdir()):
+            known = self.description_file.exists()
             if not force:
-                known = self.description_file.exists()
                 held = "holds a campaign: go on with resume" if known else "is not empty: give another"
                 raise FileExistsError(f"The folder '{self.path}' {held}, or force to write there.")
-            if self.ledger.exists():  # results of what was there are none of this campaign
-                self.ledger.unlink()
+            if known:
+                with self.held():  # what was there is none of this campaign
+                    self.ledger.unlink(missing_ok=True)
+                    for former in (self.cases, self.curves):
+                        shutil.rmtree(former, ignore_errors=True)
         make_folder(self.cases)
         about = {"format": FORMAT, **described, "versions": versions()}
         with new_file(self.description_file) as new:
@@ -79,7 +85,10 @@ class CampaignFolder:
             about = json.loads(file.read_text(encoding="utf-8"))
             if about["format"] != FORMAT:
                 raise ValueError(f"its format is {about['format']!r}")
-            return {name: about[name] for name in ("work", "study", "fixed", "cases")}
+            found = {name: about[name] for name in ("work", "study", "fixed", "cases")}
+            if not all(isinstance(mapping, dict) for mapping in (found["study"], found["fixed"], *found["cases"])):
+                raise ValueError("parameters are not given by name")
+            return found
         except (ValueError, KeyError, TypeError, RecursionError) as error:
             raise ValueError(f"'{self.description_file}' is damaged or of another version ({error}).") from error
 
@@ -99,6 +108,11 @@ class CampaignFolder:
             self.stop_file.unlink(missing_ok=True)
             lock.release()
 
+    def stop(self) -> None:
+        """Let the cases that run end between two steps."""
+        with suppress(OSError):  # on a full disk they go on to their ends
+            self.stop_file.touch()
+
     def enter(self, result: CaseResult) -> None:
         """Write what became of a case. Its curves come first: a line of the ledger counts only with them."""
         if result.curves:
@@ -109,6 +123,7 @@ class CampaignFolder:
             write_bytes(self.curves / f"{result.name}.npz", packed.getvalue())
         line = {name: getattr(result, name) for name in ("name", "parameters", "status", "seconds", "error", "numbers")}
         text = json.dumps({**line, "versions": result.versions, "curves": bool(result.curves)})
+        text = f"{text} {_sum(text)}"
         with self.ledger.open("a+b") as file:
             if file.tell() and (file.seek(-1, os.SEEK_END), file.read(1))[1] != b"\n":
                 file.write(b"\n")  # after a line that a kill has cut short
@@ -128,38 +143,43 @@ class CampaignFolder:
         return CampaignResults(self.path.name, list({**to_come, **found}.values()))
 
     def _entered(self, wanted: Mapping[str, Mapping[str, Any]]) -> dict[str, CaseResult]:
-        """The last entry of each case. A line that a kill has cut short does not count, nor one without its curves."""
+        """The last entry of each case. A line that was cut short or damaged does not count, nor one without its curves: the
+        case is done again."""
         found: dict[str, CaseResult] = {}
         if not self.ledger.exists():
             return found
         for line in self.ledger.read_bytes().splitlines():
-            try:
-                about = json.loads(line)
-                name, status = about["name"], about["status"]
-                if name not in wanted or status not in (FINISHED, FAILED):
-                    continue
-                curves = self._read_curves(name) if about["curves"] else {}
-                found[name] = CaseResult(
-                    name=name,
-                    parameters=dict(wanted[name]),
-                    status=status,
-                    seconds=float(about["seconds"]),
-                    error=str(about["error"]),
-                    numbers={str(key): float(value) for key, value in about["numbers"].items()},
-                    curves=curves,
-                    versions=dict(about["versions"]),
-                )
-            except (ValueError, KeyError, TypeError, OSError):
+            text, _, told = line.decode("utf-8", "replace").rpartition(" ")
+            if told != _sum(text):
                 continue
+            about = json.loads(text)
+            name = about.pop("name")
+            if name not in wanted:
+                continue
+            try:
+                curves = self._read_curves(name) if about.pop("curves") else {}
+            except ValueError:
+                found.pop(name, None)
+                continue
+            found[name] = CaseResult(name=name, **{**about, "parameters": dict(wanted[name]), "curves": curves})
         return found
 
     def _read_curves(self, name: str) -> dict[str, dict[str, np.ndarray]]:
+        """The curves of a case; ValueError where they are missing or damaged."""
         curves: dict[str, dict[str, np.ndarray]] = {}
-        with np.load(self.curves / f"{name}.npz", allow_pickle=False) as file:
-            for key in file.files:
-                test, _, column = key.partition("|")
-                curves.setdefault(test, {})[column] = file[key]
+        try:
+            with np.load(io.BytesIO((self.curves / f"{name}.npz").read_bytes()), allow_pickle=False) as file:
+                for key in file.files:
+                    test, _, column = key.partition("|")
+                    curves.setdefault(test, {})[column] = file[key]
+        except Exception as error:  # of numpy, zipfile or zlib, whichever meets the damage first
+            raise ValueError(f"The curves of '{name}' cannot be read: {error}") from error
         return curves
+
+
+def _sum(text: str) -> str:
+    """By which damage to a line of the ledger is seen."""
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 def _tupled(value: Any) -> Any:

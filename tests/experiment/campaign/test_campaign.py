@@ -19,6 +19,7 @@ HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))  # workers import slope from there as well
 
 import slope  # noqa: E402
+import suites  # noqa: E402
 
 from lmgcpy.experiment import Campaign, CampaignFolder, Study2D, Study3D  # noqa: E402
 from lmgcpy.experiment.campaign.carry_out import carry_out  # noqa: E402
@@ -89,6 +90,8 @@ MISTAKES = {
     "an array": (
         lambda: Campaign(slope.slide, over={"friction": [np.ones(2)]}), TypeError, "'friction' of a campaign is a number"
     ),
+    "cases in words": (lambda: Campaign(Study2D(), cases="seed"), TypeError, "cases of a campaign is a list of mappings"),
+    "one case alone": (lambda: Campaign(Study2D(), cases={"seed": 1}), TypeError, "cases of a campaign is a list of map"),
     "a case of words": (lambda: Campaign(Study2D(), cases=["seed"]), TypeError, "A case of a campaign is a mapping"),
     "too long": (
         lambda: Campaign(Study2D(), over={"laws": [("none", "rigid-wire", "rigid-rod", "elastic-wire", "elastic-rod")],
@@ -126,11 +129,12 @@ def test_a_file_says_the_same(tmp_path):
         ('study = "slope:glide"\n[over]\nseed = [1]', "'slope:glide' cannot be imported"),
         ('study = "texsol"\n[ower]\nseed = [1]', "has an unknown key 'ower'; did you mean 'over'?"),
         ('study = "texsol"\n[over]\nsead = [1]', "Study2D has no parameter 'sead'"),
+        ('study = "texsol"\ncases = 3', "cases of a campaign is a list of mappings of parameters, got 3"),
     ],
 )
 def test_a_wrong_file_gets_a_sentence(tmp_path, text, words):
     (tmp_path / "c.toml").write_text(text)
-    with pytest.raises(ValueError, match=r"c\.toml") as caught:
+    with pytest.raises((ValueError, TypeError), match=r"c\.toml") as caught:
         read_campaign(tmp_path / "c.toml")
     assert words in str(caught.value)
 
@@ -173,9 +177,8 @@ def test_a_worker_that_is_killed_costs_nothing(tmp_path, kind):
 
 @pytest.mark.long
 def test_a_case_whose_workers_always_die_is_given_up(tmp_path, kind):
-    file = str(tmp_path / "no" / "such" / "file")  # which cannot be made: the process dies each time
     results = Campaign(slope.always_dies, over={"number": range(2)}).run(tmp_path / "out", workers=1)
-    assert [case.status for case in results.cases] == ["finished", "failed"], file
+    assert [case.status for case in results.cases] == ["finished", "failed"]
     assert "its worker died 4 times" in results.cases[1].error
 
 
@@ -263,6 +266,53 @@ def test_a_line_that_was_cut_short_is_done_again(tmp_path):
     ledger.write_bytes(ledger.read_bytes()[:-20])
     assert len(CampaignFolder(tmp_path / "out").results().finished) == 2
     same(campaign.run(tmp_path / "out", workers=1, resume=True), first)
+
+
+def test_force_begins_anew(tmp_path):
+    """Runs of the former campaign, of as many steps as it had, are none of this one; what is under way is left alone."""
+    over = {"friction": [0.1]}
+    Campaign(slope.slide, over=over, fixed={"steps": 40}).run(tmp_path / "out", workers=1)
+    fewer = Campaign(slope.slide, over=over, fixed={"steps": 20})
+    with CampaignFolder(tmp_path / "out").held(), pytest.raises(BlockingIOError, match="is under way"):
+        fewer.run(tmp_path / "out", workers=1, force=True)
+    (case,) = CampaignFolder(tmp_path / "out").results().finished
+    assert len(case.curves[""]["step"]) == 40
+    (case,) = fewer.run(tmp_path / "out", workers=1, force=True).cases
+    assert case.status == "finished", case.error
+    assert len(case.curves[""]["step"]) == 20
+
+
+@pytest.mark.scaled
+def test_damaged_folders_are_refused_or_read_as_they_were(tmp_path):
+    """What is read of a damaged folder is what was there, or is to come again; before there were sums digits of the ledger
+    could change, and a damaged archive of curves ended in an error of zipfile. Seed 0."""
+    out = tmp_path / "out"
+    whole = {case.name: case for case in Campaign(slope.slide, over={"friction": [0.1, 0.6]}).run(out, workers=1).cases}
+    files = {file: file.read_bytes() for file in (out / "campaign.json", out / "cases.jsonl", *(out / "curves").iterdir())}
+    rng, ends = np.random.default_rng(0), set()
+    for _ in range(suites.size(200, long=3000)):
+        file = list(files)[rng.integers(len(files))]
+        content = bytearray(files[file])
+        start = int(rng.integers(len(content)))
+        if rng.random() < 0.3:
+            del content[start:]
+        elif rng.random() < 0.3:
+            del content[start : start + int(rng.integers(1, 40))]
+        else:
+            content[start] ^= int(rng.integers(1, 256))
+        file.write_bytes(content)
+        try:
+            found = CampaignFolder(out).results().cases
+            ends |= {case.status for case in found}
+            for case in found:
+                if case.status == "finished" and case.name in whole:  # a damaged description may name others
+                    assert case.numbers == whole[case.name].numbers
+                    for name, values in whole[case.name].curves[""].items():
+                        assert np.array_equal(case.curves[""][name], values)
+        except (ValueError, FileNotFoundError):
+            ends.add("refused")
+        file.write_bytes(files[file])
+    assert ends == {"finished", "to come", "refused"}
 
 
 SLOW = """
