@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import sys
 from collections import defaultdict
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from table import report
 
 from lmgcpy.experiment import Campaign, CampaignFolder, CampaignResults, Study3D
 from lmgcpy.experiment.campaign.statistics import mean_and_interval
+from lmgcpy.experiment.texsol.conclusions_3d import envelope
 
 GRAINS = 1500
 BEADS = (200, 400, 800, 1200)
@@ -70,22 +72,14 @@ def gains(found: dict, beads: int, law: str, axis: str) -> list[str]:
 
 
 def cohesion(found: dict, beads: int, axis: str, when: str) -> tuple[list[float], list[float]]:
-    """Apparent cohesion [EA / (1000 d^2)] and angle [degrees] of an elastic wire from two pressures, by seed.
+    """Apparent cohesion [EA/(1000 d^2)] and angle [degrees] of an elastic wire from two pressures, by seed.
 
-    With rigid grains only EA/(p d^2) matters: a wire a tenth as stiff is the same wire at ten times the pressure. So
-    ``s1 = K s3 + 2 c sqrt(K)`` goes through s1/s3 of the stiff one at p and of the soft one at 10 p, and
-    ``sin phi = (K - 1)/(K + 1)``; p is EA / (1000 d^2).
+    With rigid grains only EA/(p d^2) matters: a wire a tenth as stiff is the same wire at ten times the pressure, which is
+    1 in units of EA/(1000 d^2) for the stiff one.
     """
-    cohesions, angles = [], []
-    for seed in found[beads, "stiff", axis].keys() & found[beads, "soft", axis].keys():
-        ratio = []
-        for law in ("stiff", "soft"):
-            sine = np.sin(np.radians(found[beads, law, axis][seed][f"{when} friction angle [deg]"]))
-            ratio.append((1.0 + sine) / (1.0 - sine))
-        K = (10.0 * ratio[1] - ratio[0]) / 9.0
-        cohesions.append((ratio[0] - K) / (2.0 * np.sqrt(K)))
-        angles.append(float(np.degrees(np.arcsin((K - 1.0) / (K + 1.0)))))
-    return cohesions, angles
+    name, stiff, soft = f"{when} friction angle [deg]", found[beads, "stiff", axis], found[beads, "soft", axis]
+    lines = [envelope((stiff[s][name], soft[s][name]), (1.0, STIFF / SOFT)) for s in stiff if s in soft]
+    return [c for c, _ in lines], [phi for _, phi in lines]
 
 
 def tables(results: CampaignResults) -> None:
@@ -148,12 +142,18 @@ def figure(results: CampaignResults) -> None:
     drawn.savefig(Path(__file__).parent / "results" / "strength.png", dpi=120)
 
 
-if __name__ == "__main__":
+def results_of(campaign: Callable[[int], Campaign]) -> CampaignResults:
+    """The results of the campaign of so many seeds in the folder that the command line names, carried out as far as it is
+    to come, unless by no workers."""
     folder, *counts = sys.argv[1:]
     seeds, workers = [*map(int, counts), *[8, 2][len(counts) :]]
+    kept = CampaignFolder(folder)
     if workers:
-        there = (Path(folder) / "campaign.json").exists()
-        campaign(seeds).run(folder, workers=workers, resume=there, progress=True)
-    results = CampaignFolder(folder).results()
-    tables(results)
-    figure(results)
+        campaign(seeds).run(folder, workers=workers, resume=kept.description_file.exists(), progress=True)
+    return kept.results()
+
+
+if __name__ == "__main__":
+    found = results_of(campaign)
+    tables(found)
+    figure(found)

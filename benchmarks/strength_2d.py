@@ -5,13 +5,10 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
-from strength import words
+from strength import results_of, words
 from table import report
 
-from lmgcpy.experiment import Campaign, CampaignFolder, CampaignResults, Study2D
+from lmgcpy.experiment import Campaign, CampaignResults, Study2D
 
 LAWS = ("rigid-wire", "rigid-rod")
 PREPARATIONS = ("loose", "dense")
@@ -42,9 +39,4 @@ def tables(results: CampaignResults) -> None:
 
 
 if __name__ == "__main__":
-    folder, *counts = sys.argv[1:]
-    seeds, workers = [*map(int, counts), *[8, 2][len(counts) :]]
-    if workers:
-        there = (Path(folder) / "campaign.json").exists()
-        campaign(seeds).run(folder, workers=workers, resume=there, progress=True)
-    tables(CampaignFolder(folder).results())
+    tables(results_of(campaign))

@@ -8,6 +8,7 @@ import numpy as np
 
 from lmgcpy.experiment.compression import Compression, CompressionRecord
 from lmgcpy.io.run import Run
+from lmgcpy.sample.arguments import AXES
 
 
 @dataclass(frozen=True)
@@ -42,6 +43,18 @@ class BiaxialRecord(CompressionRecord):
     """Mean force on the lateral walls [N], (s,)."""
     frames: list[Frame] = field(default_factory=list)
     """The recorded frames, evenly spaced."""
+    axis: str = "y"
+    """Axis along which the sample was compressed."""
+
+    @property
+    def lateral_pressure(self) -> np.ndarray:
+        """Mean pressure on the lateral walls [Pa], (s,)."""
+        return self.lateral / self.size[:, AXES.index(self.axis)]
+
+    @property
+    def deviator(self) -> np.ndarray:
+        """q: pressure on the lower platen minus pressure on the lateral walls [Pa], (s,)."""
+        return self.reaction / self.size[:, 1 - AXES.index(self.axis)] - self.lateral_pressure
 
 
 class Biaxial(Compression):
@@ -58,7 +71,7 @@ class Biaxial(Compression):
         lateral = 0.5 * run.observed["reactions"][:, 2 * k : 2 * k + 2].sum(axis=1)
         strain, top = measured["strain"], measured["top_force"]
         frames = [self._frame(run, i, strain[step - 1], top[step - 1]) for i, step in enumerate(run.steps) if step > 0]
-        return BiaxialRecord(**measured, lateral=lateral, frames=frames)
+        return BiaxialRecord(**measured, lateral=lateral, frames=frames, axis=AXES[self.axis])
 
     def _frame(self, run: Run, k: int, strain: float, top_force: float) -> Frame:
         net, positions = run.interactions(k), run.positions[k]

@@ -32,14 +32,19 @@ class TriaxialRecord(CompressionRecord):
     """Deepest overlap [m], (s,)."""
 
     @property
+    def lateral_pressure(self) -> np.ndarray:
+        """Mean pressure on the lateral walls [Pa], (s,)."""
+        return self.lateral.mean(axis=1)
+
+    @property
     def deviator(self) -> np.ndarray:
         """q: pressure on the platens minus pressure on the lateral walls [Pa], (s,)."""
-        return self.axial - self.lateral.mean(axis=1)
+        return self.axial - self.lateral_pressure
 
     @property
     def mean_pressure(self) -> np.ndarray:
         """p: a third of the pressure on the platens plus two thirds of that on the lateral walls [Pa], (s,)."""
-        return (self.axial + 2.0 * self.lateral.mean(axis=1)) / 3.0
+        return (self.axial + 2.0 * self.lateral_pressure) / 3.0
 
 
 class Triaxial(Compression):

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from lmgcpy.experiment.biaxial import BiaxialRecord
 from lmgcpy.experiment.triaxial import TriaxialRecord
 from lmgcpy.sample.arguments import AXES
 
@@ -23,14 +24,19 @@ def friction_angle(deviator: float, mean_pressure: float) -> float:
     return float(np.degrees(np.arcsin(3.0 * deviator / (6.0 * mean_pressure + deviator))))
 
 
-def peak(record: TriaxialRecord) -> tuple[float, float, float]:
+def mobilised_angle(deviator: float, lateral_pressure: float) -> float:
+    """The same from the lateral pressure s3, in triaxial and in biaxial compression: sin phi = q/(q + 2 s3)."""
+    return friction_angle(deviator, lateral_pressure + deviator / 3.0)
+
+
+def peak(record: TriaxialRecord | BiaxialRecord) -> tuple[float, float, float]:
     """(crushing, deviator [Pa], mobilised angle [degrees]) where the running mean of the deviator is greatest."""
-    q, p = record.smooth(record.deviator, 0.01), record.smooth(record.mean_pressure, 0.01)
+    q, lateral = record.smooth(record.deviator, 0.01), record.smooth(record.lateral_pressure, 0.01)
     k = int(np.argmax(q))
-    return float(record.strain[k]), float(q[k]), friction_angle(float(q[k]), float(p[k]))
+    return float(record.strain[k]), float(q[k]), mobilised_angle(float(q[k]), float(lateral[k]))
 
 
-def late(record: TriaxialRecord, values: np.ndarray) -> np.ndarray:
+def late(record: TriaxialRecord | BiaxialRecord, values: np.ndarray) -> np.ndarray:
     """Mean of ``values`` over the last fifth of the test."""
     return values[record.strain > 0.8 * record.strain[-1]].mean(axis=0)
 
@@ -42,6 +48,16 @@ def cohesion(wire: TriaxialRecord, sand: TriaxialRecord) -> float:
     phi = np.radians(friction_angle(float(late(sand, sand.deviator)), float(late(sand, sand.mean_pressure))))
     gain = late(wire, wire.deviator) - late(sand, sand.deviator)
     return float(gain * (1.0 - np.sin(phi)) / (2.0 * np.cos(phi)))
+
+
+def envelope(angles: tuple[float, float], pressures: tuple[float, float]) -> tuple[float, float]:
+    """Cohesion [Pa] and angle of friction [degrees] of the line ``s1 = K s3 + 2 c sqrt(K)``, ``K = (1 + sin phi)/(1 - sin
+    phi)``, through two strengths: mobilised angles [degrees] at lateral pressures s3 [Pa]."""
+    sines = np.sin(np.radians(angles))
+    s3 = np.array(pressures)
+    low, high = (1.0 + sines) / (1.0 - sines) * s3  # s1
+    K = (high - low) / (s3[1] - s3[0])
+    return float((low - K * s3[0]) / (2.0 * np.sqrt(K))), float(np.degrees(np.arcsin((K - 1.0) / (K + 1.0))))
 
 
 def layer_parts(record: TriaxialRecord) -> tuple[np.ndarray, np.ndarray]:

@@ -6,11 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.experiment.texsol.conclusions_3d import cohesion, friction_angle, late
+from lmgcpy.experiment.texsol.conclusions_3d import cohesion, late, mobilised_angle, peak
 from lmgcpy.experiment.texsol.result import TexSolResult
+from lmgcpy.experiment.triaxial import TriaxialRecord
 
-SMOOTH = 0.01
-"""Width of the running mean [crushing] in which a peak is looked for."""
 ROWS = 200
 """Rows of a curve."""
 
@@ -33,37 +32,18 @@ def measures(result: TexSolResult) -> tuple[dict[str, float], dict[str, dict[str
     return found, curves
 
 
-def deviator(record: Any) -> np.ndarray:
-    """Greatest less smallest principal pressure of the test [Pa]: that on the platens less that on the lateral walls."""
-    if hasattr(record, "deviator"):
-        return record.deviator
-    size = record.size  # (s, 2); the upright axis is the last
-    return record.reaction / size[:, 0] - record.lateral / size[:, 1]
-
-
-def angle(record: Any, q: float) -> float:
-    """Mobilised angle of friction [degrees] at a deviator, with the mean lateral pressure p3 of the test:
-    ``sin phi = q / (q + 2 p3)``, in 2D and in triaxial compression alike."""
-    if hasattr(record, "lateral") and record.lateral.ndim == 2:
-        pressure = float(record.lateral.mean())
-    else:
-        pressure = float((record.lateral / record.size[:, 1]).mean())
-    return friction_angle(q, pressure + q / 3.0)
-
-
 def _strength(record: Any) -> dict[str, float]:
-    q = deviator(record)
-    smooth = record.smooth(q, SMOOTH)
-    k, end = int(np.argmax(smooth)), float(late(record, q))
-    wire = record.stress["wire"]
+    crushing, greatest, angle = peak(record)
+    end = float(late(record, record.deviator))
+    wire, volume = record.stress["wire"], np.prod(record.size, axis=1)
     return {
-        "peak deviator [Pa]": float(smooth[k]),
-        "crushing at the peak": float(record.strain[k]),
+        "peak deviator [Pa]": greatest,
+        "crushing at the peak": crushing,
         "late deviator [Pa]": end,
-        "peak friction angle [deg]": angle(record, float(smooth[k])),
-        "late friction angle [deg]": angle(record, end),
+        "peak friction angle [deg]": angle,
+        "late friction angle [deg]": mobilised_angle(end, float(late(record, record.lateral_pressure))),
         "late mean stress of the wire [Pa]": float(late(record, np.trace(wire, axis1=1, axis2=2))) / wire.shape[1],
-        "late change of volume": float(late(record, np.prod(record.size, axis=1))) / float(np.prod(record.size[0])) - 1.0,
+        "late change of volume": float(late(record, volume)) / float(volume[0]) - 1.0,
         "crushing reached": float(record.strain[-1]),
         "mean residual": float(np.mean(record.residual)),
         "unsolved steps": float(record.unconverged),
@@ -74,16 +54,11 @@ def _strength(record: Any) -> dict[str, float]:
 def _gain(wire: Any, sand: Any) -> dict[str, float]:
     """By how much the wire strengthens the sand."""
     of_wire, of_sand = _strength(wire), _strength(sand)
-    gains = {
-        f"gain of the {when} deviator [Pa]": of_wire[f"{when} deviator [Pa]"] - of_sand[f"{when} deviator [Pa]"]
-        for when in ("peak", "late")
-    }
-    gains |= {
-        f"gain of the {when} friction angle [deg]": of_wire[f"{when} friction angle [deg]"]
-        - of_sand[f"{when} friction angle [deg]"]
-        for when in ("peak", "late")
-    }
-    if hasattr(wire, "deviator"):
+    gains = {}
+    for quantity in ("deviator [Pa]", "friction angle [deg]"):
+        for when in ("peak", "late"):
+            gains[f"gain of the {when} {quantity}"] = of_wire[f"{when} {quantity}"] - of_sand[f"{when} {quantity}"]
+    if isinstance(wire, TriaxialRecord):
         gains["cohesion that would do the same late [Pa]"] = cohesion(wire, sand)
     return gains
 
@@ -96,7 +71,7 @@ def _curve(record: Any) -> dict[str, np.ndarray]:
     return {
         "crushing": record.strain[rows],
         "reaction [N]": record.smooth(record.reaction)[rows],
-        "deviator [Pa]": record.smooth(deviator(record))[rows],
+        "deviator [Pa]": record.smooth(record.deviator)[rows],
         "change of volume": record.smooth(volume)[rows],
         "mean stress of the wire [Pa]": record.smooth(wire)[rows],
         "residual": record.residual[rows],
