@@ -115,15 +115,17 @@ class CampaignFolder:
 
     def enter(self, result: CaseResult) -> None:
         """Write what became of a case. Its curves come first: a line of the ledger counts only with them."""
+        of_curves = ""
         if result.curves:
             make_folder(self.curves)
             flat = {f"{test}|{column}": values for test, curve in result.curves.items() for column, values in curve.items()}
             packed = io.BytesIO()
             np.savez_compressed(packed, **flat)  # type: ignore[arg-type]
             write_bytes(self.curves / f"{result.name}.npz", packed.getvalue())
+            of_curves = _sum(packed.getvalue())
         line = {name: getattr(result, name) for name in ("name", "parameters", "status", "seconds", "error", "numbers")}
-        text = json.dumps({**line, "versions": result.versions, "curves": bool(result.curves)})
-        text = f"{text} {_sum(text)}"
+        text = json.dumps({**line, "versions": result.versions, "curves": of_curves})
+        text = f"{text} {_sum(text.encode())}"
         with self.ledger.open("a+b") as file:
             if file.tell() and (file.seek(-1, os.SEEK_END), file.read(1))[1] != b"\n":
                 file.write(b"\n")  # after a line that a kill has cut short
@@ -150,36 +152,38 @@ class CampaignFolder:
             return found
         for line in self.ledger.read_bytes().splitlines():
             text, _, told = line.decode("utf-8", "replace").rpartition(" ")
-            if told != _sum(text):
+            if told != _sum(text.encode()):
                 continue
             about = json.loads(text)
             name = about.pop("name")
             if name not in wanted:
                 continue
             try:
-                curves = self._read_curves(name) if about.pop("curves") else {}
-            except ValueError:
+                curves = self._read_curves(name, about.pop("curves"))
+            except (OSError, ValueError):
                 found.pop(name, None)
                 continue
             found[name] = CaseResult(name=name, **{**about, "parameters": dict(wanted[name]), "curves": curves})
         return found
 
-    def _read_curves(self, name: str) -> dict[str, dict[str, np.ndarray]]:
-        """The curves of a case; ValueError where they are missing or damaged."""
+    def _read_curves(self, name: str, of_curves: str) -> dict[str, dict[str, np.ndarray]]:
+        """The curves of a case, whose file has this sum, "" for none; OSError or ValueError where it is not as it was."""
         curves: dict[str, dict[str, np.ndarray]] = {}
-        try:
-            with np.load(io.BytesIO((self.curves / f"{name}.npz").read_bytes()), allow_pickle=False) as file:
-                for key in file.files:
-                    test, _, column = key.partition("|")
-                    curves.setdefault(test, {})[column] = file[key]
-        except Exception as error:  # of numpy, zipfile or zlib, whichever meets the damage first
-            raise ValueError(f"The curves of '{name}' cannot be read: {error}") from error
+        if not of_curves:
+            return curves
+        content = (self.curves / f"{name}.npz").read_bytes()
+        if _sum(content) != of_curves:
+            raise ValueError(f"The curves of '{name}' are damaged.")
+        with np.load(io.BytesIO(content), allow_pickle=False) as file:
+            for key in file.files:
+                test, _, column = key.partition("|")
+                curves.setdefault(test, {})[column] = file[key]
         return curves
 
 
-def _sum(text: str) -> str:
-    """By which damage to a line of the ledger is seen."""
-    return hashlib.sha256(text.encode()).hexdigest()[:16]
+def _sum(content: bytes) -> str:
+    """By which damage to a line of the ledger or to curves is seen."""
+    return hashlib.sha256(content).hexdigest()[:16]
 
 
 def _tupled(value: Any) -> Any:
