@@ -275,7 +275,7 @@ class Run:
             if first < 0 or count < 0 or first + count > self._commit.interactions:
                 raise ValueError(f"frame {frame} is said to have interactions {first} to {first + count - 1}")
             net = self._rows("interactions", slice(first, first + count))
-            lattice = lattice_of(self.scene)
+            lattice = self._lattice
             cell = None if lattice is None else CellMotion.of(lattice, self.extent)
             detected = detection_positions(self.positions[frame], self.velocities[frame], theta, h, cell)
             for name, most in (("law", len(self.laws)), ("candidate", len(detected)), ("antagonist", len(detected))):
@@ -326,6 +326,11 @@ class Run:
         """The scene as arrays and words: bodies, contactors, materials, visibility table, chains."""
         with sentences_of_damage(self.path):
             return read_tree(self._sound_scene())
+
+    @cached_property
+    def _lattice(self) -> Lattice | None:
+        """The periodic cell of the scene, read once: :meth:`interactions` is called frame by frame."""
+        return lattice_of(self.scene)
 
     def _sound_scene(self) -> Any:
         """The group of the scene; its digest is checked at the first call."""
