@@ -108,7 +108,9 @@ WIRES = ("rigid-wire", "rigid-rod")
 
 @pytest.fixture(scope="module")
 def result():
-    return carry_out_study(Study2D(laws=("none", *WIRES), grain_count=60, bead_count=14, strain=0.012, check_strain=0.003, seed=2))
+    return carry_out_study(
+        Study2D(laws=("none", *WIRES), grain_count=60, bead_count=14, strain=0.012, check_strain=0.003, seed=2)
+    )
 
 
 @pytest.mark.long
