@@ -22,7 +22,7 @@ FLOORS = """
     measure sample
     view
     io
-    simulation
+    simulation continuum
     lmgcpy
     experiment
     plugin_template bench testing

@@ -1,0 +1,43 @@
+"""The continuous model of wire-reinforced sand: a sand, a network of wires that only pull, and paths of both."""
+
+from lmgcpy.continuum.directions import (
+    Directions,
+    choose_count,
+    in_plane,
+    isotropic,
+    layers,
+    of_links,
+    quadrature_error,
+)
+from lmgcpy.continuum.path import DrivenPath, NoSolution, biaxial, drive, triaxial
+from lmgcpy.continuum.sand import DruckerPrager
+from lmgcpy.continuum.tensors import mandel, tensor_of, turn
+from lmgcpy.continuum.texsol import PointResponse, PointState, TexSol
+from lmgcpy.continuum.wire import WireNetwork
+
+__all__ = [
+    "Directions",
+    "DrivenPath",
+    "DruckerPrager",
+    "NoSolution",
+    "PointResponse",
+    "PointState",
+    "TexSol",
+    "WireNetwork",
+    "biaxial",
+    "choose_count",
+    "drive",
+    "in_plane",
+    "isotropic",
+    "layers",
+    "mandel",
+    "of_links",
+    "quadrature_error",
+    "tensor_of",
+    "triaxial",
+    "turn",
+]
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -1,0 +1,270 @@
+"""Paths of a material point: some components of the strain are imposed, and the stresses of the others.
+
+Every increment is a few Newton steps on the strains that are not imposed, with the tangent of the material point. They
+start from the last increment. Where they fail they start from no strain, and then the increment is halved.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from lmgcpy.continuum.tensors import SIZE
+from lmgcpy.continuum.texsol import PointState, TexSol
+from lmgcpy.errors import named_arguments, number, numbers, one_of, shown
+
+AXES = "xyz"
+CLOSE = 1e-10
+"""Largest error of a prescribed stress, over the largest of them or, if that is more, 1 % of the mean pressure."""
+ROUND_OFF = 1e-15
+"""Error of a stress by the rounding of strains, over tangent and strain."""
+MOST_STEPS = 30
+"""Newton steps of an increment before it is halved."""
+MOST_HALVINGS = 20
+"""Times that an increment is halved before the path ends."""
+SEARCHES = 6
+"""Times that a Newton step is halved where it makes the error larger."""
+
+
+class NoSolution(ArithmeticError):
+    """A path asks for stresses that the material cannot have."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class DrivenPath:
+    """What a material point did on a path of s increments, in vectors of Mandel's notation, traction positive."""
+
+    strain: np.ndarray
+    """[-], (s, m)."""
+    stress: np.ndarray
+    """Stress of sand and wire [Pa], (s, m)."""
+    sand: np.ndarray
+    """Stress of the sand [Pa], (s, m)."""
+    wire: np.ndarray
+    """Stress of the wire [Pa], (s, m)."""
+    kappa: np.ndarray
+    """Plastic shear of the sand [-], (s,)."""
+    residual: np.ndarray
+    """Largest error of a prescribed stress over the pressure, (s,)."""
+    steps: np.ndarray
+    """Newton steps, (s,)."""
+    state: PointState = field(compare=False)
+    """State at the end."""
+    axis: str = ""
+    """Axis of the compression: "x", "y", "z", or nothing for other paths."""
+
+    @property
+    def dimension(self) -> int:
+        """2 or 3."""
+        return 2 if self.strain.shape[1] == SIZE[2] else 3
+
+    @property
+    def volume_change(self) -> np.ndarray:
+        """Trace of the strain, dilation positive, (s,)."""
+        return self.strain[:, : self.dimension].sum(axis=1)
+
+    @property
+    def axial_strain(self) -> np.ndarray:
+        """Strain along the axis of the compression, (s,)."""
+        return self.strain[:, self._place]
+
+    @property
+    def deviator(self) -> np.ndarray:
+        """q: pressure along the axis of the compression less the mean pressure across it [Pa], (s,)."""
+        place, normal = self._place, self.stress[:, : self.dimension]
+        return np.delete(normal, place, axis=1).mean(axis=1) - normal[:, place]
+
+    @property
+    def _place(self) -> int:
+        if not self.axis:
+            raise ValueError("This path has no axis: it was made by drive(), and not by biaxial() or triaxial().")
+        return AXES.index(self.axis)
+
+    def __repr__(self) -> str:
+        along = f" along {self.axis}" if self.axis else ""
+        return (
+            f"<DrivenPath{along} of {len(self.strain)} increments in {self.dimension}D, residual {self.residual.max():.1e}>"
+        )
+
+
+@named_arguments
+def drive(material: TexSol, state: PointState, strains: Any, stresses: Any, axis: str = "") -> DrivenPath:
+    """Lead a material point from ``state`` along a path.
+
+    ``strains`` (s, m): strains at the end of each increment, NaN where they are not imposed; ``stresses`` (s, m) [Pa]:
+    those of sand and wire together, NaN where the strain is imposed. Every component of every increment has one of the two.
+
+    Prescribed stresses are met to 1e-10 of the largest of them, or to the round-off of the strains if that is more. Raises
+    TypeError or ValueError for other arrays, and NoSolution where an increment has no answer: the sentence names it.
+    """
+    if not isinstance(material, TexSol):
+        raise TypeError(f"material must be a TexSol, got {shown(material)}.")
+    if not isinstance(state, PointState):
+        raise TypeError(f"state must be a PointState, such as material.start(pressure) gives, got {shown(state)}.")
+    imposed, held = _rows(strains, "strains", material), _rows(stresses, "stresses", material)
+    if imposed.shape != held.shape:
+        raise ValueError(f"strains and stresses must have the same shape, got {imposed.shape} and {held.shape}.")
+    free = np.isnan(imposed)
+    if (free == np.isnan(held)).any():
+        step, part = np.argwhere(free == np.isnan(held))[0]
+        raise ValueError(
+            f"Every component takes a strain or a stress, and NaN for the other; component {part} of increment {step} "
+            f"{'has neither' if free[step, part] else 'has both'}."
+        )
+    count, size = imposed.shape
+    strain, sand, wire = np.empty((count, size)), np.empty((count, size)), np.empty((count, size))
+    kappa, residual, steps = np.empty(count), np.empty(count), np.zeros(count, dtype=int)
+    last = np.zeros(size)
+    for i in range(count):
+        places = np.flatnonzero(free[i])
+        target = np.where(free[i], held[i], imposed[i])
+        before = state
+        try:
+            state, residual[i], steps[i] = _advance(material, state, places, target, last, 0)
+        except NoSolution as error:
+            raise NoSolution(
+                f"Increment {i} of {count} has no solution: {error} The last strain that has one is "
+                f"{shown(np.round(state.strain, 6).tolist())}."
+            ) from error
+        last = state.strain - before.strain
+        strain[i], sand[i], wire[i], kappa[i] = state.strain, state.sand, state.wire, state.kappa
+    return DrivenPath(strain, sand + wire, sand, wire, kappa, residual, steps, state, axis)
+
+
+def _rows(value: Any, name: str, material: TexSol) -> np.ndarray:
+    """Rows of a path, with NaN."""
+    size = SIZE[material.dimension]
+    try:
+        given = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise TypeError(f"{name} must be an array (s, {size}) of numbers and NaN, got {shown(value)}.") from error
+    if given.ndim != 2 or given.shape[1] != size or not len(given):
+        raise ValueError(f"{name} must be of shape (s, {size}) in {material.dimension}D, got {given.shape}.")
+    numbers(np.where(np.isnan(given), 0.0, given), name)
+    return given
+
+
+def _advance(
+    material: TexSol, state: PointState, places: np.ndarray, target: np.ndarray, guess: np.ndarray, depth: int
+) -> tuple[PointState, float, int]:
+    """State at the end of an increment, error of its stresses over the pressure, and Newton steps.
+
+    ``target``: strains, and stresses at ``places``; ``guess``: the increment of strain to start from.
+    """
+    total = 0
+    for start in (guess, np.zeros(len(guess))):
+        found, error, steps = _newton(material, state, places, target, start)
+        total += steps
+        if found is not None:
+            return found, error, total
+    if depth == MOST_HALVINGS:
+        raise NoSolution("the material cannot have these stresses at these strains, or has no strength left.")
+    present = state.strain.copy()
+    present[places] = state.stress[places]
+    middle = 0.5 * (present + target)
+    half, _, first = _advance(material, state, places, middle, 0.5 * guess, depth + 1)
+    end, error, second = _advance(material, half, places, target, half.strain - state.strain, depth + 1)
+    return end, error, total + first + second
+
+
+def _newton(
+    material: TexSol, state: PointState, places: np.ndarray, target: np.ndarray, guess: np.ndarray
+) -> tuple[PointState | None, float, int]:
+    """The state that meets the ``target``, or None; the error of its stresses over the pressure, and the steps."""
+    increment = target - state.strain
+    increment[places] = guess[places]
+    answer = material.material_point(increment, state)
+    if not len(places):
+        return answer.state, 0.0, 0
+    wanted = target[places]
+    d = material.dimension
+    # prescribed stresses are the measure, unless they are as small as zero
+    pressure = max(0.01 * abs(float(state.stress[:d].sum())) / d, float(np.abs(wanted).max()))
+    square = places[:, None], places
+    error = answer.stress[places] - wanted
+    size = float(np.abs(error).max())
+    for step in range(MOST_STEPS):
+        part = answer.tangent[square]
+        rounding = ROUND_OFF * float(np.abs(part).max()) * float(np.abs(answer.state.strain).max())
+        if size <= CLOSE * pressure or size <= rounding:
+            return answer.state, size / pressure if pressure > 0.0 else 0.0, step
+        try:
+            change = np.linalg.solve(part, error)
+        except np.linalg.LinAlgError:
+            return None, size, step
+        factor = 1.0
+        for _ in range(SEARCHES):
+            new = increment.copy()
+            new[places] -= factor * change
+            answer = material.material_point(new, state)
+            error = answer.stress[places] - wanted
+            better = float(np.abs(error).max())
+            if better < size:
+                break
+            factor *= 0.5
+        increment, size = new, better
+        if not size < np.inf:
+            break
+    return None, size, MOST_STEPS
+
+
+def _compression(
+    material: TexSol, axial_strain: Any, pressure: float, axis: str, flat: str | None, state: PointState | None
+) -> DrivenPath:
+    """A compression along ``axis``: the other sides have the ``pressure``, but for the axis ``flat``, without strain."""
+    if not isinstance(material, TexSol):
+        raise TypeError(f"material must be a TexSol, got {shown(material)}.")
+    pressure = number(pressure, "pressure", above=0.0, unit="Pa")
+    d, size = material.dimension, SIZE[material.dimension]
+    along = AXES.index(one_of(axis, "axis", AXES[:d]))
+    axial = numbers(axial_strain, "axial_strain", "the strains along the axis, compression negative")
+    if axial.ndim != 1 or not len(axial):
+        raise ValueError(f"axial_strain must be of shape (s,), got {axial.shape}.")
+    strains, stresses = np.zeros((len(axial), size)), np.full((len(axial), size), np.nan)
+    strains[:, along] = axial
+    for side in range(d):
+        if side != along and AXES[side] != flat:
+            strains[:, side] = np.nan
+            stresses[:, side] = -pressure
+    return drive(material, material.start(pressure) if state is None else state, strains, stresses, axis)
+
+
+@named_arguments
+def triaxial(
+    material: TexSol, axial_strain: Any, *, pressure: float, axis: str = "z", state: PointState | None = None
+) -> DrivenPath:
+    """Triaxial compression (3D) of a box with smooth walls: ``pressure`` [Pa] on the four lateral ones.
+
+    ``axial_strain`` (s,): strains along ``axis`` at the end of the increments, logarithmic, compression negative. The sides
+    stay at right angles, so that there is no shear strain. ``state``: None starts at the pressure without strain.
+
+    Raises TypeError or ValueError with a sentence, and NoSolution as :func:`drive` does.
+    """
+    if isinstance(material, TexSol) and material.dimension != 3:
+        raise ValueError("A triaxial test takes a material of dimension 3; in 2D there is biaxial().")
+    return _compression(material, axial_strain, pressure, axis, None, state)
+
+
+@named_arguments
+def biaxial(
+    material: TexSol,
+    axial_strain: Any,
+    *,
+    pressure: float,
+    axis: str = "y",
+    normal: str = "z",
+    state: PointState | None = None,
+) -> DrivenPath:
+    """Biaxial compression in 2D, or in plane strain of a material in 3D: ``pressure`` [Pa] on the lateral sides.
+
+    ``axial_strain`` (s,): strains along ``axis`` at the end of the increments, logarithmic, compression negative;
+    ``normal``: in 3D, the axis along which there is no strain. ``state``: None starts at the pressure without strain.
+
+    Raises TypeError or ValueError with a sentence, and NoSolution as :func:`drive` does.
+    """
+    in_space = isinstance(material, TexSol) and material.dimension == 3
+    if in_space and one_of(normal, "normal", AXES) == axis:
+        raise ValueError(f"normal must be another axis than that of the compression, got '{normal}' twice.")
+    return _compression(material, axial_strain, pressure, axis, normal if in_space else None, state)

@@ -1,0 +1,186 @@
+"""The wire network of the local model (Villard): every direction is a wire that follows the strain and only pulls.
+
+With N_k the vector of ``n_k (x) n_k``, the energy per volume is a sum of half parabolas, so it is convex and has a
+continuous gradient::
+
+    psi(eps) = 1/2 L EA sum_k w_k <n_k.eps.n_k - slack_k>_+^2    [J/m^3]
+    sigma    = L EA sum_k w_k <...>_+ N_k                        [Pa]
+    tangent  = L EA sum_k w_k H(...) N_k N_k^T                   [Pa]
+
+As wire it holds where the sand holds it: with an ``anchorage`` the tension of a wire is at most chi p, p the pressure
+of the sand, and a wire that would pull more slips. See docs/continuum.md.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from lmgcpy.continuum.directions import Directions
+from lmgcpy.continuum.dual import dual_strain
+from lmgcpy.continuum.tensors import SIZE, dyads
+from lmgcpy.errors import named_arguments, number, numbers, shown
+
+
+class WireResponse(NamedTuple):
+    """What the wire answers to a strain, with the derivatives that a tangent needs."""
+
+    stress: np.ndarray
+    """[Pa], (m,)."""
+    stiffness: np.ndarray
+    """Derivative of the stress by the strain at constant pressure of the sand [Pa], (m, m), symmetric."""
+    slope: np.ndarray | None
+    """Derivative of the stress by the pressure of the sand, (m,); None where no wire slips."""
+    slip: np.ndarray
+    """Slip of each direction at the end [-], (k,)."""
+
+
+@named_arguments
+@dataclass(frozen=True, eq=False, repr=False)
+class WireNetwork:
+    """Wires of all ``directions``, with the same axial rigidity.
+
+    ``length`` L: length of wire per volume [m/m^3], in 2D per area [m/m^2]; ``axial_rigidity`` EA [N], in 2D per metre of
+    depth as all forces; ``directions``: their :class:`~lmgcpy.continuum.directions.Directions`; ``slack``: strain at which
+    a wire begins to pull, a number or one for each direction, negative where it pulls from the start; ``anchorage`` chi:
+    greatest tension over the pressure of the sand [m^2], in 2D [m]; infinite: wires do not slip.
+
+    Raises TypeError or ValueError with a sentence.
+    """
+
+    length: float
+    axial_rigidity: float
+    directions: Directions
+    slack: Any = 0.0
+    anchorage: float = math.inf
+    products: np.ndarray = field(init=False)
+    """N, the vectors of n (x) n, (k, m)."""
+    stiffnesses: np.ndarray = field(init=False)
+    """L EA w_k [Pa], (k,)."""
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.directions, Directions):
+            raise TypeError(f"directions must be Directions, such as isotropic(3) makes, got {shown(self.directions)}.")
+        put = object.__setattr__
+        put(self, "length", number(self.length, "length", above=0.0, unit="m/m^d"))
+        put(self, "axial_rigidity", number(self.axial_rigidity, "axial_rigidity", above=0.0, unit="N"))
+        slack = numbers(self.slack, "slack", "a number or one for each direction")
+        if slack.shape not in ((), (len(self.directions),)):
+            raise ValueError(
+                f"slack must be a number or one for each of the {len(self.directions)} directions, got shape {slack.shape}."
+            )
+        put(self, "slack", np.full(len(self.directions), slack) if slack.shape == () else slack)
+        if self.anchorage != math.inf:
+            put(self, "anchorage", number(self.anchorage, "anchorage", above=0.0, unit="m^2 (in 2D m)"))
+        put(self, "products", dyads(self.directions.units))
+        put(self, "stiffnesses", self.length * self.axial_rigidity * self.directions.weights)
+
+    @property
+    def dimension(self) -> int:
+        """2 or 3."""
+        return self.directions.dimension
+
+    @cached_property
+    def _weighted(self) -> np.ndarray:
+        """Rows ``L EA w_k N_k``, transposed, (m, k)."""
+        return np.ascontiguousarray((self.products * self.stiffnesses[:, None]).T)
+
+    def __repr__(self) -> str:
+        held = "" if self.anchorage == math.inf else f", anchorage {self.anchorage:.3g}"
+        return (
+            f"<WireNetwork of {self.length:.3g} m/m^{self.dimension}, EA {self.axial_rigidity:.3g} N, "
+            f"{len(self.directions)} directions{held}>"
+        )
+
+    def elongation(self, strain: Any) -> np.ndarray:
+        """``n.eps.n - slack`` of each direction for a strain (m,), shape (k,): a wire pulls where it is above zero."""
+        return self.products @ self._vector(strain, "strain") - self.slack
+
+    def energy(self, strain: Any) -> float:
+        """psi [J/m^3] at a strain (m,), without slip."""
+        return 0.5 * float(self.stiffnesses @ np.maximum(self.elongation(strain), 0.0) ** 2)
+
+    def stress(self, strain: Any) -> np.ndarray:
+        """Gradient of psi [Pa], (m,), at a strain (m,), without slip."""
+        return self._weighted @ np.maximum(self.elongation(strain), 0.0)
+
+    def tangent(self, strain: Any) -> np.ndarray:
+        """Derivative of the stress [Pa], (m, m), at a strain (m,), without slip. It is symmetric and has no negative
+        eigenvalue; where a wire begins to pull it is the one of the slack side."""
+        return (self._weighted * (self.elongation(strain) > 0.0)) @ self.products
+
+    def tensions(self, strain: Any, slip: Any = 0.0) -> np.ndarray:
+        """Tension ``EA <n.eps.n - slack - slip>_+`` of each direction [N], (k,)."""
+        return self.axial_rigidity * np.maximum(self.elongation(strain) - slip, 0.0)
+
+    def respond(self, strain: np.ndarray, slip: np.ndarray, pressure: float) -> WireResponse:
+        """The wire at a strain (m,), after the ``slip`` (k,) at the start of the increment, in sand of ``pressure`` [Pa].
+
+        ``T = EA <n.eps.n - slack - slip>_+``; where this is above chi p the wire slips until it is chi p. Slip only grows,
+        and in an increment the wire loses ``L w T dslip >= 0`` to friction.
+        """
+        stretch = self.products @ strain
+        stretch -= self.slack
+        if self.anchorage == math.inf:
+            np.maximum(stretch, 0.0, out=stretch)
+            return WireResponse(self._weighted @ stretch, (self._weighted * (stretch > 0.0)) @ self.products, None, slip)
+        stretch -= slip
+        ceiling = self.anchorage * max(pressure, 0.0) / self.axial_rigidity
+        excess = stretch - ceiling
+        slipping = excess > 0.0
+        if not slipping.any():
+            np.maximum(stretch, 0.0, out=stretch)
+            return WireResponse(self._weighted @ stretch, (self._weighted * (stretch > 0.0)) @ self.products, None, slip)
+        held = np.clip(stretch, 0.0, ceiling)
+        # a slipping wire pulls with chi p, whatever the strain
+        slope = self._weighted @ slipping
+        slope *= self.anchorage / self.axial_rigidity if pressure > 0.0 else 0.0
+        elastic = (stretch > 0.0) & ~slipping
+        stiffness = (self._weighted * elastic) @ self.products
+        return WireResponse(self._weighted @ held, stiffness, slope, slip + np.maximum(excess, 0.0))
+
+    def dissipation(self, strain: Any, slip_before: np.ndarray, slip_after: np.ndarray) -> float:
+        """``L sum_k w_k T_k dslip_k`` of an increment that ends at ``strain`` [J/m^3]."""
+        tensions = self.tensions(strain, slip_after)
+        return self.length * float(self.directions.weights @ (tensions * (slip_after - slip_before)))
+
+    def dual_energy(self, stress: Any) -> float:
+        """Legendre transform ``psi*(sigma) = sup over eps of (sigma . eps - psi(eps))`` [J/m^3] of a stress (m,) [Pa].
+
+        It is ``min sum_k t_k^2 / (2 L EA w_k) + slack_k t_k`` over tensions per area ``t_k >= 0`` with ``sum_k t_k N_k =
+        sigma``: infinite where the wires cannot make the stress, which is outside of the cone of the N_k. Slip is zero.
+        """
+        sigma = self._vector(stress, "stress")
+        strain = dual_strain(self.products, self.stiffnesses, self.slack, sigma)
+        return math.inf if strain is None else float(sigma @ strain) - self.energy(strain)
+
+    def strain(self, stress: Any) -> np.ndarray:
+        """Strain (m,) at which the network has the stress (m,) [Pa], where there is one and no other: gradient of psi*.
+
+        Raises ValueError if the wires cannot make the stress, or if the wires that pull leave a strain free.
+        """
+        sigma = self._vector(stress, "stress")
+        strain = dual_strain(self.products, self.stiffnesses, self.slack, sigma)
+        if strain is None:
+            raise ValueError(
+                f"The wires cannot make the stress {shown(sigma.tolist())}: they only pull, in their directions."
+            )
+        stiff = np.linalg.eigvalsh(self.tangent(strain))
+        if not stiff[0] > 1e-10 * self.stiffnesses.sum():
+            raise ValueError(
+                "The stress does not determine the strain: the wires that pull leave one free, their tangent is singular."
+            )
+        return strain
+
+    def _vector(self, value: Any, name: str) -> np.ndarray:
+        given = numbers(value, name, f"{SIZE[self.dimension]} components")
+        if given.shape != (SIZE[self.dimension],):
+            raise ValueError(
+                f"{name} must be {SIZE[self.dimension]} components in Mandel's notation in {self.dimension}D, "
+                f"got shape {given.shape}."
+            )
+        return given
