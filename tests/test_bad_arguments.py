@@ -48,6 +48,7 @@ CHOICE = [*NO_WORD, "", "nothing such"]
 FLAG = ["yes", 1, 0, None, [], object(), nan]
 PATH = [3, None, True, nan, "", b"run.h5", "a\0b", object()]
 THING = ["text", 3, None, nan, object(), [1.0, 2.0]]
+AXIS = [3, "up", "xy", "z", object(), True, [1.0], [0.0, 0.0], [nan, 1.0], [1.0, 2.0, 3.0]]
 SEED = ["text", -1, 0.5, nan, object(), [-1]]
 BOX = ["text", 1.0, None, [], [1.0], [1.0] * 4, [nan, 1.0], [inf, 1.0], [-1.0, 1.0], [0.0, 1.0], [None, 1.0], ["a", "b"]]
 VECTOR_OR_FUNCTION = [value for value in VECTOR if value is not print and value is not None]
@@ -84,6 +85,23 @@ def hanging_wire():
     sim = lm.Simulation(made, time_step=1e-3)
     sim.step()
     return sim
+
+
+def wire_in_sand():
+    """A wire of two links among four grains, after a step, and where the bodies are."""
+    made = lm.Scene(dimension=2)
+    for k in range(3):
+        made.add(lm.disk(radius=0.1, position=(0.3 * k, 0.1 * k * k), mass=1.0))
+    made.chain(made.bodies[:3], lm.RigidWire())
+    for x, y in ((0.0, 1.0), (1.0, 1.1), (0.0, 2.0), (1.0, 2.3)):
+        made.add(lm.disk(radius=0.1, position=(x, y), mass=1.0))
+    sim = lm.Simulation(made, time_step=1e-3)
+    sim.step()
+    return sim
+
+
+WIRED = wire_in_sand()
+MOTION = {"sim": WIRED, "since": WIRED.positions.copy()}
 
 
 def two_frames():
@@ -283,6 +301,22 @@ CALLS = {
     "measure.window_stress": (lm.measure.window_stress, {"sim": simulation(), "window": ((0, 0), (1, 1))},
         {"sim": THING, "window": [*THING, ((0, 0),), ((0, 0), (0, 1))]}),
     "measure.wire_tension": (lm.measure.wire_tension, {"sim": hanging_wire()}, {"sim": THING, "chain": [*COUNT, 1]}),
+    "measure.contact_kinds": (lm.measure.contact_kinds, {"sim": WIRED}, {"sim": THING, "tolerance": FRACTION}),
+    "measure.wire_links": (lm.measure.wire_links, {"sim": WIRED}, {"sim": THING}),
+    "measure.wire_fabric": (lm.measure.wire_fabric, {"sim": WIRED}, {"sim": THING, "volume": optional(POSITIVE)}),
+    "measure.tension_by_direction": (lm.measure.tension_by_direction, {"sim": WIRED},
+        {"sim": THING, "axis": AXIS, "bins": [*COUNT, 0], "volume": optional(POSITIVE)}),
+    "measure.wire_contacts": (lm.measure.wire_contacts, {"sim": WIRED}, {"sim": THING, "tolerance": FRACTION}),
+    "measure.tension_correlation": (lm.measure.tension_correlation, {"sim": WIRED}, {"sim": THING, "lags": [*COUNT, 0]}),
+    "measure.taut_runs": (lm.measure.taut_runs, {"sim": WIRED}, {"sim": THING}),
+    "measure.mean_strain": (lm.measure.mean_strain, MOTION,
+        {"sim": THING, "since": [*ARRAY, [1.0, 2.0]], "window": [3, "text", object(), ((0, 0),), ((0, 0), (0, 1))],
+         "margin": NOT_NEGATIVE, "kind": CHOICE}),
+    "measure.stretch_by_direction": (lm.measure.stretch_by_direction, MOTION,
+        {"sim": THING, "since": [*ARRAY, [1.0, 2.0]], "axis": AXIS, "bins": [*COUNT, 0], "links": [*COUNT, 0],
+         "kind": CHOICE}),
+    "measure.bead_slip": (lm.measure.bead_slip, MOTION,
+        {"sim": THING, "since": [*ARRAY, [1.0, 2.0]], "neighbours": [*optional(COUNT), 2]}),
     "measure.strain": (lm.measure.strain, {"sim": two_frames()},
         {"sim": THING, "frame": optional(NO_NUMBER), "since": NO_NUMBER}),
     "measure.principal": (lm.measure.principal, {"sigma": np.eye(2)}, {"sigma": [*ARRAY, [1.0, 2.0], np.eye(4)]}),
@@ -386,6 +420,16 @@ EXEMPT = {
     "measure.WireTension": "a result",
     "measure.LocalStrain": "a result",
     "measure.WireShape": "a result",
+    "measure.BeadSlip": "a result",
+    "measure.ContactKinds": "a result",
+    "measure.MeanStrain": "a result",
+    "measure.StretchByDirection": "a result",
+    "measure.TautRuns": "a result",
+    "measure.TensionByDirection": "a result",
+    "measure.TensionCorrelation": "a result",
+    "measure.WireContacts": "a result",
+    "measure.WireFabric": "a result",
+    "measure.WireLinks": "a result",
     "view.Layout": "a result",
     "sample.Wire": "a result",
     "sample.Wires": "a result",
@@ -397,6 +441,10 @@ EXEMPT = {
     "laws.failures": "takes nothing",
     "laws.registrations": "takes nothing",
 }
+OF_FRAMES = (
+    *("contact_kinds", "wire_links", "wire_fabric", "tension_by_direction", "wire_contacts", "tension_correlation"),
+    *("taut_runs", "mean_strain", "stretch_by_direction", "bead_slip"),
+)
 EXEMPT_ARGUMENTS = {
     ("Simulation.run", "duration"): "has a row of its own",
     ("Simulation.run", "every"): "of the file: in tests/bad_input",
@@ -419,6 +467,7 @@ EXEMPT_ARGUMENTS = {
     ("measure.particle_stress", "frame"): "of run files: in tests/measure",
     ("measure.window_stress", "frame"): "of run files: in tests/measure",
     ("measure.wire_tension", "frame"): "of run files: in tests/measure",
+    **dict.fromkeys(((f"measure.{name}", "frame") for name in OF_FRAMES), "of run files: in tests/measure"),
     ("Simulation.run", "notes"): "in tests/io/test_notes_and_compare.py",
     ("Biaxial", "solver"): "of its simulation",
     ("Triaxial", "solver"): "of its simulation",

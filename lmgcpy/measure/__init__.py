@@ -1,29 +1,56 @@
 """Measures of a sample: stress by law, particle and window, contact network and forces, strain, density, wires."""
 
 from lmgcpy.measure.contact_forces import ContactForces, contact_forces
+from lmgcpy.measure.contact_kinds import ContactKinds, contact_kinds
 from lmgcpy.measure.density import density
+from lmgcpy.measure.mean_strain import MeanStrain, mean_strain
 from lmgcpy.measure.network import Network, network
 from lmgcpy.measure.particle_stress import ParticleStress, particle_stress, window_stress
 from lmgcpy.measure.strain import LocalStrain, strain
 from lmgcpy.measure.stress import principal, stress
+from lmgcpy.measure.tension_along import TautRuns, TensionCorrelation, taut_runs, tension_correlation
+from lmgcpy.measure.wire_fabric import TensionByDirection, WireFabric, tension_by_direction, wire_fabric
+from lmgcpy.measure.wire_friction import BeadSlip, WireContacts, bead_slip, wire_contacts
+from lmgcpy.measure.wire_links import WireLinks, wire_links
 from lmgcpy.measure.wire_shape import WireShape, wire_shape
+from lmgcpy.measure.wire_stretch import StretchByDirection, stretch_by_direction
 from lmgcpy.measure.wire_tension import WireTension, wire_tension
 
 __all__ = [
+    "BeadSlip",
     "ContactForces",
+    "ContactKinds",
     "LocalStrain",
+    "MeanStrain",
     "Network",
     "ParticleStress",
+    "StretchByDirection",
+    "TautRuns",
+    "TensionByDirection",
+    "TensionCorrelation",
+    "WireContacts",
+    "WireFabric",
+    "WireLinks",
     "WireShape",
     "WireTension",
+    "bead_slip",
     "contact_forces",
+    "contact_kinds",
     "density",
+    "mean_strain",
     "network",
     "particle_stress",
     "principal",
     "strain",
     "stress",
+    "stretch_by_direction",
+    "taut_runs",
+    "tension_by_direction",
+    "tension_correlation",
     "window_stress",
+    "wire_contacts",
+    "wire_fabric",
+    "wire_links",
     "wire_shape",
     "wire_tension",
 ]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lmgcpy.errors import named_arguments, number, whole
-from lmgcpy.measure.moment import Source, moment
+from lmgcpy.measure.moment import Moment, Source, moment
 from lmgcpy.measure.table import Table
 
 
@@ -56,13 +56,28 @@ def contact_forces(sim: Source, *, frame: int | None = None) -> ContactForces:
     net = now.net
     acting = (net.impulse[:, 0] > 0.0) & ~now.is_link
     force = net.force[acting]
-    of_law = {law["name"]: law["parameters"].get("friction") for law in now.scene["laws"]}
-    friction = np.array([of_law.get(law) for law in net.law[acting].tolist()], dtype=float)
+    pairs, law = np.column_stack([net.candidate, net.antagonist])[acting], net.law[acting]
     return ContactForces(
-        pairs=np.column_stack([net.candidate, net.antagonist])[acting],
-        law=net.law[acting],
+        pairs=pairs,
+        law=law,
         direction=net.normal[acting],
         normal=force[:, 0],
         tangential=np.linalg.norm(force[:, 1:], axis=1),
-        friction=friction,
+        friction=friction_of(now, pairs, law),
     )
+
+
+def friction_of(now: Moment, pairs: np.ndarray, law: np.ndarray) -> np.ndarray:
+    """Coefficients of friction of contacts, (c,), from their pairs of bodies (c, 2) and the names of their laws (c,): those
+    of the rows of the visibility table for their colours, as several rows may have laws of one name."""
+    scene = now.scene
+    bodies = scene["bodies"]
+    color, code = bodies["color"][pairs], {name: k for k, name in enumerate(bodies["colors"])}
+    friction = np.full(len(pairs), np.nan)
+    for row in reversed(scene["visibility"]):  # of two rows of the same colours, in older files, the first decided
+        kind = scene["laws"][row["law"]]
+        seen = [code.get(row["candidate"], -1), code.get(row["antagonist"], -1)]
+        same = (law == kind["name"]) & ((color == seen).all(axis=1) | (color == seen[::-1]).all(axis=1))
+        coefficient = kind["parameters"].get("friction")
+        friction[same] = np.nan if coefficient is None else coefficient
+    return friction

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from lmgcpy.contact.lattice import Lattice
 from lmgcpy.dynamics.stepper import Stepper
-from lmgcpy.errors import shown, whole
+from lmgcpy.errors import numbers, shown, whole
 from lmgcpy.measure.sources import ActingInteractions, RecordedRun, is_run
 from lmgcpy.scene.description import describe, lattice_of
 
@@ -34,11 +35,18 @@ class Moment:
     links: frozenset[str]
     """Names of those that act in chains."""
     source: Source
+    number: int = -1
+    """Number of the frame; of a simulation it means nothing."""
 
-    @property
+    @cached_property
     def scene(self) -> Mapping[str, Any]:
         """The description of the scene."""
         return describe(self.source.scene) if isinstance(self.source, Stepper) else self.source.scene
+
+    @property
+    def hidden(self) -> np.ndarray:
+        """Which bodies are hidden, (n,) bool."""
+        return self.source.model.hidden if isinstance(self.source, Stepper) else self.source.hidden(self.number)
 
     @property
     def is_link(self) -> np.ndarray:
@@ -72,9 +80,55 @@ def moment(source: Any, frame: int | None, call: str) -> Moment:
             f"{call} takes a simulation, the object that lmgcpy.Simulation(...) makes, or a run file that "
             f"lmgcpy.io.open_run opens, got {shown(source)}."
         )
-    k = -1 if frame is None else whole(frame, "frame", minimum=-(2**62))
+    k = frame_number(source, -1 if frame is None else frame, "frame")
     table = source.scene["laws"]
     links = [table[code]["name"] for code in np.unique(source.scene["chains"]["law"]).tolist()]
     lattice = lattice_of(source.scene)
     given = source.interactions(k), source.positions[k], source.extent, source.wall_normals, lattice
-    return Moment(*given, list(source.laws), frozenset(links), source)
+    return Moment(*given, list(source.laws), frozenset(links), source, k)
+
+
+def frame_number(run: RecordedRun, frame: Any, name: str) -> int:
+    """The number of a frame of a run, counted from 0; ``frame`` may count from the end.
+
+    Raises TypeError, and IndexError with a sentence that calls it ``name`` where the run has no such frame.
+    """
+    k = whole(frame, name, minimum=-(2**62))
+    count = run.frame_count
+    if not -count <= k < count:
+        have = f"has the frames 0 to {count - 1}" if count else "has no frame yet"
+        raise IndexError(f"{name} {k} does not exist: the run {have}.")
+    return k % count
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Bodies at an earlier state and now; n bodies, d dimensions."""
+
+    begin: np.ndarray
+    """Positions then [m], (n, d)."""
+    end: np.ndarray
+    """Positions now [m], (n, d)."""
+    extent: np.ndarray
+    """As in :class:`Moment`, (n,)."""
+
+
+def motion(source: Any, frame: int | None, since: Any, call: str) -> Motion:
+    """From a frame ``since`` of an open run to a ``frame``, by default the last, or from positions of a simulation that
+    were copied earlier, (n, d) [m], to those of now. Raises TypeError, ValueError and IndexError with a sentence."""
+    if isinstance(source, Stepper):
+        if frame is not None:
+            raise TypeError("frame is for run files: a simulation knows its last step only.")
+        end = source.positions
+        begin = numbers(since, "since of a simulation", "positions copied earlier, sim.positions.copy() [m]")
+        if begin.shape != end.shape:
+            raise ValueError(
+                f"since of a simulation must be positions of all its bodies, copied earlier, {end.shape} [m], got an array "
+                f"of shape {begin.shape}: since=sim.positions.copy()."
+            )
+        return Motion(begin, end, source.model.extent)
+    if not is_run(source):
+        raise TypeError(f"{call} takes a simulation or a run file that lmgcpy.io.open_run opens, got {shown(source)}.")
+    first = frame_number(source, since, "since")
+    last = frame_number(source, -1 if frame is None else frame, "frame")
+    return Motion(source.positions[first], source.positions[last], source.extent)

@@ -21,6 +21,8 @@ class Network:
     """Ids of candidate and antagonist of each contact between bodies that carry force, walls included, (c, 2)."""
     coordination: float
     """Mean number of contacts of a body that is no rattler, contacts at walls included; 0 if every body is a rattler."""
+    coordination_with_rattlers: float
+    """Mean number of contacts of all bodies with bounds, rattlers and the contacts of rattlers included."""
     rattlers: np.ndarray
     """Ids of the rattlers, the bodies that carry no force, (r,)."""
     fabric: np.ndarray
@@ -52,6 +54,7 @@ def network(sim: Source, *, frame: int | None = None) -> Network:
         net.force[acting, 0],
     )
     grain = np.isfinite(now.extent)
+    every = np.bincount(pairs.ravel(), minlength=len(grain))[grain]
     while True:
         contacts = np.bincount(pairs.ravel(), minlength=len(grain))
         loose = grain & (contacts < CARRYING)
@@ -63,6 +66,7 @@ def network(sim: Source, *, frame: int | None = None) -> Network:
     return Network(
         pairs=pairs,
         coordination=float(contacts[carrying].mean()) if carrying.any() else 0.0,
+        coordination_with_rattlers=float(every.mean()) if len(every) else 0.0,
         rattlers=np.flatnonzero(loose),
         fabric=np.einsum("ci,cj->ij", normal, normal) / max(len(normal), 1),
         force_fabric=np.einsum("c,ci,cj->ij", force, normal, normal) / (force.sum() or 1.0),

@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.dynamics.stepper import Stepper
-from lmgcpy.errors import named_arguments, numbers, shown, whole
-from lmgcpy.measure.sources import RecordedRun, is_run
+from lmgcpy.errors import named_arguments
+from lmgcpy.measure.moment import Source, motion
 from lmgcpy.measure.table import Table
 
 
@@ -35,7 +34,7 @@ class LocalStrain(Table):
 
 
 @named_arguments
-def strain(sim: RecordedRun | Stepper, *, frame: int | None = None, since: Any = 0) -> LocalStrain:
+def strain(sim: Source, *, frame: int | None = None, since: Any = 0) -> LocalStrain:
     """Displacements since an earlier state, and the strain around each body.
 
     Of an open run, from a frame ``since``, by default the first, to a ``frame``, by default the last. Of a simulation, from
@@ -48,22 +47,8 @@ def strain(sim: RecordedRun | Stepper, *, frame: int | None = None, since: Any =
     """
     from scipy.spatial import Delaunay, QhullError  # takes as long to import as the rest of lmgcpy
 
-    if isinstance(sim, Stepper):
-        if frame is not None:
-            raise TypeError("frame is for run files: a simulation knows its last step only.")
-        extent, end = sim.model.extent, sim.positions
-        begin = numbers(since, "since of a simulation", "positions copied earlier, sim.positions.copy() [m]")
-        if begin.shape != end.shape:
-            raise ValueError(
-                f"since of a simulation must be positions of all its bodies, copied earlier, {end.shape} [m], got an array "
-                f"of shape {begin.shape}: since=sim.positions.copy()."
-            )
-    elif is_run(sim):
-        first = whole(since, "since", minimum=-(2**62))
-        last = -1 if frame is None else whole(frame, "frame", minimum=-(2**62))
-        extent, begin, end = sim.extent, sim.positions[first], sim.positions[last]
-    else:
-        raise TypeError(f"strain takes a simulation or a run file that lmgcpy.io.open_run opens, got {shown(sim)}.")
+    moved_from = motion(sim, frame, since, "strain")
+    begin, end, extent = moved_from.begin, moved_from.end, moved_from.extent
     body = np.flatnonzero(np.isfinite(extent))
     before, after = begin[body], end[body]
     moved, d = after - before, before.shape[1]

@@ -16,7 +16,7 @@ class Table:
         return len(first)
 
     def to_dataframe(self) -> Any:
-        """A pandas.DataFrame with a column for each field, and for each component of a vector (``_x``) or tensor (``_xy``).
+        """A pandas.DataFrame of the :meth:`columns`.
 
         Raises ImportError with a sentence if pandas is missing.
         """
@@ -24,14 +24,18 @@ class Table:
             import pandas
         except ImportError as error:
             raise ImportError("to_dataframe needs pandas, which is not installed: pip install pandas.") from error
-        columns: dict[str, Any] = {}
+        return pandas.DataFrame(self.columns())
+
+    def columns(self) -> dict[str, np.ndarray]:
+        """The columns by name: one for each field, and for each component of a vector (``_x``) or tensor (``_xy``)."""
+        columns: dict[str, np.ndarray] = {}
         for field in fields(self):  # type: ignore[arg-type]
             values = getattr(self, field.name)
             for index in np.ndindex(values.shape[1:]):
                 axes = "".join("xyz"[k] for k in index) if field.name != "pairs" else ("candidate", "antagonist")[index[0]]
                 name = axes if field.name == "pairs" else f"{field.name}_{axes}" if axes else field.name
                 columns[name] = values[(slice(None), *index)]
-        return pandas.DataFrame(columns)
+        return columns
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} of {len(self)} rows: {', '.join(field.name for field in fields(self))}>"  # type: ignore[arg-type]

@@ -254,3 +254,21 @@ def test_without_pandas_there_is_a_sentence(both, monkeypatch):
 def test_a_wrong_window_gets_a_sentence(both, window, error, words):
     with pytest.raises(error, match=words):
         lm.measure.window_stress(both[0], window)
+
+
+def test_each_contact_has_the_friction_of_its_colours(tmp_path):
+    """Two rows with laws of one name: a block slides on a rough floor, of which all friction is mobilised, beside a smooth
+    wall; the friction of each is that of its row."""
+    scene = lm.Scene(dimension=2, gravity=(0.0, -G))
+    scene.add(lm.disk(radius=0.1, position=(0.1, 0.1), mass=1.0, velocity=(-1.0, 0.0))).impose_velocity(spin=0.0)
+    scene.add(lm.wall(point=(0, 0), normal=(0, 1), color="FLOOR"))
+    scene.add(lm.wall(point=(0, 0), normal=(1, 0), color="SIDE"))
+    scene.see("GRAIN", "FLOOR", lm.Coulomb(friction=0.3))
+    scene.see("SIDE", "GRAIN", lm.Coulomb(friction=0.0))
+    sim = lm.Simulation(scene, time_step=1e-3).run(steps=1, record=tmp_path / "run.h5", every=1)
+    with lm.io.open_run(tmp_path / "run.h5") as run:
+        for source in (sim, run):
+            forces = lm.measure.contact_forces(source)
+            rough = np.abs(forces.direction[:, 1]) > 0.5
+            assert forces.friction[rough].tolist() == [0.3]
+            assert forces.friction[~rough].tolist() == [0.0]

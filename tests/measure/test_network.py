@@ -66,3 +66,10 @@ def test_a_square_lattice_has_four_contacts_each(links):
 def test_what_is_no_simulation_is_refused():
     with pytest.raises(TypeError, match="network takes a simulation"):
         lm.measure.network(3)
+
+
+def test_coordination_with_rattlers_counts_all_bodies_and_contacts():
+    """A column of four has 2, 2, 2 and 1 contacts, one with the floor. The lattice: 100 ends of contacts on 26 disks."""
+    assert lm.measure.network(column(4)).coordination_with_rattlers == pytest.approx(7 / 4)
+    assert lm.measure.network(column(4, extra=[(1.0, 0.0, 5.0)])).coordination_with_rattlers == pytest.approx(7 / 5)
+    assert lm.measure.network(box()).coordination_with_rattlers == pytest.approx(100 / 26)

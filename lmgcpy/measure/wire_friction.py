@@ -1,0 +1,219 @@
+"""What holds a wire in the sand: contact forces along it, bead by bead, and by how much its beads slip through the sand."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from lmgcpy.errors import named_arguments, whole
+from lmgcpy.measure.contact_forces import contact_forces
+from lmgcpy.measure.contact_kinds import SLIDING, sliding
+from lmgcpy.measure.mean_strain import strain_of
+from lmgcpy.measure.moment import Source, moment, motion
+from lmgcpy.measure.table import Table
+from lmgcpy.measure.wire_links import WireLinks, beads_of, chain_paths, links_of
+
+SURROUNDING = {2: 8, 3: 16}
+"""Grains around a bead to whose displacements an affine field is fitted, by dimension."""
+
+
+@dataclass(frozen=True, repr=False)
+class WireContacts(Table):
+    """The b beads of all chains, chain after chain, and the contacts that push on them."""
+
+    chain: np.ndarray
+    """Number of the chain, (b,)."""
+    body: np.ndarray
+    """Ids, (b,)."""
+    along: np.ndarray
+    """Length of wire from the start of the chain [m], (b,)."""
+    to_end: np.ndarray
+    """Length of wire to the nearer end of the chain [m], (b,); infinite in closed chains."""
+    length: np.ndarray
+    """Length of wire that belongs to the bead, half of its links [m], (b,)."""
+    taut: np.ndarray
+    """Whether a link of the bead pulls, (b,) bool."""
+    contacts: np.ndarray
+    """Number of contacts with bodies of no chain, walls included, (b,)."""
+    sliding: np.ndarray
+    """Number of those that slide, (b,)."""
+    normal: np.ndarray
+    """Sum of the normal forces of all contacts of the bead [N], (b,)."""
+    limit: np.ndarray
+    """``sum mu f_n``: the friction that they could give at most [N], (b,)."""
+    force_along: np.ndarray
+    """Component of the sum of the contact forces along the wire, toward its last bead [N], (b,)."""
+    friction_along: np.ndarray
+    """The part of it that tangential forces make [N], (b,); the rest is grains that lie before or behind the bead."""
+
+    @property
+    def sliding_share(self) -> float:
+        """Share of the contacts of beads with bodies of no chain that slide; NaN without contacts."""
+        return _ratio(self.sliding, self.contacts)
+
+    @property
+    def force_per_length(self) -> float:
+        """Mean of the size of ``force_along`` per length of taut wire [N/m]: what anchors the wire."""
+        return _ratio(np.abs(self.force_along[self.taut]), self.length[self.taut])
+
+    @property
+    def friction_per_length(self) -> float:
+        """The same of ``friction_along`` [N/m]."""
+        return _ratio(np.abs(self.friction_along[self.taut]), self.length[self.taut])
+
+    @property
+    def limit_per_length(self) -> float:
+        """Greatest friction per length of taut wire, the mean of ``sum mu f_n`` [N/m]."""
+        return _ratio(self.limit[self.taut], self.length[self.taut])
+
+
+@named_arguments
+def wire_contacts(sim: Source, *, frame: int | None = None, tolerance: float = SLIDING) -> WireContacts:
+    """Contacts of the beads in the last step of a simulation, or in that of a ``frame`` of an open run.
+
+    The direction of the wire at a bead is that from the bead before it to the one behind it. At rest the change of the
+    tension along the wire is what contacts give: ``T_after - T_before = -force_along``, up to the turn of the wire at the
+    bead and its weight. A contact slides if ``|f_t| >= (1 - tolerance) mu f_n``.
+    """
+    now = moment(sim, frame, "wire_contacts")
+    forces, bead = contact_forces(sim, frame=frame), beads_of(now)
+    acting = (now.net.impulse[:, 0] > 0.0) & ~now.is_link
+    local, frames = now.net.force[acting], now.net.frame[acting]
+    pushes = local[:, :1] * frames[:, 0]
+    rubs = np.einsum("ck,ckd->cd", local[:, 1:], frames[:, 1:])
+    count, d = now.positions.shape
+    with_others = ~bead[forces.pairs].all(axis=1)
+    mu = np.where(np.isnan(forces.friction), 0.0, forces.friction)
+
+    def of_bodies(values: np.ndarray) -> np.ndarray:
+        """Sums over the contacts of each body, (n,)."""
+        return sum(np.bincount(forces.pairs[:, side], weights=values, minlength=count) for side in (0, 1))  # type: ignore[return-value]
+
+    push, rub = np.zeros((2, count, d))
+    for total, part in ((push, pushes), (rub, rubs)):
+        np.add.at(total, forces.pairs[:, 0], part)
+        np.add.at(total, forces.pairs[:, 1], -part)
+    line = _beads(links_of(now), chain_paths(now), now.positions)
+    body, along_wire = line["body"], line.pop("direction")
+    friction = np.einsum("bd,bd->b", rub[body], along_wire)
+    return WireContacts(
+        **line,
+        contacts=of_bodies(with_others.astype(float))[body].astype(np.int64),
+        sliding=of_bodies((with_others & sliding(forces, tolerance)).astype(float))[body].astype(np.int64),
+        normal=of_bodies(forces.normal)[body],
+        limit=of_bodies(mu * forces.normal)[body],
+        force_along=np.einsum("bd,bd->b", push[body], along_wire) + friction,
+        friction_along=friction,
+    )
+
+
+@dataclass(frozen=True, repr=False)
+class BeadSlip(Table):
+    """The b beads of all chains, chain after chain, and what they moved beyond the sand; d dimensions."""
+
+    chain: np.ndarray
+    """Number of the chain, (b,)."""
+    body: np.ndarray
+    """Ids, (b,)."""
+    along: np.ndarray
+    """Length of wire from the start of the chain at the beginning [m], (b,)."""
+    to_end: np.ndarray
+    """Length of wire to the nearer end of the chain [m], (b,); infinite in closed chains."""
+    from_mean: np.ndarray
+    """Displacement less that of the mean strain of the grains at the bead [m], (b, d)."""
+    from_neighbours: np.ndarray
+    """Displacement less that of the surrounding grains, an affine field fitted to the nearest of them [m], (b, d); NaN in
+    scenes with too few."""
+    along_mean: np.ndarray
+    """Component of ``from_mean`` along the wire [m], (b,)."""
+    along_neighbours: np.ndarray
+    """Component of ``from_neighbours`` along the wire [m], (b,): how far the wire has slipped through the sand."""
+
+
+@named_arguments
+def bead_slip(sim: Source, *, frame: int | None = None, since: Any = 0, neighbours: int | None = None) -> BeadSlip:
+    """By how much the beads have moved beyond the sand around them.
+
+    ``since`` and ``frame`` as in :func:`mean_strain`. ``from_mean`` leaves out the best fit of one gradient to all
+    grains, the bodies of no chain; ``from_neighbours`` that of an affine field to the ``neighbours`` nearest grains, by
+    default 8 in 2D and 16 in 3D. Both leave out an affine field to round-off. The second one contains the scatter of the
+    fit: in the midst of n grains which scatter by s independently of each other it is off by some ``s sqrt(1/n)``.
+
+    Raises ValueError where the grains are fewer than d + 1.
+    """
+    now, moved = moment(sim, frame, "bead_slip"), motion(sim, frame, since, "bead_slip")
+    d = now.positions.shape[1]
+    nearest = whole(SURROUNDING[d] if neighbours is None else neighbours, "neighbours", minimum=d + 1)
+    fitted = strain_of(now, moved, kind="grains")
+    line = _beads(links_of(now), chain_paths(now), moved.begin)
+    body, direction = line["body"], line.pop("direction")
+    places, displaced = moved.begin[body], (moved.end - moved.begin)[body]
+    from_mean = displaced - fitted.at(places)
+    grains = fitted.position, (moved.end - moved.begin)[fitted.body]
+    from_neighbours = displaced - _surroundings(places, *grains, nearest)
+    return BeadSlip(
+        chain=line["chain"],
+        body=body,
+        along=line["along"],
+        to_end=line["to_end"],
+        from_mean=from_mean,
+        from_neighbours=from_neighbours,
+        along_mean=np.einsum("bd,bd->b", from_mean, direction),
+        along_neighbours=np.einsum("bd,bd->b", from_neighbours, direction),
+    )
+
+
+def _surroundings(places: np.ndarray, x: np.ndarray, u: np.ndarray, count: int) -> np.ndarray:
+    """Displacements at places (b, d) of affine fields fitted to the displacements u of the nearest grains x, (b, d)."""
+    from scipy.spatial import cKDTree  # takes as long to import as the rest of lmgcpy
+
+    if len(x) < count or not len(places):
+        return np.full(places.shape, np.nan)
+    _, near = cKDTree(x).query(places, k=count)
+    dx = x[near] - places[:, None]
+    size = np.abs(dx).max(axis=(1, 2), keepdims=True)
+    design = np.concatenate([np.ones((*near.shape, 1)), dx / np.where(size > 0.0, size, 1.0)], axis=2)
+    # the fit at the bead is its constant: the first row of the pseudo-inverse weighs the grains
+    return np.einsum("bk,bkd->bd", np.linalg.pinv(design)[:, 0], u[near])
+
+
+def _beads(links: WireLinks, paths: list[np.ndarray], positions: np.ndarray) -> dict[str, np.ndarray]:
+    """Columns of the beads, chain after chain, at positions (n, d): chain, body, along, to_end, length, taut, direction."""
+    columns: dict[str, list[np.ndarray]] = {
+        name: [] for name in ("chain", "body", "along", "to_end", "length", "taut", "direction")
+    }
+    first = 0
+    for k, path in enumerate(paths):
+        count, closed = len(path) - 1, len(path) > 1 and path[0] == path[-1]
+        branch = np.diff(positions[path], axis=0)
+        length, pulls = np.linalg.norm(branch, axis=1), links.taut[first : first + count]
+        first += count
+        place = np.concatenate([[0.0], np.cumsum(length)])
+        if closed:
+            body, before, after = path[:-1], np.roll(path[:-1], 1), path[1:]
+            own, taut = 0.5 * (length + np.roll(length, 1)), pulls | np.roll(pulls, 1)
+            place, to_end = place[:-1], np.full(count, np.inf)
+        else:
+            body, before, after = path, np.append(path[:1], path[:-1]), np.append(path[1:], path[-1:])
+            own = 0.5 * (np.append(length, 0.0) + np.append(0.0, length))
+            taut = np.append(pulls, False) | np.append(False, pulls)
+            to_end = np.minimum(place, place[-1] - place)
+        chord = positions[after] - positions[before]
+        size = np.linalg.norm(chord, axis=1)[:, None]
+        direction = np.divide(chord, size, out=np.zeros_like(chord), where=size > 0.0)
+        for name, values in zip(columns, (np.full(len(body), k), body, place, to_end, own, taut, direction), strict=True):
+            columns[name].append(values)
+    d = positions.shape[1]
+    empty = {"chain": np.int64, "body": np.int64, "taut": bool}
+    return {
+        name: np.concatenate([np.zeros((0, d) if name == "direction" else 0, dtype=empty.get(name, float)), *values])
+        for name, values in columns.items()
+    }
+
+
+def _ratio(above: np.ndarray, below: np.ndarray) -> float:
+    """Sum over sum; NaN over nothing."""
+    total = float(below.sum())
+    return float(above.sum()) / total if total else float("nan")

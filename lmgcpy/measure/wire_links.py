@@ -1,0 +1,122 @@
+"""The links of all wires: where they lie, where they lead, how slack they are and how they pull."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lmgcpy.errors import named_arguments
+from lmgcpy.measure.moment import Moment, Source, moment
+from lmgcpy.measure.table import Table
+
+
+@dataclass(frozen=True, repr=False)
+class WireLinks(Table):
+    """The l links of all chains, chain after chain, each from its first body to its last; d dimensions."""
+
+    chain: np.ndarray
+    """Number of the chain, (l,)."""
+    pairs: np.ndarray
+    """Ids of candidate and antagonist, (l, 2)."""
+    along: np.ndarray
+    """Length of wire from the start of the chain up to the middle of the link [m], (l,)."""
+    position: np.ndarray
+    """Middle of the link [m], (l, d)."""
+    direction: np.ndarray
+    """Unit vectors from the antagonist to the candidate, (l, d); zero where the two coincide."""
+    length: np.ndarray
+    """Distance between the centres [m], (l,)."""
+    reference_length: np.ndarray
+    """Reference gap and both radii [m], (l,)."""
+    tension: np.ndarray
+    """Tension, a push negative [N], (l,); NaN before the first step."""
+
+    @property
+    def slack(self) -> np.ndarray:
+        """``(reference length - length) / reference length``, (l,): the strain at which a slack link begins to pull;
+        negative for a link that is stretched."""
+        return 1.0 - self.length / self.reference_length
+
+    @property
+    def stretch(self) -> np.ndarray:
+        """``(length - reference length) / reference length``, (l,): the opposite of the slack."""
+        return self.length / self.reference_length - 1.0
+
+    @property
+    def taut(self) -> np.ndarray:
+        """Whether the link pulls, (l,) bool."""
+        return self.tension > 0.0
+
+
+@named_arguments
+def wire_links(sim: Source, *, frame: int | None = None) -> WireLinks:
+    """The links of all chains after the last step of a simulation, or at a ``frame`` of an open run; none without chains.
+
+    Lengths and directions are those of the positions at the end of the step, tensions those of the step. While a chain
+    relaxes to its reference (``relaxation=``), the reference length is the one at the end of the relaxation.
+    """
+    return links_of(moment(sim, frame, "wire_links"))
+
+
+def links_of(now: Moment) -> WireLinks:
+    """The links of a moment."""
+    scene, chain, pairs = now.scene, *chain_pairs(now)
+    branch = now.positions[pairs[:, 0]] - now.positions[pairs[:, 1]]
+    length = np.linalg.norm(branch, axis=1)
+    radius = np.asarray(scene["bodies"]["link_radius"], dtype=float)
+    force = now.net.force[: len(pairs), 0] if len(now.net) else np.full(len(pairs), np.nan)
+    return WireLinks(
+        chain=chain,
+        pairs=pairs,
+        along=_middles(length, chain),
+        position=now.positions[pairs].mean(axis=1),
+        direction=np.divide(branch, length[:, None], out=np.zeros_like(branch), where=length[:, None] > 0.0),
+        length=length,
+        reference_length=np.asarray(scene["chains"]["reference_gaps"], dtype=float) + radius[pairs].sum(axis=1),
+        tension=0.0 - force,  # slack: 0, not -0
+    )
+
+
+def pulling_links(now: Moment) -> WireLinks:
+    """The same; ValueError where no step has given them tensions."""
+    links = links_of(now)
+    if np.isnan(links.tension).any():
+        raise ValueError("There is no step yet, and so no tension: run the simulation first, or take a later frame.")
+    return links
+
+
+def chain_pairs(now: Moment) -> tuple[np.ndarray, np.ndarray]:
+    """Chain of each link, (l,), and ids of its candidate and antagonist, (l, 2), from the description of the scene: the
+    links come first among the interactions, in this order."""
+    table = now.scene["chains"]
+    counts = np.asarray(table["link_count"], dtype=np.int64)
+    pairs = [np.zeros((0, 2), dtype=np.int64)]
+    for path in chain_paths(now):
+        pairs.append(np.column_stack([path[1:], path[:-1]]))
+    return np.repeat(np.arange(len(counts)), counts), np.concatenate(pairs)
+
+
+def chain_paths(now: Moment) -> list[np.ndarray]:
+    """Ids of the bodies along each chain; a closed chain repeats the first at the end."""
+    table = now.scene["chains"]
+    counts = np.asarray(table["body_count"], dtype=np.int64)
+    bodies = np.asarray(table["bodies"], dtype=np.int64)
+    members = np.split(bodies, np.cumsum(counts)[:-1]) if len(counts) else []
+    closed = np.asarray(table["closed"], dtype=bool)
+    return [np.append(path, path[:1]) if ring else path for path, ring in zip(members, closed, strict=True)]
+
+
+def beads_of(now: Moment) -> np.ndarray:
+    """Which bodies belong to a chain, (n,) bool."""
+    found = np.zeros(len(now.extent), dtype=bool)
+    found[np.asarray(now.scene["chains"]["bodies"], dtype=np.int64)] = True
+    return found
+
+
+def _middles(length: np.ndarray, chain: np.ndarray) -> np.ndarray:
+    """Length of wire up to the middle of each link [m], (l,), counted anew in each chain."""
+    end = np.cumsum(length)
+    first = np.searchsorted(chain, np.arange(chain[-1] + 1 if len(chain) else 0))
+    start = np.concatenate([[0.0], end])[first]
+    return end - 0.5 * length - start[chain]
