@@ -7,7 +7,7 @@ import warnings
 import click
 
 import lmgcpy
-from lmgcpy.cli import campaign, column, laws, run, solve, texsol, view, warmup
+from lmgcpy.cli import campaign, column, laws, measure, run, solve, texsol, view, warmup
 from lmgcpy.errors import closest, shown
 
 EXPECTED = (ValueError, TypeError, LookupError, OSError, RuntimeError, FloatingPointError, ImportError, MemoryError)
@@ -76,6 +76,7 @@ for command in (
     column.column,
     campaign.campaign,
     *run.COMMANDS,
+    measure.measure,
     *solve.COMMANDS,
     *laws.COMMANDS,
     *view.COMMANDS,

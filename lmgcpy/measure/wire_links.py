@@ -29,19 +29,16 @@ class WireLinks(Table):
     """Distance between the centres [m], (l,)."""
     reference_length: np.ndarray
     """Reference gap and both radii [m], (l,)."""
+    slack: np.ndarray
+    """``(reference length - length) / reference length``, (l,): the strain at which a slack link begins to pull; negative
+    for a link that is stretched."""
     tension: np.ndarray
     """Tension, a push negative [N], (l,); NaN before the first step."""
 
     @property
-    def slack(self) -> np.ndarray:
-        """``(reference length - length) / reference length``, (l,): the strain at which a slack link begins to pull;
-        negative for a link that is stretched."""
-        return 1.0 - self.length / self.reference_length
-
-    @property
     def stretch(self) -> np.ndarray:
         """``(length - reference length) / reference length``, (l,): the opposite of the slack."""
-        return self.length / self.reference_length - 1.0
+        return -self.slack
 
     @property
     def taut(self) -> np.ndarray:
@@ -65,6 +62,7 @@ def links_of(now: Moment) -> WireLinks:
     branch = now.positions[pairs[:, 0]] - now.positions[pairs[:, 1]]
     length = np.linalg.norm(branch, axis=1)
     radius = np.asarray(scene["bodies"]["link_radius"], dtype=float)
+    reference = np.asarray(scene["chains"]["reference_gaps"], dtype=float) + radius[pairs].sum(axis=1)
     force = now.net.force[: len(pairs), 0] if len(now.net) else np.full(len(pairs), np.nan)
     return WireLinks(
         chain=chain,
@@ -73,7 +71,8 @@ def links_of(now: Moment) -> WireLinks:
         position=now.positions[pairs].mean(axis=1),
         direction=np.divide(branch, length[:, None], out=np.zeros_like(branch), where=length[:, None] > 0.0),
         length=length,
-        reference_length=np.asarray(scene["chains"]["reference_gaps"], dtype=float) + radius[pairs].sum(axis=1),
+        reference_length=reference,
+        slack=1.0 - length / reference,
         tension=0.0 - force,  # slack: 0, not -0
     )
 

@@ -279,8 +279,9 @@ def test_fabric_of_a_random_wire_is_isotropic_within_its_error(dimension):
 def links_with(tension, chain):
     """Links of length 0.5 m with such tensions."""
     count = len(tension)
-    d, ones = np.zeros((count, 2)), np.full(count, 0.5)
-    return WireLinks(np.asarray(chain), np.zeros((count, 2), int), ones, d, d, ones, ones, np.asarray(tension, float))
+    d, half, none = np.zeros((count, 2)), np.full(count, 0.5), np.zeros(count)
+    pairs = np.zeros((count, 2), dtype=int)
+    return WireLinks(np.asarray(chain), pairs, none, d, d, half, half, none, np.asarray(tension, dtype=float))
 
 
 def test_correlation_length_of_an_exponential_decay():
