@@ -37,11 +37,15 @@ class Moment:
     source: Source
     number: int = -1
     """Number of the frame; of a simulation it means nothing."""
+    described: Mapping[str, Any] | None = None
+    """The description of the scene as the run has it, which takes some milliseconds to read; None of a simulation."""
 
     @cached_property
     def scene(self) -> Mapping[str, Any]:
         """The description of the scene."""
-        return describe(self.source.scene) if isinstance(self.source, Stepper) else self.source.scene
+        if isinstance(self.source, Stepper):
+            return describe(self.source.scene)
+        return self.source.scene if self.described is None else self.described
 
     @property
     def hidden(self) -> np.ndarray:
@@ -81,11 +85,10 @@ def moment(source: Any, frame: int | None, call: str) -> Moment:
             f"lmgcpy.io.open_run opens, got {shown(source)}."
         )
     k = frame_number(source, -1 if frame is None else frame, "frame")
-    table = source.scene["laws"]
-    links = [table[code]["name"] for code in np.unique(source.scene["chains"]["law"]).tolist()]
-    lattice = lattice_of(source.scene)
-    given = source.interactions(k), source.positions[k], source.extent, source.wall_normals, lattice
-    return Moment(*given, list(source.laws), frozenset(links), source, k)
+    scene = source.scene
+    links = [scene["laws"][code]["name"] for code in np.unique(scene["chains"]["law"]).tolist()]
+    given = source.interactions(k), source.positions[k], source.extent, source.wall_normals, lattice_of(scene)
+    return Moment(*given, list(source.laws), frozenset(links), source, k, scene)
 
 
 def frame_number(run: RecordedRun, frame: Any, name: str) -> int:

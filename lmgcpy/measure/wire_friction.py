@@ -55,7 +55,8 @@ class WireContacts(Table):
 
     @property
     def force_per_length(self) -> float:
-        """Mean of the size of ``force_along`` per length of taut wire [N/m]: what anchors the wire."""
+        """Mean of the size of ``force_along`` per length of taut wire [N/m]: what anchors the wire. Forces on neighbouring
+        beads may oppose each other, so that less is left over a length: see :attr:`TautRuns.anchorage`."""
         return _ratio(np.abs(self.force_along[self.taut]), self.length[self.taut])
 
     @property
