@@ -21,6 +21,8 @@ from lmgcpy.measure.wire_links import beads_of
 
 CHORD = 10
 """Links of the longer pieces of wire whose stretch is shown."""
+ROUND_OFF = 1e-9
+"""Part of a number below which its error is that of rounding, and is not shown."""
 BINS = 6
 """Bins of directions that are shown."""
 
@@ -308,7 +310,7 @@ def plain(value: float) -> str:
 
 def with_error(value: float, error: float) -> str:
     """A number and its standard error, to the second digit of the error."""
-    if math.isnan(value) or math.isnan(error) or error <= 0.0:
+    if math.isnan(value) or math.isnan(error) or error <= ROUND_OFF * abs(value):
         return plain(value)
     digits = max(1 - math.floor(math.log10(error)), 0)
     if digits > 6 or max(abs(value), error) >= 1e7:

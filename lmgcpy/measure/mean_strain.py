@@ -191,13 +191,22 @@ def _edges_gradient(
     lattice: Lattice, begin: np.ndarray, end: np.ndarray, fitted: np.ndarray, across: dict[int, tuple[int, int]]
 ) -> np.ndarray:
     """The part of the edges of a periodic cell in the gradient, (d, d)."""
-    before, after = lattice.edges(begin), lattice.edges(end)
-    # a cell that was straightened has other edges of the same lattice: those nearest to where the bodies went
-    carried = before @ (np.eye(len(fitted)) + fitted).T
-    after = np.rint(lattice.reduced(carried, after)) @ after
+    before, after = edges_then_and_now(lattice, begin, end, fitted)
     change = np.zeros_like(fitted)
     change[:, lattice.axes] = (after - before).T
     return change @ np.linalg.inv(lattice.basis(before))
+
+
+def edges_then_and_now(
+    lattice: Lattice, begin: np.ndarray, end: np.ndarray, gradient: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Edges of the periodic cell at the beginning, and what became of them [m], (p, d) each.
+
+    A cell that was straightened has other edges of the same lattice: those nearest to where the gradient carried them.
+    """
+    before, after = lattice.edges(begin), lattice.edges(end)
+    carried = before @ (np.eye(len(gradient)) + gradient).T
+    return before, np.rint(lattice.reduced(carried, after)) @ after
 
 
 def _walls_across(normals: dict[int, np.ndarray], axes: list[int]) -> dict[int, tuple[int, int]]:

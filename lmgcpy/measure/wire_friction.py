@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from lmgcpy.contact.lattice import Lattice
 from lmgcpy.errors import named_arguments, whole
 from lmgcpy.measure.contact_forces import contact_forces
 from lmgcpy.measure.contact_kinds import SLIDING, sliding
-from lmgcpy.measure.mean_strain import strain_of
+from lmgcpy.measure.mean_strain import edges_then_and_now, strain_of
 from lmgcpy.measure.moment import Source, moment, motion
 from lmgcpy.measure.table import Table
 from lmgcpy.measure.wire_links import WireLinks, beads_of, chain_paths, links_of
@@ -139,8 +141,9 @@ def bead_slip(sim: Source, *, frame: int | None = None, since: Any = 0, neighbou
 
     ``since`` and ``frame`` as in :func:`mean_strain`. ``from_mean`` leaves out the best fit of one gradient to all
     grains, the bodies of no chain; ``from_neighbours`` that of an affine field to the ``neighbours`` nearest grains, by
-    default 8 in 2D and 16 in 3D. Both leave out an affine field to round-off. The second one contains the scatter of the
-    fit: in the midst of n grains which scatter by s independently of each other it is off by some ``s sqrt(1/n)``.
+    default 8 in 2D and 16 in 3D; in a periodic cell images count. Both leave out an affine field to round-off. The second
+    one contains the scatter of the fit: in the midst of n grains which scatter by s independently of each other it is off
+    by some ``s sqrt(1/n)``.
 
     Raises ValueError where the grains are fewer than d + 1.
     """
@@ -152,8 +155,13 @@ def bead_slip(sim: Source, *, frame: int | None = None, since: Any = 0, neighbou
     body, direction = line["body"], line.pop("direction")
     places, displaced = moved.begin[body], (moved.end - moved.begin)[body]
     from_mean = displaced - fitted.at(places)
-    grains = fitted.position, (moved.end - moved.begin)[fitted.body]
-    from_neighbours = displaced - _surroundings(places, *grains, nearest)
+    x, u = fitted.position, (moved.end - moved.begin)[fitted.body]
+    if now.lattice is None:
+        from_neighbours = displaced - _surroundings(places, x, u, nearest)
+    else:
+        edges = edges_then_and_now(now.lattice, moved.begin, moved.end, fitted.gradient)
+        at, away = _in_the_cell(now.lattice, edges, places, displaced)
+        from_neighbours = away - _surroundings(at, *_with_images(edges, *_in_the_cell(now.lattice, edges, x, u)), nearest)
     return BeadSlip(
         chain=line["chain"],
         body=body,
@@ -164,6 +172,22 @@ def bead_slip(sim: Source, *, frame: int | None = None, since: Any = 0, neighbou
         along_mean=np.einsum("bd,bd->b", from_mean, direction),
         along_neighbours=np.einsum("bd,bd->b", from_neighbours, direction),
     )
+
+
+def _in_the_cell(
+    lattice: Lattice, edges: tuple[np.ndarray, np.ndarray], x: np.ndarray, u: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Places (m, d) of the images that lay in the periodic cell, and their displacements, (m, d)."""
+    before, after = edges
+    shift = np.floor(lattice.reduced(x, before))
+    return x - shift @ before, u - shift @ (after - before)
+
+
+def _with_images(edges: tuple[np.ndarray, np.ndarray], x: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The same with those of all images in the cells around."""
+    before, after = edges
+    shifts = [np.array(shift, dtype=float) for shift in itertools.product((-1, 0, 1), repeat=len(before))]
+    return np.vstack([x + s @ before for s in shifts]), np.vstack([u + s @ (after - before) for s in shifts])
 
 
 def _surroundings(places: np.ndarray, x: np.ndarray, u: np.ndarray, count: int) -> np.ndarray:

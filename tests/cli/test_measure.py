@@ -184,4 +184,5 @@ def test_numbers_are_rounded_to_their_error():
     assert with_error(773.5, 559.3) == "774 +- 559"
     assert with_error(1e-9, 3e-10) == "1e-09 +- 3e-10"
     assert with_error(3.0, float("nan")) == "3"
+    assert with_error(25.49, 2e-13) == "25.49"
     assert with_error(float("nan"), 1.0) == "-"

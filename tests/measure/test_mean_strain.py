@@ -123,6 +123,32 @@ def test_a_periodic_cell_is_the_box():
         assert found.box == pytest.approx(gradient, abs=1e-12)
 
 
+def test_images_surround_a_wire_that_leaves_the_periodic_cell():
+    """A wire and its image three cells to the right and two below, whose displacement differs by that of the cell, slip
+    alike among grains that move by an affine field and one that has the period of the cell."""
+    gradient, wave = np.array([[0.02, 0.05], [0.0, -0.05]]), 0.01
+    rng = np.random.default_rng(6)
+    wire = 0.9 + np.outer(np.arange(5), (0.05, 0.02))
+    shift = np.array([3.0, -2.0])
+    before = np.vstack([wire, wire + shift, rng.uniform(0.0, 1.0, (300, 2))])
+    after = before @ (np.eye(2) + gradient).T + wave * np.sin(2.0 * np.pi * before)
+    after[:10] = before[:10] @ (np.eye(2) + gradient).T
+    scene = lm.Scene(dimension=2)
+    bodies = [scene.add(lm.disk(radius=1e-3, position=p, mass=1.0)) for p in after]
+    scene.chain(bodies[:5], lm.RigidWire())
+    scene.chain(bodies[5:10], lm.RigidWire())
+    scene.periodic(x=(np.eye(2) + gradient)[:, 0], y=(np.eye(2) + gradient)[:, 1])
+    sim = lm.Simulation(scene, time_step=1e-3)
+    since = np.zeros_like(sim.positions)
+    since[np.isfinite(sim.model.extent)] = before
+    since[sim.model.lattice.rows] = np.eye(2)
+    slip = lm.measure.bead_slip(sim, since=since)
+    assert slip.from_neighbours[5:] == pytest.approx(slip.from_neighbours[:5], abs=1e-12)
+    # the wave that the grains follow and the wire does not: curvature over the distance r of eight grains leaves
+    # (2 pi r)^2 / 2 of it, a quarter at r = 0.1
+    assert slip.from_neighbours == pytest.approx(-wave * np.sin(2.0 * np.pi * before[:10]), abs=0.3 * wave)
+
+
 def test_hidden_bodies_do_not_count(affine):
     sim, since = moved(affine[0].scene.dimension, hidden=[BEADS + 4])
     assert np.array_equal(lm.measure.mean_strain(sim, since=since).body, np.delete(np.arange(GRAINS + BEADS), BEADS + 4))
