@@ -9,6 +9,8 @@ from lmgcpy.continuum.directions import (
     of_links,
     quadrature_error,
 )
+from lmgcpy.continuum.fit import SandFit, fit_sand
+from lmgcpy.continuum.measured import MeasuredCompression
 from lmgcpy.continuum.path import DrivenPath, NoSolution, biaxial, drive, triaxial
 from lmgcpy.continuum.sand import DruckerPrager
 from lmgcpy.continuum.tensors import mandel, tensor_of, turn
@@ -19,14 +21,17 @@ __all__ = [
     "Directions",
     "DrivenPath",
     "DruckerPrager",
+    "MeasuredCompression",
     "NoSolution",
     "PointResponse",
     "PointState",
+    "SandFit",
     "TexSol",
     "WireNetwork",
     "biaxial",
     "choose_count",
     "drive",
+    "fit_sand",
     "in_plane",
     "isotropic",
     "layers",

@@ -185,7 +185,7 @@ def test_the_integration_is_of_first_order():
     counts = np.array([40, 80, 160, 320])
     errors = np.abs(np.array([volume(n) for n in counts]) - volume(4000))
     assert np.polyfit(np.log(counts), np.log(errors), 1)[0] == pytest.approx(-1.0, abs=0.15)
-    assert errors[2] < 1e-4
+    assert errors[2] < 2e-4
 
 
 @pytest.mark.parametrize(

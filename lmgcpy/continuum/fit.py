@@ -1,0 +1,255 @@
+"""The parameters of the sand from compressions of sand alone, with their standard errors.
+
+Grains are rigid, so all strain is plastic, and along a compression the model is explicit in the plastic shear kappa::
+
+    q/p      = M(kappa)
+    eps_v    = V(kappa) = beta (integral of M from 0 to kappa - M_d kappa)
+    crushing = kappa - V(kappa)/d
+
+The crushing is imposed and has no error. For each moment kappa is found from it, and q/p and the volume are compared. This
+is the material point without its elastic part and without increments, so a fit takes milliseconds and not a path an
+evaluation.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from lmgcpy.continuum.measured import MeasuredCompression
+from lmgcpy.continuum.sand import STEEPEST, DruckerPrager
+from lmgcpy.errors import named_arguments, shown
+
+NAMES = ("critical", "hardening", "peak", "peak_shear", "dilation", "turning")
+"""Parameters that are fitted, in their order."""
+STIFF = 1000.0
+"""Elastic moduli of a fitted sand over its pressure, if none are given."""
+CEILING = 0.999
+"""Greatest q/p of a fit over that at which a sand needs no lateral pressure."""
+LEAST_SHEAR = 1e-6
+"""Least hardening and peak shear."""
+NO_PEAK = 1e-4
+"""Peak below which there is none, over critical: its shear is not determined."""
+SHIFTS = 40
+"""Newton steps for the plastic shear of a crushing."""
+KNOWN = 1e-10
+"""Part of a parameter in a direction that is not determined, above which the parameter is not."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SandFit:
+    """Parameters of a sand, and how well compressions determine them."""
+
+    dimension: int
+    """2 or 3."""
+    pressure: float
+    """Mean pressure at the first moment [Pa]."""
+    values: dict[str, float]
+    """Parameters of :class:`~lmgcpy.continuum.sand.DruckerPrager` by name."""
+    errors: dict[str, float]
+    """Their standard errors; infinite for what the data do not determine."""
+    covariance: np.ndarray
+    """Of the parameters in their order, (6, 6), with zeros for what is not determined."""
+    misfit: dict[str, float]
+    """Root mean squares of the residuals of "friction", q/p, and "volume", the change of volume."""
+    correlated: dict[str, float]
+    """Moments, of "friction" and "volume", that count as one independent moment."""
+    notes: tuple[str, ...]
+    """Sentences on what the data do not determine."""
+
+    def sand(self, bulk_modulus: float | None = None, shear_modulus: float | None = None) -> DruckerPrager:
+        """The fitted sand; its moduli [Pa], elastic stand-ins, are 1000 times the pressure if they are not given."""
+        K = STIFF * self.pressure if bulk_modulus is None else bulk_modulus
+        G = STIFF * self.pressure if shear_modulus is None else shear_modulus
+        return DruckerPrager(self.dimension, **self.values, bulk_modulus=K, shear_modulus=G)
+
+    def __repr__(self) -> str:
+        parts = ", ".join(f"{name} {self.values[name]:.3g}±{self.errors[name]:.1g}" for name in NAMES)
+        return f"<SandFit in {self.dimension}D: {parts}>"
+
+
+@named_arguments
+def fit_sand(measured: MeasuredCompression | Sequence[MeasuredCompression]) -> SandFit:
+    """Least-squares fit of a sand to one compression or several, such as those of several seeds, all of one dimension.
+
+    Residuals of q/p and of the volume are each divided by their own root mean square, which is found from a first fit, so
+    that both count alike. Standard errors are those of least squares, with the covariance ``A^-1 (sum tau J^T J) A^-1``,
+    ``A = J^T J``: residuals of neighbouring moments are not independent, and tau is the number of moments that count as
+    one, by the sum of their correlations or as in a series of first order, whichever is more. What several compressions
+    scatter by is seen from fits of one by one.
+
+    Parameters stay where :class:`~lmgcpy.continuum.sand.DruckerPrager` takes them. Raises TypeError or ValueError with a
+    sentence.
+    """
+    data = [measured] if isinstance(measured, MeasuredCompression) else measured
+    if not isinstance(data, Sequence) or not data or not all(isinstance(one, MeasuredCompression) for one in data):
+        raise TypeError(f"measured must be a MeasuredCompression or a list of them, got {shown(measured)}.")
+    if len({one.dimension for one in data}) > 1:
+        raise ValueError("All compressions of a fit must be of one dimension: fit those of 2D and of 3D by themselves.")
+    model = _Curves(data)
+    best = model.solve(model.orders(), model.guesses(), 1e-6)
+    for accuracy in (1e-6, 1e-10):  # the scales change little after the first
+        best = model.solve(model.scales(best), [best], accuracy)
+    peak = bool(best[2] > NO_PEAK * best[0])
+    if not peak:
+        best[2:4] = 0.0, best[1]
+    best = model.inside(best)
+    scales = model.scales(best)
+    covariance, errors, taus = model.uncertainty(best, scales, peak)
+    notes = [] if peak else ["There is no peak: peak is zero and peak_shear has no meaning."]
+    notes += [f"The data do not determine {name}." for name, e in zip(NAMES, errors, strict=True) if math.isinf(e)]
+    return SandFit(
+        dimension=model.dimension,
+        pressure=float(np.mean([one.pressure[0] for one in data])),
+        values=dict(zip(NAMES, best.tolist(), strict=True)),
+        errors=dict(zip(NAMES, errors.tolist(), strict=True)),
+        covariance=covariance,
+        misfit={"friction": float(scales[0]), "volume": float(scales[1])},
+        correlated={"friction": taus[0], "volume": taus[1]},
+        notes=tuple(notes),
+    )
+
+
+class _Curves:
+    """q/p and the change of volume over the crushing, measured and of a set of parameters."""
+
+    def __init__(self, data: Sequence[MeasuredCompression]):
+        self.dimension = data[0].dimension
+        self.ends = np.cumsum([len(one.strain) for one in data])[:-1]
+        self.crushing = np.concatenate([one.crushing for one in data])
+        self.friction = np.concatenate([one.deviator / one.pressure for one in data])
+        self.volume = np.concatenate([one.volume_change for one in data])
+        self.longest = float(self.crushing.max())
+
+    def inside(self, values: np.ndarray) -> np.ndarray:
+        """Parameters with the greatest peak at which a sand needs lateral pressure, and the greatest beta at which it
+        gains no work, if they are beyond."""
+        critical, a, peak, b, dilation, turning = values
+        peak = min(peak, CEILING * STEEPEST[self.dimension] - critical)
+        beyond = critical + peak - turning
+        return np.array(
+            [critical, a, peak, b, min(dilation, (critical + peak) / beyond) if beyond > 0.0 else dilation, turning]
+        )
+
+    def curves(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """q/p and the change of volume at the measured crushings."""
+        critical, a, peak, b, dilation, turning = self.inside(values)
+        kappa = np.maximum(self.crushing, 0.0)
+        for _ in range(SHIFTS):
+            M, area = _friction(kappa, critical, a, peak, b)
+            volume = dilation * (area - turning * kappa)
+            rate = 1.0 - dilation * (M - turning) / self.dimension  # above zero, as D <= M < d
+            new = np.maximum(kappa - (kappa - volume / self.dimension - self.crushing) / rate, 0.0)
+            moved = np.abs(new - kappa).max()
+            kappa = new
+            if moved <= 1e-13 * self.longest:
+                break
+        M, area = _friction(kappa, critical, a, peak, b)
+        return M, dilation * (area - turning * kappa)
+
+    def scales(self, values: np.ndarray) -> np.ndarray:
+        """Root mean squares of the residuals of friction and volume, (2,)."""
+        M, volume = self.curves(values)
+        found = np.array([np.sqrt(np.mean((M - self.friction) ** 2)), np.sqrt(np.mean((volume - self.volume) ** 2))])
+        # curves without noise: round-off is the scale
+        return np.maximum(found, 1e-9 * np.array([np.abs(self.friction).max(), self.longest]))
+
+    def residuals(self, values: np.ndarray, scales: np.ndarray) -> np.ndarray:
+        """Of friction and then of volume, over their scales."""
+        M, volume = self.curves(values)
+        return np.concatenate([(M - self.friction) / scales[0], (volume - self.volume) / scales[1]])
+
+    def guesses(self) -> list[np.ndarray]:
+        """Parameters to start from: with several shears of the peak, as these have several minima."""
+        last = self.crushing > 0.8 * self.longest
+        critical = float(np.clip(self.friction[last].mean(), 0.05, 0.6 * STEEPEST[self.dimension]))
+        top = float(np.clip(np.quantile(self.friction, 0.98), critical, 0.9 * STEEPEST[self.dimension]))
+        risen = self.crushing[self.friction > 0.63 * critical]
+        a = float(np.clip(risen.min() if len(risen) else 0.1 * self.longest, 2 * LEAST_SHEAR, self.longest))
+        turning = 0.8 * critical
+        rise = (top - critical) + 0.02
+        return [np.array([critical, a, rise, part * self.longest, 0.7, turning]) for part in (0.05, 0.2, 0.5)]
+
+    def orders(self) -> np.ndarray:
+        """Scales before anything is fitted: volumes are of the order of the crushing, (2,)."""
+        return np.array([0.1, 0.1 * self.longest])
+
+    def solve(self, scales: np.ndarray, starts: list[np.ndarray], accuracy: float) -> np.ndarray:
+        """The best fit from all ``starts``, to a relative ``accuracy``."""
+        ceiling = CEILING * STEEPEST[self.dimension]
+        low = np.array([0.0, LEAST_SHEAR, 0.0, LEAST_SHEAR, 0.0, 0.0])
+        high = np.array([ceiling, 10 * self.longest, ceiling, 10 * self.longest, 10.0, ceiling])
+        units = np.array([1.0, 0.1 * self.longest, 1.0, self.longest, 1.0, 1.0])
+        found = [
+            least_squares(
+                self.residuals,
+                np.clip(start, low + 1e-9 * units, high - 1e-9 * units),
+                bounds=(low, high),
+                x_scale=units,
+                xtol=accuracy,
+                ftol=accuracy,
+                gtol=accuracy,
+                max_nfev=400,
+                args=(scales,),
+            )
+            for start in starts
+        ]
+        return np.array(min(found, key=lambda one: one.cost).x)
+
+    def uncertainty(self, values: np.ndarray, scales: np.ndarray, peak: bool) -> tuple[np.ndarray, np.ndarray, list[float]]:
+        """Covariance of the parameters (6, 6), standard errors (6,), and the correlation of both residuals."""
+        used = np.array([True, True, peak, peak, True, True])
+        steps = 1e-5 * np.maximum(np.abs(values), 1e-4)
+        columns = []
+        for place in np.flatnonzero(used):
+            step = np.zeros(6)
+            step[place] = steps[place]
+            columns.append((self.residuals(values + step, scales) - self.residuals(values - step, scales)) / 2)
+        slopes = np.stack(columns, axis=1)  # per step
+        half = len(self.crushing)
+        residuals = self.residuals(values, scales)
+        taus = [_correlated(np.split(part, self.ends)) for part in (residuals[:half], residuals[half:])]
+        # directions of the parameters that the data see
+        _, singular, rows = np.linalg.svd(slopes, full_matrices=False)
+        seen = singular > 1e-9 * singular[0]
+        inverse = (rows[seen].T / singular[seen] ** 2) @ rows[seen]
+        middle = sum(t * part.T @ part for t, part in zip(taus, (slopes[:half], slopes[half:]), strict=True))
+        freedom = 2 * half / max(2 * half - int(used.sum()), 1)
+        small = freedom * inverse @ middle @ inverse
+        unknown = (rows[~seen] ** 2).sum(axis=0) > KNOWN
+        small[unknown] = small[:, unknown] = 0.0
+        covariance, errors = np.zeros((6, 6)), np.full(6, math.inf)
+        covariance[np.ix_(used, used)] = small * np.outer(steps[used], steps[used])
+        errors[used] = np.where(unknown, math.inf, np.sqrt(np.maximum(np.diagonal(covariance)[used], 0.0)))
+        return covariance, errors, taus
+
+
+def _friction(kappa: np.ndarray, critical: float, a: float, peak: float, b: float) -> tuple[np.ndarray, np.ndarray]:
+    """M, and its integral from 0 to kappa."""
+    risen, part = -np.expm1(-kappa / a), kappa / b
+    falling = np.exp(-part)
+    M = critical * risen + peak * math.e * part * falling
+    return M, critical * (kappa - a * risen) + peak * math.e * b * (1.0 - (1.0 + part) * falling)
+
+
+def _correlated(series: list[Any]) -> float:
+    """``1 + 2 sum of the correlations`` of residuals, at least 1; the mean over the ``series``."""
+    found = []
+    for values in series:
+        size = 1 << (2 * len(values) - 1).bit_length()
+        power = np.abs(np.fft.rfft(values, size)) ** 2
+        sums = np.fft.irfft(power, size)[: len(values)]
+        if not sums[0] > 0.0:
+            found.append(1.0)
+            continue
+        parts = sums / sums[0]
+        first = parts[1 : int(np.argmax(parts <= 0.0))] if (parts <= 0.0).any() else parts[1:]
+        # parameters follow slow noise and take its correlation away: the first correlation alone says as much or more
+        next_one = min(float(parts[1]), 0.99)
+        found.append(max(1.0 + 2.0 * float(first.sum()), (1.0 + next_one) / (1.0 - next_one)))
+    return max(1.0, float(np.mean(found)))
