@@ -56,6 +56,7 @@ def test_a_path_without_noise_gives_its_parameters_back(dimension):
     np.testing.assert_allclose(again.volume_change, driven(dimension).volume_change, atol=2e-4)
 
 
+@pytest.mark.default_parameters("3-0.8")
 @pytest.mark.parametrize(("dimension", "memory"), [(2, 0.0), (3, 0.8)])
 def test_standard_errors_are_what_50_noisy_draws_scatter_by(dimension, memory):
     """A standard deviation of 50 draws is known to 10 %, so its ratio lies in 0.7 to 1.3; 1.45 where noise has a memory.
