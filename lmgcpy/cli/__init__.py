@@ -7,7 +7,7 @@ import warnings
 import click
 
 import lmgcpy
-from lmgcpy.cli import campaign, column, laws, measure, run, solve, texsol, view, warmup
+from lmgcpy.cli import campaign, column, continuum, laws, measure, run, solve, texsol, view, warmup
 from lmgcpy.errors import closest, shown
 
 EXPECTED = (ValueError, TypeError, LookupError, OSError, RuntimeError, FloatingPointError, ImportError, MemoryError)
@@ -75,6 +75,7 @@ for command in (
     texsol.texsol,
     column.column,
     campaign.campaign,
+    continuum.continuum,
     *run.COMMANDS,
     measure.measure,
     *solve.COMMANDS,

@@ -1,0 +1,199 @@
+"""What ``lmgcpy continuum`` writes: a page, a table of how far the models are off, curves, and a figure for every test."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lmgcpy.experiment.continuum.comparison import Comparison
+from lmgcpy.experiment.continuum.prediction import Miss, Prediction, mean_curves, miss
+from lmgcpy.experiment.study.report import ReportFolder, markdown, sections, texts, versions
+from lmgcpy.sample.arguments import AXES
+from lmgcpy.view.figures import new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+MODELS = {"local": "local model", "anchored": "anchored wire"}
+"""The models by their field in a prediction."""
+COLORS = {"sand": "tab:olive", "run": "black", "local": "tab:red", "anchored": "tab:blue"}
+HIGHEST = 1.6
+"""Greatest ordinate of a figure over that of the run: the local model leaves it."""
+
+
+def write_comparison(found: Comparison, path: Path) -> list[Path]:
+    """Write the report into a folder; returns the paths, the page last."""
+    folder = ReportFolder(path)
+    for name, many in found.predictions.items():
+        folder.figure(f"prediction-{name}.png", figure(name, many))
+    folder.table("curves.csv", [columns(name, one) for name, many in found.predictions.items() for one in many])
+    folder.table("errors.csv", [error_columns(found)])
+    folder.text("continuum.md", page(found))
+    return folder.written
+
+
+def columns(name: str, one: Prediction) -> dict[str, list[str]]:
+    """Columns of the curves of a test: the run, the sand, both models."""
+    moments = np.linspace(0.0, float(one.run.crushing[-1]), 101)[1:]
+    table = {"test": [name] * 100, "seed": [str(one.seed)] * 100, "crushing": texts(moments, ".5g")}
+    for kind in ("run", "sand", *MODELS):
+        there = getattr(one, kind).at(moments)
+        table[f"{kind}: deviator [Pa]"] = texts(there.deviator, ".5g")
+        table[f"{kind}: change of volume"] = texts(there.volume, ".4g")
+        for k, column in enumerate(there.wire.T):
+            table[f"{kind}: wire's part along {AXES[k]} [Pa]"] = texts(column, ".4g")
+    return table
+
+
+def errors_of(found: Comparison) -> list[tuple[str, str, list[Miss]]]:
+    """Test, model, and how far it is off in each study."""
+    return [
+        (name, model, [miss(one, getattr(one, model)) for one in many])
+        for name, many in found.predictions.items()
+        for model in MODELS
+    ]
+
+
+def error_columns(found: Comparison) -> dict[str, list[str]]:
+    """The table of errors by study."""
+    rows = [
+        (name, model, str(study.seed), f"{one.deviator:.4g}", f"{one.volume:.4g}", *(f"{part:.4g}" for part in one.wire))
+        for name, model, misses in errors_of(found)
+        for study, one in zip(found.studies, misses, strict=True)
+    ]
+    wire = [f"wire's part along {axis} [Pa]" for axis, _ in zip(AXES, found.wires[0].direction.T, strict=False)]
+    head = ["test", "model", "seed", "deviator, relative", "change of volume", *wire]
+    return {title: [row[k] for row in rows] for k, title in enumerate(head)}
+
+
+def page(found: Comparison) -> str:
+    """The page in Markdown."""
+    return sections(
+        "The continuous model beside the runs", [setting(found), table_of_errors(found), table_of_wire(found), versions()]
+    )
+
+
+def setting(found: Comparison) -> str:
+    """What was compared, and what was measured."""
+    seeds = ", ".join(str(study.seed) for study in found.studies)
+    d = len(found.wires[0].direction.T)
+    size = np.mean(found.diameters)
+    spans = np.array([one.span for one in found.anchorages]) / found.diameters
+    strengths = np.array([one.strength for one in found.anchorages]) / np.array(found.diameters) ** (d - 1)
+    several = len(found.studies) > 1
+    own = "each prediction uses the mean of the other seeds" if several else "so that this test is no prediction for it"
+    fabric = np.mean([_fabric(wire.direction, wire.length) for wire in found.wires], axis=0)
+    return (
+        f"Seed{'s' if several else ''} {seeds}. The sand is fitted to the test without a wire along the same axis, nothing "
+        f"else is fitted. Grains of {1e3 * size:.3g} mm; content of wire (length x d^{d - 1} / volume) "
+        f"{np.mean([wire.content for wire in found.wires]) * size ** (d - 1):.3g}; mean squares of the direction of its "
+        f"links along {', '.join(AXES[:d])}: {', '.join(f'{value:.3f}' for value in fabric)}.\n\n"
+        f"The anchored wire: spans of {spans.mean():.1f} d{_scatter(spans, '.1f')} that share a tension of at most "
+        f"{strengths.mean():.2f} p d^{d - 1}{_scatter(strengths, '.2f')}, p the pressure of the sand, measured in the test "
+        f"{found.measured_in}; {own}. Median slack of its spans "
+        f"{100 * np.median(np.concatenate([wire.winding for wire in found.wires])):.1f} %."
+    )
+
+
+def _fabric(direction: np.ndarray, length: np.ndarray) -> np.ndarray:
+    return (direction**2 * length[:, None]).sum(axis=0) / length.sum()
+
+
+def _scatter(values: np.ndarray, form: str) -> str:
+    """The standard deviation of several, in brackets."""
+    return f" (standard deviation {format(values.std(ddof=1), form)})" if len(values) > 1 else ""
+
+
+def table_of_errors(found: Comparison) -> str:
+    """How far the models are off, beside the scatter of the runs."""
+    rows = []
+    for name, many in found.predictions.items():
+        mean, scatter = mean_curves([one.run for one in many])
+        bare, _ = mean_curves([one.sand for one in many])
+        late = slice(int(0.8 * len(mean.crushing)), None)
+        row = {
+            "test": name,
+            "sand late [kPa]": f"{1e-3 * bare.deviator[late].mean():.0f}",
+            "run late [kPa]": f"{1e-3 * mean.deviator[late].mean():.0f}",
+            "scatter of seeds": f"{100 * scatter.deviator[late].mean() / mean.deviator[late].mean():.0f} %"
+            if many[1:]
+            else "",
+        }
+        for model, words in MODELS.items():
+            misses = [miss(one, getattr(one, model)) for one in many]
+            deviator = np.array([one.deviator for one in misses])
+            row[f"{words}: deviator off by"] = _percent(deviator)
+            row[f"{words}: volume off by"] = _percent(np.array([one.volume for one in misses]), 2)
+        rows.append(row)
+    return (
+        "## Deviator and volume\n\nMean distance from the run over the test after its first tenth: of the deviator "
+        "relative to its mean, of the change of volume in points; mean of the seeds. Late is the last fifth.\n\n"
+        f"{markdown(rows)}"
+    )
+
+
+def _percent(values: np.ndarray, digits: int = 0) -> str:
+    if np.isinf(values).any():
+        return "no solution"
+    return f"{100 * values.mean():.{digits}f} %"
+
+
+def table_of_wire(found: Comparison) -> str:
+    """The wire's part of the stress, by component, in the last fifth of the tests."""
+    rows = []
+    for name, many in found.predictions.items():
+        for kind, words in (("run", "run"), *MODELS.items()):
+            mean, scatter = mean_curves([getattr(one, kind) for one in many])
+            late = slice(int(0.8 * len(mean.crushing)), None)
+            parts = [
+                f"{1e-3 * part:.1f}" + (f" ± {1e-3 * error:.1f}" if many[1:] else "")
+                for part, error in zip(mean.wire[late].mean(axis=0), scatter.wire[late].mean(axis=0), strict=True)
+            ]
+            heads = [f"along {axis} [kPa]" for axis, _ in zip(AXES, parts, strict=False)]
+            rows.append({"test": name, "": words, **dict(zip(heads, parts, strict=True))})
+    return (
+        "## The wire's part of the stress\n\nNormal components in the last fifth, traction positive"
+        f"{', with the standard deviation of the seeds' if len(found.studies) > 1 else ''}.\n\n{markdown(rows)}"
+    )
+
+
+def figure(name: str, many: list[Prediction]) -> Figure:
+    """Deviator, change of volume and the wire's part of the stress: runs, and what the models say."""
+    drawn = new_figure(12.0, 4.2)
+    panels = drawn.subplots(1, 3)
+    d = many[0].run.wire.shape[1]
+    across = [k for k in range(d) if AXES[k] != many[0].axis]
+    quantities = (
+        ("deviator [kPa]", lambda one: 1e-3 * one.deviator),
+        ("change of volume, dilation positive [%]", lambda one: 100.0 * one.volume),
+        ("wire's part, mean across the axis [kPa]", lambda one: 1e-3 * one.wire[:, across].mean(axis=1)),
+    )
+    for axes, (words, of) in zip(panels, quantities, strict=True):
+        _draw(axes, many, of)
+        axes.set_xlabel("crushing, logarithmic [%]")
+        axes.set_ylabel(words)
+        axes.set_xlim(left=0.0)
+    drawn.suptitle(f"{name}: run and prediction" + (f", {len(many)} seeds" if many[1:] else ""))
+    drawn.legend(*panels[0].get_legend_handles_labels(), frameon=False, ncols=4, loc="outside lower center")
+    return drawn
+
+
+def _draw(axes: Axes, many: list[Prediction], of) -> None:
+    """Curves of a panel, means over the seeds with a band of one standard deviation for the run."""
+    labels = {"sand": "sand, run", "run": "with the wire, run", **{k: f"{v}, predicted" for k, v in MODELS.items()}}
+    low, high = np.inf, -np.inf
+    for kind, label in labels.items():
+        mean, _ = mean_curves([getattr(one, kind) for one in many])
+        values = of(mean)
+        percent = 100.0 * mean.crushing
+        axes.plot(percent, values, color=COLORS[kind], label=label, linestyle="--" if kind in MODELS else "-")
+        if kind == "run" and many[1:]:
+            spread = np.std([of(one.run.at(mean.crushing)) for one in many], axis=0, ddof=1)
+            axes.fill_between(percent, values - spread, values + spread, color="black", alpha=0.15, linewidth=0)
+        if kind != "local":
+            low, high = min(low, float(np.nanmin(values))), max(high, float(np.nanmax(values)))
+    room = HIGHEST - 1.0
+    axes.set_ylim(low - 0.1 * room * (high - low), high + room * (high - low))

@@ -1,0 +1,125 @@
+"""The wire of a sample as the continuous model takes it: as it lies at the start of a test, and as the sand holds it.
+
+The local model takes each link for a wire of its own that follows the mean strain: length per volume, directions and slack
+are those of the links. The anchored one is what the runs call for (docs/continuum.md):
+
+* **span**: a wire slips along itself, so that a span of it shares one tension. Its length is the correlation length of
+  the tension along the wire.
+* **slack**: a span is straightened before it pulls, as the pores are wide enough for what it winds within a grain. Its
+  slack is what the chord over one grain is shorter than the wire.
+* **anchorage**: sand holds a wire with a force that grows with its pressure. A wire that would pull more slips. Its
+  greatest tension is the mean tension of the links that pull, over the pressure of the sand.
+
+Span and anchorage are measured in a run, slack in the sample.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from lmgcpy.continuum import Directions, WireNetwork, spans_of
+from lmgcpy.experiment.box import Sample
+from lmgcpy.experiment.compression import CompressionRecord
+from lmgcpy.io.run import Run
+from lmgcpy.measure import tension_correlation, wire_links
+
+EARLY = 0.2
+"""Part of a test whose frames are not measured: the wire is slack there."""
+LAGS = 400
+"""Links over which the tension is correlated at most."""
+
+
+@dataclass(frozen=True)
+class Anchorage:
+    """How the sand holds a wire."""
+
+    span: float
+    """Length of wire that shares a tension [m]."""
+    strength: float
+    """Greatest tension over the pressure of the sand [m^2], in 2D [m]."""
+
+
+@dataclass(frozen=True)
+class LaidWire:
+    """The l links of the wires of a sample, in d dimensions."""
+
+    direction: np.ndarray
+    """(l, d)."""
+    length: np.ndarray
+    """Lengths at which they pull [m], (l,)."""
+    slack: np.ndarray
+    """What they are shorter than that, relative to it, (l,)."""
+    winding: np.ndarray
+    """The same of the chord around each link that is as long as a grain, (l,)."""
+    chain: np.ndarray
+    """Number of the wire, (l,)."""
+    volume: float
+    """Volume of the sample [m^3], in 2D its area [m^2]."""
+
+    @classmethod
+    def of(cls, sample: Sample) -> LaidWire:
+        """The wires of a sample; ValueError if it has none."""
+        if not sample.wires:
+            raise ValueError("The sample has no wire, and so nothing to predict: take a study with beads.")
+        parts = [_links(sample, chain) for chain in sample.chains]
+        direction, length, slack, winding = (np.concatenate(part) for part in zip(*parts, strict=True))
+        chain = np.repeat(np.arange(len(parts)), [len(part[1]) for part in parts])
+        return cls(direction, length, slack, winding, chain, float(np.prod(sample.box)))
+
+    @property
+    def content(self) -> float:
+        """Length of wire per volume [1/m^2], in 2D [1/m]."""
+        return float(self.length.sum()) / self.volume
+
+    def local(self, axial_rigidity: float) -> WireNetwork:
+        """The network of the local model; ``axial_rigidity`` EA [N]."""
+        return WireNetwork(self.content, axial_rigidity, Directions(self.direction, self.length), slack=self.slack)
+
+    def anchored(self, axial_rigidity: float, held: Anchorage) -> WireNetwork:
+        """The network of spans that share a tension and slip."""
+        spans = spans_of(self.direction, self.length, held.span, self.chain)
+        return WireNetwork(self.content, axial_rigidity, spans, slack=self.winding, anchorage=held.strength)
+
+
+def _links(sample: Sample, chain: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Direction, reference length, slack and winding of the links of a chain."""
+    places = sample.positions[chain]
+    branch = np.diff(places, axis=0)
+    distance = np.linalg.norm(branch, axis=1)
+    # a link that is longer than the reference of the sample keeps its length, as in the tests
+    length = np.maximum(sample.reference_gap + sample.radii[chain[1:]] + sample.radii[chain[:-1]], distance)
+    count = len(length)
+    over = min(max(1, round(sample.diameter / float(length.mean()))), count)
+    first = np.clip(np.arange(count) - over // 2, 0, count - over)
+    along = np.concatenate([[0.0], np.cumsum(length)])
+    chord = np.linalg.norm(places[first + over] - places[first], axis=1)
+    winding = 1.0 - chord / (along[first + over] - along[first])
+    return branch / distance[:, None], length, 1.0 - distance / length, winding
+
+
+def measured_anchorage(run: Run, record: CompressionRecord) -> Anchorage:
+    """How the sand held the wire in a test: means over the frames after its first fifth.
+
+    Raises ValueError if no link pulls in them.
+    """
+    steps = run.steps
+    spans, strengths = [], []
+    pressure = -np.trace(record.stress["sand"], axis1=1, axis2=2) / record.size.shape[1]
+    for frame in np.flatnonzero(steps > EARLY * steps[-1]).tolist():
+        links = wire_links(run, frame=frame)
+        if not links.taut.any():
+            continue
+        span = tension_correlation(run, frame=frame, lags=LAGS).correlation_length
+        spans.append(span if np.isfinite(span) else 0.0)
+        strengths.append(links.tension[links.taut].mean() / pressure[steps[frame] - 1])
+    if not strengths:
+        raise ValueError(f"No link pulls in '{run.path}': there is no tension to measure how the sand holds the wire.")
+    return Anchorage(float(np.mean(spans)), float(np.mean(strengths)))
+
+
+def mean_anchorage(found: Sequence[Anchorage]) -> Anchorage:
+    """The mean of several."""
+    return Anchorage(float(np.mean([one.span for one in found])), float(np.mean([one.strength for one in found])))

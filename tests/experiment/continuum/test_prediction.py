@@ -1,0 +1,223 @@
+"""The continuous model beside the runs: wires, samples and curves whose answer is known, and a small study end to end."""
+
+import csv
+import json
+import shutil
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import lmgcpy as lm
+from lmgcpy.cli import main
+from lmgcpy.continuum import MeasuredCompression, fit_sand
+from lmgcpy.experiment.box import Sample
+from lmgcpy.experiment.continuum import prediction as model
+from lmgcpy.experiment.continuum.prediction import Curves, Prediction, driven, mean_curves, miss
+from lmgcpy.experiment.continuum.wire import Anchorage, LaidWire, mean_anchorage, measured_anchorage
+
+TINY = ["--laws", "none,elastic-wire,rigid-wire", "--grains", "30", "--beads", "12", "--strain", "5", "--tolerance", "0.1"]
+
+
+def run(*arguments):
+    return CliRunner().invoke(main, [str(argument) for argument in arguments])
+
+
+def zigzag(links, half_angle, *, slack=0.0, grains=0):
+    """A sample whose wire goes along x in links of 1 mm that turn up and down by ``half_angle``; grains are 2 mm wide."""
+    step = 1e-3 * np.array([np.cos(half_angle), np.sin(half_angle)])
+    moves = np.array([step * (1.0, 1.0 if k % 2 else -1.0) for k in range(links)])
+    beads = np.array([2e-3, 5e-3]) + np.vstack([np.zeros(2), np.cumsum(moves, axis=0)])
+    box = np.array([beads[-1, 0] + 2e-3, 1e-2])
+    extra = np.column_stack([np.linspace(1e-3, box[0] - 1e-3, grains), np.full(grains, 8e-3)])
+    radii = np.concatenate([np.full(len(beads), 1e-4), np.full(grains, 1e-3)])
+    gap = 1e-3 / (1.0 - slack) - 2e-4
+    return Sample(np.vstack([beads, extra]), radii, wires=(len(beads),), reference_gap=gap, box=box)
+
+
+# --------------------------------------------------------------------------------------------------------- the wire
+
+
+def test_a_straight_wire_lies_along_its_axis():
+    sample = zigzag(10, 0.0, grains=4)
+    laid = LaidWire.of(sample)
+    np.testing.assert_allclose(laid.direction, [[1.0, 0.0]] * 10, atol=1e-12)
+    assert laid.content == pytest.approx(10e-3 / np.prod(sample.box))
+    np.testing.assert_allclose(laid.slack, 0.0, atol=1e-12)
+    np.testing.assert_allclose(laid.winding, 0.0, atol=1e-12)
+
+
+def test_a_winding_wire_has_slack_over_a_grain():
+    """Over two links, a grain of 2 mm, the chord is ``cos a`` of the wire; links themselves have their own slack only."""
+    laid = LaidWire.of(zigzag(10, 0.3, slack=0.01, grains=4))
+    np.testing.assert_allclose(laid.slack, 0.01, rtol=1e-9)
+    np.testing.assert_allclose(laid.winding, 1.0 - 0.99 * np.cos(0.3), rtol=1e-9)
+
+
+def test_networks_have_what_was_laid():
+    laid = LaidWire.of(zigzag(10, 0.3, grains=4))
+    local, held = laid.local(50.0), laid.anchored(50.0, Anchorage(span=2e-3, strength=1e-3))
+    assert local.length == held.length == laid.content
+    assert held.anchorage == 1e-3
+    # a span of two links has the mean of both directions: c^2 along x, s^2 along y, and no product
+    np.testing.assert_allclose(held.products[4], [np.cos(0.3) ** 2, np.sin(0.3) ** 2, 0.0], atol=0.06)
+    strain = np.array([0.01, 0.0, 0.0])
+    assert local.stress(strain)[0] == pytest.approx(laid.content * 50.0 * 0.01 * np.cos(0.3) ** 4)
+
+
+def test_a_sample_without_a_wire_gets_a_sentence():
+    sample = Sample(np.array([[1.0, 1.0]]), np.array([0.5]), wires=(), reference_gap=0.0, box=np.array([2.0, 2.0]))
+    with pytest.raises(ValueError, match="has no wire"):
+        LaidWire.of(sample)
+
+
+def test_the_mean_of_what_was_measured():
+    assert mean_anchorage([Anchorage(1.0, 2.0), Anchorage(3.0, 6.0)]) == Anchorage(2.0, 4.0)
+
+
+# ------------------------------------------------------------------------------------------------------- predictions
+
+
+def sand():
+    """A fitted sand: q/p rises to 0.6 within 1 %, and dilates by 0.2 of its shear."""
+    crushing = np.linspace(0.0005, 0.1, 200)
+    friction, pressure = 0.6 * -np.expm1(-crushing / 0.002), 1e5
+    # q = M p, p = p_lateral + q / 2 in 2D
+    deviator = friction * pressure / (1.0 - 0.5 * friction)
+    stress = np.column_stack([np.full(200, -pressure), -pressure - deviator])
+    return fit_sand(MeasuredCompression(axis="y", strain=np.column_stack([1.2 * crushing, -crushing]), stress=stress))
+
+
+def test_without_a_wire_the_sand_is_found_again():
+    found = driven(sand(), None, "y", 0.1, 1e5)
+    assert found.deviator[-1] == pytest.approx(0.6e5 / 0.7, rel=1e-3)
+    assert found.volume[-1] == pytest.approx(0.02, rel=0.02)  # the first moment is not at zero
+    assert not found.wire.any()
+
+
+def test_a_wire_that_is_drawn_taut_confines():
+    """All tension at its bound: sigma_xx of the wire is L chi p, and q grows as if the lateral pressure did by that."""
+    laid = LaidWire.of(zigzag(10, 0.0, grains=4))
+    held = Anchorage(span=1e-2, strength=0.1 / laid.content)
+    found = driven(sand(), laid.anchored(1e6, held), "y", 0.1, 1e5)
+    # p = (axial + lateral)/2, lateral = p_0 + 0.1 p, axial - lateral = 0.6 p: p = p_0 / (1 - 0.3 - 0.1)
+    pressure = 1e5 / 0.6
+    assert found.wire[-1, 0] == pytest.approx(0.1 * pressure, rel=2e-3)
+    assert found.deviator[-1] == pytest.approx(0.7 * pressure, rel=2e-3)  # axial - p_0
+
+
+def test_the_rigid_limit_is_reached():
+    laid = LaidWire.of(zigzag(10, 0.2, grains=4))
+    held, scale = Anchorage(span=4e-3, strength=0.1 / laid.content), 1e5 * 2e-3
+    ends = [driven(sand(), laid.anchored(k * model.RIGID * scale, held), "y", 0.08, 1e5).deviator for k in (1.0, 10.0)]
+    # where the wire is drawn taut the curves differ by the strain that takes
+    assert np.abs(ends[0] - ends[1]).mean() < 0.01 * ends[1].mean()
+
+
+def test_what_has_no_solution_ends_where_it_does(monkeypatch):
+    original = model.biaxial
+    monkeypatch.setattr(model, "biaxial", lambda *arguments, **options: fails(original, *arguments, **options))
+    assert driven(sand(), None, "y", 0.1, 1e5).crushing[-1] == pytest.approx(0.05)
+
+
+def fails(original, material, strain, **options):
+    if -strain[-1] > 0.051:
+        raise model.NoSolution
+    return original(material, strain, **options)
+
+
+def curves(factor=1.0, last=0.1):
+    crushing = np.linspace(0.0, last, 50)
+    return Curves(
+        crushing, factor * 1e5 * crushing, factor * crushing, factor * np.column_stack([1e4 * crushing, crushing])
+    )
+
+
+def test_the_miss_of_a_model():
+    one = Prediction("y", "rigid-wire", 0, curves(), curves(), curves(1.2), curves(last=0.05))
+    assert miss(one, one.run).deviator == 0.0
+    found = miss(one, one.local)
+    mean = np.mean(one.judged())
+    assert found.deviator == pytest.approx(0.2)
+    assert found.volume == pytest.approx(0.2 * mean)
+    np.testing.assert_allclose(found.wire, [0.2e4 * mean, 0.2 * mean])
+    assert miss(one, one.anchored).deviator == np.inf  # it ended half-way
+
+
+def test_means_over_seeds_end_with_the_shortest():
+    mean, scatter = mean_curves([curves(1.0), curves(2.0, last=0.05)])
+    assert mean.crushing[-1] == 0.05
+    assert mean.deviator[-1] == pytest.approx(1.5 * 1e5 * 0.05)
+    assert scatter.deviator[-1] == pytest.approx(np.sqrt(0.5) * 1e5 * 0.05)
+    assert mean_curves([curves()])[1].deviator.max() == 0.0
+
+
+# ------------------------------------------------------------------------------------------------------- end to end
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory):
+    out = tmp_path_factory.mktemp("continuum") / "study"
+    done = run("texsol", *TINY, "--seed", "1", "--out", out)
+    assert done.exit_code == 0, done.output
+    return out
+
+
+@pytest.mark.long
+def test_a_study_is_predicted(study, tmp_path):
+    done = run("continuum", study, "--out", tmp_path / "out")
+    assert done.exit_code == 0, done.output
+    names = ("elastic-wire", "rigid-wire")
+    figures = [f"prediction-{name}.png" for name in names]
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {*figures, "curves.csv", "errors.csv", "continuum.md"}
+    with (tmp_path / "out" / "errors.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [(row["test"], row["model"]) for row in rows] == [(n, m) for n in names for m in ("local", "anchored")]
+    with (tmp_path / "out" / "curves.csv").open() as file:
+        assert len(list(csv.DictReader(file))) == 200
+    page = (tmp_path / "out" / "continuum.md").read_text()
+    assert "measured in the test elastic-wire; so that this test is no prediction" in page
+    again = run("continuum", study, "--out", tmp_path / "out")
+    assert again.exit_code == 1
+    assert "is not empty" in again.output
+
+
+@pytest.mark.long
+def test_what_is_measured_is_what_the_run_holds(study):
+    """Mean tension over the pressure of the sand, from the interactions of the frames by hand."""
+    from lmgcpy.experiment import StudyFolder, carry_out_study
+    from lmgcpy.experiment.texsol.study import TexSolStudy
+
+    folder = StudyFolder(study, TexSolStudy)
+    record = carry_out_study(folder.read(), None, folder, resume=True).records["elastic-wire"]
+    with lm.io.open_run(folder.run_file("elastic-wire")) as test:
+        found = measured_anchorage(test, record)
+        ratios = []
+        for frame in np.flatnonzero(test.steps > 0.2 * test.steps[-1]):
+            net = test.interactions(frame)
+            pull = -net.force[net.law == "elastic-wire", 0]
+            pressure = -np.trace(record.stress["sand"][test.steps[frame] - 1]) / 2
+            if (pull > 0).any():
+                ratios.append(pull[pull > 0].mean() / pressure)
+    assert found.strength == pytest.approx(np.mean(ratios), rel=1e-12)
+    assert found.span > 0.0
+
+
+@pytest.mark.long
+def test_mistakes_get_sentences(study, tmp_path):
+    def told(*folders):
+        done = run("continuum", *folders, "--out", tmp_path / "out")
+        assert done.exit_code == 1
+        return done.output
+
+    assert "There is no study" in told(tmp_path / "nothing")
+    lacking = shutil.copytree(study, tmp_path / "lacking")
+    (lacking / "runs" / "none.h5").unlink()
+    assert "is not complete" in told(lacking)
+    changes = ("laws", ["rigid-wire"], "fitted to 'none'"), ("friction", 0.3, "differs from the first in friction")
+    for field, value, words in changes:
+        other = shutil.copytree(study, tmp_path / field)
+        about = json.loads((other / "study.json").read_text())
+        about["study"][field] = value
+        (other / "study.json").write_text(json.dumps(about))
+        assert words in told(study, other)
