@@ -13,6 +13,7 @@ from lmgcpy.continuum.fit import SandFit, fit_sand
 from lmgcpy.continuum.measured import MeasuredCompression
 from lmgcpy.continuum.path import DrivenPath, NoSolution, biaxial, drive, triaxial
 from lmgcpy.continuum.sand import DruckerPrager
+from lmgcpy.continuum.spans import Spans, spans_of
 from lmgcpy.continuum.tensors import mandel, tensor_of, turn
 from lmgcpy.continuum.texsol import PointResponse, PointState, TexSol
 from lmgcpy.continuum.wire import WireNetwork
@@ -26,6 +27,7 @@ __all__ = [
     "PointResponse",
     "PointState",
     "SandFit",
+    "Spans",
     "TexSol",
     "WireNetwork",
     "biaxial",
@@ -38,6 +40,7 @@ __all__ = [
     "mandel",
     "of_links",
     "quadrature_error",
+    "spans_of",
     "tensor_of",
     "triaxial",
     "turn",

@@ -64,6 +64,11 @@ class Directions:
         return self.units.shape[1]
 
     @property
+    def products(self) -> np.ndarray:
+        """Vectors of n (x) n in Mandel's notation, (k, m)."""
+        return dyads(self.units)
+
+    @property
     def fabric(self) -> np.ndarray:
         """Mean of n (x) n, (d, d); its trace is 1."""
         return (self.units * self.weights[:, None]).T @ self.units

@@ -22,7 +22,8 @@ import numpy as np
 
 from lmgcpy.continuum.directions import Directions
 from lmgcpy.continuum.dual import dual_strain
-from lmgcpy.continuum.tensors import SIZE, dyads
+from lmgcpy.continuum.spans import Spans
+from lmgcpy.continuum.tensors import SIZE
 from lmgcpy.errors import named_arguments, number, numbers, shown
 
 
@@ -45,7 +46,8 @@ class WireNetwork:
     """Wires of all ``directions``, with the same axial rigidity.
 
     ``length`` L: length of wire per volume [m/m^3], in 2D per area [m/m^2]; ``axial_rigidity`` EA [N], in 2D per metre of
-    depth as all forces; ``directions``: their :class:`~lmgcpy.continuum.directions.Directions`; ``slack``: strain at which
+    depth as all forces; ``directions``: their :class:`~lmgcpy.continuum.directions.Directions`, or the
+    :class:`~lmgcpy.continuum.spans.Spans` that share a tension; ``slack``: strain at which
     a wire begins to pull, a number or one for each direction, negative where it pulls from the start; ``anchorage`` chi:
     greatest tension over the pressure of the sand [m^2], in 2D [m]; infinite: wires do not slip.
 
@@ -54,7 +56,7 @@ class WireNetwork:
 
     length: float
     axial_rigidity: float
-    directions: Directions
+    directions: Directions | Spans
     slack: Any = 0.0
     anchorage: float = math.inf
     products: np.ndarray = field(init=False)
@@ -63,8 +65,10 @@ class WireNetwork:
     """L EA w_k [Pa], (k,)."""
 
     def __post_init__(self) -> None:
-        if not isinstance(self.directions, Directions):
-            raise TypeError(f"directions must be Directions, such as isotropic(3) makes, got {shown(self.directions)}.")
+        if not isinstance(self.directions, (Directions, Spans)):
+            raise TypeError(
+                f"directions must be Directions, such as isotropic(3) makes, or Spans, got {shown(self.directions)}."
+            )
         put = object.__setattr__
         put(self, "length", number(self.length, "length", above=0.0, unit="m/m^d"))
         put(self, "axial_rigidity", number(self.axial_rigidity, "axial_rigidity", above=0.0, unit="N"))
@@ -76,7 +80,7 @@ class WireNetwork:
         put(self, "slack", np.full(len(self.directions), slack) if slack.shape == () else slack)
         if self.anchorage != math.inf:
             put(self, "anchorage", number(self.anchorage, "anchorage", above=0.0, unit="m^2 (in 2D m)"))
-        put(self, "products", dyads(self.directions.units))
+        put(self, "products", self.directions.products)
         put(self, "stiffnesses", self.length * self.axial_rigidity * self.directions.weights)
 
     @property
