@@ -70,8 +70,8 @@ def halves(image):
     return image[:, :middle], image[:, middle:]
 
 
-def test_there_are_seven_short_ones_each_with_its_picture_on_the_page():
-    assert [int(path.name[:2]) for path in TUTORIALS] == list(range(1, 8))
+def test_there_are_eight_short_ones_each_with_its_picture_on_the_page():
+    assert [int(path.name[:2]) for path in TUTORIALS] == list(range(1, 9))
     page = PAGE.read_text()
     for number, path in enumerate(TUTORIALS, 1):
         assert len(path.read_text().splitlines()) < 150, path.name
@@ -214,3 +214,16 @@ def test_7_going_on_is_bit_for_bit_and_paraview_gets_it_all(tmp_path):
     assert blue(picture) > 5000
     red = (picture[..., 0] > 90) & (picture[..., 1] < picture[..., 0] // 3)
     assert red.sum() > 5000
+
+
+@pytest.mark.long
+def test_8_what_slips_bears_less_and_the_anchored_wire_is_nearer_to_the_run(tmp_path):
+    text, folder = follow(8, tmp_path)
+    sand, held, slipping = numbers(text, "sand alone")[0], numbers(text, "wire, held"), numbers(text, "wire, slipping")
+    M = 6.0 * np.sin(np.radians(20.0)) / (3.0 - np.sin(np.radians(20.0)))
+    assert sand == pytest.approx(100.0 * M / (1.0 - M / 3.0), rel=2e-3)  # q = M p, p = p_lateral + q/3
+    assert held[0] > slipping[0] > sand
+    assert held[0] > held[1] > sand
+    q = {name: numbers(text, f"{name} ")[-1] for name in ("run", "local", "anchored")}
+    assert abs(q["anchored"] - q["run"]) < 0.3 * q["run"] < abs(q["local"] - q["run"])
+    assert (pixels(folder / "prediction-elastic-wire.png") < 100).sum() > 5000
