@@ -83,16 +83,16 @@ def setting(found: Comparison) -> str:
     size = np.mean(found.diameters)
     spans = np.array([one.span for one in found.anchorages]) / found.diameters
     strengths = np.array([one.strength for one in found.anchorages]) / np.array(found.diameters) ** (d - 1)
-    several = len(found.studies) > 1
+    several, power = len(found.studies) > 1, "d" if d == 2 else "d^2"
     own = "each prediction uses the mean of the other seeds" if several else "so that this test is no prediction for it"
     fabric = np.mean([_fabric(wire.direction, wire.length) for wire in found.wires], axis=0)
     return (
         f"Seed{'s' if several else ''} {seeds}. The sand is fitted to the test without a wire along the same axis, nothing "
-        f"else is fitted. Grains of {1e3 * size:.3g} mm; content of wire (length x d^{d - 1} / volume) "
+        f"else is fitted. Grains of {1e3 * size:.3g} mm; content of wire (length x {power} / volume) "
         f"{np.mean([wire.content for wire in found.wires]) * size ** (d - 1):.3g}; mean squares of the direction of its "
         f"links along {', '.join(AXES[:d])}: {', '.join(f'{value:.3f}' for value in fabric)}.\n\n"
         f"The anchored wire: spans of {spans.mean():.1f} d{_scatter(spans, '.1f')} that share a tension of at most "
-        f"{strengths.mean():.2f} p d^{d - 1}{_scatter(strengths, '.2f')}, p the pressure of the sand, measured in the test "
+        f"{strengths.mean():.2f} p {power}{_scatter(strengths, '.2f')}, p the pressure of the sand, measured in the test "
         f"{found.measured_in}; {own}. Median slack of its spans "
         f"{100 * np.median(np.concatenate([wire.winding for wire in found.wires])):.1f} %."
     )
@@ -122,7 +122,7 @@ def table_of_errors(found: Comparison) -> str:
             if many[1:]
             else "",
         }
-        for model, words in MODELS.items():
+        for model, words in {"sand": "sand alone", **MODELS}.items():
             misses = [miss(one, getattr(one, model)) for one in many]
             deviator = np.array([one.deviator for one in misses])
             row[f"{words}: deviator off by"] = _percent(deviator)
