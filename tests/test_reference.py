@@ -14,11 +14,12 @@ from pathlib import Path
 import pytest
 
 import lmgcpy as lm
+import lmgcpy.continuum
 import lmgcpy.testing
 
 PAGES = Path(__file__).parent.parent / "docs" / "reference"
 DIRECTIVE = re.compile(r"^\.\. (?:auto(?:class|exception|function|data)|data):: ([\w.]+)", re.M)
-FRONT = (lm, lm.laws, lm.sample, lm.measure, lm.io, lm.view, lm.contact, lm.testing)
+FRONT = (lm, lm.laws, lm.sample, lm.measure, lm.io, lm.view, lm.contact, lm.testing, lmgcpy.continuum)
 """The front door and what is behind it; ``lm.io.fclib`` is a module without ``__all__``."""
 ELSEWHERE = {"lmgcpy.laws.Law", "lmgcpy.laws.Parameter", "lmgcpy.laws.State"}
 """Second names: they are told of at the front door."""

@@ -15,6 +15,7 @@ from test_reference import documented, reached
 
 import lmgcpy as lm
 import lmgcpy.testing
+from lmgcpy.continuum import MeasuredCompression, TexSol, WireNetwork, biaxial, fit_sand, isotropic, spans_of
 from lmgcpy.experiment import (
     Biaxial,
     Campaign,
@@ -214,6 +215,33 @@ def built_in():
     )
 
 
+def continuous() -> dict[str, object]:
+    """An object of every class of the continuous model."""
+    crushing = np.linspace(0.001, 0.05, 30)
+    measured = MeasuredCompression(
+        axis="y", strain=np.column_stack([crushing, -crushing]), stress=np.tile([-1e5, -2e5], (30, 1))
+    )
+    fitted, directions = fit_sand(measured), isotropic(2, count=8)
+    wire = WireNetwork(10.0, 1e4, directions, anchorage=0.1)
+    point = TexSol(fitted.sand(), wire)
+    state = point.start(1e5)
+    strain = np.array([0.01, -0.01, 0.0])
+    return {
+        "<MeasuredCompression along y in 2D: 30 moments": measured,
+        "<SandFit in 2D: critical": fitted,
+        "<DruckerPrager in 2D: q/p": fitted.sand(),
+        "<Directions: 8 in 2D": directions,
+        "<Spans: 2 in 2D": spans_of(np.eye(2), np.ones(2), 1.0),
+        "<WireNetwork of 10 m/m^2": wire,
+        "<TexSol: <DruckerPrager": point,
+        "<PointState of 3 components: plastic shear 0, 8 directions of wire": state,
+        "<PointResponse of 3 components": point.material_point(strain, state),
+        "<SandResponse of 3 components": fitted.sand().respond(strain, state.sand, 0.0),
+        "<WireResponse of 8 directions, some slip": wire.respond(strain, state.slip, 1e2),
+        "<DrivenPath along y of 3 increments in 2D": biaxial(TexSol(fitted.sand()), -crushing[:3], pressure=1e5),
+    }
+
+
 CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.1]])
 TWO_FRAMES = SimpleNamespace(frame_count=2, positions=np.stack([CORNERS, CORNERS]), extent=np.ones(4))
 """What lm.measure.strain reads of a run."""
@@ -221,7 +249,7 @@ TWO_FRAMES = SimpleNamespace(frame_count=2, positions=np.stack([CORNERS, CORNERS
 
 @pytest.fixture(scope="module")
 def all_things(tmp_path_factory):
-    return things(tmp_path_factory.mktemp("things"))
+    return {**things(tmp_path_factory.mktemp("things")), **continuous()}
 
 
 def test_each_says_in_one_line_what_it_is(all_things):
@@ -239,7 +267,7 @@ LEFT_OUT = {
     **dict.fromkeys(("Compression", "CompressionRecord"), "through biaxial and triaxial tests"),
     **dict.fromkeys(("Recorder", "RecordedRun"), "protocols"),
     **dict.fromkeys(("Solver", "Stepper"), "bases, whose words are those of the built-in solvers and of Simulation"),
-    "Nonconformance": "an exception",
+    **dict.fromkeys(("Nonconformance", "NoSolution"), "exceptions"),
     "Statistics": "names of kernels, to be looked up",
 }
 

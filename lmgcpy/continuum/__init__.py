@@ -12,11 +12,11 @@ from lmgcpy.continuum.directions import (
 from lmgcpy.continuum.fit import SandFit, fit_sand
 from lmgcpy.continuum.measured import MeasuredCompression
 from lmgcpy.continuum.path import DrivenPath, NoSolution, biaxial, drive, triaxial
-from lmgcpy.continuum.sand import DruckerPrager
+from lmgcpy.continuum.sand import DruckerPrager, SandResponse
 from lmgcpy.continuum.spans import Spans, spans_of
 from lmgcpy.continuum.tensors import mandel, tensor_of, turn
 from lmgcpy.continuum.texsol import PointResponse, PointState, TexSol
-from lmgcpy.continuum.wire import WireNetwork
+from lmgcpy.continuum.wire import WireNetwork, WireResponse
 
 __all__ = [
     "Directions",
@@ -27,9 +27,11 @@ __all__ = [
     "PointResponse",
     "PointState",
     "SandFit",
+    "SandResponse",
     "Spans",
     "TexSol",
     "WireNetwork",
+    "WireResponse",
     "biaxial",
     "choose_count",
     "drive",

@@ -45,9 +45,12 @@ class SandResponse(NamedTuple):
     kappa: float
     """Plastic shear at the end [-]."""
 
+    def __repr__(self) -> str:
+        return f"<SandResponse of {len(self.stress)} components: plastic shear {self.kappa:.3g}>"
+
 
 @named_arguments
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class DruckerPrager:
     """Cohesionless sand in ``dimension`` 2 or 3.
 
@@ -76,7 +79,9 @@ class DruckerPrager:
     elastic: np.ndarray = field(init=False, repr=False, compare=False)
     """Elastic tangent [Pa], (m, m)."""
     _bulk: np.ndarray = field(init=False, repr=False, compare=False)
+    """Its part for changes of volume [Pa], (m, m)."""
     _shear: np.ndarray = field(init=False, repr=False, compare=False)
+    """Its part for shear [Pa], (m, m)."""
 
     def __post_init__(self) -> None:
         put = object.__setattr__
@@ -105,6 +110,11 @@ class DruckerPrager:
         put(self, "elastic", self._bulk + self._shear)
         self.elastic.flags.writeable = False  # it is given out as a tangent
 
+    def __repr__(self) -> str:
+        return (
+            f"<DruckerPrager in {self.dimension}D: q/p {self.critical:.3g} at large shear, peak {self.peak:.3g} above it>"
+        )
+
     def friction(self, kappa: float) -> float:
         """M, the q/p that is mobilised at the plastic shear kappa."""
         part = kappa / self.peak_shear
@@ -130,8 +140,8 @@ class DruckerPrager:
         """The sand after an increment of strain (m,) from a stress (m,) [Pa] and a plastic shear kappa.
 
         Implicit Euler: flow, friction and dilatancy are those at the end of the increment, so that the increment of shear
-        is the first root of :meth:`_return`. The tangent is the exact derivative of this stress. Where no pressure is left
-        the stress is zero, and so is the tangent.
+        is the first root of the yield condition. The tangent is the exact derivative of this stress. Where no pressure is
+        left the stress is zero, and so is the tangent.
         """
         c, G, K, d = SHAPE[self.dimension], self.shear_modulus, self.bulk_modulus, self.dimension
         trial = stress + self.elastic @ increment

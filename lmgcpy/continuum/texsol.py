@@ -35,6 +35,10 @@ class PointState(NamedTuple):
         """Stress of both [Pa], (m,)."""
         return self.sand + self.wire
 
+    def __repr__(self) -> str:
+        pulls = "no wire" if not len(self.slip) else f"{len(self.slip)} directions of wire"
+        return f"<PointState of {len(self.strain)} components: plastic shear {self.kappa:.3g}, {pulls}>"
+
 
 class PointResponse(NamedTuple):
     """What a material point answers to an increment of strain."""
@@ -46,9 +50,12 @@ class PointResponse(NamedTuple):
     state: PointState
     """State at the end."""
 
+    def __repr__(self) -> str:
+        return f"<PointResponse of {len(self.stress)} components: stress, tangent and {self.state!r}>"
+
 
 @named_arguments
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class TexSol:
     """A ``sand`` with a ``wire`` network; None: the sand alone. Raises TypeError or ValueError with a sentence."""
 
@@ -68,6 +75,9 @@ class TexSol:
     def dimension(self) -> int:
         """2 or 3."""
         return self.sand.dimension
+
+    def __repr__(self) -> str:
+        return f"<TexSol: {self.sand!r}, {'no wire' if self.wire is None else repr(self.wire)}>"
 
     @named_arguments
     def start(self, pressure: float) -> PointState:

@@ -39,6 +39,10 @@ class WireResponse(NamedTuple):
     slip: np.ndarray
     """Slip of each direction at the end [-], (k,)."""
 
+    def __repr__(self) -> str:
+        slips = "none slips" if self.slope is None else "some slip"
+        return f"<WireResponse of {len(self.slip)} directions, {slips}>"
+
 
 @named_arguments
 @dataclass(frozen=True, eq=False, repr=False)
