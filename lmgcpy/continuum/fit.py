@@ -37,6 +37,8 @@ NO_PEAK = 1e-4
 """Peak below which there is none, over critical: its shear is not determined."""
 SHIFTS = 40
 """Newton steps for the plastic shear of a crushing."""
+LAST_SHIFT = 1e-9
+"""Newton step over the longest crushing after which no other follows: the error left is of the order of its square."""
 KNOWN = 1e-10
 """Part of a parameter in a direction that is not determined, above which the parameter is not."""
 
@@ -125,6 +127,7 @@ class _Curves:
         self.friction = np.concatenate([one.deviator / one.pressure for one in data])
         self.volume = np.concatenate([one.volume_change for one in data])
         self.longest = float(self.crushing.max())
+        self.kappa = np.maximum(self.crushing, 0.0)  # of the parameters before
 
     def inside(self, values: np.ndarray) -> np.ndarray:
         """Parameters with the greatest peak at which a sand needs lateral pressure, and the greatest beta at which it
@@ -136,19 +139,27 @@ class _Curves:
             [critical, a, peak, b, min(dilation, (critical + peak) / beyond) if beyond > 0.0 else dilation, turning]
         )
 
+    def shears(self, critical: float, a: float, peak: float, b: float, dilation: float, turning: float) -> np.ndarray:
+        """The plastic shears of the measured crushings, by Newton's steps from those of the parameters before."""
+        first = np.maximum(self.crushing, 0.0)
+        for kappa in (self.kappa, first):
+            for _ in range(SHIFTS):
+                M, area = _friction(kappa, critical, a, peak, b)
+                volume = dilation * (area - turning * kappa)
+                rate = 1.0 - dilation * (M - turning) / self.dimension  # above zero, as D <= M < d
+                new = np.maximum(kappa - (kappa - volume / self.dimension - self.crushing) / rate, 0.0)
+                moved = np.abs(new - kappa).max()
+                kappa = new
+                if moved <= LAST_SHIFT * self.longest:
+                    self.kappa = kappa
+                    return kappa
+        self.kappa = first
+        return kappa
+
     def curves(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """q/p and the change of volume at the measured crushings."""
         critical, a, peak, b, dilation, turning = self.inside(values)
-        kappa = np.maximum(self.crushing, 0.0)
-        for _ in range(SHIFTS):
-            M, area = _friction(kappa, critical, a, peak, b)
-            volume = dilation * (area - turning * kappa)
-            rate = 1.0 - dilation * (M - turning) / self.dimension  # above zero, as D <= M < d
-            new = np.maximum(kappa - (kappa - volume / self.dimension - self.crushing) / rate, 0.0)
-            moved = np.abs(new - kappa).max()
-            kappa = new
-            if moved <= 1e-13 * self.longest:
-                break
+        kappa = self.shears(critical, a, peak, b, dilation, turning)
         M, area = _friction(kappa, critical, a, peak, b)
         return M, dilation * (area - turning * kappa)
 
