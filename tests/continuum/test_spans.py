@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import minimize
 
 from lmgcpy.continuum import Directions, Spans, WireNetwork, mandel, spans_of
 
@@ -40,6 +41,24 @@ def test_what_is_shortened_gives_way_to_what_is_lengthened():
     local = WireNetwork(8.0, 100.0, spans_of(L_SHAPE, np.ones(8), 0.0))
     assert np.abs(whole.stress(shear)).max() < 1e-12 * 8.0 * 100.0 * 0.01
     np.testing.assert_allclose(local.stress(shear), [0.5 * 8.0 * 100.0 * 0.01, 0.0, 0.0], rtol=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_span_has_the_energy_of_a_wire_that_slips_freely_between_its_ends(seed):
+    """The least over the slips u of the joints of 12 links, zero at both ends; without slip it is the local model."""
+    rng = np.random.default_rng(seed)
+    units, lengths, strain = rng.normal(size=(12, 3)), rng.uniform(0.5, 1.5, 12), 0.1 * rng.normal(size=6)
+    local = Directions(units, lengths)
+    affine = local.products @ strain
+
+    def energy(slip):
+        stretch = affine + np.diff(slip, prepend=0.0, append=0.0) / lengths
+        return 0.5 * float(lengths @ np.maximum(stretch, 0.0) ** 2)
+
+    least = minimize(energy, np.zeros(11), tol=1e-12).fun
+    whole = WireNetwork(lengths.sum(), 1.0, spans_of(units, lengths, 1e3)).energy(strain)
+    assert whole == pytest.approx(least, rel=1e-6, abs=1e-9 * energy(np.zeros(11)))  # gradients are differences
+    assert whole <= WireNetwork(lengths.sum(), 1.0, local).energy(strain)
 
 
 def test_the_energy_is_convex_and_its_gradient_the_stress():
