@@ -190,6 +190,7 @@ print(first(1.0), first(1), second(1.0), pointer.ctypes(1.0))
 """
 
 
+@pytest.mark.long
 def test_a_cache_directory_that_cannot_be_made_is_told_once(tmp_path):
     """Below a regular file, where not even root can make one."""
     (tmp_path / "file").write_text("")
@@ -326,6 +327,7 @@ def test_a_warmup_by_two_processes_leaves_nothing_to_compile(tmp_path):
     assert len(loaded) == made
 
 
+@pytest.mark.long
 def test_a_warmup_that_cannot_be_ends_with_a_sentence(tmp_path):
     """An unknown law; a directory that cannot be written."""
     (tmp_path / "file").write_text("")

@@ -91,6 +91,7 @@ FAILED = pytest.mark.parametrize(
 
 
 @FAILED
+@pytest.mark.default_parameters("late")
 def test_plug_ins_that_failed_to_load_are_listed_with_the_reason(tmp_path, text, words):
     folder = install(tmp_path / "site", "lmgcpy-law-test", "lmgcpy_law_test", text)
     told = child("laws", folders=[folder])

@@ -60,6 +60,7 @@ def test_a_layout_comes_with_its_table(file, tmp_path):
     assert told.endswith("a.png\n")
 
 
+@pytest.mark.long
 def test_a_moving_picture(file, tmp_path):
     run("render", file, "--size", "60,60", "--fps", "10", "--clip", "y=0.5", "--out", tmp_path / "a.gif")
     with Image.open(tmp_path / "a.gif") as image:

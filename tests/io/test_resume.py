@@ -90,6 +90,7 @@ def test_two_halves_are_the_whole_for_every_law(name, tmp_path):
         assert lm.io.compare(a, b) is None
 
 
+@pytest.mark.long
 def test_many_parts_with_lists_of_neighbours_made_in_between(tmp_path):
     """Ten parts of 30 steps: grains change neighbours, impulses are carried from list to list."""
     law = lm.Coulomb(friction=0.3)

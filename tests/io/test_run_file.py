@@ -389,6 +389,7 @@ def test_info_says_what_when_how_far_how_good(path):
         assert word in told.output
 
 
+@pytest.mark.long
 def test_compare_names_the_first_difference(path):
     other = path.with_name("other.h5")
     heap().run(steps=40, record=path)

@@ -6,6 +6,7 @@ import json
 
 import h5py
 import numpy as np
+import pytest
 from click.testing import CliRunner
 from columns import column
 
@@ -55,6 +56,7 @@ def test_slip_and_round_off_are_in_the_history(tmp_path):
     assert "0 of 3 steps not converged, 3 solved to round-off" in info.output
 
 
+@pytest.mark.long
 def test_older_files_open_and_go_on(tmp_path):
     path = tmp_path / "run.h5"
     five_disks(lm.Auto(tolerance=1e-3)).run(steps=4, record=path)

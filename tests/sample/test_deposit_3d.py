@@ -122,6 +122,7 @@ def test_around_a_wire():
     assert touched.sum() > 100
 
 
+@pytest.mark.long
 def test_fast():
     """10 000 spheres in under 20 s are asked; 0.4 s are measured, 0.9 s around 5000 beads; 5 s are for a busy machine."""
     radii = grading(10_000, minimum=0.0045, maximum=0.0054, dimension=3, seed=0)
