@@ -17,10 +17,9 @@ from typing import Any
 import numpy as np
 from scipy.linalg import eigh_tridiagonal
 
-from lmgcpy.continuum.tensors import SIZE, check_dimension, dyads
+from lmgcpy.continuum.tensors import AXES, SIZE, check_dimension, dyads
 from lmgcpy.errors import named_arguments, number, numbers, one_of, shown, whole
 
-AXES = "xyz"
 ISOTROPIC = 1.0 / math.sqrt(3.0)
 """Spread of directions that are isotropic in space."""
 FLAT = 1e-6

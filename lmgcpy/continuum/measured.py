@@ -7,10 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.continuum.tensors import SIZE
+from lmgcpy.continuum.tensors import AXES, SIZE
 from lmgcpy.errors import named_arguments, numbers, one_of
-
-AXES = "xyz"
 
 
 @named_arguments

@@ -49,7 +49,7 @@ def compare(folders: Sequence[Path], tell: Callable[[str], None] = lambda text: 
     """Fit, measure and predict; ``tell`` is called with a line on what is done.
 
     Raises FileNotFoundError where a folder holds no TexSol study or lacks a run, ValueError where studies differ in more
-    than their seed, a run is not complete, or there is no test without a wire or none with one.
+    than their seed or have the same, a run is not complete, or there is no test without a wire or none with one.
     """
     results: list[TexSolResult] = []
     runs: list[StudyFolder] = []
@@ -59,6 +59,10 @@ def compare(folders: Sequence[Path], tell: Callable[[str], None] = lambda text: 
         check_runs(folder, study)
         if results:
             _check_same(study, results[0].study, path)
+        if study.seed in [result.study.seed for result in results]:
+            raise ValueError(
+                f"The seed {study.seed} of '{path}' is there already: a sample cannot be predicted from itself."
+            )
         tell(f"{path}: reading the tests")
         results.append(carry_out_study(study, None, folder, resume=True))
         runs.append(folder)

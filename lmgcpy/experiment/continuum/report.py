@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lmgcpy.continuum import Directions
 from lmgcpy.experiment.continuum.comparison import Comparison
 from lmgcpy.experiment.continuum.prediction import Miss, Prediction, mean_curves, miss
 from lmgcpy.experiment.study.report import ReportFolder, markdown, sections, texts, versions
@@ -85,7 +86,7 @@ def setting(found: Comparison) -> str:
     strengths = np.array([one.strength for one in found.anchorages]) / np.array(found.diameters) ** (d - 1)
     several, power = len(found.studies) > 1, "d" if d == 2 else "d^2"
     own = "each prediction uses the mean of the other seeds" if several else "so that this test is no prediction for it"
-    fabric = np.mean([_fabric(wire.direction, wire.length) for wire in found.wires], axis=0)
+    fabric = np.mean([Directions(wire.direction, wire.length).fabric.diagonal() for wire in found.wires], axis=0)
     return (
         f"Seed{'s' if several else ''} {seeds}. The sand is fitted to the test without a wire along the same axis, nothing "
         f"else is fitted. Grains of {1e3 * size:.3g} mm; content of wire (length x {power} / volume) "
@@ -96,10 +97,6 @@ def setting(found: Comparison) -> str:
         f"{found.measured_in}; {own}. Median slack of its spans "
         f"{100 * np.median(np.concatenate([wire.winding for wire in found.wires])):.1f} %."
     )
-
-
-def _fabric(direction: np.ndarray, length: np.ndarray) -> np.ndarray:
-    return (direction**2 * length[:, None]).sum(axis=0) / length.sum()
 
 
 def _scatter(values: np.ndarray, form: str) -> str:

@@ -214,6 +214,7 @@ def test_mistakes_get_sentences(study, tmp_path):
     lacking = shutil.copytree(study, tmp_path / "lacking")
     (lacking / "runs" / "none.h5").unlink()
     assert "is not complete" in told(lacking)
+    assert "cannot be predicted from itself" in told(study, study)
     changes = ("laws", ["rigid-wire"], "fitted to 'none'"), ("friction", 0.3, "differs from the first in friction")
     for field, value, words in changes:
         other = shutil.copytree(study, tmp_path / field)
