@@ -112,7 +112,7 @@ class _Round:
     def go(self, pressed: Callable[[], bool]) -> None:
         """Do the cases until all have ended, or until Ctrl-C is ``pressed`` and those that run have ended."""
         while self._running or (self._queue and not pressed()):
-            while self._queue and not pressed() and len(self._running) < (1 + AHEAD) * self._team.count:
+            while self._may_begin() and not pressed():
                 case = self._queue.popleft()
                 self._running[self._team.submit(do_case, Order(case, self._campaign, self._here))] = case
             ended = self._team.wait(list(self._running), LOOK)
@@ -122,16 +122,30 @@ class _Round:
                 self._end(self._running.pop(future), future)
             self._view.look()
 
+    def _may_begin(self) -> bool:
+        """Whether the next case may be given to the workers now."""
+        if not self._queue or any(map(self._is_last_try, self._running.values())):
+            return False
+        if self._is_last_try(self._queue[0]):
+            return not self._running
+        return len(self._running) < (1 + AHEAD) * self._team.count
+
+    def _is_last_try(self, case: CampaignCase) -> bool:
+        """Whether a case is given up if its worker dies once more. It is then done alone: the dead worker may have been
+        doing another case, as a worker is given more than one at a time."""
+        return self._deaths.get(case.name, 0) >= DEATHS - 1
+
     def _end(self, case: CampaignCase, future: Any) -> None:
         """Enter what became of a case, or put it back in the queue if its worker has died."""
         error = CancelledError() if future.cancelled() else future.exception()
         died = 0 if error is None else self._team.deaths(error)
         if died:
+            last = self._is_last_try(case)
             self._deaths[case.name] = self._deaths.get(case.name, 0) + died
-            if self._deaths[case.name] < DEATHS:
+            if not last:
                 self._queue.appendleft(case)
                 return
-            error = RuntimeError(f"its worker died {DEATHS} times, for want of memory perhaps")
+            error = RuntimeError(f"its worker died {self._deaths[case.name]} times, for want of memory perhaps")
         if error is None:
             result = future.result()
         else:

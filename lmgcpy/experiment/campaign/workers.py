@@ -21,8 +21,7 @@ ANSWER = 8.0
 GONE = 30.0
 """Workers of this machine that have died come back within so long [s]."""
 DEATHS = 4
-"""A case is given up over which so many workers have died. Where one process of ``concurrent.futures`` dies all end, so
-that a case may have others' deaths counted."""
+"""A case is given up over which so many workers have died, the last one while it did no other case."""
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 """Variables that give a worker one thread for linear algebra: there are as many workers as processors."""
 
@@ -111,7 +110,7 @@ class Cluster(Workers):
                 processes=True,
                 host="127.0.0.1",
                 dashboard_address="127.0.0.1:0",  # any free port, which is closed below
-                scheduler_kwargs={"dashboard": False},
+                scheduler_kwargs={"dashboard": False, "allowed_failures": 0},  # deaths are counted in ``carry_out``
                 memory_limit=None,
                 silence_logs=logging.CRITICAL,
             )
@@ -164,8 +163,8 @@ class Cluster(Workers):
         from distributed.client import FutureCancelledError
         from distributed.scheduler import KilledWorker
 
-        if isinstance(error, KilledWorker):  # Dask has tried again by itself
-            return DEATHS
+        if isinstance(error, KilledWorker):  # Dask tries again by itself, so often as its scheduler was told
+            return error.allowed_failures + 1
         return int(isinstance(error, (CancelledError, FutureCancelledError)))
 
     def close(self) -> None:
