@@ -42,6 +42,11 @@ class KernelCode(JITCodeLibrary):
                     argument.add_attribute("noalias")
         super().add_ir_module(ir_module)
 
+    def _optimize_functions(self, module: Any) -> None:
+        """Nothing but to say how data lie in memory: functions are optimised with the kernel that they are linked into, and
+        once is enough."""
+        module.data_layout = self._codegen._data_layout
+
     def _finalize_final_module(self) -> None:
         """Give each function linked into this code its environment: strings that it prints, Python that it calls."""
         super()._finalize_final_module()
