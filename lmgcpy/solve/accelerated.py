@@ -39,7 +39,7 @@ import numpy as np
 
 from lmgcpy.compiled.kernel import kernel
 from lmgcpy.errors import named_arguments, number
-from lmgcpy.solve.iterates import EXTRAPOLATE, KEEP, START, STEP, TAKE_BEST
+from lmgcpy.solve.iterates import EXTRAPOLATE, KEEP, RESUME, START, STEP, TAKE_BEST
 from lmgcpy.solve.report import CONVERGED, NOT_FINITE, ROUND_OFF, SPENT, STAGNATED, Outcome
 from lmgcpy.solve.solver import Solver
 from lmgcpy.solve.step import Step
@@ -67,40 +67,59 @@ def step_size(team):
     return np.sqrt(total)
 
 
+def no_memory() -> np.ndarray:
+    """Room for what a solve remembers of its sweeps when it pauses."""
+    return np.zeros(12)
+
+
 @kernel
-def accelerated_gauss_seidel(team: Team, tolerance, slip, max_iterations, momentum_bound, swept):
+def accelerated_gauss_seidel(team: Team, tolerance, slip, turn, overtime, most, momentum_bound, swept, memory):
     """Sweep with momentum until ``|e(r)| <= tolerance |e(0)|`` and ``scale |e| <= slip`` everywhere; returns (sweeps,
     status).
 
     The error is measured after sweeps 1, 2, 3 ..., then at intervals of an eighth of the sweeps done and where the size of
     the step promises success. Without success the best impulses measured are returned. Stagnation: the last three quarters
     of the sweeps, and 4000, gained less than 1 %.
-    """
-    nothing, residual, done, status = begin(team, tolerance, slip, swept)
-    if done:
-        return 0, status
 
-    share_chunks(START, team)
-    best = np.inf
-    milestone = residual
-    milestone_sweep = 0
-    damping = 1.0 - momentum_bound
-    run = 0  # slow sweeps since the last restart
-    previous = np.inf  # step
-    least = np.inf  # step since then
-    ratio = 0.0  # residual to step, as last measured
-    sweeps = 0
-    measured = 0
-    check = 1
+    There are ``turn`` sweeps, and another turn, up to ``most`` in all, where they are expected to end within ``overtime``
+    sweeps, the residual taken to fall as one over their number. A further call with the same ``memory`` goes on as if there
+    had been no pause.
+    """
+    if memory[0] > 0.0:
+        nothing, damping, previous, least = memory[0], memory[1], memory[2], memory[3]
+        ratio, best, milestone = memory[4], memory[5], memory[6]
+        milestone_sweep, run = int(memory[7]), int(memory[8])
+        sweeps, measured, check = int(memory[9]), int(memory[10]), int(memory[11])
+        share_chunks(RESUME, team)
+        apply_impulses(team)
+    else:
+        nothing, residual, done, status = begin(team, tolerance, slip, swept)
+        if done:
+            return 0, status
+        share_chunks(START, team)
+        best = np.inf
+        milestone = residual
+        milestone_sweep = 0
+        damping = 1.0 - momentum_bound
+        run = 0  # slow sweeps since the last restart
+        previous = np.inf  # step
+        least = np.inf  # step since then
+        ratio = 0.0  # residual to step, as last measured
+        sweeps = 0
+        measured = 0
+        check = 1
+    begun = sweeps
+    last = begun + most
+    limit = min(begun + turn, last)
     status = SPENT
-    while sweeps < max_iterations:
+    while sweeps < limit:
         if not sweep_groups(team):
             status = NOT_FINITE
             break
         sweeps += 1
         step = step_size(team)
         promising = ratio * step <= tolerance and sweeps >= measured + 8
-        if sweeps >= check or promising or sweeps == max_iterations:
+        if sweeps >= check or promising or sweeps == limit:
             measured = sweeps
             check = sweeps + 1 + sweeps // 8
             residual = measure(team, nothing, tolerance, slip)
@@ -117,6 +136,8 @@ def accelerated_gauss_seidel(team: Team, tolerance, slip, max_iterations, moment
             if residual < best:
                 best = residual
                 share_chunks(KEEP, team)
+            if sweeps == limit and sweeps * (best / tolerance - 1.0) <= overtime:
+                limit = min(limit + turn, last)
             if best < 0.99 * milestone:
                 milestone = best
                 milestone_sweep = sweeps
@@ -141,15 +162,34 @@ def accelerated_gauss_seidel(team: Team, tolerance, slip, max_iterations, moment
         share_chunks(TAKE_BEST, team)
         apply_impulses(team)
         rate(team, nothing, tolerance, slip)
-    return sweeps, status
+        memory[0], memory[1], memory[2], memory[3] = nothing, damping, previous, least
+        memory[4], memory[5], memory[6] = ratio, best, milestone
+        memory[7], memory[8] = milestone_sweep, run
+        memory[9], memory[10], memory[11] = sweeps, measured, check
+    return sweeps - begun, status
 
 
 def sweep_with_momentum(
-    step: Step, tolerance: float, slip: float, most: int, momentum: float, *, swept: bool = False
+    step: Step,
+    tolerance: float,
+    slip: float,
+    turn: int,
+    momentum: float,
+    *,
+    overtime: float = -1.0,
+    most: int | None = None,
+    swept: bool = False,
+    memory: np.ndarray | None = None,
 ) -> Outcome:
-    """Sweep from the guess of a step, ``most`` times at the most, with a momentum of at most so much; ``swept``: whether
-    the guess comes from sweeps on this step and may pass as it is."""
-    return step.led(accelerated_gauss_seidel, tolerance, slip, most, momentum, swept, iterates=True)
+    """Sweep from the guess of a step, ``turn`` times at the most, with a momentum of at most so much.
+
+    ``overtime``, ``most``: see :func:`accelerated_gauss_seidel`; ``swept``: whether the guess comes from sweeps on this
+    step and may pass as it is; ``memory``: of :func:`no_memory`, to go on later from where the sweeps on the same ``step``
+    ended.
+    """
+    limits = turn, float(overtime), turn if most is None else most, momentum
+    arguments = *limits, swept, no_memory() if memory is None else memory
+    return step.led(accelerated_gauss_seidel, tolerance, slip, *arguments, iterates=True)
 
 
 @named_arguments

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-STEP, EXTRAPOLATE, KEEP, TAKE_BEST, START = map(np.int64, range(12, 17))
+STEP, EXTRAPOLATE, KEEP, TAKE_BEST, START, RESUME = map(np.int64, range(12, 18))
 """Kinds of work beyond those of plain sweeps."""
 
 
@@ -65,6 +65,8 @@ def iterates_work(kind, task, job):
         copy(own.impulse, own.best_impulse, first, last)
     elif kind == TAKE_BEST:
         copy(own.best_impulse, own.impulse, first, last)
+    elif kind == RESUME:
+        copy(own.start, own.impulse, first, last)
     else:
         copy(own.impulse, own.best_impulse, first, last)
         copy(own.impulse, own.last_impulse, first, last)

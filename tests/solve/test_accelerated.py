@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import lmgcpy as lm
-from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
+from lmgcpy.solve.accelerated import AcceleratedGaussSeidel, no_memory, sweep_with_momentum
 
 G = 9.81
 R = 0.01
@@ -189,6 +189,42 @@ def test_same_input_same_bits():
         assert first.step().iterations == second.step().iterations
     assert np.array_equal(first.velocities, second.velocities)
     assert np.array_equal(first.interactions.impulse, second.interactions.impulse)
+
+
+def in_turns(turns, **options):
+    """Sweeps with momentum with a pause after each turn."""
+
+    class InTurns(lm.AcceleratedGaussSeidel):
+        def solve(self, step):
+            memory = no_memory()
+            for turn in turns:
+                outcome = sweep_with_momentum(step, 1e-12, np.inf, turn, 0.97, memory=memory, **options)
+            return outcome
+
+    return InTurns()
+
+
+def test_sweeps_go_on_after_a_pause_as_if_there_had_been_none():
+    """But for round-off, as velocities are made anew: 160 sweeps, in one, two and three turns. (Begun anew after each, the
+    momentum would be too, and the residuals differ by factors.)"""
+    found = []
+    for turns in ([160], [100, 60], [37, 63, 60]):
+        sim = block(in_turns(turns))
+        report = sim.step()
+        assert report.iterations == turns[-1]
+        found.append((report.residual, sim.interactions.impulse))
+    for residual, impulse in found[1:]:
+        assert residual == pytest.approx(found[0][0], rel=1e-6)
+        np.testing.assert_allclose(impulse, found[0][1], rtol=0, atol=1e-9 * np.abs(impulse).max())
+
+
+def test_sweeps_that_are_nearly_done_have_another_turn():
+    """As often as what is left is expected to take no more than so many sweeps."""
+    once = block(in_turns([20])).step()
+    enough = 20 * (once.residual / 1e-12 - 1.0)
+    assert block(in_turns([20], overtime=0.9 * enough, most=50)).step().iterations == 20
+    assert block(in_turns([20], overtime=1.1 * enough, most=30)).step().iterations == 30
+    assert block(in_turns([20], overtime=np.inf, most=50)).step().iterations == 50
 
 
 @pytest.mark.parametrize("name", LARGE)

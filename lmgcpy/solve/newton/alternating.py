@@ -3,6 +3,8 @@
 Sweeps are cheap and find most statuses within some hundreds, but they hardly reduce the slow modes of a jammed sample
 or of a locked chain. Newton steps on the statuses found solve these modes at once, and fail where many statuses are
 wrong. So each hands over to the other: sweeps, Newton steps as long as they gain, twice as many sweeps, and so on.
+``Auto`` tries a few Newton steps first, and has its sweeps go on where these gain nothing: on steps of samples they are
+mostly three times too early after the sweeps that cost as much.
 
 The patience with Newton steps that gain nothing doubles as well. Where a solution has just ceased to exist as loads
 grew, sweeps always return to the same impulses, and the residual must grow for many steps before it falls. (A step of a
@@ -23,15 +25,15 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from lmgcpy.errors import named_arguments, whole
-from lmgcpy.solve.accelerated import MOMENTUM, sweep_with_momentum
+from lmgcpy.solve.accelerated import MOMENTUM, no_memory, sweep_with_momentum
 from lmgcpy.solve.newton.active_set import ActiveSet
 from lmgcpy.solve.newton.progress import Progress
-from lmgcpy.solve.newton.proximal import PATIENCE, proximal_newton
+from lmgcpy.solve.newton.proximal import PATIENCE, Attempt, proximal_newton
 from lmgcpy.solve.newton.rolling_set import active_set_of
 from lmgcpy.solve.report import CONVERGED, NOT_FINITE, ROUND_OFF, SPENT, STAGNATED, Outcome
 from lmgcpy.solve.solver import Solver
@@ -41,12 +43,15 @@ ENDED = (CONVERGED, ROUND_OFF, NOT_FINITE)
 """Statuses of sweeps after which nothing is left to do."""
 WORK = 320_000
 """Newton steps of a solve may cost as much as so many sweeps: in large samples in space one takes seconds."""
-LONGEST = 4000
+LONGEST = 8000
 """Most sweeps of a turn."""
-NEARLY = 3
+NEARLY = 2
 """Before the first Newton steps sweeps go on where they are expected to end within the cost of so many times seven Newton
-steps, their residual taken to fall as one over their number. (Biaxial tests to 3e-3: half the time, wire and rods; to 3e-4
-no difference.)"""
+steps, their residual taken to fall as one over their number."""
+TRIAL = 4
+"""Newton steps that ``Auto`` tries first: where the statuses are right the residual halves within these, and else sweeps go
+on as if there had been none, :data:`LONGER` times as long."""
+LONGER = 4
 MOST_PATIENCE, LAST_PATIENCE = 8 * PATIENCE, 400
 """Largest patience with Newton steps, and the patience with the last ones, when the sweeps are spent."""
 GAIN = 0.5
@@ -83,6 +88,8 @@ class Alternating(Solver):
 
     NEEDS_CONIC: ClassVar[bool]
     """Whether laws without a conic form are refused; else they get sweeps alone."""
+    TRIES: ClassVar[bool]
+    """Whether the first Newton steps are on trial, or wanted anyway."""
 
     @abstractmethod
     def first_turn(self, interactions: int, dimension: int) -> int:
@@ -94,22 +101,23 @@ class Alternating(Solver):
 
     def solve(self, step: Step) -> Outcome:
         """Sweeps and Newton steps by turns from the guess, until one of them solves the step or both are spent."""
-        guess, system, size = step.guess, step.system, (len(step.guess), step.dimension)
-        turn, patience = self.first_turn(*size), PATIENCE
-        first: Outcome | None = self._sweep(min(turn, self.max_iterations), step, swept=False)
-        assert first is not None
-        if first.status in ENDED:
-            return first
+        system, size = step.system, (len(step.guess), step.dimension)
+        turn, patience, trial, slip = self.first_turn(*size), PATIENCE, self.TRIES, self.largest_slip
+        most = min(self.max_factorisations, newton_steps(WORK, *size))
+        progress = Progress(len(step.guess), sweeps_of_seven_steps(*size) / 7.0, PATIENCE)
         sweeps = factorisations = 0
-        best, least = guess, np.inf
+        best, least = step.guess, np.inf
+        guess: np.ndarray | None = None
+        memory = no_memory()
         active: ActiveSet | None = None
         last = False
-        most = min(self.max_factorisations, newton_steps(WORK, *size))
-        slip = self.largest_slip
-        progress = Progress(len(guess), sweeps_of_seven_steps(*size) / 7.0, PATIENCE)
         while True:
-            left = min(turn, self.max_iterations - sweeps)
-            swept, first = first or self._sweep(left, step.starting_from(guess), swept=True), None
+            left = max(self.max_iterations - sweeps, 1)
+            if guess is None:  # the first sweeps, or they go on
+                overtime = NEARLY * sweeps_of_seven_steps(*size)
+                swept = self._sweep(step, min(turn, left), overtime=overtime, most=left, memory=memory)
+            else:
+                swept = self._sweep(step.starting_from(guess), min(turn, left), swept=True)
             sweeps += swept.iterations
             progress.add(swept.residual, sweeps=swept.iterations)
             if swept.status in ENDED:
@@ -120,13 +128,9 @@ class Alternating(Solver):
             if last or given_up or factorisations >= most:
                 break
             last = sweeps >= self.max_iterations
-            expected = sweeps * (max(swept.residual / self.tolerance, swept.slip / slip) - 1.0)
-            if factorisations == 0 and not last and expected <= NEARLY * sweeps_of_seven_steps(*size):
-                guess = system.impulse.copy()
-                continue
             if active is None:
                 if step.conic.missing and not self.NEEDS_CONIC:
-                    guess, turn, last = system.impulse.copy(), self.max_iterations, True
+                    turn, last = self.max_iterations, True
                     continue
                 problem, acting = step.conic()
                 active, noise = active_set_of(problem), np.random.default_rng(0)
@@ -134,28 +138,48 @@ class Alternating(Solver):
             # Newton steps know of the residual only; it is to fall as the worst displacement must
             aim = min(self.tolerance, 0.5 * swept.residual * slip / swept.slip) if swept.slip > slip else self.tolerance
             within = min(LAST_PATIENCE if last else patience, progress.newton_left)
-            attempt = proximal_newton(active, start, aim, left, within)
+            enough = max(GAIN * least, aim)
+            on_trial, trial = trial and not last, False
+            if on_trial:
+                attempt = steps_that_gain(active, start, aim, left, within, enough)
+            else:
+                attempt = proximal_newton(active, start, aim, left, within)
             factorisations += attempt.factorisations
             progress.add(attempt.residual, newton=attempt.factorisations)
-            guess = system.impulse.copy()
-            guess[acting] = attempt.impulses
-            gained = attempt.residual <= max(GAIN * least, aim)
+            found = system.impulse.copy()
+            found[acting] = attempt.impulses
             if attempt.residual < least:
-                best, least = guess, attempt.residual
-            if not gained:
-                guess = guess.copy()
+                best, least = found, attempt.residual
+            if attempt.residual <= enough:
+                guess = found
+            elif not on_trial:
+                guess = found.copy()
                 guess[acting] = attempt.last
                 guess *= 1.0 + DISTURBANCE * noise.standard_normal((len(guess), 1))
-            turn, patience = max(turn, min(2 * turn, LONGEST)), min(2 * patience, MOST_PATIENCE)
+            if on_trial:
+                turn *= LONGER
+            else:
+                turn, patience = max(turn, min(2 * turn, LONGEST)), min(2 * patience, MOST_PATIENCE)
         if swept.residual > least:
             swept = self.finish(step, best)  # a sweep from there may raise the residual again, by half
         if given_up and swept.status == SPENT:
             swept = swept._replace(status=STAGNATED)
         return swept._replace(iterations=sweeps, factorisations=factorisations)
 
-    def _sweep(self, most: int, step: Step, *, swept: bool) -> Outcome:
-        """Sweep at most so often from the guess of a step."""
-        return sweep_with_momentum(step, self.tolerance, self.largest_slip, max(most, 1), MOMENTUM, swept=swept)
+    def _sweep(self, step: Step, turn: int, **others: Any) -> Outcome:
+        """Sweep from the guess of a step; see :func:`sweep_with_momentum`."""
+        return sweep_with_momentum(step, self.tolerance, self.largest_slip, turn, MOMENTUM, **others)
+
+
+def steps_that_gain(
+    active: ActiveSet, start: np.ndarray, aim: float, most: int, patience: int, enough: float
+) -> Attempt:
+    """:data:`TRIAL` Newton steps, and further ones where these have gained: where they leave ``enough`` or less."""
+    first = proximal_newton(active, start, aim, min(TRIAL, most), patience)
+    if first.residual > enough or first.residual <= aim:
+        return first
+    rest = proximal_newton(active, first.impulses, aim, most - first.factorisations, patience)
+    return rest._replace(factorisations=first.factorisations + rest.factorisations)
 
 
 @named_arguments
@@ -170,6 +194,7 @@ class Newton(Alternating):
     """
 
     NEEDS_CONIC = True
+    TRIES = False
 
     def first_turn(self, interactions: int, dimension: int) -> int:
         return 100
@@ -189,6 +214,7 @@ class Auto(Alternating):
     max_iterations: int = 40_000
 
     NEEDS_CONIC = False
+    TRIES = True
 
     def first_turn(self, interactions: int, dimension: int) -> int:
         return sweeps_of_seven_steps(interactions, dimension)

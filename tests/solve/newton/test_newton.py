@@ -10,12 +10,12 @@ from scipy.sparse.linalg import splu
 
 import lmgcpy as lm
 from lmgcpy.solve.newton.active_set import ActiveSet
-from lmgcpy.solve.newton.alternating import DISTURBANCE, WORK, newton_steps
+from lmgcpy.solve.newton.alternating import DISTURBANCE, LONGER, TRIAL, WORK, newton_steps
 from lmgcpy.solve.newton.elimination import Elimination
 from lmgcpy.solve.newton.progress import GRACE, Progress
 from lmgcpy.solve.newton.proximal import PATIENCE, Attempt, proximal_newton
 from lmgcpy.solve.newton.rows import LINK, OPEN, SLIDE, STICK
-from lmgcpy.solve.report import SPENT
+from lmgcpy.solve.report import CONVERGED, SPENT
 
 TIGHT = 1e-10
 """Residual to which problems of some hundred unknowns can be solved in double precision, with a margin."""
@@ -248,9 +248,9 @@ def test_sweeps_go_on_from_where_newton_steps_came_to(monkeypatch):
     def idle(active, start, *given):
         return Attempt(impulses=start, residual=np.inf, last=3.0 * start, factorisations=1)
 
-    def watched(self, most, step, *, swept):
+    def watched(self, step, *arguments, **others):
         starts.append(step.guess.copy())
-        return sweep(self, most, step, swept=swept)
+        return sweep(self, step, *arguments, **others)
 
     sweep = lm.Newton._sweep
     monkeypatch.setattr(sys.modules[lm.Newton.__module__], "proximal_newton", idle)
@@ -279,7 +279,7 @@ def test_best_impulses_are_returned_as_they_are(monkeypatch):
         return Attempt(impulses=best, residual=1e-9, last=start, factorisations=1)
 
     monkeypatch.setattr(sys.modules[lm.Newton.__module__], "proximal_newton", found)
-    monkeypatch.setattr(lm.Newton, "_sweep", lambda self, most, step, *, swept: lm.Outcome(most, 0.5, SPENT))
+    monkeypatch.setattr(lm.Newton, "_sweep", lambda self, step, turn, **others: lm.Outcome(turn, 0.5, SPENT))
     solution = lm.solve(problem, solver=lm.Newton(tolerance=1e-15, max_iterations=150, max_factorisations=1))
     assert np.array_equal(solution.impulses, best)
 
@@ -316,14 +316,40 @@ def test_what_gains_nothing_is_given_up(monkeypatch):
     def idle_steps(active, start, aim, most, patience):
         return Attempt(impulses=start, residual=0.5, last=start, factorisations=min(most, patience))
 
-    def idle_sweeps(self, most, step, *, swept):
-        return lm.Outcome(most, 0.5, SPENT)
+    def idle_sweeps(self, step, turn, **others):
+        return lm.Outcome(turn, 0.5, SPENT)
 
     monkeypatch.setattr(module, "proximal_newton", idle_steps)
     monkeypatch.setattr(lm.Newton, "_sweep", idle_sweeps)
     monkeypatch.setattr(sys.modules[Progress.__module__], "GRACE", 0.0)
     solution = lm.solve(problem, solver=lm.Newton(tolerance=1e-8))
     assert (solution.status, solution.factorisations, solution.iterations) == ("stagnated", PATIENCE, 100 + 200)
+
+
+@pytest.mark.parametrize("gain", [0.9, 0.1])
+def test_auto_tries_newton_steps_before_it_relies_on_them(gain, monkeypatch):
+    """A few that gain nothing, and the sweeps go on from where they were, by their own memory; where they gain there are more
+    at once, and sweeps begin anew."""
+    problem, module = pressed(), sys.modules[lm.Auto.__module__]
+    newton, sweeps, residual = [], [], [0.5]
+
+    def steps(active, start, aim, most, patience):
+        newton.append(most)
+        residual[0] *= gain if len(newton) < 4 else 0.0
+        return Attempt(impulses=start, residual=residual[0], last=start, factorisations=1)
+
+    def idle_sweeps(self, step, turn, *, memory=None, **others):
+        sweeps.append((turn, memory is None))
+        return lm.Outcome(turn, residual[0], SPENT if residual[0] > 0.0 else CONVERGED)
+
+    monkeypatch.setattr(module, "proximal_newton", steps)
+    monkeypatch.setattr(lm.Auto, "_sweep", idle_sweeps)
+    solution = lm.solve(problem, solver=lm.Auto(tolerance=1e-8))
+    first = lm.Auto().first_turn(*problem.guess.shape)
+    assert solution.status == "converged"
+    assert newton[0] == TRIAL
+    assert sweeps[:2] == [(first, False), (LONGER * first, gain < 0.5)]
+    assert (newton[1] > TRIAL) and all(anew for _, anew in sweeps[2:])
 
 
 def test_no_interaction_and_nothing_to_do():
