@@ -7,6 +7,7 @@ an impulse of one changes those that its block column of W reaches.
 
 from __future__ import annotations
 
+from functools import cache
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -150,8 +151,9 @@ def parts_of(dimension: int, width: int, *, rolls: bool = False) -> dict[str, An
     return {"relative_velocity": relative_velocity, "push": passing, "local_problem": own.local_problem}
 
 
+@cache
 def driver_of(width: int) -> dict[str, Any]:
-    """Slots of the kernels that lead sweeps."""
+    """Slots of the kernels that lead sweeps; the same for every problem, or each would load these kernels anew."""
     return {
         "clear": begin_free,
         "momentum": Kernel(add_impulses, small_matrices(width)),
