@@ -171,9 +171,7 @@ class Alternating(Solver):
         return sweep_with_momentum(step, self.tolerance, self.largest_slip, turn, MOMENTUM, **others)
 
 
-def steps_that_gain(
-    active: ActiveSet, start: np.ndarray, aim: float, most: int, patience: int, enough: float
-) -> Attempt:
+def steps_that_gain(active: ActiveSet, start: np.ndarray, aim: float, most: int, patience: int, enough: float) -> Attempt:
     """:data:`TRIAL` Newton steps, and further ones where these have gained: where they leave ``enough`` or less."""
     first = proximal_newton(active, start, aim, min(TRIAL, most), patience)
     if first.residual > enough or first.residual <= aim:

@@ -328,8 +328,8 @@ def test_what_gains_nothing_is_given_up(monkeypatch):
 
 @pytest.mark.parametrize("gain", [0.9, 0.1])
 def test_auto_tries_newton_steps_before_it_relies_on_them(gain, monkeypatch):
-    """A few that gain nothing, and the sweeps go on from where they were, by their own memory; where they gain there are more
-    at once, and sweeps begin anew."""
+    """A few that gain nothing, and the sweeps go on from where they were, by their own memory; where they gain there are
+    more at once, and sweeps begin anew."""
     problem, module = pressed(), sys.modules[lm.Auto.__module__]
     newton, sweeps, residual = [], [], [0.5]
 
@@ -349,7 +349,8 @@ def test_auto_tries_newton_steps_before_it_relies_on_them(gain, monkeypatch):
     assert solution.status == "converged"
     assert newton[0] == TRIAL
     assert sweeps[:2] == [(first, False), (LONGER * first, gain < 0.5)]
-    assert (newton[1] > TRIAL) and all(anew for _, anew in sweeps[2:])
+    assert newton[1] > TRIAL
+    assert all(anew for _, anew in sweeps[2:])
 
 
 def test_no_interaction_and_nothing_to_do():
