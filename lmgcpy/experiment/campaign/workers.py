@@ -160,12 +160,11 @@ class Cluster(Workers):
             raise RuntimeError("All workers have died, and none came back: see whether memory suffices, and resume.")
 
     def deaths(self, error: BaseException) -> int:
-        from distributed.client import FutureCancelledError
         from distributed.scheduler import KilledWorker
 
         if isinstance(error, KilledWorker):  # Dask tries again by itself, so often as its scheduler was told
             return error.allowed_failures + 1
-        return int(isinstance(error, (CancelledError, FutureCancelledError)))
+        return int(isinstance(error, CancelledError))
 
     def close(self) -> None:
         for one in self._to_close:
