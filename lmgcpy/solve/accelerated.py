@@ -68,7 +68,7 @@ def step_size(team):
 
 
 def no_memory() -> np.ndarray:
-    """Room for what a solve remembers of its sweeps when it pauses."""
+    """Room for the twelve numbers that a solve remembers of its sweeps when it pauses; zeros as long as it has not."""
     return np.zeros(12)
 
 
@@ -136,7 +136,7 @@ def accelerated_gauss_seidel(team: Team, tolerance, slip, turn, overtime, most, 
             if residual < best:
                 best = residual
                 share_chunks(KEEP, team)
-            if sweeps == limit and sweeps * (best / tolerance - 1.0) <= overtime:
+            if sweeps == limit and sweeps * (best - tolerance) <= overtime * tolerance:
                 limit = min(limit + turn, last)
             if best < 0.99 * milestone:
                 milestone = best

@@ -205,8 +205,8 @@ def in_turns(turns, **options):
 
 
 def test_sweeps_go_on_after_a_pause_as_if_there_had_been_none():
-    """But for round-off, as velocities are made anew: 160 sweeps, in one, two and three turns. (Begun anew after each, the
-    momentum would be too, and the residuals differ by factors.)"""
+    """But for round-off, as velocities are made anew: 160 sweeps, in one, two and three turns. (Residuals differ by 2e-12
+    and impulses by 1e-14; with sweeps that begin anew after each turn it is 30 % and 8 %.)"""
     found = []
     for turns in ([160], [100, 60], [37, 63, 60]):
         sim = block(in_turns(turns))

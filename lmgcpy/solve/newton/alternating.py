@@ -44,14 +44,17 @@ ENDED = (CONVERGED, ROUND_OFF, NOT_FINITE)
 WORK = 320_000
 """Newton steps of a solve may cost as much as so many sweeps: in large samples in space one takes seconds."""
 LONGEST = 8000
-"""Most sweeps of a turn."""
+"""Most sweeps of a turn. (With 16 000 instead of 4000 three of a hundred errors more are reached on the steps of
+``benchmarks/auto_choice.py``, and those that are not cost a sixth more.)"""
 NEARLY = 2
 """Before the first Newton steps sweeps go on where they are expected to end within the cost of so many times seven Newton
-steps, their residual taken to fall as one over their number."""
+steps, their residual taken to fall as one over their number. (Between one and three times makes no difference on the steps
+of ``benchmarks/auto_choice.py``.)"""
 TRIAL = 4
 """Newton steps that ``Auto`` tries first: where the statuses are right the residual halves within these, and else sweeps go
 on as if there had been none, :data:`LONGER` times as long."""
 LONGER = 4
+"""With five times their first turn sweeps have cost what the first Newton steps in earnest may cost, :data:`PATIENCE`."""
 MOST_PATIENCE, LAST_PATIENCE = 8 * PATIENCE, 400
 """Largest patience with Newton steps, and the patience with the last ones, when the sweeps are spent."""
 GAIN = 0.5
@@ -93,7 +96,7 @@ class Alternating(Solver):
 
     @abstractmethod
     def first_turn(self, interactions: int, dimension: int) -> int:
-        """Sweeps before the first Newton steps; before the next it is twice as many, and so on."""
+        """Sweeps before the first Newton steps; before the next it is twice as many, after a trial four times."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
