@@ -76,7 +76,7 @@ def main(spheres: int, samples: int, tolerance: float) -> None:
                     )
                     print(*rows[-1], file=sys.stderr, flush=True)
     header = ["spheres", "interactions", "friction", "seed", "start", "solver", "status", "residual", "sweeps"]
-    report("jammed", [*header, "Newton steps", "processor seconds"], rows)
+    report(f"jammed_{spheres}", [*header, "Newton steps", "processor seconds"], rows)
 
 
 if __name__ == "__main__":
