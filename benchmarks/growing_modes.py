@@ -1,6 +1,6 @@
 """Why sweeps and outer loops do not come to rest where friction jams: how they answer to a small error of a solution.
 
-Steps of packs of rough spheres (``jammed``), small enough for Newton's method to solve them to 1e-9. At the solution, with
+Steps of packs of rough spheres (``jammed``), small enough for Newton's method to solve them. At the solution, with
 
     a = r - u / w,    J = 1 - P (1 - W / w),    P = dr/da,
 
@@ -12,10 +12,10 @@ w the mean diagonal of a contact's block, and P by status: 0 where open, 1 where
 * a turn of the loop on dilations: all are solved with ``r`` in the cone and ``(u_n + mu s, u_t)`` in its dual, then
   ``s <- |u_t|`` (De Saxce, Feng 1998; Acary, Cadoux, Lemarechal, Malick 2011).
 
-In the last two the contacts that slide have, beside ``r_n``, one unknown across ``tau``, of stiffness ``|u_t| / (mu r_n)``.
-An eigenvalue of G beyond 1 in size is an error that grows. Damping, ``1 - theta + theta G``, keeps at bay what has a real
-part below 1; what has not grows under every damping. For the fastest of a sweep the growth is measured as well: the
-solution is disturbed along it, and swept.
+In the last two the contacts that slide have, beside ``r_n``, one unknown across ``tau``, of stiffness
+``|u_t| / (mu r_n) = w (|a_t| / (mu a_n) - 1)``. An eigenvalue of G beyond 1 in size is an error that grows. Damping,
+``1 - theta + theta G``, keeps at bay what has a real part below 1; what has not grows under every damping. For the fastest
+of a sweep the growth is measured as well: the solution is disturbed along it, and swept.
 
 python benchmarks/growing_modes.py [SPHERES [SAMPLES]]
 """
@@ -29,6 +29,8 @@ from jammed import FRICTIONS, isotropic
 from table import report
 
 import lmgcpy as lm
+from lmgcpy.solve.newton.active_set import ActiveSet
+from lmgcpy.solve.newton.rows import OPEN, SLIDE
 
 SOLVED = 1e-8
 """Residual up to which a step counts as solved."""
@@ -42,19 +44,15 @@ class Solution:
     """A solved step, with the contacts that act as arrays."""
 
     def __init__(self, problem: lm.Problem, impulses: np.ndarray):
-        weight = problem.local_weight()
-        u = problem.velocities(impulses)
-        a = impulses - u / weight[:, None]
+        active = ActiveSet(problem)
+        _, status = active.error(impulses)
         self.problem, self.impulses = problem, impulses
-        self.acting = np.flatnonzero(a[:, 0] > 0.0)
+        self.acting = np.flatnonzero(status.kind != OPEN)
         rows = (3 * self.acting[:, None] + np.arange(3)).ravel()
         self.W = problem.W.toarray()[np.ix_(rows, rows)]
-        self.w, self.mu = weight[self.acting], problem.mu[self.acting]
-        self.a = a[self.acting]
-        self.size = np.linalg.norm(self.a[:, 1:], axis=1)
-        self.limit = self.mu * self.a[:, 0]
-        self.slides = np.flatnonzero(self.size > self.limit)
-        self.tau = np.where(self.size[:, None] > 0.0, self.a[:, 1:] / np.maximum(self.size, 1e-300)[:, None], 0.0)
+        self.w, self.mu = active.weight[self.acting], problem.mu[self.acting]
+        self.sliding = status.kind[self.acting] == SLIDE
+        self.tau, self.turning = status.direction[self.acting], status.turning[self.acting]
 
     def of_sweep(self) -> np.ndarray:
         """G of a sweep over the contacts that act."""
@@ -62,10 +60,10 @@ class Solution:
         P = np.zeros((3 * count, 3 * count))
         for k in range(count):
             block = np.eye(3)
-            if self.size[k] > self.limit[k]:
-                tau, part = self.tau[k], self.limit[k] / self.size[k]
+            if self.sliding[k]:
+                tau = self.tau[k]
                 block[1:, 0] = self.mu[k] * tau
-                block[1:, 1:] = part * (np.eye(2) - np.outer(tau, tau))
+                block[1:, 1:] = (np.eye(2) - np.outer(tau, tau)) / (1.0 + self.turning[k])
             P[3 * k : 3 * k + 3, 3 * k : 3 * k + 3] = block
         J = np.eye(3 * count) - P @ (np.eye(3 * count) - self.W / np.repeat(self.w, 3)[:, None])
         lower = J * np.kron(np.tril(np.ones((count, count))), np.ones((3, 3)))
@@ -76,12 +74,11 @@ class Solution:
         # columns: what is free in the impulses of each contact; of sliding ones normal and across
         columns, stiffness, normal_of = [], [], []
         for k in range(len(self.acting)):
-            sliding = self.size[k] > self.limit[k]
-            if sliding:
+            if self.sliding[k]:
                 normal_of.append(len(columns))
                 across = np.array([0.0, -self.tau[k, 1], self.tau[k, 0]])
                 local = [np.array([1.0, 0.0, 0.0]), across]
-                stiffness += [0.0, self.w[k] * (self.size[k] / self.limit[k] - 1.0)]
+                stiffness += [0.0, self.w[k] * self.turning[k]]
             else:
                 local = list(np.eye(3))
                 stiffness += [0.0] * 3
@@ -90,10 +87,10 @@ class Solution:
                 column[3 * k : 3 * k + 3] = vector
                 columns.append(column)
         C, normal = np.array(columns).T, np.array(normal_of, int)
-        along = np.zeros((len(C), len(self.slides)))
-        for j, k in enumerate(self.slides):
+        mu = self.mu[self.sliding]
+        along = np.zeros((len(C), len(mu)))
+        for j, k in enumerate(np.flatnonzero(self.sliding)):
             along[3 * k + 1 : 3 * k + 3, j] = self.tau[k]
-        mu = self.mu[self.slides]
         answer = solved(C.T @ self.W @ C + np.diag(stiffness), -C.T @ self.W @ along)
         thresholds = mu[:, None] * answer[normal]
         edge = C.copy()
@@ -154,7 +151,7 @@ def main(spheres: int, samples: int) -> None:
             G = solution.of_sweep()
             sweep = beyond(G)
             measured = f"{solution.growth(G):.5f}" if sweep[0] else ""
-            row += [f"{len(solution.slides)} of {len(solution.acting)}", sweep[0], f"{sweep[2]:.5f}", measured]
+            row += [f"{solution.sliding.sum()} of {len(solution.acting)}", sweep[0], f"{sweep[2]:.5f}", measured]
             for loop in map(beyond, solution.of_loops()):
                 row += [f"{loop[0]}, {loop[1]}", f"{loop[2]:.2f}"]
             rows.append(row)
