@@ -55,10 +55,10 @@ product, times, plus, less = _of_two["product"], _of_two["times"], _of_two["plus
 plus_row, less_row, scaled_row = _of_two["plus_row"], _of_two["less_row"], _of_two["scaled_row"]
 
 
-def residual(start, count, offset, weight, s):
+def residual(start, count, offset, weight, s, until_changed=False):
     """Write -F and the slopes to the scratch; return (sum of (w F)^2, whether the law of a link changed its piece).
 
-    Normal rows are divided by ``1 + s (w - W)``, as in ``wire_block``: the slope is that for ``w_i = W_ii``, whatever the
+    ``until_changed``: whether to leave off at the first link whose law did. Normal rows are divided by ``1 + s (w - W)``, as in ``wire_block``: the slope is that for ``w_i = W_ii``, whatever the
     weight.
     """
     merit = 0.0
@@ -84,6 +84,8 @@ def residual(start, count, offset, weight, s):
         before = s.scratch[i, SLOPES]
         if abs(gradient - before) > SAME * abs(gradient) or (gradient == 0.0 and abs(new - r) > SAME * abs(new)):
             changed = True
+            if until_changed:
+                break
         s.scratch[i, SLOPES] = gradient
         merit += (w * (new - r)) ** 2 + 0.0 * gradient  # a slope that is not finite must not pass for a singular matrix
         # rows across: F = r_t + kappa (u_t - c_t), slope -kappa

@@ -52,8 +52,10 @@ SAME = 1e-9
 """Relative difference up to which two slopes, or two impulses, are the same but for round-off."""
 
 
-def residual(start, count, offset, weight, s):
+def residual(start, count, offset, weight, s, until_changed=False):
     """Write -F and the slopes to columns 0 and 1; return (sum of (w F)^2, whether the law of a link changed its piece).
+
+    ``until_changed``: whether to leave off at the first link whose law did.
 
     ``weight``: w_i as a fraction of W_ii. Rows are divided by their diagonal entry ``1 + s (w - W)``, which makes of every
     slope the one for ``w_i = W_ii``: the matrix does not depend on the weight.
@@ -82,6 +84,8 @@ def residual(start, count, offset, weight, s):
         # on the one from which it was taken: there new = r.
         if abs(gradient - s.scratch[i, 1]) > SAME * abs(gradient) or (gradient == 0.0 and abs(new - r) > SAME * abs(new)):
             changed = True
+            if until_changed:
+                break
         s.scratch[i, 1] = gradient
         merit += (w * (new - r)) ** 2 + 0.0 * gradient  # a slope that is not finite must not pass for a singular matrix
     return merit, changed
@@ -180,7 +184,7 @@ def sweep(start, stop, offset, s: System):
     count = stop - start
     weight = LIGHT
     cycled = False
-    merit, changed = residual(start, count, offset, weight, s)
+    merit, changed = residual(start, count, offset, weight, s, True)
     if changed:  # the active set is another than at the end of the last visit, or there was none
         weight = 1.0
         merit, _ = residual(start, count, offset, weight, s)
