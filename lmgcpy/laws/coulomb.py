@@ -9,32 +9,32 @@ from lmgcpy.laws.signorini import approach
 
 ROUND_OFF = 1e-14
 """A sum that is no larger than this part of its terms counts as zero. The test for singular blocks of W uses it."""
+LEAST = 1e-300
+"""In place of a ``W_tt`` that is zero: what slides has all its friction, and what stands none."""
 
 
 def react_in_plane(W, q_n, q_t, friction):
     """Impulse (r_n, r_t) of ``0 <= u_n _|_ r_n >= 0``, ``|r_t| <= mu r_n``, opposing ``u_t``, for ``u = q + W r``."""
     (w_nn, w_nt), (w_tn, w_tt) = W
-    # open: u = q satisfies the law with r = 0
-    if q_n >= 0.0:
+    # open: u = q satisfies the law with r = 0; and no impulse does better where none moves the bodies
+    if q_n >= 0.0 or w_nn <= 0.0:
         return (0.0, 0.0)
-    # diagonal block: r_n and r_t decouple, and r_t is projected on the disk of radius mu r_n
-    if w_nt == 0.0 and w_tn == 0.0 and w_nn > 0.0 and w_tt > 0.0:
+    # diagonal block: r_n and r_t decouple, and r_t is projected on the disk of radius mu r_n, also where nothing turns q_t
+    if w_nt == 0.0 and w_tn == 0.0:
         r_n = -q_n / w_nn
         limit = friction * r_n
-        return (r_n, min(limit, max(-limit, -q_t / w_tt)))
+        return (r_n, min(limit, max(-limit, -q_t / max(w_tt, LEAST))))
     return react_to_full_block_in_plane(W, q_n, q_t, friction)
 
 
 def react_to_full_block_in_plane(W, q_n, q_t, friction):
-    """The same for ``q_n < 0`` and any block; a function of its own, as :func:`react_to_full_block` is.
+    """The same for ``q_n < 0``, ``W_nn > 0`` and any block; a function of its own, as :func:`react_to_full_block` is.
 
     Statuses are tried in the order open, stick, slide. For a symmetric positive definite ``W`` a solution exists; with
     strong coupling, ``mu |W_nt| > W_nn``, there may be several, and this order is the rule that picks one. A singular
     block may have no solution (:func:`react_to_full_block`): then the impulse is that without friction.
     """
     (w_nn, w_nt), (w_tn, w_tt) = W
-    if w_nn <= 0.0:
-        return (0.0, 0.0)
     # normal impulse without friction, u_n = 0
     alone = -q_n / w_nn
     determinant = w_nn * w_tt - w_nt * w_tn

@@ -98,6 +98,15 @@ def test_mirror_images_have_mirrored_answers():
         assert react_in_plane(mirrored, -1.0, -q_t, 0.4) == (r_n, -r_t)
 
 
+@pytest.mark.parametrize(
+    ("W_nn", "q_t", "expected"),
+    [(2.0, 1e-5, (0.5, -0.2)), (2.0, -1e5, (0.5, 0.2)), (2.0, 0.0, (0.5, 0.0)), (0.0, 1.0, (0.0, 0.0))],
+)
+def test_where_nothing_turns_the_sliding_velocity_all_friction_acts(W_nn, q_t, expected):
+    """Diagonal blocks that are singular: W_tt = 0 leaves u_t = q_t, and mu = 0.4 of r_n = 1/2 acts against it."""
+    assert react_in_plane(((W_nn, 0.0), (0.0, 0.0)), -1.0, q_t, 0.4) == pytest.approx(expected, rel=1e-15)
+
+
 @pytest.mark.parametrize(("q_t", "status"), [(0.0, "stick"), (0.299, "stick"), (0.301, "slide"), (-0.301, "slide")])
 def test_it_slides_beyond_the_friction(q_t, status):
     """With W = I and a blow of 1 m/s, r_n = 1: it sticks up to |q_t| = mu = 0.3, and slides against u_t beyond."""
