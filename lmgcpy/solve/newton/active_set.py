@@ -33,7 +33,7 @@ import numpy as np
 from lmgcpy.solve.newton.elimination import Elimination
 from lmgcpy.solve.newton.path_kernels import next_bend, pass_bend
 from lmgcpy.solve.newton.path_kernels_3d import impulses_of, next_wall, pass_wall
-from lmgcpy.solve.newton.rows import LINK, local_maps, natural_map, newton_rows, parity
+from lmgcpy.solve.newton.rows import LINK, impulses_by, local_maps, natural_map, newton_rows, parity, velocities_given
 from lmgcpy.solve.problem import Problem
 
 LARGE = 1e12
@@ -125,7 +125,7 @@ class ActiveSet:
         across = self.local_maps(status)
         order, known = self._elimination.order(np.flatnonzero(free))
         if not len(order):
-            return Factors(None, order, E[order], S[order], np.zeros((0, self.width), bool))
+            return Factors(None, order, E[order], S[order], free[order], 0)
         unknown = np.zeros_like(free)
         unknown[order] = np.cumsum(free[order]) - free[order]
         diagonal = np.repeat(epsilon * self.weight[:, None], self.width, axis=1)  # S E is the identity
@@ -139,16 +139,16 @@ class ActiveSet:
         count = newton_rows(*self._blocks, order, unknown, *self._maps, diagonal, *self._rows)
         pointer, index, entry = self._rows
         matrix = sparse.csr_array((entry[:count], index[:count], pointer[: size + 1]), shape=(size, size))
-        unknowns, border = np.arange(self.width) < free[order, None], 0
         if self._cell is not None:
-            border = self._cell.shape[2]
+            border, unknowns = self._cell.shape[2], np.arange(self.width) < free[order, None]
             down, across = (
                 np.einsum(how, of[order], self._cell[order])[unknowns]
                 for how, of in (("iab,ibq->iaq", S), ("iba,ibq->iaq", E))
             )
             matrix = sparse.block_array([[matrix, down], [across.T, -np.eye(border)]])
+            size += border
         lu = self._elimination.factorise(matrix.tocsc(), order, unknown, known)
-        return Factors(lu, order, E[order], S[order], unknowns, border)
+        return Factors(lu, order, E[order], S[order], free[order], size)
 
     def local_maps(self, status: Status) -> np.ndarray:
         """Fill the arrays of the local maps; returns ``turning`` of the rows after the first, (m, 1) or more."""
@@ -206,10 +206,10 @@ class Factors:
     """The interactions that act, as they are eliminated, (k,)."""
     E: np.ndarray
     S: np.ndarray
-    unknowns: np.ndarray
-    """Which columns of E, and rows of S, are there, (k, d) bool."""
-    border: int = 0
-    """Number of unknowns of a periodic cell, which come last."""
+    free: np.ndarray
+    """How many columns of E, and rows of S, are there, (k,)."""
+    size: int
+    """Number of unknowns; those of a periodic cell come last."""
 
     @property
     def sign(self) -> float:
@@ -217,17 +217,15 @@ class Factors:
         if not len(self.order):
             return 1.0
         diagonal = self.lu.U.diagonal()
-        of_border = -1.0 if self.border % 2 else 1.0  # det = det(-1) det(S (W + epsilon w) E + D)
+        border = self.size - int(self.free.sum())
+        of_border = -1.0 if border % 2 else 1.0  # det = det(-1) det(S (W + epsilon w) E + D)
         return of_border * parity(self.lu.perm_r) * parity(self.lu.perm_c) * float(np.prod(np.sign(diagonal)))
 
     def impulses(self, given: np.ndarray) -> np.ndarray:
         """``r = E x`` with ``(S (W + epsilon w) E + D) x = S given``, of the shape of ``given`` (m, d)."""
         r = np.zeros_like(given)
         if len(self.order):
-            x = np.zeros(self.unknowns.shape)
-            right = np.einsum("iab,ib->ia", self.S, given[self.order])[self.unknowns]
-            if self.border:
-                right = np.append(right, np.zeros(self.border))
-            x[self.unknowns] = self.lu.solve(right)[: len(right) - self.border]
-            r[self.order] = np.einsum("iab,ib->ia", self.E, x)
+            right = np.zeros(self.size)
+            velocities_given(given, self.order, self.S, self.free, right)
+            impulses_by(self.lu.solve(right), self.order, self.E, self.free, r)
         return r

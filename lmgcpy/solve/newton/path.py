@@ -30,7 +30,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lmgcpy.solve.newton.active_set import ActiveSet, Status
-from lmgcpy.solve.newton.path_kernels import change_of_matrix, pass_earlier
+from lmgcpy.solve.newton.path_kernels import change_of_a, change_of_matrix
 
 RENEW = 50
 """Bends that are passed with one factorisation."""
@@ -68,10 +68,9 @@ class Derivative:
 
     def step(self, given: np.ndarray) -> np.ndarray:
         """The change of ``a`` (m, d) that changes F by ``given``, in the cell behind the last bend."""
-        r = self._factors.impulses(given)
-        w = self._active.weight[:, None]
-        y = r + (given - self._active.problem.times(r.ravel()).reshape(r.shape) - self._epsilon * w * r) / w
-        pass_earlier(self.passed, self._at, self._walls, self._changes, y)
+        r, y = self._factors.impulses(given), np.empty_like(given)
+        of_r = self._active.problem.times(r.ravel()), self._epsilon, self._active.weight
+        change_of_a(r, given, *of_r, self.passed, self._at, self._walls, self._changes, y)
         return y
 
     def bend(self, i: int, wall: np.ndarray, jump: np.ndarray, along: np.ndarray) -> tuple[np.ndarray, bool]:

@@ -97,19 +97,26 @@ def change_of_matrix(i, jump, epsilon, first, row, block, w, g):
 
 
 @kernel
-def pass_earlier(count, at, walls, changes, y):
-    """Take ``y`` (m, d), a solution with the matrix that was factorised, to that with the matrix of ``count`` bends later.
+def change_of_a(r, given, Wr, epsilon, w, count, at, walls, changes, y):
+    """Fill ``y`` (m, d) with the change of ``a`` that changes F by ``given`` (m, d).
 
-    ``changes`` (count, m, d): ``A^-1 g / (1 + wall . A^-1 g)`` of every bend, A the matrix before it; by Sherman and
-    Morrison y goes over into ``y - (wall . y)`` times this.
+    ``r`` (m, d) and ``Wr`` (m d,): by how much impulses and velocities change then with the matrix that was factorised.
+
+    ``walls`` (count, d) and ``changes`` (count, m, d), ``A^-1 g / (1 + wall . A^-1 g)`` of every bend since, at the
+    interactions ``at``, A the matrix before it, lead to the solution with the present one.
     """
-    d = y.shape[1]
+    m, d = y.shape
+    # F = W r + q + epsilon w (r - centre) - w (r - a)
+    for j in range(m):
+        for c in range(d):
+            y[j, c] = r[j, c] + (given[j, c] - Wr[j * d + c] - epsilon * w[j] * r[j, c]) / w[j]
+    flat = y.reshape(m * d)  # one loop over all components is one that the compiler makes a vector loop
     for k in range(count):
         # Sherman-Morrison: y <- y - (wall . y) A^-1 g / (1 + wall . A^-1 g)
         part = 0.0
         for c in range(d):
             part += walls[k, c] * y[at[k], c]
         if part != 0.0:
-            for j in range(y.shape[0]):
-                for c in range(d):
-                    y[j, c] -= part * changes[k, j, c]
+            change = changes[k].reshape(m * d)
+            for j in range(m * d):
+                flat[j] -= part * change[j]

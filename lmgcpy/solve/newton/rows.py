@@ -141,6 +141,34 @@ def newton_rows(first, column, block, order, unknown, free, E, S, diagonal, poin
 
 
 @kernel
+def velocities_given(u, order, S, free, right):
+    """Fill ``right`` (n,) with ``S u`` of the interactions in ``order`` (k,), S (k, d, d) with ``free`` (k,) rows."""
+    d = u.shape[1]
+    row = 0
+    for k in range(order.shape[0]):
+        for a in range(free[k]):
+            value = 0.0
+            for b in range(d):
+                value += S[k, a, b] * u[order[k], b]
+            right[row] = value
+            row += 1
+
+
+@kernel
+def impulses_by(x, order, E, free, r):
+    """Fill ``r`` (m, d) with ``E x`` of the interactions in ``order`` (k,), E (k, d, d) with ``free`` (k,) columns."""
+    d = r.shape[1]
+    first = 0
+    for k in range(order.shape[0]):
+        for a in range(d):
+            value = 0.0
+            for b in range(free[k]):
+                value += E[k, a, b] * x[first + b]
+            r[order[k], a] = value
+        first += free[k]
+
+
+@kernel
 def parity(order):
     """1.0 for an even permutation (n,) of 0, 1, ..., -1.0 for an odd one."""
     # a cycle of k places is k - 1 transpositions
