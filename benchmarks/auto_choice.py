@@ -55,9 +55,12 @@ def cases() -> Iterator[Case]:
 
 
 def ratios(judged: Judged) -> list[float]:
-    """Time of `Auto` over that of the fastest solver, for each target that one reaches; infinite if `Auto` does not."""
+    """Time of `Auto` over that of the fastest solver, for each target that the references can tell and a solver reaches;
+    infinite if `Auto` does not."""
     found = []
     for target in TARGETS:
+        if judged.reference.floor > target:
+            continue
         best = {run.solver: run.seconds for run in (judged.best(name, target) for name in SOLVERS) if run}
         if best:
             found.append(best.get("auto", np.inf) / min(best.values()))

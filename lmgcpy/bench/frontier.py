@@ -21,6 +21,8 @@ from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
 from lmgcpy.solve.gauss_seidel import GaussSeidel
 from lmgcpy.solve.newton.active_set import ActiveSet
 from lmgcpy.solve.newton.alternating import newton_steps
+from lmgcpy.solve.newton.path import follow_path
+from lmgcpy.solve.newton.path_3d import follow_curve
 from lmgcpy.solve.newton.proximal import proximal_newton
 from lmgcpy.solve.problem import Problem
 from lmgcpy.solve.solvers import SOLVERS, AnySolver
@@ -135,6 +137,10 @@ def warm(problem: Problem) -> None:
     """Compile or load every kernel that the problem needs, and import the modules of Newton steps."""
     for kind in (GaussSeidel, AcceleratedGaussSeidel):  # Newton steps of this problem may take minutes
         solve(problem, solver=kind(tolerance=1e-15, max_iterations=1))
-    one = Problem(sparse.csr_array(np.eye(2)), np.array([-1.0, 0.1]), np.full(1, 0.3), 2, (Coulomb.NAME,), np.zeros(1),
-                  np.zeros((1, 2)))  # fmt: skip
-    proximal_newton(ActiveSet(one), one.guess, 0.0, 1)
+    d = problem.dimension
+    one = Problem(sparse.csr_array(np.eye(d)), np.array([-1.0, 0.1, 0.0][:d]), np.full(1, 0.3), d, (Coulomb.NAME,),
+                  np.zeros(1), np.zeros((1, d)))  # fmt: skip
+    active = ActiveSet(one)
+    proximal_newton(active, one.guess, 0.0, 1)
+    follow = follow_path if d == 2 else follow_curve
+    follow(active, -np.ones((1, d)), 1.0, one.guess, 20)  # from an open contact to a closed one: a path with a bend

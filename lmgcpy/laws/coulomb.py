@@ -19,7 +19,7 @@ def react_in_plane(W, q_n, q_t, friction):
     # open: u = q satisfies the law with r = 0; and no impulse does better where none moves the bodies
     if q_n >= 0.0 or w_nn <= 0.0:
         return (0.0, 0.0)
-    # diagonal block: r_n and r_t decouple, and r_t is projected on the disk of radius mu r_n, also where nothing turns q_t
+    # diagonal block: r_n and r_t decouple, and r_t is projected on the disk of radius mu r_n, W_tt = 0 or not
     if w_nt == 0.0 and w_tn == 0.0:
         r_n = -q_n / w_nn
         limit = friction * r_n

@@ -58,7 +58,8 @@ plus_row, less_row, scaled_row = _of_two["plus_row"], _of_two["less_row"], _of_t
 def residual(start, count, offset, weight, s, until_changed=False):
     """Write -F and the slopes to the scratch; return (sum of (w F)^2, whether the law of a link changed its piece).
 
-    ``until_changed``: whether to leave off at the first link whose law did.
+    ``until_changed``: whether to leave off at the first link whose law changed its piece; right-hand side and slopes are
+    incomplete then.
 
     Normal rows are divided by ``1 + s (w - W)``, as in ``wire_block``: the slope is that for ``w_i = W_ii``, whatever the
     weight.

@@ -55,7 +55,8 @@ SAME = 1e-9
 def residual(start, count, offset, weight, s, until_changed=False):
     """Write -F and the slopes to columns 0 and 1; return (sum of (w F)^2, whether the law of a link changed its piece).
 
-    ``until_changed``: whether to leave off at the first link whose law did.
+    ``until_changed``: whether to leave off at the first link whose law changed its piece; right-hand side and slopes are
+    incomplete then.
 
     ``weight``: w_i as a fraction of W_ii. Rows are divided by their diagonal entry ``1 + s (w - W)``, which makes of every
     slope the one for ``w_i = W_ii``: the matrix does not depend on the weight.
@@ -184,7 +185,7 @@ def sweep(start, stop, offset, s: System):
     count = stop - start
     weight = LIGHT
     cycled = False
-    merit, changed = residual(start, count, offset, weight, s, True)
+    merit, changed = residual(start, count, offset, weight, s, until_changed=True)
     if changed:  # the active set is another than at the end of the last visit, or there was none
         weight = 1.0
         merit, _ = residual(start, count, offset, weight, s)

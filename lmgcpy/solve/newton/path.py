@@ -68,9 +68,9 @@ class Derivative:
 
     def step(self, given: np.ndarray) -> np.ndarray:
         """The change of ``a`` (m, d) that changes F by ``given``, in the cell behind the last bend."""
-        r, y = self._factors.impulses(given), np.empty_like(given)
-        of_r = self._active.problem.times(r.ravel()), self._epsilon, self._active.weight
-        change_of_a(r, given, *of_r, self.passed, self._at, self._walls, self._changes, y)
+        r, y = self._factors.impulses(given), np.empty(given.shape)
+        Wr, w = self._active.problem.times(r.ravel()), self._active.weight
+        change_of_a(r, given, Wr, self._epsilon, w, self.passed, self._at, self._walls, self._changes, y)
         return y
 
     def bend(self, i: int, wall: np.ndarray, jump: np.ndarray, along: np.ndarray) -> tuple[np.ndarray, bool]:

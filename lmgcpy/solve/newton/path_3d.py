@@ -28,7 +28,8 @@ ANGLE = 0.3
 """Largest turn of a sliding direction from bend to bend [rad]: 1 - cos(ANGLE) is 4 %."""
 OFF = 0.1
 """Error of the model, in parts of what is left of F, from which the matrix is made anew. (With 0.03 or
-0.3 no more steps of compactions are solved, and in no fewer Newton steps.)"""
+0.3 no more steps of compactions are solved, and in no fewer Newton steps. Kept to within 0.01 by steps that correct them,
+71 of 378 paths came to an end instead of 265 of 420: what strays ends sooner.)"""
 ROUNDS = 10
 """Changes of status of one interaction after which a path is given up. (Of 21 paths that came to an end, in
 steps of triaxial tests and of a compaction, 20 had less.)"""

@@ -1,4 +1,5 @@
-"""Compiled parts of following a path in the plane: the next bend, and the change of the matrix there.
+"""Compiled parts of following a path in the plane: the next bend, the change of the matrix there, and steps
+behind it.
 
 Between two bends a path is a straight line in ``a = r - u / w``, in a cell that belongs to the statuses: open contacts
 ``a_n < 0``; sticking ``|a_t| < mu a_n``; sliding to ``tau``, ``tau a_t > mu a_n > 0``; taut wires ``a_n < 0``. The maps
@@ -100,10 +101,10 @@ def change_of_matrix(i, jump, epsilon, first, row, block, w, g):
 def change_of_a(r, given, Wr, epsilon, w, count, at, walls, changes, y):
     """Fill ``y`` (m, d) with the change of ``a`` that changes F by ``given`` (m, d).
 
-    ``r`` (m, d) and ``Wr`` (m d,): by how much impulses and velocities change then with the matrix that was factorised.
-
-    ``walls`` (count, d) and ``changes`` (count, m, d), ``A^-1 g / (1 + wall . A^-1 g)`` of every bend since, at the
-    interactions ``at``, A the matrix before it, lead to the solution with the present one.
+    ``r`` (m, d) and ``Wr`` (m d,): by how much impulses and velocities change then with the matrix that was factorised;
+    ``epsilon``, ``w`` (m,): its dashpots. ``at`` (count,), ``walls`` (count, d) and ``changes`` (count, m, d): of every
+    bend since, its interaction, its wall and ``A^-1 g / (1 + wall . A^-1 g)``, A the matrix before it. They turn the
+    solution with the matrix that was factorised into that with the present one.
     """
     m, d = y.shape
     # F = W r + q + epsilon w (r - centre) - w (r - a)
