@@ -3,7 +3,7 @@
 Steps of settling and compressed samples in 2D and 3D, without and with wires, each from the impulses of the step before
 ("warm") and from none ("cold"). Errors are those of `lmgcpy bench`, by two references: docs/frontier.md.
 
-python benchmarks/auto_choice.py [PART-OF-A-NAME]
+python benchmarks/auto_choice.py [PART-OF-A-NAME [SEED]]
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ FEW, MANY = 1.3, 3.0
 """Times the fastest solver's time, within which the choice is as good as the best, and beyond which it is a bad one."""
 
 
-def settling(grains: int = 600) -> Iterator[Case]:
+def settling(seed: int, grains: int = 600) -> Iterator[Case]:
     """Steps of disks that settle in a box: the second one, in the middle, and near rest."""
-    radii = lm.sample.grading(grains, minimum=0.005, maximum=0.01, by="diameter", seed=0)
+    radii = lm.sample.grading(grains, minimum=0.005, maximum=0.01, by="diameter", seed=seed)
     scene = lm.Scene(dimension=2, gravity=(0.5, -9.81))
     sand = lm.Material("sand", density=2600.0)
-    for radius, place in zip(radii, lm.sample.deposit(radii, box=(0.25, None), seed=0), strict=True):
+    for radius, place in zip(radii, lm.sample.deposit(radii, box=(0.25, None), seed=seed), strict=True):
         scene.add(lm.disk(radius=radius, position=place, material=sand))
     for point, normal in (((0, 0), (0, 1)), ((0, 0), (1, 0)), ((0.25, 0), (-1, 0))):
         scene.add(lm.wall(point=point, normal=normal))
@@ -45,9 +45,9 @@ def settling(grains: int = 600) -> Iterator[Case]:
         yield Case(f"settling-{steps}", "settling 2D", sim.problem())
 
 
-def cases() -> Iterator[Case]:
+def cases(seed: int) -> Iterator[Case]:
     """Every step, warm and cold."""
-    for family in (settling(), in_the_plane(), in_space()):
+    for family in (settling(seed), in_the_plane(seed=seed), in_space(seed=seed)):
         for case in family:
             yield replace(case, name=f"{case.name}, warm")
             nothing = np.zeros_like(case.problem.guess)
@@ -67,10 +67,10 @@ def ratios(judged: Judged) -> list[float]:
     return found
 
 
-def main(part: str) -> None:
+def main(part: str, seed: int) -> None:
     by_family: dict[str, list[float]] = {}
-    rows = []
-    for case in cases():
+    rows, sample = [], f"_{seed}" if seed else ""
+    for case in cases(seed):
         judged = judge(case) if part in case.name else None
         if judged is None:
             continue
@@ -79,15 +79,17 @@ def main(part: str) -> None:
         rows.append([case.name, case.interactions, f"{judged.reference.distance:.0e}", *(f"{ratio:.2f}" for ratio in mine)])
         rows[-1] += [""] * (3 + len(TARGETS) - len(rows[-1]))
         print(*rows[-1], sep=", ", flush=True)
-    report("auto_choice_steps", ["step", "interactions", "references", *(f"to {target:g}" for target in TARGETS)], rows)
+    head = ["step", "interactions", "references", *(f"to {target:g}" for target in TARGETS)]
+    report(f"auto_choice_steps{sample}", head, rows)
     rows = []
     by_family["all"] = [ratio for found in by_family.values() for ratio in found]
     for family, found in by_family.items():
         share = [f"{100.0 * np.mean(np.array(found) <= most):.0f} %" for most in (FEW, MANY)]
         rows.append([family, len(found), *share, f"{np.median(found):.2f}", int(np.isinf(found).sum())])
     head = ["family", "errors judged", f"within {FEW:g} times", f"within {MANY:g} times", "median", "not reached"]
-    report("auto_choice", head, rows)
+    report(f"auto_choice{sample}", head, rows)
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:] or [""])
+    given = sys.argv[1:]
+    main(given[0] if given else "", int(given[1]) if len(given) > 1 else 0)

@@ -39,24 +39,24 @@ STRAINS = (0.002, 0.02)
 WIRES = (RigidWire(), RigidRod(), ElasticWire(axial_rigidity=1e7))
 
 
-def in_the_plane(grains: int = 340, beads: int = 60) -> Iterator[Case]:
+def in_the_plane(grains: int = 340, beads: int = 60, seed: int = 0) -> Iterator[Case]:
     """Steps of biaxial tests on one compacted sample, as sand and as TexSol with each law of the wire."""
-    sample = compact(lay_sample(grains, beads, seed=0), pressure=PRESSURE, density=DENSITY).sample
+    sample = compact(lay_sample(grains, beads, seed=seed), pressure=PRESSURE, density=DENSITY).sample
     for law in (None, *WIRES):
         yield from steps_of_test(Biaxial, sample, law, RUN)
 
 
-def in_space(grains: int = 200, beads: int = 110) -> Iterator[Case]:
+def in_space(grains: int = 200, beads: int = 110, seed: int = 0) -> Iterator[Case]:
     """Early and later steps of a box of spheres under gravity, without and with a wire, and steps of triaxial tests.
 
     The triaxial tests have one compacted sample, as sand and as TexSol with a rigid or an elastic wire.
     """
     for wire in (False, True):
-        sim = box_of_spheres(grains, beads if wire else 0, seed=0)
+        sim = box_of_spheres(grains, beads if wire else 0, seed=seed)
         for steps in (2, 60):
             sim.run(steps=steps - sim.steps)
             yield Case(f"box-{'texsol' if wire else 'sand'}-step-{steps}", "box 3D", sim.problem())
-    laid = lay_sample_3d(grains, beads, density=DENSITY, seed=0)
+    laid = lay_sample_3d(grains, beads, density=DENSITY, seed=seed)
     sample = compact(laid, pressure=PRESSURE, density=DENSITY, **Study3D(pressure=PRESSURE).relaxation(laid)).sample
     for law in (None, RigidWire(), ElasticWire(axial_rigidity=Study3D().axial_rigidity)):
         yield from steps_of_test(Triaxial, sample, law, replace(RUN, momentum=Study3D.MOMENTUM))
