@@ -31,7 +31,7 @@ from lmgcpy.solve.newton.path_3d import follow_curve
 
 FIRST = 1e-2
 """epsilon to start with. (With 1e-4 and 0.1 ``Auto`` is within 1.3 times the fastest solver less often on the steps of
-``benchmarks/auto_choice.py``: 87 and 88 % against 93 %, and on another sample 84 % against 87 %.)"""
+``benchmarks/auto_choice.py``: 87 and 88 % against 93 to 96 %, and on another sample 84 % against 87 %.)"""
 FALL = (10.0, 4.0, 4.0, 2.0, 2.0, 2.0)
 """epsilon is divided by this after a success that took 1, 2, 3 ... Newton steps; a proximal problem gets no more steps."""
 RISE = 10.0
@@ -53,8 +53,8 @@ MOST_IN_SPACE = 60
 """Factorisations that one in space may cost."""
 COST = 6
 """Number of bends that count as a factorisation; the two ends of a path count as two more. (Ten cost as
-much, with 970 interactions. With ten, paths are tried for longer, and ``Auto`` is within 1.3 times the fastest solver on
-84 % of the steps of ``benchmarks/auto_choice.py`` instead of 87 %.)"""
+much, with 970 interactions. With ten, paths are tried for longer, and on the steps of ``benchmarks/auto_choice.py``
+``Auto`` does not reach three of 108 errors instead of none.)"""
 
 
 class Attempt(NamedTuple):
