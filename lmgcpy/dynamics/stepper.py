@@ -29,6 +29,7 @@ from lmgcpy.dynamics.solve_step import solve_step
 from lmgcpy.dynamics.start_overlaps import overlaps_at_start
 from lmgcpy.dynamics.stretch_and_energy_watch import Watch
 from lmgcpy.dynamics.turning_stretch import TurningStretch
+from lmgcpy.dynamics.whipping_links import WhippingLinks
 from lmgcpy.errors import closest, flag, named_arguments, number, one_of, shown, warn, whole
 from lmgcpy.solve.newton.alternating import Auto
 from lmgcpy.solve.problem import Problem
@@ -46,11 +47,13 @@ class Found(NamedTuple):
     solved: StepProblem
     """The step as it was solved first."""
     displacement: np.ndarray
-    """``h v`` of the first solve [m, m, m or rad ...], (n, k): by it the step moves the bodies."""
+    """``h v`` of the first solve, and what projects links that whip [m, m, m or rad ...], (n, k): by it the step moves the
+    bodies."""
     problem: StepProblem
     """The step as it was solved last. Its velocities and impulses are those of the step."""
     pushed: np.ndarray | None
-    """Impulses of the first solve less those of the last (m, d), which moved only positions; None after a single solve."""
+    """Impulses that moved only positions (m, d), None for none: those of the first solve less those of the last, and those
+    that project links that whip."""
     moves: Displacements
 
 
@@ -68,7 +71,8 @@ class Stepper:
 
     In a periodic cell bodies move with ``v + G q`` instead of v (``lmgcpy/dynamics/cell.py``).
     Where links would make energy as they are pulled back, positions and velocities come from two solves
-    (``lmgcpy/dynamics/turning_stretch.py``).
+    (``lmgcpy/dynamics/turning_stretch.py``); where light bodies whip, displacements are projected
+    (``lmgcpy/dynamics/whipping_links.py``).
     """
 
     _made = False
@@ -117,6 +121,7 @@ class Stepper:
         self._displacement_watch = DisplacementWatch(model)
         self._watch = Watch(model)
         self._turning_stretch = TurningStretch(model)
+        self._whipping_links = WhippingLinks(model)
         scene.hand_over(self.state)  # last: a scene that was refused can be mended
         self._made = True
 
@@ -246,8 +251,12 @@ class Stepper:
         if far.unseen(moves, after, self._detector.widest):
             interactions, given, solved = self._detect_and_solve(before, free_velocity, worse(moves, after))
             after = far.measure(solved.system.velocity, h)
-        displacement = h * solved.system.velocity
+        displacement, projected = h * solved.system.velocity, None
+        if self.geometric_stiffness and self._links.count:
+            displacement, projected = self._whipping_links.put_back(solved, displacement, before)
         problem, pushed = self._take_back_stretch(given, solved, before)
+        if projected is not None:
+            pushed = projected if pushed is None else pushed + projected
         return Found(interactions, solved, displacement, problem, pushed, worse(moves, after))
 
     def _detect_and_solve(
