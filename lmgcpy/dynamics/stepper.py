@@ -302,15 +302,19 @@ class Stepper:
     # ---------------------------------------------------------------------------------------------------- warnings
 
     def _watched(self, found: Found, force: np.ndarray, before: np.ndarray) -> list[str]:
-        """Warnings of a step: large displacements, links off their length, energy that was made."""
+        """Warnings of a step: large displacements, links off their length, energy that links took, and that was made."""
         h, end = self.time_step, self.state.time + self.time_step
         unresolved = np.zeros(0)
         if not self.geometric_stiffness:
             first = found.solved
             unresolved = self._links.resolution(first.system.impulse, first.data.gap, h)
+        jerk: Iterator[str] = iter(())
+        if self.report.solved:
+            jerk = self._watch.jerk(found.problem, found.solved.data.gap, self.energy, lambda: self._thrust(force))
         return [
             *self._displacement_watch.far(found.moves, before, found.problem.system.velocity, end, h),
             *self._watch.links(found.solved, unresolved),
+            *jerk,
             *self._watch.energy(self.energy, lambda: self._thrust(force), end, h),
         ]
 

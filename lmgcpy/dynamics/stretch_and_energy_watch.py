@@ -1,8 +1,16 @@
-"""Warnings of a run: links that do not keep their length, and interactions that make energy.
+"""Warnings of a run: links that do not keep their length, interactions that make energy, and jerks without rebound.
 
-Both can go wrong although every step is solved: in a time step that is too long links turn by large angles, and the stretch
-that remains is pulled back in the next step. Each warning comes once, with its number, the bodies, and a time step that
-would do. It costs some sums over the links and the laws of a step.
+All can happen although every step is solved: in a time step that is too long links turn by large angles, and the stretch
+that remains is pulled back in the next step.
+
+**Jerks.** A rigid link does no work in nature. A body of mass M that stretches out two links of length l round a light body
+of mass m turns it round ever faster. It is thrown back with all its energy after the light body has gone through the line,
+which takes ``(l/2) m / r``, with r the impulse that stops M. A longer step finds the links straight and takes the energy.
+So the number of a jerk is ``h |r_n| W_nn / l``, with ``W_nn`` about 1/m. (From a wire that was slack it is the law that
+takes energy.)
+
+Each warning comes once, with its number, the bodies, and a time step that would do. It costs some sums over the links and
+the laws of a step.
 """
 
 from __future__ import annotations
@@ -20,12 +28,24 @@ STRETCH = 0.1
 turns by 0.45 rad in a step is off by as much. (The column study, at a tolerance of 1e-2, leaves 5 %.)"""
 RUNNING = 3
 """Steps in a row. A single blow, as that of a wire which is thrown taut, leaves a stretch that the next step pulls back."""
+AT_ONCE = 0.25
+"""Part of its reference length by which a rigid link may be off in one step. A link that turns by 0.65 rad in a step is.
+Light bodies that whip are put back from a tenth on (whipping_links.py), so that no right blow leaves as much."""
 MADE = 0.25
 """Part of the energy turned over that interactions may have made before the run warns. (Wires that are jerked make up to
 2 %, at eight octaves of the time step and mass ratios of 1 to 1e7. A run that goes wrong makes 100 % and more.)"""
 START = 10.0
 """Near rest the energy turned over is less than the error of a step. So the run warns only where interactions have made
 more than loads give to bodies at rest in so many steps."""
+TAKEN = 0.05
+"""Part of the energy turned over that rigid links may take in a step that does not resolve how they turn before the run
+warns. (Double pendulums with a light elbow: 0.2 to 0.67 where the first straightening is lost.)"""
+FIRST = 3.0
+"""Nor does the run warn where they took less than loads give to bodies at rest in so many steps."""
+JERK = 0.1
+"""``h |r_n| W_nn / l`` of a jerk that a step resolves. (Pendulums and wires lose up to 0.02 of their energy there.)"""
+AT_LENGTH = 1e-9
+"""A wire is slack if it is shorter by more than this part of its length."""
 RESOLVED = 4.0
 """Beads zigzag across their wire where ``s = 4 h^2 T/(m l)`` is larger, unless there is geometric stiffness."""
 
@@ -67,7 +87,8 @@ class Watch:
         self.stretch = max(float(excess[i]), 0.0)
         off = self.stretch > STRETCH and data.time >= self._drawn_until
         self._stretched = self._stretched + 1 if off else 0
-        if self._stretched >= RUNNING and self._first("stretch"):
+        at_once = off and self.stretch > AT_ONCE and data.time > 0.0
+        if (self._stretched >= RUNNING or at_once) and self._first("stretch"):
             yield (
                 f"{between(i)} is off its reference length of {length[i]:.3g} m by {100.0 * self.stretch:.3g} %: it turns "
                 f"by too much in a step, if steps are solved. A time step of "
@@ -80,6 +101,33 @@ class Watch:
                 f"beads zigzag from {RESOLVED:g} on. A time step of {0.9 * h * np.sqrt(RESOLVED / s[i]):.2g} s would do, "
                 "or geometric_stiffness=True. (Said once.)"
             )
+
+    def jerk(self, problem: StepProblem, gap: np.ndarray, energy: Energy, thrust: Callable[[], float]) -> Iterator[str]:
+        """A sentence on the energy that rigid links took in a step which does not resolve how they turn.
+
+        ``problem``: the step as it was solved last; ``gap``: of the detection [m], (m,); ``thrust``: as below.
+        """
+        if not min(energy.interactions.values(), default=0.0) < -TAKEN * energy.turned or "jerk" in self._said:
+            return
+        data, system, count, h = problem.data, problem.system, len(self._rigid), problem.data.time_step
+        if not self._rigid.any() or data.time < self._drawn_until or data.time == 0.0:
+            return  # what velocities at the start lose to links is no matter of the step
+        length = data.reference_gap[:count] + self._radius_sum
+        turning = h * np.abs(system.impulse[:count, 0]) * system.delassus[:count, 0] / length
+        slack = self._pull & (gap[:count] < data.reference_gap[:count] - AT_LENGTH * length)
+        work = 0.5 * (system.impulse[:count] * (data.before[:count] + data.after[:count])).sum(axis=1)
+        work = np.where(self._rigid & ~slack & (turning > JERK), work, 0.0)
+        taken, i = -float(work.sum()), int(np.argmin(work))
+        if taken <= max(TAKEN * energy.turned, FIRST**2 * thrust()) or not self._first("jerk"):
+            return
+        yield (
+            f"In the step from t = {data.time:g} s rigid links that were not slack took {taken:.3g} J, "
+            f"{100.0 * taken / energy.turned:.3g} % of all energy turned over, most the link between bodies "
+            f"{system.candidate[i]} and {system.antagonist[i]}: a jerk without rebound. Light bodies between heavy ones "
+            "would hand it back, but the step does not resolve how they turn their links. A time step of "
+            f"{h * JERK / turning[work < 0.0].max():.2g} s would do; of a thread that is thrown taut no rebound may be "
+            "what is meant. (Said once.)"
+        )
 
     def energy(self, energy: Energy, thrust: Callable[[], float], time: float, time_step: float) -> Iterator[str]:
         """A sentence on the energy after a step, where interactions have made much of it; ``thrust``: gives the energy that

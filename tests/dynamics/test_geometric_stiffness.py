@@ -41,6 +41,7 @@ def wire_length(sim: lm.Simulation) -> float:
 # ------------------------------------------------------------------------------------------------- a jerked wire
 
 
+@pytest.mark.filterwarnings("ignore:In the step.*jerk without rebound")
 @pytest.mark.default_parameters("0.002-0.001", "0.002-1000.0", "0.001-1.0")
 @pytest.mark.parametrize("load", [1e-3, 1.0, 100.0, 1e3])
 @pytest.mark.parametrize("time_step", [2e-3, 1e-3, 5e-4, 2.5e-4])
@@ -82,6 +83,7 @@ def test_without_it_the_wire_stretches():
     assert not np.any(sim.interactions.impulse[:, 1:])
 
 
+@pytest.mark.filterwarnings("ignore:In the step.*jerk without rebound")
 @pytest.mark.long
 def test_a_wire_in_space_does_as_in_the_plane():
     """The same bits are not asked for: sums over three components round otherwise, and a jerk forgets nothing."""
@@ -239,6 +241,7 @@ def test_a_pendulum_on_a_light_wire_keeps_its_energy(dimension):
     assert abs(made) <= 1e-5 * 9.81 * (1.0 - math.cos(0.3)) * 1.001
 
 
+@pytest.mark.filterwarnings("ignore:In the step.*jerk without rebound")
 def test_the_energy_identity_closes_with_it():
     sim = jerked(2, 100.0, 1e-3)
     turned = 0.0
@@ -249,6 +252,7 @@ def test_the_energy_identity_closes_with_it():
         assert abs(energy.defect) <= 1e-12 * turned  # round-off of impulses of 1e2 N s on 1e-3 kg
 
 
+@pytest.mark.filterwarnings("ignore:In the step.*jerk without rebound")
 def test_a_recorded_run_is_resumed_to_the_last_bit(tmp_path):
     """kappa comes from the impulses that are remembered."""
     whole = jerked(2, 1.0, 1e-3).run(steps=80)

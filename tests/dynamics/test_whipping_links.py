@@ -1,8 +1,9 @@
-"""Light bodies between rigid links that straighten or buckle: links keep their length."""
+"""Light bodies between rigid links that straighten or buckle: links keep their length, and a jerk is told."""
 
 from __future__ import annotations
 
 import math
+import re
 import warnings
 
 import numpy as np
@@ -257,3 +258,66 @@ def test_components_are_joined_by_free_bodies():
     label, of_link = components(np.array([1, 3, 2]), np.array([0, 1, 0]), np.array([False, True, True, True]))
     assert label[1] == label[3] == of_link[0] == of_link[1]
     assert label[2] == of_link[2] != label[1]
+
+
+# --------------------------------------------------------------------------------------------------- what is told
+
+
+@pytest.mark.default_parameters("rod-0.016-1000000.0", "rod-0.004-100.0", "wire-0.002-1000.0", "wire-0.002-100.0")
+@pytest.mark.parametrize("ratio", [1.0, 10.0, 1e2, 1e3, 1e6])
+@pytest.mark.parametrize("time_step", [16e-3, 8e-3, 4e-3, 2e-3, 1e-3, 5e-4])
+@pytest.mark.parametrize("law", [lm.RigidRod(), lm.RigidWire()], ids=["rod", "wire"])
+def test_a_straightening_that_loses_energy_is_told(law, time_step, ratio):
+    """Ideal links take no energy. Runs that lost more than 0.05 of it say so; in a step up to m l/(10 r), that is
+    0.1 s over the ratio at 1 m/s, they lose less than 0.02 and say nothing."""
+    sim = double_pendulum(law, ratio, time_step)
+    sentences = [sentence for sentence in told(sim, 0.32) if "took" in sentence]
+    lost = (sim.energy.total_loads - sim.energy.kinetic) / sim.energy.turned
+    assert len(sentences) == (lost > 0.05)
+    if time_step <= 0.1 / ratio:
+        assert lost <= 0.02
+
+
+def test_the_step_that_is_named_does():
+    """At 1e3 and 2 ms it names the step m l/(10 r) of 0.5 kg m/s or more: 4e-5 s. With it less than 0.02 is lost, and
+    nothing is said. Mass ratios scale it."""
+    steps = {}
+    for ratio in (1e2, 1e3, 1e6):
+        (sentence,) = (text for text in told(double_pendulum(lm.RigidRod(), ratio, 4e-3), 0.3) if "took" in text)
+        assert "between bodies" in sentence
+        steps[ratio] = float(re.search(r"time step of ([\d.e-]+) s", sentence).group(1))
+    assert steps[1e6] == pytest.approx(1e-3 * steps[1e3], rel=0.2)
+    sim = double_pendulum(lm.RigidRod(), 1e2, steps[1e2])
+    assert not told(sim, 0.3)
+    assert sim.energy.total_loads - sim.energy.kinetic <= 0.02 * sim.energy.turned
+
+
+@pytest.mark.parametrize("time_step", [4e-3, 1e-3])
+def test_a_slack_wire_that_is_thrown_taut_says_nothing(time_step):
+    """The law takes the energy: 1 kg that falls 0.2 m on a wire, of which nothing is left."""
+    scene = lm.Scene(dimension=2, gravity=(0.0, -G))
+    scene.add(lm.disk(radius=0.01, position=(0.0, 0.0), mass=1.0)).fix()
+    scene.add(lm.disk(radius=0.01, position=(0.0, -0.8), mass=1.0))
+    scene.chain(scene.bodies, lm.RigidWire(), reference_gap=0.98)
+    sim = lm.Simulation(scene, time_step=time_step)
+    assert not told(sim, 0.4)
+    assert sim.energy.kinetic <= 1e-3 * sim.energy.turned
+
+
+def test_what_the_start_loses_is_not_told():
+    """Two rods of which one end was given a velocity along them: the first step takes half of the energy."""
+    scene = lm.Scene(dimension=2)
+    for i, speed in enumerate((0.0, 0.0, 1.0)):
+        scene.add(lm.disk(radius=0.01, position=(0.1 * i, 0.0), mass=1e-3 if i == 1 else 1.0, velocity=(speed, 0.0)))
+    scene.chain(scene.bodies, lm.RigidRod())
+    assert not told(lm.Simulation(scene, time_step=1e-3), 1e-3)
+
+
+def test_a_stretch_of_a_quarter_is_told_at_once():
+    """Two bodies of 1 kg that turn about each other by 0.9 rad in a step: too heavy to be put back."""
+    scene = lm.Scene(dimension=2)
+    for y in (0.5, -0.5):
+        scene.add(lm.disk(radius=0.01, position=(0.0, y), mass=1.0, velocity=(-y, 0.0)))
+    scene.chain(scene.bodies, lm.RigidRod())
+    sentences = told(lm.Simulation(scene, time_step=0.9), 1.8)
+    assert any("is off its reference length" in sentence for sentence in sentences)
