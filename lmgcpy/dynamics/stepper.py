@@ -304,23 +304,21 @@ class Stepper:
     def _watched(self, found: Found, force: np.ndarray, before: np.ndarray) -> list[str]:
         """Warnings of a step: large displacements, links off their length, energy that links took, and that was made."""
         h, end = self.time_step, self.state.time + self.time_step
+
+        def thrust() -> float:
+            """Kinetic energy that the external forces of a step would give to the bodies from rest [J]."""
+            return 0.5 * float((self.model.inverse_mass * (h * force) ** 2).sum())
+
         unresolved = np.zeros(0)
         if not self.geometric_stiffness:
             first = found.solved
             unresolved = self._links.resolution(first.system.impulse, first.data.gap, h)
-        jerk: Iterator[str] = iter(())
-        if self.report.solved:
-            jerk = self._watch.jerk(found.problem, found.solved.data.gap, self.energy, lambda: self._thrust(force))
         return [
             *self._displacement_watch.far(found.moves, before, found.problem.system.velocity, end, h),
             *self._watch.links(found.solved, unresolved),
-            *jerk,
-            *self._watch.energy(self.energy, lambda: self._thrust(force), end, h),
+            *(self._watch.jerk(found.problem, found.solved.data.gap, self.energy, thrust) if self.report.solved else ()),
+            *self._watch.energy(self.energy, thrust, end, h),
         ]
-
-    def _thrust(self, force: np.ndarray) -> float:
-        """Kinetic energy that the external forces of a step would give to the bodies from rest [J]."""
-        return 0.5 * float((self.model.inverse_mass * (self.time_step * force) ** 2).sum())
 
     def _count_unsolved(self) -> list[str]:
         """Count a step that was not solved; a sentence at the first one that a loop on ``step`` leaves."""

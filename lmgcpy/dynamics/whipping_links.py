@@ -77,10 +77,9 @@ class WhippingLinks:
         system, data, d, count = solved.system, solved.data, solved.dimension, len(self._rigid)
         c, a = system.candidate[:count], system.antagonist[:count]
         along = data.gap[:count] + self._radius_sum
-        move = displacement[:, :d]
-        arrow = system.normal[:count] * along[:, None] + move[c] - move[a]
-        length = np.sqrt((arrow * arrow).sum(axis=1))
-        predicted = along + data.time_step * data.after[:count, 0]
+        move = data.time_step * data.after[:count, :d]
+        predicted = along + move[:, 0]
+        length = np.sqrt(predicted * predicted + (move[:, 1:] * move[:, 1:]).sum(axis=1))
         reference = data.reference_gap[:count] + self._radius_sum
         aim = np.where(self._pull, np.maximum(predicted, reference), predicted)
         off = self._rigid & (aim > 0.0) & (length > (1.0 + BEYOND) * aim)
@@ -92,8 +91,10 @@ class WhippingLinks:
         ratio = np.zeros(len(free))  # tan(phi/2)^2 of the worst link, by component as all that follows
         np.maximum.at(ratio, of_link[off], ((length - aim) / (length + aim))[off])
         rows = np.flatnonzero(self._rigid & (ratio[of_link] > 0.0) & (free[c] | free[a]))
+        way = displacement[:, :d]
+        arrow = system.normal[:count] * along[:, None] + way[c] - way[a]
         push = project(arrow[rows], c[rows], a[rows], aim[rows], ~self._pull[rows], inverse)
-        added = np.zeros_like(move)
+        added = np.zeros_like(way)
         np.add.at(added, c[rows], inverse[c[rows]] * push)
         np.add.at(added, a[rows], -inverse[a[rows]] * push)
         wrong = excess(arrow[rows] + added[c[rows]] - added[a[rows]], aim[rows])

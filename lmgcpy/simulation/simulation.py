@@ -57,9 +57,9 @@ class Simulation(Stepper):
     ``threads`` is the number of threads that may share the solver's sweeps on a large scene; ``sim.threads = 2`` changes it
     between steps. The results have the same bits for any number.
 
-    ``geometric_stiffness=False`` leaves out the correction for links that turn by more than the step resolves
-    (``lmgcpy/dynamics/geometric_stiffness.py``, ``turning_stretch.py``), to show its effect: beads may then zigzag and
-    gain energy.
+    ``geometric_stiffness=False`` leaves out the corrections for links that turn by more than the step resolves
+    (``lmgcpy/dynamics/geometric_stiffness.py``, ``turning_stretch.py``, ``whipping_links.py``), to show their effect: beads
+    may then zigzag and gain energy, and rods round light bodies become too long.
 
     Further attributes are ``steps``, the number of completed steps; ``report`` and ``energy`` of the last step, a
     :class:`Report <lmgcpy.solve.report.Report>` and an :class:`Energy <lmgcpy.dynamics.energy.Energy>`; and ``scene``.
