@@ -146,6 +146,7 @@ def test_it_is_off_where_a_link_is_pressed():
         assert not impulse[impulse[:, 0] >= 0.0, 1].any()
 
 
+@pytest.mark.filterwarnings("ignore:In the step.*jerk without rebound")
 @pytest.mark.long
 @pytest.mark.default_parameters("2")
 @DIMENSIONS
