@@ -153,13 +153,15 @@ class Assembler:
         *,
         time: float,
         time_step: float,
+        positions: np.ndarray,
         before: np.ndarray,
         free_velocity: np.ndarray,
         wire_blocks: bool,
     ) -> StepProblem:
         """The arrays of a step from its interactions, with the numbers that each law prepares.
 
-        ``before`` and ``free_velocity``: velocities of the bodies at the start of the step and without impulses, (n, k).
+        ``positions`` of the detection, (n, 3); ``before`` and ``free_velocity``: velocities of the bodies at the start of
+        the step and without impulses, (n, k).
         """
         model, groups = self._model, detector.groups
         cell = model.cell_in_step(before, free_velocity)
@@ -174,6 +176,9 @@ class Assembler:
                 self._kept, self._groups, self._kind = kept, groups, kind
         detector.recall(interactions, kept.guess, kept.data.state)
         fill(kept, time, time_step, before, free_velocity)
+        kept.system.farness[:] = np.abs(positions[:, : model.dimension]).max(axis=1, initial=0.0) / time_step
+        if cell is not None:
+            kept.system.farness[cell.lattice.rows] = 0.0
         return kept
 
 
@@ -236,6 +241,7 @@ def lay_out(
         squared_error=with_spare_rows(count),
         noise=with_spare_rows(bodies[0], 2),
         floor=with_spare_rows(count),
+        farness=with_spare_rows(bodies[0]),
         measured=np.empty(4),
     )
     data = StepData(

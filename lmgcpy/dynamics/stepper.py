@@ -271,6 +271,7 @@ class Stepper:
             interactions,
             time=state.time,
             time_step=self.time_step,
+            positions=state.positions,
             before=before,
             free_velocity=free_velocity,
             wire_blocks=self.solver.wire_blocks,

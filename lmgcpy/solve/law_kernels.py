@@ -194,6 +194,7 @@ SYSTEM_TYPE = numba.typeof(
         squared_error=np.zeros(0),
         noise=np.zeros((0, 2)),
         floor=np.zeros(0),
+        farness=np.zeros(0),
         measured=np.zeros(0),
     )
 )

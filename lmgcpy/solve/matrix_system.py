@@ -123,13 +123,18 @@ def gather_noise(first, last, s):
         s.floor[i] = s.noise[i, 0] + s.noise[i, 1]
 
 
-def begin_noise(first, last, s, free_velocity):
+def begin_noise(first, last, s, free_velocity, gaps):
     """Sizes of the terms of the velocities without impulses: their own."""
     for i in range(first, last):
         s.noise[i, 0] = abs(free_velocity[i, 0])
         s.noise[i, 1] = 0.0
         for k in range(1, free_velocity.shape[1]):
             s.noise[i, 1] += abs(free_velocity[i, k])
+
+
+def kinetic_energy(first, last, s, velocity):
+    """None that is known: there are no masses."""
+    return 0.0
 
 
 def begin_free(first, last, s, free_velocity):
@@ -159,6 +164,7 @@ def driver_of(width: int) -> dict[str, Any]:
         "momentum": Kernel(add_impulses, small_matrices(width)),
         "combine": leave,
         "begin_noise": begin_noise,
+        "kinetic_energy": kinetic_energy,
         "add_noise": add_noise,
         "gather_noise": gather_noise,
     }

@@ -61,8 +61,10 @@ class Lock:
     """Least motion of any solution in the step: the mean displacement weighted by mass, in median radii."""
 
     def __str__(self) -> str:
-        driven = _listed(self.driven, "body", "bodies") if self.driven else "the driven bodies"
         held = _listed(self.held, "body", "bodies")
+        if not self.driven:
+            return f"no finite impulses satisfy the constraints on {held}; links need some slack there, or an elastic law"
+        driven = _listed(self.driven, "body", "bodies")
         return f"no motion of {driven} is compatible with the constraints on {held}"
 
     def __repr__(self) -> str:

@@ -11,6 +11,11 @@ no error below ``ROUNDING noise_i`` means anything. Where the errors of all inte
 exactly a problem whose operator and free velocities differ from the given ones by ``ROUNDING``, relative, number by number
 (Oettli, Prager 1964): no arithmetic of this precision can tell the two apart, and none can do better.
 
+**Gaps** are rounded as well, by ``eps |x| / 2`` for each of the two positions, and laws take them for velocities,
+``gap / h``. A solver can do better than that, as its numbers are what they are; but all that it then finds out is which of
+many contacts bear by the last digit of their gaps, and that may take any time. So ``|x_b| / 4 h``, twice that rounding, is
+added to N_b if a solve takes long, and for the question whether there is anything to do at all.
+
 In a periodic cell that deforms, the columns of its velocity gradient count as bodies do, by the components of the branch.
 
 Spins count by the lever at which they act, so that lengths, whatever their unit, are never added to turns.
@@ -24,10 +29,13 @@ ROUNDING = 4.0 * 2.0**-52
 """Relative round-off of a sum whose terms have gone through some operations."""
 
 
-def begin_noise(first, last, s, free_velocity):
-    """N and S of some bodies without impulses [m/s, rad/s], into ``s.noise``."""
+def begin_noise(first, last, s, free_velocity, gaps):
+    """N and S of some bodies without impulses [m/s, rad/s], into ``s.noise``.
+
+    ``gaps``: whether the rounding of gaps counts, 1 or 0.
+    """
     d = s.normal.shape[1]
-    # N = |v_free|, S = |spin_free|
+    # N = |x| / 4h + |v_free|, S = |spin_free|
     for b in range(first, last):
         centre = 0.0
         turning = 0.0
@@ -35,8 +43,18 @@ def begin_noise(first, last, s, free_velocity):
             centre = max(centre, abs(free_velocity[b, k]))
         for k in range(d, free_velocity.shape[1]):
             turning = max(turning, abs(free_velocity[b, k]))
-        s.noise[b, 0] = centre
+        s.noise[b, 0] = centre + 0.25 * gaps * s.farness[b]
         s.noise[b, 1] = turning
+
+
+def kinetic_energy(first, last, s, velocity):
+    """Kinetic energy of the free components of some bodies [J]."""
+    energy = 0.0
+    for b in range(first, last):
+        for k in range(velocity.shape[1]):
+            if s.inverse_mass[b, k] > 0.0:
+                energy += 0.5 * velocity[b, k] ** 2 / s.inverse_mass[b, k]
+    return energy
 
 
 def add_noise(start, stop, walls, s):

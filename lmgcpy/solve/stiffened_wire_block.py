@@ -14,6 +14,9 @@ with the law's slope s and weight w along the normal, and ``s = -kappa, w = 0, F
 Rows where kappa is zero read ``r_t = 0``. The matrix is a symmetric positive definite one with scaled rows, so that block
 elimination needs no pivoting.
 
+Across the links ``1/kappa`` stands beside W; along them nothing does, and the normal pivots are held up as those of
+``wire_block`` are, a straight wire between held beads being just as singular.
+
 The eliminated blocks depend on W and the slopes alone, and W and kappa do not change while ``System.scratch`` lives. So
 the blocks are kept there from one Newton step and one visit to the next, up to the first link whose law has changed its
 slope. Most steps are then a substitution, at a third of the cost.
@@ -24,29 +27,32 @@ from __future__ import annotations
 import numpy as np
 
 from lmgcpy.solve.contact_block import push, relative_velocity
+from lmgcpy.solve.rounding import ROUNDING
 from lmgcpy.solve.small_matrices import small_matrices
 from lmgcpy.solve.system import System
-from lmgcpy.solve.wire_block import SAME, react, read, relax_link, slope
+from lmgcpy.solve.wire_block import SAME, held_up, react, read, relax_link, slope
 
 
 def scratch_columns(dimension: int) -> dict[str, int]:
     """First columns of the numbers of a link in the scratch, and the number of columns.
 
     From 0 on: right-hand side (d); SLOPES: of its rows (d); ELIMINATED: 1 if it is, and the normal slope with which;
+    PIVOT_ERROR: of its normal pivot, see ``wire_block.held_up``;
     INVERSE: of its eliminated block on the diagonal (d x d); ABOVE: its eliminated block above the diagonal (d x d);
     CORNER: its block in the columns of the last link of a closed chain (d x d).
     """
     d = dimension
-    inverse = 2 * d + 2
+    inverse = 2 * d + 3
     above, corner, width = (inverse + k * d * d for k in (1, 2, 3))
-    return {"SLOPES": d, "ELIMINATED": 2 * d, "INVERSE": inverse, "ABOVE": above, "CORNER": corner, "WIDTH": width}
+    names = {"SLOPES": d, "ELIMINATED": 2 * d, "PIVOT_ERROR": 2 * d + 2}
+    return names | {"INVERSE": inverse, "ABOVE": above, "CORNER": corner, "WIDTH": width}
 
 
 PREPARED = 0
 """How many numbers the law prepares; given by the specialisation, as what follows."""
 ROWS = 2
 """The dimension d."""
-SLOPES, ELIMINATED, INVERSE, ABOVE, CORNER, _ = scratch_columns(ROWS).values()
+SLOPES, ELIMINATED, PIVOT_ERROR, INVERSE, ABOVE, CORNER, _ = scratch_columns(ROWS).values()
 _of_two = small_matrices(ROWS)
 block, row, square = _of_two["block"], _of_two["row"], _of_two["square"]
 store_row, store_square, inverted = _of_two["store_row"], _of_two["store_square"], _of_two["inverted"]
@@ -106,6 +112,16 @@ def diagonal_block(i, gradients, s):
     return less(unit(gradients[0] * s.delassus[i, 0]), scaled(gradients, block(s.own, i)))
 
 
+def inverse_held_up(P, error):
+    """Inverse and determinant of a block whose normal pivot, the one after the rows across, is held up."""
+    inverse, determinant = inverted(P)
+    pivot = 1.0 / inverse[0][0] if determinant > 0.0 else 0.0
+    missing = held_up(pivot, error) - pivot
+    if missing == 0.0:
+        return inverse, determinant
+    return inverted(plus(P, less(unit(missing), unit(0.0))))
+
+
 def eliminate(start, stop, s):
     """Eliminate the links one after another, from the first one on that is not or has another slope than it had then;
     returns how many, -1 where a block is singular."""
@@ -117,11 +133,14 @@ def eliminate(start, stop, s):
         if count == 0 and same and s.scratch[i, ELIMINATED] == 1.0:
             continue
         P = diagonal_block(i, gradients, s)
+        error = ROUNDING
         if k > start:  # Schur complement with the block below the diagonal, -s W_{i,i-1}
             before = np.uintp(k - 1)
             known = product(transposed(block(s.following, before)), square(s.scratch, before, ABOVE))
             P = plus(P, scaled(gradients, known))
-        inverse, determinant = inverted(P)
+            error += abs(gradients[0] * known[0][0] * s.scratch[before, INVERSE]) * s.scratch[before, PIVOT_ERROR]
+        inverse, determinant = inverse_held_up(P, error)
+        s.scratch[i, PIVOT_ERROR] = error
         if not determinant > 0.0:
             s.scratch[i, ELIMINATED] = 0.0
             return -1
@@ -153,7 +172,9 @@ def substitute(start, stop, s):
 
 
 def substitute_columns(start, last, s):
-    """Solve the system of :func:`substitute` for the columns of the last link of a closed chain."""
+    """Solve the system of :func:`substitute` for the columns of the last link of a closed chain; returns what
+    ``wire_block.substitute`` does, of the normal pivots."""
+    passed_on = 0.0
     for k in range(start, last):
         columns = less(block(s.own, k), block(s.own, k))  # zeros
         if k == start:  # W_{first,last}
@@ -164,11 +185,15 @@ def substitute_columns(start, last, s):
             known = product(transposed(block(s.following, k - 1)), square(s.scratch, k - 1, CORNER))
             columns = less(columns, known)
         columns = scaled(negative(row(s.scratch, k, SLOPES)), columns)
-        store_square(s.scratch, k, CORNER, product(square(s.scratch, k, INVERSE), columns))
+        columns = product(square(s.scratch, k, INVERSE), columns)
+        store_square(s.scratch, k, CORNER, columns)
+        if columns[0][0] != 0.0 and s.scratch[k, SLOPES] != 0.0:
+            passed_on += columns[0][0] ** 2 * abs(s.scratch[k, PIVOT_ERROR] / s.scratch[k, SLOPES])
     # back substitution
     for k in range(last - 2, start - 1, -1):
         known = product(square(s.scratch, k, ABOVE), square(s.scratch, k + 1, CORNER))
         store_square(s.scratch, k, CORNER, less(square(s.scratch, k, CORNER), known))
+    return passed_on
 
 
 def newton_step(start, count, s):
@@ -191,7 +216,7 @@ def newton_step(start, count, s):
         return True
     substitute(start, last, s)
     if eliminated > 0:
-        substitute_columns(start, last, s)
+        s.scratch[last, PIVOT_ERROR] = substitute_columns(start, last, s)
     # rows of the last link: their blocks in the columns of the first link and of the one before, with the sign changed
     gradients = row(s.scratch, last, SLOPES)
     to_first = scaled(gradients, block(s.following, last))
@@ -202,7 +227,8 @@ def newton_step(start, count, s):
     P = diagonal_block(last, gradients, s)
     P = plus(P, product(to_first, square(s.scratch, start, CORNER)))
     P = plus(P, product(to_before, square(s.scratch, last - 1, CORNER)))
-    inverse, determinant = inverted(P)
+    error = ROUNDING + abs(gradients[0]) * s.scratch[last, PIVOT_ERROR]
+    inverse, determinant = inverse_held_up(P, error)
     if not determinant > 0.0:
         return False
     b = times(inverse, b)

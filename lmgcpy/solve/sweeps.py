@@ -13,13 +13,19 @@ from lmgcpy.compiled.kernel import kernel
 from lmgcpy.solve.h_rows_2d import momentum  # of bodies in the plane, unless the specialisation gives another
 from lmgcpy.solve.iterates import iterates_work, part
 from lmgcpy.solve.report import CONVERGED, NOT_FINITE, ROUND_OFF, SPENT
-from lmgcpy.solve.rounding import ROUNDING, add_noise, begin_noise, gather_noise  # of bodies, likewise
+from lmgcpy.solve.rounding import ROUNDING, add_noise, begin_noise, gather_noise, kinetic_energy  # of bodies, likewise
 from lmgcpy.solve.team import Team, share_chunks, share_phases
 
 SWEEP, ERROR, MOMENTUM, NOISE, CLEAR, COMBINE, NOTHING, GUESS, WORST, QUIET, SUM, LOUD = map(np.int64, range(12))
 """Kinds of work; those of ``iterates.py`` come after. Numbers of numpy, as plain ones make a new function each."""
 NEAR = 32.0
 """Round-off is looked at closely where the error is within so many times an estimate that costs next to nothing."""
+LONG = 40
+"""A solve has taken long if it was measured so many times, that is after some 500 sweeps."""
+LARGEST_RESIDUAL, LARGEST_SLIP, LARGEST_ENERGY = 1e-2, 3e-3, 100.0
+"""Round-off counts as solved up to these, or to the tolerances if they are larger: its floor grows with the impulses, and
+impulses that explode would hide any error. Errors that are small along links may still be large across them, so that the
+kinetic energy is bounded, too, in parts of the step's own. A jerk may make six times as much."""
 
 
 @kernel
@@ -97,16 +103,21 @@ def look(kind, task, job):
     if kind == WORST:
         worst(low, high, s, found)
     elif kind == QUIET:
-        begin_noise(first, last, s, job.free_velocity)
+        begin_noise(first, last, s, job.free_velocity, job.limits[4])
+        found[0] = kinetic_energy(first, last, s, job.free_velocity)
     elif kind == SUM:
         gather_noise(low, high, s)
-        total = 0.0
+        total = undone = 0.0
         for i in range(low, high):
             total += s.floor[i] * s.floor[i]
+            if s.delassus[i, 0] > 0.0:
+                undone += 0.5 * s.squared_error[i] / s.delassus[i, 0]
         found[0] = total
+        found[1] = undone
     else:
         gather_noise(low, high, s)
         found[0] = loud(low, high, s, job.limits)
+        found[1] = kinetic_energy(first, last, s, s.velocity)
 
 
 def worst(first, last, s, found):
@@ -166,12 +177,13 @@ def total_error(team):
 
 
 def sum_of_parts(kind, team):
-    """Have a kind of work done for whole arrays; the sum of what the parts leave."""
+    """Have a kind of work done for whole arrays; the sums of the two numbers that the parts leave."""
     share_chunks(kind, team)
-    total = 0.0
+    first = second = 0.0
     for task in range(team.chunks):
-        total += team.partial[task, 0]
-    return total
+        first += team.partial[task, 0]
+        second += team.partial[task, 1]
+    return first, second
 
 
 def rate(team, nothing, tolerance, slip):
@@ -213,23 +225,31 @@ def measure(team, nothing, tolerance, slip):
 def at_round_off(team, nothing, tolerance, slip):
     """Whether what :func:`measure` left above the tolerance is round-off.
 
-    It is where every interaction is off by no more than its own round-off, or by so little that the tolerances are kept if
-    all others are off by no more. That is seen on velocities made anew, and only where a rough estimate allows it, the
-    terms of all velocities but for a small factor.
+    It is if every interaction is off by no more than its own round-off, or by so little that the tolerances are kept if all
+    others are off by no more, and if all that is small whatever the impulses are: the residual, unless e(0) itself is near
+    round-off, the slip, and the kinetic energy in parts of the step's own, that of the velocities without impulses and of
+    the errors e(0). All this is seen on velocities made anew, and only where a rough estimate allows it, the terms of all
+    velocities but for a small factor.
     """
-    rough = team.limits[2]
+    team.limits[5] += 1.0
+    rough = 0.0
     for task in range(team.chunks):
         rough += team.partial[task, 0]
     error = team.measured[3] if team.measured[0] <= tolerance else team.measured[0] * nothing
-    if not error <= NEAR * ROUNDING * np.sqrt(rough):
+    without = ROUNDING * np.sqrt(team.limits[2])
+    if not error <= tolerance * nothing + without + NEAR * ROUNDING * np.sqrt(rough):
         return False
     apply_impulses(team)
     rate(team, nothing, tolerance, slip)
+    team.limits[4] = 1.0 if team.limits[5] > LONG else 0.0
     share_chunks(QUIET, team)
     share_phases(NOISE, team)
     team.limits[0] = tolerance * nothing / np.sqrt(team.rows)
     team.limits[1] = slip
-    return sum_of_parts(LOUD, team) == 0.0
+    count, energy = sum_of_parts(LOUD, team)
+    error = team.measured[0] * nothing
+    small = error <= max(tolerance, LARGEST_RESIDUAL) * nothing or error <= NEAR * without
+    return count == 0.0 and small and team.measured[1] <= max(slip, LARGEST_SLIP) and energy <= team.limits[3]
 
 
 def apply_impulses(team):
@@ -248,8 +268,10 @@ def begin(team, tolerance, slip, swept):
     """
     share_chunks(NOTHING, team)
     nothing = total_error(team)
-    share_chunks(QUIET, team)
-    team.limits[2] = sum_of_parts(SUM, team)
+    team.limits[4], team.limits[5] = 1.0, 0.0
+    free, _ = sum_of_parts(QUIET, team)
+    team.limits[2], undone = sum_of_parts(SUM, team)
+    team.limits[3] = LARGEST_ENERGY * (free + undone)
     team.measured[:] = 0.0
     if nothing <= ROUNDING * np.sqrt(team.limits[2]):
         return nothing, 0.0, True, CONVERGED

@@ -45,8 +45,9 @@ class Team(NamedTuple):
     phase: np.ndarray
     """First task of each phase, and the end."""
     limits: np.ndarray
-    """(3,): the error [m/s] and the share of a body's size that an interaction may have whatever round-off is, and what
-    the velocities are rounded from without impulses, squared and summed [m^2/s^2]."""
+    """(6,): the error [m/s] and the share of a body's size that an interaction may have whatever round-off is; what the
+    velocities are rounded from without impulses, squared and summed [m^2/s^2]; the most kinetic energy of a solution [J];
+    whether the rounding of gaps counts; how often round-off was looked for. They stay while a solve pauses."""
     measured: np.ndarray
     """(4,): see ``lmgcpy.solve.system.System``."""
     chunks: int
@@ -190,7 +191,7 @@ class Crew:
         chunks = max((1, *(end - first for first, end in pairwise(groups.phase.tolist()))))
         words = np.zeros(24, dtype=np.int64)
         self._helpers = threads - 1 if chunks > 1 and not INTERPRETED else 0
-        partial, beta, limits = np.zeros((max(tasks, chunks), 4)), np.zeros(1), np.zeros(3)
+        partial, beta, limits = np.zeros((max(tasks, chunks), 4)), np.zeros(1), np.zeros(6)
         # kept alive as long as its address is in use
         self._job = job = Job(groups, system, free_velocity, guess, iterates, partial, beta, limits, chunks)
         self._place = place = np.empty(ROOM, dtype=np.int64)
@@ -202,7 +203,7 @@ class Crew:
     def lead(self, solver: Kernel, *arguments: Any) -> Any:
         """``solver(team, *arguments)``."""
         team = self._team
-        for array in (team.words, team.partial, team.beta, team.limits):
+        for array in (team.words, team.partial, team.beta):
             array.fill(0)
         if self._helpers == 0:
             return solver(team, *arguments)

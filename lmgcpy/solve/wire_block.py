@@ -22,6 +22,15 @@ little, half the links look slack. And a law of three pieces, as the Voigt wire,
 Where either is seen, the visit goes on with ``w_i = W_ii``, the pieces of the single updates, until the active set has
 settled.
 
+A straight wire between held beads is singular: with its ends held, a constant tension moves nothing. Its last pivot is of
+the order of the square of the angles between its links, and below 1e-8 rad it is what rounding left, of any sign. So every
+pivot p comes with a bound E of its error,
+
+    E_i = ROUNDING + (W_{i,i-1} / p_{i-1})^2 E_{i-1},        both in the scaling of row i,
+
+and p is never less than ``FLOOR E``. That is a dashpot on one link, ``(p' - p) (r - r_before)``, which a repeated step
+takes back: the solution, F = 0, stays what it was, and where tensions move nothing they change as little as they can.
+
 ``System.scratch`` has four columns: right-hand side, slope, eliminated superdiagonal, column of the last link of a closed
 chain. The slopes stay from one visit to the next.
 """
@@ -34,6 +43,7 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.solve.contact_block import normal_velocity, push_normal
+from lmgcpy.solve.rounding import ROUNDING
 from lmgcpy.solve.system import System
 
 react: Callable[..., Any] = lambda W, u, prepared: u  # noqa: E731  given by the specialisation
@@ -48,8 +58,18 @@ LIGHT = 2.0**-20
 """w_i as a fraction of W_ii: a hanging chain with a tip mass of 1e6 beads gains four digits of tension by it."""
 NEWTON_STEPS = 30
 """Bound on the steps of one visit; one or two are usual, and the next sweep goes on from where this one ends."""
+FLOOR = 16.0
+"""Least pivot in parts of the bound of its error. What is above it is right to 6 %, so that a Newton step leaves at most so
+much of the error and the next one goes on."""
+COLUMN = 3
+"""Where the scratch holds the column of the last link of a closed chain."""
 SAME = 1e-9
 """Relative difference up to which two slopes, or two impulses, are the same but for round-off."""
+
+
+def held_up(pivot, error):
+    """A pivot, or the least that it may be; ``error``: the bound of its error."""
+    return pivot if abs(pivot) >= FLOOR * error else FLOOR * error
 
 
 def residual(start, count, offset, weight, s, until_changed=False):
@@ -95,18 +115,24 @@ def residual(start, count, offset, weight, s, until_changed=False):
 def substitute(start, stop, s, right):
     """Solve the tridiagonal Newton system for the right-hand side in column ``right`` of the scratch, in place.
 
-    Column 2 holds the eliminated superdiagonal. Returns False where a pivot vanishes.
+    Column 2 holds the eliminated superdiagonal. If the right-hand side is the column of a further link, the errors of the
+    pivots make an error of its Schur complement: the sum that is returned times its slope.
     """
-    x = above = coupling = 0.0
+    x = above = coupling = error = passed_on = 0.0
+    inverse = 1.0
     for k in range(start, stop):
         i = np.uintp(k)
         gradient = s.scratch[i, 1]
         # elimination of the subdiagonal -s_i W_{i,i-1}
         lower = -gradient * coupling
-        pivot = 1.0 - lower * above
-        if not abs(pivot) > 1e-14:
-            return False
+        taken = lower * above
+        # pivot, and the bound of its error
+        error = ROUNDING + abs(taken * inverse) * error
+        pivot = held_up(1.0 - taken, error)
+        inverse = 1.0 / pivot  # beside the divisions that follow, and not after them, as the next error would be
         x = (s.scratch[i, right] - lower * x) / pivot
+        if right == COLUMN and gradient != 0.0:
+            passed_on += x * x * abs(error / gradient)
         # eliminated superdiagonal -s_i W_{i,i+1} / pivot
         coupling = s.coupling[i] if k < stop - 1 else 0.0
         above = -gradient * coupling / pivot
@@ -117,11 +143,11 @@ def substitute(start, stop, s, right):
         i = np.uintp(k)
         x = s.scratch[i, right] - s.scratch[i, 2] * x
         s.scratch[i, right] = x
-    return True
+    return passed_on
 
 
 def newton_step(start, count, s):
-    """The Newton step in column 0 of the scratch; False where the matrix is singular.
+    """The Newton step in column 0 of the scratch; True, as with pivots that are held up there is one.
 
     In a closed chain the last link also meets the first. Its row and column are split off: two substitutions for the
     others, then its own equation.
@@ -129,26 +155,26 @@ def newton_step(start, count, s):
     last = start + count - 1
     corner = s.coupling[last]
     if corner == 0.0:
-        return substitute(start, last + 1, s, 0)
+        substitute(start, last + 1, s, 0)
+        return True
     # row of the last link: its entries in the columns of the first link and of the one before
     to_first = -s.scratch[last, 1] * corner
     to_before = -s.scratch[last, 1] * s.coupling[last - 1]
     # column of the last link
     for i in range(start, last):
-        s.scratch[i, 3] = 0.0
-    s.scratch[start, 3] += -s.scratch[start, 1] * corner
-    s.scratch[last - 1, 3] += -s.scratch[last - 1, 1] * s.coupling[last - 1]
-    if not (substitute(start, last, s, 0) and substitute(start, last, s, 3)):
-        return False
+        s.scratch[i, COLUMN] = 0.0
+    s.scratch[start, COLUMN] += -s.scratch[start, 1] * corner
+    s.scratch[last - 1, COLUMN] += -s.scratch[last - 1, 1] * s.coupling[last - 1]
+    substitute(start, last, s, 0)
+    error = ROUNDING + abs(s.scratch[last, 1]) * substitute(start, last, s, COLUMN)
     # Schur complement of the last link
-    pivot = 1.0 - to_first * s.scratch[start, 3] - to_before * s.scratch[last - 1, 3]
-    if not abs(pivot) > 1e-14:
-        return False
+    taken = to_first * s.scratch[start, COLUMN] + to_before * s.scratch[last - 1, COLUMN]
+    pivot = held_up(1.0 - taken, error)
     x = (s.scratch[last, 0] - to_first * s.scratch[start, 0] - to_before * s.scratch[last - 1, 0]) / pivot
     s.scratch[last, 0] = x
     # correction of the others by the column of the last link
     for i in range(start, last):
-        s.scratch[i, 0] -= x * s.scratch[i, 3]
+        s.scratch[i, 0] -= x * s.scratch[i, COLUMN]
     return True
 
 

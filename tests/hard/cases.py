@@ -38,6 +38,7 @@ CASES = [
         long=True,
         without="the wire grows to four times its length",
     ),
+    Case("straight line between posts", taut.straight, tolerance=1e-8, long=True),
     Case(
         "capstan in motion",
         taut.dragged,

@@ -95,6 +95,48 @@ def jerked(load: float, h: float, duration: float, solver, **options: Any) -> tu
     return watch, longest
 
 
+# ------------------------------------------------------------------------------------------- a line without slack
+
+
+def straight(solver, long: bool, **options: Any) -> Result:
+    """A rigid line of twenty links lies straight between two posts, as long as the span; its middle bead weighs as much as
+    the others or 1e3 times that. Wires and rods, at steps of 4 to 0.25 ms. Long: 1e6 times at 4 to 1 ms, 2000 steps.
+
+    Hard: no finite tension holds it. Every step halves its sag and doubles the tension, until the least eigenvalue of
+    W, the square of the angles between links, is lost to round-off. Numbers: straight links hold nothing across, so
+    that the beads fall by 2 g h^2 in two steps, and by g h^2 at most before they turn; the links lift them by that
+    once, and make no more energy than it takes. Its stretch is in the end the square of the angles that are lost, 1e-15
+    for equal beads, and as many times that as a bead is heavier, since W is rounded by its largest entries; 1e5 times
+    are allowed, as errors add up along the line.
+    """
+    results = []
+    for law in (lm.RigidWire, lm.RigidRod):
+        for ratio, count in ((1.0, 4), (1e3, 4), (1e6, 2))[: 3 if long else 2]:
+            for h in octaves(4e-3, count):
+                scene = lm.Scene(dimension=2, gravity=(0.0, -G))
+                for i in range(21):
+                    mass = 0.01 * (ratio if i == 10 else 1.0)
+                    scene.add(lm.disk(radius=0.002, position=(0.01 * i, 0.0), mass=mass))
+                scene.bodies[0].fix()
+                scene.bodies[-1].fix()
+                scene.chain(scene.bodies, law())
+                watch = Watch(lm.Simulation(scene, time_step=h, solver=solver, on_unconverged="ignore", **options))
+                sag = 0.0
+                for _ in range(2000 if long else 100):
+                    sag = max(sag, -float(watch.step().positions[:, 1].min()))
+                sim, fall = watch.sim, 3.0 * G * h**2
+                excess = abs(float(np.linalg.norm(np.diff(sim.positions, axis=0), axis=1).sum()) / 0.2 - 1.0)
+                results.append(
+                    watch.result(
+                        Number("sag [3 g h²]", sag / fall, 1.0),
+                        Number("length [1e-10]", excess / 1e-10 / max(ratio / 1e3, 1.0), 1.0),
+                        Number("energy made [of the fall]", sim.energy.made / (0.01 * (18 + ratio) * G * fall), 1.0),
+                        Number("unsolved steps", float(sim.unconverged_steps), 0.0),
+                    )
+                )
+    return worst_of(results)
+
+
 # ------------------------------------------------------------------------------------------- wires over drums
 
 

@@ -56,13 +56,14 @@ def test_a_spent_budget_is_told_with_the_worst_interaction(budget):
 def test_a_tolerance_below_round_off_ends_there(solver):
     """At 1e-18 nothing can converge: every solver ends where only round-off is left, in the sweeps that it takes to get
     there, and it is solved. (Plain sweeps take the most: the slowest mode of a column of twelve falls by the factor
-    cos(pi/25)^2 a sweep, so that 15 decades take 2200.)"""
+    cos(pi/25)^2 a sweep, so that 15 decades take 2200. After some 500 they end where gaps are rounded, eps |x|/h = 5e-14
+    m/s of g h = 1e-2.)"""
     sim = column(solver=solver(tolerance=1e-18, max_iterations=100_000))
     report = sim.step()
     assert report.status == "round-off"
     assert report.solved
     assert sim.unconverged_steps == 0
-    assert report.residual < 1e-12
+    assert report.residual < 5e-12
     assert report.iterations < 4000
 
 

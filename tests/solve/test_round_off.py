@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 
@@ -97,3 +99,86 @@ def test_a_step_that_is_solved_to_round_off_is_no_failure():
     assert sim.report.status == "round-off"
     assert sim.report.solved
     assert sim.unconverged_steps == 0
+
+
+# ---------------------------------------------------------------------------------- what counts as solved, and what not
+
+
+@dataclass(frozen=True)
+class Stretched(lm.Solver):
+    """Solves contacts, and gives links a tension ``force`` [N] that is constant but for its last digits."""
+
+    force: float = 0.0
+
+    def solve(self, step):
+        lm.GaussSeidel(tolerance=1e-14).solve(step)
+        impulses = step.system.impulse.copy()
+        noise = np.random.default_rng(0).uniform(-1.0, 1.0, 20)
+        impulses[:20, 0] = -1e-3 * self.force * (1.0 + 2.0**-52 * noise)
+        return self.finish(step, impulses, iterations=1)
+
+
+def stretched(dimension, tension, zigzag=0.0):
+    """How a step is solved: a line between posts at a tension in weights of its beads, these ``zigzag`` [m] up and down;
+    beside it a ball lies on the ground."""
+    up = np.eye(dimension)[-1]
+    along = np.eye(dimension)[0]
+    scene = lm.Scene(dimension=dimension, gravity=-G * up)
+    make = lm.disk if dimension == 2 else lm.sphere
+    places = [0.01 * i * along + (-1) ** i * zigzag * up for i in range(21)]
+    beads = [scene.add(make(radius=0.002, position=place, mass=0.01)) for place in places]
+    beads[0].fix()
+    beads[-1].fix()
+    scene.chain(beads, lm.RigidWire())
+    scene.add(make(radius=0.01, position=0.01 * up - 0.1 * along, mass=0.01, color="BALL"))
+    scene.add(lm.wall(point=(0,) * dimension, normal=tuple(up), color="GROUND"))
+    scene.see("BALL", "GROUND", lm.Coulomb(friction=0.3))
+    solver = Stretched(tolerance=1e-15, force=tension * 0.01 * G)
+    options = {"solver": solver, "on_unconverged": "ignore", "geometric_stiffness": False}
+    return lm.Simulation(scene, time_step=1e-3, **options).step()
+
+
+EXPLODING = pytest.mark.filterwarnings("ignore:In the step", "ignore:Until t")
+"""Runs say themselves that a body moves too far, or that energy is made."""
+
+
+@EXPLODING
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize(("tension", "solved"), [(1.0, True), (1e6, True), (1e12, True), (1e15, False), (1e20, False)])
+def test_round_off_is_no_excuse_for_errors_that_are_large(dimension, tension, solved):
+    """A straight line bears any constant tension, T times the weight of a bead, and is never off by more than the round-off
+    of that, eps T g h. Up to T = 1e12 these are 4e-4 of what does nothing, g h; from 1e15 on they are as large."""
+    report = stretched(dimension, tension)
+    assert report.status == ("round-off" if solved else "budget spent")
+    assert (report.residual <= 1e-2) == solved
+
+
+@EXPLODING
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize(("tension", "solved"), [(1e7, True), (1e8, True), (1e10, False), (1e11, False)])
+def test_round_off_is_no_excuse_for_energy(dimension, tension, solved):
+    """Beads 5e-11 m up and down, angles of 1e-8 between links and chord: a tension of T weights of a bead throws them at
+    2e-8 T g h across, with (2e-8 T)^2 of the kinetic energy that gravity gives, of which a hundred is allowed. Links see
+    1e-8 of that velocity, for two beads 4e-16 T g h, less than the round-off of T. (Below 1e7 it would be more.)"""
+    report = stretched(dimension, tension, zigzag=5e-11)
+    assert report.status == ("round-off" if solved else "budget spent")
+    assert report.residual <= 1e-3
+
+
+@pytest.mark.parametrize(("tolerance", "sweeps"), [(1e-8, 100), (1e-9, 3000), (1e-12, 3000)])
+def test_gaps_are_rounded_as_well(tolerance, sweeps):
+    """A face-centred cell of 108 spheres of 1 cm and 1 g under 1 Pa. Its gaps are rounded by 1e-18 m, which over 0.1 ms is
+    1e-14 m/s, 3e-9 of what the load gives in a step: which contacts bear is decided below that, and takes for ever.
+    """
+    size = 0.01 * np.sqrt(2.0)
+    scene = lm.Scene(dimension=3)
+    for i in np.ndindex(3, 3, 3):
+        for offset in ((0, 0, 0), (0.5, 0.5, 0), (0.5, 0, 0.5), (0, 0.5, 0.5)):
+            scene.add(lm.sphere(radius=0.005, position=size * (np.array(i) + offset), mass=1e-3))
+    scene.see("GRAIN", "GRAIN", lm.Coulomb(friction=0.3))
+    cell = scene.periodic(x=3 * size, y=3 * size, z=3 * size)
+    cell.impose_stress(xx=-1.0, yy=-1.0, zz=-1.0)
+    report = lm.Simulation(scene, time_step=1e-4, solver=lm.Auto(tolerance=tolerance)).step()
+    assert report.status == ("converged" if tolerance == 1e-8 else "round-off")
+    assert report.iterations <= sweeps
+    assert report.residual <= 1e-8
