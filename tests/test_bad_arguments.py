@@ -223,13 +223,14 @@ CALLS = {
         {"checkpoint": THING}),
     "AcceleratedGaussSeidel": (lm.AcceleratedGaussSeidel, {},
         {"tolerance": [*POSITIVE, 1.1], "max_iterations": [*COUNT, 0], "wire_blocks": FLAG,
-         "momentum": [*FRACTION, 1.0], "slip": optional(POSITIVE)}),
+         "momentum": [*FRACTION, 1.0], "slip": optional(POSITIVE), "force": optional(POSITIVE)}),
     **{solver.__name__: (solver, {}, {"tolerance": [*POSITIVE, 1.1], "max_iterations": [*COUNT, 0],
                                       "max_factorisations": COUNT, "wire_blocks": FLAG,
-                                      "slip": optional(POSITIVE)})
+                                      "slip": optional(POSITIVE), "force": optional(POSITIVE)})
        for solver in (lm.Auto, lm.Newton)},
     "GaussSeidel": (lm.GaussSeidel, {},
-        {"tolerance": [*POSITIVE, 1.1], "max_iterations": [*COUNT, 0], "slip": optional(POSITIVE)}),
+        {"tolerance": [*POSITIVE, 1.1], "max_iterations": [*COUNT, 0], "slip": optional(POSITIVE),
+         "force": optional(POSITIVE)}),
     "Problem": (lm.Problem, parts_of_a_problem(),
         {"W": [*THING, np.eye(4), sparse.csr_array((4, 4)), sparse.csr_array(np.diag([1.0, 1.0, nan, 1.0]))],
          "q": [*ARRAY, np.zeros(3)], "mu": [*ARRAY, [0.0], [-1.0, 0.0]], "dimension": [*COUNT, 1, 4],

@@ -135,22 +135,27 @@ class Detector:
         """The greatest alert distance [m]; arguments as of :meth:`detect`."""
         return self._distances.widest_alert(travel, closing)
 
-    def detect(self, bodies: np.ndarray, travel: float, closing: float = 0.0) -> Interactions:
+    def detect(
+        self, bodies: np.ndarray, travel: float, closing: float = 0.0, inverse_mass: np.ndarray | None = None
+    ) -> Interactions:
         """Interactions at the positions ``bodies`` (n, 3) of the bodies, filled into arrays that the next call reuses.
 
-        ``travel``: the longest way of a body in one step; ``closing``: by which a body and a wall may come closer [m].
+        ``travel``: the longest way of a body in one step; ``closing``: by which a body and a wall may come closer [m];
+        ``inverse_mass``: what the local blocks of W are made of, (n, k), if it is not that of the bodies.
         """
         placed = self._place(bodies)
         self._update_list(placed, travel, closing)
-        seen = Seen(placed, self.contactors.body, self._shapes, bodies, self.inverse_mass)
+        inverse_mass = self.inverse_mass if inverse_mass is None else inverse_mass
+        seen = Seen(placed, self.contactors.body, self._shapes, bodies, inverse_mass)
         if self._images is not None:
             seen = self._images.seen(seen, self._stride)
         first = 0
         for group in self.groups:
             group.start = first
-            first = (
-                self._detect_links(group, bodies) if group.chain else self._detect_contacts(group, seen, travel, closing)
-            )
+            if group.chain:
+                first = self._detect_links(group, bodies, inverse_mass)
+            else:
+                first = self._detect_contacts(group, seen, travel, closing)
             group.stop = first
             if group.cuts is not None:
                 slots = self._capacity.slot[group.start : first]
@@ -198,11 +203,11 @@ class Detector:
 
     # ------------------------------------------------------------------------------------------- narrow phase
 
-    def _detect_links(self, group: Group, bodies: np.ndarray) -> int:
+    def _detect_links(self, group: Group, bodies: np.ndarray, inverse_mass: np.ndarray) -> int:
         """Write the links of a group; returns the row after the last."""
         chain = group.chain
         assert chain is not None
-        given = chain.bodies, chain.radius_sum, group.start, group.first_slot, bodies, self.inverse_mass
+        given = chain.bodies, chain.radius_sum, group.start, group.first_slot, bodies, inverse_mass
         LINKS[self.dimension](*given, self._capacity)
         return group.start + group.slots
 

@@ -54,7 +54,7 @@ def as_problem(step: StepProblem) -> Conic:
     H = interaction_matrix(step)
     d, width = step.dimension, system.impulse.shape[1]
     H = H[np.repeat(acting, width)]
-    inverse_mass, split = system.inverse_mass.copy(), None
+    inverse_mass, split = step.inverse_mass.copy(), None
     if system.deforms:
         inverse_mass[system.edges] = 0.0
     W = (H @ sparse.diags_array(inverse_mass.ravel()) @ H.T).tocsr()

@@ -18,6 +18,7 @@ from lmgcpy.dynamics.rolling import mark_isotropic, rolling_radius, with_rolling
 from lmgcpy.dynamics.schedule import schedule
 from lmgcpy.solve.dimension_kernels import DimensionKernels, dimension_kernels
 from lmgcpy.solve.law_kernels import LawKernels, StepData, functions_of, law_kernels, not_compiled
+from lmgcpy.solve.light_bodies import LightBodies, no_light_bodies
 from lmgcpy.solve.report import Worst
 from lmgcpy.solve.step import Step
 from lmgcpy.solve.system import Groups, System
@@ -43,6 +44,10 @@ class StepProblem:
     """Velocities of the bodies without impulses, (n, k)."""
     guess: np.ndarray
     """Impulses to start from [N s], (m, d)."""
+    light: LightBodies
+    """Bodies that are swept with more than their own mass: ``system`` knows the masses of the sweep."""
+    inverse_mass: np.ndarray
+    """Inverse masses and inertias of the bodies as they are, (n, k)."""
     after: np.ndarray
     """Memory for the relative velocities at the end, (m, d); the problems that are solved in one step share it."""
     step: Step | None = field(default=None, init=False, compare=False)
@@ -89,7 +94,7 @@ class StepProblem:
     def worst(self) -> Worst | None:
         """The interaction with the largest slip, as the solver measured it."""
         system = self.system
-        _, _, row, error = system.measured.tolist()
+        _, _, row, error, _, _ = system.measured.tolist()
         if len(system.candidate) == 0 or error == 0.0:
             return None
         law = next(group.law.NAME for group in self.groups if group.start <= row < group.stop)
@@ -156,21 +161,23 @@ class Assembler:
         positions: np.ndarray,
         before: np.ndarray,
         free_velocity: np.ndarray,
+        more: np.ndarray | None,
         wire_blocks: bool,
     ) -> StepProblem:
         """The arrays of a step from its interactions, with the numbers that each law prepares.
 
         ``positions`` of the detection, (n, 3); ``before`` and ``free_velocity``: velocities of the bodies at the start of
-        the step and without impulses, (n, k).
+        the step and without impulses, (n, k); ``more``: see :func:`~lmgcpy.dynamics.sweep_mass.sweep_mass`.
         """
         model, groups = self._model, detector.groups
         cell = model.cell_in_step(before, free_velocity)
         kept = self._kept
-        kind = interactions.slot[:KEPT].tobytes(), time_step, wire_blocks, [group.diagonal for group in groups]
+        swept = b"" if more is None else more.tobytes()
+        kind = interactions.slot[:KEPT].tobytes(), time_step, wire_blocks, [group.diagonal for group in groups], swept
         if kept is None or groups is not self._groups or kind != self._kind or cell is not None:
             self._kept = kept = None  # its arrays make room
             rate = time_step / self._size
-            kept = lay_out(detector, interactions, model, rate, wire_blocks=wire_blocks, cell=cell)
+            kept = lay_out(detector, interactions, model, rate, more=more, wire_blocks=wire_blocks, cell=cell)
             # what rolling contacts and cells that deform add to W is made from each detection
             if len(interactions.slot) <= KEPT and cell is None and not len(kept.system.rolling):
                 self._kept, self._groups, self._kind = kept, groups, kind
@@ -188,12 +195,14 @@ def lay_out(
     model: Model,
     rate: np.ndarray,
     *,
+    more: np.ndarray | None,
     wire_blocks: bool,
     cell: CellMotion | None,
 ) -> StepProblem:
     """The arrays of a step, with all that depends on nothing but which interactions it has.
 
-    ``rate``: time step over the radius of the smallest contactor of each body [s/m], (n,); ``cell``: a periodic cell that
+    ``rate``: time step over the radius of the smallest contactor of each body [s/m], (n,); ``more``: mass in the sweep over
+    mass, (n,); ``cell``: a periodic cell that
     deforms in this step.
     """
     dimension, (width, states) = interactions.normal.shape[1], detector.remembered
@@ -201,12 +210,15 @@ def lay_out(
     pairs = known_pairs(groups, interactions, model)
     rolls = width > dimension  # some contacts of the scene have rolling components
     of_dimension = dimension_kernels(dimension, rolls, cell is not None)
+    inverse_mass, light = model.inverse_mass, no_light_bodies(model.inverse_mass.shape[1])
+    if more is not None:
+        inverse_mass, light = inverse_mass / more[:, None], light_bodies(more, rate, model.free_mass)
     if rolls:
-        mark_isotropic(groups, interactions, model.inverse_mass)
+        mark_isotropic(groups, interactions, inverse_mass)
     edges, branch = np.zeros(0, np.int64), np.zeros((0, 0))
     if cell is not None:
         edges, branch = cell.lattice.rows, cell.branches(groups, interactions)
-        cell.add_to_blocks(branch, groups, interactions, model.inverse_mass)
+        cell.add_to_blocks(branch, groups, interactions, inverse_mass)
     kernels = [group_kernels(group, dimension, wire_blocks, deforms=cell is not None) for group in groups]
     count, bodies = len(interactions.gap), model.inverse_mass.shape
     offset = np.zeros(len(groups) + 1, dtype=np.int64)
@@ -214,7 +226,7 @@ def lay_out(
     rolling, delassus = np.zeros(0), interactions.delassus
     if rolls:
         rolling = rolling_radius(groups, pairs, dimension, count)
-        delassus = with_rolling(delassus, rolling, interactions, model.inverse_mass)
+        delassus = with_rolling(delassus, rolling, interactions, inverse_mass)
     system = System(
         candidate=interactions.candidate,
         antagonist=interactions.antagonist,
@@ -231,7 +243,7 @@ def lay_out(
         prepared=with_spare_rows(int(offset[-1])),
         impulse=with_spare_rows(count, width),
         velocity=np.empty(bodies),
-        inverse_mass=model.inverse_mass,
+        inverse_mass=inverse_mass,
         geometric=np.zeros(0),
         carried=np.zeros((0, dimension - 1)),
         own=np.zeros((0, dimension, dimension)),
@@ -239,10 +251,10 @@ def lay_out(
         scratch=np.empty((sum(group.stop - group.start for group in groups if group.chain), 4)),
         scale=np.maximum(rate.take(interactions.candidate), rate.take(interactions.antagonist)),
         squared_error=with_spare_rows(count),
-        noise=with_spare_rows(bodies[0], 2),
+        noise=with_spare_rows(bodies[0], 4),
         floor=with_spare_rows(count),
         farness=with_spare_rows(bodies[0]),
-        measured=np.empty(4),
+        measured=np.empty(6),
     )
     data = StepData(
         gap=interactions.gap,
@@ -264,9 +276,20 @@ def lay_out(
         data=data,
         dimension_kernels=of_dimension,
         free_velocity=np.empty(bodies),
+        light=light,
+        inverse_mass=model.inverse_mass,
         guess=with_spare_rows(count, width),
         after=with_spare_rows(count, width),
     )
+
+
+def light_bodies(more: np.ndarray, rate: np.ndarray, mass: np.ndarray) -> LightBodies:
+    """The light bodies of a step, from M / m of all bodies (n,), the time step over their size [s/m], (n,), and their
+    masses where they are free (n, k)."""
+    body = np.flatnonzero(more > 1.0)
+    rows = {name: np.empty((len(body), mass.shape[1])) for name in ("free", "start", "centre", "best", "aside", "way")}
+    share, stride = 1.0 / more[body], np.ones(len(body))
+    return LightBodies(body=body, more=more, rate=rate[body], share=share, mass=mass[body], stride=stride, **rows)
 
 
 def fill(problem: StepProblem, time: float, time_step: float, before: np.ndarray, free_velocity: np.ndarray) -> None:
@@ -274,6 +297,12 @@ def fill(problem: StepProblem, time: float, time_step: float, before: np.ndarray
     system = problem.system
     problem.data = data = problem.data._replace(after=problem.after[:0], time=time, time_step=time_step)
     problem.free_velocity[:] = system.velocity[:] = free_velocity
+    light = problem.light
+    if len(light.body):
+        light.free[:] = free_velocity[light.body]
+        light.way[:] = 0.0
+        light.stride[:] = 1.0
+        light.start[:] = light.centre[:] = light.best[:] = before[light.body]
     system.impulse.fill(0.0)
     system.scratch.fill(0.0)
     system.measured.fill(0.0)

@@ -17,8 +17,8 @@ from lmgcpy.dynamics.model import Model
 class Energy:
     """Energies and works in [J] (per metre of depth in 2D).
 
-    At every step ``kinetic - kinetic before = loads + drives + sum of interactions`` holds to round-off, each term the
-    work at the mean velocity of the step: ``loads`` of gravity, imposed forces, and stresses imposed on a periodic cell,
+    At every step ``kinetic - kinetic before = loads + drives + sum of interactions + unbalanced`` holds to round-off, each
+    term the work at the mean velocity of the step: ``loads`` of gravity, imposed forces, and stresses imposed on a cell,
     ``drives`` of whatever holds the driven components, its part for the inertia of bodies in the mean flow of a cell
     included, and ``interactions`` of the impulses by name of law. ``kinetic`` is that of the free components.
     ``total_loads``, ``total_drives``, ``total_interactions`` and ``total_dissipated`` are sums over the run.
@@ -34,6 +34,8 @@ class Energy:
     dissipated: dict[str, float] = field(default_factory=dict)
     """What laws that tell say that they have dissipated in this step, by law; the work of their impulses and the change of
     what they store may be more, as of a contact whose friction tells and whose shocks do not."""
+    unbalanced: float = 0.0
+    """Work of the impulses by which light bodies between heavy ones are left out of balance, within the solver's bounds."""
     defect: float = 0.0
     """Error of the identity in this step."""
     total_loads: float = 0.0
@@ -98,7 +100,8 @@ class Energy:
         # what was stored before the first step is not known: of laws that store the first step does not count
         counted = {name for name in works if name in model.passive and (name not in stored or name in self.stored)}
         change = sum(works[name] + stored.get(name, 0.0) - self.stored.get(name, 0.0) for name in counted)
-        self.made = 0.0 if data.time < model.drawn_until else max(0.0, self.made + change)
+        self.unbalanced = work_of_imbalance(problem, before)
+        self.made = 0.0 if data.time < model.drawn_until else max(0.0, self.made + change + self.unbalanced)
         self.loads = data.time_step * power
         if against is not None:
             self.loads += float(against.sum())
@@ -108,7 +111,7 @@ class Energy:
         self.interactions = works
         self.stored = stored
         self.dissipated = dissipated
-        self.defect = gain - (self.loads + self.drives + sum(works.values()))
+        self.defect = gain - (self.loads + self.drives + sum(works.values()) + self.unbalanced)
         self.total_loads += self.loads
         self.total_drives += self.drives
         for name, work in works.items():
@@ -137,6 +140,16 @@ def dissipated_by_law(problem: StepProblem) -> dict[str, float]:
             )
         found[group.law.NAME] = found.get(group.law.NAME, 0.0) + energy
     return found
+
+
+def work_of_imbalance(problem: StepProblem, before: np.ndarray) -> float:
+    """Work [J] of the impulses ``(M - m) (v_c - v)`` on light bodies, see :mod:`lmgcpy.solve.light_bodies`."""
+    light = problem.light
+    if not len(light.body):
+        return 0.0
+    after = problem.system.velocity[light.body]
+    impulse = light.mass * (1.0 / light.share[:, None] - 1.0) * (light.centre - after)
+    return 0.5 * float((impulse * (before[light.body] + after)).sum())
 
 
 def work_on_driven(problem: StepProblem, model: Model, before: np.ndarray) -> float:

@@ -59,11 +59,8 @@ class LinkStiffness:
     """Sum of the two radii [m], (L,)."""
     share: np.ndarray
     """P, see the module's text [1/kg], (L,)."""
-    mobility: np.ndarray
-    """Sum of the inverse masses of the two bodies by component [1/kg], (L, d)."""
-    shared: np.ndarray
-    """Inverse mass by component of the bead that a link shares with the next one of its chain, zero where there is none
-    [1/kg], (L, d)."""
+    joined: np.ndarray
+    """Whether a link shares a bead with the next one of its chain, (L,) bool."""
     following: np.ndarray
     """Row of that link, (L,)."""
     cuts: np.ndarray
@@ -80,13 +77,13 @@ class LinkStiffness:
         weight = held * inverse.max(axis=1, initial=0.0)
         cuts = np.cumsum([0, *(chain.link_count for chain in chains)])
         following = np.arange(1, len(a) + 1)
-        shared = inverse[c].copy()
+        joined = np.ones(len(a), dtype=bool)
         for chain, first, end in zip(chains, cuts[:-1], cuts[1:], strict=True):
             following[end - 1] = first
             if chain.bodies[0] != chain.bodies[-1]:
-                shared[end - 1] = 0.0
+                joined[end - 1] = False
         radius_sum = np.concatenate([np.zeros(0), *(chain.radius_sum for chain in chains)])
-        return cls(len(a), dimension, radius_sum, weight[a] + weight[c], inverse[a] + inverse[c], shared, following, cuts)
+        return cls(len(a), dimension, radius_sum, weight[a] + weight[c], joined, following, cuts)
 
     def resolution(self, impulse: np.ndarray, gap: np.ndarray, time_step: float) -> np.ndarray:
         """``s = h |r_n| P / l`` of each link in tension, zero of the others, (L,); impulses (m, d), gaps (m,).
@@ -117,12 +114,14 @@ class LinkStiffness:
         s, d = problem.system, self.dimension
         frame = local_frames(s.normal[: self.count])
         across = frame.transpose(0, 2, 1)
+        of_candidate, of_antagonist = (s.inverse_mass[ids[: self.count], :d] for ids in (s.candidate, s.antagonist))
+        shared = np.where(self.joined[:, None], of_candidate, 0.0)
         length = problem.data.gap[: self.count] + self.radius_sum
         system = s._replace(
             geometric=stiffness,
             carried=self._carried(frame, length, problem.data.before[: self.count], before),
-            own=(frame * self.mobility[:, None]) @ across,  # a quarter of the time of einsum
-            following=-(frame * self.shared[:, None]) @ across[self.following],
+            own=(frame * (of_candidate + of_antagonist)[:, None]) @ across,  # a quarter of the time of einsum
+            following=-(frame * shared[:, None]) @ across[self.following],
             scratch=np.zeros((self.count, scratch_columns(d)["WIDTH"])),
         )
         kernels = [group_kernels(group, d, wire_blocks, stiffened=True, deforms=s.deforms) for group in problem.groups]

@@ -122,6 +122,22 @@ class Model:
         return np.flatnonzero(self.inverse_mass == 0.0)
 
     @cached_property
+    def bounded(self) -> np.ndarray:
+        """Whether a body is neither a wall nor an edge of a periodic cell, (n,) bool."""
+        bounded = np.isfinite(self.extent)
+        if self.cell is not None:
+            bounded[self.cell.lattice.rows] = False
+        return bounded
+
+    @cached_property
+    def linked(self) -> np.ndarray:
+        """Whether a body is in a chain, (n,) bool."""
+        linked = np.zeros(len(self.mass), dtype=bool)
+        for chain in self.chains:
+            linked[chain.bodies] = True
+        return linked
+
+    @cached_property
     def movable_mass(self) -> np.ndarray:
         """Mass [kg], (n,), infinite where a body is held in all directions."""
         d = self.dimension

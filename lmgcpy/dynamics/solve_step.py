@@ -40,6 +40,7 @@ def solve_step(
         factorisations=outcome.factorisations,
         residual=outcome.residual,
         slip=outcome.slip,
+        force=outcome.force,
         status=STATUS[outcome.status],
         worst=problem.worst(),
         interactions=len(problem.system.impulse),
@@ -62,19 +63,26 @@ def call_solver(problem: StepProblem, solver: Solver, row: np.ndarray | None = N
         if step is None or step.threads != threads:
             step = as_step(problem, problem.system, problem.free_velocity, threads)
             # the step holds the problem: large arrays would wait for the collector of garbage
-            problem.step = step if len(problem.guess) <= KEPT else None
+            keep = len(problem.guess) <= KEPT and not len(problem.light.body)
+            problem.step = step if keep else None
         return solver.solve(step)
     system, free_velocity = problem.system.reordered(row, problem.free_velocity)
-    outcome = solver.solve(as_step(problem, system, free_velocity, threads))
+    outcome = solver.solve(as_step(problem, system, free_velocity, threads, row))
     problem.system.velocity[:] = system.velocity.take(row, axis=0)
     return outcome
 
 
-def as_step(problem: StepProblem, system: System, free_velocity: np.ndarray, threads: int) -> Step:
-    """What a solver is given."""
-    driver = problem.dimension_kernels.driver
+def as_step(
+    problem: StepProblem, system: System, free_velocity: np.ndarray, threads: int, row: np.ndarray | None = None
+) -> Step:
+    """What a solver is given; ``row``: see :func:`solve_step`."""
+    driver, light = problem.dimension_kernels.driver, problem.light
+    if len(light.body):
+        free_velocity = free_velocity.copy()  # sweeps move the centres of light bodies
+        if row is not None:
+            light = light._replace(body=row[light.body], more=light.more[np.argsort(row)])
     conic, components = conic_form(problem), problem.components
-    return Step(problem.table, system, free_velocity, problem.guess, conic, components, driver, threads)
+    return Step(problem.table, system, free_velocity, problem.guess, conic, components, driver, light, threads)
 
 
 def fault(problem: StepProblem, solver: Solver) -> Exception:

@@ -28,6 +28,7 @@ from lmgcpy.dynamics.position_rounding import check_positions
 from lmgcpy.dynamics.solve_step import solve_step
 from lmgcpy.dynamics.start_overlaps import overlaps_at_start
 from lmgcpy.dynamics.stretch_and_energy_watch import Watch
+from lmgcpy.dynamics.sweep_mass import sweep_mass
 from lmgcpy.dynamics.turning_stretch import TurningStretch
 from lmgcpy.dynamics.whipping_links import WhippingLinks
 from lmgcpy.errors import closest, flag, named_arguments, number, one_of, shown, warn, whole
@@ -265,6 +266,10 @@ class Stepper:
         """Detect what ``moves`` may bring into contact; (interactions, the problem as assembled, the problem as solved)."""
         state, detector = self.state, self._detector
         interactions = detector.detect(state.positions, moves.travel, moves.closing)
+        more = sweep_mass(self.model, interactions, self.solver.tolerance)
+        if more is not None:  # the local blocks of W are those of the sweep
+            swept = self.model.inverse_mass / more[:, None]
+            interactions = detector.detect(state.positions, moves.travel, moves.closing, swept)
         check_detection(detector.groups, interactions, state.time)
         given = self._assembler.assemble(
             detector,
@@ -274,6 +279,7 @@ class Stepper:
             positions=state.positions,
             before=before,
             free_velocity=free_velocity,
+            more=more,
             wire_blocks=self.solver.wire_blocks,
         )
         return interactions, given, self._solve(given)

@@ -39,7 +39,8 @@ import numpy as np
 
 from lmgcpy.compiled.kernel import kernel
 from lmgcpy.errors import named_arguments, number
-from lmgcpy.solve.iterates import EXTRAPOLATE, KEEP, RESUME, START, STEP, TAKE_BEST
+from lmgcpy.solve.iterates import EXTRAPOLATE, EXTRAPOLATE_SOME, KEEP, RESUME, START, STEP, TAKE_BEST
+from lmgcpy.solve.light_bodies import BEST_CENTRE, KEEP_CENTRE, MOVE
 from lmgcpy.solve.report import CONVERGED, NOT_FINITE, ROUND_OFF, SPENT, STAGNATED, Outcome
 from lmgcpy.solve.solver import Solver
 from lmgcpy.solve.step import Step
@@ -54,6 +55,8 @@ FAST = 0.8
 """The momentum does not grow while a step is less than this part of the one before: the sweeps converge by themselves."""
 MOMENTUM = 0.97
 """Bound of the momentum where nobody says another."""
+MANY = 0.1
+"""There is no momentum at all if light bodies have more than this part of the interactions."""
 MOST_DAMPING = 0.5
 """Largest damping: the momentum that it leaves never did harm."""
 
@@ -73,9 +76,8 @@ def no_memory() -> np.ndarray:
 
 
 @kernel
-def accelerated_gauss_seidel(team: Team, tolerance, slip, turn, overtime, most, momentum_bound, swept, memory):
-    """Sweep with momentum until ``|e(r)| <= tolerance |e(0)|`` and ``scale |e| <= slip`` everywhere; returns (sweeps,
-    status).
+def accelerated_gauss_seidel(team: Team, turn, overtime, most, momentum_bound, swept, memory):
+    """Sweep with momentum until the errors are within ``team.bounds``; returns (sweeps, status).
 
     The error is measured after sweeps 1, 2, 3 ..., then at intervals of an eighth of the sweeps done and where the size of
     the step promises success. Without success the best impulses measured are returned. Stagnation: the last three quarters
@@ -85,6 +87,7 @@ def accelerated_gauss_seidel(team: Team, tolerance, slip, turn, overtime, most, 
     sweeps, the residual taken to fall as one over their number. A further call with the same ``memory`` goes on as if there
     had been no pause.
     """
+    tolerance = team.bounds[0]
     if memory[0] > 0.0:
         nothing, damping, previous, least = memory[0], memory[1], memory[2], memory[3]
         ratio, best, milestone = memory[4], memory[5], memory[6]
@@ -93,7 +96,7 @@ def accelerated_gauss_seidel(team: Team, tolerance, slip, turn, overtime, most, 
         share_chunks(RESUME, team)
         apply_impulses(team)
     else:
-        nothing, residual, done, status = begin(team, tolerance, slip, swept)
+        nothing, residual, done, status = begin(team, swept)
         if done:
             return 0, status
         share_chunks(START, team)
@@ -122,20 +125,22 @@ def accelerated_gauss_seidel(team: Team, tolerance, slip, turn, overtime, most, 
         if sweeps >= check or promising or sweeps == limit:
             measured = sweeps
             check = sweeps + 1 + sweeps // 8
-            residual = measure(team, nothing, tolerance, slip)
+            residual = measure(team, nothing)
             if residual <= tolerance:
                 status = CONVERGED
                 break
             if not np.isfinite(residual):
                 status = NOT_FINITE
                 break
-            if at_round_off(team, nothing, tolerance, slip):
+            if at_round_off(team, nothing):
                 status = ROUND_OFF
                 break
             ratio = residual / step
             if residual < best:
                 best = residual
                 share_chunks(KEEP, team)
+                if team.light > 0:
+                    share_chunks(KEEP_CENTRE, team)
             if sweeps == limit and sweeps * (best - tolerance) <= overtime * tolerance:
                 limit = min(limit + turn, last)
             if best < 0.99 * milestone:
@@ -157,11 +162,20 @@ def accelerated_gauss_seidel(team: Team, tolerance, slip, turn, overtime, most, 
             damping = max(1.0 - momentum_bound, RECOVERY * damping)
             least = min(least, step)
         team.beta[0] = beta
-        share_chunks(EXTRAPOLATE, team)
+        if team.light > 0:
+            share_chunks(MOVE, team)
+        if team.light == 0:
+            share_chunks(EXTRAPOLATE, team)
+        else:  # interactions of light bodies have no momentum, and velocities follow from all impulses
+            share_chunks(EXTRAPOLATE_SOME, team)
+            if beta > 0.0:
+                apply_impulses(team)
     if status in (SPENT, STAGNATED):
         share_chunks(TAKE_BEST, team)
+        if team.light > 0:
+            share_chunks(BEST_CENTRE, team)
         apply_impulses(team)
-        rate(team, nothing, tolerance, slip)
+        rate(team, nothing)
         memory[0], memory[1], memory[2], memory[3] = nothing, damping, previous, least
         memory[4], memory[5], memory[6] = ratio, best, milestone
         memory[7], memory[8] = milestone_sweep, run
@@ -171,8 +185,7 @@ def accelerated_gauss_seidel(team: Team, tolerance, slip, turn, overtime, most, 
 
 def sweep_with_momentum(
     step: Step,
-    tolerance: float,
-    slip: float,
+    bounds: tuple[float, float, float],
     turn: int,
     momentum: float,
     *,
@@ -187,9 +200,11 @@ def sweep_with_momentum(
     step and may pass as it is; ``memory``: of :func:`no_memory`, to go on later from where the sweeps on the same ``step``
     ended.
     """
+    if len(step.light.body) and step.of_light_bodies.mean() > MANY:
+        momentum = 0.0
     limits = turn, float(overtime), turn if most is None else most, momentum
     arguments = *limits, swept, no_memory() if memory is None else memory
-    return step.led(accelerated_gauss_seidel, tolerance, slip, *arguments, iterates=True)
+    return step.led(accelerated_gauss_seidel, bounds, *arguments, iterates=True)
 
 
 @named_arguments
@@ -197,8 +212,8 @@ def sweep_with_momentum(
 class AcceleratedGaussSeidel(Solver):
     """Gauss-Seidel with momentum, for steps that take more than a few dozen sweeps; any law, wires as blocks.
 
-    ``tolerance``, ``max_iterations``, ``wire_blocks``, ``slip``: as of :class:`Solver <lmgcpy.Solver>`; ``momentum``:
-    bound of the momentum, in [0, 1); with 0 the sweeps are those of Gauss-Seidel.
+    ``tolerance``, ``max_iterations``, ``wire_blocks``, ``slip``, ``force``: as of :class:`Solver <lmgcpy.Solver>`;
+    ``momentum``: bound of the momentum, in [0, 1); with 0 the sweeps are those of Gauss-Seidel.
     """
 
     momentum: float = MOMENTUM
@@ -210,5 +225,4 @@ class AcceleratedGaussSeidel(Solver):
 
     def solve(self, step: Step) -> Outcome:
         """Sweep from the guess; see :func:`accelerated_gauss_seidel`."""
-        limits = self.tolerance, self.largest_slip, self.max_iterations, float(self.momentum)
-        return sweep_with_momentum(step, *limits)
+        return sweep_with_momentum(step, self.bounds, self.max_iterations, float(self.momentum))

@@ -8,22 +8,23 @@ import numpy as np
 
 from lmgcpy.compiled.kernel import kernel
 from lmgcpy.errors import named_arguments
+from lmgcpy.solve.light_bodies import MOVE
 from lmgcpy.solve.report import CONVERGED, NOT_FINITE, ROUND_OFF, SPENT, STAGNATED, Outcome
 from lmgcpy.solve.solver import Solver
 from lmgcpy.solve.step import Step
 from lmgcpy.solve.sweeps import apply_impulses, at_round_off, begin, measure, rate, sweep_groups
-from lmgcpy.solve.team import Team
+from lmgcpy.solve.team import Team, share_chunks
 
 
 @kernel
-def gauss_seidel(team: Team, tolerance, slip, max_iterations):
-    """Sweep until ``|e(r)| <= tolerance |e(0)|`` and ``scale |e| <= slip`` everywhere; returns (sweeps, status).
+def gauss_seidel(team: Team, max_iterations):
+    """Sweep until the errors are within ``team.bounds``; returns (sweeps, status).
 
     The error is measured after sweeps 1, 2, 3 ... and then at intervals of an eighth of the sweeps done, so that
     measuring costs about an eighth; before success is told it is measured again on velocities made anew from the
     impulses. Stagnation: the last half of the sweeps, at least 1000 of them, gained less than 1 %.
     """
-    nothing, residual, done, status = begin(team, tolerance, slip, False)
+    nothing, residual, done, status = begin(team, False)
     if done:
         return 0, status
     best = residual
@@ -33,6 +34,8 @@ def gauss_seidel(team: Team, tolerance, slip, max_iterations):
     check = 1
     status = SPENT
     while sweeps < max_iterations:
+        if sweeps > 0 and team.light > 0:
+            share_chunks(MOVE, team)
         if not sweep_groups(team):
             status = NOT_FINITE
             break
@@ -40,14 +43,14 @@ def gauss_seidel(team: Team, tolerance, slip, max_iterations):
         if sweeps < check and sweeps < max_iterations:
             continue
         check = sweeps + 1 + sweeps // 8
-        residual = measure(team, nothing, tolerance, slip)
-        if residual <= tolerance:
+        residual = measure(team, nothing)
+        if residual <= team.bounds[0]:
             status = CONVERGED
             break
         if not np.isfinite(residual):
             status = NOT_FINITE
             break
-        if at_round_off(team, nothing, tolerance, slip):
+        if at_round_off(team, nothing):
             status = ROUND_OFF
             break
         best = min(best, residual)
@@ -59,7 +62,7 @@ def gauss_seidel(team: Team, tolerance, slip, max_iterations):
             milestone_sweep = sweeps
     if status in (SPENT, STAGNATED):
         apply_impulses(team)
-        rate(team, nothing, tolerance, slip)
+        rate(team, nothing)
     return sweeps, status
 
 
@@ -68,9 +71,9 @@ def gauss_seidel(team: Team, tolerance, slip, max_iterations):
 class GaussSeidel(Solver):
     """Gauss-Seidel, the standard method of the field, with every wire solved as one block.
 
-    ``tolerance``, ``max_iterations``, ``wire_blocks``, ``slip``: as of :class:`Solver <lmgcpy.Solver>`.
+    ``tolerance``, ``max_iterations``, ``wire_blocks``, ``slip``, ``force``: as of :class:`Solver <lmgcpy.Solver>`.
     """
 
     def solve(self, step: Step) -> Outcome:
         """Sweep from the guess; see :func:`gauss_seidel`."""
-        return step.led(gauss_seidel, self.tolerance, self.largest_slip, self.max_iterations)
+        return step.led(gauss_seidel, self.bounds, self.max_iterations)

@@ -22,6 +22,7 @@ from lmgcpy.laws.elastic import ElasticRod, ElasticWire
 from lmgcpy.laws.rolling import RollingCoulomb
 from lmgcpy.solve import h_rows_2d, h_rows_3d
 from lmgcpy.solve.law_kernels import group_kernels
+from lmgcpy.solve.loads import LITTLE, NEARBY
 from lmgcpy.solve.problem import BOTH, CONTACT, PULL, Problem
 from lmgcpy.solve.small_matrices import small_matrices
 from lmgcpy.solve.stiffened_wire_block import scratch_columns
@@ -117,6 +118,31 @@ def add_noise(start, stop, walls, s):
                     s.noise[j, min(row, 1)] += abs(s.block[k, row, column] * s.impulse[i, column])
 
 
+def add_load(start, stop, walls, s, found):
+    """Let all interactions that an impulse reaches know of its size [N s], in the last column of ``s.noise``."""
+    for i in range(start, stop):
+        size = 0.0
+        for k in range(s.impulse.shape[1]):
+            size += s.impulse[i, k] * s.impulse[i, k]
+        if size > 0.0:
+            found[1] += 0.5 * np.log(size)
+            found[2] += 1.0
+        for k in range(s.first[i], s.first[i + 1]):
+            s.noise[s.row[k], 2] = max(s.noise[s.row[k], 2], np.sqrt(size))
+
+
+def share_load(start, stop, walls, s):
+    """Let all interactions know what those bear that they reach, in the column after that."""
+    for i in range(start, stop):
+        for k in range(s.first[i], s.first[i + 1]):
+            s.noise[s.row[k], 3] = max(s.noise[s.row[k], 3], s.noise[i, 2])
+
+
+def load_of(i, s, typical):
+    """The greatest impulse on the bodies of an interaction [N s]."""
+    return max(s.noise[i, 2], NEARBY * s.noise[i, 3], LITTLE * typical)
+
+
 def gather_noise(first, last, s):
     """Sizes of the terms of some relative velocities [m/s], into ``s.floor``."""
     for i in range(first, last):
@@ -167,6 +193,9 @@ def driver_of(width: int) -> dict[str, Any]:
         "kinetic_energy": kinetic_energy,
         "add_noise": add_noise,
         "gather_noise": gather_noise,
+        "add_load": add_load,
+        "share_load": share_load,
+        "load_of": load_of,
     }
 
 
@@ -244,9 +273,9 @@ def assemble_problem(problem: Problem, wire_blocks: bool) -> tuple[Groups, Matri
         scratch=np.zeros((links, scratch_columns(d)["WIDTH"] if problem.geometric.any() else 4)),
         scale=np.zeros(count) if problem.scale is None else problem.scale,
         squared_error=np.zeros(count),
-        noise=np.zeros((count, 2)),
+        noise=np.zeros((count, 4)),
         floor=np.zeros(count),
-        measured=np.zeros(4),
+        measured=np.zeros(6),
     )
     kernels = []
     for start, stop in runs:

@@ -26,6 +26,9 @@ class Outcome(NamedTuple):
     """Newton steps, each of which factorised a sparse matrix."""
     slip: float = 0.0
     """Largest ``h |e_i| / R_i``; 0 where no sizes are known."""
+    force: float = 0.0
+    """Largest ``|e_i| / W_nn`` over what the two bodies of an interaction bear, see ``lmgcpy.solve.loads``; of light bodies
+    between heavy ones the imbalance as well."""
 
     def __repr__(self) -> str:
         newton = f" and {self.factorisations} Newton steps" if self.factorisations else ""
@@ -82,7 +85,8 @@ class Report:
 
     ``iterations``: sweeps; ``factorisations``: Newton steps; ``residual``: ``|e(r)| / |e(0)|``, the error relative to that
     of doing nothing; ``slip``: the largest ``h |e_i| / R_i``, the displacement that the error of one interaction makes in
-    the step, in parts of its smaller body's radius; ``status``: "converged", "budget spent", "stagnated", "not finite",
+    the step, in parts of its smaller body's radius; ``force``: the largest error of a force over what its bodies bear, and
+    imbalance of a light body; ``status``: "converged", "budget spent", "stagnated", "not finite",
     "round-off", or "locked" for a step that has no solution; ``lock``: why it has none, None otherwise; ``worst``: the
     interaction of that slip, None where there is none; ``interactions``: how many there were;
     ``seconds``: of the solver; ``step_seconds``: of the whole step; ``stretch``: the largest part of its reference length
@@ -103,6 +107,7 @@ class Report:
     solves: int = 1
     slip: float = 0.0
     lock: Lock | None = None
+    force: float = 0.0
 
     @property
     def solved(self) -> bool:

@@ -21,25 +21,37 @@ this bound, are with 3e-3: triaxial 1.01, column 1.01; with 2e-3: biaxial 1.02, 
 biaxial 0.97, triaxial 2.8, column 1.22."""
 
 
+FORCE, MOST_FORCE = 100.0, 1e-2
+"""By default no force is off by more than so many times the tolerance, and no more than this part of what its bodies bear.
+
+The residual is relative to what loads do to all bodies, which in large samples is a hundredth of what interactions bear.
+With a hundredth friction holds what hangs on it (``tests/dynamics/test_light_bodies.py``)."""
+
+
 @dataclass(frozen=True)
 class Solver(ABC):
     """Solves the problem of a time step to a tolerance. A solver of your own is a frozen dataclass with one :meth:`solve`.
 
     ``tolerance``: a step is solved where ``|e(r)| <= tolerance |e(0)|`` (see ``lmgcpy.residual``); ``max_iterations``:
     sweeps a step at the most; ``wire_blocks``: False has sweeps visit the links of a wire one at a time, as other codes
-    do; ``slip``: no interaction's error may make a displacement in the step of more than this part of its smaller body's
-    radius, ``h |e_i| <= slip R_i``. None stands for the tolerance, and for 3e-3 where the tolerance is larger.
+    do; ``slip``: no interaction's error may make a displacement in the step of more than this part of its smaller
+    body's radius, ``h |e_i| <= slip R_i``, None stands for the tolerance, and for 3e-3 where the tolerance is larger;
+    ``force``: no force may be off by more than this part of what its bodies bear (``lmgcpy.solve.loads``), None stands
+    for a hundred times the tolerance, and at most 1e-2.
     """
 
     tolerance: float = 1e-4
     max_iterations: int = 10_000
     wire_blocks: bool = True
     slip: float | None = None
+    force: float | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "tolerance", number(self.tolerance, "tolerance", above=0.0, maximum=1.0))
         if self.slip is not None:
             object.__setattr__(self, "slip", number(self.slip, "slip", above=0.0))
+        if self.force is not None:
+            object.__setattr__(self, "force", number(self.force, "force", above=0.0))
         object.__setattr__(self, "max_iterations", whole(self.max_iterations, "max_iterations", minimum=1))
         flag(self.wire_blocks, "wire_blocks")
 
@@ -55,9 +67,15 @@ class Solver(ABC):
         """Largest ``h |e_i| / R_i`` of a solved step."""
         return float(min(self.tolerance, MOST_SLIP) if self.slip is None else self.slip)
 
+    @property
+    def bounds(self) -> tuple[float, float, float]:
+        """Largest residual, slip, and error of a force of a solved step."""
+        force = min(FORCE * self.tolerance, MOST_FORCE) if self.force is None else self.force
+        return float(self.tolerance), self.largest_slip, float(force)
+
     def finish(self, step: Step, impulses: np.ndarray, *, iterations: int = 0, factorisations: int = 0) -> Outcome:
         """Take impulses (m, d) for the answer to a step and measure them by the kernels of its laws."""
-        judged = step.judged(impulses, self.tolerance, self.largest_slip)
+        judged = step.judged(impulses, self.bounds)
         return judged._replace(iterations=iterations, factorisations=factorisations)
 
 

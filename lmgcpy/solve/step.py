@@ -11,6 +11,7 @@ import numpy as np
 
 from lmgcpy.compiled.kernel import Kernel
 from lmgcpy.contact.spare_rows import with_spare_rows
+from lmgcpy.solve.light_bodies import LightBodies, no_light_bodies
 from lmgcpy.solve.matrix_system import MatrixSystem
 from lmgcpy.solve.problem import Conic
 from lmgcpy.solve.report import Outcome
@@ -63,6 +64,8 @@ class Step:
     """``components()`` says which components of its impulse the law of each interaction has, (m, d) bool."""
     driver: Mapping[str, Any] = field(default_factory=dict)
     """Slots of the kernels that lead sweeps, for the kind of bodies that there are."""
+    light: LightBodies = field(default_factory=lambda: no_light_bodies(0))
+    """Bodies that are swept with a larger mass than they have."""
     threads: int = 1
     """How many threads may share the work of a partitioned scene."""
 
@@ -78,15 +81,16 @@ class Step:
         """This step with other impulses to start from, (m, d)."""
         return self if guess is self.guess else replace(self, guess=guess)
 
-    def led(self, solver: Kernel, *limits: Any, iterates: bool = False) -> Outcome:
+    def led(self, solver: Kernel, bounds: tuple[float, float, float], *limits: Any, iterates: bool = False) -> Outcome:
         """Run ``solver(team, *limits)``, a kernel that leads sweeps and returns (sweeps, status).
 
+        ``bounds``: those of :class:`Solver <lmgcpy.Solver>`.
         ``iterates``: whether it has those of accelerated sweeps.
         """
         crew = self._crew_with_iterates if iterates else self._crew
-        sweeps, status = crew.lead(solver, *limits)
-        residual, slip, _, _ = self.system.measured.tolist()
-        return Outcome(sweeps, residual, status, 0, slip)
+        sweeps, status = crew.lead(solver, bounds, *limits)
+        residual, slip, _, _, force, imbalance = self.system.measured.tolist()
+        return Outcome(sweeps, residual, status, 0, slip, max(force, imbalance))
 
     @cached_property
     def _crew(self) -> Crew:
@@ -97,19 +101,33 @@ class Step:
         system = self.system
         impulse, velocity = system.impulse.reshape(-1), system.velocity.reshape(-1)
         start, last, best = (with_spare_rows(len(impulse)) for _ in range(3))
-        weight = system.delassus[:, : system.impulse.shape[1]].reshape(-1)
+        weight = self._weight().reshape(-1)
         return self._crew_of(Iterates(impulse, velocity, start, last, with_spare_rows(len(velocity)), best, weight))
 
+    @cached_property
+    def of_light_bodies(self) -> np.ndarray:
+        """Which interactions have a light body, (m,) bool."""
+        if not len(self.light.body):
+            return np.zeros(len(self.guess), dtype=bool)
+        assert isinstance(self.system, System)
+        light = self.light.more > 1.0
+        return light[self.system.candidate] | light[self.system.antagonist]
+
+    def _weight(self) -> np.ndarray:
+        """Diagonal of W [1/kg], (m, d), zero for interactions of light bodies: their steps say nothing of the momentum."""
+        weight = self.system.delassus[:, : self.system.impulse.shape[1]]
+        return np.where(self.of_light_bodies[:, None], 0.0, weight) if len(self.light.body) else weight
+
     def _crew_of(self, iterates: Iterates) -> Crew:
-        arrays = self.groups, self.system, self.free_velocity, self.guess
+        arrays = self.groups, self.system, self.free_velocity, self.guess, self.light
         return Crew(work.specialise(**self.driver), arrays, iterates, self.threads)
 
-    def judged(self, impulses: np.ndarray, tolerance: float, slip: float) -> Outcome:
+    def judged(self, impulses: np.ndarray, bounds: tuple[float, float, float]) -> Outcome:
         """Take impulses (m, d) for the answer: velocities are made from them, and the kernels of the laws measure them.
 
-        Components that a law does not have are set to zero: no law would measure them. ``tolerance`` and ``slip``: as of
+        Components that a law does not have are set to zero: no law would measure them. ``bounds``: those of
         :class:`Solver <lmgcpy.Solver>`. The status is "converged", "round-off", "not finite" or "budget spent".
         """
         there = self.components()
         impulses = np.where(there, impulses, 0.0)
-        return self.starting_from(impulses).led(judge, float(tolerance), float(slip))
+        return self.starting_from(impulses).led(judge, bounds)

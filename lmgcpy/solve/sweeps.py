@@ -11,13 +11,17 @@ import numpy as np
 from lmgcpy.compiled.by_address import call
 from lmgcpy.compiled.kernel import kernel
 from lmgcpy.solve.h_rows_2d import momentum  # of bodies in the plane, unless the specialisation gives another
-from lmgcpy.solve.iterates import iterates_work, part
+from lmgcpy.solve.iterates import RESUME, iterates_work, part
+from lmgcpy.solve.light_bodies import CENTRE, FLY, LAY_ASIDE, SETTLE, TAKE_BACK, WEIGH, light_work
+from lmgcpy.solve.loads import add_load, load_of, share_load  # of bodies, likewise
 from lmgcpy.solve.report import CONVERGED, NOT_FINITE, ROUND_OFF, SPENT
 from lmgcpy.solve.rounding import ROUNDING, add_noise, begin_noise, gather_noise, kinetic_energy  # of bodies, likewise
 from lmgcpy.solve.team import Team, share_chunks, share_phases
 
-SWEEP, ERROR, MOMENTUM, NOISE, CLEAR, COMBINE, NOTHING, GUESS, WORST, QUIET, SUM, LOUD = map(np.int64, range(12))
-"""Kinds of work; those of ``iterates.py`` come after. Numbers of numpy, as plain ones make a new function each."""
+SWEEP, ERROR, MOMENTUM, NOISE, LOAD, SHARE, CLEAR, COMBINE, NOTHING, GUESS = map(np.int64, range(10))
+WORST, QUIET, SUM, LOUD, UNLOADED, FORCE = map(np.int64, range(10, 16))
+"""Kinds of work; those of ``iterates.py`` and ``light_bodies.py`` come after. Numbers of numpy, as plain ones make a new
+function each."""
 NEAR = 32.0
 """Round-off is looked at closely where the error is within so many times an estimate that costs next to nothing."""
 LONG = 40
@@ -38,14 +42,16 @@ def work(kind, task, job):
         sweep_pieces(task, job)
     elif kind == ERROR:
         measure_pieces(task, job)
-    elif kind <= NOISE:
+    elif kind <= SHARE:
         add_momentum(kind, task, job)
     elif kind <= GUESS:
         bodies_work(kind, task, job)
-    elif kind <= LOUD:
+    elif kind <= FORCE:
         look(kind, task, job)
-    else:
+    elif kind <= RESUME:
         iterates_work(kind, task, job)
+    else:
+        light_work(kind, task, job)
 
 
 def sweep_pieces(task, job):
@@ -67,13 +73,19 @@ def measure_pieces(task, job):
 
 
 def add_momentum(kind, task, job):
-    """Give the impulses, or their sizes, to the bodies."""
+    """Give the impulses, the sizes of their terms, or the greatest of them to the bodies."""
     groups = job.groups
+    job.partial[task, 1] = 0.0
+    job.partial[task, 2] = 0.0
     for p in range(groups.task[task], groups.task[task + 1]):
         if kind == MOMENTUM:
             momentum(groups.start[p], groups.stop[p], groups.walls[p], job.s, job.s.velocity)
-        else:
+        elif kind == NOISE:
             add_noise(groups.start[p], groups.stop[p], groups.walls[p], job.s)
+        elif kind == LOAD:
+            add_load(groups.start[p], groups.stop[p], groups.walls[p], job.s, job.partial[task])
+        else:
+            share_load(groups.start[p], groups.stop[p], groups.walls[p], job.s)
 
 
 def bodies_work(kind, task, job):
@@ -105,6 +117,12 @@ def look(kind, task, job):
     elif kind == QUIET:
         begin_noise(first, last, s, job.free_velocity, job.limits[4])
         found[0] = kinetic_energy(first, last, s, job.free_velocity)
+    elif kind == UNLOADED:
+        for b in range(first, last):
+            s.noise[b, 2] = 0.0
+            s.noise[b, 3] = 0.0
+    elif kind == FORCE:
+        found[0] = force_error(low, high, s, job.bounds[3])
     elif kind == SUM:
         gather_noise(low, high, s)
         total = undone = 0.0
@@ -116,7 +134,7 @@ def look(kind, task, job):
         found[1] = undone
     else:
         gather_noise(low, high, s)
-        found[0] = loud(low, high, s, job.limits)
+        found[0] = loud(low, high, s, job.limits, job.bounds)
         found[1] = kinetic_energy(first, last, s, s.velocity)
 
 
@@ -138,13 +156,26 @@ def worst(first, last, s, found):
     found[3] = np.sqrt(s.squared_error[row]) if row < last else 0.0
 
 
-def loud(first, last, s, limits):
+def force_error(first, last, s, typical):
+    """The largest ``|e| / W_nn`` of some interactions over what their bodies bear; 1 if these bear nothing."""
+    largest = 0.0
+    for k in range(first, last):
+        i = np.uintp(k)
+        error = np.sqrt(s.squared_error[i])
+        if error > 0.0 and error > largest * s.delassus[i, 0] * load_of(i, s, typical):
+            load = s.delassus[i, 0] * load_of(i, s, typical)
+            largest = error / load if load > 0.0 else max(largest, 1.0)
+    return largest
+
+
+def loud(first, last, s, limits, bounds):
     """How many interactions are off by more than round-off and by more than ``limits`` allow them anyway."""
     count = 0.0
     for i in range(first, last):
         allowed = limits[0]
         if s.scale[i] * allowed > limits[1]:
             allowed = limits[1] / s.scale[i]
+        allowed = min(allowed, bounds[2] * s.delassus[i, 0] * load_of(i, s, bounds[3]))
         if not s.squared_error[i] <= max(allowed, ROUNDING * s.floor[i]) ** 2:
             count += 1.0
     return count
@@ -186,21 +217,50 @@ def sum_of_parts(kind, team):
     return first, second
 
 
-def rate(team, nothing, tolerance, slip):
-    """The residual, or what stands for it where the displacements that the errors make are more than ``slip`` allows: so
-    many times the tolerance as the largest is of ``slip``. Both are within their bounds where this is within tolerance;
-    they are left in ``team.measured``."""
+def greatest(kind, team):
+    """Have a kind of work done for whole arrays; the greatest of what the parts leave."""
+    share_chunks(kind, team)
+    found = 0.0
+    for task in range(team.chunks):
+        found = max(found, team.partial[task, 0])
+    return found
+
+
+def largest_force_error(team):
+    """The largest error of a force, and imbalance of a light body, over what the bodies bear; both are left in
+    ``team.measured``."""
+    share_chunks(UNLOADED, team)
+    share_phases(LOAD, team)
+    logarithms = 0.0
+    count = 0.0
+    for task in range(team.phase[-1]):
+        logarithms += team.partial[task, 1]
+        count += team.partial[task, 2]
+    team.bounds[3] = np.exp(logarithms / count) if count > 0.0 else 0.0
+    share_phases(SHARE, team)
+    team.measured[4] = greatest(FORCE, team)
+    if team.light > 0:
+        team.measured[5] = greatest(WEIGH, team)
+    return max(team.measured[4], team.measured[5])
+
+
+def rate(team, nothing):
+    """The largest of the residual, the slip and the error of a force, each over its bound, times the tolerance: all three
+    are within their bounds if this is within the tolerance. They are left in ``team.measured``."""
+    tolerance, slip, force = team.bounds[0], team.bounds[1], team.bounds[2]
     residual = total_error(team) / nothing
     share_chunks(WORST, team)
     largest = -1.0
+    team.limits[6] = 0.0
     for task in range(team.chunks):
+        team.limits[6] += team.partial[task, 0]
         if team.partial[task, 1] > largest:
             largest = team.partial[task, 1]
             team.measured[2] = team.partial[task, 2]
             team.measured[3] = team.partial[task, 3]
     team.measured[0] = residual
     team.measured[1] = np.sqrt(max(largest, 0.0))
-    excess = team.measured[1] / slip
+    excess = max(team.measured[1] / slip, largest_force_error(team) / force)
     return tolerance * excess if excess > 1.0 and tolerance * excess > residual else residual
 
 
@@ -213,16 +273,29 @@ def sweep_groups(team):
     return total == 0.0
 
 
-def measure(team, nothing, tolerance, slip):
-    """What :func:`rate` says; success is told only after measuring again on velocities made anew."""
-    residual = rate(team, nothing, tolerance, slip)
-    if residual <= tolerance:
-        apply_impulses(team)
-        residual = rate(team, nothing, tolerance, slip)
-    return residual
+def measure(team, nothing):
+    """What :func:`rate` says; success is told only after measuring again on velocities made anew.
+
+    Light bodies get the velocities that their impulses give them, by which momentum is kept, if the bounds allow it.
+    """
+    residual = rate(team, nothing)
+    if residual > team.bounds[0]:
+        return residual
+    apply_impulses(team)
+    residual = rate(team, nothing)
+    if team.light == 0 or residual > team.bounds[0]:
+        return residual
+    share_chunks(LAY_ASIDE, team)
+    share_chunks(SETTLE, team)
+    settled = rate(team, nothing)
+    if settled <= team.bounds[0]:
+        return settled
+    share_chunks(TAKE_BACK, team)
+    apply_impulses(team)
+    return rate(team, nothing)
 
 
-def at_round_off(team, nothing, tolerance, slip):
+def at_round_off(team, nothing):
     """Whether what :func:`measure` left above the tolerance is round-off.
 
     It is if every interaction is off by no more than its own round-off, or by so little that the tolerances are kept if all
@@ -232,15 +305,16 @@ def at_round_off(team, nothing, tolerance, slip):
     velocities but for a small factor.
     """
     team.limits[5] += 1.0
-    rough = 0.0
-    for task in range(team.chunks):
-        rough += team.partial[task, 0]
+    tolerance, slip = team.bounds[0], team.bounds[1]
     error = team.measured[3] if team.measured[0] <= tolerance else team.measured[0] * nothing
     without = ROUNDING * np.sqrt(team.limits[2])
-    if not error <= tolerance * nothing + without + NEAR * ROUNDING * np.sqrt(rough):
+    if not error <= tolerance * nothing + without + NEAR * ROUNDING * np.sqrt(team.limits[6]):
         return False
     apply_impulses(team)
-    rate(team, nothing, tolerance, slip)
+    if team.light > 0:  # their velocities are those that the impulses give
+        share_chunks(LAY_ASIDE, team)
+        share_chunks(SETTLE, team)
+    rate(team, nothing)
     team.limits[4] = 1.0 if team.limits[5] > LONG else 0.0
     share_chunks(QUIET, team)
     share_phases(NOISE, team)
@@ -249,7 +323,12 @@ def at_round_off(team, nothing, tolerance, slip):
     count, energy = sum_of_parts(LOUD, team)
     error = team.measured[0] * nothing
     small = error <= max(tolerance, LARGEST_RESIDUAL) * nothing or error <= NEAR * without
-    return count == 0.0 and small and team.measured[1] <= max(slip, LARGEST_SLIP) and energy <= team.limits[3]
+    found = count == 0.0 and small and team.measured[1] <= max(slip, LARGEST_SLIP) and energy <= team.limits[3]
+    if team.light > 0 and not found:
+        share_chunks(TAKE_BACK, team)
+        apply_impulses(team)
+        rate(team, nothing)
+    return found
 
 
 def apply_impulses(team):
@@ -259,13 +338,15 @@ def apply_impulses(team):
     share_chunks(COMBINE, team)
 
 
-def begin(team, tolerance, slip, swept):
+def begin(team, swept):
     """Start from the guess; returns (``|e(0)|``, residual, whether nothing is left to do, status).
 
     Where ``|e(0)|`` is no more than round-off, near rest, no error can be told relative to it, and ``r = 0`` is the answer.
     Else there is something to do, and only a guess that was ``swept`` before may pass as it is: an interaction that begins
     to act would otherwise be left without an impulse as long as others are loaded more.
     """
+    if team.light > 0:  # doing nothing is to fly with one's own mass
+        share_chunks(FLY, team)
     share_chunks(NOTHING, team)
     nothing = total_error(team)
     team.limits[4], team.limits[5] = 1.0, 0.0
@@ -278,18 +359,24 @@ def begin(team, tolerance, slip, swept):
     if not np.isfinite(nothing):
         team.measured[0] = nothing
         return nothing, nothing, True, NOT_FINITE
+    if team.light > 0:
+        share_chunks(CENTRE, team)
     share_chunks(GUESS, team)
     apply_impulses(team)
-    residual = rate(team, nothing, tolerance, slip)
-    return nothing, residual, swept and residual <= tolerance, CONVERGED
+    residual = rate(team, nothing)
+    return nothing, residual, swept and residual <= team.bounds[0], CONVERGED
 
 
 @kernel
-def judge(team: Team, tolerance, slip):
+def judge(team: Team):
     """Take the guess for the answer and measure it on velocities made from it; returns (0 sweeps, status)."""
-    nothing, residual, done, status = begin(team, tolerance, slip, True)
+    nothing, residual, done, status = begin(team, True)
     if done:
         return 0, status
     if not np.isfinite(residual):
         return 0, NOT_FINITE
-    return 0, ROUND_OFF if at_round_off(team, nothing, tolerance, slip) else SPENT
+    if team.light > 0:  # with the velocities that these impulses give to light bodies, whatever sweeps thought of them
+        share_chunks(SETTLE, team)
+        if rate(team, nothing) <= team.bounds[0]:
+            return 0, CONVERGED
+    return 0, ROUND_OFF if at_round_off(team, nothing) else SPENT

@@ -73,13 +73,15 @@ class System(NamedTuple):
     squared_error: np.ndarray
     """Squares of the errors as last measured [m^2/s^2], (m,)."""
     noise: np.ndarray
-    """Scratch: sizes of the terms of the velocities of the bodies, (n, 2), see ``lmgcpy.solve.rounding``."""
+    """Scratch, (n, 4): sizes of the terms of the velocities of the bodies (``lmgcpy.solve.rounding``), the greatest impulse
+    on each, and on a neighbour (``lmgcpy.solve.loads``)."""
     floor: np.ndarray
     """Scratch: sizes of the terms of the relative velocities [m/s], (m,)."""
     farness: np.ndarray
     """Largest coordinate of each body over the time step [m/s], (n,): its position is rounded by ``eps`` times that way."""
     measured: np.ndarray
-    """(4,): the residual as last measured, the largest ``scale |e|``, the row of its interaction, and its error [m/s]."""
+    """(6,): the residual as last measured, the largest ``scale |e|``, the row of its interaction, its error [m/s], and the
+    largest error of a force over what the bodies bear."""
 
     @property
     def deforms(self) -> bool:

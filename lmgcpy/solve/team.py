@@ -21,6 +21,7 @@ from lmgcpy.compiled.atomic import add, exchange, load, store
 from lmgcpy.compiled.by_address import ROOM, call_at, call_work, giving_way, work_signature, write
 from lmgcpy.compiled.kernel import INTERPRETED, Kernel, kernel
 from lmgcpy.compiled.reference import by_reference
+from lmgcpy.solve.light_bodies import LightBodies
 from lmgcpy.solve.system import Groups, System
 
 TICKET, DONE, HELPERS = 0, 8, 16
@@ -44,16 +45,22 @@ class Team(NamedTuple):
     """(1,): the momentum of the next extrapolation."""
     phase: np.ndarray
     """First task of each phase, and the end."""
+    bounds: np.ndarray
+    """(4,): largest residual, slip, and error of a force of a solved step; what interactions bear in the geometric mean, as
+    last measured [N s]."""
     limits: np.ndarray
-    """(6,): the error [m/s] and the share of a body's size that an interaction may have whatever round-off is; what the
+    """(7,): the error [m/s] and the share of a body's size that an interaction may have whatever round-off is; what the
     velocities are rounded from without impulses, squared and summed [m^2/s^2]; the most kinetic energy of a solution [J];
-    whether the rounding of gaps counts; how often round-off was looked for. They stay while a solve pauses."""
+    whether the rounding of gaps counts; how often round-off was looked for; the sum of ``(W_nn r_n)^2`` as last measured
+    [m^2/s^2]. They stay while a solve pauses."""
     measured: np.ndarray
-    """(4,): see ``lmgcpy.solve.system.System``."""
+    """(6,): see ``lmgcpy.solve.system.System``."""
     chunks: int
     """Into so many parts whole arrays are cut."""
     rows: int
     """How many interactions there are."""
+    light: int
+    """How many light bodies there are."""
     work: int
     """Address of what does a task: ``work(kind, task, job)``."""
     job: int
@@ -87,8 +94,10 @@ class Job(NamedTuple):
     free_velocity: np.ndarray
     guess: np.ndarray
     iterates: Iterates
+    light: LightBodies
     partial: np.ndarray
     beta: np.ndarray
+    bounds: np.ndarray
     limits: np.ndarray
     """As in :class:`Team`."""
     chunks: int
@@ -182,29 +191,30 @@ class Crew:
     def __init__(
         self,
         work: Kernel,
-        step: tuple[Groups, Any, np.ndarray, np.ndarray],
+        step: tuple[Groups, Any, np.ndarray, np.ndarray, LightBodies],
         iterates: Iterates,
         threads: int,
     ):
-        groups, system, free_velocity, guess = step
+        groups, system, free_velocity, guess, light = step
         tasks = len(groups.task) - 1
         chunks = max((1, *(end - first for first, end in pairwise(groups.phase.tolist()))))
         words = np.zeros(24, dtype=np.int64)
         self._helpers = threads - 1 if chunks > 1 and not INTERPRETED else 0
-        partial, beta, limits = np.zeros((max(tasks, chunks), 4)), np.zeros(1), np.zeros(6)
+        partial, beta, bounds, limits = np.zeros((max(tasks, chunks), 4)), np.zeros(1), np.zeros(4), np.zeros(7)
         # kept alive as long as its address is in use
-        self._job = job = Job(groups, system, free_velocity, guess, iterates, partial, beta, limits, chunks)
+        self._job = job = Job(groups, system, free_velocity, guess, iterates, light, partial, beta, bounds, limits, chunks)
         self._place = place = np.empty(ROOM, dtype=np.int64)
         kind = lay(job, place.ctypes.data)
-        shared = words, partial, beta, groups.phase, limits, system.measured
+        shared = words, partial, beta, groups.phase, bounds, limits, system.measured
         addresses = work_address(work, job, kind), place.ctypes.data, giving_way()
-        self._team = Team(*shared, chunks, len(system.impulse), *addresses)
+        self._team = Team(*shared, chunks, len(system.impulse), len(light.body), *addresses)
 
-    def lead(self, solver: Kernel, *arguments: Any) -> Any:
-        """``solver(team, *arguments)``."""
+    def lead(self, solver: Kernel, bounds: tuple[float, float, float], *arguments: Any) -> Any:
+        """``solver(team, *arguments)`` to these bounds of residual, slip, and errors of forces."""
         team = self._team
         for array in (team.words, team.partial, team.beta):
             array.fill(0)
+        team.bounds[:3] = bounds
         if self._helpers == 0:
             return solver(team, *arguments)
         team.words[HELPERS] = self._helpers

@@ -102,6 +102,7 @@ def test_it_stays_for_long(law):
     assert abs(seen.excess) <= 1e-11
 
 
+@pytest.mark.filterwarnings("ignore:In the step.*jerk without rebound")
 @pytest.mark.default_parameters(slack=(1e-6, 1e-12))
 @pytest.mark.parametrize("slack", [1e-4, 1e-5, 1e-6, 1e-8, 1e-10, 1e-12])
 def test_zero_slack_is_the_limit_of_small_slack(slack):
@@ -185,7 +186,7 @@ def test_a_plucked_line_comes_to_rest(h, thrown):
 
 
 @pytest.mark.default_parameters("0.001-1.0-2-RigidWire", "0.001-1.0-2-RigidRod", "0.004-0.01-3-RigidWire")
-@pytest.mark.filterwarnings("ignore:In the step to")
+@pytest.mark.filterwarnings("ignore:In the step to", "ignore:In the step.*jerk without rebound")
 @LAWS
 @DIMENSIONS
 @pytest.mark.parametrize("ball", [1e-5, 0.01, 1.0, 100.0])

@@ -198,7 +198,7 @@ def in_turns(turns, **options):
         def solve(self, step):
             memory = no_memory()
             for turn in turns:
-                outcome = sweep_with_momentum(step, 1e-12, np.inf, turn, 0.97, memory=memory, **options)
+                outcome = sweep_with_momentum(step, (1e-12, np.inf, np.inf), turn, 0.97, memory=memory, **options)
             return outcome
 
     return InTurns()

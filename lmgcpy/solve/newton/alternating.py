@@ -79,7 +79,7 @@ def newton_steps(sweeps: int, interactions: int, dimension: int) -> int:
 class Alternating(Solver):
     """Sweeps with momentum and Newton steps by turns.
 
-    ``tolerance``, ``wire_blocks``, ``slip``: as of :class:`Solver <lmgcpy.Solver>`; ``max_iterations``: sweeps in all;
+    ``tolerance``, ``wire_blocks``, ``slip``, ``force``: as of :class:`Solver <lmgcpy.Solver>`; ``max_iterations``: sweeps;
     ``max_factorisations``: Newton steps in all, each of which factorises a sparse matrix (a path counts as the Newton steps
     that cost as much), and fewer where they would cost more than :data:`WORK` sweeps, or where nothing is gained any more:
     what costs twice as much as all that came before the last gain, and a grace, is given up as "stagnated".
@@ -171,7 +171,7 @@ class Alternating(Solver):
 
     def _sweep(self, step: Step, turn: int, **others: Any) -> Outcome:
         """Sweep from the guess of a step; see :func:`sweep_with_momentum`."""
-        return sweep_with_momentum(step, self.tolerance, self.largest_slip, turn, MOMENTUM, **others)
+        return sweep_with_momentum(step, self.bounds, turn, MOMENTUM, **others)
 
 
 def steps_that_gain(active: ActiveSet, start: np.ndarray, aim: float, most: int, patience: int, enough: float) -> Attempt:
@@ -190,7 +190,7 @@ class Newton(Alternating):
 
     ``tolerance``: residual at which a problem is solved; ``max_iterations``: sweeps in all; ``max_factorisations``: Newton
     steps in all, each of which factorises a sparse matrix (a path counts as the Newton steps that cost as much), and fewer
-    where they would cost more than 320 000 sweeps; ``wire_blocks``, ``slip``: as of ``GaussSeidel``. Needs laws
+    where they would cost more than 320 000 sweeps; ``wire_blocks``, ``slip``, ``force``: as of ``GaussSeidel``. Needs laws
     with a conic form, as those that come with lmgcpy have; TypeError where a scene's law has none.
     """
 
@@ -208,7 +208,7 @@ class Auto(Alternating):
 
     Newton steps come when the sweeps have cost as much as some Newton steps will, and not at all for laws without a conic
     form; how many there were of both is in the report. ``tolerance``, ``max_iterations``, ``max_factorisations``,
-    ``wire_blocks``, ``slip``: as of :class:`Newton`.
+    ``wire_blocks``, ``slip``, ``force``: as of :class:`Newton`.
     """
 
     tolerance: float = 1e-4

@@ -1,0 +1,47 @@
+"""With what mass a body is swept: its own, or more if it is light and squeezed between heavy ones.
+
+See :mod:`lmgcpy.solve.light_bodies` for what a solver makes of it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lmgcpy.contact.interactions import Interactions
+from lmgcpy.dynamics.model import Model
+
+HEAVY = 32.0
+"""A body is heavy beside another one that it touches if its mass is so many times as large. Up to there sweeps with
+momentum arrive sooner by themselves."""
+SHARE = 0.25
+"""Mass in the sweep, in parts of the heaviest body touched."""
+TIGHT = 1e-6
+"""Tolerance of a solver up to which bodies are swept as they are: to the last digits Newton steps are the shorter way."""
+PASSES = 2
+"""A body may be heavy only because it is swept so."""
+
+
+def sweep_mass(model: Model, interactions: Interactions, tolerance: float) -> np.ndarray | None:
+    """M / m of each body (n,), None if all are 1; ``tolerance``: of the solver.
+
+    A body is between heavy ones if it may touch two of them, or one if it is in a chain as well. A wall, and a body that is
+    held, can squeeze but gives no mass: it needs no momentum.
+    """
+    mass = model.movable_mass
+    candidates = mass[model.bounded & np.isfinite(mass)]
+    if tolerance <= TIGHT or len(candidates) == 0 or candidates.max() < HEAVY * candidates.min():
+        return None
+    first = sum(chain.link_count for chain in model.chains)
+    c, a = interactions.candidate[first:], interactions.antagonist[first:]
+    ends, others = np.concatenate([c, a]), np.concatenate([a, c])
+    swept = mass.copy()
+    for _ in range(PASSES):
+        heavy = (swept[others] >= HEAVY * mass[ends]) & np.isfinite(mass[ends])
+        end, other = ends[heavy], others[heavy]
+        squeezed = np.bincount(end, minlength=len(mass)) + model.linked > 1
+        heaviest = np.zeros(len(mass))
+        gives = model.bounded[other] & np.isfinite(swept[other])
+        np.maximum.at(heaviest, end[gives], swept[other[gives]])
+        swept = np.where(squeezed, np.maximum(mass, SHARE * heaviest), mass)
+    more = np.divide(swept, mass, out=np.ones_like(mass), where=np.isfinite(mass))
+    return more if (more > 1.0).any() else None
