@@ -12,7 +12,7 @@ from lmgcpy.cli.study_options import carry_out, kept_in, options_of, study_of
 
 FIELDS = {"grains": "grain_count", "beads": "bead_count"}
 """Fields of a study by option, if their names differ."""
-ONLY_3D = {"wires", "axes"}
+ONLY_3D = {"wires", "axes", "bead_mass"}
 """Options that only the study in 3D has."""
 UNITS = {"strain": 0.01, "pressure": 1e3}
 """Units of options that are not in SI."""
@@ -34,6 +34,11 @@ option = options_of(studies, FIELDS, UNITS)
 @option("--grains", type=int, help="Grains of sand.")
 @option("--beads", type=int, help="Beads of the wire.")
 @option("--wires", type=int, help="3D: wires that share the beads.")
+@option(
+    "--bead-mass",
+    type=click.Choice(["grain", "own"]),
+    help="3D: mass of a bead, that of a mean grain or of its part of the thread.",
+)
 @option(
     "--axes",
     type=CommaList(str, "x,z"),
@@ -85,6 +90,6 @@ def new_study(dimension: int, given: dict[str, Any], quick: bool) -> Any:
 
     strange = sorted(ONLY_3D & given.keys())
     if dimension == 2 and strange:
-        options = " and ".join("--" + name for name in strange)
+        options = " and ".join("--" + name.replace("_", "-") for name in strange)
         raise ValueError(f"A study in 2D has no {options}: add --dimension 3, or leave that out.")
     return study_of(STUDIES[dimension], given, quick, FIELDS, UNITS)

@@ -50,7 +50,7 @@ def test_a_wire_that_is_pulled_harder_slides(ratio, time_step):
 
 
 def test_the_first_step_is_that_of_newtons_law():
-    """Friction is at its bound: all beads get ``h (F - 2 mu N n)/(n m)``, 40 N each, but for 1 % of what they bear, 100 N."""
+    """Friction is at its bound: all beads get ``h (F - 2 mu N n)/(n m)``, 40 N each but for 1 % of what they bear."""
     for ratio in (1e2, 1e4):
         scene, beads = squeezed_wire(ratio, 1.5)
         sim = lm.Simulation(scene, time_step=1e-4, solver=lm.Auto(tolerance=1e-4))

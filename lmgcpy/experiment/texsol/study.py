@@ -23,7 +23,7 @@ from lmgcpy.experiment.compression import Compression
 from lmgcpy.experiment.study.engine import Site, Study, Task
 from lmgcpy.experiment.study.folder import StudyFolder
 from lmgcpy.experiment.texsol.result import TexSolResult
-from lmgcpy.experiment.texsol.sample import THETA_MAX_2D, THETA_MAX_3D, lay_sample, lay_sample_3d
+from lmgcpy.experiment.texsol.sample import BEAD_MASSES, THETA_MAX_2D, THETA_MAX_3D, lay_sample, lay_sample_3d
 from lmgcpy.experiment.triaxial import Triaxial
 from lmgcpy.laws import Law
 from lmgcpy.laws.elastic import ElasticRod, ElasticWire
@@ -99,8 +99,6 @@ class TexSolStudy(Study):
     TIGHTER: ClassVar[float]
     """Factor by which the tolerance of the checks is tighter."""
     FORMER: ClassVar[Mapping[str, Any]] = {"preparation": "dense", "solver": "accelerated", "greatest_reaction": None}
-    WIRE_BLOCKS: ClassVar[bool] = True
-    """Whether the solver takes a wire as one block."""
     MOMENTUM: ClassVar[float] = AcceleratedGaussSeidel.momentum
     """Bound of the momentum of sweeps alone."""
 
@@ -182,9 +180,14 @@ class TexSolStudy(Study):
         """Options of :func:`lmgcpy.experiment.compaction.compact` for the laid sample."""
         return {}
 
+    @property
+    def wire_blocks(self) -> bool:
+        """Whether the solver takes a wire as one block."""
+        return True
+
     def solver_of_tests(self, tighter: float = 1.0) -> Solver:
         """The solver of the tests, its tolerance divided by ``tighter``."""
-        tolerance, blocks = self.tolerance / tighter, self.WIRE_BLOCKS
+        tolerance, blocks = self.tolerance / tighter, self.wire_blocks
         if self.solver == "auto":
             most = {"max_iterations": self.max_iterations, "max_factorisations": FACTORISATIONS}
             return Auto(tolerance=tolerance, wire_blocks=blocks, **most)
@@ -314,20 +317,18 @@ class Study3D(TexSolStudy):
     """What to compute in 3D. The defaults are a sample of 10 000 particles, of which 3500 are wire beads.
 
     ``axes`` along which the sample is compressed, a test each: "z" is across the layers of the wire, "x" and "y" are
-    along them. ``wires`` share the beads. Checks, none by default, are made
-    along the first axis: with 10 000 particles their steps take thousands of sweeps. Other fields as in
-    :class:`TexSolStudy`.
+    along them. ``wires`` share the beads. ``bead_mass``: "grain", that of a mean grain, or "own", that of the thread.
+    Checks, none by default, are made along the first axis: with 10 000 particles their steps take thousands of
+    sweeps. Other fields as in :class:`TexSolStudy`.
     """
 
     DIMENSION: ClassVar[int] = 3
     TEST: ClassVar[type[Compression]] = Triaxial
     FRAMES: ClassVar[int] = 20
     TIGHTER: ClassVar[float] = 3.0
-    WIRE_BLOCKS: ClassVar[bool] = False
-    """Grains hold the wire at every bead: blocks take as many sweeps as links one by one, and each 1.5 times as long."""
     MOMENTUM: ClassVar[float] = 0.9
     """With the solver's own 0.97 steps with a taut wire stall at 0.05; with 0.9 they take 300 sweeps to 0.01."""
-    FORMER: ClassVar[Mapping[str, Any]] = {**TexSolStudy.FORMER, "theta_max": 0.1}
+    FORMER: ClassVar[Mapping[str, Any]] = {**TexSolStudy.FORMER, "theta_max": 0.1, "bead_mass": "grain"}
 
     laws: tuple[str, ...] = ("none", "rigid-wire")
     grain_count: int = 6500
@@ -349,6 +350,7 @@ class Study3D(TexSolStudy):
     threads: int = 2
     axes: tuple[str, ...] = ("z", "x")
     wires: int = 1
+    bead_mass: str = "grain"
 
     def __post_init__(self):
         rods = [law for law in self.laws if str(law).endswith("rod")] if isinstance(self.laws, (tuple, list)) else []
@@ -358,12 +360,18 @@ class Study3D(TexSolStudy):
                 "and is no column that could bear a push. Take rigid-wire or elastic-wire."
             )
         super().__post_init__()
+        one_of(self.bead_mass, "bead_mass", BEAD_MASSES)
         self._check_names("axes", "axis", tuple(AXES))
         whole(self.wires, "wires", minimum=1)
 
     def quick(self) -> Study3D:
         """The same on a small sample, for a look: 770 particles, 8 % crushing."""
         return replace(self, grain_count=500, bead_count=270, strain=0.08, tolerance=3e-3)
+
+    @property
+    def wire_blocks(self) -> bool:
+        """Grains hold heavy beads one by one: blocks take as many sweeps as links, and each 1.5 times as long."""
+        return self.bead_mass == "own"
 
     @property
     def test_axes(self) -> Sequence[str]:
@@ -376,6 +384,7 @@ class Study3D(TexSolStudy):
             wires=self.wires,
             theta_max=self.theta_max,
             density=DENSITY,
+            bead_mass=self.bead_mass,
             seed=self.seed,
         )
 
@@ -388,7 +397,7 @@ class Study3D(TexSolStudy):
         step = RELAXATION_STEP_3D * characteristic_time(laid.diameter, DENSITY, self.pressure)
         momentum = self.MOMENTUM if self.preparation == "loose" else AcceleratedGaussSeidel.momentum
         solver = AcceleratedGaussSeidel(
-            tolerance=1e-3, max_iterations=2000, wire_blocks=self.WIRE_BLOCKS, momentum=momentum
+            tolerance=1e-3, max_iterations=2000, wire_blocks=self.wire_blocks, momentum=momentum
         )
         return {"time_step": step, "drag": 2.0, "solver": solver, "max_steps": 1500}
 
