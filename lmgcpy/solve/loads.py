@@ -1,8 +1,8 @@
 """What a body bears: the greatest impulse of its interactions, against which the error of a force is large or small.
 
-``|e_i| / W_nn`` is the impulse by which the error of interaction i would be made good. Compared with the greatest impulse
-on its two bodies it says by which part a force is off, in whatever scene: neither a heavy press elsewhere, nor the size of
-the sample, nor the time step is in it. Bodies that nothing can move do not count, as a floor bears the loads of all.
+``|e_i| / W_nn`` is the impulse by which the error of interaction i would be made good. Compared with what its two bodies bear
+it says by which part a force is off, in whatever scene: neither the size of the sample nor the time step is in it, and a
+press elsewhere only by a floor of a thousandth. Bodies that nothing can move do not count, as a floor bears the loads of all.
 """
 
 from __future__ import annotations
@@ -11,8 +11,6 @@ import numpy as np
 
 NEARBY = 0.1
 """Part of what its neighbours bear that counts as a body's own load: between loaded grains lie some that bear nothing."""
-
-
 LITTLE = 1e-3
 """An impulse is little if it is this part of what interactions bear in the geometric mean, and moves a light body by no
 more than the slip allows ..."""

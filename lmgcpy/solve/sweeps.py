@@ -308,7 +308,7 @@ def at_round_off(team, nothing):
     tolerance, slip = team.bounds[0], team.bounds[1]
     error = team.measured[3] if team.measured[0] <= tolerance else team.measured[0] * nothing
     without = ROUNDING * np.sqrt(team.limits[2])
-    if not error <= tolerance * nothing + without + NEAR * ROUNDING * np.sqrt(team.limits[6]):
+    if not error <= without + NEAR * ROUNDING * np.sqrt(team.limits[6]):
         return False
     apply_impulses(team)
     if team.light > 0:  # their velocities are those that the impulses give
