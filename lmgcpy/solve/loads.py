@@ -1,8 +1,9 @@
 """What a body bears: the greatest impulse of its interactions, against which the error of a force is large or small.
 
-``|e_i| / W_nn`` is the impulse by which the error of interaction i would be made good. Compared with what its two bodies bear
-it says by which part a force is off, in whatever scene: neither the size of the sample nor the time step is in it, and a
-press elsewhere only by a floor of a thousandth. Bodies that nothing can move do not count, as a floor bears the loads of all.
+``|e_i| / W_nn`` is the impulse by which the error of interaction i would be made good. Compared with what its two
+bodies bear it says by which part a force is off, in whatever scene: neither the size of the sample nor the time step is
+in it, and a press elsewhere only by a floor of a thousandth. Bodies that nothing can move do not count, as a floor
+bears the loads of all.
 """
 
 from __future__ import annotations
