@@ -22,6 +22,7 @@ from threads import simulation
 import lmgcpy as lm
 from lmgcpy.compiled.by_address import ROOM, call_work
 from lmgcpy.compiled.kernel import OPTIONS, Kernel
+from lmgcpy.solve.light_bodies import no_light_bodies
 from lmgcpy.solve.sweeps import SWEEP, sweep_groups, work
 from lmgcpy.solve.team import Crew, Iterates, Job, Team, lay, work_address
 
@@ -82,8 +83,10 @@ def measure(count: int) -> list[list]:
     problem = sim.run(steps=20)._last[0]
     groups, s, task = problem.table, problem.system, work.specialise(**problem.dimension_kernels.driver)
     start, none = (s.impulse.copy(), s.velocity.copy()), np.zeros(0)
-    step, iterates = (groups, s, start[1], start[0]), Iterates(*[none] * len(Iterates._fields))
-    job = Job(*step, iterates, np.zeros((len(groups.task), 4)), np.zeros(1), np.zeros(3), 1)
+    light, iterates = no_light_bodies(s.velocity.shape[1]), Iterates(*[none] * len(Iterates._fields))
+    step = groups, s, start[1], start[0], light
+    shared = np.zeros((len(groups.task), 4)), np.zeros(1), np.zeros(4), np.zeros(7)
+    job = Job(*step[:4], iterates, light, *shared, 1)
     place = np.empty(ROOM, dtype=np.int64)
     address = work_address(task, job, lay(job, place.ctypes.data))
     stamps = np.zeros(SWEEPS + 1, dtype=np.int64)
@@ -94,7 +97,7 @@ def measure(count: int) -> list[list]:
         if name == "prange":
             by_prange(groups.phase, address, place.ctypes.data, stamps)
         else:
-            Crew(task, step, iterates, threads).lead(by_team, stamps)
+            Crew(task, step, iterates, threads).lead(by_team, (1.0, 1.0, 1.0), stamps)
         return np.diff(stamps)
 
     ways = [(name, threads) for threads in (1, 2) for name in ("team", "prange")]
