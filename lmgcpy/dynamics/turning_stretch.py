@@ -22,7 +22,11 @@ where ``|v - v_free|^2_M / 2 + S(lambda + h H^T v)`` is least. The value at rest
 cross are more equations than motions; they agree with each other for the gaps as they are, and for the predicted ones, but
 not for those of some chains and the predicted ones of others: then the step has no solution, and stresses of the net in
 itself grow without bound. So a chain of rigid rods and all rigid chains with which it shares bodies that may move form one
-net, of which all links or none are taken back. A wire holds one way: beside others it may be longer than they think.
+net, of which all links or none are taken back. A wire holds one way: it may be shorter than its neighbours ask for.
+
+**Tolerances.** The proof asks for ``S(lambda) = 0``, and ``lambda`` is off by what the step before left. Impulses of rods
+that are nearly straight make energy of that. If the second solve of a net with rods makes more than the first, the step
+goes back to g.
 """
 
 from __future__ import annotations
@@ -61,6 +65,7 @@ class TurningStretch:
         self._cuts = np.cumsum([0, *(chain.link_count for chain in chains)])
         self._tiny = TINY * min((float((c.radius_sum + c.reference_gap).min()) for c in chains), default=0.0)
         self._passive = np.array([chain.law.NAME in model.passive for chain in chains], dtype=bool)
+        self._rods = np.array([is_of_rigid_rods(chain) for chain in chains], dtype=bool)
         self.predicted = np.full(self._cuts[-1], np.nan)
         self.look_at(model)
 
@@ -80,7 +85,7 @@ class TurningStretch:
         before: np.ndarray,
         solve: Callable[[StepProblem], StepProblem],
     ) -> tuple[StepProblem, np.ndarray | None]:
-        """The step as its velocities are to be, as it was ``solved`` or, where a chain makes energy, solved anew; and then
+        """The step as its velocities are to be, as it was ``solved`` or, where a net makes energy, solved anew; and then
         the impulses of the first solve less those of the last (m, d), which only moved positions.
 
         ``given``: the problem as it was assembled; ``before``: velocities at the start of the step (n, k). ``solved`` and
@@ -100,7 +105,7 @@ class TurningStretch:
             suspects = np.flatnonzero((pulled > ACCOUNTS * limit) & ~done).tolist()
             if not suspects:
                 break
-            made = {net: sum(self._made(solved, k) for k in self._chains[net]) for net in suspects}
+            made = {net: self._made_by(solved, net) for net in suspects}
             found = [net for net in suspects if limit[net] < made[net] < pulled[net] / ACCOUNTS]
             if not found:
                 break
@@ -114,6 +119,11 @@ class TurningStretch:
             again = replace(given, data=given.data._replace(gap=gap))
             prepare(again.groups, again.kernels, again.offset, again.system, again.data)
             solved = solve(again)
+            if any(self._made_by(solved, net) > made[net] for net in found if self._rods[self._chains[net]].any()):
+                # errors of lambda made more than the excess did: back to the gaps as they are
+                given.guess[:] = first
+                prepare(given.groups, given.kernels, given.offset, given.system, given.data)
+                return solve(given), None
         return solved, None if first is None else first - solved.system.impulse
 
     def restore(self, predicted: np.ndarray) -> None:
@@ -131,6 +141,10 @@ class TurningStretch:
         before = before[self._bodies]
         given = free[self._bodies] - before
         return 0.5 * np.add.reduceat(np.einsum("bk,bk->b", self._mass, before * before + given * given), self._first_body)
+
+    def _made_by(self, problem: StepProblem, net: int) -> float:
+        """Energy that a net makes in the step [J]."""
+        return sum(self._made(problem, chain) for chain in self._chains[net])
 
     def _made(self, problem: StepProblem, chain: int) -> float:
         """Energy that a chain makes in the step: the work of its impulses, and the growth of its stored energy [J]."""
@@ -150,6 +164,11 @@ class TurningStretch:
         return work + stored(data) - stored(before)
 
 
+def is_of_rigid_rods(chain: ChainTable) -> bool:
+    """Whether the links of a chain are rigid and hold both ways."""
+    return "rigid" in chain.law.TRAITS and "pull" not in chain.law.TRAITS
+
+
 def nets(chains: list[ChainTable], free: np.ndarray) -> np.ndarray:
     """Net of each chain, numbered from 0: a chain of rigid rods and the rigid chains with which it shares bodies that may
     move are one. Every other chain is a net of its own.
@@ -159,7 +178,7 @@ def nets(chains: list[ChainTable], free: np.ndarray) -> np.ndarray:
     rigid = [k for k, chain in enumerate(chains) if "rigid" in chain.law.TRAITS]
     joins = np.zeros(len(free), dtype=bool)
     for k in rigid:
-        if "pull" not in chains[k].law.TRAITS:
+        if is_of_rigid_rods(chains[k]):
             joins[chains[k].bodies] = True
     joins &= free
     net = np.arange(len(chains))
