@@ -17,6 +17,16 @@ Methods Appl. Mech. Eng. 256):
 **No energy is made.** With S(lambda) what links store, a convex function, infinite where a rigid one is too long, v is
 where ``|v - v_free|^2_M / 2 + S(lambda + h H^T v)`` is least. The value at rest is at least that least one plus
 ``|v|^2_M / 2``, so that ``|v|^2_M / 2 + S(lambda + h H^T v) <= |v_free|^2_M / 2 + S(lambda)``.
+
+**Nets of rods.** The gaps of all links follow from one displacement of the bodies, and so do the excesses. Rigid rods that
+cross are more equations than motions; they agree with each other for the gaps as they are, and for the predicted ones, but
+not for those of some chains and the predicted ones of others: then the step has no solution, and stresses of the net in
+itself grow without bound. So a chain of rigid rods and all rigid chains with which it shares bodies that may move form one
+net, of which all links or none are taken back. A wire holds one way: it may be shorter than its neighbours ask for.
+
+**Tolerances.** The proof asks for ``S(lambda) = 0``, and ``lambda`` is off by what the step before left. Impulses of rods
+that are nearly straight make energy of that. If the second solve of a net with rods makes more than the first, the step
+goes back to g.
 """
 
 from __future__ import annotations
@@ -26,12 +36,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from lmgcpy.contact.detection_tables import ChainTable
 from lmgcpy.dynamics.assembly import StepProblem, ask, prepare
 from lmgcpy.dynamics.model import Model
 from lmgcpy.solve.law_kernels import StepData
 
 MADE = 0.01
-"""Part of the kinetic energy of its bodies, and of what loads give them from rest, that a chain may make in a step. A
+"""Part of the kinetic energy of its bodies, and of what loads give them from rest, that a net may make in a step. A
 pendulum that turns by 0.1 rad in a step makes a thousandth on its way up and loses it on its way down: to take it would
 damp what the step resolves."""
 ACCOUNTS = 0.5
@@ -39,7 +50,7 @@ ACCOUNTS = 0.5
 TINY = 1e-12
 """A step with less excess, in parts of the shortest link, is not looked at: a link that turns by 1.4e-6 rad has as much."""
 TURNS = 4
-"""Most solves of a step: where some chains make no energy any more, others may begin to."""
+"""Most solves of a step: where some nets make no energy any more, others may begin to."""
 
 
 class TurningStretch:
@@ -51,17 +62,20 @@ class TurningStretch:
 
     def __init__(self, model: Model):
         chains = model.chains
-        bodies = [np.unique(chain.bodies) for chain in chains]
-        self._bodies = np.concatenate([np.zeros(0, np.int64), *bodies])
-        self._first_body = np.cumsum([0, *(len(of_chain) for of_chain in bodies)])[:-1]
         self._cuts = np.cumsum([0, *(chain.link_count for chain in chains)])
         self._tiny = TINY * min((float((c.radius_sum + c.reference_gap).min()) for c in chains), default=0.0)
         self._passive = np.array([chain.law.NAME in model.passive for chain in chains], dtype=bool)
+        self._rods = np.array([is_of_rigid_rods(chain) for chain in chains], dtype=bool)
         self.predicted = np.full(self._cuts[-1], np.nan)
         self.look_at(model)
 
     def look_at(self, model: Model) -> None:
         """Go on with the free components of a model that has changed."""
+        self._net = nets(model.chains, model.inverse_mass.max(axis=1, initial=0.0) > 0.0)
+        self._chains = [np.flatnonzero(self._net == net).tolist() for net in range(self._net.max(initial=-1) + 1)]
+        bodies = [np.unique(np.concatenate([model.chains[k].bodies for k in net])) for net in self._chains]
+        self._bodies = np.concatenate([np.zeros(0, np.int64), *bodies])
+        self._first_body = np.cumsum([0, *(len(of_net) for of_net in bodies)])[:-1]
         self._mass = np.where(model.inverse_mass > 0.0, model.mass, 0.0)[self._bodies]
 
     def take_back(
@@ -71,7 +85,7 @@ class TurningStretch:
         before: np.ndarray,
         solve: Callable[[StepProblem], StepProblem],
     ) -> tuple[StepProblem, np.ndarray | None]:
-        """The step as its velocities are to be, as it was ``solved`` or, where a chain makes energy, solved anew; and then
+        """The step as its velocities are to be, as it was ``solved`` or, where a net makes energy, solved anew; and then
         the impulses of the first solve less those of the last (m, d), which only moved positions.
 
         ``given``: the problem as it was assembled; ``before``: velocities at the start of the step (n, k). ``solved`` and
@@ -83,25 +97,33 @@ class TurningStretch:
             return solved, None
         gap, first = given.data.gap, None
         limit = MADE * self._kinetic(before, given.free_velocity)
-        done = ~self._passive
+        done = np.array([not self._passive[net].all() for net in self._chains])
         for _ in range(TURNS):
             tension = np.fmax(-solved.system.impulse[:count, 0], 0.0)
-            pulled = np.add.reduceat(tension * excess, self._cuts[:-1]) / h  # work of pulling back the excess
+            # work of pulling back the excess
+            pulled = np.bincount(self._net, np.add.reduceat(tension * excess, self._cuts[:-1]) / h)
             suspects = np.flatnonzero((pulled > ACCOUNTS * limit) & ~done).tolist()
             if not suspects:
                 break
-            chains = [k for k in suspects if limit[k] < self._made(solved, k) < pulled[k] / ACCOUNTS]
-            if not chains:
+            made = {net: self._made_by(solved, net) for net in suspects}
+            found = [net for net in suspects if limit[net] < made[net] < pulled[net] / ACCOUNTS]
+            if not found:
                 break
             gap = gap.copy()
-            for k in chains:
-                part = slice(self._cuts[k], self._cuts[k + 1])
-                gap[part] -= excess[part]
-                done[k] = True
+            for net in found:
+                for k in self._chains[net]:
+                    part = slice(self._cuts[k], self._cuts[k + 1])
+                    gap[part] -= excess[part]
+                done[net] = True
             first = solved.system.impulse.copy() if first is None else first
             again = replace(given, data=given.data._replace(gap=gap))
             prepare(again.groups, again.kernels, again.offset, again.system, again.data)
             solved = solve(again)
+            if any(self._made_by(solved, net) > made[net] for net in found if self._rods[self._chains[net]].any()):
+                # errors of lambda made more than the excess did: back to the gaps as they are
+                given.guess[:] = first
+                prepare(given.groups, given.kernels, given.offset, given.system, given.data)
+                return solve(given), None
         return solved, None if first is None else first - solved.system.impulse
 
     def restore(self, predicted: np.ndarray) -> None:
@@ -114,11 +136,15 @@ class TurningStretch:
         self.predicted = data.gap[:count] + data.time_step * data.after[:count, 0]
 
     def _kinetic(self, before: np.ndarray, free: np.ndarray) -> np.ndarray:
-        """Kinetic energy of the bodies of each chain before the step, and what its loads give them from rest [J]; from
+        """Kinetic energy of the bodies of each net before the step, and what its loads give them from rest [J]; from
         velocities before it and without impulses, (n, k)."""
         before = before[self._bodies]
         given = free[self._bodies] - before
         return 0.5 * np.add.reduceat(np.einsum("bk,bk->b", self._mass, before * before + given * given), self._first_body)
+
+    def _made_by(self, problem: StepProblem, net: int) -> float:
+        """Energy that a net makes in the step [J]."""
+        return sum(self._made(problem, chain) for chain in self._chains[net])
 
     def _made(self, problem: StepProblem, chain: int) -> float:
         """Energy that a chain makes in the step: the work of its impulses, and the growth of its stored energy [J]."""
@@ -136,3 +162,30 @@ class TurningStretch:
         before = data._replace(gap=data.gap.copy(), after=np.zeros_like(data.after))
         before.gap[part] = self.predicted[part]
         return work + stored(data) - stored(before)
+
+
+def is_of_rigid_rods(chain: ChainTable) -> bool:
+    """Whether the links of a chain are rigid and hold both ways."""
+    return "rigid" in chain.law.TRAITS and "pull" not in chain.law.TRAITS
+
+
+def nets(chains: list[ChainTable], free: np.ndarray) -> np.ndarray:
+    """Net of each chain, numbered from 0: a chain of rigid rods and the rigid chains with which it shares bodies that may
+    move are one. Every other chain is a net of its own.
+
+    ``free``: whether a body may move, (n,).
+    """
+    rigid = [k for k, chain in enumerate(chains) if "rigid" in chain.law.TRAITS]
+    joins = np.zeros(len(free), dtype=bool)
+    for k in rigid:
+        if is_of_rigid_rods(chains[k]):
+            joins[chains[k].bodies] = True
+    joins &= free
+    net = np.arange(len(chains))
+    first: dict[int, int] = {}  # chain of a body
+    for k in rigid:
+        for body in chains[k].bodies[joins[chains[k].bodies]].tolist():
+            other = first.setdefault(body, k)
+            if net[k] != net[other]:
+                net[net == net[k]] = net[other]
+    return np.unique(net, return_inverse=True)[1]

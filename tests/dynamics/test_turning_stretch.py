@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import lmgcpy as lm
-from lmgcpy.dynamics.turning_stretch import TurningStretch
+from lmgcpy.dynamics.turning_stretch import TurningStretch, nets
 
 G = 9.81
 
@@ -218,3 +218,49 @@ def test_a_report_counts_both_solves(taken):
         report = sim.step()
     assert report.solves >= 2
     assert report.solved
+
+
+@pytest.mark.parametrize(
+    ("laws", "held", "expected"),
+    [
+        ((lm.RigidRod, lm.RigidRod, lm.RigidRod), False, [0, 0, 1]),
+        ((lm.RigidWire, lm.RigidRod, lm.RigidRod), False, [0, 0, 1]),
+        ((lm.RigidWire, lm.RigidWire, lm.RigidRod), False, [0, 1, 2]),
+        ((lm.ElasticRod, lm.RigidRod, lm.RigidRod), False, [0, 1, 2]),
+        ((lm.RigidRod, lm.RigidRod, lm.RigidRod), True, [0, 1, 2]),
+    ],
+)
+def test_rods_and_rigid_chains_that_cross_them_are_one_net(laws, held, expected):
+    """Two chains that cross in a body, and a third one on its own: a body that is held joins nothing, wires do not join
+    wires, and what yields has a solution beside anything."""
+    scene = lm.Scene(dimension=2)
+    places = [(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1), (5, 0), (6, 0)]
+    b = [scene.add(lm.disk(radius=0.1, position=place, mass=1.0)) for place in places]
+    if held:
+        b[0].fix()
+    for law, bodies in zip(laws, ((b[1], b[0], b[2]), (b[3], b[0], b[4]), (b[5], b[6])), strict=True):
+        scene.chain(bodies, law(axial_rigidity=1.0) if law is lm.ElasticRod else law())
+    model = scene.compile()
+    assert nets(model.chains, model.inverse_mass[:, 0] > 0.0).tolist() == expected
+
+
+@pytest.mark.parametrize("other", [lm.RigidRod, lm.RigidWire])
+def test_crossing_rods_are_taken_back_together(other, taken):
+    """A bead between two rods and two rods or wires across, straight to held bodies. The excess of both chains is the same,
+    ``d^2 / 2 l``; if the gaps of one chain alone were taken back the rods would ask for two motions of the bead at once.
+    """
+    h, length, mass = 1e-3, 0.02, 0.01
+    scene = lm.Scene(dimension=3, gravity=(0.0, 0.0, -G))
+    places = [(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)]
+    b = [scene.add(lm.sphere(radius=0.004, position=(length * x, length * y, 0.0), mass=mass)) for x, y in places]
+    for post in b[1:]:
+        post.fix()
+    scene.chain([b[1], b[0], b[2]], lm.RigidRod())
+    scene.chain([b[3], b[0], b[4]], other())
+    sim = lm.Simulation(scene, time_step=h)
+    for _ in range(10):
+        sim.step()
+        assert sim.report.solved
+        assert sim.report.factorisations == 0
+        assert np.abs(sim.velocities).max() <= 2.0 * G * h
+    assert taken
