@@ -22,7 +22,7 @@ def as_given(option, words):
     """An option's words as the command would give them on."""
     if option in ("laws", "axes"):
         return tuple(words.split(","))
-    if option in ("preparation", "solver"):
+    if option in ("preparation", "solver", "bead-mass"):
         return words
     if option == "contents":
         return tuple(map(float, words.split(",")))
