@@ -31,7 +31,8 @@ highlight_language = "none"
 # a reference that leads nowhere is a warning, unless it is to what others document or what only kernels read
 nitpicky = True
 OTHERS = r"(Sequence|Mapping)\[.*|(np|numpy|os|pathlib|collections\.abc|concurrent|sparse)\..*|Path|.*\.SomeBody"
-INSIDE = r"lmgcpy\.(solve\.(system|matrix_system|team|light_bodies)|compiled\.kernel|experiment\.study\.stages|experiment\.campaign)\..*"
+KERNELS = r"solve\.(system|matrix_system|team|light_bodies)|compiled\.kernel"
+INSIDE = rf"lmgcpy\.({KERNELS}|experiment\.study\.stages|experiment\.campaign)\..*"
 nitpick_ignore_regex = [("py:class", f"{OTHERS}|{INSIDE}")]
 
 # reference: members in the order of the source, hints where the signature is
