@@ -162,11 +162,10 @@ def accelerated_gauss_seidel(team: Team, turn, overtime, most, momentum_bound, s
             damping = max(1.0 - momentum_bound, RECOVERY * damping)
             least = min(least, step)
         team.beta[0] = beta
-        if team.light > 0:
-            share_chunks(MOVE, team)
         if team.light == 0:
             share_chunks(EXTRAPOLATE, team)
         else:  # interactions of light bodies have no momentum, and velocities follow from all impulses
+            share_chunks(MOVE, team)
             share_chunks(EXTRAPOLATE_SOME, team)
             if beta > 0.0:
                 apply_impulses(team)
