@@ -15,7 +15,7 @@ from lmgcpy.io.tree_difference import first_difference
 PARTS = ("gravity", "laws", "visibility", "chains", "conditions", "bodies", "contactors")
 """Parts of a scene, in the order in which they are held against each other."""
 ENERGIES = ("kinetic", "loads", "drives", "defect", "work", "stored")
-SOLVER = ("iterations", "residual", "slip", "stretch", "made", "status", "interactions")
+SOLVER = ("iterations", "residual", "slip", "stretch", "made", "unbalanced", "status", "interactions")
 
 
 @dataclass(frozen=True)

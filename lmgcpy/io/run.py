@@ -307,9 +307,13 @@ class Run:
 
     @property
     def energy(self) -> dict[str, Any]:
-        """Energies at each step [J]: "kinetic", "loads", "drives", "defect" (s,); "work" and "stored" by law."""
+        """Energies at each step [J]: "kinetic", "loads", "drives", "unbalanced", "defect" (s,); "work" and "stored" by law.
+
+        What they are: :class:`lmgcpy.dynamics.energy.Energy`. Older files have no "unbalanced".
+        """
         history = self.history[:]
-        energy: dict[str, Any] = {name: history[name] for name in ("kinetic", "loads", "drives", "defect")}
+        names = ("kinetic", "loads", "drives", "unbalanced", "defect")
+        energy: dict[str, Any] = {name: history[name] for name in names if name in history.dtype.names}
         for name in ("work", "stored"):
             energy[name] = {law: history[name][:, i] for i, law in enumerate(self.laws)}
         return energy

@@ -149,10 +149,11 @@ def test_a_test_ends_at_the_greatest_reaction(tmp_path):
 
 @pytest.mark.long
 def test_loose_sand_hardens_and_dense_sand_has_its_strength_at_once():
-    """Means of three samples of 300 grains, relaxed with and without the friction of the test.
+    """Means of six samples of 300 grains, relaxed with and without the friction of the test.
 
-    Measured: the reaction beyond 5 % of crushing is 1.19 times that below 1.5 % in loose sand, and 0.99 times in dense
-    sand, which bears 1.33 times as much at first and dilates by 3.3 % instead of 1.0 %.
+    Measured: the reaction beyond 5 % of crushing is 1.17 times that below 1.5 % in loose sand, and 0.99 times in dense
+    sand, which bears 1.32 times as much at first and dilates by 3.1 % instead of 1.1 %. The first ratio is 0.93 to 1.42 in
+    single samples, and 1.06 in the mean of the first three.
     """
 
     def tested(friction, seed):
@@ -162,7 +163,7 @@ def test_loose_sand_hardens_and_dense_sand_has_its_strength_at_once():
         volume = record.size.prod(axis=1)
         return record.reaction[early].mean(), record.reaction[late].mean(), volume[-1] / volume[0] - 1.0
 
-    loose, dense = (np.mean([tested(friction, seed) for seed in range(3)], axis=0) for friction in (0.4, 0.0))
+    loose, dense = (np.mean([tested(friction, seed) for seed in range(6)], axis=0) for friction in (0.4, 0.0))
     assert loose[1] > 1.1 * loose[0]
     assert dense[1] < 1.05 * dense[0]
     assert dense[0] > 1.2 * loose[0]
