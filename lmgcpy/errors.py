@@ -12,6 +12,7 @@ import re
 import sys
 import warnings
 from collections.abc import Callable, Iterable
+from types import FrameType
 from typing import Any, TypeVar
 
 import numpy as np
@@ -174,9 +175,14 @@ PACKAGE = os.path.dirname(os.path.abspath(__file__)) + os.sep
 def warn(sentence: str, category: type[Warning] = RuntimeWarning) -> None:
     """Warn at the line of the user's code: the innermost one that is not lmgcpy's own."""
     frame, level = sys._getframe(1), 2
-    while frame.f_back is not None and os.path.abspath(frame.f_code.co_filename).startswith(PACKAGE):
+    while frame.f_back is not None and os.path.abspath(_file_of(frame)).startswith(PACKAGE):
         frame, level = frame.f_back, level + 1
     warnings.warn(sentence, category, stacklevel=level)
+
+
+def _file_of(frame: FrameType) -> str:
+    """File of the code of a frame; of code that a dataclass made, that of its module."""
+    return frame.f_globals.get("__file__") or frame.f_code.co_filename
 
 
 def named_arguments(decorated: Decorated) -> Decorated:

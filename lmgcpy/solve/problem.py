@@ -26,7 +26,7 @@ from lmgcpy.errors import LARGEST, named_arguments, numbers, shown, whole
 from lmgcpy.laws import Law
 from lmgcpy.laws import get as law_of_name
 from lmgcpy.laws.law import ROLLING_ROWS
-from lmgcpy.solve.delassus import check_semidefinite, checked_operator
+from lmgcpy.solve.delassus import checked_operator, symmetric_semidefinite
 
 if TYPE_CHECKING:
     import scipy.sparse as sparse
@@ -111,7 +111,10 @@ class Problem:
         if self.torsion.size == 0 < self.rolling.size:
             object.__setattr__(self, "torsion", np.zeros_like(self.rolling))
         self._check_shapes()
-        check_semidefinite(self.W if self.split is None else self.split.sparse)
+        if self.split is None:
+            object.__setattr__(self, "W", symmetric_semidefinite(self.W))
+        else:
+            symmetric_semidefinite(self.split.sparse)
         contact = self.cones == CONTACT
         diagonal = self.W.diagonal()[:: self.width]
         for name, values, sound, bound in (

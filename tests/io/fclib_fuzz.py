@@ -302,6 +302,7 @@ def refused(refusal, path):
 
 def main(folder, seed, first, stop):
     warnings.simplefilter("error")
+    warnings.filterwarnings("ignore", "W of a problem is not symmetric")
     bases = make_bases(folder)
     if not os.path.exists(os.path.join(folder, "pipe")):
         os.mkfifo(os.path.join(folder, "pipe"))

@@ -98,7 +98,7 @@ BY_HAND = {
     "guess long": (lambda p: change(p, "guesses/r", np.ones(142)), "fclib_local/guesses/r must be 140 numbers, got 142"),
     "q of words": (lambda p: change(p, "vectors/q", np.full(140, b"1.5")), "fclib_local/vectors/q must be numbers"),
     "geometric NaN": (lambda p: change(p, "compliance", np.full(70, np.nan)), "compliance of a problem must be finite"),
-    "no symmetry": (lambda p: number(p, "W/x", 1, 0.3), "W of a problem must be symmetric"),
+    "no symmetry": (lambda p: number(p, "W/x", 1, 0.9), "W of a problem must be symmetric"),
 }  # fmt: skip
 
 

@@ -109,6 +109,20 @@ def test_small_asymmetry_is_let_pass():
     problem(W)
 
 
+def test_the_symmetric_part_is_taken_with_the_number():
+    """Two published problems have entries that differ by 1.9 % and 22 % of the diagonal; solved as their symmetric part."""
+    W = operator()
+    whole = lm.solve(problem(W)).impulses
+    W.data[1] += 0.2 * np.sqrt(W[0, 0] * W[1, 1])
+    with pytest.warns(RuntimeWarning, match=r"entry \(0, 1\) is .* which is 20 % of sqrt\(w_ii w_jj\) apart") as told:
+        made = problem(W)
+    assert told[0].filename == __file__
+    np.testing.assert_allclose(made.W.toarray(), 0.5 * (W + W.T).toarray(), rtol=1e-15)
+    one = lm.solve(made, solver=lm.Auto(tolerance=1e-9))
+    assert one.status == "converged"
+    assert np.abs(one.impulses - whole).max() > 0.0
+
+
 def three_rows(off):
     """1 on the diagonal and -off beside it: eigenvalues 1 + off twice and 1 - 2 off; tangential rows apart."""
     return np.kron((1.0 + off) * np.eye(3) - off * np.ones((3, 3)), np.diag([1.0, 0.0])) + np.kron(
