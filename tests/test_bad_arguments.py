@@ -358,7 +358,7 @@ CALLS = {
     "lay_sample_3d": (lay_sample_3d, {"grain_count": 20, "bead_count": 0},
         {"grain_count": [*COUNT, 9], "bead_count": [*COUNT, 1], "wires": [*COUNT, 0], "minimum": POSITIVE,
          "maximum": POSITIVE, "theta_max": [*NOT_NEGATIVE, 4.0], "density": POSITIVE,
-         "bead_mass": CHOICE, "seed": SEED}),
+         "seed": SEED}),
     "Sample": (Sample, vars(sample()),
         {"positions": [*ARRAY, [[0.1]]], "radii": [*ARRAY, [0.0], [-1.0]],
          "wires": [3, "two", None, (1,), (4,), ("two",)], "reference_gap": NUMBER,

@@ -7,11 +7,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from lmgcpy.errors import named_arguments, number, one_of, whole
+from lmgcpy.errors import named_arguments, number, whole
 from lmgcpy.experiment.box import Sample
 from lmgcpy.sample import deposit, grading, wire_2d, wire_3d
 from lmgcpy.sample.wire_3d import BEAD_TO_GRAIN
-from lmgcpy.sample.wire_content import bead_mass as mass_of_a_bead
 
 SOLID_FRACTION_2D = 0.79
 """Solid fraction of a deposit around a wire; it sizes the box so that the sample comes out about square."""
@@ -27,10 +26,6 @@ the sixteenths is 0.86, 0.57, 0.51 and 0.60 of their mean. With 2.0 the wire is 
 than that takes."""
 THETA_MAX_3D, PHI_MAX = 0.1, 0.05
 """Random turns from bead to bead in 3D [rad] in the layer and out of it: a thread that is straight over some grains."""
-BEAD_MASSES = ("grain", "own")
-"""Whose mass a bead has in 3D: a mean grain's, or that of its part of the thread."""
-THREAD = 167.0
-"""Linear density of the thread [dtex]."""
 
 
 @named_arguments
@@ -96,15 +91,13 @@ def lay_sample_3d(
     maximum: float = 0.6e-3,
     theta_max: float = THETA_MAX_3D,
     density: float = 2600.0,
-    bead_mass: str = "grain",
     seed: int = 0,
 ) -> Sample:
     """Lay the wires from below upward and deposit the grains around them; not yet compacted.
 
     Grain radii are uniform by diameter between ``minimum`` and ``maximum`` [m]. A bead is 20 % as large as the smallest
     grain (paper, section 4) and the interstice as wide as a bead: no grain passes between two beads. A bead weighs as
-    much as a mean grain of ``density`` [kg/m^3], as inertia plays no part in tests as slow as these, or with ``bead_mass``
-    "own" what its part of a thread of 167 dtex does, a quarter of a percent of that.
+    much as a mean grain of ``density`` [kg/m^3], as inertia plays no part in tests as slow as these.
     ``bead_count`` is that of all ``wires`` together, which lie side by side. ``theta_max`` [rad] is the greatest
     turn from bead to bead within the layer.
     """
@@ -116,12 +109,10 @@ def lay_sample_3d(
     number(minimum, "minimum radius", above=0.0, unit="m")
     number(theta_max, "theta_max", minimum=0.0, maximum=np.pi, unit="rad")
     radii = grading(grain_count, minimum=minimum, maximum=maximum, by="diameter", seed=seed)
-    one_of(bead_mass, "bead_mass", BEAD_MASSES)
     mean_mass = number(density, "density", above=0.0, unit="kg/m^3") * 4.0 / 3.0 * np.pi * float(np.mean(radii**3))
     side = float(np.cbrt(4.0 / 3.0 * np.pi * np.sum(radii**3) / SOLID_FRACTION_3D))
     bead_radius = BEAD_TO_GRAIN * float(minimum)
     gap = 2.0 * bead_radius
-    own_mass = mass_of_a_bead(linear_density_dtex=THREAD, spacing=gap + 2.0 * bead_radius)
     if bead_count == 0:
         positions = deposit(radii, box=(side, side, None), seed=seed)
         return Sample(positions, radii, (), gap, _box(positions, radii, side))
@@ -144,8 +135,7 @@ def lay_sample_3d(
     grains = deposit(radii, box=(side, side, None), obstacles=(thread.positions, thread.radii), seed=seed)
     positions, sizes = np.vstack([thread.positions, grains]), np.concatenate([thread.radii, radii])
     each = tuple(len(chain) for chain in thread.chains)
-    mass = own_mass if bead_mass == "own" else mean_mass
-    return Sample(positions, sizes, each, gap, _box(positions, sizes, side), bead_mass=mass)
+    return Sample(positions, sizes, each, gap, _box(positions, sizes, side), bead_mass=mean_mass)
 
 
 def _box(positions: np.ndarray, radii: np.ndarray, side: float) -> np.ndarray:

@@ -23,12 +23,13 @@ from lmgcpy.experiment.compression import Compression
 from lmgcpy.experiment.study.engine import Site, Study, Task
 from lmgcpy.experiment.study.folder import StudyFolder
 from lmgcpy.experiment.texsol.result import TexSolResult
-from lmgcpy.experiment.texsol.sample import BEAD_MASSES, THETA_MAX_2D, THETA_MAX_3D, lay_sample, lay_sample_3d
+from lmgcpy.experiment.texsol.sample import THETA_MAX_2D, THETA_MAX_3D, lay_sample, lay_sample_3d
 from lmgcpy.experiment.triaxial import Triaxial
 from lmgcpy.laws import Law
 from lmgcpy.laws.elastic import ElasticRod, ElasticWire
 from lmgcpy.laws.rigid import RigidRod, RigidWire
 from lmgcpy.sample.arguments import AXES
+from lmgcpy.sample.wire_content import bead_mass as mass_of_a_bead
 from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
 from lmgcpy.solve.newton.alternating import Auto
 from lmgcpy.solve.solver import Solver
@@ -37,6 +38,10 @@ DENSITY = 2600.0
 """Density of the particles [kg/m^3]."""
 RELAXATION_STEPS = 800
 """Greatest number of steps of a relaxation, if the study does not say otherwise."""
+BEAD_MASSES = ("grain", "own")
+"""Whose mass a bead has in the tests in 3D: a mean grain's, or that of its part of the thread."""
+THREAD = 167.0
+"""Linear density of the thread in 3D [dtex]."""
 RELAXATION_STEP_3D = 0.08
 """Time step of the compaction in 3D, in parts of ``d sqrt(rho/p)``."""
 
@@ -317,7 +322,8 @@ class Study3D(TexSolStudy):
     """What to compute in 3D. The defaults are a sample of 10 000 particles, of which 3500 are wire beads.
 
     ``axes`` along which the sample is compressed, a test each: "z" is across the layers of the wire, "x" and "y" are
-    along them. ``wires`` share the beads. ``bead_mass``: "grain", that of a mean grain, or "own", that of the thread.
+    along them. ``wires`` share the beads. ``bead_mass`` in the tests with a wire: "grain", that of a mean grain, or "own",
+    that of the thread.
     Checks, none by default, are made along the first axis: with 10 000 particles their steps take thousands of
     sweeps. Other fields as in :class:`TexSolStudy`.
     """
@@ -384,9 +390,17 @@ class Study3D(TexSolStudy):
             wires=self.wires,
             theta_max=self.theta_max,
             density=DENSITY,
-            bead_mass=self.bead_mass,
             seed=self.seed,
         )
+
+    def test(self, sample: Sample, planned: PlannedTest) -> Compression:
+        """A planned test of the sample, which was relaxed with heavy beads: light ones are flung about by grains on
+        their way to rest, and the wire crumples."""
+        if self.bead_mass == "own" and sample.wires and planned.law != "none":
+            spacing = sample.reference_gap + 2.0 * float(sample.radii[0])
+            own = mass_of_a_bead(linear_density_dtex=THREAD, spacing=spacing)
+            sample = replace(sample, bead_mass=own)
+        return super().test(sample, planned)
 
     def relaxation(self, laid: Sample) -> dict[str, Any]:
         """The steps are short, as beads are small and move fast; a drag keeps the wire from being crumpled.
@@ -396,9 +410,7 @@ class Study3D(TexSolStudy):
         """
         step = RELAXATION_STEP_3D * characteristic_time(laid.diameter, DENSITY, self.pressure)
         momentum = self.MOMENTUM if self.preparation == "loose" else AcceleratedGaussSeidel.momentum
-        solver = AcceleratedGaussSeidel(
-            tolerance=1e-3, max_iterations=2000, wire_blocks=self.wire_blocks, momentum=momentum
-        )
+        solver = AcceleratedGaussSeidel(tolerance=1e-3, max_iterations=2000, wire_blocks=False, momentum=momentum)
         return {"time_step": step, "drag": 2.0, "solver": solver, "max_steps": 1500}
 
     def report(self, result: TexSolResult, folder: StudyFolder) -> list[Path]:
