@@ -140,18 +140,18 @@ def kernels_of_law(law: type[Law], dimension: int) -> None:
         if law.conic is not None:
             lm.solve(sim.problem(), solver=solver)
         if not contact:
-            stiffen(sim, wire_blocks)
+            stiffen(sim)
     if contact:
         for instance, turned, kind in itertools.product(found, (False, True), SOLVERS.values()):
             with partition_from(0):
                 two_steps(row_of_grains(instance, dimension, turned), kind(max_iterations=2), threads=2)
 
 
-def stiffen(sim: lm.Simulation, wire_blocks: bool) -> None:
+def stiffen(sim: lm.Simulation) -> None:
     """Compile the kernels of links with geometric stiffness."""
     assert sim._last is not None
     links = sim._links
-    links.stiffen(sim._last[0], np.ones(links.count), np.zeros(links.count), wire_blocks)
+    links.stiffen(sim._last[0], np.ones(links.count), np.zeros(links.count))
 
 
 def two_steps(scene: lm.Scene, solver: Any, *, threads: int = 1) -> lm.Simulation:

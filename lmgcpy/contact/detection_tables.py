@@ -74,6 +74,11 @@ class ChainTable:
         """How many links."""
         return len(self.radius_sum)
 
+    @property
+    def closed(self) -> bool:
+        """Whether the last body is the first."""
+        return bool(self.bodies[0] == self.bodies[-1])
+
     @cached_property
     def parameters(self) -> np.ndarray:
         """Parameters of the law, one row a link, (links, k)."""

@@ -207,9 +207,16 @@ class Detector:
         """Write the links of a group; returns the row after the last."""
         chain = group.chain
         assert chain is not None
-        given = chain.bodies, chain.radius_sum, group.start, group.first_slot, bodies, inverse_mass
+        rows, stop = chain.bodies, group.start + group.slots
+        course = None if self._images is None else self._images.course(rows, bodies)
+        if course is not None:
+            rows, bodies, inverse_mass = np.arange(len(rows)), course, inverse_mass[rows]
+        given = rows, chain.radius_sum, chain.closed, group.start, group.first_slot, bodies, inverse_mass
         LINKS[self.dimension](*given, self._capacity)
-        return group.start + group.slots
+        if course is not None:
+            self._capacity.antagonist[group.start : stop] = chain.bodies[:-1]
+            self._capacity.candidate[group.start : stop] = chain.bodies[1:]
+        return stop
 
     def _detect_contacts(self, group: Group, seen: Seen, travel: float, closing: float) -> int:
         """Write the contacts of a group; returns the row after the last."""

@@ -100,6 +100,16 @@ class Images:
         near = np.sort(near, axis=1).astype(np.int32)
         return bounded.astype(np.int32).take(sorted_pairs(near, count))
 
+    def course(self, rows: np.ndarray, bodies: np.ndarray) -> np.ndarray | None:
+        """Positions of the bodies in some rows (l + 1,), each as the image nearest to the one before, (l + 1, 3); None if
+        all are the bodies themselves."""
+        points, d = bodies[rows], self.lattice.dimension
+        course = self.lattice.course(points[:, :d], self.lattice.edges(bodies))
+        if np.shares_memory(course, points):
+            return None
+        points[:, :d] = course
+        return points
+
     def carried_along(self, listed_at: np.ndarray, placed: np.ndarray) -> tuple[np.ndarray, float]:
         """Where contactors would be now had they moved with the cell since a list was made, (k + p, 3), and the least
         ratio by which the cell has shortened distances since then.

@@ -1,7 +1,7 @@
 """The lattice of a periodic cell: its edges among the bodies, images of points, and the widths of the cell.
 
 A point x and its images ``x + sum n_k L_k``, n whole numbers and L_k the edges, are the same body. Positions are kept
-unwrapped: a body that leaves the cell goes on, so that displacements and links need no images.
+unwrapped: a body that leaves the cell goes on, so that displacements need no images. A link joins the nearest ones.
 """
 
 from __future__ import annotations
@@ -53,6 +53,13 @@ class Lattice:
     def shortened(self, differences: np.ndarray, edges: np.ndarray) -> np.ndarray:
         """The shortest image of each difference of positions (m, d) [m]."""
         return differences - self.nearest(differences, edges) @ edges
+
+    def course(self, points: np.ndarray, edges: np.ndarray) -> np.ndarray:
+        """Points along a chain (l + 1, d), each as the image that is nearest to the one before it [m]."""
+        crossed = self.nearest(np.diff(points, axis=0), edges)
+        if not crossed.any():
+            return points
+        return np.concatenate([points[:1], points[1:] - np.cumsum(crossed, axis=0) @ edges])
 
     def wrapped(self, points: np.ndarray, edges: np.ndarray) -> np.ndarray:
         """The images of points (m, d) that lie within the cell [m]."""

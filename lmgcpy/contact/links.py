@@ -21,8 +21,11 @@ link_block: Callable[..., Any] = Slot("link_block")
 
 
 @kernel
-def detect_links(chain, radius_sum, first, first_slot, bodies, inverse_mass, result: Interactions):
-    """Write the links of one chain from row ``first`` on; ``coupling`` is the entry of W between a link and the next."""
+def detect_links(chain, radius_sum, closed, first, first_slot, bodies, inverse_mass, result: Interactions):
+    """Write the links of one chain from row ``first`` on; ``coupling`` is the entry of W between a link and the next.
+
+    ``closed``: whether the last body of the chain is the first, or an image of it.
+    """
     count = radius_sum.shape[0]
     for k in range(count):
         i = first + k
@@ -43,7 +46,6 @@ def detect_links(chain, radius_sum, first, first_slot, bodies, inverse_mass, res
             result.shear[i, 0] = 0.0
             result.shear[i, 1] = 0.0
         result.slot[i] = first_slot + k
-    closed = chain[0] == chain[count]
     for k in range(count):
         i = first + k
         j = first if k == count - 1 else i + 1

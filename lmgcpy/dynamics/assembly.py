@@ -44,6 +44,9 @@ class StepProblem:
     """Velocities of the bodies without impulses, (n, k)."""
     guess: np.ndarray
     """Impulses to start from [N s], (m, d)."""
+    wire_blocks: bool
+    """Whether sweeps visit a wire as one block. In a cell that yields they do not: a block knows what links do to their
+    neighbours, not what all of them do to the cell, and overshoots by up to their number."""
     light: LightBodies
     """Bodies that are swept with more than their own mass: ``system`` knows the masses of the sweep."""
     inverse_mass: np.ndarray
@@ -202,8 +205,7 @@ def lay_out(
     """The arrays of a step, with all that depends on nothing but which interactions it has.
 
     ``rate``: time step over the radius of the smallest contactor of each body [s/m], (n,); ``more``: mass in the sweep over
-    mass, (n,); ``cell``: a periodic cell that
-    deforms in this step.
+    mass, (n,); ``cell``: a periodic cell that deforms in this step.
     """
     dimension, (width, states) = interactions.normal.shape[1], detector.remembered
     groups = [group for group in detector.groups if group.stop > group.start]
@@ -219,6 +221,7 @@ def lay_out(
     if cell is not None:
         edges, branch = cell.lattice.rows, cell.branches(groups, interactions)
         cell.add_to_blocks(branch, groups, interactions, inverse_mass)
+    wire_blocks = wire_blocks and not (cell is not None and cell.yields(inverse_mass))
     kernels = [group_kernels(group, dimension, wire_blocks, deforms=cell is not None) for group in groups]
     count, bodies = len(interactions.gap), model.inverse_mass.shape
     offset = np.zeros(len(groups) + 1, dtype=np.int64)
@@ -276,6 +279,7 @@ def lay_out(
         data=data,
         dimension_kernels=of_dimension,
         free_velocity=np.empty(bodies),
+        wire_blocks=wire_blocks,
         light=light,
         inverse_mass=model.inverse_mass,
         guess=with_spare_rows(count, width),

@@ -17,10 +17,10 @@ class LawFault(Exception):
     """Carries the sentence about a law's fault, and as its cause the exception that the law raised."""
 
 
-def fault_of_solve(problem: StepProblem, solve: Callable[[StepProblem], object], wire_blocks: bool) -> str:
+def fault_of_solve(problem: StepProblem, solve: Callable[[StepProblem], object]) -> str:
     """A sentence on the first thing that went wrong in the solve of a step; the solve is made again, watched."""
     kinds = {"stiffened": bool(len(problem.system.geometric)), "deforms": problem.system.deforms, "watched": True}
-    watched = [group_kernels(group, problem.dimension, wire_blocks, **kinds) for group in problem.groups]
+    watched = [group_kernels(group, problem.dimension, problem.wire_blocks, **kinds) for group in problem.groups]
     table = schedule(problem.groups, watched, problem.offset)
     system = problem.system._replace(prepared=np.append(problem.system.prepared, -1.0))
     solve(replace(problem, system=system, kernels=watched, table=table))

@@ -108,7 +108,7 @@ class LinkStiffness:
         """The stiffnesses of the turn after this one."""
         return np.maximum(used, needed) if turn >= BOTH_WAYS else needed
 
-    def stiffen(self, problem: StepProblem, stiffness: np.ndarray, before: np.ndarray, wire_blocks: bool) -> StepProblem:
+    def stiffen(self, problem: StepProblem, stiffness: np.ndarray, before: np.ndarray) -> StepProblem:
         """The problem of the step with these stiffnesses (L,); ``before``: those of the impulses at its start, (L,), by
         which the turning of the wires is weighed."""
         s, d = problem.system, self.dimension
@@ -124,7 +124,8 @@ class LinkStiffness:
             following=-(frame * shared[:, None]) @ across[self.following],
             scratch=np.zeros((self.count, scratch_columns(d)["WIDTH"])),
         )
-        kernels = [group_kernels(group, d, wire_blocks, stiffened=True, deforms=s.deforms) for group in problem.groups]
+        kinds = {"stiffened": True, "deforms": s.deforms}
+        kernels = [group_kernels(group, d, problem.wire_blocks, **kinds) for group in problem.groups]
         table = schedule(problem.groups, kernels, problem.offset)
         return replace(problem, system=system, kernels=kernels, table=table)
 
@@ -152,7 +153,7 @@ class LinkStiffness:
 
 
 def solve_stiffened(
-    links: LinkStiffness, problem: StepProblem, wire_blocks: bool, solve: Callable[[StepProblem], Outcome]
+    links: LinkStiffness, problem: StepProblem, solve: Callable[[StepProblem], Outcome]
 ) -> tuple[StepProblem, Outcome, int]:
     """Solve a step until the stiffnesses of its links are those that the impulses call for; returns the problem as it was
     solved last, sweeps and Newton steps of all turns, and their number.
@@ -165,7 +166,7 @@ def solve_stiffened(
     sweeps = factorisations = unsolved = 0
     for turn in range(TURNS):
         problem.guess[: links.count, 1:][used == 0.0] = 0.0
-        problem = plain if not used.any() else links.stiffen(plain, used, before, wire_blocks)
+        problem = plain if not used.any() else links.stiffen(plain, used, before)
         outcome = solve(problem)
         sweeps += outcome.iterations
         factorisations += outcome.factorisations

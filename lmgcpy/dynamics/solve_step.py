@@ -32,7 +32,7 @@ def solve_step(
 
     start, solves = clock.perf_counter(), 1
     if links is not None and links.count:
-        problem, outcome, solves = solve_stiffened(links, problem, solver.wire_blocks, call)
+        problem, outcome, solves = solve_stiffened(links, problem, call)
     else:
         outcome = call(problem)
     report = Report(
@@ -89,7 +89,7 @@ def fault(problem: StepProblem, solver: Solver) -> Exception:
     """The error for a step without a finite result."""
     when = f"In the step from t = {problem.data.time:g} s"
     try:
-        what = fault_of_solve(problem, lambda watched: call_solver(watched, solver), solver.wire_blocks)
+        what = fault_of_solve(problem, lambda watched: call_solver(watched, solver))
     except LawFault as law_fault:
         error = RuntimeError(f"{when} {law_fault}.")
         error.__cause__ = law_fault.__cause__

@@ -134,18 +134,20 @@ def wires(snapshot: Snapshot, net: RunInteractions, laws: list[str]) -> Any:
     assert snapshot.forces is not None
     paths = [chain.path for chain in snapshot.chains]
     body = np.concatenate([np.zeros(0, np.int64), *paths])
+    courses = [snapshot.course(chain) for chain in snapshot.chains]
+    places = np.concatenate([np.zeros((0, snapshot.dimension)), *courses])
     cells, along = [np.zeros((0, 2), np.int64)], [np.zeros(0)]
     first = 0
-    for path in paths:
-        point = first + np.arange(len(path))
-        first += len(path)
+    for course in courses:
+        point = first + np.arange(len(course))
+        first += len(course)
         cells.append(np.column_stack([point[:-1], point[1:]]))
-        steps = np.linalg.norm(np.diff(snapshot.positions[path], axis=0), axis=1)
+        steps = np.linalg.norm(np.diff(course, axis=0), axis=1)
         along.append(np.concatenate([[0.0], np.cumsum(steps)]))
     link = np.concatenate(cells)
-    length = np.linalg.norm(np.diff(snapshot.positions[body][link], axis=1)[:, 0], axis=1)
+    length = np.linalg.norm(np.diff(places[link], axis=1)[:, 0], axis=1)
     reference = np.concatenate([np.zeros(0), *(chain.reference for chain in snapshot.chains)])
-    data = polygonal_data(snapshot.positions[body], "lines", link)
+    data = polygonal_data(places, "lines", link)
     points = {
         "radius": snapshot.scene["bodies"]["link_radius"][body],
         "velocity": in_space(snapshot.velocities)[body],

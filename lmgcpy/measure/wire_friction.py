@@ -13,9 +13,9 @@ from lmgcpy.errors import named_arguments, whole
 from lmgcpy.measure.contact_forces import contact_forces
 from lmgcpy.measure.contact_kinds import SLIDING, sliding
 from lmgcpy.measure.mean_strain import edges_then_and_now, strain_of
-from lmgcpy.measure.moment import Source, moment, motion
+from lmgcpy.measure.moment import Moment, Source, moment, motion
 from lmgcpy.measure.table import Table
-from lmgcpy.measure.wire_links import WireLinks, beads_of, chain_paths, links_of
+from lmgcpy.measure.wire_links import beads_of, chain_paths, links_of
 
 SURROUNDING = {2: 8, 3: 16}
 """Grains around a bead to whose displacements an affine field is fitted, by dimension."""
@@ -98,7 +98,7 @@ def wire_contacts(sim: Source, *, frame: int | None = None, tolerance: float = S
     for total, part in ((push, pushes), (rub, rubs)):
         np.add.at(total, forces.pairs[:, 0], part)
         np.add.at(total, forces.pairs[:, 1], -part)
-    line = _beads(links_of(now), chain_paths(now), now.positions)
+    line = _beads(now, now.positions)
     body, along_wire = line["body"], line.pop("direction")
     friction = np.einsum("bd,bd->b", rub[body], along_wire)
     return WireContacts(
@@ -151,7 +151,7 @@ def bead_slip(sim: Source, *, frame: int | None = None, since: Any = 0, neighbou
     d = now.positions.shape[1]
     nearest = whole(SURROUNDING[d] if neighbours is None else neighbours, "neighbours", minimum=d + 1)
     fitted = strain_of(now, moved, kind="grains")
-    line = _beads(links_of(now), chain_paths(now), moved.begin)
+    line = _beads(now, moved.begin)
     body, direction = line["body"], line.pop("direction")
     places, displaced = moved.begin[body], (moved.end - moved.begin)[body]
     from_mean = displaced - fitted.at(places)
@@ -204,33 +204,34 @@ def _surroundings(places: np.ndarray, x: np.ndarray, u: np.ndarray, count: int) 
     return np.einsum("bk,bkd->bd", np.linalg.pinv(design)[:, 0], u[near])
 
 
-def _beads(links: WireLinks, paths: list[np.ndarray], positions: np.ndarray) -> dict[str, np.ndarray]:
+def _beads(now: Moment, positions: np.ndarray) -> dict[str, np.ndarray]:
     """Columns of the beads, chain after chain, at positions (n, d): chain, body, along, to_end, length, taut, direction."""
+    links, d = links_of(now), positions.shape[1]
     columns: dict[str, list[np.ndarray]] = {
         name: [] for name in ("chain", "body", "along", "to_end", "length", "taut", "direction")
     }
     first = 0
-    for k, path in enumerate(paths):
+    for k, path in enumerate(chain_paths(now)):
+        course = now.course(path, positions)
         count, closed = len(path) - 1, len(path) > 1 and path[0] == path[-1]
-        branch = np.diff(positions[path], axis=0)
+        branch = np.diff(course, axis=0)
         length, pulls = np.linalg.norm(branch, axis=1), links.taut[first : first + count]
         first += count
         place = np.concatenate([[0.0], np.cumsum(length)])
         if closed:
-            body, before, after = path[:-1], np.roll(path[:-1], 1), path[1:]
+            body, neighbours = path[:-1], np.concatenate([course[:1] - branch[-1:], course])
             own, taut = 0.5 * (length + np.roll(length, 1)), pulls | np.roll(pulls, 1)
             place, to_end = place[:-1], np.full(count, np.inf)
         else:
-            body, before, after = path, np.append(path[:1], path[:-1]), np.append(path[1:], path[-1:])
+            body, neighbours = path, np.concatenate([course[:1], course, course[-1:]])
             own = 0.5 * (np.append(length, 0.0) + np.append(0.0, length))
             taut = np.append(pulls, False) | np.append(False, pulls)
             to_end = np.minimum(place, place[-1] - place)
-        chord = positions[after] - positions[before]
+        chord = neighbours[2:] - neighbours[:-2]
         size = np.linalg.norm(chord, axis=1)[:, None]
         direction = np.divide(chord, size, out=np.zeros_like(chord), where=size > 0.0)
         for name, values in zip(columns, (np.full(len(body), k), body, place, to_end, own, taut, direction), strict=True):
             columns[name].append(values)
-    d = positions.shape[1]
     empty = {"chain": np.int64, "body": np.int64, "taut": bool}
     return {
         name: np.concatenate([np.zeros((0, d) if name == "direction" else 0, dtype=empty.get(name, float)), *values])

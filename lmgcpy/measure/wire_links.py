@@ -59,7 +59,8 @@ def wire_links(sim: Source, *, frame: int | None = None) -> WireLinks:
 def links_of(now: Moment) -> WireLinks:
     """The links of a moment."""
     scene, chain, pairs = now.scene, *chain_pairs(now)
-    branch = now.positions[pairs[:, 0]] - now.positions[pairs[:, 1]]
+    courses = [now.course(path) for path in chain_paths(now)]
+    branch = np.concatenate([np.zeros((0, now.positions.shape[1])), *(np.diff(course, axis=0) for course in courses)])
     length = np.linalg.norm(branch, axis=1)
     radius = np.asarray(scene["bodies"]["link_radius"], dtype=float)
     reference = np.asarray(scene["chains"]["reference_gaps"], dtype=float) + radius[pairs].sum(axis=1)
@@ -68,7 +69,7 @@ def links_of(now: Moment) -> WireLinks:
         chain=chain,
         pairs=pairs,
         along=_middles(length, chain),
-        position=now.positions[pairs].mean(axis=1),
+        position=now.positions[pairs[:, 1]] + 0.5 * branch,
         direction=np.divide(branch, length[:, None], out=np.zeros_like(branch), where=length[:, None] > 0.0),
         length=length,
         reference_length=reference,

@@ -1,4 +1,4 @@
-"""Chains: wires and rods made of bodies, each linked to the next."""
+"""Chains: wires and rods made of bodies, each linked to the next; in a periodic cell to its nearest image."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy as np
 from lmgcpy.errors import closest, number, numbers, shown
 from lmgcpy.laws import Law
 from lmgcpy.scene.body import Body, Round
+from lmgcpy.scene.cell import Cell
 from lmgcpy.scene.contactor import DiskContactor, SphereContactor
 
 BLOW = 1e-6
@@ -41,14 +42,17 @@ class Chain:
         neighbours_collide: bool | None = None,
         parameters: Mapping[str, Any] | None = None,
         settled: bool = False,
+        cell: Cell | None = None,
     ):
         self.law = law
+        self._cell = cell
         self.bodies = list(bodies)
         self._path = self.bodies + self.bodies[:1] if closed else self.bodies
         self.closed = closed
         self.neighbours_collide = neighbours_collide
         self.relaxation = number(relaxation, "relaxation of a chain", minimum=0.0, unit="s")
         self.radius_sums = np.array([a.link_radius + b.link_radius for a, b in self._pairs()])
+        self._as_built = reference_gap is None
         self.start_gaps = self.lengths() - self.radius_sums
         if reference_gap is None:
             self.reference_gaps = self.start_gaps.copy()
@@ -102,8 +106,31 @@ class Chain:
         return list(zip(self._path[:-1], self._path[1:], strict=True))
 
     def lengths(self) -> np.ndarray:
-        """Current distances between the centres [m], (links,)."""
-        return np.array([np.linalg.norm(b.position - a.position) for a, b in self._pairs()])
+        """Current distances between the centres [m], (links,); in a periodic cell between nearest images."""
+        branch = np.diff([body.position for body in self._path], axis=0)
+        if self._cell is not None:
+            branch = self._cell.lattice.shortened(branch, self._cell.edges)
+        return np.array([np.linalg.norm(x) for x in branch])
+
+    def lie_in(self, cell: Cell) -> None:
+        """Measure the chain in a periodic cell that came after it."""
+        self._cell = cell
+        self.start_gaps = self.lengths() - self.radius_sums
+        if self._as_built:
+            self.reference_gaps = self.start_gaps.copy()
+
+    def check_cell(self, width: float) -> None:
+        """ValueError for a link that is no shorter than half the ``width`` of the cell [m]: which images it joins is not
+        known."""
+        lengths = self.reference_gaps + self.radius_sums
+        i = int(np.argmax(lengths))
+        if not lengths[i] < 0.5 * width:
+            a, b = self._pairs()[i]
+            raise ValueError(
+                f"Link {i} of the chain, between {a!r} and {b!r}, is {lengths[i]:.3g} m long at its reference: a link "
+                f"joins the nearest images and must be shorter than half the width of the periodic cell, {0.5 * width:.3g} "
+                "m. Take more beads or a larger cell."
+            )
 
     @property
     def path(self) -> np.ndarray:

@@ -194,6 +194,8 @@ class Scene:
     def _take_edges(self, edges: list[Edge]) -> Cell:
         """Make these edges, bodies of the scene, those of its periodic cell."""
         self._cell = Cell(self.dimension, self.bodies, edges)
+        for chain in self.chains:
+            chain.lie_in(self._cell)
         return self._cell
 
     @property
@@ -336,6 +338,7 @@ class Scene:
             neighbours_collide=neighbours_collide,
             parameters=parameters,
             settled=self._settled,
+            cell=self._cell,
         )
         if block_spin:
             for body in members:
@@ -369,6 +372,9 @@ class Scene:
             check_answers(chain.law, self.dimension)
         if self._cell is not None:
             self._cell.check()
+            width = float(self._cell.lattice.widths(self._cell.edges).min())
+            for chain in self.chains:
+                chain.check_cell(width)
         return self._model(0.0)
 
     def _model(self, time: float) -> Model:

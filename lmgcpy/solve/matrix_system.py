@@ -282,7 +282,7 @@ def assemble_problem(problem: Problem, wire_blocks: bool) -> tuple[Groups, Matri
         law = RollingCoulomb if rolls[start] else STANDARD[int(cones[start])]
         contact = cones[start] == CONTACT
         rows = width if rolls[start] else d if contact and problem.mu[start:stop].any() else 1
-        chain = wire_blocks and not contact
+        chain = wire_blocks and not contact and problem.split is None  # as in dynamics.assembly
         diagonal_only = not (contact and (coupling[start:stop].any() or system.shear[start:stop].any()))
         stiffened = not contact and len(system.geometric) > 0
         given: tuple[Any, ...] = law, d, rows, diagonal_only, chain, numba.typeof(system), {}

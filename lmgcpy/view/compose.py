@@ -184,7 +184,9 @@ def _wires(snap: Snapshot, style: Style, wrong: np.ndarray, legend: list[tuple[s
     else:
         paint = Paint(WIRE)
         legend.append(("wire", WIRE))
-    tubes = Tubes(in_space(snap.positions[a]), in_space(snap.positions[b]), thickness, paint)
+    courses = [snap.course(chain) for chain in snap.chains]
+    starts, ends = (np.concatenate([course[part] for course in courses]) for part in (np.s_[:-1], np.s_[1:]))
+    tubes = Tubes(in_space(starts), in_space(ends), thickness, paint)
     red = np.zeros(len(a), dtype=bool)
     red[wrong] = True
     pieces = [tubes.take(~red)]

@@ -151,7 +151,7 @@ def long_links_of(snap: Snapshot, excess: float) -> np.ndarray:
     rows = [np.zeros(0, dtype=LINK)]
     for number_of_chain, chain in enumerate(snap.chains):
         a, b = chain.path[:-1], chain.path[1:]
-        length = np.linalg.norm(snap.positions[b] - snap.positions[a], axis=1)
+        length = np.linalg.norm(np.diff(snap.course(chain), axis=0), axis=1)
         over = length / chain.reference - 1.0
         link = np.flatnonzero(over > excess)
         row = np.zeros(len(link), dtype=LINK)

@@ -112,7 +112,7 @@ GRAINS: dict[str, Callable[[Snapshot], tuple[Quantity, np.ndarray]]] = {
 
 def arc_length(snap: Snapshot) -> tuple[Quantity, np.ndarray]:
     """Length of wire up to the middle of each link, chain by chain [m], (l,)."""
-    lengths = [np.linalg.norm(np.diff(snap.positions[chain.path], axis=0), axis=1) for chain in snap.chains]
+    lengths = [np.linalg.norm(np.diff(snap.course(chain), axis=0), axis=1) for chain in snap.chains]
     return LENGTH, np.concatenate([np.cumsum(length) - 0.5 * length for length in lengths] or [np.zeros(0)])
 
 
