@@ -60,6 +60,18 @@ class Moment:
         return points if self.lattice is None else self.lattice.course(points, self.lattice.edges(positions))
 
     @property
+    def velocities(self) -> np.ndarray:
+        """[m/s], (n, d); in a periodic cell relative to the mean flow."""
+        return self.source.velocities[:] if isinstance(self.source, Stepper) else self.source.velocities[self.number]
+
+    @property
+    def mass(self) -> np.ndarray:
+        """[kg], (n,); infinite for walls without one."""
+        if isinstance(self.source, Stepper):
+            return self.source.model.mass[:, 0]
+        return np.asarray(self.scene["bodies"]["mass"], dtype=float)
+
+    @property
     def is_link(self) -> np.ndarray:
         """Which interactions are links, (m,) bool."""
         return np.isin(self.net.law, list(self.links))

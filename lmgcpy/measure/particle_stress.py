@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from lmgcpy.errors import named_arguments, shown, vector
+from lmgcpy.measure.disk_union import disk_union
 from lmgcpy.measure.moment import Moment, Source, moment
 from lmgcpy.measure.table import Table
-from lmgcpy.scene.contactor import SphereContactor
+from lmgcpy.scene.contactor import DiskContactor, SphereContactor
 
 
 @dataclass(frozen=True, repr=False)
@@ -94,10 +95,22 @@ def moments_of(now: Moment) -> np.ndarray:
 
 
 def volumes_of(now: Moment) -> np.ndarray:
-    """Volumes of the shapes of each body [m^3, per metre of depth in 2D], (n,); overlaps of its shapes count twice."""
+    """Volumes of the shapes of each body [m^3, per metre of depth in 2D], (n,).
+
+    What the disks of a cluster share counts once. Of other shapes of one body overlaps count twice.
+    """
     table = now.scene["contactors"]
-    sizes = np.array(table["area"], dtype=float)
+    body, sizes = np.asarray(table["body"]), np.array(table["area"], dtype=float)
+    kinds = np.array(table["kinds"] or [""])[table["kind"]]
     if now.positions.shape[1] == 3:
-        sphere = np.array([kind == SphereContactor.KIND for kind in table["kinds"]] or [False])[table["kind"]]
+        sphere = kinds == SphereContactor.KIND
         sizes = np.where(sphere, 4.0 / 3.0 * np.pi * np.where(sphere, table["bounding_radius"], 0.0) ** 3, 0.0)
-    return np.bincount(table["body"], weights=sizes, minlength=len(now.positions))
+    volumes = np.bincount(body, weights=sizes, minlength=len(now.positions))
+    if now.positions.shape[1] == 2:
+        disk = kinds == DiskContactor.KIND
+        clusters = np.flatnonzero(np.bincount(body[disk], minlength=len(volumes)) > 1)
+        for cluster in clusters.tolist():
+            its = np.flatnonzero(disk & (body == cluster))
+            radii = np.asarray(table["bounding_radius"])[its]
+            volumes[cluster] += disk_union(np.asarray(table["offset"])[its, :2], radii) - sizes[its].sum()
+    return volumes

@@ -16,8 +16,13 @@ def stress(sim: Source, *, frame: int | None = None, volume: float | None = None
     last frame.
 
     ``f`` is the force on the candidate. The branch vector ``l`` leads from the antagonist's centre to the candidate's; at
-    a wall it starts, or ends, at the contact point. The function returns ``{"total": (d, d), "<NAME>": (d, d), ...}``, one
-    entry for each law of the scene.
+    a wall it starts, or ends, at the contact point. The function returns ``{"total": (d, d), "<NAME>": (d, d), ...,
+    "kinetic": (d, d)}``, one entry for each law of the scene, and "total" their sum.
+
+    "kinetic" is the stress of bodies that fly about, ``-(1/V) sum m v' (x) v'`` at the end of the step: v' is the velocity
+    relative to the mean flow in a periodic cell, else to the velocity of the centre of mass of all bodies with bounds. In
+    a gas it is nearly all, in a sample at rest nothing. The flux of momentum, which a cell that yields to a stress
+    balances, is "total" and "kinetic" together.
 
     ``volume`` [m^3, per metre of depth in 2D] is by default that of the periodic cell, or of the box between opposite
     walls. A scene without both raises ValueError, which asks for the volume. In a periodic cell the antagonist is the
@@ -34,7 +39,18 @@ def stress(sim: Source, *, frame: int | None = None, volume: float | None = None
     branch = start - end
     dyads = -force[:, :, None] * branch[:, None, :] / volume
     parts = {name: dyads[net.law == name].sum(axis=0) for name in dict.fromkeys(now.laws)}
-    return {"total": dyads.sum(axis=0), **parts}
+    return {"total": dyads.sum(axis=0), **parts, "kinetic": _kinetic(now, unbounded) / volume}
+
+
+def _kinetic(now: Moment, unbounded: np.ndarray) -> np.ndarray:
+    """``-sum m v' (x) v'`` over the bodies with bounds [N m], (d, d)."""
+    moves = ~unbounded & ~now.hidden & np.isfinite(now.mass)
+    if now.lattice is not None:
+        moves[now.lattice.rows] = False
+    mass, velocity = now.mass[moves], now.velocities[moves]
+    if now.lattice is None and len(mass):
+        velocity = velocity - np.average(velocity, axis=0, weights=mass)
+    return -np.einsum("b,bi,bj->ij", mass, velocity, velocity)
 
 
 def sample_volume(now: Moment) -> float:

@@ -5,10 +5,15 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from lmgcpy.errors import named_arguments
-from lmgcpy.scene.body import Boundary, Round
+import numpy as np
+
+from lmgcpy.errors import named_arguments, shown
+from lmgcpy.scene.body import Body, Boundary, Prescribed, Round
 from lmgcpy.scene.contactor import CylinderContactor, SphereContactor
 from lmgcpy.scene.material import Material
+
+ALONG = 1e-9
+"""A spin is along an axis if its part across it is this part of it at the most."""
 
 
 @named_arguments
@@ -47,6 +52,31 @@ class CylinderWall(Boundary):
     def radius(self) -> float:
         """Radius [m]."""
         return self._contactor.radius
+
+    @named_arguments
+    def impose_velocity(self, **components: Prescribed) -> Body:
+        """Drive components x, y, z [m/s], spin … [rad/s] by a number or a function of time [s]. Returns the body.
+
+        A cylinder turns about its own axis only: it has no other position than that of ``point`` and ``axis``. So a spin
+        must be along the axis; as a function of time only that about a coordinate axis on which the cylinder lies.
+        """
+        spins = np.array([_rate(components.get(name, 0.0)) for name in self.components[3:]])
+        axis = self._contactor.axis
+        across = np.where(np.isnan(spins), np.abs(axis) < 1.0 - ALONG, False)
+        constant = np.nan_to_num(spins)
+        if across.any() or np.linalg.norm(np.cross(constant, axis)) > ALONG * np.linalg.norm(constant):
+            raise ValueError(
+                f"{self!r} turns about its own axis only, {shown(axis.tolist())}: a spin across it would move the wall "
+                "through itself. Drive the spin along the axis, its components as numbers in one call."
+            )
+        return super().impose_velocity(**components)
+
+
+def _rate(value: Prescribed) -> float:
+    """A spin that is a number; NaN of a function of time, 0 of what is no number, which is refused elsewhere."""
+    if callable(value):
+        return float("nan")
+    return float(value) if isinstance(value, (int, float, np.number)) else 0.0
 
 
 @named_arguments

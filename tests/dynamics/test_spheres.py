@@ -207,3 +207,25 @@ def test_an_anisotropic_body_has_full_blocks():
     along = np.array([0.0, normal[2], -normal[1]]) / np.hypot(normal[1], normal[2])
     acceleration = -G * along[2] * along
     assert sim.velocities[0] == pytest.approx(0.1 * acceleration, abs=1e-11)  # round-off of the gap / h
+
+
+@pytest.mark.parametrize(
+    ("axis", "spins"),
+    [
+        ((0, 0, 1), {"spin_x": 1.0}),
+        ((0, 0, 1), {"spin_z": 1.0, "spin_y": 0.1}),
+        ((0, 0, 1), {"spin_x": np.sin}),
+        ((0, 1, 1), {"spin_z": 1.0}),
+        ((0, 1, 1), {"spin_z": np.sin}),
+    ],
+)
+def test_a_hollow_cylinder_is_not_driven_through_itself(axis, spins):
+    """Its surface is where the axis is: a spin across it would drag bodies through a wall that stands still."""
+    drum = lm.Scene(dimension=3).add(lm.cylinder_wall(point=(0, 0, 0), axis=axis, radius=0.1))
+    with pytest.raises(ValueError, match="turns about its own axis only"):
+        drum.impose_velocity(**spins)
+
+
+def test_a_hollow_cylinder_turns_about_an_axis_that_leans():
+    drum = lm.Scene(dimension=3).add(lm.cylinder_wall(point=(0, 0, 0), axis=(0, 1, 1), radius=0.1))
+    drum.impose_velocity(spin_y=2.0, spin_z=2.0, x=0.1)

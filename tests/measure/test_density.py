@@ -57,3 +57,39 @@ def test_lattice():
 
 def test_nothing():
     assert density([], [], ((0, 0), (1, 1))) == 0.0
+
+
+def lens(radius, half):
+    """Area that two disks of this radius share, their centres 2 ``half`` apart."""
+    return 2.0 * radius**2 * np.arccos(half / radius) - 2.0 * half * np.sqrt(radius**2 - half**2)
+
+
+def test_what_clusters_share_counts_once():
+    """Two disks, three through one point, one in another, and the same twice; cut by a window as well."""
+    window, r = ((0.0, 0.0), (1.0, 1.0)), 0.1
+    pair = [(0.45, 0.5), (0.55, 0.5)]
+    assert density(pair, [r, r], window) == pytest.approx(2.0 * np.pi * r**2 - lens(r, 0.05), rel=1e-13)
+    # the right half of the pair
+    half = density(pair, [r, r], ((0.5, 0.0), (1.0, 1.0))) * 0.5
+    assert half == pytest.approx(np.pi * r**2 - 0.5 * lens(r, 0.05), rel=1e-13)
+    around = 0.5 + r * np.array([(np.cos(a), np.sin(a)) for a in 2.0 * np.pi * np.arange(3) / 3.0])
+    # each pair shares a lens of centres r sqrt(3) apart; all three share the one point
+    three = 3.0 * np.pi * r**2 - 3.0 * lens(r, 0.5 * np.sqrt(3.0) * r)
+    assert density(around, [r] * 3, window) == pytest.approx(three, rel=1e-12)
+    nested = density([(0.5, 0.5), (0.52, 0.5), (0.52, 0.5)], [0.2, 0.1, 0.1], window)
+    assert nested == pytest.approx(np.pi * 0.04, rel=1e-13)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_unions_by_points(seed):
+    """400 000 points: the standard error of an area fraction is below 8e-4; asked are five."""
+    rng = np.random.default_rng(seed)
+    centres, radii, window = rng.random((30, 2)), 0.02 + 0.15 * rng.random(30), ((0.2, 0.1), (0.8, 1.05))
+    points = rng.uniform(*window, (400_000, 2))
+    covered = (np.linalg.norm(points[:, None] - centres, axis=2) < radii).any(axis=1).mean()
+    assert density(centres, radii, window) == pytest.approx(covered, abs=4e-3)
+
+
+def test_spheres_that_share_much_are_told():
+    with pytest.warns(RuntimeWarning, match="what they share counts twice"):
+        density([(0.4, 0.5, 0.5), (0.5, 0.5, 0.5)], [0.1, 0.1], ((0, 0, 0), (1, 1, 1)))

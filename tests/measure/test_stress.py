@@ -76,3 +76,45 @@ def test_wrong_sources_get_sentences(tmp_path):
             lm.measure.stress(run)
         with pytest.raises(IndexError):
             lm.measure.stress(run, frame=3, volume=1.0)
+
+
+def gas(periodic, fraction=0.05, count=64, radius=0.01):
+    """Elastic disks in a square; the pressure that Henderson's equation of state gives them in 2D."""
+    side = np.sqrt(count * np.pi / fraction) * radius
+    k = round(np.sqrt(count))
+    places = [((i + 0.5) * side / k, (j + 0.5) * side / k) for i in range(k) for j in range(k)]
+    velocities = np.random.default_rng(1).normal(size=(count, 2))
+    velocities -= velocities.mean(axis=0)
+    scene = lm.Scene(dimension=2)
+    ones = np.ones(count)
+    scene.add_disks(radius * ones, places, velocities=velocities, masses=ones, inertias=5e-5 * ones)
+    scene.see("GRAIN", "GRAIN", lm.Restitution(restitution=1.0))
+    if periodic:
+        scene.periodic(x=side, y=side)
+    else:
+        for point, normal in (((0, 0), (1, 0)), ((0, 0), (0, 1)), ((side, side), (-1, 0)), ((side, side), (0, -1))):
+            scene.add(lm.wall(point=point, normal=normal))
+        scene.see("GRAIN", "WALL", lm.Restitution(restitution=1.0))
+    factor = (1.0 + fraction**2 / 8.0) / (1.0 - fraction) ** 2
+    return scene, 0.5 * (velocities**2).sum() * factor / side**2
+
+
+@pytest.mark.parametrize("periodic", [True, pytest.param(False, marks=pytest.mark.long)])
+def test_a_gas_has_the_pressure_of_its_equation_of_state(periodic, tmp_path):
+    """Forces and flight together; the forces alone are a tenth of it. 5 % are chance: some 1500 shocks in the run."""
+    scene, pressure = gas(periodic)
+    sim, found = lm.Simulation(scene, time_step=1e-3), []
+    sim.run(steps=1500, until=lambda sim: found.append(lm.measure.stress(sim)), record=tmp_path / "run.h5", every=1500)
+    forces, flight = (-np.mean([np.trace(sigma[part]) / 2.0 for sigma in found]) for part in ("total", "kinetic"))
+    assert forces + flight == pytest.approx(pressure, rel=0.05)
+    assert forces < 0.2 * pressure
+    with lm.io.open_run(tmp_path / "run.h5") as run:
+        np.testing.assert_array_equal(lm.measure.stress(run)["kinetic"], found[-1]["kinetic"])
+
+
+def test_bodies_that_drift_together_have_no_kinetic_stress():
+    scene = lm.Scene(dimension=2)
+    for x in (0.0, 1.0):
+        scene.add(lm.disk(radius=0.1, position=(x, 0.0), mass=2.0, velocity=(3.0, 1.0)))
+    sim = lm.Simulation(scene, time_step=1e-3).run(steps=1)
+    assert np.abs(lm.measure.stress(sim, volume=1.0)["kinetic"]).max() < 1e-14
