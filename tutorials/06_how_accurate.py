@@ -112,8 +112,8 @@ for solver, tolerance in [
 sample = compact(lay_sample(200, 0, seed=0), pressure=1e5, density=2600.0).sample
 usual = Biaxial(sample).time_step
 print(
-    "\ntolerance  time step  sweeps a step  vertical stress, 0.1 to 0.6 %, beyond 1 %  "
-    "overlap / diameter"
+    "\ntolerance  time step  sweeps a step  stress: 0.1 to 0.6 %  beyond 1 %  "
+    "overlap / size"
 )
 for tolerance, share in (
     (1e-1, 1.0),
@@ -134,7 +134,7 @@ for tolerance, share in (
     then = stress[record.strain > 0.01].mean()
     print(
         f"{tolerance:9.0e} {share:8.1f} h {record.iterations.mean():13.0f} "
-        f"{first:22.1f} kPa {then:10.1f} kPa {overlap:16.3f}"
+        f"{first:18.1f} kPa {then:7.1f} kPa {overlap:14.3f}"
     )
     right.plot(
         100.0 * record.strain,

@@ -104,12 +104,13 @@ with (
         f"  floor {below:.4f} N + walls' friction {beside:.4f} N = "
         f"{below + beside:.4f} N; weight {weight:.4f} N"
     )
-    # laws, and the forces by which light beads are left out of balance within tolerance
-    taken = sum(w.sum() for w in energy["work"].values()) + energy["unbalanced"].sum()
+    # of laws, and of the forces by which light beads are left out of balance
+    taken, imbalance = sum(w.sum() for w in energy["work"].values()), energy["unbalanced"]
     given, left = energy["loads"].sum(), energy["kinetic"][-1]
+    taken += imbalance.sum()
     print(
-        f"  work of gravity {given:.6e} J, of laws {taken:.6e} J (out of balance "
-        f"{energy['unbalanced'].sum():.1e} J), kinetic energy {left:.6e} J"
+        f"  work of gravity {given:.6e} J, of laws {taken:.6e} J,\n"
+        f"  out of balance {imbalance.sum():.1e} J, kinetic energy {left:.6e} J"
     )
     # a value a step, and one before the first, read where it is asked for
     top = run.observed["top"]
