@@ -190,7 +190,8 @@ def test_6_errors_fall_by_the_orders_that_theory_gives(tmp_path):
         errors = [float(line.split()[-1]) for line in text.splitlines() if line.startswith(solver)]
         assert errors == sorted(errors, reverse=True)
         assert errors[-1] < 1e-4 < 0.05 < errors[0]
-    rows = [[float(x) for x in re.findall(r"[\d.]+(?:e-\d+)?", line)] for line in text.split("overlap / size\n")[1].splitlines()]
+    table = text.split("overlap / size\n")[1].splitlines()
+    rows = [[float(x) for x in re.findall(r"[\d.]+(?:e-\d+)?", line)] for line in table]
     loose, *tight = [row[3] for row in rows]  # kPa
     assert loose < 0.6 * min(tight)  # about the lateral pressure: no answer
     assert max(tight) < 1.2 * min(tight)

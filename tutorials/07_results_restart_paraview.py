@@ -105,12 +105,12 @@ with (
         f"{below + beside:.4f} N; weight {weight:.4f} N"
     )
     # of laws, and of the forces by which light beads are left out of balance
-    taken, imbalance = sum(w.sum() for w in energy["work"].values()), energy["unbalanced"]
+    imbalance = energy["unbalanced"].sum()
+    taken = sum(w.sum() for w in energy["work"].values()) + imbalance
     given, left = energy["loads"].sum(), energy["kinetic"][-1]
-    taken += imbalance.sum()
     print(
         f"  work of gravity {given:.6e} J, of laws {taken:.6e} J,\n"
-        f"  out of balance {imbalance.sum():.1e} J, kinetic energy {left:.6e} J"
+        f"  out of balance {imbalance:.1e} J, kinetic energy {left:.6e} J"
     )
     # a value a step, and one before the first, read where it is asked for
     top = run.observed["top"]
