@@ -33,6 +33,13 @@ from lmgcpy.contact.groups import Group
 from lmgcpy.contact.interactions import Interactions
 from lmgcpy.contact.lattice import Lattice
 
+THINNEST = 1e-9
+"""Least volume of a cell, in parts of the product of its edges: beyond that its inverse loses all digits of a gap."""
+
+
+class TurnedOver(Exception):
+    """Carries the rest of a sentence about a cell that a step would turn inside out."""
+
 
 @dataclass(frozen=True)
 class CellMotion:
@@ -66,6 +73,10 @@ class CellMotion:
         ``moving``: velocities times the time, s and in the rows of the edges S, (n, k); ``positions``: at its beginning,
         (n, 3).
         """
+        self._refuse_turning_over(-self.gradient(moving), positions)
+        return self._move(moving, positions)
+
+    def _move(self, moving: np.ndarray, positions: np.ndarray) -> np.ndarray:
         d, rows = self.lattice.dimension, self.lattice.rows
         move = moving[:, :3].copy()
         move[rows] = 0.0
@@ -73,6 +84,25 @@ class CellMotion:
         flow[self.unbounded] = 0.0
         move[:, :d] += flow
         return move
+
+    def _refuse_turning_over(self, gradient: np.ndarray, positions: np.ndarray) -> None:
+        """TurnedOver unless ``1 - t S`` keeps the cell's orientation for all t up to 1, which is if no real eigenvalue of
+        S, (d, d), is 1 or more, and unless the edges span a cell."""
+        finite = np.isfinite(gradient).all()
+        values = np.linalg.eigvals(gradient) if finite else np.array([np.inf])
+        real = np.abs(values.imag) <= 1e-12 * np.abs(values)
+        largest = float(values.real[real].max(initial=0.0))
+        if not largest < 1.0:
+            raise TurnedOver(
+                "the periodic cell would turn over: an edge changes by more than its own length. A time step "
+                f"{0.5 / largest:.1g} times as long would do."
+            )
+        edges = self.lattice.edges(positions)
+        lengths = float(np.prod(np.linalg.norm(edges, axis=1)))
+        if not (np.isfinite(lengths) and self.lattice.volume(edges) > THINNEST * lengths):
+            raise TurnedOver(
+                f"the edges of the periodic cell span no volume, or next to none: {edges.tolist()} m. See what drives it."
+            )
 
     def last_move(self, moving: np.ndarray, positions: np.ndarray) -> np.ndarray:
         """Displacements with the positions x' at the end of the time in place of those at its beginning,
@@ -82,7 +112,8 @@ class CellMotion:
         x' has more than x makes up for the change ``-G v`` of their velocity.
         """
         d = self.lattice.dimension
-        move = self.first_move(moving, positions)
+        self._refuse_turning_over(self.gradient(moving), positions)
+        move = self._move(moving, positions)
         follows = ~self.unbounded
         own = move[follows, :d]  # s + S x, and x' - x = (1 - S)^-1 (s + S x)
         move[follows, :d] = np.linalg.solve(np.eye(d) - self.gradient(moving), own.T).T

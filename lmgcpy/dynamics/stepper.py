@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from copy import copy, deepcopy
 from dataclasses import replace
@@ -15,6 +15,7 @@ from lmgcpy.contact.detector import Detector
 from lmgcpy.contact.narrow_phase import Interactions
 from lmgcpy.dynamics.assembled_problem import as_problem
 from lmgcpy.dynamics.assembly import Assembler, StepProblem
+from lmgcpy.dynamics.cell import CellMotion, TurnedOver
 from lmgcpy.dynamics.changes import Change, as_rows, from_rows
 from lmgcpy.dynamics.checkpoint import Checkpoint, check
 from lmgcpy.dynamics.displacements import Displacements, DisplacementWatch, worse
@@ -216,13 +217,20 @@ class Stepper:
 
     def _first_move(self, moving: np.ndarray) -> np.ndarray:
         """What velocities times a time (n, k) add to the positions, (n, 3)."""
-        cell = self.model.cell
-        return moving[:, :3] if cell is None else cell.first_move(moving, self.state.positions)
+        return self._moved(moving, CellMotion.first_move)
 
     def _last_move(self, moving: np.ndarray) -> np.ndarray:
         """The same from the middle of a step to its end."""
-        cell = self.model.cell
-        return moving[:, :3] if cell is None else cell.last_move(moving, self.state.positions)
+        return self._moved(moving, CellMotion.last_move)
+
+    def _moved(self, moving: np.ndarray, move: Callable[[CellMotion, np.ndarray, np.ndarray], np.ndarray]) -> np.ndarray:
+        """What a ``move`` of a periodic cell makes of velocities times a time; themselves without a cell."""
+        if self.model.cell is None:
+            return moving[:, :3]
+        try:
+            return move(self.model.cell, moving, self.state.positions)
+        except TurnedOver as fault:
+            raise RuntimeError(f"In the step from t = {self.state.time:g} s {fault}") from None
 
     def _free_flight(self, before: np.ndarray) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
         """External forces at the middle of the step (n, k), those of inertia in a periodic cell, and velocities without

@@ -510,3 +510,55 @@ def test_a_wall_across_the_faces_is_refused(normal):
     scene.periodic(x=0.1)
     with pytest.raises(ValueError, match="cuts the faces of the periodic cell"):
         lm.Simulation(scene, time_step=1e-3)
+
+
+def turning_cell(**statements):
+    """Two disks in a cell, and what drives it."""
+    scene = lm.Scene(dimension=2)
+    for x in (0.1, 0.5):
+        scene.add(lm.disk(radius=0.05, position=(x, 0.3), mass=1.0))
+    cell = scene.periodic(x=1.0, y=1.0)
+    for call, components in statements.items():
+        getattr(cell, call)(**components)
+    return lm.Simulation(scene, time_step=1e-3), cell
+
+
+@pytest.mark.parametrize(
+    "statements",
+    [
+        {"impose_rate": {"xx": -2001.0}},  # the first half of a step
+        {"impose_rate": {"xx": 2001.0}},  # the second half, implicit
+        {"impose_rate": {"xy": 2100.0, "yx": 2100.0}},
+        {"impose_stress": {"xx": -1e6, "yy": -1e6}},
+        {"impose_stress": {"xx": 1e9}},
+    ],
+)
+def test_a_cell_that_would_turn_over_in_a_step_is_told(statements):
+    """Half a step with |G| h/2 > 1 turns an edge over: the state is that before the step, and the shorter step does."""
+    sim, cell = turning_cell(**statements)
+    words = r"cell would turn over: .* A time step [\d.e-]+ times as long would do\."
+    with pytest.raises(RuntimeError, match=words) as told:
+        sim.run(steps=50)
+    positions, edges = sim.positions.copy(), cell.edges.copy()
+    with pytest.raises(RuntimeError, match="turn over"):
+        sim.step()
+    np.testing.assert_array_equal(sim.positions, positions)
+    np.testing.assert_array_equal(cell.edges, edges)
+    factor = float(str(told.value).split("A time step ")[1].split()[0])
+    assert 0.0 < factor < 1.0
+
+
+@pytest.mark.parametrize("edge", [(0.0, 0.0), (1.0, 0.0)])
+def test_edges_that_span_no_cell_are_told(edge):
+    sim, _ = turning_cell()
+    sim.run(steps=2)
+    sim.positions[-1] = edge
+    with pytest.raises(RuntimeError, match="span no volume"):
+        sim.step()
+
+
+def test_a_shear_of_any_rate_does_not_turn_a_cell_over():
+    """Its eigenvalues are zero: three widths a step."""
+    sim, cell = turning_cell(impose_rate={"xy": 3e3})
+    sim.run(steps=3)
+    assert cell.volume == pytest.approx(1.0)
