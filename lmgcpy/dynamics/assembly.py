@@ -50,7 +50,7 @@ class StepProblem:
     light: LightBodies
     """Bodies that are swept with more than their own mass: ``system`` knows the masses of the sweep."""
     inverse_mass: np.ndarray
-    """Inverse masses and inertias of the bodies as they are, (n, k)."""
+    """Inverse masses and inertias of the bodies as they are, with drag their mobilities, (n, k)."""
     after: np.ndarray
     """Memory for the relative velocities at the end, (m, d); the problems that are solved in one step share it."""
     step: Step | None = field(default=None, init=False, compare=False)
@@ -164,23 +164,26 @@ class Assembler:
         positions: np.ndarray,
         before: np.ndarray,
         free_velocity: np.ndarray,
+        mobility: np.ndarray,
         more: np.ndarray | None,
         wire_blocks: bool,
     ) -> StepProblem:
         """The arrays of a step from its interactions, with the numbers that each law prepares.
 
         ``positions`` of the detection, (n, 3); ``before`` and ``free_velocity``: velocities of the bodies at the start of
-        the step and without impulses, (n, k); ``more``: see :func:`~lmgcpy.dynamics.sweep_mass.sweep_mass`.
+        the step and without impulses, (n, k); ``mobility``: inverse masses in the step, (n, k), see
+        :mod:`lmgcpy.dynamics.drag`; ``more``: see :func:`~lmgcpy.dynamics.sweep_mass.sweep_mass`.
         """
         model, groups = self._model, detector.groups
         cell = model.cell_in_step(before, free_velocity)
         kept = self._kept
-        swept = b"" if more is None else more.tobytes()
+        swept = (b"" if more is None else more.tobytes()) + (b"" if model.drag is None else mobility.tobytes())
         kind = interactions.slot[:KEPT].tobytes(), time_step, wire_blocks, [group.diagonal for group in groups], swept
         if kept is None or groups is not self._groups or kind != self._kind or cell is not None:
             self._kept = kept = None  # its arrays make room
             rate = time_step / self._size
-            kept = lay_out(detector, interactions, model, rate, more=more, wire_blocks=wire_blocks, cell=cell)
+            bodies = model, rate, mobility
+            kept = lay_out(detector, interactions, *bodies, more=more, wire_blocks=wire_blocks, cell=cell)
             # what rolling contacts and cells that deform add to W is made from each detection
             if len(interactions.slot) <= KEPT and cell is None and not len(kept.system.rolling):
                 self._kept, self._groups, self._kind = kept, groups, kind
@@ -197,6 +200,7 @@ def lay_out(
     interactions: Interactions,
     model: Model,
     rate: np.ndarray,
+    mobility: np.ndarray,
     *,
     more: np.ndarray | None,
     wire_blocks: bool,
@@ -204,17 +208,18 @@ def lay_out(
 ) -> StepProblem:
     """The arrays of a step, with all that depends on nothing but which interactions it has.
 
-    ``rate``: time step over the radius of the smallest contactor of each body [s/m], (n,); ``more``: mass in the sweep over
-    mass, (n,); ``cell``: a periodic cell that deforms in this step.
+    ``rate``: time step over the radius of the smallest contactor of each body [s/m], (n,); ``mobility``: inverse masses in
+    the step, (n, k); ``more``: mass in the sweep over mass, (n,); ``cell``: a periodic cell that deforms in this step.
     """
     dimension, (width, states) = interactions.normal.shape[1], detector.remembered
     groups = [group for group in detector.groups if group.stop > group.start]
     pairs = known_pairs(groups, interactions, model)
     rolls = width > dimension  # some contacts of the scene have rolling components
     of_dimension = dimension_kernels(dimension, rolls, cell is not None)
-    inverse_mass, light = model.inverse_mass, no_light_bodies(model.inverse_mass.shape[1])
+    inverse_mass, light = mobility, no_light_bodies(mobility.shape[1])
     if more is not None:
-        inverse_mass, light = inverse_mass / more[:, None], light_bodies(more, rate, model.free_mass)
+        mass = model.free_mass if model.drag is None else 1.0 / np.where(mobility > 0.0, mobility, np.inf)
+        inverse_mass, light = mobility / more[:, None], light_bodies(more, rate, mass)
     if rolls:
         mark_isotropic(groups, interactions, inverse_mass)
     edges, branch = np.zeros(0, np.int64), np.zeros((0, 0))
@@ -281,7 +286,7 @@ def lay_out(
         free_velocity=np.empty(bodies),
         wire_blocks=wire_blocks,
         light=light,
-        inverse_mass=model.inverse_mass,
+        inverse_mass=mobility,
         guess=with_spare_rows(count, width),
         after=with_spare_rows(count, width),
     )

@@ -17,10 +17,11 @@ from lmgcpy.dynamics.model import Model
 class Energy:
     """Energies and works in [J] (per metre of depth in 2D).
 
-    At every step ``kinetic - kinetic before = loads + drives + sum of interactions + unbalanced`` holds to round-off, each
-    term the work at the mean velocity of the step: ``loads`` of gravity, imposed forces, and stresses imposed on a cell,
-    ``drives`` of whatever holds the driven components, its part for the inertia of bodies in the mean flow of a cell
-    included, and ``interactions`` of the impulses by name of law. ``kinetic`` is that of the free components.
+    At every step ``kinetic - kinetic before = loads + drives + sum of interactions + drag + unbalanced`` holds to
+    round-off, each term the work at the mean velocity of the step: ``loads`` of gravity, imposed forces, and stresses
+    imposed on a cell, ``drives`` of whatever holds the driven components, its part for the inertia of bodies in the mean
+    flow of a cell included, and ``interactions`` of the impulses by name of law. ``kinetic`` is that of the free
+    components.
     ``total_loads``, ``total_drives``, ``total_interactions`` and ``total_dissipated`` are sums over the run.
     """
 
@@ -34,6 +35,8 @@ class Energy:
     dissipated: dict[str, float] = field(default_factory=dict)
     """What laws that tell say that they have dissipated in this step, by law; the work of their impulses and the change of
     what they store may be more, as of a contact whose friction tells and whose shocks do not."""
+    drag: float = 0.0
+    """Work of the drag of a medium."""
     unbalanced: float = 0.0
     """Work of the impulses by which light bodies between heavy ones are left out of balance, within the solver's bounds."""
     defect: float = 0.0
@@ -111,7 +114,10 @@ class Energy:
         self.interactions = works
         self.stored = stored
         self.dissipated = dissipated
-        self.defect = gain - (self.loads + self.drives + sum(works.values()) + self.unbalanced)
+        if model.drag is not None:
+            total = force if inertial is None else force + inertial
+            self.drag = work_of_drag(problem, model, data.time_step * total, before)
+        self.defect = gain - (self.loads + self.drives + sum(works.values()) + self.drag + self.unbalanced)
         self.total_loads += self.loads
         self.total_drives += self.drives
         for name, work in works.items():
@@ -150,6 +156,15 @@ def work_of_imbalance(problem: StepProblem, before: np.ndarray) -> float:
     after = problem.system.velocity[light.body]
     impulse = light.mass * (1.0 / light.share[:, None] - 1.0) * (light.centre - after)
     return 0.5 * float((impulse * (before[light.body] + after)).sum())
+
+
+def work_of_drag(problem: StepProblem, model: Model, given: np.ndarray, before: np.ndarray) -> float:
+    """Work [J] of the impulses ``M (v+ - v) - h F - (v+ - v_free) / mobility`` at the mean velocity: what bodies got beside
+    forces, which have ``given`` h F (n, k), and interactions."""
+    after, free = problem.system.velocity, model.inverse_mass > 0.0
+    answered = (after - problem.free_velocity) / np.where(free, problem.inverse_mass, 1.0)
+    impulse = np.where(free, model.free_mass * (after - before) - given - answered, 0.0)
+    return 0.5 * float((impulse * (before + after)).sum())
 
 
 def work_on_driven(problem: StepProblem, model: Model, before: np.ndarray) -> float:

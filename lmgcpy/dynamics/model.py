@@ -12,6 +12,7 @@ from lmgcpy.contact.detection_tables import ChainTable, ContactorTable, Visibili
 from lmgcpy.contact.lattice import Lattice
 from lmgcpy.dynamics.cell import CellMotion
 from lmgcpy.dynamics.changes import Change
+from lmgcpy.dynamics.drag import Drag
 from lmgcpy.errors import number, shown, vector
 
 COMPONENTS = {2: ("x", "y", "spin"), 3: ("x", "y", "z", "spin_x", "spin_y", "spin_z")}
@@ -82,6 +83,8 @@ class Model:
     """Bodies that are not there, (n,) bool."""
     cell: CellMotion | None = None
     """The periodic cell, if there is one."""
+    drag: Drag | None = None
+    """That of a medium, if there is one."""
 
     @property
     def lattice(self) -> Lattice | None:

@@ -42,6 +42,19 @@ REACTIONS = ("warn", "stop", "ignore")
 """Answers to steps that were not solved, and to bodies that overlap at the start."""
 
 
+class Flight(NamedTuple):
+    """How bodies would fly in a step without impulses."""
+
+    force: np.ndarray
+    """External forces at the middle of the step (n, k)."""
+    inertial: np.ndarray | None
+    """Those of inertia in a periodic cell (n, k)."""
+    mobility: np.ndarray
+    """Velocity that an impulse gives [1/kg], (n, k): the inverse masses, less with drag."""
+    free_velocity: np.ndarray
+    """Velocities without impulses (n, k), with what is imposed at its end."""
+
+
 class Found(NamedTuple):
     """The impulses of a step, and the problem that they solve."""
 
@@ -146,8 +159,8 @@ class Stepper:
         h, theta, state, v = self.time_step, self.theta, self.state, self.state.velocities
         with self._whole_or_not_at_all():
             state.positions += self._first_move((1.0 - theta) * h * v)  # q_m
-            force, inertial, free_velocity = self._free_flight(v)  # v_free = v + h M^-1 F
-            found = self._find_impulses(v, free_velocity)  # u = H^T v_free + W r and the laws
+            flight = self._free_flight(v)  # v_free = v + h M^-1 F
+            found = self._find_impulses(v, flight)  # u = H^T v_free + W r and the laws
             problem = found.problem
             dissipated = dissipated_by_law(problem)
             problem.commit()
@@ -155,8 +168,8 @@ class Stepper:
             state.positions += self._last_move(found.displacement - (1.0 - theta) * h * problem.system.velocity)
             if self.model.cell is not None:
                 self.model.cell.straighten(state.positions)
-            self.energy.advance(problem, self.model, force, v, found.pushed, dissipated, inertial)
-        sentences = self._watched(found, force, v)
+            self.energy.advance(problem, self.model, flight.force, v, found.pushed, dissipated, flight.inertial)
+        sentences = self._watched(found, flight.force, v)
         state.velocities[:] = problem.system.velocity
         state.time += h
         self.steps += 1
@@ -232,33 +245,37 @@ class Stepper:
         except TurnedOver as fault:
             raise RuntimeError(f"In the step from t = {self.state.time:g} s {fault}") from None
 
-    def _free_flight(self, before: np.ndarray) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
-        """External forces at the middle of the step (n, k), those of inertia in a periodic cell, and velocities without
-        impulses (n, k) with what is imposed at its end."""
+    def _free_flight(self, before: np.ndarray) -> Flight:
+        """How bodies would fly in the step without impulses."""
         model, state, h, d = self.model, self.state, self.time_step, self.model.dimension
         middle = state.time + 0.5 * h
         force = model.force([(load, load.at(middle) * self._unit(load)) for load in model.forces], middle)
         inertial = None if model.cell is None else model.cell.inertial_force(before, model.free_mass)
-        free_velocity = before + h * model.inverse_mass * (force if inertial is None else force + inertial)
+        total = force if inertial is None else force + inertial
+        mobility = model.inverse_mass
+        if model.drag is None:
+            free_velocity = before + h * mobility * total
+        else:
+            mobility, free_velocity = model.drag.fly(before, total, mobility, h)
         for drive in model.velocities:
             free_velocity[drive.body, drive.component] = drive.at(state.time + h)
         check_bodies(free_velocity, VELOCITY[d], "without impulses", state.time)
         check_bodies(state.positions, POSITION[d], "in its middle", state.time)
-        return force, inertial, free_velocity
+        return Flight(force, inertial, mobility, free_velocity)
 
     def _unit(self, load: Drive) -> float:
         """What a load is multiplied with: a stress on a cell with its volume [m^d]."""
         cell = self.model.cell
         return cell.volume(self.state.positions) if cell is not None and load.body in cell.lattice.rows else 1.0
 
-    def _find_impulses(self, before: np.ndarray, free_velocity: np.ndarray) -> Found:
+    def _find_impulses(self, before: np.ndarray, flight: Flight) -> Found:
         """Detect, assemble and solve; do so a second time where bodies got so fast that contacts were not seen."""
         far, h = self._displacement_watch, self.time_step
         moves = far.measure(before, h)
-        interactions, given, solved = self._detect_and_solve(before, free_velocity, moves)
+        interactions, given, solved = self._detect_and_solve(before, flight, moves)
         after = far.measure(solved.system.velocity, h)
         if far.unseen(moves, after, self._detector.widest):
-            interactions, given, solved = self._detect_and_solve(before, free_velocity, worse(moves, after))
+            interactions, given, solved = self._detect_and_solve(before, flight, worse(moves, after))
             after = far.measure(solved.system.velocity, h)
         displacement, projected = h * solved.system.velocity, None
         if self.geometric_stiffness and self._links.count:
@@ -269,14 +286,15 @@ class Stepper:
         return Found(interactions, solved, displacement, problem, pushed, worse(moves, after))
 
     def _detect_and_solve(
-        self, before: np.ndarray, free_velocity: np.ndarray, moves: Displacements
+        self, before: np.ndarray, flight: Flight, moves: Displacements
     ) -> tuple[Interactions, StepProblem, StepProblem]:
         """Detect what ``moves`` may bring into contact; (interactions, the problem as assembled, the problem as solved)."""
         state, detector = self.state, self._detector
-        interactions = detector.detect(state.positions, moves.travel, moves.closing)
+        mobility = flight.mobility
+        interactions = detector.detect(state.positions, moves.travel, moves.closing, mobility)
         more = sweep_mass(self.model, interactions, self.solver.tolerance)
         if more is not None:  # the local blocks of W are those of the sweep
-            swept = self.model.inverse_mass / more[:, None]
+            swept = mobility / more[:, None]
             interactions = detector.detect(state.positions, moves.travel, moves.closing, swept)
         check_detection(detector.groups, interactions, state.time)
         given = self._assembler.assemble(
@@ -286,7 +304,8 @@ class Stepper:
             time_step=self.time_step,
             positions=state.positions,
             before=before,
-            free_velocity=free_velocity,
+            free_velocity=flight.free_velocity,
+            mobility=mobility,
             more=more,
             wire_blocks=self.solver.wire_blocks,
         )

@@ -12,9 +12,9 @@ from lmgcpy.errors import named_arguments, number, shown
 from lmgcpy.io.run import Run, RunInteractions
 from lmgcpy.io.tree_difference import first_difference
 
-PARTS = ("gravity", "laws", "visibility", "chains", "conditions", "bodies", "contactors")
+PARTS = ("gravity", "laws", "visibility", "chains", "conditions", "bodies", "contactors", "media")
 """Parts of a scene, in the order in which they are held against each other."""
-ENERGIES = ("kinetic", "loads", "drives", "defect", "work", "stored")
+ENERGIES = ("kinetic", "loads", "drives", "drag", "defect", "work", "stored")
 SOLVER = ("iterations", "residual", "slip", "stretch", "made", "unbalanced", "status", "interactions")
 
 
@@ -91,7 +91,7 @@ def _parameter(a: Run, b: Run) -> str:
     """The first difference of what the runs were given: options, laws with their parameters, and the scene."""
     names = ("time_step", "theta", "solver", "solver_fields", "geometric_stiffness")
     given = [
-        {"options": {name: run.options[name] for name in names}, **{part: run.scene[part] for part in PARTS}}
+        {"options": {name: run.options[name] for name in names}, **{part: run.scene.get(part, {}) for part in PARTS}}
         for run in (a, b)
     ]
     for part in ("options", *PARTS):

@@ -26,7 +26,7 @@ UNITS = {
     "time": "s",
     "seconds": "s",
     "step_seconds": "s",
-    **dict.fromkeys(("made", "kinetic", "loads", "drives", "unbalanced", "defect"), "J"),
+    **dict.fromkeys(("made", "kinetic", "loads", "drives", "drag", "unbalanced", "defect"), "J"),
 }
 """Units of the columns of the history."""
 

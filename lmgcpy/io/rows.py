@@ -80,7 +80,8 @@ class Rows:
         row: tuple[Any, ...] = (
             *(sim.steps, sim.time, report.iterations, report.residual, STATUS.index(report.status), report.interactions),
             *(report.seconds, report.step_seconds, report.slip, report.stretch, energy.made),
-            *(energy.kinetic, energy.loads, energy.drives, energy.unbalanced, energy.defect),
+            *(energy.kinetic, energy.loads, energy.drives, energy.drag, energy.unbalanced),
+            energy.defect,
         )
         if self.laws:
             work, stored = energy.interactions, energy.stored

@@ -307,12 +307,13 @@ class Run:
 
     @property
     def energy(self) -> dict[str, Any]:
-        """Energies at each step [J]: "kinetic", "loads", "drives", "unbalanced", "defect" (s,); "work" and "stored" by law.
+        """Energies at each step [J]: "kinetic", "loads", "drives", "drag", "unbalanced", "defect" (s,); "work" and "stored"
+        by law.
 
-        What they are: :class:`lmgcpy.dynamics.energy.Energy`. Older files have no "unbalanced".
+        What they are: :class:`lmgcpy.dynamics.energy.Energy`. Older files have no "drag" and no "unbalanced".
         """
         history = self.history[:]
-        names = ("kinetic", "loads", "drives", "unbalanced", "defect")
+        names = ("kinetic", "loads", "drives", "drag", "unbalanced", "defect")
         energy: dict[str, Any] = {name: history[name] for name in names if name in history.dtype.names}
         for name in ("work", "stored"):
             energy[name] = {law: history[name][:, i] for i, law in enumerate(self.laws)}

@@ -34,6 +34,7 @@ from lmgcpy.scene.contactor import (
 )
 from lmgcpy.scene.many_bodies import StartNumbers
 from lmgcpy.scene.material import Material
+from lmgcpy.scene.medium import described, media_of
 from lmgcpy.scene.scene import Scene
 
 KINDS: dict[type[Body], str] = {
@@ -150,6 +151,7 @@ def describe(scene: Scene) -> dict[str, Any]:
             "function": np.array([callable(value) for _, _, _, value in conditions], dtype=bool),
             "value": np.array([math.nan if callable(value) else value for _, _, _, value in conditions], dtype=float),
         },
+        **({"media": described(scene._media)} if scene._media else {}),
         "visibility": [
             {"candidate": c, "antagonist": a, "law": _law(law, laws), "alert": alert} for c, a, law, alert in scene.rows
         ],
@@ -208,6 +210,8 @@ def build(description: Mapping[str, Any], *, settled: bool = False) -> Scene:
             parameters=chains.get("parameters", {}).get(str(i)),  # none in files of former versions
         )
     scene._settled = False
+    if "media" in description:
+        scene._media = media_of(description["media"], len(scene.bodies))
     return scene
 
 

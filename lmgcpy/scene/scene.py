@@ -25,6 +25,7 @@ from lmgcpy.scene.cell import AXES, Cell, Edge, edge_vector
 from lmgcpy.scene.chain import Chain
 from lmgcpy.scene.many_bodies import SomeRound, StartNumbers, make_round
 from lmgcpy.scene.material import Material
+from lmgcpy.scene.medium import COEFFICIENTS, Medium, drag_of, medium
 
 SomeBody = TypeVar("SomeBody", bound=Body)
 
@@ -48,6 +49,7 @@ class Scene:
         self._rows: list[tuple[str, str, Law, float | None]] = []
         self.chains: list[Chain] = []
         self._cell: Cell | None = None
+        self._media: list[Medium] = []
 
     _from_run: ClassVar[Callable[..., Scene]]
     """Reads a scene from a run file; given by :mod:`lmgcpy.simulation`, as scenes know nothing of files."""
@@ -202,6 +204,34 @@ class Scene:
     def cell(self) -> Cell | None:
         """The periodic cell, None where there is none."""
         return self._cell
+
+    @named_arguments
+    def drag(
+        self,
+        bodies: Any = None,
+        *,
+        rate: float = 0.0,
+        linear: float = 0.0,
+        quadratic: float = 0.0,
+        turning: float = 0.0,
+        viscosity: float = 0.0,
+        density: float = 0.0,
+    ) -> None:
+        """Let bodies move through a medium at rest: the list of ``bodies``, or all disks, spheres and clusters, those that
+        are added later too. Several calls add up.
+
+        ``rate`` [1/s]: forces ``-m rate v`` and moments ``-I rate omega``, a damping. ``linear`` [N s/m], ``quadratic``
+        [N s^2/m^2] and ``turning`` [N m s]: ``-linear v - quadratic |v| v`` and ``-turning omega``. ``viscosity`` [Pa s]:
+        the drag of Stokes on spheres, 6 pi eta R and 8 pi eta R^3. ``density`` [kg/m^3] of a fluid: the resistance
+        ``1/2 C rho A |v| v`` on disks and spheres, C = 0.44 of spheres, 1 of disks, A their section.
+
+        Drag is implicit within the step (:mod:`lmgcpy.dynamics.drag`): a body that sinks comes to its last velocity at any
+        time step, and linear drag alone is exact. A force that is a function of time cannot do that: it is explicit.
+        Weight is not changed: give gravity without buoyancy. Periodic cells: relative to the mean flow.
+        """
+        self._editable("add a drag")
+        given = {name: value for name, value in locals().items() if name in COEFFICIENTS}
+        self._media.append(medium(bodies, self.bodies, self.dimension, given))
 
     @named_arguments
     def add_disks(
@@ -425,6 +455,7 @@ class Scene:
             start=BodyState(positions, velocities, chained=chained),
             hidden=hidden,
             cell=None if self._cell is None else CellMotion.of(self._cell.lattice, start.extent),
+            drag=drag_of(self._media, self.bodies, mass, np.isfinite(start.extent) & start.heavy),
         )
 
     def _conditions(self, mass: np.ndarray) -> tuple[list[Drive], list[Drive], np.ndarray, np.ndarray]:

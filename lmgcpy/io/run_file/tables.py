@@ -43,7 +43,7 @@ def history_type(law_count: int) -> np.dtype:
     fields: list[Any] = [("step", "i8"), ("time", "f8"), ("iterations", "i4"), ("residual", "f8"), ("status", "i1")]
     fields += [("interactions", "i4"), ("seconds", "f8"), ("step_seconds", "f8"), ("slip", "f8")]
     fields += [("stretch", "f8"), ("made", "f8")]
-    fields += [(name, "f8") for name in ("kinetic", "loads", "drives", "unbalanced", "defect")]
+    fields += [(name, "f8") for name in ("kinetic", "loads", "drives", "drag", "unbalanced", "defect")]
     return np.dtype(fields + [(name, "f8", (law_count,)) for name in ("work", "stored") if law_count])
 
 
