@@ -206,6 +206,8 @@ class BodyState:
     """Rows of the bodies that are in chains."""
     recorded: bool = False
     """Whether the next step goes into a file, which holds one time step, one solver, and one number of bodies."""
+    overlap: str = "ignore"
+    """What happens if bodies overlap that are added, see :class:`lmgcpy.Simulation`."""
 
     def keep(self, kind: int, body: int, component: int, value: float) -> None:
         """Keep a statement between steps, see :class:`~lmgcpy.dynamics.changes.Change`."""

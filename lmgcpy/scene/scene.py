@@ -452,11 +452,11 @@ class Scene:
     def go_through(self, changes: list[Change]) -> None:
         """Go back to the conditions at the start, and from there through the statements between steps."""
         assert self._state is not None
+        self._state.changes = list(changes)  # first: by it a restore that is interrupted knows that it was here
         self._gravity = self._gravity_at_start
         for body, (velocities, forces, hidden) in zip(self.bodies, self._at_start, strict=True):
             body._velocities, body._forces, body._hidden = velocities, forces, hidden
         self.take(changes)
-        self._state.changes = list(changes)
         self._state.stale = True
 
     def take(self, changes: list[Change]) -> None:

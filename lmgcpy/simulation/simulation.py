@@ -144,8 +144,8 @@ class Simulation(Stepper):
             from tqdm import tqdm
 
             turns = tqdm(turns, desc="lmgcpy", unit="step", disable=None)
-        self._running, self.state.recorded = True, recorder is not None
         try:
+            self._running, self.state.recorded = True, recorder is not None
             if recorder is None:
                 for _ in turns:
                     self.step()
