@@ -13,7 +13,7 @@ import numpy as np
 from lmgcpy.contact.detection_tables import ChainTable, ContactorTable, VisibilityRow
 from lmgcpy.contact.groups import check_pairs
 from lmgcpy.dynamics.cell import CellMotion
-from lmgcpy.dynamics.changes import GRAVITY, SHOWN, Change
+from lmgcpy.dynamics.changes import DRIVEN, GRAVITY, SHOWN, Change
 from lmgcpy.dynamics.model import COMPONENTS, BodyState, Drive, Model
 from lmgcpy.errors import LARGEST, closest, flag, named_arguments, number, shown, vector, whole
 from lmgcpy.laws import Law
@@ -327,6 +327,8 @@ class Scene:
         if len({body.id for body in members}) < len(members):
             twice = next(body for i, body in enumerate(members) if body in members[:i])
             raise ValueError(f"{twice!r} is in the chain twice; closed=True links the last body to the first.")
+        components = dict.fromkeys(COMPONENTS[self.dimension][self.dimension :], 0.0)
+        blocked = [(body, body._to_drive("block_spin", components)) for body in members if block_spin]
         chain = Chain(
             members,
             law,
@@ -337,9 +339,8 @@ class Scene:
             parameters=parameters,
             settled=self._settled,
         )
-        if block_spin:
-            for body in members:
-                body.fix(*body.components[self.dimension :])
+        for body, spins in blocked:
+            body._state_changes(DRIVEN, spins)
         self.chains.append(chain)
         return chain
 
