@@ -222,12 +222,16 @@ class BodyState:
                 f"{what.removeprefix('The ').replace('_', ' ')}: end the run, change it, and record into another file."
             )
 
-    def grow(self, laid: BodyState) -> None:
-        """Append the bodies that another state has beyond these, as they are there."""
+    def with_those_of(self, laid: BodyState) -> BodyState:
+        """These bodies and, appended, those that another state has beyond them, as they are there."""
         count = len(self.positions)
-        self.positions = np.concatenate([self.positions, laid.positions[count:]])
-        self.velocities = np.concatenate([self.velocities, laid.velocities[count:]])
-        self.stale = True
+        positions = np.concatenate([self.positions, laid.positions[count:]])
+        return BodyState(positions, np.concatenate([self.velocities, laid.velocities[count:]]), self.time)
+
+    def grow(self, laid: BodyState) -> None:
+        """Append the bodies that another state has beyond these."""
+        both = self.with_those_of(laid)
+        self.positions, self.velocities, self.stale = both.positions, both.velocities, True
 
     def copy(self) -> BodyState:
         """An independent copy."""

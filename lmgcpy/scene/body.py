@@ -256,7 +256,7 @@ class Body(ABC):
         """Whether the body is hidden."""
         return self._hidden
 
-    def _to_drive(self, call: str, components: dict[str, Prescribed]) -> list[tuple[int, Prescribed]]:
+    def _to_drive(self, call: str, components: Mapping[str, Prescribed]) -> list[tuple[int, Prescribed]]:
         """Components that are to be driven, checked, with their values."""
         checked = self._checked(call, components)
         for component, _ in checked:
@@ -264,7 +264,7 @@ class Body(ABC):
                 raise ValueError(self._twice(component, "loaded by impose_force", "driven"))
         return checked
 
-    def _to_load(self, call: str, components: dict[str, Prescribed]) -> list[tuple[int, Prescribed]]:
+    def _to_load(self, call: str, components: Mapping[str, Prescribed]) -> list[tuple[int, Prescribed]]:
         """Components that are to be loaded, or freed by a load of nothing, checked, with their values."""
         checked = self._checked(call, components)
         for component, _ in checked:
@@ -307,7 +307,7 @@ class Body(ABC):
             "choose one of the two."
         )
 
-    def _checked(self, call: str, components: dict[str, Prescribed]) -> list[tuple[int, Prescribed]]:
+    def _checked(self, call: str, components: Mapping[str, Prescribed]) -> list[tuple[int, Prescribed]]:
         if not components:
             raise TypeError(f"{call} needs a component, for example {call}(y=0.0).")
         checked: list[tuple[int, Prescribed]] = []
@@ -339,6 +339,9 @@ class RigidBody(Body):
     """A body of given mass and inertia with any contactors: a cluster of disks, or contactors that you define."""
 
     def __init__(self, contactors: list, *, mass: float, inertia: float, **start: Any):
+        position = start.get("position")
+        if isinstance(position, (tuple, list, np.ndarray)) and len(position) == 3:
+            raise ValueError(f"A {type(self).__name__} is 2D only, as bodies of many contactors are, got a position in 3D.")
         super().__init__(**start)
         if not isinstance(contactors, (list, tuple)) or not contactors:
             raise TypeError(f"A rigid body needs a list of at least one contactor, got {shown(contactors)}.")
@@ -515,7 +518,7 @@ class Wall(Boundary):
         """Outward unit normal, (d,)."""
         return self._contactor.normal
 
-    def _checked(self, call: str, components: dict[str, Prescribed]) -> list[tuple[int, Prescribed]]:
+    def _checked(self, call: str, components: Mapping[str, Prescribed]) -> list[tuple[int, Prescribed]]:
         turns = [name for name in components if name in self.components[self.dimension :]]
         if turns and (call in ("impose_force", "free") or any(components[name] != 0.0 for name in turns)):
             names = " and ".join(self.components[: self.dimension])

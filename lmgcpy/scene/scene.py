@@ -15,11 +15,12 @@ from lmgcpy.contact.groups import check_pairs
 from lmgcpy.dynamics.cell import CellMotion
 from lmgcpy.dynamics.changes import DRIVEN, GRAVITY, SHOWN, Change
 from lmgcpy.dynamics.model import COMPONENTS, BodyState, Drive, Model
+from lmgcpy.dynamics.start_overlaps import check_start
 from lmgcpy.errors import LARGEST, closest, flag, named_arguments, number, shown, vector, whole
 from lmgcpy.laws import Law
 from lmgcpy.laws.first_calls import check_answers
 from lmgcpy.laws.registry import check_interface
-from lmgcpy.scene.body import INERTIA, MASS, RADIUS, Body, Disk, Wall
+from lmgcpy.scene.body import INERTIA, MASS, RADIUS, Body, Disk, RigidBody, Wall
 from lmgcpy.scene.body_3d import Sphere
 from lmgcpy.scene.cell import AXES, Cell, Edge, edge_vector
 from lmgcpy.scene.chain import Chain
@@ -118,12 +119,16 @@ class Scene:
         """Add a body and give it its id. Returns the body.
 
         Between the steps of a simulation it comes with the velocity that it has, but not into a run that is recorded
-        (RuntimeError), as all frames of a file have the same bodies.
+        (RuntimeError), as all frames of a file have the same bodies. ValueError where the simulation could not begin with
+        it: too far from the origin, too big for its periodic cell, or on another one if ``overlap`` is "stop".
         """
         if not isinstance(body, Body):
             raise TypeError(f"Scene.add takes a body such as lmgcpy.disk(...), got {shown(body)}.")
         if body.dimension != self.dimension:
-            raise ValueError(f"{body!r} is of dimension {body.dimension}, this scene of dimension {self.dimension}.")
+            only = " A RigidBody is 2D only." if isinstance(body, RigidBody) else ""
+            raise ValueError(f"{body!r} is of dimension {body.dimension}, this scene of dimension {self.dimension}.{only}")
+        if isinstance(body, Edge):
+            raise TypeError(f"{body!r} belongs to a cell: Scene.periodic makes it.")
         if body.id >= 0:
             where = "this scene" if body.id < len(self.bodies) and self.bodies[body.id] is body else "another scene"
             raise ValueError(f"{body!r} is in {where} already: make a new body.")
@@ -142,6 +147,10 @@ class Scene:
         try:
             model = self._model(self._state.time)
             check_pairs(model.contactors, model.rows)
+            if self._cell is not None:
+                self._cell.check()
+            laid = replace(model, start=self._state.with_those_of(model.start))
+            check_start(laid, "stop" if self._state.overlap == "stop" else "ignore", len(self.bodies) - len(bodies))
         except BaseException:
             del self.bodies[-len(bodies) :]
             for body in bodies:
@@ -189,7 +198,9 @@ class Scene:
         lengths = np.prod(np.linalg.norm(basis, axis=1))
         if not np.sqrt(max(np.linalg.det(basis @ basis.T), 0.0)) > 1e-3 * lengths:
             raise ValueError(f"The edges of a periodic cell lie in one line or plane, got {shown(basis.tolist())}.")
-        return self._take_edges([self.add(Edge(axis, edge, mass=inertia)) for axis, edge in edges.items()])
+        made = [Edge(axis, edge, mass=inertia) for axis, edge in edges.items()]
+        self._join(made)
+        return self._take_edges(made)
 
     def _take_edges(self, edges: list[Edge]) -> Cell:
         """Make these edges, bodies of the scene, those of its periodic cell."""
@@ -525,6 +536,11 @@ class Scene:
         for at, (_, contactor, from_centre), shape in zip(
             np.flatnonzero(~plain[owner]).tolist(), others, shapes, strict=True
         ):
+            if len(from_centre) != self.dimension or (self.dimension == 3 and any(from_centre)):
+                raise ValueError(
+                    f"{self.bodies[owner[at]]!r} has a contactor at {shown(from_centre)} m from its centre: an offset is "
+                    "two numbers in 2D, and (0, 0, 0) in 3D, where bodies keep no rotation with which it would turn."
+                )
             kinds[at] = contactor.KIND
             table[at, : len(shape)] = shape
             offset[at] = from_centre

@@ -130,9 +130,8 @@ def test_a_statement_that_is_refused_changes_nothing(make, between_steps):
     before, refused = is_now(scene), statements(scene, bodies)
     assert len(refused) > 40
     for name, statement in refused.items():
-        with pytest.raises((TypeError, ValueError, RuntimeError)):
+        with pytest.raises((TypeError, ValueError, RuntimeError)):  # or ``name`` was taken
             statement()
-            pytest.fail(f"{name} was taken")
         assert is_now(scene) == before, name
 
 
@@ -153,6 +152,5 @@ def test_a_run_goes_on_from_its_file_over_a_refused_statement(tmp_path):
     again = lm.resume(path).run(steps=20, on_step=let_go)
     assert np.array_equal(whole.state.positions, again.state.positions)
     assert again.positions[4, 1] == pytest.approx(0.03, rel=1e-12)
-    assert (
-        dict(lm.Scene.from_run(path).bodies[4]._velocities) == dict(whole.scene.bodies[4]._velocities) == {0: 0.0, 1: 0.5}
-    )
+    for scene in (lm.Scene.from_run(path), whole.scene):
+        assert dict(scene.bodies[4]._velocities) == {0: 0.0, 1: 0.5}
