@@ -26,15 +26,8 @@ class Journal(Generic[Before]):
     def whole_or_not_at_all(
         self, keep: Callable[[], Before], make: Callable[[], T], go_back: Callable[[Before], None]
     ) -> T:
-        """Call ``make``, which changes what ``keep`` keeps; ``go_back`` puts it back, and may be called more than once.
-
-        Raises RuntimeError where ``make`` comes here again.
-        """
-        if self._under_way and self._before is not None:
-            raise RuntimeError(
-                "A step is under way: functions that the scene calls within a step, as those of time, cannot make another."
-            )
-        self.end_going_back(go_back)
+        """Call ``make``, which changes what ``keep`` keeps; ``go_back`` puts it back, and may be called more than once."""
+        self.settle(go_back)
         try:
             self._before = keep()
             self._under_way = True
@@ -42,13 +35,21 @@ class Journal(Generic[Before]):
             self._before = None
             return made
         except BaseException:
-            self.end_going_back(go_back)
+            self._end_going_back(go_back)
             raise
         finally:
             self._under_way = False
 
-    def end_going_back(self, go_back: Callable[[Before], None]) -> None:
-        """Go back if a change has begun that was not made."""
+    def settle(self, go_back: Callable[[Before], None]) -> None:
+        """See that nothing is half changed; RuntimeError if a change is under way."""
+        if self._under_way and self._before is not None:
+            raise RuntimeError(
+                "A step is under way: functions that the scene calls within a step, as those of time, can make neither "
+                "another one nor a checkpoint."
+            )
+        self._end_going_back(go_back)
+
+    def _end_going_back(self, go_back: Callable[[Before], None]) -> None:
         if self._before is not None:
             go_back(self._before)
             self._before = None

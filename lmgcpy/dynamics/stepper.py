@@ -83,6 +83,8 @@ class Stepper:
 
     _made = False
     """Whether the simulation has all its attributes."""
+    _asked = ""
+    """Which function of the user's a run is calling."""
 
     def __init__(
         self,
@@ -147,6 +149,7 @@ class Stepper:
         signal ends it at any line, no step was made: all is as after the last whole step, and with the cause removed the
         simulation goes on as if nothing had been. Only ``interactions`` are empty until then.
         """
+        self._refuse_asked("step")
         self._last = None  # the arrays of the step before make room
         sentences = self._whole_or_not_at_all(self._make_step)
         for sentence in sentences:  # last: where warnings are errors, the step is made all the same
@@ -367,7 +370,7 @@ class Stepper:
 
     def checkpoint(self) -> Checkpoint:
         """All that the next step depends on, copied."""
-        self._journal.end_going_back(self._go_back)
+        self._journal.settle(self._go_back)
         if self.state.stale:
             for sentence in self._whole_or_not_at_all(self._take_changes):
                 warn(sentence)
@@ -387,6 +390,7 @@ class Stepper:
     @named_arguments
     def restore(self, checkpoint: Checkpoint) -> None:
         """Go on from a checkpoint of this scene, bit for bit; ``interactions`` are empty until the next step."""
+        self._refuse_asked("restore")
         if not isinstance(checkpoint, Checkpoint):
             raise TypeError(f"restore takes what Simulation.checkpoint() gave, got {shown(checkpoint)}.")
         check(checkpoint, self.checkpoint())
@@ -476,6 +480,14 @@ class Stepper:
         self._refuse_recorded("solver")
         check_solver(solver)
         self._solver = solver
+
+    def _refuse_asked(self, call: str) -> None:
+        """RuntimeError in a function that a recorded run calls: its file would have a hole, or a step twice."""
+        if self._asked and self.state.recorded:
+            raise RuntimeError(
+                f"{call} cannot be called in {self._asked} of a run that is recorded: the steps in its file are those that "
+                f"the run makes. Call {call} after the run."
+            )
 
     def _refuse_recorded(self, what: str) -> None:
         if self._made:
