@@ -162,9 +162,8 @@ def _read(path: Path, arguments: tuple, context: Any) -> CompileResult | None:
 
 def _content(path: Path) -> bytes:
     """What is in a file; nothing where it is none, such as a pipe, or where somebody else may have written it."""
-    flags = (
-        os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
-    )  # to open a pipe would wait for a writer
+    # to open a pipe without O_NONBLOCK would wait for a writer
+    flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
     with open(os.open(path, flags), "rb") as file:
         about = os.fstat(file.fileno())
         if not stat.S_ISREG(about.st_mode):
