@@ -28,10 +28,18 @@ LISTED = 20
 Decorated = TypeVar("Decorated", bound=Callable)
 
 
+def told(value: object, how: Callable[[object], str] = repr) -> str:
+    """``repr(value)``, or what there is to say of a value whose ``__repr__`` fails; ``how``: str in place of repr."""
+    try:
+        return how(value)
+    except (Exception, SystemExit, GeneratorExit):
+        return f"<{type(value).__name__} that cannot be shown>"
+
+
 def shown(value: object) -> str:
     """``repr(value)`` shortened for a sentence: one line, not too long, without an address in memory."""
     value = value.item() if isinstance(value, np.generic) else value
-    text = re.sub(r" at 0x[0-9a-fA-F]+", "", " ".join(repr(value).split()))
+    text = re.sub(r" at 0x[0-9a-fA-F]+", "", " ".join(told(value).split()))
     return text if len(text) <= SHOWN else f"{text[: SHOWN - 4]} ..."
 
 

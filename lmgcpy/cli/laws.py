@@ -11,7 +11,7 @@ import click
 import lmgcpy
 from lmgcpy import laws as registered
 from lmgcpy.contact.contactor_pairs import known_pairs
-from lmgcpy.errors import closest
+from lmgcpy.errors import closest, told
 from lmgcpy.laws import Law, Parameter
 from lmgcpy.laws.law import REQUIRED
 
@@ -31,7 +31,7 @@ def laws(name: str | None, check: bool, given: tuple[str, ...]) -> None:
         for law_name in registered.names():
             click.echo(line(registered.get(law_name)))
         for plugin, error in registered.failures().items():
-            click.echo(f"Plug-in {plugin} failed to load: {type(error).__name__}: {error}")
+            click.echo(f"Plug-in {plugin} failed to load: {type(error).__name__}: {told(error, str)}")
         return
     law = registered.get(name)
     for text in about(law):

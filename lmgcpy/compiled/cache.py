@@ -4,6 +4,9 @@ numba's own cache keeps an index beside the code of each function, and stops at 
 write at once can leave an index that points to the other's code; and it does not even read where it may not write. Here a
 file counts only if it is whole: it gets its name when it is complete, and starts with a digest of its content. A kernel
 whose file is missing or damaged is compiled again.
+
+What is read becomes code of this process. So directories and files count only if they belong to the user or to root, and
+nobody else may write to them. (A group of the user's own, with the user's number, is not somebody else.)
 """
 
 from __future__ import annotations
@@ -11,6 +14,7 @@ from __future__ import annotations
 import hashlib
 import os
 import pickle
+import stat
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -80,6 +84,8 @@ class KernelCache(NullCache):
             path = self._path(arguments, context.codegen())
         except FileNotFoundError:
             return None
+        if _is_open_to_others(path.parent):
+            return None
         result = _read(path, arguments, context)
         if result is None:
             turn.take(path, worth_waiting=lambda: self.why_not_kept() is None)
@@ -114,11 +120,16 @@ class KernelCache(NullCache):
         except FileNotFoundError as error:
             _warn_once("home", f"{error} Until then every process compiles them again.", CacheWarning)
             return
+        if _is_open_to_others(path.parent):
+            return
         code = dumps(result._reduce())
         try:
-            path.parent.mkdir(parents=True, exist_ok=True)
+            for folder in (path.parent.parent, path.parent):
+                folder.mkdir(mode=0o755, parents=True, exist_ok=True)
+            _clear_away(path)
             with beside(path, flushed=False) as new:
                 new.write_bytes(hashlib.sha256(code).digest() + code)
+                new.chmod(new.stat().st_mode & 0o755)
         except OSError as error:
             _warn_once(
                 str(path.parent),
@@ -135,7 +146,7 @@ class KernelCache(NullCache):
 def _read(path: Path, arguments: tuple, context: Any) -> CompileResult | None:
     """The code in a file, None where there is none to be used."""
     try:
-        content = path.read_bytes()
+        content = _content(path)
     except OSError:
         return None
     if hashlib.sha256(content[DIGEST:]).digest() != content[:DIGEST]:
@@ -147,6 +158,64 @@ def _read(path: Path, arguments: tuple, context: Any) -> CompileResult | None:
     ):  # a whole file may still not load here: a type that the kernel takes has moved to another module, for example
         return None
     return result if result.signature.args == arguments else None
+
+
+def _content(path: Path) -> bytes:
+    """What is in a file; nothing where it is none, such as a pipe, or where somebody else may have written it."""
+    # to open a pipe without O_NONBLOCK would wait for a writer
+    flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+    with open(os.open(path, flags), "rb") as file:
+        about = os.fstat(file.fileno())
+        if not stat.S_ISREG(about.st_mode):
+            return b""
+        why = open_to_others(about)
+        if why is None:
+            return file.read()
+    _warn_once(
+        str(path), f"lmgcpy does not use the compiled kernel {path}, as {why}: it is compiled again.", RuntimeWarning
+    )
+    return b""
+
+
+def _clear_away(path: Path) -> None:
+    """Remove what has a kernel's name and is not to be used; raises OSError."""
+    try:
+        about = path.lstat()
+    except FileNotFoundError:
+        return
+    if not stat.S_ISREG(about.st_mode) or open_to_others(about) is not None:
+        path.unlink()
+
+
+def _is_open_to_others(kernels: Path) -> bool:
+    """Whether somebody else may write to a directory of kernels or to the one above, with a warning, once."""
+    for folder in (kernels.parent, kernels):
+        try:
+            why = open_to_others(folder.stat())
+        except OSError:  # there is none yet
+            continue
+        if why is not None:
+            _warn_once(
+                str(folder),
+                f"lmgcpy does not use compiled kernels in {folder}, as {why}: what is read there would be run. Every "
+                "process compiles them again. Make the directory yours alone (chown, chmod go-w), or set LMGCPY_CACHE_DIR "
+                "to another.",
+                CacheWarning,
+            )
+            return True
+    return False
+
+
+def open_to_others(about: os.stat_result) -> str | None:
+    """A clause on who may have written a file or directory, None where it is the user or root alone."""
+    if not hasattr(os, "geteuid"):  # Windows keeps the user's directories to the user
+        return None
+    if about.st_uid not in (0, os.geteuid()):
+        return f"it belongs to user {about.st_uid}"
+    of_group = about.st_mode & stat.S_IWGRP and about.st_gid != about.st_uid
+    if of_group or about.st_mode & stat.S_IWOTH:
+        return f"others may write to it (mode {stat.S_IMODE(about.st_mode):o})"
+    return None
 
 
 _warned: set[str] = set()

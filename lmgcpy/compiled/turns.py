@@ -73,7 +73,7 @@ def _open_lock_file(kernel: Path) -> int | None:
     except ImportError:
         return None
     folder = kernel.parent
-    folder.parent.mkdir(parents=True, exist_ok=True)
+    folder.parent.mkdir(mode=0o755, parents=True, exist_ok=True)
     return os.open(folder.with_name(f"{folder.name}.lock"), os.O_RDWR | os.O_CREAT, 0o666)
 
 

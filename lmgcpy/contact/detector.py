@@ -91,10 +91,12 @@ class Detector:
         self._found = self._capacity.cut(0)
 
     def __copy__(self) -> Detector:
-        """One that goes on by itself: lists are replaced, never changed in place, but for the memory of the last step."""
+        """One that goes on by itself: all but the memory of the last step and the images is replaced, never changed."""
         other = object.__new__(type(self))
         other.__dict__.update(self.__dict__)
         other._last = copy(self._last)
+        if self._images is not None:
+            other._images = copy(self._images)
         return other
 
     def hide(self, bodies: np.ndarray) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 
 from lmgcpy.contact.frames import local_frames
 from lmgcpy.dynamics.assembly import StepProblem
+from lmgcpy.errors import told
 from lmgcpy.solve.problem import Conic, Problem, Split, cone_of
 from lmgcpy.solve.step import ConicForm
 from lmgcpy.solve.system import System
@@ -47,7 +48,7 @@ def as_problem(step: StepProblem) -> Conic:
                 rolling[part], torsion[part] = turning if step.dimension == 3 else (turning[0], 0.0)
         except Exception as error:
             raise RuntimeError(
-                f"In the step from t = {step.data.time:g} s conic of law '{group.law.NAME}' raised {error!r}."
+                f"In the step from t = {step.data.time:g} s conic of law '{group.law.NAME}' raised {told(error)}."
             ) from error
         names += [group.law.NAME] * (group.stop - group.start)
     acting = np.isfinite(bias)

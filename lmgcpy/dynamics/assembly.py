@@ -16,6 +16,7 @@ from lmgcpy.dynamics.known_pairs import known_pairs
 from lmgcpy.dynamics.model import Model
 from lmgcpy.dynamics.rolling import mark_isotropic, rolling_radius, with_rolling
 from lmgcpy.dynamics.schedule import schedule
+from lmgcpy.errors import told
 from lmgcpy.solve.dimension_kernels import DimensionKernels, dimension_kernels
 from lmgcpy.solve.law_kernels import LawKernels, StepData, functions_of, law_kernels, not_compiled
 from lmgcpy.solve.light_bodies import LightBodies, no_light_bodies
@@ -114,7 +115,7 @@ def ask(group: Group, kernel: Kernel, functions: str, system: System, data: Step
         c, a = system.candidate[data.at[0]], system.antagonist[data.at[0]]
         raise RuntimeError(
             f"In the step from t = {data.time:g} s {functions} of law '{group.law.NAME}' between bodies {c} and {a} raised "
-            f"{error!r}."
+            f"{told(error)}."
         ) from error
 
 

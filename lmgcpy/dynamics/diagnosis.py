@@ -10,6 +10,7 @@ import numpy as np
 from lmgcpy.contact.detector import Group
 from lmgcpy.dynamics.assembly import StepProblem, group_kernels
 from lmgcpy.dynamics.schedule import schedule
+from lmgcpy.errors import told
 from lmgcpy.solve.system import System
 
 
@@ -53,7 +54,7 @@ def asked(problem: StepProblem, group: Group, row: int, prepared: tuple[float, .
             try:
                 said.append(f"{name} returned {function(*arguments)}")
             except Exception as error:
-                raise LawFault(f"{name} of {interaction(problem, group, row)} raised {error!r}") from error
+                raise LawFault(f"{name} of {interaction(problem, group, row)} raised {told(error)}") from error
     return (
         f"{interaction(problem, group, row)}: {' and '.join(said)} at W = {arguments[0]} 1/kg, u = {arguments[1]} m/s, "
         f"prepared {dict(zip(group.law.PREPARED, prepared, strict=True))}"

@@ -118,8 +118,8 @@ class DisplacementWatch:
         self._across = np.array([across(model, int(wall)) for wall in self._walls]).reshape(-1, d, d)
         self._late = LATE * float(np.minimum(self._own, self._others).min(initial=np.inf))
         self._links = unseen_links(model, np.isfinite(self._limit))
-        self.said = {"body": False, "wall": False, "link": False}
-        """Which sentences were said."""
+        self.said: frozenset[str] = frozenset()
+        """Of which kinds a sentence was said: "body", "wall", "link"."""
 
     def measure(self, velocities: np.ndarray, time_step: float) -> Displacements:
         """The largest displacements of a step with these velocities (n, k)."""
@@ -153,19 +153,19 @@ class DisplacementWatch:
         ``before``, ``after``: velocities at the start and the end of the step (n, k), which ends at the ``time`` [s].
         """
         sentences = []
-        if moves.body_excess > 1.0 and not self.said["body"]:
+        if moves.body_excess > 1.0 and "body" not in self.said:
             spins = self._arm[moves.body] > 0.0
             what = f"{'a contactor of ' if spins else ''}body {moves.body} moves by {moves.body_distance:.3g} m"
             sentences.append(self._sentence("body", what, moves.body, time, time_step / moves.body_excess))
-        if moves.wall_excess > 1.0 and not self.said["wall"]:
+        if moves.wall_excess > 1.0 and "wall" not in self.said:
             what = f"wall {moves.wall} moves by {moves.wall_distance:.3g} m"
             sentences.append(self._sentence("wall", what, moves.wall, time, time_step / moves.wall_excess))
-        if len(self._links.length) and not self.said["link"]:
+        if len(self._links.length) and "link" not in self.said:
             sentences += self._far_links(before, time, time_step) or self._far_links(after, time, time_step)
         return sentences
 
     def _sentence(self, kind: str, what: str, body: int, time: float, would_do: float) -> str:
-        self.said[kind] = True
+        self.said |= {kind}
         return (
             f"In the step to t = {time:g} s {what}, more than {self._whose(body)}: contacts are seen late. "
             f"A time step of {would_do:.2g} s would do. (Said once.)"
@@ -183,7 +183,7 @@ class DisplacementWatch:
         i = int(np.argmax(distance / links.length))
         if distance[i] <= LENGTHS * links.length[i]:
             return []
-        self.said["link"] = True
+        self.said |= {"link"}
         return [
             f"In the step to t = {time:g} s bodies {links.antagonist[i]} and {links.candidate[i]} move by "
             f"{distance[i]:.3g} m relative to each other, more than twice the length of their link, "

@@ -120,10 +120,14 @@ class Energy:
         self.defect = gain - (self.loads + self.drives + sum(works.values()) + self.drag + self.unbalanced)
         self.total_loads += self.loads
         self.total_drives += self.drives
-        for name, work in works.items():
-            self.total_interactions[name] = self.total_interactions.get(name, 0.0) + work
-        for name, energy in dissipated.items():
-            self.total_dissipated[name] = self.total_dissipated.get(name, 0.0) + energy
+        # new ones, as a step that fails takes the old ones back
+        self.total_interactions = added(self.total_interactions, works)
+        self.total_dissipated = added(self.total_dissipated, dissipated)
+
+
+def added(totals: dict[str, float], more: dict[str, float]) -> dict[str, float]:
+    """Sums by name."""
+    return totals | {name: totals.get(name, 0.0) + value for name, value in more.items()}
 
 
 def dissipated_by_law(problem: StepProblem) -> dict[str, float]:

@@ -209,6 +209,8 @@ class BodyState:
     """Rows of the bodies that are in chains."""
     recorded: bool = False
     """Whether the next step goes into a file, which holds one time step, one solver, and one number of bodies."""
+    overlap: str = "ignore"
+    """What happens if bodies overlap that are added, see :class:`lmgcpy.Simulation`."""
 
     def keep(self, kind: int, body: int, component: int, value: float) -> None:
         """Keep a statement between steps, see :class:`~lmgcpy.dynamics.changes.Change`."""
@@ -223,12 +225,16 @@ class BodyState:
                 f"{what.removeprefix('The ').replace('_', ' ')}: end the run, change it, and record into another file."
             )
 
-    def grow(self, laid: BodyState) -> None:
-        """Append the bodies that another state has beyond these, as they are there."""
+    def with_those_of(self, laid: BodyState) -> BodyState:
+        """These bodies and, appended, those that another state has beyond them, as they are there."""
         count = len(self.positions)
-        self.positions = np.concatenate([self.positions, laid.positions[count:]])
-        self.velocities = np.concatenate([self.velocities, laid.velocities[count:]])
-        self.stale = True
+        positions = np.concatenate([self.positions, laid.positions[count:]])
+        return BodyState(positions, np.concatenate([self.velocities, laid.velocities[count:]]), self.time)
+
+    def grow(self, laid: BodyState) -> None:
+        """Append the bodies that another state has beyond these."""
+        both = self.with_those_of(laid)
+        self.positions, self.velocities, self.stale = both.positions, both.velocities, True
 
     def copy(self) -> BodyState:
         """An independent copy."""

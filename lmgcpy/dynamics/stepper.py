@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from copy import copy, deepcopy
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -23,11 +22,11 @@ from lmgcpy.dynamics.energy import Energy, dissipated_by_law, kinetic_energy
 from lmgcpy.dynamics.finite_checks import POSITION, VELOCITY, check_bodies, check_detection
 from lmgcpy.dynamics.geometric_stiffness import LinkStiffness
 from lmgcpy.dynamics.interactions import InteractionView
+from lmgcpy.dynamics.journal import Journal
 from lmgcpy.dynamics.lock import find_lock
 from lmgcpy.dynamics.model import BodyState, Drive, Model
-from lmgcpy.dynamics.position_rounding import check_positions
 from lmgcpy.dynamics.solve_step import solve_step
-from lmgcpy.dynamics.start_overlaps import overlaps_at_start
+from lmgcpy.dynamics.start_overlaps import check_start, overlaps_at_start
 from lmgcpy.dynamics.stretch_and_energy_watch import Watch
 from lmgcpy.dynamics.sweep_mass import sweep_mass
 from lmgcpy.dynamics.turning_stretch import TurningStretch
@@ -37,6 +36,8 @@ from lmgcpy.solve.newton.alternating import Auto
 from lmgcpy.solve.problem import Problem
 from lmgcpy.solve.report import LOCKED, STATUS, Report
 from lmgcpy.solve.solver import Solver, check_solver
+
+T = TypeVar("T")
 
 REACTIONS = ("warn", "stop", "ignore")
 """Answers to steps that were not solved, and to bodies that overlap at the start."""
@@ -72,6 +73,10 @@ class Found(NamedTuple):
     moves: Displacements
 
 
+Before = tuple[np.ndarray, np.ndarray, list[tuple[dict[str, Any], dict[str, Any]]]]
+"""What a simulation was before a step: positions, velocities, and the attributes of objects, now and as they were."""
+
+
 @named_arguments
 class Stepper:
     """Makes the steps of a compiled scene; :class:`lmgcpy.Simulation` is a stepper with runs and says what the options are.
@@ -92,6 +97,8 @@ class Stepper:
 
     _made = False
     """Whether the simulation has all its attributes."""
+    _asked = ""
+    """Which function of the user's a run is calling."""
 
     def __init__(
         self,
@@ -109,15 +116,17 @@ class Stepper:
         self.theta = theta
         self.solver = Auto() if solver is None else solver
         self.on_unconverged = on_unconverged
-        self._overlap = one_of(overlap, "overlap", REACTIONS)
+        overlap = one_of(overlap, "overlap", REACTIONS)
         self.threads = threads
         self.geometric_stiffness = geometric_stiffness
         if isinstance(scene, type) or not hasattr(scene, "compile") or not hasattr(scene, "hand_over"):
             raise TypeError(f"Simulation takes a scene, which lmgcpy.Scene(dimension=2) makes, got {shown(scene)}.")
         self.scene = scene
         self.model: Model = scene.compile()
-        self._check_start(self.model, 0)
+        for sentence in check_start(self.model, overlap):
+            warn(sentence)
         self.state: BodyState = self.model.start
+        self.state.overlap = overlap
         self.steps = 0
         self.report = Report()
         model = self.model
@@ -131,6 +140,7 @@ class Stepper:
         self.unconverged_steps = 0
         self.worst_residual = 0.0
         self.worst_slip = 0.0
+        self._journal: Journal[Before] = Journal()
         self._running = False  # run has its own word about unsolved steps
         self._told_unsolved = False
         self._displacement_watch = DisplacementWatch(model)
@@ -149,27 +159,36 @@ class Stepper:
         every such step raises RuntimeError; the step is made all the same.
 
         Raises FloatingPointError where a number stops being finite, with the body or the interaction, its law and bodies,
-        and the time; RuntimeError or TypeError where an imposed function of time fails. Then no step was made: positions,
-        velocities, time, energy, and what is remembered of interactions are those after the last whole step, and with the
-        cause removed the simulation goes on as if nothing had been. Only ``interactions`` are empty until then.
+        and the time; RuntimeError or TypeError where an imposed function of time fails. Then, and where Ctrl-C or another
+        signal ends it at any line, no step was made: all is as after the last whole step, and with the cause removed the
+        simulation goes on as if nothing had been. Only ``interactions`` are empty until then.
         """
+        self._refuse_asked("step")
+        self._last = None  # the arrays of the step before make room
+        sentences = self._whole_or_not_at_all(self._make_step)
+        for sentence in sentences:  # last: where warnings are errors, the step is made all the same
+            warn(sentence)
+        if self.on_unconverged == "stop" and not self.report.solved and not self._running:
+            raise self._unsolved()
+        return self.report
+
+    def _make_step(self) -> list[str]:
+        """Make a step; returns what a user should know of it."""
         begin = clock.perf_counter()
-        if self.state.stale:
-            self._take_changes()
+        sentences = self._take_changes() if self.state.stale else []
         h, theta, state, v = self.time_step, self.theta, self.state, self.state.velocities
-        with self._whole_or_not_at_all():
-            state.positions += self._first_move((1.0 - theta) * h * v)  # q_m
-            flight = self._free_flight(v)  # v_free = v + h M^-1 F
-            found = self._find_impulses(v, flight)  # u = H^T v_free + W r and the laws
-            problem = found.problem
-            dissipated = dissipated_by_law(problem)
-            problem.commit()
-            # q = q_m + theta h v, where one solve gives the displacements and the velocities, as it mostly does
-            state.positions += self._last_move(found.displacement - (1.0 - theta) * h * problem.system.velocity)
-            if self.model.cell is not None:
-                self.model.cell.straighten(state.positions)
-            self.energy.advance(problem, self.model, flight.force, v, found.pushed, dissipated, flight.inertial)
-        sentences = self._watched(found, flight.force, v)
+        state.positions += self._first_move((1.0 - theta) * h * v)  # q_m
+        flight = self._free_flight(v)  # v_free = v + h M^-1 F
+        found = self._find_impulses(v, flight)  # u = H^T v_free + W r and the laws
+        problem = found.problem
+        dissipated = dissipated_by_law(problem)
+        problem.commit()
+        # q = q_m + theta h v, where one solve gives the displacements and the velocities, as it mostly does
+        state.positions += self._last_move(found.displacement - (1.0 - theta) * h * problem.system.velocity)
+        if self.model.cell is not None:
+            self.model.cell.straighten(state.positions)
+        self.energy.advance(problem, self.model, flight.force, v, found.pushed, dissipated, flight.inertial)
+        sentences += self._watched(found, flight.force, v)
         state.velocities[:] = problem.system.velocity
         state.time += h
         self.steps += 1
@@ -183,17 +202,15 @@ class Stepper:
             if lock is not None:
                 self.report = replace(self.report, status=STATUS[LOCKED], lock=lock)
             sentences += self._count_unsolved()
-        for sentence in sentences:  # last: where warnings are errors, the step is made all the same
-            warn(sentence)
-        if self.on_unconverged == "stop" and not self.report.solved and not self._running:
-            raise self._unsolved()
-        return self.report
+        return sentences
 
-    def _take_changes(self) -> None:
-        """Go on with the scene as the statements since the last step have made it."""
+    def _take_changes(self) -> list[str]:
+        """Go on with the scene as the statements since the last step have made it; returns what a user should know."""
         before, model = len(self.model.mass), self.scene.changed(self.model)
+        sentences: list[str] = []
         if len(model.mass) > before:
-            self._check_start(model, before)
+            if self.state.overlap == "warn":  # what would stop was refused as it was added
+                sentences += overlaps_at_start(model, before)
             tables = model.contactors, model.rows, model.chains
             detector = self._detector.grown(tables, model.inverse_mass, model.hidden, model.apart, self.state.positions)
             watch = DisplacementWatch(model)
@@ -206,27 +223,31 @@ class Stepper:
         self._turning_stretch.look_at(model)
         self.state.velocities[model.hidden] = 0.0
         self.state.stale = False
+        return sentences
 
-    def _check_start(self, model: Model, first: int) -> None:
-        """Look at bodies before their first step, those in rows ``first`` and later: ValueError where positions are rounded
-        too coarsely, and what ``overlap`` says where they overlap."""
-        check_positions(model)
-        overlaps = None if self._overlap == "ignore" else overlaps_at_start(model, first)
-        if overlaps and self._overlap == "stop":
-            raise ValueError(overlaps)
-        if overlaps:
-            warn(overlaps)
+    # ------------------------------------------------------------------------------------------- whole or not at all
 
-    @contextmanager
-    def _whole_or_not_at_all(self) -> Iterator[None]:
-        """Put positions and detector back where the step fails."""
-        positions, detector = self.state.positions.copy(), copy(self._detector)
-        self._last = None  # the arrays of the step before make room
-        try:
-            yield
-        except BaseException:
-            self.state.positions[:], self._detector = positions, detector
-            raise
+    def _whole_or_not_at_all(self, make: Callable[[], T]) -> T:
+        """Call a function that changes the simulation; if it ends early, everything is what it was before."""
+        return self._journal.whole_or_not_at_all(self._all, make, self._go_back)
+
+    def _all(self) -> Before:
+        """All that a step changes: these objects set attributes and change nothing in place, but for the detector."""
+        watches = self._watch, self._displacement_watch, self._turning_stretch
+        kept = [(now, now.copy()) for now in map(vars, (*watches, self.energy, self.state, self))]
+        kept[-1][1]["_detector"] = copy(self._detector)
+        return self.state.positions.copy(), self.state.velocities.copy(), kept
+
+    def _go_back(self, before: Before) -> None:
+        """Put everything back; may be interrupted and called again."""
+        positions, velocities, kept = before
+        *others, (of_state, state_then), (own, then) = kept
+        if self.state.changes is not state_then["changes"]:  # a restore had the scene go through others
+            self.scene.go_through(state_then["changes"])
+        self.state.positions[:], self.state.velocities[:] = positions, velocities
+        for now, past in (*others, (of_state, state_then)):
+            now.update(past)
+        own.update(then, _assembler=Assembler(then["model"]))  # its arrays may be half filled
 
     def _first_move(self, moving: np.ndarray) -> np.ndarray:
         """What velocities times a time (n, k) add to the positions, (n, 3)."""
@@ -376,8 +397,10 @@ class Stepper:
 
     def checkpoint(self) -> Checkpoint:
         """All that the next step depends on, copied."""
+        self._journal.settle(self._go_back)
         if self.state.stale:
-            self._take_changes()
+            for sentence in self._whole_or_not_at_all(self._take_changes):
+                warn(sentence)
         return Checkpoint(
             positions=self.state.positions.copy(),
             velocities=self.state.velocities.copy(),
@@ -394,19 +417,17 @@ class Stepper:
     @named_arguments
     def restore(self, checkpoint: Checkpoint) -> None:
         """Go on from a checkpoint of this scene, bit for bit; ``interactions`` are empty until the next step."""
+        self._refuse_asked("restore")
         if not isinstance(checkpoint, Checkpoint):
             raise TypeError(f"restore takes what Simulation.checkpoint() gave, got {shown(checkpoint)}.")
         check(checkpoint, self.checkpoint())
         changes = from_rows(checkpoint.changes, len(self.state.positions), self.model.dimension)
-        before = list(self.state.changes)
-        try:
-            self._go_through(changes)
-            detector = copy(self._detector)
-            detector.take_memory(checkpoint.memory)  # which refuses that of another scene
-        except BaseException:
-            self._go_through(before)
-            raise
-        self._detector = detector
+        self._whole_or_not_at_all(lambda: self._take(checkpoint, changes))
+
+    def _take(self, checkpoint: Checkpoint, changes: list[Change]) -> None:
+        """Become what a checkpoint says; ValueError where it holds interactions of another scene."""
+        self._go_through(changes)
+        self._detector.take_memory(checkpoint.memory)
         self.state.positions[:] = checkpoint.positions
         self.state.velocities[:] = checkpoint.velocities
         self.state.time = checkpoint.time
@@ -416,14 +437,13 @@ class Stepper:
         self.worst_slip = 0.0  # no checkpoint holds it
         self.energy = deepcopy(checkpoint.energy)
         self._turning_stretch.restore(checkpoint.predicted)
-        self._last = None
         self.report = Report()
 
     def _go_through(self, changes: list[Change]) -> None:
         """Make the scene what it is after these statements from its start."""
         if changes != self.state.changes:
             self.scene.go_through(changes)
-            self._take_changes()
+            self._take_changes()  # of bodies that were there before: no sentences
 
     # ------------------------------------------------------------------------------------------------------ results
 
@@ -487,6 +507,14 @@ class Stepper:
         self._refuse_recorded("solver")
         check_solver(solver)
         self._solver = solver
+
+    def _refuse_asked(self, call: str) -> None:
+        """RuntimeError in a function that a recorded run calls: its file would have a hole, or a step twice."""
+        if self._asked and self.state.recorded:
+            raise RuntimeError(
+                f"{call} cannot be called in {self._asked} of a run that is recorded: the steps in its file are those that "
+                f"the run makes. Call {call} after the run."
+            )
 
     def _refuse_recorded(self, what: str) -> None:
         if self._made:

@@ -63,7 +63,7 @@ class Watch:
             for trait in ("rigid", "pull")
         )
         self._drawn_until = model.drawn_until
-        self._said: set[str] = set()
+        self._said: frozenset[str] = frozenset()
         self._stretched = 0
         self.stretch = 0.0
         """Largest part of its reference length by which a rigid link was off at the detection of the last step: a wire too
@@ -147,5 +147,5 @@ class Watch:
 
     def _first(self, what: str) -> bool:
         first = what not in self._said
-        self._said.add(what)
+        self._said |= {what}
         return first

@@ -8,13 +8,17 @@ from __future__ import annotations
 
 import importlib.metadata
 import inspect
-from collections.abc import Callable
+import re
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
 import pluggy
 
-from lmgcpy.errors import closest, shown
+from lmgcpy.errors import closest, shown, told
 from lmgcpy.laws.law import INTERFACE, TRAITS, Law
 
 GROUP = "lmgcpy"
@@ -58,9 +62,10 @@ class Registry:
 
     def __init__(self) -> None:
         self._laws: dict[str, Registration] = {}
-        self._failures: dict[str, Exception] = {}
+        self._failures: dict[str, BaseException] = {}
         self._manager = pluggy.PluginManager(GROUP)
         self._manager.add_hookspecs(Specification)
+        self._tried: set[str] = set()
         self._loaded = False
 
     def register(self, law: type[Law], *, distribution: str = "script") -> type[Law]:
@@ -89,16 +94,24 @@ class Registry:
                 implementation.function(lambda law: self.register(law, distribution=distribution))
 
     def load_plugins(self) -> None:
-        """Load the installed plug-ins, once and one by one; a failure is remembered, not raised."""
+        """Load the installed plug-ins, once and one by one; a failure is remembered, not raised, whatever it is: sys.exit
+        in one must not end the program. Ctrl-C does, and the rest is loaded when it is needed again."""
         if self._loaded:
             return
-        self._loaded = True
         for entry in importlib.metadata.entry_points(group=GROUP):
             distribution = f"{entry.dist.name} {entry.dist.version}" if entry.dist else entry.value
-            try:
-                self.add_plugin(entry.load(), distribution)
-            except Exception as error:
-                self._failures[f"{distribution} ({entry.name})"] = error
+            plugin = f"{distribution} ({entry.name})"
+            if plugin in self._tried:
+                continue
+            with _noted_interrupts() as interrupts:
+                try:
+                    self.add_plugin(entry.load(), distribution)
+                except BaseException as error:
+                    if interrupts:
+                        raise
+                    self._failures[plugin] = error
+            self._tried.add(plugin)
+        self._loaded = True
 
     def names(self) -> list[str]:
         """Names of all registered laws, sorted."""
@@ -112,7 +125,7 @@ class Registry:
         self.load_plugins()
         if name in self._laws:
             return self._laws[name].law
-        broken = "".join(f" Plug-in {plugin} failed to load: {error!r}." for plugin, error in self._failures.items())
+        broken = "".join(f" Plug-in {plugin} failed to load: {told(error)}." for plugin, error in self._failures.items())
         cause = next(iter(self._failures.values()), None)
         raise LookupError(f"There is no law '{name}'{closest(name, self._laws)}{broken}") from cause
 
@@ -120,7 +133,7 @@ class Registry:
         """All registrations by name."""
         return {name: self._laws[name] for name in self.names()}
 
-    def failures(self) -> dict[str, Exception]:
+    def failures(self) -> dict[str, BaseException]:
         """Plug-ins that failed to load, with the reason."""
         self.load_plugins()
         return dict(self._failures)
@@ -148,6 +161,8 @@ def check_interface(law: Any) -> None:
     ):
         if not isinstance(getattr(law, name, None), kind):
             raise TypeError(f"{where} needs a class attribute {name} of type {kind.__name__}.")
+    if not re.fullmatch(r"\w[\w.+-]*", law.NAME):
+        raise TypeError(f"{where}: NAME must be a word such as 'elastic-rod', got {shown(law.NAME)}.")
     if law.APPLIES_TO not in ("contact", "link"):
         raise TypeError(f"{where}: APPLIES_TO must be 'contact' or 'link', got {law.APPLIES_TO!r}.")
     for trait in law.TRAITS:
@@ -175,6 +190,29 @@ def check_interface(law: Any) -> None:
         if got != wanted:
             hint = " It would take pair with INTERFACE = 2." if got == (*expected, "pair") and name in TAKE_PAIR else ""
             raise TypeError(f"{where}: {name} must take ({', '.join(wanted)}), but it takes ({', '.join(got)}).{hint}")
+
+
+@contextmanager
+def _noted_interrupts() -> Iterator[list[int]]:
+    """Yield a list that gets an item when Ctrl-C is pressed, which raises KeyboardInterrupt as ever: by it a plug-in that
+    raises KeyboardInterrupt by itself is told apart."""
+    pressed: list[int] = []
+
+    def note(number: int, frame: Any) -> None:
+        pressed.append(number)
+        raise KeyboardInterrupt
+
+    usual = (
+        threading.current_thread() is threading.main_thread()
+        and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    )
+    try:
+        if usual:
+            signal.signal(signal.SIGINT, note)
+        yield pressed
+    finally:
+        if usual:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 registry = Registry()

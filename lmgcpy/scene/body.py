@@ -211,33 +211,17 @@ class Body(ABC):
         for component in components:
             if not isinstance(component, str):
                 raise TypeError(f"fix takes names of components, as in fix('x', 'y'), got {shown(component)}.")
-        return self._drive("fix", dict.fromkeys(components or self.components, 0.0))
+        return self._state_changes(DRIVEN, self._to_drive("fix", dict.fromkeys(components or self.components, 0.0)))
 
     @named_arguments
     def impose_velocity(self, **components: Prescribed) -> Body:
         """Drive components x, y, z [m/s], spin … [rad/s] by a number or a function of time [s]. Returns the body."""
-        return self._drive("impose_velocity", components)
-
-    def _drive(self, call: str, components: dict[str, Prescribed]) -> Body:
-        for component, value in self._checked(call, components):
-            if component in self._forces and self._state is None:
-                raise ValueError(self._twice(component, "loaded by impose_force", "driven"))
-            self._state_change(DRIVEN, component, value)
-        return self
+        return self._state_changes(DRIVEN, self._to_drive("impose_velocity", components))
 
     @named_arguments
     def impose_force(self, **components: Prescribed) -> Body:
         """Free components and load them: x, y, z [N], spin … [N m], numbers or functions of time [s]. Returns the body."""
-        for component, value in self._checked("impose_force", components):
-            if component in self._velocities and self._state is None:
-                raise ValueError(self._twice(component, "driven by impose_velocity or fix", "loaded"))
-            if not math.isfinite(self.mass if component < self.dimension else self.inertia):
-                raise ValueError(
-                    f"{self!r} has no {'mass' if component < self.dimension else 'inertia'}: give it one where it is made, "
-                    f"so that a load on {self.components[component]} can move it."
-                )
-            self._state_change(LOADED, component, value)
-        return self
+        return self._state_changes(LOADED, self._to_load("impose_force", components))
 
     def free(self, *components: str) -> Body:
         """Let go of the named components, without names of all: nothing drives or loads them. Returns the body.
@@ -248,14 +232,10 @@ class Body(ABC):
             if not isinstance(component, str):
                 raise TypeError(f"free takes names of components, as in free('x', 'y'), got {shown(component)}.")
         names = components or self.components[: self.dimension if self.held_by_default else None]
-        if self.held_by_default:
-            for name in names:  # a load of nothing takes the place of a drive
-                if name in self.components:
-                    self._velocities = {k: v for k, v in self._velocities.items() if k != self.components.index(name)}
-            return self.impose_force(**dict.fromkeys(names, 0.0))
-        for number_of_component, _ in self._checked("free", dict.fromkeys(names, 0.0)):
-            self._state_change(FREE, number_of_component, 0.0)
-        return self
+        nothing = dict.fromkeys(names, 0.0)
+        if self.held_by_default:  # a load of nothing takes the place of a drive
+            return self._state_changes(LOADED, self._to_load("free", nothing))
+        return self._state_changes(FREE, self._checked("free", nothing))
 
     def hide(self) -> Body:
         """Take the body away: it touches nothing, moves nowhere, and is in no picture, until ``show``. Returns the body.
@@ -275,6 +255,33 @@ class Body(ABC):
     def hidden(self) -> bool:
         """Whether the body is hidden."""
         return self._hidden
+
+    def _to_drive(self, call: str, components: Mapping[str, Prescribed]) -> list[tuple[int, Prescribed]]:
+        """Components that are to be driven, checked, with their values."""
+        checked = self._checked(call, components)
+        for component, _ in checked:
+            if component in self._forces and self._state is None:
+                raise ValueError(self._twice(component, "loaded by impose_force", "driven"))
+        return checked
+
+    def _to_load(self, call: str, components: Mapping[str, Prescribed]) -> list[tuple[int, Prescribed]]:
+        """Components that are to be loaded, or freed by a load of nothing, checked, with their values."""
+        checked = self._checked(call, components)
+        for component, _ in checked:
+            if component in self._velocities and self._state is None and call != "free":
+                raise ValueError(self._twice(component, "driven by impose_velocity or fix", "loaded"))
+            if not math.isfinite(self.mass if component < self.dimension else self.inertia):
+                raise ValueError(
+                    f"{self!r} has no {'mass' if component < self.dimension else 'inertia'}: give it one where it is made, "
+                    f"so that a load on {self.components[component]} can move it."
+                )
+        return checked
+
+    def _state_changes(self, kind: int, checked: list[tuple[int, Prescribed]]) -> Body:
+        """Make a statement on several components, whose values are checked: one that is refused changes none."""
+        for component, value in checked:
+            self._state_change(kind, component, value)
+        return self
 
     def _state_change(self, kind: int, component: int, value: Prescribed) -> None:
         """Make a statement; between the steps of a simulation it is kept."""
@@ -300,7 +307,7 @@ class Body(ABC):
             "choose one of the two."
         )
 
-    def _checked(self, call: str, components: dict[str, Prescribed]) -> list[tuple[int, Prescribed]]:
+    def _checked(self, call: str, components: Mapping[str, Prescribed]) -> list[tuple[int, Prescribed]]:
         if not components:
             raise TypeError(f"{call} needs a component, for example {call}(y=0.0).")
         checked: list[tuple[int, Prescribed]] = []
@@ -332,6 +339,9 @@ class RigidBody(Body):
     """A body of given mass and inertia with any contactors: a cluster of disks, or contactors that you define."""
 
     def __init__(self, contactors: list, *, mass: float, inertia: float, **start: Any):
+        position = start.get("position")
+        if isinstance(position, (tuple, list, np.ndarray)) and len(position) == 3:
+            raise ValueError(f"A {type(self).__name__} is 2D only, as bodies of many contactors are, got a position in 3D.")
         super().__init__(**start)
         if not isinstance(contactors, (list, tuple)) or not contactors:
             raise TypeError(f"A rigid body needs a list of at least one contactor, got {shown(contactors)}.")
@@ -508,9 +518,9 @@ class Wall(Boundary):
         """Outward unit normal, (d,)."""
         return self._contactor.normal
 
-    def _checked(self, call: str, components: dict[str, Prescribed]) -> list[tuple[int, Prescribed]]:
+    def _checked(self, call: str, components: Mapping[str, Prescribed]) -> list[tuple[int, Prescribed]]:
         turns = [name for name in components if name in self.components[self.dimension :]]
-        if turns and (call == "impose_force" or any(components[name] != 0.0 for name in turns)):
+        if turns and (call in ("impose_force", "free") or any(components[name] != 0.0 for name in turns)):
             names = " and ".join(self.components[: self.dimension])
             raise ValueError(f"A wall does not turn: drive or load its components {names}.")
         return super()._checked(call, components)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from lmgcpy.contact.lattice import Lattice
+from lmgcpy.dynamics.changes import DRIVEN, LOADED
 from lmgcpy.errors import closest, named_arguments, number, numbers, shown, vector
 from lmgcpy.scene.body import AT_REST, Body, Prescribed
 from lmgcpy.scene.contactor import Contactor, CylinderContactor, PlaneContactor, WallContactor
@@ -113,7 +113,7 @@ class Cell:
     @named_arguments
     def impose_rate(self, **components: Prescribed) -> Cell:
         """Drive components of G [1/s], by numbers or functions of time [s]: ``impose_rate(xy=0.1)``. Returns the cell."""
-        return self._impose("impose_rate", "impose_velocity", components)
+        return self._impose("impose_rate", DRIVEN, components)
 
     @named_arguments
     def impose_stress(self, **components: Prescribed) -> Cell:
@@ -129,31 +129,34 @@ class Cell:
                 f"A stress acts on a cell that is periodic in all {self.dimension} directions; this one is so in "
                 f"{len(self._edges)}: load its walls instead."
             )
-        return self._impose("impose_stress", "impose_force", components)
+        return self._impose("impose_stress", LOADED, components)
 
     def fix(self, *components: str) -> Cell:
         """Hold the named components of G at zero; without names, all of them. Returns the cell."""
         for component in components:
             if not isinstance(component, str):
                 raise TypeError(f"fix takes names of components, as in fix('xx', 'xy'), got {shown(component)}.")
-        return self._impose("fix", "impose_velocity", dict.fromkeys(components or self._names(), 0.0))
+        return self._impose("fix", DRIVEN, dict.fromkeys(components or self._names(), 0.0))
 
     def _names(self) -> list[str]:
         """Names of the components that the cell has: the edges of a cell stay among its periodic axes."""
         return [AXES[along.axis] + AXES[edge.axis] for edge in self._edges for along in self._edges]
 
-    def _impose(self, call: str, of_edge: str, components: dict[str, Any]) -> Cell:
+    def _impose(self, call: str, kind: int, components: dict[str, Any]) -> Cell:
         names = self._names()
         if not components:
             raise TypeError(f"{call} needs a component, for example {call}({names[0]}=0.0).")
+        checked: list[tuple[Edge, list[tuple[int, Prescribed]]]] = []
         for name, value in components.items():
             if name not in names:
                 raise ValueError(f"{call}: this cell has no component '{name}'{closest(name, names)}")
             if not callable(value):
                 number(value, f"{call}({name}=...)")
             edge = next(edge for edge in self._edges if AXES[edge.axis] == name[1])
-            impose: Callable[..., Any] = getattr(edge, of_edge)
-            impose(**{name[0]: value})
+            check = edge._to_drive if kind == DRIVEN else edge._to_load
+            checked.append((edge, check(call, {name[0]: value})))
+        for edge, of_edge in checked:
+            edge._state_changes(kind, of_edge)
         return self
 
     def _mean_inertia(self, axis: int) -> float:

@@ -345,7 +345,7 @@ def _add_bodies(scene: Scene, description: Mapping[str, Any]) -> None:
             _add_round(scene, description, Disk if kind == "disk" else Sphere, color, material, rows, of_body)
             continue
         for i in rows:
-            scene.add(_one_body(scene.dimension, description, kind, color, i, of_body[i]))
+            scene._join([_one_body(scene.dimension, description, kind, color, i, of_body[i])])
     lattice = lattice_of(description)
     if lattice is not None:
         edges = [scene.bodies[i] for i in lattice.rows]

@@ -13,13 +13,14 @@ import numpy as np
 from lmgcpy.contact.detection_tables import ChainTable, ContactorTable, VisibilityRow
 from lmgcpy.contact.groups import check_pairs
 from lmgcpy.dynamics.cell import CellMotion
-from lmgcpy.dynamics.changes import GRAVITY, SHOWN, Change
+from lmgcpy.dynamics.changes import DRIVEN, GRAVITY, SHOWN, Change
 from lmgcpy.dynamics.model import COMPONENTS, BodyState, Drive, Model
+from lmgcpy.dynamics.start_overlaps import check_start
 from lmgcpy.errors import LARGEST, closest, flag, named_arguments, number, shown, vector, whole
 from lmgcpy.laws import Law
 from lmgcpy.laws.first_calls import check_answers
 from lmgcpy.laws.registry import check_interface
-from lmgcpy.scene.body import INERTIA, MASS, RADIUS, Body, Disk, Wall
+from lmgcpy.scene.body import INERTIA, MASS, RADIUS, Body, Disk, RigidBody, Wall
 from lmgcpy.scene.body_3d import Sphere
 from lmgcpy.scene.cell import AXES, Cell, Edge, edge_vector
 from lmgcpy.scene.chain import Chain
@@ -120,12 +121,16 @@ class Scene:
         """Add a body and give it its id. Returns the body.
 
         Between the steps of a simulation it comes with the velocity that it has, but not into a run that is recorded
-        (RuntimeError), as all frames of a file have the same bodies.
+        (RuntimeError), as all frames of a file have the same bodies. ValueError where the simulation could not begin with
+        it: too far from the origin, too big for its periodic cell, or on another one if ``overlap`` is "stop".
         """
         if not isinstance(body, Body):
             raise TypeError(f"Scene.add takes a body such as lmgcpy.disk(...), got {shown(body)}.")
         if body.dimension != self.dimension:
-            raise ValueError(f"{body!r} is of dimension {body.dimension}, this scene of dimension {self.dimension}.")
+            only = " A RigidBody is 2D only." if isinstance(body, RigidBody) else ""
+            raise ValueError(f"{body!r} is of dimension {body.dimension}, this scene of dimension {self.dimension}.{only}")
+        if isinstance(body, Edge):
+            raise TypeError(f"{body!r} belongs to a cell: Scene.periodic makes it.")
         if body.id >= 0:
             where = "this scene" if body.id < len(self.bodies) and self.bodies[body.id] is body else "another scene"
             raise ValueError(f"{body!r} is in {where} already: make a new body.")
@@ -144,6 +149,10 @@ class Scene:
         try:
             model = self._model(self._state.time)
             check_pairs(model.contactors, model.rows)
+            if self._cell is not None:
+                self._cell.check()
+            laid = replace(model, start=self._state.with_those_of(model.start))
+            check_start(laid, "stop" if self._state.overlap == "stop" else "ignore", len(self.bodies) - len(bodies))
         except BaseException:
             del self.bodies[-len(bodies) :]
             for body in bodies:
@@ -191,7 +200,9 @@ class Scene:
         lengths = np.prod(np.linalg.norm(basis, axis=1))
         if not np.sqrt(max(np.linalg.det(basis @ basis.T), 0.0)) > 1e-3 * lengths:
             raise ValueError(f"The edges of a periodic cell lie in one line or plane, got {shown(basis.tolist())}.")
-        return self._take_edges([self.add(Edge(axis, edge, mass=inertia)) for axis, edge in edges.items()])
+        made = [Edge(axis, edge, mass=inertia) for axis, edge in edges.items()]
+        self._join(made)
+        return self._take_edges(made)
 
     def _take_edges(self, edges: list[Edge]) -> Cell:
         """Make these edges, bodies of the scene, those of its periodic cell."""
@@ -359,6 +370,8 @@ class Scene:
         if len({body.id for body in members}) < len(members):
             twice = next(body for i, body in enumerate(members) if body in members[:i])
             raise ValueError(f"{twice!r} is in the chain twice; closed=True links the last body to the first.")
+        components = dict.fromkeys(COMPONENTS[self.dimension][self.dimension :], 0.0)
+        blocked = [(body, body._to_drive("block_spin", components)) for body in members if block_spin]
         chain = Chain(
             members,
             law,
@@ -370,9 +383,8 @@ class Scene:
             settled=self._settled,
             cell=self._cell,
         )
-        if block_spin:
-            for body in members:
-                body.fix(*body.components[self.dimension :])
+        for body, spins in blocked:
+            body._state_changes(DRIVEN, spins)
         self.chains.append(chain)
         return chain
 
@@ -489,11 +501,11 @@ class Scene:
     def go_through(self, changes: list[Change]) -> None:
         """Go back to the conditions at the start, and from there through the statements between steps."""
         assert self._state is not None
+        self._state.changes = list(changes)  # first: by it a restore that is interrupted knows that it was here
         self._gravity = self._gravity_at_start
         for body, (velocities, forces, hidden) in zip(self.bodies, self._at_start, strict=True):
             body._velocities, body._forces, body._hidden = velocities, forces, hidden
         self.take(changes)
-        self._state.changes = list(changes)
         self._state.stale = True
 
     def take(self, changes: list[Change]) -> None:
@@ -561,6 +573,11 @@ class Scene:
         for at, (_, contactor, from_centre), shape in zip(
             np.flatnonzero(~plain[owner]).tolist(), others, shapes, strict=True
         ):
+            if len(from_centre) != self.dimension or (self.dimension == 3 and any(from_centre)):
+                raise ValueError(
+                    f"{self.bodies[owner[at]]!r} has a contactor at {shown(from_centre)} m from its centre: an offset is "
+                    "two numbers in 2D, and (0, 0, 0) in 3D, where bodies keep no rotation with which it would turn."
+                )
             kinds[at] = contactor.KIND
             table[at, : len(shape)] = shape
             offset[at] = from_centre

@@ -76,6 +76,8 @@ class Simulation(Stepper):
 
     @recorder.setter
     def recorder(self, recorder: Recorder | None) -> None:
+        if self._running:
+            raise RuntimeError("The recorder cannot change in a run: set it between two runs.")
         self._recorder = recorder
         self.state.recorded = recorder is not None
 
@@ -108,10 +110,13 @@ class Simulation(Stepper):
         of the simulation, called after every step; the run ends early when it returns True.
 
         ``on_step`` is a function of the simulation, called after every step and before the step is recorded: it may look,
-        and make statements for the next steps (``sim.scene.bodies[3].hide()``). A run that goes on from its file goes
+        and make statements for the next steps (``sim.scene.bodies[3].hide()``), but neither ``run``, nor in a recorded run
+        ``step`` or ``restore`` (RuntimeError). A run that goes on from its file goes
         through the statements that it has made; give it again for those to come. If it raises, the run ends, its file
         complete up to the step before.
         """
+        if self._running:
+            raise RuntimeError("run cannot be called inside a run, as by its on_step or until: call it after the run.")
         if (steps is None) == (duration is None):
             raise TypeError("run takes either steps or duration [s], one of the two.")
         if duration is not None:
@@ -144,13 +149,12 @@ class Simulation(Stepper):
             from tqdm import tqdm
 
             turns = tqdm(turns, desc="lmgcpy", unit="step", disable=None)
-        self._running, self.state.recorded = True, recorder is not None
         try:
+            self._running, self.state.recorded = True, recorder is not None
             if recorder is None:
                 for _ in turns:
                     self.step()
-                    if on_step is not None:
-                        on_step(self)
+                    self._ask("on_step", on_step)
                     if self._over(until):
                         break
             else:
@@ -179,12 +183,11 @@ class Simulation(Stepper):
             for _ in turns:
                 try:
                     self.step()
-                    if on_step is not None:
-                        on_step(self)
+                    self._ask("on_step", on_step)
                 except BaseException:
                     recorder.abandon()
                     raise
-                recorder.enter(self)
+                self._ask("observe", recorder.enter)
                 try:
                     over = self._over(until)
                 except BaseException:
@@ -200,7 +203,17 @@ class Simulation(Stepper):
         """Whether the run ends after this step; RuntimeError after an unsolved step if on_unconverged is "stop"."""
         if self.on_unconverged == "stop" and not self.report.solved:
             raise self._unsolved()
-        return until is not None and bool(until(self))
+        return bool(self._ask("until", until))
+
+    def _ask(self, what: str, function: Callable[[Simulation], Any] | None) -> Any:
+        """What a function of the user's says of the simulation; None if there is none."""
+        if function is None:
+            return None
+        self._asked = what
+        try:
+            return function(self)
+        finally:
+            self._asked = ""
 
 
 class _Summary:

@@ -220,12 +220,14 @@ class Crew:
         team.words[HELPERS] = self._helpers
         solver.make_ready(team, *arguments)  # or helpers would spend the compiler's time looking for work
         help_out.make_ready(team)
-        helpers = [threading.Thread(target=help_out, args=(team,)) for _ in range(self._helpers)]
-        for thread in helpers:
-            thread.start()
+        helpers: list[threading.Thread] = []
         try:
+            for _ in range(self._helpers):
+                helpers.append(threading.Thread(target=help_out, args=(team,)))
+                helpers[-1].start()
             return solver(team, *arguments)
         finally:
             team.words[TICKET] = STOP << 32
             for thread in helpers:
-                thread.join()
+                if thread.ident is not None:  # Ctrl-C may come before it runs
+                    thread.join()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from lmgcpy.errors import shown
+from lmgcpy.errors import shown, told
 from lmgcpy.laws import Law
 
 Numbers = tuple[float, ...]
@@ -26,7 +26,7 @@ def ask(law: Law, function: str, *arguments: Any) -> Any:
     try:
         return getattr(law, function)(*arguments)
     except Exception as error:
-        raise Nonconformance("finite", f"{function} raised {error!r}, expected numbers.") from error
+        raise Nonconformance("finite", f"{function} raised {told(error)}, expected numbers.") from error
 
 
 def numbers(law: Law, function: str, count: int, why: str, *arguments: Any, infinite: bool = False) -> Numbers:

@@ -10,6 +10,7 @@ import numpy as np
 
 from lmgcpy.compiled.fingerprint import Slot
 from lmgcpy.compiled.kernel import CompilerError, Kernel, kernel, row_reader
+from lmgcpy.errors import told
 from lmgcpy.laws import Law
 from lmgcpy.laws.pair import pair_of
 from lmgcpy.solve.law_kernels import as_floats, not_compiled, zeros
@@ -148,7 +149,7 @@ def compiled(case: LawCase, draw: Any) -> str:
     except CompilerError as error:
         raise Nonconformance("compiled", str(not_compiled(type(law), error)), law) from error
     except Exception as error:
-        return f"compiled, the law raised {error!r}; interpreted it did not."
+        return f"compiled, the law raised {told(error)}; interpreted it did not."
     if not same(prepared, case.prepared):
         return f"prepare, compiled, gives {prepared.tolist()}, interpreted {case.prepared}."
     if (np.diag(case.W) * np.abs(answer - case.impulse)).max() > 1e-12 * case.speed:

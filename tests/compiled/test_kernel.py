@@ -496,6 +496,97 @@ def test_a_cache_that_can_only_be_read_is_read_in_silence(cache, monkeypatch):
     assert len(list(cache.glob("kernels/*"))) == 1
 
 
+class Planted:
+    """What makes a file when it is unpickled."""
+
+    def __init__(self, path):
+        self.path = str(path)
+
+    def __reduce__(self):
+        return open, (self.path, "w")
+
+
+def plant(path, came):
+    """Put code that leaves a sign into a kernel's file, whole by its digest."""
+    code = pickle.dumps(Planted(came))
+    path.write_bytes(hashlib.sha256(code).digest() + code)
+
+
+def give_away(*paths):
+    """To the user that owns nothing."""
+    for path in paths:
+        os.chown(path, 65534, 65534)
+
+
+of_root = pytest.mark.skipif(getattr(os, "geteuid", lambda: 1)() != 0, reason="only root can give files away")
+posix = pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="Windows knows neither these modes nor pipes with names")
+OPENINGS = {
+    "the directory of kernels": lambda file: file.parent.chmod(0o777),
+    "the directory above": lambda file: file.parent.parent.chmod(0o777),
+    "sticky": lambda file: file.parent.chmod(0o1777),
+    "a group's": lambda file: (os.chown(file.parent, -1, 12345), file.parent.chmod(0o775)),
+    "the file": lambda file: file.chmod(0o666),
+    "a directory of nobody's": lambda file: give_away(file.parent),
+    "a file of nobody's": lambda file: give_away(file),
+    "all of nobody's": lambda file: give_away(file.parent.parent, file.parent, file),
+}
+
+
+@posix
+@pytest.mark.parametrize(
+    "opening", [pytest.param(what, marks=of_root if "nobody" in what or "group" in what else ()) for what in OPENINGS]
+)
+def test_what_others_may_have_written_is_not_run(cache, tmp_path, opening):
+    """It is compiled again, with one line, and works."""
+    counted(shifted, 1.0)
+    (path,) = cache.glob("kernels/*.kernel")
+    came = tmp_path / "came"
+    plant(path, came)
+    OPENINGS[opening](path)
+    with pytest.warns(RuntimeWarning, match="does not use .*compiled kernels? .* as (it belongs|others may)") as told:
+        assert counted(shifted, 1.0) == (6.0, 0, 1)
+    assert not came.exists()
+    assert len(told) == 1
+    assert counted(lambda x: x + 7.0, 1.0)[0] == 8.0  # and nothing is said twice
+    if "file" in opening:  # it is replaced by one that is the user's
+        assert counted(shifted, 1.0) == (6.0, 1, 0)
+
+
+@posix
+def test_a_cache_of_the_users_own_is_used_whatever_the_mask_of_its_files(cache):
+    """The mask of some systems lets the user's own group write; files are made without."""
+    before = os.umask(0)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            assert counted(shifted, 1.0) == (6.0, 0, 1)
+            assert counted(shifted, 1.0) == (6.0, 1, 0)
+            os.chown(cache, -1, os.geteuid())
+            cache.chmod(0o775)
+            assert counted(shifted, 1.0) == (6.0, 1, 0)
+    finally:
+        os.umask(before)
+
+
+@posix
+@pytest.mark.parametrize("what", ["pipe", "folder", "link to a pipe"])
+def test_what_is_no_file_has_a_kernels_name_and_nobody_waits_for_it(cache, what):
+    """Before, a pipe was opened to be read, and waited for somebody to write."""
+    counted(shifted, 1.0)
+    (path,) = cache.glob("kernels/*.kernel")
+    path.unlink()
+    if what == "folder":
+        path.mkdir()
+    else:
+        os.mkfifo(path if what == "pipe" else cache / "pipe")
+        if what != "pipe":
+            path.symlink_to(cache / "pipe")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore" if what == "folder" else "error")  # a folder is not removed
+        assert counted(shifted, 1.0) == (6.0, 0, 1)
+        assert counted(shifted, 1.0) == (6.0, 0, 1) if what == "folder" else (6.0, 1, 0)
+
+
 def refuse(*arguments):
     raise PermissionError(errno.EACCES, "Permission denied")
 

@@ -9,6 +9,7 @@ import pytest
 
 import lmgcpy as lm
 from lmgcpy.dynamics.changes import from_rows
+from lmgcpy.scene.cell import Edge
 
 G = 9.81
 
@@ -639,12 +640,85 @@ def test_what_is_added_into_others_is_told():
         sim.run(steps=1)
     scene, _, _ = heap(2, later=False)
     sim = simulate(scene, overlap="stop").run(steps=10)
-    wrong = scene.add(lm.disk(radius=0.1, position=scene.bodies[3].position + np.array([0.05, 0.0]), mass=1.0))
-    for _ in range(2):
-        with pytest.raises(ValueError, match="with what was added"):
-            sim.step()
-    wrong.hide()
+    wrong = lm.disk(radius=0.1, position=scene.bodies[3].position + np.array([0.05, 0.0]), mass=1.0)
+    with pytest.raises(ValueError, match="with what was added"):
+        scene.add(wrong)
+    scene.add(wrong.hide())  # what is hidden overlaps nothing
     assert sim.run(steps=1).steps == 11
+
+
+def in_a_cell():
+    scene = lm.Scene(dimension=2)
+    for i in range(3):
+        scene.add(lm.disk(radius=0.1, position=(0.3 * i, 0.3), mass=1.0))
+    scene.see("GRAIN", "GRAIN", lm.Coulomb(friction=0.3))
+    scene.periodic(x=1.0, y=1.0).impose_rate(xy=0.5)
+    return scene
+
+
+FAR, BIG = {"radius": 0.1, "position": (1e16, 0.1)}, {"radius": 0.4, "position": (0.5, 0.8)}
+CANNOT_COME = {
+    "too far": (lambda: heap(2, later=False)[0], lambda: lm.disk(mass=1.0, **FAR), ValueError, "from the origin"),
+    "too far for a cell": (in_a_cell, lambda: lm.disk(mass=1.0, **FAR), ValueError, "from the origin"),
+    "too big for a cell": (in_a_cell, lambda: lm.disk(mass=1.0, **BIG), ValueError, "wider than 1.6"),
+    "too big, hidden": (in_a_cell, lambda: lm.disk(mass=1.0, **BIG).hide(), ValueError, "wider than 1.6"),
+    "a wall across": (in_a_cell, lambda: lm.wall(point=(0, 0), normal=(0, 1)), ValueError, "cuts the faces"),
+    "an edge": (in_a_cell, lambda: Edge(0, (1.0, 0.0)), TypeError, "Scene.periodic makes it"),
+}
+
+
+@pytest.mark.parametrize("what", CANNOT_COME)
+def test_what_a_simulation_could_not_go_on_with_is_refused_as_it_is_added(what):
+    """And the steps after that are those of a scene in which nobody tried."""
+    make, body, error, words = CANNOT_COME[what]
+    scene, untried = make(), simulate(make()).run(steps=20)
+    sim, count, made = simulate(scene).run(steps=10), len(scene.bodies), body()
+    with pytest.raises(error, match=words):
+        scene.add(made)
+    assert made.id == -1
+    assert len(scene.bodies) == count
+    assert np.array_equal(sim.run(steps=10).state.positions, untried.state.positions)
+
+
+class Dumbbell(lm.Body):
+    """Two spheres off the centre of a body in 3D, as a stranger would write it."""
+
+    dimension = 3
+    mass = inertia = 1.0
+
+    def __init__(self, offset, **start):
+        super().__init__(**start)
+        shape = lm.sphere(radius=0.1, position=(0, 0, 0), mass=1.0).contactors[0][0]
+        self.contactors = [(shape, offset), (shape, tuple(-x for x in offset))]
+
+    contactors = None
+
+
+@pytest.mark.parametrize("offset", [(0.1, 0.0, 0.0), (0.0, 0.0, 0.1), (0.1, 0.0)])
+@pytest.mark.parametrize("later", [False, True])
+def test_a_body_in_space_has_its_contactors_at_its_centre(offset, later):
+    """No rotation is kept with which others would turn: the z of an offset was dropped, and z was taken for the angle."""
+    scene = lm.Scene(dimension=3)
+    scene.add(lm.sphere(radius=0.1, position=(0, 0, 0), mass=1.0))
+    scene.see("GRAIN", "GRAIN", lm.Coulomb(friction=0.3))
+    body = Dumbbell(offset, position=(1.0, 0.0, 0.0), color="GRAIN")
+    if later:
+        sim = simulate(scene).run(steps=1)
+        with pytest.raises(ValueError, match=r"\(0, 0, 0\) in 3D"):
+            scene.add(body)
+        assert sim.run(steps=1).steps == 2
+        return
+    scene.add(body)
+    with pytest.raises(ValueError, match=r"\(0, 0, 0\) in 3D"):
+        simulate(scene)
+
+
+def test_rigid_bodies_say_that_they_are_of_the_plane():
+    shape = lm.disk(radius=0.1, position=(0, 0), mass=1.0).contactors[0][0]
+    with pytest.raises(ValueError, match="RigidBody is 2D only"):
+        lm.Scene(dimension=3).add(lm.RigidBody([shape], mass=1.0, inertia=1.0, position=(0, 0), color="A"))
+    with pytest.raises(ValueError, match="RigidBody is 2D only"):
+        lm.RigidBody([shape], mass=1.0, inertia=1.0, position=(0, 0, 0), color="A")
 
 
 @pytest.mark.parametrize("dimension", [2, 3])

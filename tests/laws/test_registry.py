@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import importlib.metadata
+import signal
 import types
 from types import SimpleNamespace
 
 import pytest
+from click.testing import CliRunner
 
 import lmgcpy as lm
+from lmgcpy.cli import main
 from lmgcpy.laws.registry import Registry, check_interface
 
 
@@ -41,7 +44,7 @@ def entry_point(name, loaded, distribution="lmgcpy-law-test", version="1.2"):
     """What ``importlib.metadata`` gives for an installed plug-in; ``loaded``: module or exception."""
 
     def load():
-        if isinstance(loaded, Exception):
+        if isinstance(loaded, BaseException):
             raise loaded
         return loaded
 
@@ -120,6 +123,61 @@ def test_a_failing_plugin_is_remembered_and_told_when_its_law_is_asked_for(insta
     assert error.value.__cause__ is cause
 
 
+class Unspeakable(Exception):
+    """An exception that cannot be shown."""
+
+    def __str__(self):
+        raise SystemExit
+
+    __repr__ = __str__
+
+
+ENDS = [SystemExit(0), SystemExit("no licence"), KeyboardInterrupt(), GeneratorExit(), Unspeakable(), BaseException("all")]
+
+
+@pytest.mark.parametrize("end", ENDS, ids=[type(end).__name__ + str(i) for i, end in enumerate(ENDS)])
+@pytest.mark.parametrize("where", ["import", "hook"])
+def test_a_plugin_that_would_end_the_program_is_named_and_left_out(install, end, where, monkeypatch):
+    """``sys.exit(0)`` in one ended a recorded simulation with return code 0 before it began."""
+
+    def lmgcpy_laws(register):
+        raise end
+
+    module = types.ModuleType("test_plugin")
+    module.lmgcpy_laws = lm.laws.hook(lmgcpy_laws)
+    broken = entry_point("broken", end if where == "import" else module, "lmgcpy-law-broken", "0.3")
+    registry = install(broken, entry_point("fine", plugin(law())))
+    assert registry.names() == ["test-law"]
+    assert list(registry.failures().values()) == [end]
+    with pytest.raises(LookupError, match=rf"lmgcpy-law-broken 0.3 \(broken\) failed to load: <?{type(end).__name__}"):
+        registry.get("glue")
+    monkeypatch.setattr("lmgcpy.cli.laws.registered", registry)
+    listed = CliRunner().invoke(main, ["laws"])
+    assert listed.exit_code == 0, listed.output
+    assert f"Plug-in lmgcpy-law-broken 0.3 (broken) failed to load: {type(end).__name__}" in listed.output
+
+
+@pytest.mark.skipif(not hasattr(signal, "raise_signal"), reason="no signals")
+def test_ctrl_c_while_a_plugin_is_loaded_ends_the_program_and_not_the_plugin(install):
+    """And it is loaded when it is needed again; those before it are not loaded twice."""
+    pressed = []
+
+    def load():
+        if not pressed:
+            pressed.append(True)
+            signal.raise_signal(signal.SIGINT)
+        return plugin(law("slow"))
+
+    slow = entry_point("slow", None)
+    slow.load = load
+    registry = install(entry_point("fine", plugin(law())), slow)
+    with pytest.raises(KeyboardInterrupt):
+        registry.names()
+    assert registry.names() == ["slow", "test-law"]
+    assert registry.failures() == {}
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
 def test_a_plugin_that_registers_nonsense_fails_alone(install):
     registry = install(entry_point("odd", plugin(int)), entry_point("fine", plugin(law()), "other"))
     assert registry.names() == ["test-law"]
@@ -161,11 +219,13 @@ def test_a_script_may_register_a_law_and_define_it_again():
     assert registry.get("test-law") is second
 
 
+NO_WORDS = ["", " ", "two words", "a/b", "line\nbreak", "\udc80", "-x", "a\0", "'"]
 INCOMPLETE = [
     (lambda: int, "A law is a subclass of lmgcpy.Law, got <class 'int'>"),
     (lambda: lm.Coulomb(friction=0.3), "A law is a subclass of lmgcpy.Law, got Coulomb"),
     (lambda: law(NAME=None), "needs a class attribute NAME of type str"),
     (lambda: law(NAME=3), "needs a class attribute NAME of type str"),
+    *((lambda name=name: law(name), "NAME must be a word such as") for name in NO_WORDS),
     (lambda: law(APPLIES_TO=None), "needs a class attribute APPLIES_TO of type str"),
     (lambda: law(APPLIES_TO="grain"), "APPLIES_TO must be 'contact' or 'link', got 'grain'"),
     (lambda: law(PREPARED=["bias"]), "needs a class attribute PREPARED of type tuple"),

@@ -1,0 +1,234 @@
+"""A step is whole or it is not there, wherever an error or a signal ends it."""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import lmgcpy as lm
+
+PACKAGE = os.path.dirname(lm.__file__)
+
+
+class Interruption(BaseException):
+    """What no line of the package catches by name."""
+
+
+def interrupted(call, at, opcodes=False):
+    """Whether ``call()`` came to its line number ``at`` in the package, counted from 0, where it was interrupted; with
+    ``opcodes``, to that instruction."""
+    left = at
+
+    def trace(frame, event, _):
+        nonlocal left
+        if not frame.f_code.co_filename.startswith(PACKAGE):
+            return None
+        frame.f_trace_opcodes = opcodes
+        if event == ("opcode" if opcodes else "line"):
+            left -= 1
+            if left < 0:
+                raise Interruption
+        return trace
+
+    before = sys.gettrace()
+    sys.settrace(trace)
+    try:
+        call()
+    except Interruption:
+        return True
+    finally:
+        sys.settrace(before)
+    return False
+
+
+def count_lines(call, opcodes=False):
+    """Number of lines in the package that ``call()`` comes to."""
+    count = 0
+
+    def trace(frame, event, _):
+        nonlocal count
+        if not frame.f_code.co_filename.startswith(PACKAGE):
+            return None
+        frame.f_trace_opcodes = opcodes
+        count += event == ("opcode" if opcodes else "line")
+        return trace
+
+    before = sys.gettrace()
+    sys.settrace(trace)
+    try:
+        call()
+    finally:
+        sys.settrace(before)
+    return count
+
+
+def everything(sim):
+    """All that a step changes, as numbers and words that can be compared."""
+    watches = sim._watch, sim._displacement_watch
+    said = [getattr(watch, name) for watch in watches for name in ("_said", "said") if hasattr(watch, name)]
+    memory = vars(sim._detector.give_memory())
+    arrays = sim.positions, sim.state.positions, sim.velocities, sim.state.velocities, sim._turning_stretch.predicted
+    return (
+        *(array.tobytes() for array in (*arrays, *(v for v in memory.values() if isinstance(v, np.ndarray)))),
+        *(repr(value) for value in memory.values() if not isinstance(value, np.ndarray)),
+        (sim.time, sim.steps, sim.state.steps, sim.state.stale, len(sim.model.mass), len(sim.state.changes)),
+        (sim.unconverged_steps, sim.worst_residual, sim.worst_slip, sim._told_unsolved),
+        repr(vars(sim.energy)),
+        repr(replace(sim.report, seconds=0.0, step_seconds=0.0)),
+        (sim._watch._stretched, sim._watch.stretch, said),
+    )
+
+
+def thrown_together(changed):
+    """Grains and a wire with a heavy end that fall on a floor, in fast steps: new neighbours, turning links, unsolved
+    steps, and sentences about them. ``changed``: with statements that the next step takes up."""
+    rng = np.random.default_rng(3)
+    scene = lm.Scene(dimension=2, gravity=(0.0, -9.81))
+    for i in range(6):
+        position = (0.21 * (i % 3), 0.11 + 0.2 * (i // 3))
+        scene.add(lm.disk(radius=0.1, mass=1.0, position=position, velocity=rng.normal(0.0, 2.0, 2)))
+    beads = [lm.disk(radius=0.02, mass=0.01, position=(0.05 * i, 0.7), color="BEAD") for i in range(4)]
+    beads[0].fix()
+    beads.append(lm.disk(radius=0.05, mass=5.0, position=(0.22, 0.72), velocity=(3.0, 2.0), color="BEAD"))
+    scene.chain([scene.add(bead) for bead in beads], lm.RigidWire())
+    floor = scene.add(lm.wall(point=(0, 0), normal=(0, 1)))
+    scene.see("GRAIN", "GRAIN", lm.Coulomb(friction=0.4))
+    scene.see("GRAIN", "WALL", lm.Restitution(restitution=0.5, friction=0.4))
+    solver = lm.GaussSeidel(tolerance=1e-9, max_iterations=3)
+    sim = lm.Simulation(scene, time_step=2e-2, solver=solver, overlap="ignore", on_unconverged="ignore")
+    sim.run(steps=3)
+    if changed:
+        scene.bodies[1].hide()
+        floor.impose_velocity(y=0.3)
+        scene.add(lm.disk(radius=0.1, mass=1.0, position=(0.0, 3.0)))
+    return sim
+
+
+def in_a_cell(changed):
+    """A cell that yields, whose edges are straightened as it is sheared."""
+    scene = lm.Scene(dimension=2)
+    for i in range(9):
+        scene.add(lm.disk(radius=0.1, mass=1.0, position=(0.3 * (i % 3), 0.3 * (i // 3)), velocity=(0.5 - i % 2, 0.3)))
+    scene.see("GRAIN", "GRAIN", lm.Coulomb(friction=0.3))
+    scene.periodic(x=0.9, y=0.9).impose_rate(xy=8.0).impose_stress(yy=-100.0)
+    sim = lm.Simulation(scene, time_step=1e-2, on_unconverged="ignore").run(steps=6)
+    if changed:
+        scene.cell.impose_rate(xy=20.0)
+    return sim
+
+
+SCENES = {"thrown together": thrown_together, "in a cell": in_a_cell}
+
+
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+@pytest.mark.parametrize("changed", [False, True])
+@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize(
+    ("every", "opcodes"),
+    [(211, False), pytest.param(1, False, marks=pytest.mark.long), pytest.param(11, True, marks=pytest.mark.long)],
+)
+def test_a_step_that_is_interrupted_at_any_line_is_whole_or_not_there(name, changed, every, opcodes):
+    """At each line in turn, or ``every`` so many and the last ones: afterwards everything is as before the step or as after
+    it, to the last bit. And in the end the step gives what it gives at once."""
+    make = SCENES[name]
+    sim, once = make(changed), make(changed)
+    before = everything(sim)
+    once.step()
+    after = everything(once)
+    assert before == everything(make(changed)) != after
+    lines = count_lines(make(changed).step, opcodes)
+    assert lines > 500
+    whole = []
+    for line in sorted({*range(0, lines, every), *range(lines - 25, lines)}):
+        assert interrupted(sim.step, line, opcodes)
+        now = everything(sim)
+        assert now in (before, after), f"torn at line {line}"
+        if now == after:
+            whole.append(line)
+            sim = make(changed)
+    assert 0 < len(whole) < 25
+    sim.step()
+    assert everything(sim) == after
+
+
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+@pytest.mark.parametrize("every", [211, pytest.param(1, marks=pytest.mark.long)])
+def test_a_restore_that_is_interrupted_is_whole_or_not_there(every):
+    """The same of ``restore``, over statements that it takes back."""
+    sim = thrown_together(False)
+    sim.state.velocities[0] += 1.0
+    checkpoint = sim.checkpoint()
+    aim = thrown_together(False)
+    aim.restore(checkpoint)
+    after = everything(aim)
+    sim.scene.bodies[1].hide()
+    sim.step()
+    lines = count_lines(lambda: sim.restore(checkpoint))
+    sim.scene.bodies[1].hide()
+    sim.step()
+    before = everything(sim)
+    for line in sorted({*range(0, lines, every), *range(lines - 25, lines)}):
+        if not interrupted(lambda: sim.restore(checkpoint), line):
+            break  # there is nothing to go through any more
+        now = everything(sim)
+        assert now[:-1] in (before[:-1], after[:-1]), f"torn at line {line}"  # what was said stays said
+        assert sim.scene.bodies[1].hidden == (now[:-1] == before[:-1])
+    assert not sim.scene.bodies[1].hidden
+
+
+def storms(count, seed):
+    """Number of runs that end with other bits than one that nothing interrupts, of ``count`` that signals hit: up to three,
+    20 us apart."""
+    whole = thrown_together(False).run(steps=40)
+    rng, torn, left = random.Random(seed), 0, 0
+
+    def ring(*_):
+        nonlocal left
+        left -= 1
+        if left >= 0:
+            raise Interruption
+
+    def hit(sim):
+        nonlocal left
+        left = rng.randint(1, 3)
+        signal.setitimer(signal.ITIMER_REAL, rng.uniform(5e-4, 2e-2), 2e-5)
+        try:
+            sim.run(steps=whole.steps - sim.steps)
+            left = 0
+        except Interruption:
+            left = 0
+            return True
+        finally:
+            signal.setitimer(signal.ITIMER_REAL, 0.0)
+        return False
+
+    usual = signal.signal(signal.SIGALRM, ring)
+    try:
+        hits = 0
+        while hits < count:
+            sim = thrown_together(False)
+            try:
+                came = hit(sim)
+            except Interruption:  # on the way out
+                came = True
+            hits += came
+            left = 0
+            sim.run(steps=whole.steps - sim.steps)
+            torn += everything(sim) != everything(whole)
+    finally:
+        signal.signal(signal.SIGALRM, usual)
+    return torn
+
+
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="Windows has no timers that send signals")
+@pytest.mark.parametrize("count", [5, pytest.param(1000, marks=pytest.mark.long)])
+def test_runs_that_signals_interrupt_go_on_as_if_nothing_had_been(count):
+    """Real signals at random times, some of them while the first one is still on its way out of the step."""
+    assert storms(count, seed=25) == 0
