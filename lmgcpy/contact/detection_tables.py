@@ -88,6 +88,11 @@ class ChainTable:
         tables = [law.table(length[i : i + 1]) for i, law in enumerate(self.laws)]
         return np.ascontiguousarray(np.concatenate(tables), dtype=float)
 
+    def draw(self, gaps: np.ndarray) -> None:
+        """Give the links other reference gaps [m], (links,)."""
+        self.reference_gap[:] = gaps
+        vars(self).pop("parameters", None)  # some are made from the lengths
+
     def reference_gap_at(self, time: float) -> np.ndarray:
         """Reference gaps at a time [m], (links,)."""
         if time >= self.relaxation:

@@ -85,6 +85,8 @@ class Model:
     """The periodic cell, if there is one."""
     drag: Drag | None = None
     """That of a medium, if there is one."""
+    drawn: float = -np.inf
+    """Time [s] until which links are drawn to a length that they were given between steps."""
 
     @property
     def lattice(self) -> Lattice | None:
@@ -112,7 +114,7 @@ class Model:
     @cached_property
     def drawn_until(self) -> float:
         """Time until which links are drawn to their reference [s]."""
-        return max((chain.relaxation for chain in self.chains), default=0.0)
+        return max(self.drawn, *(chain.relaxation for chain in self.chains), 0.0)
 
     @cached_property
     def free_mass(self) -> np.ndarray:

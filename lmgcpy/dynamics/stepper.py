@@ -421,7 +421,12 @@ class Stepper:
         if not isinstance(checkpoint, Checkpoint):
             raise TypeError(f"restore takes what Simulation.checkpoint() gave, got {shown(checkpoint)}.")
         check(checkpoint, self.checkpoint())
-        changes = from_rows(checkpoint.changes, len(self.state.positions), self.model.dimension)
+        changes = from_rows(
+            checkpoint.changes,
+            len(self.state.positions),
+            self.model.dimension,
+            [chain.link_count for chain in self.model.chains],
+        )
         self._whole_or_not_at_all(lambda: self._take(checkpoint, changes))
 
     def _take(self, checkpoint: Checkpoint, changes: list[Change]) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 from lmgcpy.contact.frames import local_frames
 from lmgcpy.contact.lattice import Lattice
 from lmgcpy.dynamics.cell import CellMotion
-from lmgcpy.dynamics.changes import Change, from_rows, hidden_after
+from lmgcpy.dynamics.changes import Change, from_rows, gaps_after, hidden_after
 from lmgcpy.dynamics.checkpoint import Checkpoint
 from lmgcpy.errors import file_path, named_arguments
 from lmgcpy.io.observations import Observed
@@ -397,16 +397,25 @@ class Run:
         """Which bodies were hidden after the step of a frame, (n,) bool."""
         bodies = self.scene["bodies"]
         start = np.asarray(bodies.get("hidden", np.zeros(len(bodies["mass"]), dtype=bool)), dtype=bool)
-        if not self._hiding:
+        if not self._statements:
             return start
-        return hidden_after(self._hiding, int(self.steps[frame]), start)
+        return hidden_after(self._statements, int(self.steps[frame]), start)
+
+    def reference_gaps(self, frame: int) -> np.ndarray:
+        """Reference gaps of the links of all chains at a frame [m], (l,)."""
+        chains = self.scene["chains"]
+        gaps = np.split(np.asarray(chains["reference_gaps"], dtype=float), np.cumsum(chains["link_count"])[:-1])
+        gaps = gaps if len(chains["link_count"]) else []
+        return np.concatenate([np.zeros(0), *gaps_after(self._statements, int(self.steps[frame]), gaps)])
 
     @cached_property
-    def _hiding(self) -> list[Change]:
+    def _statements(self) -> list[Change]:
         """Statements between the steps so far."""
         with sentences_of_damage(self.path):
             checkpoint, _ = read_checkpoint(self._file, self.laws)
-            return from_rows(checkpoint.changes, len(checkpoint.positions), self.dimension)
+            return from_rows(
+                checkpoint.changes, len(checkpoint.positions), self.dimension, self.scene["chains"]["link_count"]
+            )
 
     def checkpoint(self) -> Checkpoint:
         """The last checkpoint, from which the run can continue."""

@@ -60,6 +60,13 @@ class Moment:
         return points if self.lattice is None else self.lattice.course(points, self.lattice.edges(positions))
 
     @property
+    def reference_gaps(self) -> np.ndarray:
+        """Of the links of all chains, as they were then [m], (l,)."""
+        if isinstance(self.source, Stepper):
+            return np.asarray(self.scene["chains"]["reference_gaps"], dtype=float)
+        return self.source.reference_gaps(self.number)
+
+    @property
     def velocities(self) -> np.ndarray:
         """[m/s], (n, d); in a periodic cell relative to the mean flow."""
         return self.source.velocities[:] if isinstance(self.source, Stepper) else self.source.velocities[self.number]

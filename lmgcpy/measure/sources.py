@@ -95,6 +95,10 @@ class RecordedRun(Protocol):
     def steps(self) -> np.ndarray:
         """Number of steps made up to each frame, (f,)."""
 
+    def reference_gaps(self, frame: int) -> np.ndarray:
+        """Reference gaps of the links of all chains at a frame [m], (l,)."""
+        ...
+
     def hidden(self, frame: int) -> np.ndarray:
         """Which bodies were hidden after the step of a frame, (n,) bool."""
 

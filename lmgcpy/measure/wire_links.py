@@ -63,7 +63,7 @@ def links_of(now: Moment) -> WireLinks:
     branch = np.concatenate([np.zeros((0, now.positions.shape[1])), *(np.diff(course, axis=0) for course in courses)])
     length = np.linalg.norm(branch, axis=1)
     radius = np.asarray(scene["bodies"]["link_radius"], dtype=float)
-    reference = np.asarray(scene["chains"]["reference_gaps"], dtype=float) + radius[pairs].sum(axis=1)
+    reference = now.reference_gaps + radius[pairs].sum(axis=1)
     force = now.net.force[: len(pairs), 0] if len(now.net) else np.full(len(pairs), np.nan)
     return WireLinks(
         chain=chain,

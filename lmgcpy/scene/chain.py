@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -46,6 +46,8 @@ class Chain:
     ):
         self.law = law
         self._cell = cell
+        self._keep: Callable[[int, float], None] | None = None
+        """Keeps a statement between steps; None before the scene is compiled."""
         self.bodies = list(bodies)
         self._path = self.bodies + self.bodies[:1] if closed else self.bodies
         self.closed = closed
@@ -131,6 +133,40 @@ class Chain:
                 f"joins the nearest images and must be shorter than half the width of the periodic cell, {0.5 * width:.3g} "
                 "m. Take more beads or a larger cell."
             )
+
+    @property
+    def reference_gap(self) -> np.ndarray:
+        """Reference gaps [m], (links,), a copy. They may be set, to one number or to one a link, also between the steps of
+        a simulation: a winch draws a rope in by a little in every step.
+
+        A rigid link follows at once: drawn in by s before a step of h, its ends approach by s/h. It must keep a length, and
+        does not relax (ValueError).
+        """
+        return self.reference_gaps.copy()
+
+    @reference_gap.setter
+    def reference_gap(self, gaps: Any) -> None:
+        given = numbers(gaps, "reference_gap", "a number [m] or one number a link")
+        if given.shape not in ((), self.reference_gaps.shape):
+            raise ValueError(
+                f"reference_gap must be a number [m] or {len(self.reference_gaps)} numbers, one a link, got {shown(gaps)}."
+            )
+        if self.relaxation > 0.0:
+            raise ValueError("The reference_gap of a chain that relaxes cannot be set: make it with relaxation=0.")
+        wanted = given + np.zeros_like(self.reference_gaps)
+        self._refuse_no_length(wanted, "would have no length at its reference", "give a larger gap")
+        one = len(set(wanted.tolist())) == 1
+        for link, gap in [(-1, float(wanted[0]))] if one else list(enumerate(wanted.tolist())):
+            if one or gap != self.reference_gaps[link]:
+                if self._keep is not None:
+                    self._keep(link, gap)
+                self._take(link, gap)
+
+    def _take(self, link: int, gap: float) -> None:
+        """What a statement makes of the reference gaps; ``link`` -1 means all."""
+        gaps = self.reference_gaps.copy()
+        gaps[slice(None) if link < 0 else link] = gap
+        self.reference_gaps = gaps
 
     @property
     def path(self) -> np.ndarray:

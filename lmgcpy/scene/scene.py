@@ -6,6 +6,7 @@ import itertools
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any, ClassVar, TypeVar
 
 import numpy as np
@@ -13,7 +14,7 @@ import numpy as np
 from lmgcpy.contact.detection_tables import ChainTable, ContactorTable, VisibilityRow
 from lmgcpy.contact.groups import check_pairs
 from lmgcpy.dynamics.cell import CellMotion
-from lmgcpy.dynamics.changes import DRIVEN, GRAVITY, SHOWN, Change
+from lmgcpy.dynamics.changes import DRIVEN, GRAVITY, REFERENCE, SHOWN, Change
 from lmgcpy.dynamics.model import COMPONENTS, BodyState, Drive, Model
 from lmgcpy.dynamics.start_overlaps import check_start
 from lmgcpy.errors import LARGEST, closest, flag, named_arguments, number, shown, vector, whole
@@ -457,7 +458,7 @@ class Scene:
             ],
             chains=[
                 ChainTable(
-                    chain.path, chain.laws, chain.radius_sums, chain.reference_gaps, chain.start_gaps, chain.relaxation
+                    chain.path, chain.laws, chain.radius_sums, chain.reference_gap, chain.start_gaps, chain.relaxation
                 )
                 for chain in self.chains
             ],
@@ -495,8 +496,24 @@ class Scene:
             return replace(self._model(self._state.time), start=self._state)
         velocities, forces, inverse_mass, hidden = self._conditions(model.mass)
         return replace(
-            model, gravity=self.gravity, velocities=velocities, forces=forces, inverse_mass=inverse_mass, hidden=hidden
+            model,
+            gravity=self.gravity,
+            velocities=velocities,
+            forces=forces,
+            inverse_mass=inverse_mass,
+            hidden=hidden,
+            drawn=self._drawn(model),
         )
+
+    def _drawn(self, model: Model) -> float:
+        """Time until which links are drawn to another length; chains that were given one learn it."""
+        assert self._state is not None
+        drawn = model.drawn
+        for chain, table in zip(self.chains, model.chains, strict=True):
+            if not np.array_equal(chain.reference_gaps, table.reference_gap):
+                table.draw(chain.reference_gaps)
+                drawn = float(np.nextafter(self._state.time, np.inf))
+        return drawn
 
     def go_through(self, changes: list[Change]) -> None:
         """Go back to the conditions at the start, and from there through the statements between steps."""
@@ -505,12 +522,17 @@ class Scene:
         self._gravity = self._gravity_at_start
         for body, (velocities, forces, hidden) in zip(self.bodies, self._at_start, strict=True):
             body._velocities, body._forces, body._hidden = velocities, forces, hidden
+        for chain, gaps in zip(self.chains, self._gaps_at_start, strict=True):
+            chain.reference_gaps = gaps
         self.take(changes)
         self._state.stale = True
 
     def take(self, changes: list[Change]) -> None:
         """Make of conditions, bodies and gravity what statements between steps made of them."""
         for change in changes:
+            if change.kind == REFERENCE:
+                self.chains[change.body]._take(change.component, change.value)
+                continue
             if change.kind != GRAVITY:
                 self.bodies[change.body]._take(change.kind, change.component, change.value)
                 continue
@@ -524,8 +546,11 @@ class Scene:
         self._state = state
         self._gravity_at_start = self._gravity
         self._at_start = [(body._velocities, body._forces, body._hidden) for body in self.bodies]
+        self._gaps_at_start = [chain.reference_gaps for chain in self.chains]
         for body in self.bodies:
             body._state = state
+        for k, chain in enumerate(self.chains):
+            chain._keep = partial(state.keep, REFERENCE, k)
 
     def _check_colors(self) -> None:
         known = {body.color for body in self.bodies}

@@ -1,0 +1,90 @@
+"""Reference gaps that are set between steps: ropes that are drawn in and let out."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import lmgcpy as lm
+
+MASS, G, LENGTH, SPEED, H = 5.0, 9.81, 1.0, 0.2, 1e-3
+
+
+def simulation(law, links=1):
+    """A load on a rope of some links under a hook, the rope, and the load."""
+    scene = lm.Scene(dimension=2, gravity=(0.0, -G))
+    places = np.linspace(0.0, -LENGTH, links + 1)
+    bodies = [scene.add(lm.disk(radius=0.01, position=(0.0, y), mass=0.1)) for y in places[:-1]]
+    bodies[0].fix()
+    bodies.append(scene.add(lm.disk(radius=0.05, position=(0.0, -LENGTH), mass=MASS)))
+    chain = scene.chain(bodies, law)
+    return lm.Simulation(scene, time_step=H, solver=lm.Auto(tolerance=1e-10)), chain, bodies[-1]
+
+
+def winding(chain, speed=SPEED):
+    """What ``on_step`` draws in of the first link."""
+
+    def wind(sim):
+        gaps = chain.reference_gap
+        gaps[0] -= speed * H
+        chain.reference_gap = gaps
+
+    return wind
+
+
+@pytest.mark.parametrize("law", [lm.RigidWire(), lm.RigidRod(), lm.ElasticWire(stiffness=1e5)])
+@pytest.mark.parametrize("links", [1, 4])
+def test_a_load_rises_as_its_rope_is_drawn_in(law, links):
+    """At the winch's speed, under a pull of m g once it moves; rigid links follow at once, to the length of two steps.
+    Nothing is said to have been made out of nothing."""
+    sim, chain, load = simulation(law, links)
+    sim.run(duration=0.2)
+    start = load.position[1]
+    sim.run(duration=0.5, on_step=winding(chain))
+    stretch = 0.0 if law.NAME.startswith("rigid") else 2.0 * MASS * G / 1e5 * links
+    assert load.position[1] - start == pytest.approx(SPEED * 0.5, abs=2.0 * SPEED * H + stretch)
+    if law.NAME.startswith("rigid"):
+        assert load.velocity[1] == pytest.approx(SPEED, rel=1e-6)
+        weight = (MASS + 0.1 * (links - 1)) * G
+        np.testing.assert_allclose(-sim.interactions.force[0, 0], weight, rtol=1e-6)
+    assert sim.energy.made == 0.0
+
+
+def test_a_run_goes_on_with_what_was_drawn_in(tmp_path):
+    sim, chain, _ = simulation(lm.RigidWire(), 3)
+    sim.run(steps=40, record=tmp_path / "run.h5", every=10, on_step=winding(chain))
+    resumed = lm.resume(tmp_path / "run.h5")
+    resumed.run(steps=30, on_step=winding(resumed.scene.chains[0]))
+    whole, of_whole, _ = simulation(lm.RigidWire(), 3)
+    whole.run(steps=70, on_step=winding(of_whole))
+    with lm.io.open_run(tmp_path / "run.h5") as run:
+        np.testing.assert_array_equal(run.positions[-1], whole.positions)
+        first, last = (lm.measure.wire_links(run, frame=k).reference_length for k in (0, -1))
+        assert first[0] - last[0] == pytest.approx(70 * SPEED * H, rel=1e-9)
+        assert first[1] == last[1]
+    again = lm.Scene.from_run(tmp_path / "run.h5", 40)
+    assert again.chains[0].reference_gap[0] == pytest.approx(LENGTH / 3 - 0.02 - 40 * SPEED * H, rel=1e-9)
+
+
+def test_the_stiffness_of_a_rope_is_that_of_its_length_now():
+    """EA/l: drawn in to a half it stretches by half as much."""
+    sim, chain, load = simulation(lm.ElasticWire(axial_rigidity=1e5))
+    sim.run(duration=0.1)
+    sim.run(duration=0.5, on_step=winding(chain, speed=1.0))
+    for _ in range(40):  # at rest
+        sim.run(steps=50)
+        sim.state.velocities *= 0.3
+    assert chain.reference_gap[0] == pytest.approx(0.5 - 0.06, rel=1e-9)
+    assert -load.position[1] - 0.5 == pytest.approx(MASS * G * 0.5 / 1e5, rel=1e-3)
+
+
+def test_wrong_gaps_change_nothing():
+    sim, chain, _ = simulation(lm.RigidWire(), 3)
+    sim.run(steps=1)
+    before = chain.reference_gap
+    wrong = (-1.0, "no length"), ([0.1, 0.2], "3 numbers"), (np.nan, "finite"), ([0.1, 0.1, -2.0], "no length")
+    for gaps, words in wrong:
+        with pytest.raises(ValueError, match=words):
+            chain.reference_gap = gaps
+    np.testing.assert_array_equal(chain.reference_gap, before)
+    assert sim.state.changes == []
