@@ -139,29 +139,30 @@ class DruckerPrager:
     def respond(self, increment: np.ndarray, stress: np.ndarray, kappa: float) -> SandResponse:
         """The sand after an increment of strain (m,) from a stress (m,) [Pa] and a plastic shear kappa.
 
-        Implicit Euler: flow, friction and dilatancy are those at the end of the increment, so that the increment of shear
-        is the first root of the yield condition. The tangent is the exact derivative of this stress. Where no pressure is
-        left the stress is zero, and so is the tangent.
+        Flow and friction are those at the end of the increment, so that the increment of shear is the first root of the
+        yield condition; the dilatancy is the mean of those at its ends, the integral of D to second order. The tangent is
+        the exact derivative of this stress. Where no pressure is left the stress is zero, and so is the tangent.
         """
         c, G, K, d = SHAPE[self.dimension], self.shear_modulus, self.bulk_modulus, self.dimension
         trial = stress + self.elastic @ increment
         pressure = -float(trial[:d].sum()) / d
         shear = trial + pressure * self.unit
         length = math.sqrt(float(shear @ shear))
-        if c * length <= self.friction(kappa) * pressure:
+        before = self.friction(kappa)
+        if c * length <= before * pressure:
             return SandResponse(trial, self.elastic, kappa)
-        gamma = self._return(c * length, pressure, kappa)
+        gamma = self._return(c * length, pressure, kappa, before)
         if gamma is None:  # the apex: all shear is lost
             zero = np.zeros(len(trial))
             return SandResponse(zero, np.zeros_like(self.elastic), kappa + length / (2.0 * G * c))
         end = kappa + gamma
         M, slope = self.friction(end), self.slope(end)
-        D = self.dilation * (M - self.turning)
+        D = self.dilation * (0.5 * (before + M) - self.turning)
         left = 1.0 - 2.0 * G * c * gamma / length
         normal = shear / length
         pressure += K * D * gamma
         # dgamma = rate . deps, from the derivative of the yield condition
-        grows = D + self.dilation * slope * gamma
+        grows = D + 0.5 * self.dilation * slope * gamma
         stiff = 2.0 * G * c * c + slope * pressure + M * K * grows
         rate = (2.0 * G * c / stiff) * normal + (M * K / stiff) * self.unit
         tangent = self._bulk + left * self._shear
@@ -169,8 +170,9 @@ class DruckerPrager:
         tangent -= np.multiply.outer(self.unit, K * grows * rate)
         return SandResponse(left * shear - pressure * self.unit, tangent, end)
 
-    def _return(self, deviator: float, pressure: float, kappa: float) -> float | None:
-        """The first root of ``r(gamma) = q_tr - 2 c^2 G gamma - M (p_tr + K D gamma)``; M and D are those at kappa + gamma.
+    def _return(self, deviator: float, pressure: float, kappa: float, before: float) -> float | None:
+        """The first root of ``r(gamma) = q_tr - 2 c^2 G gamma - M (p_tr + K D gamma)``; M is that at kappa + gamma,
+        ``before`` that at kappa, and D the mean of both ends.
 
         r is above zero at gamma = 0. Where q vanishes, at ``q_tr/(2 c^2 G)``, it is -M p: below zero if a pressure is left.
         If none is, a root is looked for in pieces, and without one the sand is at its apex: None. Newton's steps that leave
@@ -180,9 +182,9 @@ class DruckerPrager:
 
         def residual(gamma: float) -> tuple[float, float]:
             M, slope = self.friction(kappa + gamma), self.slope(kappa + gamma)
-            D = self.dilation * (M - self.turning)
+            D = self.dilation * (0.5 * (before + M) - self.turning)
             p = pressure + K * D * gamma
-            return deviator - soft * gamma - M * p, -soft - slope * p - M * K * (D + self.dilation * slope * gamma)
+            return deviator - soft * gamma - M * p, -soft - slope * p - M * K * (D + 0.5 * self.dilation * slope * gamma)
 
         low, high = 0.0, deviator / soft
         if residual(high)[0] > 0.0:

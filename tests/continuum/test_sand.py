@@ -78,7 +78,8 @@ def test_a_turned_sample_has_the_turned_stress(dimension):
 @settings(max_examples=50, deadline=None)
 @given(st.integers(0, 2**31), st.sampled_from([2, 3]), st.sampled_from([1e-5, 1e-3, 1e-2]), st.floats(0.0, 1.0))
 def test_flow_never_gains_work(seed, dimension, size, dilation):
-    """sigma . deps_p >= 0 at the end of the increment, deps_p what the elastic part does not hold; = p (M - D) dgamma."""
+    """sigma . deps_p = p (M - D) dgamma, deps_p what the elastic part does not hold, M at the end of the increment and D
+    the mean of its ends; with the mean of M it is not below zero."""
     rng = np.random.default_rng(seed)
     material = sand(dimension, dilation=dilation, turning=rng.uniform(0.0, 1.0), peak=rng.uniform(0.0, 0.8))
     compliance = np.linalg.inv(material.elastic)
@@ -86,21 +87,22 @@ def test_flow_never_gains_work(seed, dimension, size, dilation):
         plastic = increment - compliance @ (answer.stress - stress)
         lost = float(answer.stress @ plastic)
         p, _ = material.invariants(answer.stress)
-        assert lost >= -1e-12 * P
         if p > 0.0 and answer.kappa > kappa:
-            D, M = material.dilatancy(answer.kappa), material.friction(answer.kappa)
+            D, M = 0.5 * (material.dilatancy(kappa) + material.dilatancy(answer.kappa)), material.friction(answer.kappa)
+            assert 0.5 * (material.friction(kappa) + M) - D >= -1e-12
             assert lost == pytest.approx(p * (M - D) * (answer.kappa - kappa), rel=1e-6, abs=1e-10 * P)
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_flow_has_the_shear_and_the_dilation_that_are_stated(dimension):
-    """deps_p: its trace is D dgamma, and its part along s does the work q dgamma."""
+    """deps_p: its trace is D dgamma, D the mean of both ends, and its part along s does the work q dgamma."""
     material = sand(dimension)
     compliance = np.linalg.inv(material.elastic)
     for increment, stress, kappa, answer in walk(material, np.random.default_rng(3), 20, 1e-3):
         plastic, gamma = increment - compliance @ (answer.stress - stress), answer.kappa - kappa
         p, q = material.invariants(answer.stress)
-        assert plastic[:dimension].sum() == pytest.approx(material.dilatancy(answer.kappa) * gamma, abs=1e-12)
+        D = 0.5 * (material.dilatancy(kappa) + material.dilatancy(answer.kappa))
+        assert plastic[:dimension].sum() == pytest.approx(D * gamma, abs=1e-12)
         shear = answer.stress + p * identity(dimension)
         assert shear @ plastic == pytest.approx(q * gamma, abs=1e-9 * P)
 
@@ -175,7 +177,7 @@ def test_results_do_not_depend_on_the_elastic_stand_in():
         assert errors[2] < 0.35 * errors[1]
 
 
-def test_the_integration_is_of_first_order():
+def test_the_integration_is_of_second_order():
     """Error of the volume against a path of 4000 increments, over increments of 1/40 to 1/320 of 4 % of strain."""
     material = TexSol(sand())
 
@@ -184,8 +186,8 @@ def test_the_integration_is_of_first_order():
 
     counts = np.array([40, 80, 160, 320])
     errors = np.abs(np.array([volume(n) for n in counts]) - volume(4000))
-    assert np.polyfit(np.log(counts), np.log(errors), 1)[0] == pytest.approx(-1.0, abs=0.15)
-    assert errors[2] < 2e-4
+    assert np.polyfit(np.log(counts), np.log(errors), 1)[0] == pytest.approx(-2.0, abs=0.15)
+    assert errors[2] < 2e-6
 
 
 @pytest.mark.parametrize(
