@@ -7,6 +7,7 @@ the one along its normal, as a wall that slides in its own plane moves no surfac
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -168,7 +169,7 @@ class DisplacementWatch:
         self.said |= {kind}
         return (
             f"In the step to t = {time:g} s {what}, more than {self._whose(body)}: contacts are seen late. "
-            f"A time step of {would_do:.2g} s would do. (Said once.)"
+            f"At this speed a time step of {rounded_down(would_do)} s would do. (Said once.)"
         )
 
     def _whose(self, body: int) -> str:
@@ -187,9 +188,17 @@ class DisplacementWatch:
         return [
             f"In the step to t = {time:g} s bodies {links.antagonist[i]} and {links.candidate[i]} move by "
             f"{distance[i]:.3g} m relative to each other, more than twice the length of their link, "
-            f"{links.length[i]:.3g} m, which it cannot keep. A time step of "
-            f"{time_step * TURN * links.length[i] / distance[i]:.2g} s would do. (Said once.)"
+            f"{links.length[i]:.3g} m, which it cannot keep. At this speed a time step of "
+            f"{rounded_down(time_step * TURN * links.length[i] / distance[i])} s would do. (Said once.)"
         ]
+
+
+def rounded_down(value: float) -> str:
+    """A positive number with two digits that is not above it: what would do, does."""
+    if not 0.0 < value < math.inf:
+        return f"{value:.2g}"
+    unit = 10.0 ** (math.floor(math.log10(value)) - 1)
+    return f"{math.floor(value / unit * (1.0 + 1e-12)) * unit:.2g}"
 
 
 def radii_that_meet(model: Model) -> tuple[np.ndarray, np.ndarray]:
