@@ -6,6 +6,7 @@ import numpy as np
 
 from lmgcpy.dynamics.assembled_problem import as_problem, law_without_conic
 from lmgcpy.dynamics.assembly import StepProblem
+from lmgcpy.dynamics.straight_spans import StraightSpans
 from lmgcpy.solve.locked import least_motion
 from lmgcpy.solve.newton.alternating import newton_steps
 from lmgcpy.solve.report import Lock, Report
@@ -16,8 +17,9 @@ CARRIES = 0.1
 """A body belongs to a lock if it bears more than this part of the greatest force of the self-stress."""
 
 
-def find_lock(problem: StepProblem, report: Report) -> Lock | None:
-    """The lock of a step that was not solved; None if there is none, or if the solver gave up early.
+def find_lock(problem: StepProblem, report: Report, spans: StraightSpans) -> Lock | None:
+    """The lock of a step that was not solved; None if there is none, or if the solver gave up early. ``spans``: of the
+    model.
 
     The step is locked if any solution would move the bodies, in the mean weighted by mass, by more than the radius of one:
     in such a step the constraints are no longer those that were linearised. Laws without a conic form are not examined.
@@ -46,4 +48,9 @@ def find_lock(problem: StepProblem, report: Report) -> Lock | None:
     imposed = (problem.system.inverse_mass[bodies] == 0.0) & (problem.free_velocity[bodies] != 0.0)
     driven = bodies[imposed.any(axis=1)]
     held = np.setdiff1d(bodies, driven)
-    return Lock(tuple(map(int, driven)), tuple(map(int, held)), float(motion))
+    chain = None
+    if not len(driven):
+        bears = np.zeros(len(acting), dtype=bool)
+        bears[acting] = carries
+        chain = spans.bearing(bears, problem.system.normal)
+    return Lock(tuple(map(int, driven)), tuple(map(int, held)), float(motion), chain)

@@ -27,6 +27,7 @@ from lmgcpy.dynamics.lock import find_lock
 from lmgcpy.dynamics.model import BodyState, Drive, Model
 from lmgcpy.dynamics.solve_step import solve_step
 from lmgcpy.dynamics.start_overlaps import check_start, overlaps_at_start
+from lmgcpy.dynamics.straight_spans import StraightSpans
 from lmgcpy.dynamics.stretch_and_energy_watch import Watch
 from lmgcpy.dynamics.sweep_mass import sweep_mass
 from lmgcpy.dynamics.turning_stretch import TurningStretch
@@ -136,6 +137,7 @@ class Stepper:
         self._detector.hide(model.hidden)
         self._assembler = Assembler(model)
         self._links = LinkStiffness.of(model.chains, model.inverse_mass, model.dimension)
+        self._straight_spans = StraightSpans.of(model.chains, model.inverse_mass, model.dimension)
         self._last: tuple[StepProblem, Interactions] | None = None
         self.unconverged_steps = 0
         self.worst_residual = 0.0
@@ -198,7 +200,7 @@ class Stepper:
         self._last = problem, found.interactions
         self.report = self.report.of_step(self._watch.stretch, clock.perf_counter() - begin)
         if not self.report.solved:
-            lock = find_lock(problem, self.report)
+            lock = find_lock(problem, self.report, self._straight_spans)
             if lock is not None:
                 self.report = replace(self.report, status=STATUS[LOCKED], lock=lock)
             sentences += self._count_unsolved()
@@ -220,6 +222,7 @@ class Stepper:
             detector.change(model.inverse_mass, model.hidden)
         self.model, self._detector, self._assembler = model, detector, Assembler(model)
         self._links = LinkStiffness.of(model.chains, model.inverse_mass, model.dimension)
+        self._straight_spans = StraightSpans.of(model.chains, model.inverse_mass, model.dimension)
         self._turning_stretch.look_at(model)
         self.state.velocities[model.hidden] = 0.0
         self.state.stale = False
@@ -330,6 +333,7 @@ class Stepper:
             more=more,
             wire_blocks=self.solver.wire_blocks,
         )
+        self._straight_spans.let_go(given.guess, interactions.normal)
         return interactions, given, self._solve(given)
 
     def _take_back_stretch(

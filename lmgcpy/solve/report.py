@@ -62,9 +62,18 @@ class Lock:
     """Ids of the other bodies that these impulses press or pull."""
     motion: float
     """Least motion of any solution in the step: the mean displacement weighted by mass, in median radii."""
+    chain: tuple[int, int] | None = None
+    """Ids of the two held bodies between which a straight piece of a chain bears these impulses, if it does and no body is
+    driven: it has no finite tension."""
 
     def __str__(self) -> str:
         held = _listed(self.held, "body", "bodies")
+        if self.chain is not None:
+            first, last = self.chain
+            return (
+                f"no finite tension: the chain from body {first} to body {last} is straight between held bodies; "
+                "give it slack or an elastic law"
+            )
         if not self.driven:
             return f"no finite impulses satisfy the constraints on {held}; links need some slack there, or an elastic law"
         driven = _listed(self.driven, "body", "bodies")

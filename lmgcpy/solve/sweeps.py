@@ -24,6 +24,8 @@ WORST, QUIET, SUM, LOUD, UNLOADED, FORCE = map(np.int64, range(10, 16))
 function each."""
 NEAR = 32.0
 """Round-off is looked at closely where the error is within so many times an estimate that costs next to nothing."""
+LOST = 2.0**-53
+"""What rounding leaves off a number, in parts of it."""
 LONG = 40
 """A solve has taken long if it was measured so many times, that is after some 500 sweeps."""
 LARGEST_RESIDUAL, LARGEST_SLIP, LARGEST_ENERGY = 1e-2, 3e-3, 100.0
@@ -246,7 +248,10 @@ def largest_force_error(team):
 
 def rate(team, nothing):
     """The largest of the residual, the slip and the error of a force, each over its bound, times the tolerance: all three
-    are within their bounds if this is within the tolerance. They are left in ``team.measured``."""
+    are within their bounds if this is within the tolerance. They are left in ``team.measured``.
+
+    Impulses may be so large that errors of a hundredth of e(0) are lost in ``u - w r``: then no less is known of them.
+    """
     tolerance, slip, force = team.bounds[0], team.bounds[1], team.bounds[2]
     residual = total_error(team) / nothing
     share_chunks(WORST, team)
@@ -258,6 +263,9 @@ def rate(team, nothing):
             largest = team.partial[task, 1]
             team.measured[2] = team.partial[task, 2]
             team.measured[3] = team.partial[task, 3]
+    lost = LOST * np.sqrt(team.limits[6])
+    if lost > LARGEST_RESIDUAL * nothing:
+        residual = max(residual, lost / nothing)
     team.measured[0] = residual
     team.measured[1] = np.sqrt(max(largest, 0.0))
     excess = max(team.measured[1] / slip, largest_force_error(team) / force)

@@ -141,3 +141,55 @@ def test_a_locked_step_is_kept_as_one_in_a_run_file(tmp_path):
     with lm.io.open_run(tmp_path / "run.h5") as run:
         assert run.status.tolist() == ["locked", "locked"]
         assert run.unconverged_steps == 2
+
+
+def drawn(law, *, dimension=2, solver=None, closed=False, bend=0.0):
+    """A chain between two posts that is drawn to 0.999 of its length; ``bend``: every other bead is so far aside [m]."""
+    scene = lm.Scene(dimension=dimension)
+    bead = lm.disk if dimension == 2 else lm.sphere
+    places = [(0.01 * i, bend * (i % 2)) for i in range(11)]
+    if closed:  # back on a lower line; the chain begins in the middle of the upper one
+        places += [(0.01 * i, -0.05) for i in range(10, -1, -1)]
+        places = places[5:] + places[:5]
+    for x, y in places:
+        position = (x, y) if dimension == 2 else (x, 0.3 * y, y)
+        scene.add(bead(radius=0.002, position=position, mass=0.01))
+        if x in (0.0, 0.1):
+            scene.bodies[-1].fix()
+    ring = np.array([body.position for body in (*scene.bodies, *scene.bodies[:closed])])
+    gaps = 0.999 * np.linalg.norm(np.diff(ring, axis=0), axis=1) - 0.004
+    scene.chain(scene.bodies, law, reference_gap=gaps, relaxation=0.01, closed=closed)
+    return lm.Simulation(scene, time_step=1e-3, solver=solver or lm.GaussSeidel(), on_unconverged="ignore")
+
+
+@pytest.mark.default_parameters("GaussSeidel-2-RigidRod()-False", "GaussSeidel-3-RigidWire()-True")
+@pytest.mark.parametrize("closed", [False, True])
+@pytest.mark.parametrize("law", [lm.RigidRod(), lm.RigidWire()], ids=repr)
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize(
+    "solver", [lm.GaussSeidel(), lm.AcceleratedGaussSeidel(), lm.Auto(), lm.Newton()], ids=lambda s: type(s).__name__
+)
+def test_a_chain_without_a_finite_tension_is_named(solver, dimension, law, closed):
+    """Links that are drawn shorter between two posts: no motion and no tension makes them so. No step counts as solved,
+    not even if impulses are so large that in ``u - w r`` nothing is left of u."""
+    sim = drawn(law, dimension=dimension, solver=solver, closed=closed)
+    sim.step()  # not yet drawn in its middle
+    for _ in range(3):
+        report = sim.step()
+        assert report.status == "locked"
+        assert not report.lock.driven
+        first, last = report.lock.chain
+        ends = np.array([sim.positions[first], sim.positions[last]])
+        assert sorted(ends[:, 0]) == [0.0, 0.1]
+        assert ends[0, -1] == ends[1, -1]
+        assert f"no finite tension: the chain from body {first} to body {last} is straight" in str(report)
+
+
+@pytest.mark.parametrize(
+    ("law", "bend"), [(lm.ElasticRod(stiffness=1e6), 0.0), (lm.RigidRod(), 1e-3), (lm.RigidWire(), 1e-3)], ids=repr
+)
+def test_a_chain_that_is_elastic_or_gives_way_is_not(law, bend):
+    """Beads 1 mm off their line, on links of 10 mm, come into it as they are drawn by 0.1 %."""
+    sim = drawn(law, bend=bend)
+    for _ in range(15):
+        assert sim.step().status == "converged"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import compaction
+import light
 import limits
 import nets
 import stacks
@@ -102,6 +103,32 @@ CASES = [
         long=True,
         solvers=TWO,
         without="the wires make energy",
+    ),
+    Case("light wire that friction holds", light.squeezed, tolerance=1e-2, long=True),
+    Case(
+        "wire of a millionth torn off",
+        light.torn_off,
+        tolerance=1e-2,
+        long=True,
+        solvers=("Auto",),
+        fails={"Auto": "80 000 sweeps leave speeds 34 to 52 % off, or worse by decades"},
+        says=("Until t",),
+    ),
+    Case("light wire drawn through a pack", light.through_pack, tolerance=1e-4, long=True),
+    Case(
+        "light wire drawn through a pack, to 1e-2",
+        light.through_pack_roughly,
+        tolerance=1e-2,
+        fails=dict.fromkeys(("GaussSeidel", "Newton", "Auto"), "rows go along with the wire, which takes 0.3 of the force"),
+    ),
+    Case("light bead between grains pulled apart", light.pulled_apart, tolerance=1e-8, long=True),
+    Case(
+        "light tetherball",
+        light.tetherball,
+        tolerance=1e-6,
+        fails={"GaussSeidel": "a third of its steps are unsolved, and make a quarter of the energy"},
+        long=True,
+        says=("In the step", "Until t"),
     ),
     Case(
         "column of spheres under 1e4 times its mass",

@@ -1,0 +1,93 @@
+"""Straight spans that cross: rigid links in line between two held bodies, whose tension nothing determines.
+
+If both ends are held, the same tension T in every link of a span gives the body between two links ``T (n' - n)``, nothing
+if the span is straight: no finite tension holds its weight, and the laws leave its tension to round-off and to tolerances.
+A solver keeps what it was given, with errors that are a part of it. By itself a span is one block of the sweep, and stays
+as it is. But where spans share bodies, as in a flat net, these errors are handed on between them; tensions of some and
+compressions of others walk from sweep to sweep and from step to step, without end.
+
+Of all tensions that solve the step the least is wanted, the limit of small slack: with slack a span sags by an angle a
+until ``T = m g/a``. So such a span begins a step with half of what its links bore. A solver finds what the laws determine
+from there all the same; what they do not determine falls from step to step, until the span sags by angles that they see.
+(In a step half of a sag is pulled back, and the tension doubles: "Straight between held beads" in docs/nscd.md.)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lmgcpy.contact.detection_tables import ChainTable
+
+STRAIGHT = 1e-10
+"""Mean square of the angles between its links up to which a span is straight. (Flat nets of 2 to 12 links a
+side, steps of 4 to 0.25 ms: 1e-8 does as well, with 1e-12 some steps take ten times the sweeps.)"""
+KEPT = 0.5
+"""Part of its impulses with which a step begins. (With 0.9 nets of wires still explode, with 0.1 tensions
+jump by a factor of 1e3.)"""
+
+
+@dataclass(frozen=True)
+class StraightSpans:
+    """The spans of the rigid chains of a model, S of them with J inner bodies in all; none in most scenes."""
+
+    ends: np.ndarray
+    """The two held bodies of each span, (S, 2)."""
+    crosses: np.ndarray
+    """Whether one of its inner bodies is in another span too, (S,) bool."""
+    link: np.ndarray
+    """Rows of its links, one span after another, (S + J,), as the detector orders them."""
+    span: np.ndarray
+    """Span of each of these, (S + J,)."""
+    inner: np.ndarray
+    """Places in ``link`` of the links before the inner bodies, (J,); those behind follow."""
+    weight: np.ndarray
+    """Inverse masses of the inner bodies by component, over those of their span, (J, d)."""
+
+    @classmethod
+    def of(cls, chains: list[ChainTable], inverse_mass: np.ndarray, dimension: int) -> StraightSpans:
+        """Find the spans of a model; ``inverse_mass`` by component, (n, k)."""
+        inverse = inverse_mass[:, :dimension]
+        held = inverse.max(axis=1, initial=0.0) == 0.0
+        bodies_of, links_of, row = [], [], 0
+        for chain in chains:
+            count, bodies = chain.link_count, chain.bodies
+            closed = bodies[0] == bodies[-1]
+            around = bodies[:-1] if closed else bodies
+            at = np.flatnonzero(held[around])
+            if closed:  # the last span goes on through the first body
+                at = np.append(at, at[:1] + count)
+            for first, last in zip(at[:-1].tolist(), at[1:].tolist(), strict=True):
+                if "rigid" in chain.law.TRAITS and last > first + 1:
+                    bodies_of.append(around[np.arange(first, last + 1) % len(around)])
+                    links_of.append(row + np.arange(first, last) % count)
+            row += count
+        nothing, masses = np.zeros(0, np.int64), [inverse[bodies[1:-1]] for bodies in bodies_of]
+        met = np.bincount(np.concatenate([nothing, *(bodies[1:-1] for bodies in bodies_of)]), minlength=len(held))
+        span = np.repeat(np.arange(len(links_of)), [len(links) for links in links_of])
+        return cls(
+            ends=np.array([bodies[[0, -1]] for bodies in bodies_of], dtype=np.int64).reshape(-1, 2),
+            crosses=np.array([(met[bodies[1:-1]] > 1).any() for bodies in bodies_of], dtype=bool),
+            link=np.concatenate([nothing, *links_of]),
+            span=span,
+            inner=np.flatnonzero(span[:-1] == span[1:]),
+            weight=np.concatenate([np.zeros((0, dimension)), *(own / own.max(axis=1).sum() for own in masses)]),
+        )
+
+    def straight(self, normal: np.ndarray) -> np.ndarray:
+        """Which spans are straight, (S,) bool, by the normals of all interactions (m, d)."""
+        bend = normal[self.link[self.inner + 1]] - normal[self.link[self.inner]]
+        square = np.bincount(self.span[self.inner], (self.weight * bend * bend).sum(axis=1), len(self.ends))
+        return square < STRAIGHT
+
+    def let_go(self, guess: np.ndarray, normal: np.ndarray) -> None:
+        """Take their part off the impulses (m, d) that straight spans that cross begin a step with."""
+        if self.crosses.any():
+            guess[self.link[(self.crosses & self.straight(normal))[self.span]]] *= KEPT
+
+    def bearing(self, carries: np.ndarray, normal: np.ndarray) -> tuple[int, int] | None:
+        """The ends of the first straight span all of whose links are among the interactions that carry (m,), if any."""
+        found = self.straight(normal)
+        found[self.span[~carries[self.link]]] = False
+        return tuple(self.ends[found][0].tolist()) if found.any() else None
