@@ -59,6 +59,12 @@ class Found(NamedTuple):
     moves: Displacements
 
 
+CHANGED = (
+    *("model", "steps", "report", "energy", "unconverged_steps", "worst_residual", "worst_slip"),
+    *("_last", "_links", "_told_unsolved", "_displacement_watch"),
+)
+"""Attributes of a simulation that a step or a restore sets, besides detector and assembler."""
+
 Before = tuple[np.ndarray, np.ndarray, list[tuple[dict[str, Any], dict[str, Any]]]]
 """What a simulation was before a step: positions, velocities, and the attributes of objects, now and as they were."""
 
@@ -220,8 +226,9 @@ class Stepper:
     def _all(self) -> Before:
         """All that a step changes: these objects set attributes and change nothing in place, but for the detector."""
         watches = self._watch, self._displacement_watch, self._turning_stretch
-        kept = [(now, now.copy()) for now in map(vars, (*watches, self.energy, self.state, self))]
-        kept[-1][1]["_detector"] = copy(self._detector)
+        kept = [(now, now.copy()) for now in map(vars, (*watches, self.energy, self.state))]
+        own = self.__dict__
+        kept.append((own, {name: own[name] for name in CHANGED} | {"_detector": copy(self._detector)}))
         return self.state.positions.copy(), self.state.velocities.copy(), kept
 
     def _go_back(self, before: Before) -> None:
