@@ -11,6 +11,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from lmgcpy.contact.detector import Detector
+from lmgcpy.contact.foreign_pairs import NarrowPhaseError
 from lmgcpy.contact.narrow_phase import Interactions
 from lmgcpy.dynamics.assembled_problem import as_problem
 from lmgcpy.dynamics.assembly import Assembler, StepProblem
@@ -151,9 +152,9 @@ class Stepper:
         every such step raises RuntimeError; the step is made all the same.
 
         Raises FloatingPointError where a number stops being finite, with the body or the interaction, its law and bodies,
-        and the time; RuntimeError or TypeError where an imposed function of time fails. Then, and where Ctrl-C or another
-        signal ends it at any line, no step was made: all is as after the last whole step, and with the cause removed the
-        simulation goes on as if nothing had been. Only ``interactions`` are empty until then.
+        and the time; RuntimeError or TypeError where an imposed function of time or a narrow phase fails. Then, and where
+        Ctrl-C or another signal ends it at any line, no step was made: all is as after the last whole step, and with the
+        cause removed the simulation goes on as if nothing had been. Only ``interactions`` are empty until then.
         """
         self._refuse_asked("step")
         self._last = None  # the arrays of the step before make room
@@ -293,7 +294,10 @@ class Stepper:
     ) -> tuple[Interactions, StepProblem, StepProblem]:
         """Detect what ``moves`` may bring into contact; (interactions, the problem as assembled, the problem as solved)."""
         state, detector = self.state, self._detector
-        interactions = detector.detect(state.positions, moves.travel, moves.closing)
+        try:
+            interactions = detector.detect(state.positions, moves.travel, moves.closing)
+        except NarrowPhaseError as error:
+            raise RuntimeError(f"In the step from t = {state.time:g} s {error}.") from error.__cause__
         more = sweep_mass(self.model, interactions, self.solver.tolerance)
         if more is not None:  # the local blocks of W are those of the sweep
             swept = self.model.inverse_mass / more[:, None]
