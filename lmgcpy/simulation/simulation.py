@@ -100,9 +100,9 @@ class Simulation(Stepper):
         """Make ``steps`` steps, or as many as ``duration`` [s] takes; returns the simulation itself.
 
         ``progress`` shows a bar if standard error is a terminal. ``record`` is the path of a run file (HDF5). The file gets
-        a frame every ``every`` steps and the history of every step; unwritten steps are at most ``flush`` [s] of clock time
-        old. An existing file is replaced only with ``force``. Ctrl-C ends a recorded run between two steps, with a
-        complete file.
+        a frame every ``every`` steps and one where the run ends, and the history of every step; unwritten steps are at most
+        ``flush`` [s] of clock time old. An existing file is replaced only with ``force``. Ctrl-C ends a recorded run
+        between two steps, with a complete file.
 
         ``observe`` gives functions of the simulation by name, called before the first step and after every step. Each
         returns a number or an array of the same shape at every step; the run file keeps the values. ``notes`` are your own
