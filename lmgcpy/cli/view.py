@@ -10,6 +10,7 @@ from typing import Any
 import click
 
 from lmgcpy.cli.comma_list import CommaList
+from lmgcpy.writing import check_target
 
 FILE = click.Path(path_type=Path)
 CAMERA = CommaList(float, "1,-1,1", count=3, or_word=True)
@@ -71,6 +72,9 @@ def panel_options(command: Callable) -> Callable:
     return command
 
 
+force_option = click.option("--force", is_flag=True, help="Replace a file that exists.")
+
+
 @click.command()
 @click.argument("file", type=FILE)
 @click.option("--frame", type=int, default=-1, help="Number of the frame; negative: from the end.")
@@ -108,6 +112,7 @@ def view(file: Path, frame: int, scale: float | None, **how: Any) -> None:
     type=FILE,
     help="File to write: .png, .pdf or .svg, or .gif or .mp4 that move [default: named after the first file].",
 )
+@force_option
 def render(
     files: tuple[Path, ...],
     frame: tuple[int, ...],
@@ -115,6 +120,7 @@ def render(
     scale: float | None,
     fps: float,
     out: Path | None,
+    force: bool,
     what: str | None,
     **how: Any,
 ) -> None:
@@ -128,6 +134,7 @@ def render(
     from lmgcpy.view.pictures import render as draw
 
     target = Path(f"{files[0].stem}-{what or 'grains'}.png") if out is None else out
+    check_target(target, force=force, name="--out", instead="give another name by --out, or --force to replace it")
     with ExitStack() as stack:
         runs = [stack.enter_context(open_run(file)) for file in files]
         written = draw(
@@ -155,14 +162,17 @@ def one_or_list(values: Sequence[Any]) -> Any:
 @click.argument("files", type=FILE, nargs=-1, required=True)
 @click.option("--what", default="reaction", help="Curves: reaction, deviator, stress, energy or solver.")
 @click.option("--out", type=FILE, help="File to write, .png, .svg or .pdf [default: named after the curves].")
-def plot(files: tuple[Path, ...], what: str, out: Path | None) -> None:
+@force_option
+def plot(files: tuple[Path, ...], what: str, out: Path | None, force: bool) -> None:
     """Draw curves of one run or of several runs in one figure."""
     from lmgcpy.io.run import open_run
     from lmgcpy.view.curves import plot as draw
 
+    target = Path(f"{what}.png") if out is None else out
+    check_target(target, force=force, name="--out", instead="give another name by --out, or --force to replace it")
     with ExitStack() as stack:
         runs = [stack.enter_context(open_run(file)) for file in files]
-        click.echo(draw(runs, Path(f"{what}.png") if out is None else out, what=what))
+        click.echo(draw(runs, target, what=what))
 
 
 COMMANDS = (view, render, plot)

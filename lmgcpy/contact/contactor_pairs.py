@@ -24,6 +24,16 @@ class NarrowPhase:
     central: bool
     flipped: bool = False
 
+    @property
+    def foreign(self) -> bool:
+        """Whether it is not lmgcpy's own, and looked at wherever it is asked."""
+        return self.narrow.__module__ != __name__
+
+    @property
+    def name(self) -> str:
+        """The function by its name."""
+        return f"{self.narrow.__module__}.{self.narrow.__qualname__}"
+
 
 _pairs: dict[tuple[str, str], NarrowPhase] = {}
 
@@ -33,6 +43,9 @@ def register_pair(candidate: str, antagonist: str, narrow: Callable, *, central:
 
     ``central``: True only if for every position the contact point lies on the line along the normal through the centre
     of each of the two (for an unbounded contactor, which does not spin, this is not asked).
+
+    Raises ValueError for a pair that lmgcpy knows. What the function returns is looked at, before it is compiled and in
+    every step.
     """
     if not inspect.isfunction(narrow):
         raise TypeError(f"A narrow phase is a function of the positions and shapes of two contactors, got {shown(narrow)}.")
@@ -40,12 +53,25 @@ def register_pair(candidate: str, antagonist: str, narrow: Callable, *, central:
     got = tuple(inspect.signature(narrow).parameters)
     if got != expected:
         raise TypeError(f"A narrow phase takes ({', '.join(expected)}), {narrow.__qualname__} takes ({', '.join(got)}).")
+    for kinds in ((candidate, antagonist), (antagonist, candidate)):
+        known = _pairs.get(kinds)
+        if known is not None and not known.foreign and known.narrow is not narrow:
+            raise ValueError(
+                f"How '{candidate}' and '{antagonist}' meet is lmgcpy's own, and every scene of this process counts on it: "
+                "give your contactor another KIND."
+            )
     _pairs[candidate, antagonist] = NarrowPhase(narrow, central)
 
 
 def known_pairs() -> list[tuple[str, str]]:
     """Kinds of contactors that can meet, each pair once."""
     return list(_pairs)
+
+
+def is_foreign(candidate: str, antagonist: str) -> bool:
+    """Whether two kinds meet by a function that is not lmgcpy's own."""
+    known = _pairs.get((candidate, antagonist)) or _pairs.get((antagonist, candidate))
+    return known is not None and known.foreign
 
 
 def find_pair(candidate: str, antagonist: str) -> NarrowPhase:

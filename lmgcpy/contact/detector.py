@@ -18,6 +18,7 @@ from lmgcpy.contact.alert import Distances
 from lmgcpy.contact.broad_phase import near_pairs
 from lmgcpy.contact.detection_tables import ChainTable, ContactorTable, VisibilityRow
 from lmgcpy.contact.excluded_pairs import ExcludedPairs
+from lmgcpy.contact.foreign_pairs import check_narrow_phase, check_points, listing_fault, narrow_fault
 from lmgcpy.contact.groups import Group, check_pairs, contact_group, meets_walls
 from lmgcpy.contact.images import Images, Seen
 from lmgcpy.contact.interactions import Interactions, empty_interactions
@@ -228,7 +229,17 @@ class Detector:
         contactors = seen.placed.ravel(), seen.body, seen.shapes, self._stride
         pairs = group.pairs if group.placed_pairs is None else group.placed_pairs
         given = pairs, group.start, group.first_slot, alert, *contactors, seen.bodies, seen.inverse_mass
-        stop, group.diagonal = group.kernel(*given, self._capacity)
+        foreign = group.kinds is not None and group.kinds.foreign
+        try:
+            stop, group.diagonal = group.kernel(*given, self._capacity)
+        except Exception as error:
+            if not foreign:
+                raise
+            raise narrow_fault(group, pairs, seen, self._stride, self.dimension, error) from error
+        if stop < 0:
+            raise narrow_fault(group, pairs[-1 - stop :], seen, self._stride, self.dimension)
+        if foreign:
+            check_points(group, self._capacity, stop, self.contactors)
         if self._images is not None:
             self._images.name_bodies(self._capacity.antagonist[group.start : stop], len(self.inverse_mass))
         return stop
@@ -311,12 +322,20 @@ class Detector:
 
     def _group(self, row: VisibilityRow, kinds: KindPair, around: Surroundings, slabs: Slabs | None) -> Group:
         """The group of one row of the visibility table and two kinds of contactor."""
-        pairs = neighbours(row, kinds, around)
+        if kinds.foreign:
+            check_narrow_phase(kinds, self.contactors, self.dimension)
+        try:
+            pairs = neighbours(row, kinds, around)
+        except Exception as error:  # contactors without bounds are asked how far they are
+            if not kinds.foreign:
+                raise
+            raise listing_fault(kinds, error) from error
         if self._hidden is not None:
             pairs = pairs[~self._hidden[pairs].any(axis=1)]
         if len(pairs) == 0:
             return Group(row.law, True, row=row)
         central = kinds.pair.central and self._offset_colors.isdisjoint((row.candidate, row.antagonist))
         names = {"CENTRAL": central} if self.dimension == 2 else {}
+        names |= {"FOREIGN": True} if kinds.foreign else {}
         kernel = self._narrow_phase.specialise(**kinds.meaning, **names)
         return contact_group(row, kinds, pairs, kernel, central, self.contactors.body, self._bounded, slabs)

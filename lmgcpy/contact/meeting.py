@@ -8,6 +8,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
 from lmgcpy.compiled.fingerprint import Slot
 from lmgcpy.compiled.kernel import row_reader
 
@@ -18,6 +20,18 @@ read_shape_a: Callable[..., Any] = row_reader(1)
 FLIPPED = False
 """The candidate is the antagonist of the narrow phase."""
 read_position: Callable[..., Any] = row_reader(3)
+FOREIGN = False
+"""Whether the narrow phase is somebody else's: what it returns is looked at."""
+UNIT = 1e-6
+"""By how much the square of a normal may differ from one: as much in impulses."""
+
+
+def is_sound(gap, n):
+    """Whether a gap is finite and a normal one."""
+    square = 0.0
+    for component in n:
+        square += component * component
+    return abs(gap) < np.inf and abs(square - 1.0) <= UNIT
 
 
 def meet(k_c, k_a, contactors, shapes, stride):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from lmgcpy.compiled.kernel import kernel
 from lmgcpy.contact.interactions import Interactions
-from lmgcpy.contact.meeting import meet, normal_sign
+from lmgcpy.contact.meeting import FOREIGN, is_sound, meet, normal_sign
 
 CENTRAL = True
 """Whether all contact points lie on the normals through both centres; given by the specialisation."""
@@ -21,7 +21,8 @@ def detect_contacts(
 ):
     """Narrow phase of one group: write interactions from row ``first`` on.
 
-    Returns (row after the last, whether all local blocks of W are diagonal).
+    Returns (row after the last, whether all local blocks of W are diagonal); below zero, -1 less the index of a pair whose
+    narrow phase gave what it must not.
     """
     m = first
     diagonal = True
@@ -29,6 +30,8 @@ def detect_contacts(
         k_c = pairs[p, 0]
         k_a = pairs[p, 1]
         gap, n, (p_x, p_y) = meet(k_c, k_a, contactors, shapes, stride)
+        if FOREIGN and not is_sound(gap, n):
+            return -1 - p, False
         if gap > alert:
             continue
         n_x = normal_sign() * n[0]

@@ -12,7 +12,7 @@ import numpy as np
 
 from lmgcpy.compiled.kernel import kernel, row_reader
 from lmgcpy.contact.broad_phase import by_first
-from lmgcpy.contact.contactor_pairs import NarrowPhase, find_pair
+from lmgcpy.contact.contactor_pairs import NarrowPhase, find_pair, is_foreign
 from lmgcpy.contact.detection_tables import ContactorTable, VisibilityRow
 from lmgcpy.contact.excluded_pairs import ExcludedPairs
 from lmgcpy.contact.meeting import meet
@@ -42,6 +42,11 @@ class KindPair:
         size_c, size_a = self.shape_sizes
         readers = {"read_shape_c": row_reader(size_c), "read_shape_a": row_reader(size_a)}
         return {"narrow": self.pair.narrow, "FLIPPED": self.pair.flipped, **readers}
+
+    @property
+    def foreign(self) -> bool:
+        """Whether it is somebody else's function that tells how the kinds meet."""
+        return is_foreign(self.candidate, self.antagonist)
 
 
 def kind_pairs(contactors: ContactorTable, row: VisibilityRow) -> list[KindPair]:

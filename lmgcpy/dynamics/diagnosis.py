@@ -23,7 +23,7 @@ def fault_of_solve(problem: StepProblem, solve: Callable[[StepProblem], object])
     kinds = {"stiffened": bool(len(problem.system.geometric)), "deforms": problem.system.deforms, "watched": True}
     watched = [group_kernels(group, problem.dimension, problem.wire_blocks, **kinds) for group in problem.groups]
     table = schedule(problem.groups, watched, problem.offset)
-    system = problem.system._replace(prepared=np.append(problem.system.prepared, -1.0))
+    system = problem.system._replace(prepared=np.append(problem.system.prepared, [0.0, -1.0]))
     solve(replace(problem, system=system, kernels=watched, table=table))
     start = int(system.prepared[-1])
     if start < 0:

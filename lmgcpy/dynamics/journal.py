@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Generic, TypeVar
 
 Before = TypeVar("Before")
 T = TypeVar("T")
+
+OFTEN = 10
+"""How often the way back is begun again at once; after that, before the next change."""
 
 
 class Journal(Generic[Before]):
     """Keeps what was before a change until the change is made.
 
     Python calls the handlers of signals where functions begin, return or loop, and not within an assignment. So the change
-    is made by the one assignment that clears the journal. A second signal may end the way back: it is gone to its end
-    before anything else is done.
+    is made by the one assignment that clears the journal. A second signal may end the way back, which is begun again.
     """
 
     __slots__ = ("_before", "_under_way")
@@ -35,7 +38,10 @@ class Journal(Generic[Before]):
             self._before = None
             return made
         except BaseException:
-            self._end_going_back(go_back)
+            for _ in range(OFTEN):
+                with suppress(BaseException):  # a second signal; the first one is raised below
+                    self._end_going_back(go_back)
+                    break
             raise
         finally:
             self._under_way = False

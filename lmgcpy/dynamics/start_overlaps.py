@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from lmgcpy.contact.detector import Detector
+from lmgcpy.contact.foreign_pairs import NarrowPhaseError
 from lmgcpy.dynamics.model import Model
 from lmgcpy.dynamics.position_rounding import check_positions
 
@@ -35,7 +36,10 @@ def overlaps_at_start(model: Model, first: int = 0) -> list[str]:
         return []
     detector = Detector(model.contactors, model.rows, [], model.inverse_mass, model.dimension, model.apart, model.lattice)
     detector.hide(model.hidden)
-    found = detector.detect(model.start.positions, 0.0)
+    try:
+        found = detector.detect(model.start.positions, 0.0)
+    except NarrowPhaseError as error:
+        raise RuntimeError(f"At the start {error}.") from error.__cause__
     pairs = np.concatenate([np.zeros((0, 2), np.int32), *(group.pairs for group in detector.groups)])[found.slot]
     radius = model.contactors.bounding_radius[pairs].min(axis=1, initial=np.inf)
     share = -found.gap / radius

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from lmgcpy.contact.detector import Detector
+from lmgcpy.contact.foreign_pairs import NarrowPhaseError
 from lmgcpy.contact.narrow_phase import Interactions
 from lmgcpy.dynamics.assembled_problem import as_problem
 from lmgcpy.dynamics.assembly import Assembler, StepProblem
@@ -73,6 +74,12 @@ class Found(NamedTuple):
     that project links that whip."""
     moves: Displacements
 
+
+CHANGED = (
+    *("model", "steps", "report", "energy", "unconverged_steps", "worst_residual", "worst_slip"),
+    *("_last", "_links", "_told_unsolved", "_displacement_watch"),
+)
+"""Attributes of a simulation that a step or a restore sets, besides detector and assembler."""
 
 Before = tuple[np.ndarray, np.ndarray, list[tuple[dict[str, Any], dict[str, Any]]]]
 """What a simulation was before a step: positions, velocities, and the attributes of objects, now and as they were."""
@@ -161,9 +168,9 @@ class Stepper:
         every such step raises RuntimeError; the step is made all the same.
 
         Raises FloatingPointError where a number stops being finite, with the body or the interaction, its law and bodies,
-        and the time; RuntimeError or TypeError where an imposed function of time fails. Then, and where Ctrl-C or another
-        signal ends it at any line, no step was made: all is as after the last whole step, and with the cause removed the
-        simulation goes on as if nothing had been. Only ``interactions`` are empty until then.
+        and the time; RuntimeError or TypeError where an imposed function of time or a narrow phase fails. Then, and where
+        Ctrl-C or another signal ends it at any line, no step was made: all is as after the last whole step, and with the
+        cause removed the simulation goes on as if nothing had been. Only ``interactions`` are empty until then.
         """
         self._refuse_asked("step")
         self._last = None  # the arrays of the step before make room
@@ -237,8 +244,9 @@ class Stepper:
     def _all(self) -> Before:
         """All that a step changes: these objects set attributes and change nothing in place, but for the detector."""
         watches = self._watch, self._displacement_watch, self._turning_stretch
-        kept = [(now, now.copy()) for now in map(vars, (*watches, self.energy, self.state, self))]
-        kept[-1][1]["_detector"] = copy(self._detector)
+        kept = [(now, now.copy()) for now in map(vars, (*watches, self.energy, self.state))]
+        own = self.__dict__
+        kept.append((own, {name: own[name] for name in CHANGED} | {"_detector": copy(self._detector)}))
         return self.state.positions.copy(), self.state.velocities.copy(), kept
 
     def _go_back(self, before: Before) -> None:
@@ -315,7 +323,10 @@ class Stepper:
         """Detect what ``moves`` may bring into contact; (interactions, the problem as assembled, the problem as solved)."""
         state, detector = self.state, self._detector
         mobility = flight.mobility
-        interactions = detector.detect(state.positions, moves.travel, moves.closing, mobility)
+        try:
+            interactions = detector.detect(state.positions, moves.travel, moves.closing, mobility)
+        except NarrowPhaseError as error:
+            raise RuntimeError(f"In the step from t = {state.time:g} s {error}.") from error.__cause__
         more = sweep_mass(self.model, interactions, self.solver.tolerance)
         if more is not None:  # the local blocks of W are those of the sweep
             swept = mobility / more[:, None]

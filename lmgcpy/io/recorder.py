@@ -73,6 +73,8 @@ class RunRecorder:
         self._sound = True  # no write is incomplete
         self._lock: FileLock | None = None
         self._commit = Commit()
+        self._provisional: Any = None
+        """The last frame of the file if it is there only because its run has ended."""
         self._clear()
 
     @classmethod
@@ -81,6 +83,7 @@ class RunRecorder:
         recorder = cls(run.path, every=run.options["every"], flush=run.options["flush"])
         recorder._rows.observations = observations
         recorder._rows.begin(run.laws, run.dimension, run.moments)
+        recorder._rows.last_frame = min(int(run.steps[-1]), steps)  # later ones are made again
         recorder._begun = True
         recorder._steps = steps
         recorder._functions = functions_of_time(run.scene)
@@ -166,6 +169,8 @@ class RunRecorder:
                 self._open(self.path)
             self._commit = read_commit(self._file)
             self._clear()
+            last = self._file["frames/index"][self._commit.frames - 1]
+            self._provisional = last if last["step"] % self._rows.every and last["step"] == self._steps else None
             self._advance_commit(closed=False)
             self._sound = False
             self._end()
@@ -184,6 +189,11 @@ class RunRecorder:
 
     def enter(self, sim: Stepper) -> None:
         """Record a completed step; OSError with a sentence if the file cannot grow. The simulation does not change."""
+        if self._provisional is not None:  # a run that goes on has the frames of one that was never interrupted
+            first = int(self._provisional["first"])
+            self._commit = replace(self._commit, frames=self._commit.frames - 1, interactions=first)
+            self._rows.clear(first)
+            self._provisional = None
         try:
             self._rows.enter(sim)
         except BaseException:  # a user's function failed
@@ -194,7 +204,8 @@ class RunRecorder:
             self._write(sim)
 
     def finish(self, sim: Stepper) -> None:
-        """Write the remaining rows and a checkpoint, and close the file."""
+        """Write the remaining rows, a frame of the last step, and a checkpoint, and close the file."""
+        self._rows.end(sim)
         self._write(sim, closed=True)
         self._release()
 

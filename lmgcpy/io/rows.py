@@ -28,6 +28,7 @@ class Rows:
 
     def begin(self, laws: list[str], dimension: int, moments: int) -> None:
         """Begin a run with these laws and so many moments of an interaction, without rows."""
+        self.last_frame = -1
         self.laws = laws
         self.kind = interaction_type(dimension, moments)
         self.clear(0)
@@ -43,6 +44,11 @@ class Rows:
         self.bytes = 0
         self._interaction_count = interactions
 
+    def end(self, sim: Stepper) -> None:
+        """See that the last frame is that of the last step, whatever ``every`` is."""
+        if self.last_frame != sim.steps:
+            self.frame(sim)
+
     def enter(self, sim: Stepper) -> None:
         """Add the rows of a completed step."""
         self.latest = self.observations.look(sim)
@@ -55,6 +61,7 @@ class Rows:
 
     def frame(self, sim: Stepper) -> None:
         """Add a frame: the current state, and the interactions of the last step."""
+        self.last_frame = sim.steps
         net = self._net(sim)
         self.index.append((sim.time, sim.steps, self._interaction_count, len(net)))
         self.positions.append(sim.state.positions.copy())

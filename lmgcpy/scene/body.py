@@ -10,7 +10,6 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from threading import Lock
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -35,8 +34,8 @@ AT_REST: Any = object()
 """Default of velocity and spin: the body starts at rest."""
 
 Prescribed = float | Callable[[float], float]
-NO_CONDITIONS: Mapping[int, Prescribed] = MappingProxyType({})
-"""Conditions of a body without conditions. All such bodies share it."""
+NO_CONDITIONS: Mapping[int, Prescribed] = {}
+"""Conditions of a body without conditions. All such bodies share it; a statement makes new ones."""
 
 
 RADIUS, MASS, INERTIA = 9, 10, 11

@@ -100,9 +100,9 @@ class Simulation(Stepper):
         """Make ``steps`` steps, or as many as ``duration`` [s] takes; returns the simulation itself.
 
         ``progress`` shows a bar if standard error is a terminal. ``record`` is the path of a run file (HDF5). The file gets
-        a frame every ``every`` steps and the history of every step; unwritten steps are at most ``flush`` [s] of clock time
-        old. An existing file is replaced only with ``force``. Ctrl-C ends a recorded run between two steps, with a
-        complete file.
+        a frame every ``every`` steps and one where the run ends, and the history of every step; unwritten steps are at most
+        ``flush`` [s] of clock time old. An existing file is replaced only with ``force``. Ctrl-C ends a recorded run
+        between two steps, with a complete file.
 
         ``observe`` gives functions of the simulation by name, called before the first step and after every step. Each
         returns a number or an array of the same shape at every step; the run file keeps the values. ``notes`` are your own
@@ -149,8 +149,9 @@ class Simulation(Stepper):
             from tqdm import tqdm
 
             turns = tqdm(turns, desc="lmgcpy", unit="step", disable=None)
+        state, recorded_before = self.state, self._recorder is not None
         try:
-            self._running, self.state.recorded = True, recorder is not None
+            self._running, state.recorded = True, recorder is not None
             if recorder is None:
                 for _ in turns:
                     self.step()
@@ -159,8 +160,8 @@ class Simulation(Stepper):
                         break
             else:
                 self._run_recorded(turns, recorder, until, on_step)
-        finally:
-            self._running, self.state.recorded = False, self.recorder is not None
+        finally:  # nothing here calls a function, in which a second signal might end it
+            self.__dict__["_running"], state.recorded = False, recorded_before
         log.info("%s", _Summary(self, self.steps - already, clock.perf_counter() - begin))
         unconverged = self.unconverged_steps - unconverged
         if unconverged and self.on_unconverged == "warn":
@@ -213,7 +214,7 @@ class Simulation(Stepper):
         try:
             return function(self)
         finally:
-            self._asked = ""
+            self.__dict__["_asked"] = ""  # no call of a function, in which a second signal might end it
 
 
 class _Summary:

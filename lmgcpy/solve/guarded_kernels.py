@@ -28,6 +28,19 @@ def guard(start, stop, offset, s):
     return result
 
 
+def noting_guard(start, stop, offset, s):
+    """As :func:`guard`; the first fault is noted in the last but one of the prepared numbers. After it nothing is done any
+    more, so that what was read last and the velocities are those of the fault."""
+    if s.prepared[-2] != 0.0:
+        return np.nan
+    try:
+        result = body(start, stop, offset, s)
+    except Exception:
+        s.prepared[-2] = 1.0
+        result = np.nan
+    return result
+
+
 def noting_reader(array, start):
     """Read a row of prepared numbers and note in the last entry where it begins."""
     array[-1] = start

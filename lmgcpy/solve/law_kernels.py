@@ -20,7 +20,7 @@ from lmgcpy.laws import Law
 from lmgcpy.laws.pair import pair_of
 from lmgcpy.solve import contact_block, stiffened_wire_block, wire_block
 from lmgcpy.solve.dimension_kernels import template_slots
-from lmgcpy.solve.guarded_kernels import finite_matrix, finite_vector, guard, noting_reader
+from lmgcpy.solve.guarded_kernels import finite_matrix, finite_vector, guard, noting_guard, noting_reader
 from lmgcpy.solve.system import System
 
 prepare: Callable[..., Any] = Slot("prepare")
@@ -273,8 +273,9 @@ def group_kernels(
     ``parts``: slots of the templates where the system is not one of bodies (:mod:`lmgcpy.solve.dimension_kernels`).
     ``stiffened``: for the links of a chain with geometric stiffness.
     ``deforms``: in a periodic cell that deforms.
-    ``watched``: to find out what went wrong. They end where a law raises or returns what is not finite, and leave in the
-    last entry of ``System.prepared``, one more than there are numbers, where those of that interaction begin.
+    ``watched``: to find out what went wrong. They end where a law raises or returns what is not finite, for good, and leave
+    in the last entry of ``System.prepared``, which has two more than there are numbers, where those of that interaction
+    begin.
     """
     # keyed by the functions, not by the class: a script that redefines a law gets the new one
     functions = law.react, law.slope if chain else None
@@ -317,7 +318,7 @@ def _group_kernels(
         if slope is not None:
             sweep = Kernel(wire_block.sweep, {**slots, "slope": slope})
     if guarded:
-        sweep, error = (Kernel(guard, {"body": kernel}) for kernel in (sweep, error))
+        sweep, error = (Kernel(noting_guard if watched else guard, {"body": kernel}) for kernel in (sweep, error))
     signature = group_signature(system_type)
     return sweep.pointer(signature), error.pointer(signature)
 

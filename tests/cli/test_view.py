@@ -101,3 +101,18 @@ def test_without_pyvista_the_commands_say_what_to_install(file, tmp_path, monkey
         assert done.output.endswith('is not installed: pip install "lmgcpy[view]".\n'), done.output
     assert not list(tmp_path.iterdir())
     run("plot", file)
+
+
+@pytest.mark.parametrize("command", [["render"], ["plot", "--what", "solver"]])
+def test_a_picture_replaces_no_file_without_force(command, file, tmp_path):
+    """As everywhere else; before, what lay there was gone."""
+    target = tmp_path / "thesis.png"
+    target.write_text("mine")
+    name, *options = command
+    refused = CliRunner().invoke(main, [name, str(file), *options, "--out", str(target)])
+    assert refused.exit_code != 0
+    assert "exists: give another name by --out, or --force to replace it" in refused.output
+    assert target.read_text() == "mine"
+    written = CliRunner().invoke(main, [name, str(file), *options, "--out", str(target), "--force"])
+    assert written.exit_code == 0, written.output
+    assert target.read_bytes().startswith(b"\x89PNG")

@@ -186,7 +186,9 @@ def narrow(position_c, shape_c, position_a, shape_a):
     return height, (0.0, 1.0), (position_c[0] + lost, position_c[1])
 
 
-@pytest.mark.parametrize(("radius", "what"), [(0.1, "normal or contact point"), (0.2, "gap")])
+@pytest.mark.parametrize(
+    ("radius", "what"), [(0.1, "returned a contact point nan m"), (0.2, r"raised ValueError\('math domain error'\)")]
+)
 def test_a_narrow_phase_that_loses_itself_is_named(radius, what, monkeypatch):
     monkeypatch.setitem(_pairs, ("test-sleeve", "wall"), None)
     lm.contact.register_pair("test-sleeve", "wall", narrow)
@@ -197,10 +199,8 @@ def test_a_narrow_phase_that_loses_itself_is_named(radius, what, monkeypatch):
     scene.add(lm.wall(point=(0, 0), normal=(0, 1)))
     scene.see("SLEEVE", "WALL", lm.Coulomb(friction=0.1), alert=1.0)
     sim = lm.Simulation(scene, time_step=1e-3)
-    words = (
-        rf"In the step from t = 0\.01 s a number stopped being finite: the {what} of law 'coulomb' between bodies 0 and 1"
-    )
-    with pytest.raises(FloatingPointError, match=words):
+    words = rf"In the step from t = 0\.01 s the narrow phase test-sleeve-wall .* between bodies 0 and 1 {what}"
+    with pytest.raises(RuntimeError, match=words):
         sim.run(steps=20)
     assert sim.steps == 10
 

@@ -221,3 +221,36 @@ def test_a_law_is_kept_to_its_pairs_of_contactors():
     scene.see("GRAIN", "OTHER", ForWalls())
     with pytest.raises(ValueError, match="is for contacts wall-disk, but 'GRAIN' sees 'OTHER' with a disk and a disk"):
         lm.Simulation(scene, time_step=1e-3)
+
+
+def infinite(W, u, prepared):
+    return (max(0.0, -(u[0] + prepared[0]) / W[0][0]) if u[0] > -0.51 else math.inf,)
+
+
+def raising(W, u, prepared):
+    if u[0] <= -0.51:
+        raise ValueError("too fast")
+    return (max(0.0, -(u[0] + prepared[0]) / W[0][0]),)
+
+
+SOLVERS = [lm.GaussSeidel(), lm.AcceleratedGaussSeidel(), lm.Newton(), lm.Auto()]
+
+
+@pytest.mark.parametrize("solver", SOLVERS, ids=lambda solver: type(solver).__name__)
+@pytest.mark.parametrize("first", [True, False], ids=["first", "last"])
+@pytest.mark.parametrize(("react", "kind"), [(infinite, FloatingPointError), (raising, RuntimeError)])
+def test_the_law_that_failed_is_named_and_not_one_that_was_asked_after_it(solver, first, react, kind):
+    """Four balls side by side fall on a floor, one of them faster, and that one is beyond what the law of the floor bears.
+    Before, the sentence named Coulomb's law between the balls, which returned zeros."""
+    law = type("Spoilt", (Contact,), {"react": staticmethod(react)})
+    scene = lm.Scene(dimension=2, gravity=(0.0, -9.81))
+    for i in range(4):
+        start = {"position": (0.19 * i, 0.0999), "velocity": (0.1, -0.52 if i == 1 else -0.49)}
+        scene.add(lm.disk(radius=0.1, mass=1.0, **start))
+    scene.add(lm.wall(point=(0, 0), normal=(0, 1)))
+    rows = [("GRAIN", "WALL", law()), ("GRAIN", "GRAIN", lm.Coulomb(friction=0.3))]
+    for row in rows if first else rows[::-1]:
+        scene.see(*row)
+    with pytest.raises(kind, match=r"In the step from t = 0 s .*'test-spoilt' between bodies 1 and 4") as told:
+        lm.Simulation(scene, time_step=1e-3, solver=solver, overlap="ignore").step()
+    assert ("too fast" if react is raising else "react returned (inf,)") in str(told.value)

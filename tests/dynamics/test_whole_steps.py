@@ -219,6 +219,7 @@ def storms(count, seed):
                 came = True
             hits += came
             left = 0
+            sim.checkpoint()  # a way back that three signals ended is gone to its end
             sim.run(steps=whole.steps - sim.steps)
             torn += everything(sim) != everything(whole)
     finally:

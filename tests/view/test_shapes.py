@@ -160,10 +160,10 @@ def test_an_outline_in_space_is_drawn_at_the_body():
     class Foreign(lm.Body):
         dimension = 3
         mass = inertia = link_radius = extent = 1.0
-        contactors = ((Frame(), (0.0, 0.0, 0.5)),)
+        contactors = ((Frame(), (0.0, 0.0, 0.0)),)
 
     scene = lm.Scene(dimension=3)
-    scene.add(Foreign(position=(10.0, 0.0, 0.0), color="FRAME"))
+    scene.add(Foreign(position=(10.0, 0.0, 0.5), color="FRAME"))
     drawing = compose(snapshot(scene), style_of(dict.fromkeys(OPTIONS), dimension=3, is_scene=True))
     assert np.allclose(drawing.lines, [[[10, 0, 0.5], [11, 0, 0.5]], [[11, 0, 0.5], [11, 2, 3.5]]])
 

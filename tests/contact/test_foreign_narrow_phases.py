@@ -1,0 +1,140 @@
+"""Narrow phases of strangers that return what they must not: the run stops with a sentence that names them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import lmgcpy as lm
+from lmgcpy.contact.contactor_pairs import _pairs, disk_disk, disk_wall
+
+NEAR = 0.0005
+
+
+def off_centre(change):
+    """A disk on a disk of radius 1 m, with what is changed in its answer (gap, n_x, n_y, p_x, p_y)."""
+
+    def narrow(position_c, shape_c, position_a, shape_a):
+        x, y = position_c[0] - position_a[0], position_c[1] - position_a[1]
+        d = math.sqrt(x * x + y * y)
+        gap = d - shape_c[0] - shape_a[0]
+        gap, n_x, n_y, p_x, p_y = change(gap, x / d, y / d, position_a[0] + x / d, position_a[1] + y / d)
+        return gap, (n_x, n_y), (p_x, p_y)
+
+    return narrow
+
+
+def returning(answer):
+    def narrow(position_c, shape_c, position_a, shape_a):
+        return answer
+
+    return narrow
+
+
+def raising(position_c, shape_c, position_a, shape_a):
+    """Sound, but for a branch near the surface."""
+    gap, n, p = disk_disk(position_c, shape_c, position_a, shape_a)
+    if gap < NEAR:
+        raise ValueError("boo")
+    return gap, n, p
+
+
+def out_of_range(position_c, shape_c, position_a, shape_a):
+    return shape_c[5], (0.0, 1.0), (0.0, 1.0)
+
+
+def not_compiled(position_c, shape_c, position_a, shape_a):
+    return float(f"{position_c[1] - 1.1:.6f}"), (0.0, 1.0), (position_a[0], position_a[1] + 1.0)
+
+
+SENTENCE = {
+    "normal of length two": (off_centre(lambda g, x, y, p, q: (g, 2.0 * x, 2.0 * y, p, q)), "length one"),
+    "normal of no length": (off_centre(lambda g, x, y, p, q: (g, 0.0, 0.0, p, q)), "length one"),
+    "normal that is no number": (off_centre(lambda g, x, y, p, q: (g, math.nan, y, p, q)), "length one"),
+    "gap that is no number near": (
+        off_centre(lambda g, x, y, p, q: (g if g > NEAR else math.nan, x, y, p, q)),
+        "gap of nan",
+    ),
+    "gap inf": (off_centre(lambda g, x, y, p, q: (math.inf, x, y, p, q)), "gap of inf"),
+    "gap -inf": (off_centre(lambda g, x, y, p, q: (-math.inf, x, y, p, q)), "gap of -inf"),
+    "point far away": (off_centre(lambda g, x, y, p, q: (g, x, y, 1e9, 1e9)), "contact point 1.41421e\\+09 m"),
+    "point a little off": (off_centre(lambda g, x, y, p, q: (g, x, y, p, q + 0.11)), "contact point .* farther than"),
+    "point that is no number": (off_centre(lambda g, x, y, p, q: (g, x, y, math.nan, q)), "contact point nan m"),
+    "raises": (raising, r"raised ValueError\('boo'\)"),
+}
+AT_ONCE = {
+    "of three": (returning((0.0, (0.0, 1.0, 0.0), (0.0, 0.0, 0.0))), r"expected \(gap, \(n_x, n_y\), \(p_x, p_y\)\)"),
+    "without a point": (returning((0.0, (0.0, 1.0))), "expected"),
+    "of nothing": (returning(None), "returned None, expected"),
+    "of words": (returning(("0", (0.0, 1.0), (0.0, 1.0))), "expected"),
+    "of a list": (returning((0.0, [0.0, 1.0], [0.0, 1.0])), "expected"),
+    "out of range": (out_of_range, "raised IndexError"),
+    "not compiled": (not_compiled, "cannot be compiled"),
+}
+
+
+def scene(narrow, monkeypatch, flipped=False, space=False):
+    """A disk of 1 kg a millimetre above something round of radius 1 m that meets it so."""
+    kind = "test-odd"
+    pair = (kind, "disk") if flipped else ("disk", kind)
+    monkeypatch.setitem(_pairs, pair, None)
+    if flipped:
+
+        def other_way(position_c, shape_c, position_a, shape_a):
+            return narrow(position_c, shape_c, position_a, shape_a)
+
+        lm.contact.register_pair(*pair, other_way)
+    else:
+        lm.contact.register_pair(*pair, narrow)
+    odd = type(
+        "Odd", (lm.Contactor,), {"KIND": kind, "shape": (1.0,), "bounding_radius": 1.0, "area": 3.0, "second_moment": 1.0}
+    )
+    made = lm.Scene(dimension=2, gravity=(0.0, -9.81))
+    made.add(lm.disk(radius=0.1, position=(0.0, 1.101), mass=1.0))
+    made.add(lm.RigidBody([odd()], mass=1.0, inertia=1.0, position=(0, 0), color="ODD")).fix()
+    made.see("GRAIN", "ODD", lm.Coulomb(friction=0.3))
+    return made
+
+
+@pytest.mark.parametrize("overlap", ["warn", "ignore"])
+@pytest.mark.parametrize("what", SENTENCE)
+def test_a_wrong_answer_is_named_with_pair_and_step(what, overlap, monkeypatch):
+    """The step in which it comes is not made. At the start the look at overlaps finds it, if there is one."""
+    narrow, words = SENTENCE[what]
+    made = scene(narrow, monkeypatch)
+    where = r"(At the start|In the step from t = [0-9.]+ s) the narrow phase disk-test-odd \(.*\) between bodies 0 and 1 .*"
+    with pytest.raises(RuntimeError, match=where + words) as told:
+        lm.Simulation(made, time_step=1e-3, overlap=overlap).run(steps=100)
+    if what == "raises":
+        assert "t = 0.01 s" in str(told.value)  # 9.81/2 t^2 = 0.5 mm after 10 steps of 1 ms
+        assert isinstance(told.value.__cause__, ValueError)
+
+
+@pytest.mark.parametrize("what", AT_ONCE)
+def test_an_answer_of_a_wrong_shape_is_named_before_it_is_compiled(what, monkeypatch):
+    narrow, words = AT_ONCE[what]
+    with pytest.raises(TypeError, match=r"The narrow phase disk-test-odd \(.*\) .*" + words):
+        lm.Simulation(scene(narrow, monkeypatch), time_step=1e-3).step()
+
+
+def test_a_sound_one_carries_the_disk(monkeypatch):
+    """Its weight, 9.81 N in a step of 1 ms, and it stands on top at 1.1 m."""
+    sim = lm.Simulation(scene(off_centre(lambda g, x, y, p, q: (g, x, y, p, q)), monkeypatch), time_step=1e-3)
+    sim.run(steps=100)
+    assert sim.interactions.impulse[0, 0] == pytest.approx(9.81e-3, rel=1e-9)
+    assert sim.positions[0, 1] == pytest.approx(1.1, abs=1e-9)
+
+
+@pytest.mark.parametrize("pair", [("disk", "disk"), ("disk", "wall"), ("wall", "disk"), ("plane", "sphere")])
+def test_what_lmgcpy_knows_is_not_replaced(pair):
+    def narrow(position_c, shape_c, position_a, shape_a):
+        return 1.0, (0.0, 1.0), (0.0, 0.0)
+
+    before = dict(_pairs)
+    with pytest.raises(ValueError, match="is lmgcpy's own"):
+        lm.contact.register_pair(*pair, narrow)
+    assert before == _pairs
+    lm.contact.register_pair("disk", "wall", disk_wall, central=True)  # what it is already
+    assert np.array_equal(list(before), list(_pairs))
