@@ -349,6 +349,9 @@ def test_gravity_as_a_function_is_asked_for_again(tmp_path):
     "rows",
     [
         [[0.0, 9.0, 0.0, 0.0, 1.0]],
+        [[0.0, 6.0, 1.0, 0.0, 1.0]],  # the one chain is number 0, and has three links
+        [[0.0, 6.0, 0.0, 3.0, 1.0]],
+        [[0.0, 6.0, 0.0, -2.0, 1.0]],
         [[0.0, 0.0, 7.0, 0.0, 1.0]],
         [[0.0, 0.0, 0.0, 3.0, 1.0]],
         [[0.5, 0.0, 0.0, 0.0, 1.0]],
@@ -361,7 +364,7 @@ def test_gravity_as_a_function_is_asked_for_again(tmp_path):
 )
 def test_damaged_statements_get_a_sentence(rows):
     with pytest.raises(ValueError, match="statement"):
-        from_rows(np.array(rows), 7, 2)
+        from_rows(np.array(rows), 7, 2, [3])
 
 
 # ---------------------------------------------------------------------------------------------------- a prepared sample
