@@ -77,7 +77,7 @@ class Found(NamedTuple):
 
 CHANGED = (
     *("model", "steps", "report", "energy", "unconverged_steps", "worst_residual", "worst_slip"),
-    *("_last", "_links", "_told_unsolved", "_displacement_watch"),
+    *("_last", "_links", "_straight_spans", "_told_unsolved", "_displacement_watch"),
 )
 """Attributes of a simulation that a step or a restore sets, besides detector and assembler."""
 

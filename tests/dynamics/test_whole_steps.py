@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import lmgcpy as lm
+from lmgcpy.dynamics.stepper import CHANGED
 
 PACKAGE = os.path.dirname(lm.__file__)
 
@@ -155,6 +156,22 @@ def test_a_step_that_is_interrupted_at_any_line_is_whole_or_not_there(name, chan
     assert 0 < len(whole) < 25
     sim.step()
     assert everything(sim) == after
+
+
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+@pytest.mark.parametrize("call", ["step", "restore"])
+@pytest.mark.parametrize("name", SCENES)
+def test_all_that_a_step_sets_is_put_back_where_it_fails(name, call):
+    """An attribute that a step sets and the list does not name would stay."""
+    sim = SCENES[name](True)
+    checkpoint = SCENES[name](False).checkpoint()
+    if call == "restore" and len(checkpoint.positions) < len(sim.scene.bodies):
+        checkpoint = sim.checkpoint()
+    before = vars(sim).copy()
+    sim.step() if call == "step" else sim.restore(checkpoint)
+    changed = {attribute for attribute, value in vars(sim).items() if value is not before.get(attribute)}
+    assert changed <= {*CHANGED, "_detector", "_assembler"}
+    assert "report" in changed
 
 
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")

@@ -7,6 +7,7 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError
 from contextlib import contextmanager, suppress
+from multiprocessing import current_process
 from typing import Any
 
 from lmgcpy.errors import flag, whole
@@ -50,6 +51,11 @@ def carry_out(
     campaign works in the folder, ConnectionError where no scheduler answers, RuntimeError where workers have another
     version of lmgcpy.
     """
+    if getattr(current_process(), "_inheriting", False):  # a worker imports the script that has begun it
+        raise SystemExit(
+            "The script begins a campaign where it is imported, as by each worker: put the call under "
+            "if __name__ == '__main__':"
+        )
     flag(resume, "resume")
     flag(force, "force")
     flag(progress, "progress")
@@ -57,8 +63,11 @@ def carry_out(
         whole(workers, "workers", minimum=1)
     cases = campaign.all_cases()
     folder = CampaignFolder(out)
-    folder.begin(campaign, resume=resume, force=force)
+    folder.check(campaign, resume=resume, force=force)
     with folder.held():
+        folder.check(campaign, resume=resume, force=force)  # as another one may have left it
+        if not resume:
+            folder.begin(campaign)
         done = {result.name for result in folder.results(cases).finished}
         to_come = [case for case in cases if case.name not in done]
         if to_come:

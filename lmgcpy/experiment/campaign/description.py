@@ -6,6 +6,7 @@ import dataclasses
 import importlib
 import inspect
 import itertools
+import math
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -20,7 +21,9 @@ Parameter = float | str | bool | None | tuple
 PLAIN = (bool, int, float, str, type(None))
 """Types of a parameter, which a file can hold; a tuple holds some of them."""
 LONGEST = 150
-"""Most characters of the name of a case, which is that of its folder."""
+"""Most bytes of the name of a case, which is that of its folder: file systems count bytes, and allow 255."""
+MOST = 1_000_000
+"""Most cases of a campaign."""
 
 
 @dataclass(frozen=True)
@@ -69,6 +72,9 @@ class CampaignDescription:
             single.append({name: _plain(value, name) for name, value in case.items()})
         for name, value in (("fixed", fixed), ("over", over), ("cases", single)):
             object.__setattr__(self, name, value)
+        count = math.prod(len(values) for values in over.values())
+        if count > MOST:
+            raise ValueError(f"over of a campaign makes {count} cases, more than {MOST}: vary less at a time.")
         if not over and not single:
             raise ValueError("A campaign without over and cases has no case: give the parameters that are to be varied.")
         (name, count), *_ = Counter(case.name for case in self.all_cases()).most_common(1)
@@ -112,8 +118,8 @@ def case_name(parameters: Mapping[str, Any]) -> str:
     """The parameters of a case in words that can name a folder: "bead_count=200,axes=z,seed=0"."""
     words = ",".join(f"{name}={in_words(value)}" for name, value in parameters.items()) or "case"
     name = re.sub(r"[^\w=,.+-]", "_", words)
-    if len(name) > LONGEST:
-        raise ValueError(f"The name of a case would have more than {LONGEST} characters: '{name[:60]}...'. Vary less.")
+    if len(name.encode()) > LONGEST:
+        raise ValueError(f"The name of a case would have more than {LONGEST} bytes: '{name[:60]}...'. Vary less.")
     return name
 
 
@@ -151,9 +157,20 @@ def _plain(value: Any, name: str) -> Parameter:
     value = value.item() if hasattr(value, "item") and getattr(value, "ndim", 0) == 0 else value
     if isinstance(value, (list, tuple)):
         return tuple(_plain(item, name) for item in value)
+    if isinstance(value, str) and not is_text(value):
+        raise ValueError(f"Parameter '{name}' of a campaign is {shown(value)}, which no file can hold.")
     if not isinstance(value, PLAIN):
         raise TypeError(f"Parameter '{name}' of a campaign is a number, a word or a tuple of these, got {shown(value)}.")
     return value
+
+
+def is_text(word: str) -> bool:
+    """Whether a file can hold it: not so of lone surrogates."""
+    try:
+        word.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 def _listed(value: Any) -> Any:

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.experiment.campaign.description import CampaignCase, CampaignDescription, case_name
-from lmgcpy.experiment.campaign.results import TO_COME, CampaignResults, CaseResult
+from lmgcpy.experiment.campaign.results import FAILED, FINISHED, TO_COME, CampaignResults, CaseResult
 from lmgcpy.io.recorder import versions
 from lmgcpy.io.run_file.lock import FileLock
 from lmgcpy.io.untrusted import regular_file
@@ -40,16 +40,16 @@ class CampaignFolder:
         self.curves = self.path / "curves"
         self.cases = self.path / "cases"
         self.stop_file = self.path / ".stop"
+        self.lock_file = self.path / ".lock"
 
     def __repr__(self) -> str:
         return f"<CampaignFolder '{self.path}'>"
 
-    def begin(self, campaign: CampaignDescription, *, resume: bool, force: bool) -> None:
-        """Make the folder for a campaign, or see that it holds this one if it is to be resumed.
+    def check(self, campaign: CampaignDescription, *, resume: bool, force: bool) -> None:
+        """See that the folder may be used for a campaign, or holds this one if it is to be resumed; writes nothing.
 
         Raises FileExistsError where it is not empty and neither ``resume`` nor ``force`` is given, FileNotFoundError where
-        there is nothing to resume, ValueError where it holds another campaign, and BlockingIOError where one is under way
-        that ``force`` would replace, with its results and run files.
+        there is nothing to resume, and ValueError where it holds another campaign.
         """
         described = campaign.described()
         if resume:
@@ -60,18 +60,22 @@ class CampaignFolder:
                     "it was, or give another folder."
                 )
             return
-        if self.path.exists() and any(self.path.iterdir()):
+        if self.path.exists() and any(there != self.lock_file for there in self.path.iterdir()):
             known = self.description_file.exists()
             if not force:
                 held = "holds a campaign: go on with resume" if known else "is not empty: give another"
                 raise FileExistsError(f"The folder '{self.path}' {held}, or force to write there.")
-            if known:
-                with self.held():  # what was there is none of this campaign
-                    self.ledger.unlink(missing_ok=True)
-                    for former in (self.cases, self.curves):
-                        shutil.rmtree(former, ignore_errors=True)
+
+    def begin(self, campaign: CampaignDescription) -> None:
+        """Write the description of a campaign in place of that of a former one, whose files go; the folder is held."""
+        with suppress(ValueError, FileNotFoundError):  # of a damaged description no case is known: its files stay
+            for name in (case_name(parameters) for parameters in self.described()["cases"]):
+                shutil.rmtree(self.cases / name, ignore_errors=True)
+                for file in (self.curves / f"{name}.npz", self.cases / f"{name}.progress"):
+                    file.unlink(missing_ok=True)
+        self.ledger.unlink(missing_ok=True)
         make_folder(self.cases)
-        about = {"format": FORMAT, **described, "versions": versions()}
+        about = {"format": FORMAT, **campaign.described(), "versions": versions()}
         with new_file(self.description_file) as new:
             new.write_text(json.dumps(about, indent=2) + "\n", encoding="utf-8")
             flush(new)
@@ -94,9 +98,11 @@ class CampaignFolder:
 
     @contextmanager
     def held(self) -> Iterator[None]:
-        """Keep another campaign out of the folder meanwhile (BlockingIOError)."""
+        """Keep another campaign out of the folder meanwhile (BlockingIOError). The lock is a file that nobody replaces."""
+        make_folder(self.path)
         try:
-            lock = FileLock(self.description_file)
+            self.lock_file.touch()
+            lock = FileLock(self.lock_file)
         except BlockingIOError as error:
             raise BlockingIOError(
                 f"The campaign in '{self.path}' is under way: wait for its end, or give another folder."
@@ -154,10 +160,10 @@ class CampaignFolder:
             text, _, told = line.decode("utf-8", "replace").rpartition(" ")
             if told != _sum(text.encode()):
                 continue
-            about = json.loads(text)
-            name = about.pop("name")
-            if name not in wanted:
+            about = _entry(text)
+            if about is None or about["name"] not in wanted:
                 continue
+            name = about.pop("name")
             try:
                 curves = self._read_curves(name, about.pop("curves"))
             except (OSError, ValueError):
@@ -184,6 +190,26 @@ class CampaignFolder:
 def _sum(content: bytes) -> str:
     """By which damage to a line of the ledger or to curves is seen."""
     return hashlib.sha256(content).hexdigest()[:16]
+
+
+def _entry(text: str) -> dict[str, Any] | None:
+    """A line of the ledger; None where it does not say what became of a case, whatever its sum."""
+    try:
+        about = json.loads(text)
+    except (ValueError, RecursionError):
+        return None
+    number = (int, float)
+    kinds: dict[str, Any] = {"name": str, "parameters": dict, "status": str, "seconds": number, "error": str}
+    kinds |= {"numbers": dict, "versions": dict, "curves": str}
+    sound = (
+        isinstance(about, dict)
+        and about.keys() == kinds.keys()
+        and all(isinstance(about[name], kind) for name, kind in kinds.items())
+        and about["status"] in (FINISHED, FAILED)
+        and all(type(value) in (int, float) for value in (about["seconds"], *about["numbers"].values()))
+        and all(isinstance(value, str) for value in about["versions"].values())
+    )
+    return about if sound else None
 
 
 def _tupled(value: Any) -> Any:

@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.errors import number, numbers, shown
-from lmgcpy.experiment.campaign.description import CampaignCase
+from lmgcpy.errors import told as in_text
+from lmgcpy.experiment.campaign.description import CampaignCase, is_text
 from lmgcpy.experiment.campaign.results import FAILED, FINISHED, TO_COME, CaseResult
 from lmgcpy.experiment.study.engine import Site, Study, carry_out_study
 from lmgcpy.experiment.study.folder import StudyFolder
@@ -70,6 +71,7 @@ def do_case(order: Order) -> CaseResult:
 
     def made(status: str, error: str = "", numbers: Any = None, curves: Any = None) -> CaseResult:
         seconds = clock.perf_counter() - begin
+        error = error.encode("utf-8", "backslashreplace").decode()  # as files and terminals can hold it
         return CaseResult(case.name, case.parameters, status, seconds, error, numbers or {}, curves or {}, here)
 
     if here["lmgcpy"] != order.versions["lmgcpy"]:
@@ -89,9 +91,11 @@ def do_case(order: Order) -> CaseResult:
     try:
         numbers, curves = _computed(case, folder, told, stopped)
     except KeyboardInterrupt:
-        return made(TO_COME)
-    except Exception as error:
-        return made(FAILED, f"{type(error).__name__}: {error}")
+        return made(TO_COME) if stopped() else made(FAILED, "KeyboardInterrupt: the case raised it itself.")
+    except SystemExit as error:
+        return made(FAILED, f"SystemExit: the case called sys.exit({in_text(error.code)}).")
+    except (Exception, GeneratorExit) as error:
+        return made(FAILED, f"{type(error).__name__}: {in_text(error, str)}")
     finally:
         if told._file is not None:
             with suppress(OSError):
@@ -125,6 +129,9 @@ def as_result(given: Any, name: str) -> tuple[dict[str, float], dict[str, Any]]:
     """Numbers and curves of what a function returned; TypeError or ValueError with a sentence."""
     if not isinstance(given, Mapping) or not all(isinstance(key, str) for key in given):
         raise TypeError(f"{name} must return numbers and arrays by name, got {shown(given)}.")
+    for key in given:
+        if not is_text(key):
+            raise ValueError(f"{name} returned a result under the name {shown(key)}, which no file can hold.")
     single: dict[str, float] = {}
     columns: dict[str, np.ndarray] = {}
     for key, value in given.items():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import os
 import signal
+import threading
 import time as clock
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
@@ -103,17 +104,23 @@ class Cluster(Workers):
 
         from lmgcpy.experiment.campaign.own_worker import OwnWorker
 
-        with _one_thread_each():
-            cluster = LocalCluster(
-                n_workers=count,
-                threads_per_worker=1,
-                processes=True,
-                host="127.0.0.1",
-                dashboard_address="127.0.0.1:0",  # any free port, which is closed below
-                scheduler_kwargs={"dashboard": False, "allowed_failures": 0},  # deaths are counted in ``carry_out``
-                memory_limit=None,
-                silence_logs=logging.CRITICAL,
-            )
+        try:
+            with _one_thread_each():
+                cluster = LocalCluster(
+                    n_workers=count,
+                    threads_per_worker=1,
+                    processes=True,
+                    host="127.0.0.1",
+                    dashboard_address="127.0.0.1:0",  # any free port, which is closed below
+                    scheduler_kwargs={"dashboard": False, "allowed_failures": 0},  # deaths are counted in ``carry_out``
+                    memory_limit=None,
+                    silence_logs=logging.CRITICAL,
+                )
+        except RuntimeError as error:
+            raise RuntimeError(
+                f"The workers on this machine did not start ({error}). They import the script that begins a campaign: put "
+                "the call under if __name__ == '__main__': there."
+            ) from None
         client = Client(cluster, set_as_default=False)
         cluster.sync(_close_pages, cluster.scheduler)
         client.register_plugin(OwnWorker())
@@ -125,8 +132,10 @@ class Cluster(Workers):
         from distributed import Client
 
         where = f"'{address}'" if address else f"the address in '{file}'"
+        given = {"address": address, "scheduler_file": file, "timeout": ANSWER, "set_as_default": False}
         try:
-            client = Client(address=address, scheduler_file=file, timeout=ANSWER, set_as_default=False)
+            with _silent("distributed"):  # which logs what it raises
+                client = _within(2.0 * ANSWER, lambda: Client(**given))
         except (OSError, TimeoutError, ValueError) as error:
             raise ConnectionError(
                 f"No Dask scheduler answers at {where} within {ANSWER:g} s ({shown(error)}): begin one, or leave the "
@@ -173,6 +182,44 @@ class Cluster(Workers):
 
 async def _close_pages(server: Any) -> None:
     server.http_server.stop()
+
+
+def _within(seconds: float, call: Callable[[], Any]) -> Any:
+    """What a call returns or raises; TimeoutError if it does neither in time. It then waits on, in a thread of its own."""
+    done: list[tuple[Any, BaseException | None]] = []
+
+    def make() -> None:
+        try:
+            done.append((call(), None))
+        except BaseException as error:
+            done.append((None, error))
+
+    thread = threading.Thread(target=make, daemon=True)
+    thread.start()
+    thread.join(seconds)
+    if not done:
+        raise TimeoutError("it accepts and says nothing")
+    result, error = done[0]
+    if error is not None:
+        raise error
+    return result
+
+
+@contextmanager
+def _silent(name: str) -> Iterator[None]:
+    """A logger and those below it say nothing meanwhile."""
+    logger = logging.getLogger(name)
+    before, logger.disabled = logger.disabled, True
+    others = [other for other in logging.root.manager.loggerDict if other.startswith(f"{name}.")]
+    levels = {other: logging.getLogger(other).level for other in others}
+    for other in others:
+        logging.getLogger(other).setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        logger.disabled = before
+        for other, level in levels.items():
+            logging.getLogger(other).setLevel(level)
 
 
 def _deaf() -> None:

@@ -97,7 +97,7 @@ MISTAKES = {
         lambda: Campaign(Study2D(), over={"laws": [("none", "rigid-wire", "rigid-rod", "elastic-wire", "elastic-rod")],
             "preparation": ["loose"], "solver": ["accelerated"], "pressure": [1.23456789e5], "friction": [0.123456789],
             "strain": [0.0987654321], "axial_rigidity": [1.23456789e6]}),
-        ValueError, "The name of a case would have more than 150 characters"
+        ValueError, "The name of a case would have more than 150 bytes"
     ),
 }  # fmt: skip
 

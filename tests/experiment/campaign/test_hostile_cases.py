@@ -1,0 +1,168 @@
+"""Cases that end as none should, folders that hold what none should: a sentence, and the others are done."""
+
+from __future__ import annotations
+
+import json
+import socket
+import sys
+import time
+
+import pytest
+
+from lmgcpy.experiment import Campaign
+from lmgcpy.experiment.campaign import workers
+from lmgcpy.experiment.campaign.carry_out import carry_out
+from lmgcpy.experiment.campaign.description import CampaignDescription, case_name
+from lmgcpy.experiment.campaign.folder import CampaignFolder, _sum
+from lmgcpy.experiment.campaign.results import FAILED, FINISHED, TO_COME
+from lmgcpy.experiment.campaign.work import Order, do_case
+from lmgcpy.io.recorder import versions
+
+
+class Unspeakable(Exception):
+    def __str__(self):
+        raise ValueError("cannot be shown")
+
+
+def ends(site, how):
+    """A case that ends so."""
+    if how == "interrupt":
+        raise KeyboardInterrupt
+    if how == "exit":
+        sys.exit(0)
+    if how == "generator":
+        raise GeneratorExit
+    if how == "unspeakable":
+        raise Unspeakable
+    if how == "surrogate error":
+        raise ValueError("\udc80")
+    if how == "surrogate name":
+        return {"a\udc80 [m]": 1.0}
+    return {"x [m]": 1.0}
+
+
+SENTENCES = {
+    "interrupt": "KeyboardInterrupt: the case raised it itself.",
+    "exit": "SystemExit: the case called sys.exit(0).",
+    "generator": "GeneratorExit: ",
+    "unspeakable": "Unspeakable: <Unspeakable that cannot be shown>",
+    "surrogate error": "ValueError: \\udc80",
+    "surrogate name": "ValueError: ends returned a result under the name 'a\\udc80 [m]', which no file can hold.",
+}
+
+
+@pytest.mark.parametrize("how", SENTENCES)
+def test_a_case_that_ends_in_its_own_way_has_failed_and_says_how(how, tmp_path):
+    """Not "to come", which ended a campaign with return code 0, nor "want of memory"; its line can be written and read."""
+    campaign = CampaignDescription(ends, over={"how": [how]})
+    (case,) = campaign.all_cases()
+    folder = CampaignFolder(tmp_path / "out")
+    folder.begin(campaign)
+    result = do_case(Order(case, str(folder.path), versions()))
+    assert (result.status, result.error) == (FAILED, SENTENCES[how])
+    folder.enter(result)
+    assert folder.results().cases[0].error == SENTENCES[how]
+    result.error.encode()
+
+
+def test_a_case_that_the_campaign_stops_is_to_come(tmp_path):
+    campaign = CampaignDescription(ends, over={"how": ["interrupt"]})
+    folder = CampaignFolder(tmp_path / "out")
+    folder.begin(campaign)
+    folder.stop()
+    assert do_case(Order(campaign.all_cases()[0], str(folder.path), versions())).status == TO_COME
+
+
+WRONG = {
+    "no dictionary": [],
+    "a number": 3,
+    "without numbers": {"numbers": None},
+    "numbers of words": {"numbers": {"x [m]": "1"}},
+    "numbers of flags": {"numbers": {"x [m]": True}},
+    "a status of its own": {"status": "done"},
+    "to come": {"status": TO_COME},
+    "time of words": {"seconds": "1 s"},
+    "an error of none": {"error": None},
+    "versions of numbers": {"versions": {"lmgcpy": 1}},
+    "parameters in a list": {"parameters": []},
+    "more than there is": {"more": 1},
+    "a name of none": {"name": None},
+    "curves in words": {"curves": "0123456789abcdef"},
+}
+
+
+@pytest.mark.parametrize("what", WRONG)
+def test_a_line_of_the_ledger_with_a_right_sum_and_wrong_content_does_not_count(what, tmp_path):
+    """The case is to come, and is done again; before, reports and resumed campaigns ended in KeyError."""
+    campaign = CampaignDescription(ends, over={"how": ["well"]})
+    folder = CampaignFolder(tmp_path / "out")
+    folder.begin(campaign)
+    (case,) = campaign.all_cases()
+    folder.enter(do_case(Order(case, str(folder.path), versions())))
+    assert folder.results().cases[0].status == FINISHED
+    line = json.loads(folder.ledger.read_text().rpartition(" ")[0])
+    given = WRONG[what]
+    text = json.dumps({**line, **given} if isinstance(given, dict) else given)
+    folder.ledger.write_text(f"{text} {_sum(text.encode())}\n")
+    assert folder.results().cases[0].status == TO_COME
+
+
+def test_names_are_counted_as_file_systems_count_them():
+    """Sixty characters of three bytes each are 180 bytes, and a folder's name has 255 with what is put beside it."""
+    assert len(case_name({"a": "x" * 100}).encode()) <= 150
+    with pytest.raises(ValueError, match="more than 150 bytes"):
+        case_name({"a": "\u6e05" * 60})
+
+
+def test_a_campaign_of_more_cases_than_anybody_waits_for_is_refused_at_once():
+    with pytest.raises(ValueError, match="makes 1000000000000 cases, more than 1000000"):
+        Campaign(ends, over={name: range(100) for name in "abcdef"})
+
+
+def test_a_parameter_that_no_file_can_hold_is_refused():
+    with pytest.raises(ValueError, match="which no file can hold"):
+        Campaign(ends, over={"how": ["\udc80"]})
+
+
+def test_force_leaves_what_is_not_the_campaigns(tmp_path):
+    """The files of its former cases go, and nothing else: a thesis in ``cases`` stays."""
+    folder = CampaignFolder(tmp_path / "out")
+    former = CampaignDescription(ends, over={"how": ["well", "exit"]})
+    folder.begin(former)
+    for case in former.all_cases():
+        (folder.cases / case.name).mkdir()
+        (folder.cases / case.name / "run.h5").write_text("")
+    folder.curves.mkdir()
+    mine = [folder.cases / "thesis.txt", folder.curves / "mine.npz", folder.cases / "photos" / "me.png"]
+    mine[2].parent.mkdir()
+    for file in mine:
+        file.write_text("mine")
+    folder.begin(CampaignDescription(ends, over={"how": ["interrupt"]}))
+    assert all(file.read_text() == "mine" for file in mine)
+    assert not any((folder.cases / case.name).exists() for case in former.all_cases())
+
+
+def test_two_campaigns_do_not_share_a_folder_whoever_writes_its_description(tmp_path):
+    """The lock is on a file of its own: the description is replaced, and was locked as the one that nobody saw any more."""
+    folder = CampaignFolder(tmp_path / "out")
+    campaign = CampaignDescription(ends, over={"how": ["well"]})
+    with folder.held():
+        folder.begin(campaign)
+        before = folder.description_file.read_text()
+        with pytest.raises(BlockingIOError, match="is under way"):
+            carry_out(CampaignDescription(ends, over={"how": ["exit"]}), folder.path, force=True, workers=1)
+        assert folder.description_file.read_text() == before
+
+
+def test_a_scheduler_that_accepts_and_never_answers_is_named(monkeypatch):
+    """Before, it was waited for without end."""
+    pytest.importorskip("distributed")
+    monkeypatch.setattr(workers, "ANSWER", 0.5)
+    with socket.socket() as deaf:
+        deaf.bind(("127.0.0.1", 0))
+        deaf.listen()
+        address = f"tcp://127.0.0.1:{deaf.getsockname()[1]}"
+        begin = time.monotonic()
+        with pytest.raises(ConnectionError, match=f"No Dask scheduler answers at '{address}' within 0.5 s"):
+            workers.Cluster.at(address, None)
+        assert time.monotonic() < begin + 10.0
