@@ -228,6 +228,7 @@ class Stepper:
         self._links = LinkStiffness.of(model.chains, model.inverse_mass, model.dimension)
         self._straight_spans = StraightSpans.of(model.chains, model.inverse_mass, model.dimension)
         self._turning_stretch.look_at(model)
+        self._watch.overlap_of_start = None
         self.state.velocities[model.hidden] = 0.0
         self.state.stale = False
         return sentences
@@ -381,6 +382,7 @@ class Stepper:
         return [
             *self._displacement_watch.far(found.moves, before, found.problem.system.velocity, end, h),
             *self._watch.links(found.solved, unresolved),
+            *self._watch.overlaps(found.solved),
             *(self._watch.jerk(found.problem, found.solved.data.gap, self.energy, thrust) if self.report.solved else ()),
             *self._watch.energy(self.energy, thrust, end, h),
         ]
