@@ -78,7 +78,7 @@ class Detector:
         self.state_names = list(dict.fromkeys(name for law in laws for name in law.states()))
         self.rolling_rows = max([0, *(row.law.rows(dimension) - dimension for row in rows)])
         """Number of rolling components that contacts of the scene have at the most."""
-        self._last = LastStep(dimension + self.rolling_rows, max((len(law.states()) for law in laws), default=0))
+        self._last = LastStep(dimension + self.rolling_rows, max((len(law.states()) for law in laws), default=0) + 1)
         self._make_room()
         self.rebuilds = 0
 

@@ -30,7 +30,8 @@ class Memory:
     impulse: np.ndarray
     """In the local frame, normal first [N s], (m, d)."""
     state: np.ndarray
-    """What the laws keep for each interaction, (m, k) with k the longest of the scene; NaN beyond a law's own."""
+    """What the laws keep for each interaction, (m, k + 1) with k the longest of the scene; NaN beyond a law's own. In the
+    last column the gap that a contact is to have at the next detection [m], NaN where not known."""
     listed: bool
     """Whether there is a list of neighbours; none before the first step."""
     listed_at: np.ndarray
@@ -139,7 +140,9 @@ class LastStep:
             )
         order = np.argsort(slots, kind="stable")
         self._slots = slots[order].astype(np.int32)
-        self._impulses, self._states = memory.impulse[order], memory.state[order]
+        states = np.full((len(order), self._states.shape[1]), np.nan)
+        states[:, : memory.state.shape[1]] = memory.state[order]  # older checkpoints hold no predicted gaps
+        self._impulses, self._states = memory.impulse[order], states
 
 
 def table_index(group: Group, tables: list) -> int:

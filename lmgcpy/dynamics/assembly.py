@@ -52,6 +52,8 @@ class StepProblem:
     """Bodies that are swept with more than their own mass: ``system`` knows the masses of the sweep."""
     inverse_mass: np.ndarray
     """Inverse masses and inertias of the bodies as they are, with drag their mobilities, (n, k)."""
+    keeps_gap: np.ndarray
+    """Which interactions are contacts whose laws keep the gap that they predict, (m,) bool."""
     after: np.ndarray
     """Memory for the relative velocities at the end, (m, d); the problems that are solved in one step share it."""
     step: Step | None = field(default=None, init=False, compare=False)
@@ -94,6 +96,14 @@ class StepProblem:
                         f"{self.system.candidate[row]} and {self.system.antagonist[row]} returned a state that is not "
                         "finite."
                     )
+
+    def predicted_gaps(self) -> np.ndarray:
+        """Gaps of the next detection as laws predict them from the velocities ``after`` [m], (m,); NaN for laws that do not
+        keep them."""
+        result = self.data.time_step * self.data.after[:, 0]
+        result += self.data.gap
+        result[~self.keeps_gap] = np.nan
+        return result
 
     def worst(self) -> Worst | None:
         """The interaction with the largest slip, as the solver measured it."""
@@ -289,8 +299,15 @@ def lay_out(
         light=light,
         inverse_mass=mobility,
         guess=with_spare_rows(count, width),
+        keeps_gap=keeps_gap(groups),
         after=with_spare_rows(count, width),
     )
+
+
+def keeps_gap(groups: list[Group]) -> np.ndarray:
+    """Which interactions are contacts whose laws keep the gap that they predict, (m,) bool."""
+    keeps = np.array([group.chain is None and group.law.KEEPS_GAP for group in groups], dtype=bool)
+    return np.repeat(keeps, [group.stop - group.start for group in groups])
 
 
 def light_bodies(more: np.ndarray, rate: np.ndarray, mass: np.ndarray) -> LightBodies:
@@ -320,6 +337,9 @@ def fill(problem: StepProblem, time: float, time_step: float, before: np.ndarray
     for group in problem.groups:
         if group.chain:
             data.reference_gap[group.start : group.stop] = group.chain.reference_gap_at(time)
+    predicted = data.state[:, -1]
+    known = np.where(np.isnan(predicted), data.gap, predicted)
+    np.minimum(known, 0.0, out=data.reference_gap, where=problem.keeps_gap)
     prepare(problem.groups, problem.kernels, problem.offset, system, data)
 
 

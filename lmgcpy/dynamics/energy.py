@@ -49,6 +49,9 @@ class Energy:
     """Energy that interactions have made: the work and the stored energy of all laws that promise to make none, less the
     smallest value of this sum so far. Not counted while links are drawn to their reference."""
 
+    made_by_law: dict[str, float] = field(default_factory=dict)
+    """The same by law: what one law makes, another may take."""
+
     @property
     def mechanical(self) -> float:
         """Kinetic and stored energy."""
@@ -101,10 +104,15 @@ class Energy:
                 stored[name] = stored.get(name, 0.0) + energy
         gain, self.kinetic, power = totals(terms_of_bodies, model.free_mass, force, before, after)
         # what was stored before the first step is not known: of laws that store the first step does not count
-        counted = {name for name in works if name in model.passive and (name not in stored or name in self.stored)}
-        change = sum(works[name] + stored.get(name, 0.0) - self.stored.get(name, 0.0) for name in counted)
+        counted = [name for name in works if name in model.passive and (name not in stored or name in self.stored)]
+        change = {name: works[name] + stored.get(name, 0.0) - self.stored.get(name, 0.0) for name in counted}
         self.unbalanced = work_of_imbalance(problem, before)
-        self.made = 0.0 if data.time < model.drawn_until else max(0.0, self.made + change + self.unbalanced)
+        if data.time < model.drawn_until:
+            self.made, self.made_by_law = 0.0, {}
+        else:
+            self.made = max(0.0, self.made + sum(change.values()) + self.unbalanced)
+            made = {name: max(0.0, self.made_by_law.get(name, 0.0) + work) for name, work in change.items()}
+            self.made_by_law = {**self.made_by_law, **made}
         self.loads = data.time_step * power
         if against is not None:
             self.loads += float(against.sum())

@@ -13,6 +13,7 @@ import numpy as np
 from lmgcpy.contact.detector import Detector
 from lmgcpy.contact.foreign_pairs import NarrowPhaseError
 from lmgcpy.contact.narrow_phase import Interactions
+from lmgcpy.dynamics import turning_overlap
 from lmgcpy.dynamics.assembled_problem import as_problem
 from lmgcpy.dynamics.assembly import Assembler, StepProblem
 from lmgcpy.dynamics.cell import CellMotion, TurnedOver
@@ -73,6 +74,8 @@ class Found(NamedTuple):
     """Impulses that moved only positions (m, d), None for none: those of the first solve less those of the last, and those
     that project links that whip."""
     moves: Displacements
+    predicted_gap: np.ndarray
+    """Gaps of contacts at the next detection, as the first solve predicts them [m], (m,), NaN where nobody asks."""
 
 
 CHANGED = (
@@ -97,9 +100,9 @@ class Stepper:
         v      = v_free + M^-1 H r
         q      = q_m + theta h v
 
-    In a periodic cell bodies move with ``v + G q`` instead of v (``lmgcpy/dynamics/cell.py``).
-    Where links would make energy as they are pulled back, positions and velocities come from two solves
-    (``lmgcpy/dynamics/turning_stretch.py``); where light bodies whip, displacements are projected
+    In a periodic cell bodies move with ``v + G q`` instead of v (``lmgcpy/dynamics/cell.py``). Where links would make
+    energy as they are pulled back, positions and velocities come from two solves (``lmgcpy/dynamics/turning_stretch.py``),
+    or contacts (``turning_overlap.py``); where light bodies whip, displacements are projected
     (``lmgcpy/dynamics/whipping_links.py``).
     """
 
@@ -192,6 +195,7 @@ class Stepper:
         problem = found.problem
         dissipated = dissipated_by_law(problem)
         problem.commit()
+        problem.data.state[:, -1] = found.predicted_gap
         # q = q_m + theta h v, where one solve gives the displacements and the velocities, as it mostly does
         state.positions += self._last_move(found.displacement - (1.0 - theta) * h * problem.system.velocity)
         if self.model.cell is not None:
@@ -231,6 +235,7 @@ class Stepper:
         self._links = LinkStiffness.of(model.chains, model.inverse_mass, model.dimension)
         self._straight_spans = StraightSpans.of(model.chains, model.inverse_mass, model.dimension)
         self._turning_stretch.look_at(model)
+        self._watch.overlap_of_start = None
         self.state.velocities[model.hidden] = 0.0
         self.state.stale = False
         return sentences
@@ -309,13 +314,13 @@ class Stepper:
         if far.unseen(moves, after, self._detector.widest):
             interactions, given, solved = self._detect_and_solve(before, flight, worse(moves, after))
             after = far.measure(solved.system.velocity, h)
-        displacement, projected = h * solved.system.velocity, None
+        displacement, projected, predicted = h * solved.system.velocity, None, solved.predicted_gaps()
         if self.geometric_stiffness and self._links.count:
             displacement, projected = self._whipping_links.put_back(solved, displacement, before)
-        problem, pushed = self._take_back_stretch(given, solved, before)
+        problem, pushed = self._take_back(given, solved, before)
         if projected is not None:
             pushed = projected if pushed is None else pushed + projected
-        return Found(interactions, solved, displacement, problem, pushed, worse(moves, after))
+        return Found(interactions, solved, displacement, problem, pushed, worse(moves, after), predicted)
 
     def _detect_and_solve(
         self, before: np.ndarray, flight: Flight, moves: Displacements
@@ -347,12 +352,10 @@ class Stepper:
         self._straight_spans.let_go(given.guess, interactions.normal)
         return interactions, given, self._solve(given)
 
-    def _take_back_stretch(
+    def _take_back(
         self, given: StepProblem, solved: StepProblem, before: np.ndarray
     ) -> tuple[StepProblem, np.ndarray | None]:
         """The problem that gives the velocities of the step, and the impulses (m, d) that gave only positions, if any."""
-        if not (self.geometric_stiffness and self._links.count):
-            return solved, None
         earlier = self.report
 
         def solve(problem: StepProblem) -> StepProblem:
@@ -361,7 +364,11 @@ class Stepper:
             self.report = earlier = self.report.following(earlier)
             return solved
 
-        return self._turning_stretch.take_back(given, solved, before, solve)
+        if self.geometric_stiffness and self._links.count:
+            problem, pushed = self._turning_stretch.take_back(given, solved, before, solve)
+            if pushed is not None:
+                return problem, pushed
+        return turning_overlap.take_back(given, solved, before, solve)
 
     def _solve(self, problem: StepProblem) -> StepProblem:
         """Solve from the guess; returns the problem with the stiffness of its links and the velocities at its end."""
@@ -386,6 +393,7 @@ class Stepper:
         return [
             *self._displacement_watch.far(found.moves, before, found.problem.system.velocity, end, h),
             *self._watch.links(found.solved, unresolved),
+            *self._watch.overlaps(found.solved),
             *(self._watch.jerk(found.problem, found.solved.data.gap, self.energy, thrust) if self.report.solved else ()),
             *self._watch.energy(self.energy, thrust, end, h),
         ]

@@ -1,4 +1,5 @@
-"""Warnings of a run: links that do not keep their length, interactions that make energy, and jerks without rebound.
+"""Warnings of a run: links that do not keep their length, contacts that sink in, interactions that make energy, and jerks
+without rebound.
 
 All can happen although every step is solved: in a time step that is too long links turn by large angles, and the stretch
 that remains is pulled back in the next step.
@@ -31,9 +32,18 @@ RUNNING = 3
 AT_ONCE = 0.25
 """Part of its reference length by which a rigid link may be off in one step. A link that turns by 0.65 rad in a step is.
 Light bodies that whip are put back from a tenth on (whipping_links.py), so that no right blow leaves as much."""
-MADE = 0.25
-"""Part of the energy turned over that interactions may have made before the run warns. (Wires that are jerked make up to
-2 %, at eight octaves of the time step and mass ratios of 1 to 1e7. A run that goes wrong makes 100 % and more.)"""
+MADE_BY_CONTACTS = 0.02
+"""Part of the energy turned over that a law of contacts may have made before the run warns, if it promises to dissipate."""
+MADE_BY_LINKS = 0.05
+"""The same of a law of rigid links, which give back the stretch of turning. (Wires that are jerked make up to 2 %, at eight
+octaves of the time step and mass ratios of 1 to 1e7. A run that goes wrong makes 100 % and more.)"""
+MADE_BY_POTENTIALS = 0.1
+"""The same of a law that stores energy: its potential is that of linear springs, its stretch that of links that turn."""
+MADE_BY_ALL = 0.25
+"""The same of all of them and the imbalance of light bodies, if no law is told."""
+SUNK = 0.1
+"""Part of the smaller radius by which a rigid contact may overlap, beyond the largest overlap of the start, before the run
+warns. (A relaxation at a tolerance of 1e-2 leaves up to 0.035.)"""
 START = 10.0
 """Near rest the energy turned over is less than the error of a step. So the run warns only where interactions have made
 more than loads give to bodies at rest in so many steps."""
@@ -63,8 +73,15 @@ class Watch:
             for trait in ("rigid", "pull")
         )
         self._drawn_until = model.drawn_until
+        self._most_made: dict[str, float] = {}
+        for law in [row.law for row in model.rows] + [chain.law for chain in model.chains]:
+            contact = law.APPLIES_TO == "contact"
+            most = MADE_BY_POTENTIALS if law.energy is not None else MADE_BY_CONTACTS if contact else MADE_BY_LINKS
+            self._most_made[law.NAME] = most
         self._said: frozenset[str] = frozenset()
         self._stretched = 0
+        self.overlap_of_start: float | None = None
+        """Largest overlap of the first step that is looked at, in parts of the smaller radius; None before it."""
         self.stretch = 0.0
         """Largest part of its reference length by which a rigid link was off at the detection of the last step: a wire too
         long, a rod either way."""
@@ -102,6 +119,31 @@ class Watch:
                 "or geometric_stiffness=True. (Said once.)"
             )
 
+    def overlaps(self, problem: StepProblem) -> Iterator[str]:
+        """A sentence on rigid contacts that have sunk in."""
+        if "overlap" in self._said:
+            return
+        system, data, deepest, i = problem.system, problem.data, 0.0, -1
+        shallow = (data.gap * system.scale).min(initial=0.0) >= -SUNK * data.time_step
+        if shallow and self.overlap_of_start is not None:
+            return
+        for group in problem.groups:
+            if group.law.APPLIES_TO == "contact" and "rigid" in group.law.TRAITS:
+                over = data.gap[group.start : group.stop] * system.scale[group.start : group.stop]
+                k = int(over.argmin())
+                if -over[k] > deepest * data.time_step:  # scale: time step over the smaller radius
+                    deepest, i = -float(over[k]) / data.time_step, group.start + k
+        if self.overlap_of_start is None:
+            self.overlap_of_start = deepest
+        if deepest <= self.overlap_of_start + SUNK or not self._first("overlap"):
+            return
+        yield (
+            f"In the step from t = {data.time:g} s bodies {system.candidate[i]} and {system.antagonist[i]} overlap by "
+            f"{-data.gap[i]:.3g} m, {100.0 * deepest:.3g} % of the smaller radius: a step saw them late, or what "
+            f"the tolerance left has added up. A time step of {0.5 * data.time_step:.2g} s, or a tenth of the solver's "
+            "tolerance or slip, would leave less. (Said once.)"
+        )
+
     def jerk(self, problem: StepProblem, gap: np.ndarray, energy: Energy, thrust: Callable[[], float]) -> Iterator[str]:
         """A sentence on the energy that rigid links took in a step which does not resolve how they turn.
 
@@ -130,20 +172,23 @@ class Watch:
         )
 
     def energy(self, energy: Energy, thrust: Callable[[], float], time: float, time_step: float) -> Iterator[str]:
-        """A sentence on the energy after a step, where interactions have made much of it; ``thrust``: gives the energy that
-        the loads of a step alone would give to bodies at rest [J]."""
-        if energy.made <= MADE * energy.turned or "energy" in self._said:
-            return
-        if energy.made <= START**2 * thrust() or not self._first("energy"):
-            return
-        totals = energy.total_interactions
-        name = max(totals, key=lambda law: totals[law])
-        yield (
-            f"Until t = {time:g} s interactions have made {energy.made:.3g} J out of nothing, "
-            f"{100.0 * energy.made / energy.turned:.3g} % of all energy turned over; the work of law '{name}' is "
-            f"{totals[name]:.3g} J. See whether a time step of {0.5 * time_step:.2g} s, or a solver with a smaller "
-            "tolerance, does the same. (Said once.)"
-        )
+        """A sentence on each law that promises to make no energy and has made some; ``thrust``: gives the energy that the
+        loads of a step alone would give to bodies at rest [J]."""
+        makers = [
+            (f"interactions of law '{name}'", made, self._most_made[name]) for name, made in energy.made_by_law.items()
+        ]
+        if not any(what.startswith("interactions of law") for what in self._said):
+            makers.append(("interactions and the imbalance of light bodies", energy.made, MADE_BY_ALL))
+        for maker, made, most in makers:
+            if made <= most * energy.turned or maker in self._said:
+                continue
+            if made <= START**2 * thrust() or not self._first(maker):
+                continue
+            yield (
+                f"Until t = {time:g} s {maker} have made {made:.3g} J out of nothing, "
+                f"{100.0 * made / energy.turned:.3g} % of all energy turned over. See whether a time step of "
+                f"{0.5 * time_step:.2g} s, or a solver with a smaller tolerance, does the same. (Said once of each law.)"
+            )
 
     def _first(self, what: str) -> bool:
         first = what not in self._said

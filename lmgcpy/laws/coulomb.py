@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import ClassVar
 
 from lmgcpy.laws.law import Law, Parameter
 from lmgcpy.laws.signorini import approach
@@ -219,7 +220,8 @@ class Coulomb(Law):
 
     NAME = "coulomb"
     APPLIES_TO = "contact"
-    PREPARED = ("bias", "friction")
+    KEEPS_GAP = True
+    PREPARED: ClassVar[tuple[str, ...]] = ("bias", "friction")
     TRAITS = frozenset({"push", "cone", "dissipative", "rigid"})
 
     friction = Parameter("-", "coefficient of friction mu", minimum=0.0)
@@ -231,7 +233,7 @@ class Coulomb(Law):
     @staticmethod
     def prepare(gap, reference_gap, velocity, time_step, parameters, state):
         (friction,) = parameters
-        return (approach(gap, time_step), friction)
+        return (approach(gap, reference_gap, velocity[0], time_step), friction)
 
     @staticmethod
     def react(W, u, prepared):

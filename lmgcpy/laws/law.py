@@ -136,6 +136,9 @@ class Law(ABC):
     * ``INTERFACE``: version of the interface that the law is written for. With ``INTERFACE = 2`` the functions ``prepare``,
       ``initial``, ``commit``, ``energy`` and ``dissipation`` take a last argument ``pair``, a
       :class:`~lmgcpy.laws.Pair` with radii, masses and the time;
+    * ``KEEPS_GAP``: whether the ``reference_gap`` of a contact is the gap that the law predicted in the step before,
+      ``gap + time_step * velocity[0]``, if that is below zero, and 0 if not (of a new contact: its own gap, if below zero).
+      What the gap is below that, turning has closed (``laws/signorini.py``). False: 0;
     * :class:`Parameter` attributes, in the order in which ``prepare`` receives their values;
     * :class:`State` attributes, in the same order: numbers that the law keeps for each interaction (damage, plastic
       length, wear).
@@ -154,6 +157,7 @@ class Law(ABC):
     TRAITS: ClassVar[frozenset[str]] = frozenset()
     PAIRS: ClassVar[frozenset[tuple[str, str]] | None] = None
     DIMENSIONS: ClassVar[tuple[int, ...]] = (2, 3)
+    KEEPS_GAP: ClassVar[bool] = False
     INTERFACE: ClassVar[int] = 1  # a law that names no version is written for the first
 
     initial: ClassVar[Callable | None] = None
@@ -193,10 +197,9 @@ class Law(ABC):
     ) -> tuple[float, ...]:
         """The few numbers that ``react`` needs, a tuple as long as ``PREPARED``; called once a step and interaction.
 
-        ``gap`` [m] is the gap at the detection configuration, ``reference_gap`` [m] that of a link (0 for contacts),
-        ``velocity`` [m/s] the relative velocity at the start of the step, a tuple, normal component first, ``time_step``
-        [s] the step. ``parameters`` and ``state`` are tuples; ``state`` is empty for a law without state.
-        """
+        ``gap`` [m] is the gap at the detection configuration, ``reference_gap`` [m] that of a link (of contacts see
+        ``KEEPS_GAP``), ``velocity`` [m/s] the relative velocity at the start of the step, a tuple, normal component first,
+        ``time_step`` [s] the step. ``parameters`` and ``state`` are tuples; ``state`` is empty for a law without state."""
 
     @staticmethod
     @abstractmethod

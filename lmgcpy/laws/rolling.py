@@ -108,6 +108,7 @@ class RollingCoulomb(Law):
 
     NAME = "rolling-coulomb"
     APPLIES_TO = "contact"
+    KEEPS_GAP = True
     PREPARED = ("bias", "friction", "rolling_friction", "torsion_friction")
     TRAITS = frozenset({"push", "cone", "dissipative", "rigid"})
 
@@ -131,7 +132,7 @@ class RollingCoulomb(Law):
     @staticmethod
     def prepare(gap, reference_gap, velocity, time_step, parameters, state):
         friction, rolling_friction, torsion_friction = parameters
-        return (approach(gap, time_step), friction, rolling_friction, torsion_friction)
+        return (approach(gap, reference_gap, velocity[0], time_step), friction, rolling_friction, torsion_friction)
 
     @staticmethod
     def react(W, u, prepared):

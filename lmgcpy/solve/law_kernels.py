@@ -48,7 +48,7 @@ class StepData(NamedTuple):
     gap: np.ndarray
     """Gaps at the detection configuration [m], (m,)."""
     reference_gap: np.ndarray
-    """[m], (m,); zero for contacts."""
+    """[m], (m,); of contacts at most zero, see ``Law.KEEPS_GAP``."""
     before: np.ndarray
     """Relative velocities at the start of the step [m/s], (m, d)."""
     after: np.ndarray
@@ -56,7 +56,8 @@ class StepData(NamedTuple):
     pairs: np.ndarray
     """Radii and masses of candidates and antagonists [m, m, kg, kg], (m, 4); (0, 4) where no law asks."""
     state: np.ndarray
-    """States of the laws, (m, k) with k the most numbers that a law of the scene keeps; NaN beyond a law's own."""
+    """States of the laws, (m, k + 1) with k the most numbers that a law of the scene keeps; NaN beyond a law's own. In the
+    last column the gap that a contact was to have at this step's detection [m], NaN where not known."""
     time: float
     """Time at the start of the step [s]."""
     time_step: float

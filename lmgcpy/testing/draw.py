@@ -180,7 +180,8 @@ def cases(draw: Draw, given: Law, spread: Spread = USUAL) -> LawCase:
     h = centre(STEP, times_of(known)) * draw(powers_of_ten(*spread.time_step))
     length = centre(GAP, lengths_of(known, reference_length))
     gaps = signed(*(spread.near if spread.near and length != GAP else spread.gap))
-    reference_gap = length * draw(gaps) if link else 0.0
+    reference_gap = length * draw(gaps) if link or law.KEEPS_GAP else 0.0
+    reference_gap = reference_gap if link else min(reference_gap, 0.0)
 
     def step(time: float) -> CaseStep:
         gap = 0.0 if link and draw(indices(4)) == 3 else reference_gap + length * draw(gaps)

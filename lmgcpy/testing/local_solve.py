@@ -239,9 +239,13 @@ def wrong_slope(case: LawCase, u: Numbers) -> str:
 def conic(case: LawCase, draw: Any) -> str:
     """With b, mu and C of ``conic`` the answer satisfies ``0 <= u_n + b _|_ r_n >= 0`` and Coulomb's friction (contacts),
     ``0 <= -(u_n + b + C r_n) _|_ -r_n >= 0`` (links that pull), or ``u_n + b + C r_n = 0`` (other links). Of a law with
-    rolling components it gives mu_r and mu_z as well, and rolling and torsion impulses satisfy the same with these."""
+    rolling components it gives mu_r and mu_z as well, and rolling and torsion impulses satisfy the same with these.
+    Prepared numbers ``slip_t`` and ``slip_s``, if a law has them, are zero here: friction that knows the slip before the
+    step has no conic form, but the solvers that need one only take statuses from it."""
     law, d = case.law, case.dimension
-    columns = [np.array([value]) for value in case.prepared]
+    named = zip(law.PREPARED, case.prepared, strict=True)
+    prepared = tuple(0.0 if name in ("slip_t", "slip_s") else value for name, value in named)
+    columns = [np.array([value]) for value in prepared]
     message = f"conic returned {shown(law.conic(columns))}"  # type: ignore[misc]
     given = [float(np.asarray(value).ravel()[0]) for value in law.conic(columns)]  # type: ignore[misc]
     if len(given) != (5 if case.size > d else 3):
@@ -255,7 +259,8 @@ def conic(case: LawCase, draw: Any) -> str:
     if case.size == 1 and friction > 0.0:
         return f"{message}, but the law has one row: no friction."
     w = min(case.W[i][i] for i in range(case.size))
-    r, u = case.impulse, case.velocity
+    r = case.react(case.W, case.q, prepared)
+    u = tuple(q + float(np.dot(row, r)) for q, row in zip(case.q, case.W, strict=True))
     normal = -(u[0] - w * r[0] + bias) / (w + compliance)
     if law.APPLIES_TO == "contact":
         normal = max(normal, 0.0)

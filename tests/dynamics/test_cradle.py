@@ -63,20 +63,16 @@ def test_gaps_put_the_shocks_into_steps_of_their_own(gap, time_step, theta):
 @pytest.mark.parametrize("time_step", [4e-3, 2e-3, 1e-3, 5e-4])
 @pytest.mark.parametrize("theta", [0.5, 1.0])
 @pytest.mark.parametrize("restitution", [0.5, 0.7, 0.9])
-def test_with_less_restitution_gaps_must_be_what_is_travelled_in_a_step(restitution, time_step, theta):
+@pytest.mark.parametrize("gap", [1e-9, 1e-6, 1e-4, 2e-3])
+def test_with_less_restitution_each_shock_hands_on_its_part(gap, restitution, time_step, theta):
     """Each shock hands on (1 + e)/2 of the velocity: after four of them the last disk has ((1 + e)/2)^4.
 
-    A shock falls where the disks overlap by up to h v, and they part by e h v a step: the contact is open again after 1/e
-    steps, in which the second disk goes (1 + e)/(2 e) h v or less. In gaps of h v/e it is not yet at the third.
+    A shock falls where the disks overlap by up to h v, and they part by e h v a step. While the contact opens, though it is
+    not yet open, the next shock passes it by. (When it took part, a gap of a micrometre left 0.39 at e = 0.5, not 0.32.)
     With e below 0.45 the first disk, which keeps (1 - e)/2, would come after the last one and push it on.
     """
-    v = after(cradle(time_step * SPEED / restitution, restitution=restitution, time_step=time_step, theta=theta), 1.0)
+    v = after(cradle(gap, restitution=restitution, time_step=time_step, theta=theta), 1.0)
     assert v[-1] == pytest.approx((0.5 * (1.0 + restitution)) ** 4, rel=1e-12)
-
-
-def test_in_smaller_gaps_a_shock_meets_the_contact_that_is_not_yet_open():
-    """With e = 0.5 and gaps of a micrometre the last disk leaves with 0.39 of the velocity and not with 0.32."""
-    assert after(cradle(1e-6, restitution=0.5), 0.03)[-1] == pytest.approx(0.3875, rel=1e-3)
 
 
 def test_a_cradle_between_walls_keeps_its_gaps():

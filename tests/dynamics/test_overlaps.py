@@ -111,3 +111,30 @@ def test_a_run_that_goes_on_is_not_told_again(tmp_path):
         warnings.simplefilter("error")
         again = lm.resume(path).run(steps=2)
     assert np.array_equal(again.positions, sim.run(steps=2).positions)
+
+
+class Forgetful(lm.Signorini):
+    """Leaves what turning closed."""
+
+    NAME = "forgetful"
+
+    @staticmethod
+    def prepare(gap, reference_gap, velocity, time_step, parameters, state):
+        return (max(gap, 0.0) / time_step,)
+
+
+@pytest.mark.parametrize("overlap", [0.0, 0.2])
+def test_a_run_tells_contacts_that_sink_in(overlap):
+    """A ball round a pipe sinks by ``(h v)^2/(2 a)`` a step, 0.8 % of its radius, if the law leaves that: it is told when
+    it has sunk by a tenth, beyond where it began, with its number."""
+    scene = lm.Scene(dimension=3)
+    scene.add(lm.cylinder_wall(point=(0, 0, 0), axis=(0, 0, 1), radius=0.5))
+    scene.add(lm.sphere(radius=0.1, position=(0.4 + 0.1 * overlap, 0.0, 0.0), velocity=(0.0, 2.0, 0.0), mass=1.0))
+    scene.see("GRAIN", "WALL", Forgetful())
+    sim = lm.Simulation(scene, time_step=4e-3, overlap="ignore")
+    sim.run(steps=10)
+    with pytest.warns(RuntimeWarning, match=r"bodies 1 and 0 overlap by [\d.]+ m, [\d.]+ % of the smaller radius") as told:
+        sim.run(steps=200)
+    share = float(str(told[0].message).split(" m, ")[1].split(" %")[0])
+    assert 100.0 * (overlap + 0.1) <= share < 100.0 * (overlap + 0.12)  # of three digits
+    assert len(told) == 1

@@ -43,9 +43,15 @@ def friction_violations(case, mu, first=1, end=None):
 
 
 def signorini(case):
-    """0 <= u_n + max(g, 0)/h  _|_  r_n >= 0."""
-    bias = max(case.gap, 0.0) / case.time_step
+    """0 <= u_n + b  _|_  r_n >= 0: b = g/h where g > 0, else -(g_ref - g)/h within -2 |u_n^-| and 0 where u_n^- < 0."""
+    bias = max(case.gap, 0.0) / case.time_step - taken_back(case)
     return [complementarity(case.velocity[0] + bias, case.W[0][0] * case.impulse[0])]
+
+
+def taken_back(case):
+    """Velocity that takes back what turning closed."""
+    closed = (case.reference_gap - case.gap) / case.time_step
+    return 0.0 if case.gap > 0.0 else float(np.clip(closed, 0.0, 2.0 * max(-case.steps[-1].before[0], 0.0)))
 
 
 def coulomb(case):
@@ -66,12 +72,33 @@ def rolling_coulomb(case):
 
 
 def restitution(case):
-    """Where g <= 0: 0 <= u_n + e min(u_n^-, 0)  _|_  r_n >= 0 and Coulomb's friction; else r = 0."""
+    """Where g <= 0: 0 <= u_n + phi  _|_  r_n >= 0, phi = u_n^- where that is positive, else -max(e |u_n^-|, what takes back
+    turning) down to u_n^-; and friction towards the segment from -u_t^- to 0. Where g > 0: r = 0."""
     if case.gap > 0.0:
         return list(np.diag(case.W) * case.impulse)
-    rebound = case.law.restitution * min(case.steps[-1].before[0], 0.0)
-    normal = complementarity(case.velocity[0] + rebound, case.W[0][0] * case.impulse[0])
-    return [normal, *friction_violations(case, case.law.friction)]
+    before, *slip = case.steps[-1].before
+    phi = before if before >= 0.0 else max(before, -max(-case.law.restitution * before, taken_back(case)))
+    normal = complementarity(case.velocity[0] + phi, case.W[0][0] * case.impulse[0])
+    return [normal, *segment_violations(case, case.law.friction, np.array(slip))]
+
+
+def segment_violations(case, mu, before):
+    """Velocities that vanish where r_t is mu r_n times minus a subgradient of the distance of u_t to the segment from
+    ``-before`` to 0: r_t and s = u_t less its nearest point of the segment satisfy Coulomb's law, and r_t pushes along the
+    segment at its ends only, and outward there."""
+    if len(case.q) == 1:
+        return [0.0 if mu == 0.0 else math.inf]
+    u, r = np.array(case.velocity[1:]), np.array(case.impulse[1:])
+    square = float(before @ before)
+    share = float(np.clip(-(u @ before) / square, 0.0, 1.0)) if square > 0.0 else 0.0
+    w = min(np.diag(case.W)[1:])
+    inside = w * r @ before / math.sqrt(square) if square > 0.0 else 0.0  # > 0 only at the far end, < 0 only at 0
+    ends = [max(inside, 0.0) if share < 1.0 else 0.0, min(inside, 0.0) if share > 0.0 else 0.0]
+    s = u + share * before
+    there = r - s / w
+    inward = min(1.0, mu * case.impulse[0] / (math.hypot(*there) or 1.0))
+    outside = max(math.hypot(*r) - mu * case.impulse[0], 0.0)
+    return [w * outside, *(w * (inward * there - r)), *ends]
 
 
 def elongation_rate(case):

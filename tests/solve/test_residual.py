@@ -10,14 +10,16 @@ from mixed_scene import LAWS, mixed_scene
 import lmgcpy as lm
 
 
-def parts(scene, view):
-    """(law, reference gap, parameters) of every interaction, in canonical order."""
+def parts(scene, sim):
+    """(law, reference gap, parameters) of every interaction, in canonical order; of contacts the gap that the step before
+    predicted, as the step has it."""
+    view, known = sim.interactions, sim._last[0].data.reference_gap
     found = []
     for chain in scene.chains:
         table = chain.law.table(chain.radius_sums + chain.reference_gaps)
         found += [(chain.law, g, tuple(row)) for g, row in zip(chain.reference_gaps, table, strict=True)]
-    for name in view.law[len(found) :]:
-        found.append((LAWS[name], 0.0, tuple(LAWS[name].table(np.zeros(1))[0])))
+    for name, reference_gap in zip(view.law[len(found) :], known[len(found) :], strict=True):
+        found.append((LAWS[name], reference_gap, tuple(LAWS[name].table(np.zeros(1))[0])))
     return found
 
 
@@ -27,7 +29,7 @@ def errors(scene, sim, problem, r):
     u = (problem.free + problem.W @ r.ravel()).reshape(-1, 2)
     before = problem.before.reshape(-1, 2)
     found = []
-    for i, (law, reference_gap, parameters) in enumerate(parts(scene, view)):
+    for i, (law, reference_gap, parameters) in enumerate(parts(scene, sim)):
         rows = law.rows(2)
         block = problem.W[2 * i : 2 * i + rows, 2 * i : 2 * i + rows]
         w = np.trace(block) / rows

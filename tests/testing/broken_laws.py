@@ -57,6 +57,11 @@ class Bouncing(lm.Restitution):
     NAME = "test-bouncing"
     restitution = lm.Parameter("-", minimum=0.0)
 
+    @staticmethod
+    def prepare(gap, reference_gap, velocity, time_step, parameters, state):
+        friction, restitution = parameters
+        return (math.inf if gap > 0.0 else restitution * min(velocity[0], 0.0), friction, 0.0, 0.0)
+
 
 class NoNumberAtZero(lm.Signorini):
     """The bias of a closed gap is none."""

@@ -14,7 +14,7 @@ from lmgcpy.dynamics.energy import Energy
 from lmgcpy.io.run_file.commits import Commit
 
 ENERGIES = ("kinetic", "loads", "drives", "defect", "total_loads", "total_drives")
-BY_LAW = ("interactions", "stored", "total_interactions", "dissipated", "total_dissipated")
+BY_LAW = ("interactions", "stored", "total_interactions", "dissipated", "total_dissipated", "made_by_law")
 COUNTS = ("sequence", "frames", "interactions", "history")
 """Fields of the commit that belongs to a checkpoint."""
 REMEMBERED = ("identity", "impulse", "state")
@@ -45,7 +45,8 @@ def write_checkpoint(file: Any, checkpoint: Checkpoint, commit: Commit, laws: li
     """Write a checkpoint over the older of the two."""
     group = file[f"checkpoint/{commit.sequence % 2}"]
     arrays = _arrays(checkpoint, commit, laws)
-    # older files have no room for the last energies, and none for predicted gaps
+    # older files have no room for the last energies, and none for predicted gaps of links or contacts
+    arrays["state"] = arrays["state"][:, : group["state"].shape[1]]
     for name in ("energy", "energy_by_law"):
         arrays[name] = arrays[name][: len(group[name])]
     arrays = {name: array for name, array in arrays.items() if name in group}
@@ -116,7 +117,7 @@ def _checkpoint(arrays: Mapping[str, np.ndarray], numbers: Mapping[str, int], la
     time, worst = values.pop("time"), values.pop("worst")
     by_law = {
         name: {law: float(value) for law, value in zip(laws, row, strict=True) if not np.isnan(value)}
-        for name, row in zip(BY_LAW, arrays["energy_by_law"], strict=False)  # older files have three
+        for name, row in zip(BY_LAW, arrays["energy_by_law"], strict=False)  # older files have fewer
     }
     return Checkpoint(
         positions=arrays["positions"],

@@ -1,0 +1,47 @@
+"""Overlap of contacts that turning made, taken back without energy where light bodies under heavy loads would make some.
+
+Laws of contacts take back what turning closed in the last step (``laws/signorini.py``), with the work ``r (e' - e)/(2 h)``.
+In a steady motion that is nothing. Where a heavy body comes down on a light one that went fast along a curved path, r is
+that of the heavy body while e is still that of the light one. Then the step is solved a second time as if nothing had
+turned, for the velocities, and bodies move by the first solve, as links do (:mod:`lmgcpy.dynamics.turning_stretch`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from lmgcpy.dynamics.assembly import StepProblem, prepare
+
+MADE = 0.01
+"""Part of the kinetic energy, and of what loads give from rest, that contacts may make in a step by taking back overlap."""
+
+
+def take_back(
+    given: StepProblem, solved: StepProblem, before: np.ndarray, solve: Callable[[StepProblem], StepProblem]
+) -> tuple[StepProblem, np.ndarray | None]:
+    """The step as its velocities are to be, and the impulses of the first solve less those of the last (m, d) if it was
+    solved twice, else None.
+
+    ``given``: the problem as it was assembled; ``before``: velocities at the start of the step (n, k); ``solved`` and what
+    ``solve`` returns know the velocities ``after``.
+    """
+    data = solved.data
+    turned = (data.gap < data.reference_gap) & given.keeps_gap
+    if not turned.any():
+        return solved, None
+    work = 0.5 * float(solved.system.impulse[turned, 0] @ (data.before[turned, 0] + data.after[turned, 0]))
+    if work <= 0.0:
+        return solved, None
+    mass = np.where(given.inverse_mass > 0.0, 1.0 / np.where(given.inverse_mass > 0.0, given.inverse_mass, 1.0), 0.0)
+    loads = given.free_velocity - before
+    if work <= MADE * 0.5 * float((mass * (before * before + loads * loads)).sum()):
+        return solved, None
+    first = solved.system.impulse.copy()
+    reference = np.where(turned, given.data.gap, given.data.reference_gap)
+    again = replace(given, data=given.data._replace(reference_gap=reference))
+    prepare(again.groups, again.kernels, again.offset, again.system, again.data)
+    solved = solve(again)
+    return solved, first - solved.system.impulse
