@@ -70,7 +70,7 @@ ROWS: dict[str, tuple] = {
     "export into a file": (lambda w: lm.io.export_csv(lm.io.open_run(w.run_file()), w.path()), FileExistsError,
         "is a file: give the name of a folder"),
     "frame that is not there": (lambda w: lm.io.open_run(w.run_file()).interactions(7), IndexError,
-        "There are 1 entries, 7 is none of them"),
+        "There are 2 entries, 7 is none of them"),
     "run closed": (lambda w: w.closed_run().positions[0], ValueError,
         "was closed: open it again with lmgcpy.io.open_run"),
     "no problem file": (lambda w: lm.io.fclib.read(w.path()), FileNotFoundError, "There is no file '", "run.h5'"),
