@@ -124,14 +124,17 @@ class Detector:
         """A detector of more bodies, added after these, which remembers what this one does; ``bodies``: positions of all,
         (n, 3)."""
         lattice = None if self._images is None else self._images.lattice
-        detector = Detector(*tables, inverse_mass, self.dimension, apart, lattice)
-        detector.hide(hidden)
+        # first as bodies were when the memory was made, which may hold what some did that are hidden or fixed since
+        then = np.concatenate([self.inverse_mass, inverse_mass[len(self.inverse_mass) :]])
+        detector = Detector(*tables, then, self.dimension, apart, lattice)
         memory = self.give_memory()
         if memory.listed:
             before, placed = len(self.contactors.body), detector._place(bodies)
             parts = memory.listed_at[:before], placed[before : len(tables[0].body)], memory.listed_at[before:]
             memory = replace(memory, listed_at=np.concatenate(parts))
         detector.take_memory(memory)
+        if hidden.any() or not np.array_equal(then, inverse_mass):
+            detector.change(inverse_mass, hidden)
         return detector
 
     def widest(self, travel: float, closing: float) -> float:

@@ -797,3 +797,19 @@ def test_grains_come_one_by_one_from_the_mouth_of_a_hopper():
     # the fall of 0.45 m takes 0.3 s; a shock ends within one step, h v = 6 mm, of the floor
     assert [grain.position[1] for grain in grains] == pytest.approx([0.05, 0.15, 0.25], abs=7e-3)
     assert abs(sim.velocities).max() < 1e-6
+
+
+@pytest.mark.parametrize("statement", ["hide", "fix"])
+def test_a_body_comes_in_the_same_gap_in_which_one_that_bears_a_load_goes(statement):
+    """What is remembered is of bodies as they were: before, every later step failed. Balls of 1 kg press with 9.81 N."""
+    scene = lm.Scene(dimension=2, gravity=(0.0, -G))
+    balls = [scene.add(lm.disk(radius=0.1, position=(x, 0.1), mass=1.0)) for x in (0.0, 1.0)]
+    scene.add(lm.wall(point=(0, 0), normal=(0, 1)))
+    scene.see("GRAIN", "WALL", lm.Coulomb(friction=0.3))
+    sim = simulate(scene).run(steps=5)
+    getattr(balls[0], statement)()
+    scene.add(lm.disk(radius=0.1, position=(2.0, 0.1), mass=1.0))
+    sim.run(steps=5)
+    assert sim.steps == 10
+    assert sim.interactions.candidate.tolist() == [1, 3]
+    assert sim.interactions.force[:, 0] == pytest.approx(G, rel=1e-9)
