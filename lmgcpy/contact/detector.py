@@ -131,7 +131,7 @@ class Detector:
             before, placed = len(self.contactors.body), detector._place(bodies)
             parts = memory.listed_at[:before], placed[before : len(tables[0].body)], memory.listed_at[before:]
             memory = replace(memory, listed_at=np.concatenate(parts))
-        detector.take_memory(memory)
+        detector.take_memory(memory, some_gone=True)  # what was hidden meanwhile
         return detector
 
     def widest(self, travel: float, closing: float) -> float:
@@ -194,15 +194,16 @@ class Detector:
             rebuilds=self.rebuilds,
         )
 
-    def take_memory(self, memory: Memory) -> None:
-        """Go on from a memory; ValueError where it holds interactions that this scene cannot have."""
+    def take_memory(self, memory: Memory, some_gone: bool = False) -> None:
+        """Go on from a memory; ValueError where it holds interactions that this scene cannot have, unless some may be
+        gone."""
         self._reach = memory.reach
         self._listed_at = None
         self.groups = []
         if memory.listed:
             self._list_neighbours(memory.listed_at)
         self.rebuilds = memory.rebuilds
-        self._last.take(memory, self.groups, [*self.chains, *self.rows], len(self.contactors.body))
+        self._last.take(memory, self.groups, [*self.chains, *self.rows], len(self.contactors.body), some_gone)
 
     # ------------------------------------------------------------------------------------------- narrow phase
 

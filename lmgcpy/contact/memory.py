@@ -116,8 +116,11 @@ class LastStep:
                 mine[:, 1:] = group.pairs[index]
         return identity, self._impulses[kept], self._states[kept]
 
-    def take(self, memory: Memory, groups: list[Group], tables: list, contactor_count: int) -> None:
-        """Go on from a memory; ValueError where it holds interactions that these groups cannot have."""
+    def take(
+        self, memory: Memory, groups: list[Group], tables: list, contactor_count: int, some_gone: bool = False
+    ) -> None:
+        """Go on from a memory; ValueError where it holds interactions that these groups cannot have, unless some may be
+        gone."""
         slots = np.full(len(memory.identity), -1)
         for group in groups:
             mine = memory.identity[:, 0] == table_index(group, tables)
@@ -133,12 +136,12 @@ class LastStep:
                 index[here] = group.rank[index[here]]
             slots[np.flatnonzero(mine)[here]] = group.first_slot + index[here]
         strange = int((slots < 0).sum())
-        if strange:
+        if strange and not some_gone:
             raise ValueError(
                 f"{strange} of {len(slots)} remembered impulses belong to interactions "
                 "that this scene does not have: the memory is of another scene."
             )
-        order = np.argsort(slots, kind="stable")
+        order = np.argsort(slots, kind="stable")[strange:]
         self._slots = slots[order].astype(np.int32)
         states = np.full((len(order), self._states.shape[1]), np.nan)
         states[:, : memory.state.shape[1]] = memory.state[order]  # older checkpoints hold no predicted gaps
