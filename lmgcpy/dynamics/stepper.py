@@ -386,6 +386,11 @@ class Stepper:
             """Kinetic energy that the external forces of a step would give to the bodies from rest [J]."""
             return 0.5 * float((self.model.inverse_mass * (h * force) ** 2).sum())
 
+        def shock() -> float:
+            """Kinetic energy that the normal impulses of the step would give from rest, one by one [J]."""
+            system = found.problem.system
+            return 0.5 * float((system.impulse[:, 0] ** 2 * system.delassus[:, 0]).sum())
+
         unresolved = np.zeros(0)
         if not self.geometric_stiffness:
             first = found.solved
@@ -395,7 +400,7 @@ class Stepper:
             *self._watch.links(found.solved, unresolved),
             *self._watch.overlaps(found.solved),
             *(self._watch.jerk(found.problem, found.solved.data.gap, self.energy, thrust) if self.report.solved else ()),
-            *self._watch.energy(self.energy, thrust, end, h),
+            *self._watch.energy(self.energy, thrust, shock, end, h),
         ]
 
     def _count_unsolved(self) -> list[str]:
