@@ -237,7 +237,7 @@ class Scene:
         the drag of Stokes on spheres, 6 pi eta R and 8 pi eta R^3. ``density`` [kg/m^3] of a fluid: the resistance
         ``1/2 C rho A |v| v`` on disks and spheres, C = 0.44 of spheres, 1 of disks, A their section.
 
-        Drag is implicit within the step (:mod:`lmgcpy.dynamics.drag`): a body that sinks comes to its last velocity at any
+        Drag is implicit within the step (``lmgcpy.dynamics.drag``): a body that sinks comes to its last velocity at any
         time step, and linear drag alone is exact. A force that is a function of time cannot do that: it is explicit.
         Weight is not changed: give gravity without buoyancy. Periodic cells: relative to the mean flow.
         """

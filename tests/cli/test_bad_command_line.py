@@ -157,7 +157,7 @@ ROWS = {
     "render what is not there": (lambda w: ["render", w.path()], "There is no file '"),
     "render what is unknown": (lambda w: ["render", w.run_file(), "--what", "grain"],
         "what cannot be 'grain'; did you mean 'grains'?"),
-    "render no such frame": (lambda w: ["render", w.run_file(), "--frame", "7"], "has one frame, 0, got frame 7."),
+    "render no such frame": (lambda w: ["render", w.run_file(), "--frame", "7"], "has 2 frames, 0 to 1, got frame 7."),
     "render into no picture": (lambda w: ["render", w.run_file(), "--out", w.path("a.bmp")],
         "must end in .png, .pdf, .svg or, for a moving picture, in .gif or .mp4"),
     "render from half a direction": (lambda w: ["render", w.run_file(), "--camera", "1,2"],
