@@ -383,8 +383,11 @@ class Stepper:
         h, end = self.time_step, self.state.time + self.time_step
 
         def thrust() -> float:
-            """Kinetic energy that the external forces of a step would give to the bodies from rest [J]."""
-            return 0.5 * float((self.model.inverse_mass * (h * force) ** 2).sum())
+            """Kinetic energy that the external forces of a step would give to the bodies from rest [J], and that of
+            velocities which are some roundings of a position a step."""
+            given = float((self.model.inverse_mass * (h * force) ** 2).sum())
+            rounding = 8.0 * np.finfo(float).eps * found.problem.system.farness
+            return 0.5 * (given + float(self.model.free_mass[:, 0].dot(rounding**2)))
 
         def shock() -> float:
             """Kinetic energy that the normal impulses of the step would give from rest, one by one [J]."""

@@ -161,6 +161,6 @@ CASES = [
         "compaction of 150 spheres, friction 0.3",
         compaction.rough,
         tolerance=1e-8,
-        fails={"GaussSeidel": "its 10 000 sweeps leave 2e-4"},
+        fails={"GaussSeidel": "its 10 000 sweeps leave 2e-4", "Newton": "ends at 3e-6; Auto goes on"},
     ),
 ]
