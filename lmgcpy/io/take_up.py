@@ -36,8 +36,8 @@ def take_up(
         if not run.options["geometric_stiffness"]:  # older files have none: their run continues without it
             sim.geometric_stiffness = False
         there = {"notes": run.notes, "options": {name: run.options[name] for name in options(sim)}, "scene": run.scene}
-        if there["options"]["solver_fields"]:  # older files hold no slip
-            there["options"]["solver_fields"] = {"slip": None, **there["options"]["solver_fields"]}
+        if there["options"]["solver_fields"]:  # older files hold no slip and no force
+            there["options"]["solver_fields"] = {"slip": None, "force": None, **there["options"]["solver_fields"]}
         here = {"notes": json.loads(json.dumps(dict(notes or {}))), "options": options(sim), "scene": describe(sim.scene)}
         other = first_difference(there, here)
         if other:

@@ -121,10 +121,11 @@ class Chain:
         if self._as_built:
             self.reference_gaps = self.start_gaps.copy()
 
-    def check_cell(self, width: float) -> None:
-        """ValueError for a link that is no shorter than half the ``width`` of the cell [m]: which images it joins is not
-        known."""
-        lengths = self.reference_gaps + self.radius_sums
+    def check_cell(self, cell: Cell, gaps: np.ndarray) -> None:
+        """ValueError for a link with one of these reference gaps (links,) that is no shorter than half the width of a cell:
+        which images it joins is not known."""
+        width = float(cell.lattice.widths(cell.edges).min())
+        lengths = gaps + self.radius_sums
         i = int(np.argmax(lengths))
         if not lengths[i] < 0.5 * width:
             a, b = self._pairs()[i]
@@ -155,6 +156,9 @@ class Chain:
             raise ValueError("The reference_gap of a chain that relaxes cannot be set: make it with relaxation=0.")
         wanted = given + np.zeros_like(self.reference_gaps)
         self._refuse_no_length(wanted, "would have no length at its reference", "give a larger gap")
+        if self._cell is not None:
+            self.check_cell(self._cell, wanted)
+        self._as_built = False
         one = len(set(wanted.tolist())) == 1
         for link, gap in [(-1, float(wanted[0]))] if one else list(enumerate(wanted.tolist())):
             if one or gap != self.reference_gaps[link]:

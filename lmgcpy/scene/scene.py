@@ -242,8 +242,8 @@ class Scene:
         Weight is not changed: give gravity without buoyancy. Periodic cells: relative to the mean flow.
         """
         self._editable("add a drag")
-        given = {name: value for name, value in locals().items() if name in COEFFICIENTS}
-        self._media.append(medium(bodies, self.bodies, self.dimension, given))
+        values = rate, linear, quadratic, turning, viscosity, density
+        self._media.append(medium(bodies, self.bodies, self.dimension, dict(zip(COEFFICIENTS, values, strict=True))))
 
     @named_arguments
     def add_disks(
@@ -415,9 +415,8 @@ class Scene:
             check_answers(chain.law, self.dimension)
         if self._cell is not None:
             self._cell.check()
-            width = float(self._cell.lattice.widths(self._cell.edges).min())
             for chain in self.chains:
-                chain.check_cell(width)
+                chain.check_cell(self._cell, chain.reference_gaps)
         return self._model(0.0)
 
     def _model(self, time: float) -> Model:

@@ -103,3 +103,23 @@ def test_a_link_longer_than_half_the_cell_is_refused():
     scene.periodic(x=0.2, y=0.2)
     with pytest.raises(ValueError, match=r"Link 0 of the chain, .* must be shorter than half the width .* 0\.1 m"):
         lm.Simulation(scene, time_step=1e-3)
+
+
+def test_a_link_is_not_let_out_beyond_half_the_cell():
+    scene, _ = endless(2, "closed", lm.ElasticWire(stiffness=STIFFNESS))
+    sim, chain = lm.Simulation(scene, time_step=1e-3), scene.chains[0]
+    before = chain.reference_gap
+    with pytest.raises(ValueError, match="shorter than half the width"):
+        chain.reference_gap = 0.1
+    np.testing.assert_array_equal(chain.reference_gap, before)
+    assert sim.state.changes == []
+
+
+def test_a_gap_that_was_set_stays_where_the_cell_comes_last():
+    scene = lm.Scene(dimension=2)
+    beads = [scene.add(lm.disk(radius=0.002, position=(0.01 + 0.09 * k, 0.1), mass=1e-3)) for k in range(3)]
+    chain = scene.chain(beads, lm.ElasticWire(stiffness=1.0), closed=True)
+    chain.reference_gap = 0.03
+    scene.periodic(x=0.2, y=0.2)
+    np.testing.assert_array_equal(chain.reference_gap, 0.03)
+    np.testing.assert_allclose(chain.lengths(), [0.09, 0.09, 0.02])  # the last one across the face

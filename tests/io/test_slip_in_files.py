@@ -32,7 +32,7 @@ def without_slip(path):
         del file["history"]
         file.create_dataset("history", data=kept, maxshape=(None,), chunks=chunks)
         fields = file["about/options/solver_fields"]
-        for name in [name for name in fields if name == "slip"]:
+        for name in [name for name in fields if name in ("slip", "force")]:
             del fields[name]
         del file["about"].attrs["digest"]
         del file["tails"]
