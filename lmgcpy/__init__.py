@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 # first: numba makes its table of conversions in calls that are no deeper here than from ``import numba``. At some
 # depths of imports within imports CPython takes and gives back memory for frames at every call: 0.1 s more
 import lmgcpy.compiled  # noqa: F401
-from lmgcpy import contact, former_names, io, laws, measure, sample
+from lmgcpy import contact, io, laws, measure, sample
 from lmgcpy.laws.coulomb import Coulomb
 from lmgcpy.laws.elastic import ElasticRod, ElasticWire
 from lmgcpy.laws.law import Law, Parameter, State
@@ -39,7 +39,6 @@ from lmgcpy.version import VERSION
 if TYPE_CHECKING:
     from lmgcpy import view
 
-former_names.know()
 __version__ = VERSION
 
 __all__ = [

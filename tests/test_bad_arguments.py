@@ -79,14 +79,6 @@ def simulation():
     return simulate(time_step=1e-3)
 
 
-def hanging_wire():
-    made = scene()
-    made.chain(made.bodies, lm.RigidWire())
-    sim = lm.Simulation(made, time_step=1e-3)
-    sim.step()
-    return sim
-
-
 def wire_in_sand():
     """A wire of two links among four grains, after a step, and where the bodies are."""
     made = lm.Scene(dimension=2)
@@ -301,7 +293,6 @@ CALLS = {
     "measure.particle_stress": (lm.measure.particle_stress, {"sim": simulation()}, {"sim": THING}),
     "measure.window_stress": (lm.measure.window_stress, {"sim": simulation(), "window": ((0, 0), (1, 1))},
         {"sim": THING, "window": [*THING, ((0, 0),), ((0, 0), (0, 1))]}),
-    "measure.wire_tension": (lm.measure.wire_tension, {"sim": hanging_wire()}, {"sim": THING, "chain": [*COUNT, 1]}),
     "measure.contact_kinds": (lm.measure.contact_kinds, {"sim": WIRED}, {"sim": THING, "tolerance": FRACTION}),
     "measure.wire_links": (lm.measure.wire_links, {"sim": WIRED}, {"sim": THING}),
     "measure.wire_fabric": (lm.measure.wire_fabric, {"sim": WIRED}, {"sim": THING, "volume": optional(POSITIVE)}),
@@ -419,7 +410,6 @@ EXEMPT = {
     "measure.Network": "a result",
     "measure.ContactForces": "a result",
     "measure.ParticleStress": "a result",
-    "measure.WireTension": "a result",
     "measure.LocalStrain": "a result",
     "measure.WireShape": "a result",
     "measure.BeadSlip": "a result",
@@ -468,7 +458,6 @@ EXEMPT_ARGUMENTS = {
     ("measure.contact_forces", "frame"): "of run files: in tests/measure",
     ("measure.particle_stress", "frame"): "of run files: in tests/measure",
     ("measure.window_stress", "frame"): "of run files: in tests/measure",
-    ("measure.wire_tension", "frame"): "of run files: in tests/measure",
     **dict.fromkeys(((f"measure.{name}", "frame") for name in OF_FRAMES), "of run files: in tests/measure"),
     ("Simulation.run", "notes"): "in tests/io/test_notes_and_compare.py",
     ("Biaxial", "solver"): "of its simulation",

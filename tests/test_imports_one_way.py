@@ -7,11 +7,10 @@ from functools import cache
 from pathlib import Path
 
 import lmgcpy
-from lmgcpy import former_names
 
 ROOT = Path(lmgcpy.__file__).parent
 FLOORS = """
-    version errors former_names
+    version errors
     writing
     compiled
     laws
@@ -81,7 +80,6 @@ def test_programs_import_what_is_there():
                 if isinstance(node, ast.ImportFrom) and str(node.module).split(".")[0] == "lmgcpy":
                     module = importlib.import_module(str(node.module))
                     missing += [f"{path.name}: {node.module}.{a.name}" for a in node.names if not hasattr(module, a.name)]
-                    missing += [f"{path.name}: {node.module}"] if node.module in former_names.MOVED else []
     assert missing == []
 
 

@@ -152,7 +152,6 @@ def things(folder) -> dict[str, object]:
         "Network of ": net,
         "ContactForces of": lm.measure.contact_forces(sim),
         "ParticleStress of 3 rows": lm.measure.particle_stress(sim),
-        "WireTension of 1 rows: along, tension, pairs": lm.measure.wire_tension(sim),
         "ContactKinds of 4 rows": lm.measure.contact_kinds(sim),
         "WireLinks of 1 rows": lm.measure.wire_links(sim),
         "WireFabric: 1 links, 0.40": lm.measure.wire_fabric(sim),

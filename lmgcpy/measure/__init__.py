@@ -14,7 +14,6 @@ from lmgcpy.measure.wire_friction import BeadSlip, WireContacts, bead_slip, wire
 from lmgcpy.measure.wire_links import WireLinks, wire_links
 from lmgcpy.measure.wire_shape import WireShape, wire_shape
 from lmgcpy.measure.wire_stretch import StretchByDirection, stretch_by_direction
-from lmgcpy.measure.wire_tension import WireTension, wire_tension
 
 __all__ = [
     "BeadSlip",
@@ -32,7 +31,6 @@ __all__ = [
     "WireFabric",
     "WireLinks",
     "WireShape",
-    "WireTension",
     "bead_slip",
     "contact_forces",
     "contact_kinds",
@@ -52,7 +50,6 @@ __all__ = [
     "wire_fabric",
     "wire_links",
     "wire_shape",
-    "wire_tension",
 ]
 
 

@@ -206,7 +206,7 @@ def test_stresses_beyond_the_strength_have_no_solution():
 
 @pytest.mark.parametrize("anchorage", [np.inf, 1e-5])
 def test_a_thousand_increments_are_fast(anchorage):
-    """0.2 s are asked for; 0.15 to 0.2 s were measured. The bound leaves a busy machine a factor of five; the least of three."""
+    """0.2 s are asked for; 0.15 to 0.2 s were measured. The bound leaves a busy machine a factor of five."""
     material, strain = texsol(anchorage=anchorage), -np.linspace(0, 0.1, 1001)[1:]
     seconds = []
     for _ in range(3):
