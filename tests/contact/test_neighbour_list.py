@@ -65,6 +65,7 @@ def heap(seed=3):
     return lm.Simulation(scene, time_step=5e-4, solver=lm.GaussSeidel(tolerance=1e-4, max_iterations=100))
 
 
+@pytest.mark.long
 def test_the_motion_does_not_depend_on_when_the_list_was_made():
     """To the bit, though the solver stops early and starts from the impulses that it remembers.
 

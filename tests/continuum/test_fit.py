@@ -56,7 +56,7 @@ def test_a_path_without_noise_gives_its_parameters_back(dimension):
     np.testing.assert_allclose(again.volume_change, driven(dimension).volume_change, atol=2e-4)
 
 
-@pytest.mark.default_parameters("3-0.8")
+@pytest.mark.long
 @pytest.mark.parametrize(("dimension", "memory"), [(2, 0.0), (3, 0.8)])
 def test_standard_errors_are_what_50_noisy_draws_scatter_by(dimension, memory):
     """A standard deviation of 50 draws is known to 10 %, so its ratio lies in 0.7 to 1.3; 1.45 where noise has a memory.
@@ -94,6 +94,7 @@ def test_a_loose_sand_without_a_peak_is_fitted():
     assert greatest == pytest.approx(0.9, abs=0.03)
 
 
+@pytest.mark.long
 def test_what_a_path_does_not_show_is_said():
     """Dilatancy of a path that ends where q/p is constant from the start: beta and M_d are one number."""
     path = driven(3, hardening=1e-6, peak=0.0)

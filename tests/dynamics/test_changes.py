@@ -724,6 +724,7 @@ def test_rigid_bodies_say_that_they_are_of_the_plane():
         lm.RigidBody([shape], mass=1.0, inertia=1.0, position=(0, 0, 0), color="A")
 
 
+@pytest.mark.default_parameters("2")
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_grains_fall_on_a_wire_with_a_law_that_rolls(dimension):
     """Chains, what the wire remembers, and rolling contacts: the bits of grains that were hidden until then."""

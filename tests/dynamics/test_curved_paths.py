@@ -159,6 +159,7 @@ def in_a_groove(ratio, time_step):
     return lm.Simulation(scene, time_step=time_step, solver=lm.Auto(tolerance=1e-8), on_unconverged="ignore")
 
 
+@pytest.mark.default_parameters("0.004-1.0", "0.004-10000.0")
 @pytest.mark.parametrize("ratio", [1.0, 1e2, 1e4, 1e6])
 @pytest.mark.parametrize("time_step", [4e-3, 1e-3])
 def test_a_heavy_plate_on_light_balls_gains_nothing(ratio, time_step):
@@ -172,6 +173,7 @@ def test_a_heavy_plate_on_light_balls_gains_nothing(ratio, time_step):
     assert sim.energy.made <= 0.03 * sim.energy.turned + weight * 4.5 * 9.81 * time_step**2
 
 
+@pytest.mark.long
 def test_restitution_round_a_pipe():
     """A ball with e = 0.5 that keeps bouncing in its groove: nothing is made, and it stays in the pipe."""
     sim = round_a_pipe(4e-3, lm.Restitution(restitution=0.5), turns=10.0)
@@ -216,6 +218,7 @@ def past_a_row(time_step, law=None, clearance=1e-9):
     return ball.velocity.copy()
 
 
+@pytest.mark.default_parameters("0.008")
 @pytest.mark.parametrize("time_step", [8e-3, 4e-3, 2e-3, 1e-3])
 def test_bumps_of_contacts_ahead_are_of_first_order(time_step):
     """It would pass without touching. The tangent plane of the disk ``h u`` ahead lifts it by ``h u^2/(2 a)`` at most, and

@@ -132,6 +132,7 @@ def swing(law, steps=700):
     return np.array(path)
 
 
+@pytest.mark.long
 def test_the_elastic_wire_tends_to_the_rigid_one():
     """As k grows: the compliance 1/(h^2 k) enters the answer beside W, so the difference falls as 1/k.
 

@@ -83,6 +83,7 @@ def test_newtons_law_between_two_disks(e):
     assert sim.velocities[:, 0] == pytest.approx([(1.0 - 3.0 * e), (1.0 + e)], abs=1e-13)
 
 
+@pytest.mark.long
 def test_an_elastic_ball_keeps_its_energy():
     """e = 1 turns the velocity round at a mean velocity of zero, so the ball ends that step where it began it.
 

@@ -200,7 +200,7 @@ def angular_momentum(scene: lm.Scene) -> float:
     )
 
 
-@pytest.mark.default_parameters("2")
+@pytest.mark.long
 @DIMENSIONS
 def test_a_spinning_wire_keeps_its_momentum_to_second_order(dimension):
     """kappa l^2 is an inertia that comes and goes with the tension: of the moment of inertia it is (h omega)^2 at most.

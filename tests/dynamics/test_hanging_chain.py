@@ -165,6 +165,7 @@ def test_an_elastic_chain_hangs_at_its_static_elongation():
     assert -sim.interactions.force[:, 0] == pytest.approx(weights_below(10, 1.0), rel=1e-8)
 
 
+@pytest.mark.long
 def test_a_bead_does_not_change_what_a_wire_carries():
     """axial_rigidity: a wire of EA = 50 N and 1 m stretches by F L/EA under 5 N, cut into 5 links or into 40."""
     stretch = []

@@ -124,7 +124,7 @@ STOPPED = [
 ]  # fmt: skip
 
 
-@pytest.mark.default_parameters("-react--0-plain", "-prepare---plain", "-slope--1-plain")
+@pytest.mark.default_parameters("-react--0-plain", "-prepare---plain")
 @pytest.mark.parametrize("solver", [lm.GaussSeidel(), lm.AcceleratedGaussSeidel()], ids=["plain", "accelerated"])
 @pytest.mark.parametrize(
     ("make", "functions", "kind", "words"), STOPPED, ids=lambda value: "-".join(value) if isinstance(value, dict) else ""
@@ -236,6 +236,7 @@ def raising(W, u, prepared):
 SOLVERS = [lm.GaussSeidel(), lm.AcceleratedGaussSeidel(), lm.Newton(), lm.Auto()]
 
 
+@pytest.mark.default_parameters("raising-RuntimeError-first-GaussSeidel", "infinite-FloatingPointError-last-Newton")
 @pytest.mark.parametrize("solver", SOLVERS, ids=lambda solver: type(solver).__name__)
 @pytest.mark.parametrize("first", [True, False], ids=["first", "last"])
 @pytest.mark.parametrize(("react", "kind"), [(infinite, FloatingPointError), (raising, RuntimeError)])

@@ -181,6 +181,7 @@ def test_light_grains_in_the_gaps_of_a_pack(dimension, law, periodic):
     assert np.array_equal(sim.velocities, velocities)
 
 
+@pytest.mark.long
 def test_any_number_of_threads_gives_the_same_bits():
     """In a scene that is cut into slabs, whose bodies are in another order in the sweep."""
     found = []

@@ -56,6 +56,7 @@ def check_length(errors, h):
     assert at_detection.max() > 0.5 * bound  # the bound is what it is for
 
 
+@pytest.mark.default_parameters("0.001-1.0")
 @pytest.mark.scaled
 @pytest.mark.parametrize("theta", [0.5, 1.0])
 @pytest.mark.parametrize("h", [1e-3, 5e-3])
@@ -89,6 +90,7 @@ def test_the_length_over_a_hundred_thousand_steps():
     assert sim.energy.kinetic + 2.0 * G * (sim.positions[1, 1] + L * math.cos(RELEASE)) < 1e-3
 
 
+@pytest.mark.long
 def test_the_period_of_small_swings():
     """2 pi sqrt(L/g) (1 + a^2/16) at an amplitude of 0.05 rad; the step's own error is (h omega)^2/24, 4e-7."""
     scene = lm.Scene(dimension=2, gravity=(0.0, -G))

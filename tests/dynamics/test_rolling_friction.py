@@ -222,6 +222,7 @@ def test_newton_takes_a_scene_where_nothing_rolls_in_a_step():
     assert sim.report.factorisations > 0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("solver", [lm.GaussSeidel(tolerance=1e-10), lm.Newton(tolerance=1e-10)], ids=repr)
 def test_rolling_beads_of_a_wire(solver):
     """A taut elastic wire with links that have geometric stiffness lies on disks that roll: both kinds of rows in one step,
@@ -261,6 +262,7 @@ def dumbbell(x, y, **start):
     return lm.RigidBody(contactors, mass=1.5, inertia=0.2, position=(x, y), color="RED", **start)
 
 
+@pytest.mark.default_parameters("1.2")
 @pytest.mark.filterwarnings("ignore:Step")  # on both disks it rests with four more unknowns than it has equations
 @pytest.mark.parametrize("angle", [0.3, 1.2])
 def test_a_contact_beside_the_centre_is_solved_at_once(angle):
@@ -303,6 +305,7 @@ def test_off_centre_contacts_keep_momenta():
     assert momenta() == pytest.approx(before, abs=1e-11)
 
 
+@pytest.mark.long
 def test_slabs_and_threads_roll_alike():
     """Partitioned, with held walls that threads share: the same bits with any number of threads, and without slabs another
     order of the sweep, hence the same to what the tolerance of 1e-7 makes of speeds of a few m/s in 40 steps."""

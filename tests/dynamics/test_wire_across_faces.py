@@ -29,6 +29,7 @@ def endless(dimension, way, law, **chain):
     return scene, cell
 
 
+@pytest.mark.default_parameters("closed-2", "second chain-3")
 @pytest.mark.parametrize("dimension", [2, 3])
 @pytest.mark.parametrize("way", ["closed", "second chain", "cell last"])
 def test_every_link_of_a_strained_endless_wire_bears_the_same(dimension, way):
@@ -52,6 +53,7 @@ def test_every_link_of_a_strained_endless_wire_bears_the_same(dimension, way):
     np.testing.assert_allclose(np.abs(links.direction[:, 0]), 1.0)
 
 
+@pytest.mark.default_parameters("law0")
 @pytest.mark.parametrize("law", [lm.RigidWire(), lm.RigidRod()])
 def test_a_rigid_endless_wire_bears_the_stress_of_its_cell(law):
     """A cell that yields to a stress along x is held by the wire alone: T = sigma times the side, at any tension of y."""

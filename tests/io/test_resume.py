@@ -75,7 +75,7 @@ def same_bits(a, b):
     assert (a.unconverged_steps, a.worst_residual) == (b.unconverged_steps, b.worst_residual)
 
 
-@pytest.mark.default_parameters("coulomb", "rigid-wire", "voigt-wire")
+@pytest.mark.default_parameters("coulomb", "rigid-wire")
 @pytest.mark.parametrize("name", sorted(LAWS))
 def test_two_halves_are_the_whole_for_every_law(name, tmp_path):
     law = some_law(name)

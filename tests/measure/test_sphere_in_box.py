@@ -43,6 +43,7 @@ def test_simple_volumes(centre, radius, window, expected):
     assert fraction * np.prod(high - low) == pytest.approx(expected, abs=1e-13)
 
 
+@pytest.mark.long
 def test_slices():
     """The volume is the integral of the area of the disk at height z in the rectangle, over z, by quadrature between the
     heights at which the disk meets a side or a corner; it is good to some 1e-12."""

@@ -99,6 +99,7 @@ def gas(periodic, fraction=0.05, count=64, radius=0.01):
     return scene, 0.5 * (velocities**2).sum() * factor / side**2
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:In the step")  # at 0.3 r a step glancing disks overlap by a tenth of a radius
 @pytest.mark.parametrize("periodic", [True, pytest.param(False, marks=pytest.mark.long)])
 def test_a_gas_has_the_pressure_of_its_equation_of_state(periodic, tmp_path):

@@ -198,7 +198,7 @@ def sizes(kind, rng, count):
     }[kind]
 
 
-@pytest.mark.default_parameters("ratio 10", "equal")
+@pytest.mark.default_parameters("equal")
 @pytest.mark.parametrize("kind", ["ratio 2", "ratio 10", "ratio 10 by mass", "three sizes", "equal"])
 def test_lowest_pocket(kind):
     """Every grain lies as low as the lowest of all pockets, tried one by one, also among odd obstacles.

@@ -11,6 +11,7 @@ import lmgcpy as lm
 from lmgcpy.solve.locked import least_motion, within_cones
 
 
+@pytest.mark.default_parameters("0.6-2")
 @pytest.mark.parametrize("dimension", [2, 3])
 @pytest.mark.parametrize("friction", [0.0, 0.6])
 def test_a_solution_moves_at_least_as_much_as_the_bound_tells(dimension, friction):

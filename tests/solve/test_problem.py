@@ -232,6 +232,7 @@ def test_the_cone_of_what_rolls_is_projected_on(dimension):
     assert (p[:, 0] == 0.0).any()
 
 
+@pytest.mark.default_parameters("True-2")
 @pytest.mark.skipif(INTERPRETED, reason="plain Python has no machine code to load")
 @pytest.mark.parametrize("dimension", [2, 3])
 @pytest.mark.parametrize("rolls", [False, True])

@@ -50,7 +50,7 @@ def test_a_ball_does_not_sink_in_beside_a_loaded_piston(solver, mass, load, tole
     assert sim.unconverged_steps == 0
 
 
-@pytest.mark.default_parameters(h=(2e-3, 1e-4), mass=(1e-6,))
+@pytest.mark.default_parameters("1e-06-0.0001-0.0001")
 @pytest.mark.parametrize("h", [2e-3, 1e-3, 5e-4, 1e-4])
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-4])
 @pytest.mark.parametrize("mass", [1.0, 1e-6])
@@ -66,7 +66,7 @@ def test_nor_does_a_column(mass, tolerance, h):
     assert sim.report.slip <= slip
 
 
-@pytest.mark.default_parameters(mass=(1e-2, 1e-6, 1e-10), tolerance=(1e-10,))
+@pytest.mark.default_parameters("Newton-1e-10-1e-10")
 @pytest.mark.parametrize("tolerance", [1e-8, 1e-10])
 @pytest.mark.parametrize("mass", [1e-2, 1e-4, 1e-6, 1e-8, 1e-9, 1e-10])
 @pytest.mark.parametrize("solver", [lm.AcceleratedGaussSeidel, lm.Newton, lm.Auto])

@@ -142,7 +142,7 @@ def test_a_wrong_file_gets_a_sentence(tmp_path, text, words):
 # -------------------------------------------------------------------------------------------------------- where it runs
 
 
-@pytest.mark.default_parameters(kind="dask")
+@pytest.mark.long
 def test_the_bits_do_not_depend_on_the_workers(tmp_path, kind):
     """Against the function itself, called here."""
     results = slides().run(tmp_path / "two", workers=2)

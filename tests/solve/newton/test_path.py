@@ -70,6 +70,7 @@ def every_solution(active, epsilon, centre):
     return found
 
 
+@pytest.mark.long
 def test_a_path_ends_at_one_of_all_solutions():
     """Random problems of five interactions, 2^1 4^2 2 = 64 sets of statuses, from random starts and centres."""
     reached = 0

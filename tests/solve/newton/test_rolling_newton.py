@@ -163,6 +163,7 @@ def test_paths_in_space_end_near_solutions():
     assert bends > 5 * 40
 
 
+@pytest.mark.default_parameters("2")
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_solvers_solve_it(dimension):
     """Sweeps with the laws' own kernels and Newton steps: the residual of the problem, written out in numpy."""
