@@ -18,7 +18,7 @@ from contact_update import sweep_by_law
 from table import report
 
 import lmgcpy as lm
-from lmgcpy.dynamics.assembly import StepProblem, group_kernels
+from lmgcpy.dynamics.assembly import StepProblem
 from lmgcpy.dynamics.schedule import schedule
 
 LINKS = 1000
@@ -61,8 +61,7 @@ def per_link(problem: StepProblem) -> float:
 
 def without_it(problem: StepProblem) -> StepProblem:
     """The same step with the normal rows alone."""
-    d = problem.dimension
-    kernels = [group_kernels(group, d, True) for group in problem.groups]
+    kernels = problem.kernels_with(stiffened=False)
     table = schedule(problem.groups, kernels, problem.offset)
     return replace(problem, kernels=kernels, table=table)
 

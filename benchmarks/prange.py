@@ -81,7 +81,7 @@ def measure(count: int) -> list[list]:
     sim = simulation(3, count, False, slabs=True)
     sim.solver = lm.GaussSeidel(tolerance=1e-2, max_iterations=50)
     problem = sim.run(steps=20)._last[0]
-    groups, s, task = problem.table, problem.system, work.specialise(**problem.dimension_kernels.driver)
+    groups, s, task = problem.table, problem.system, work
     start, none = (s.impulse.copy(), s.velocity.copy()), np.zeros(0)
     light, iterates = no_light_bodies(s.velocity.shape[1]), Iterates(*[none] * len(Iterates._fields))
     step = groups, s, start[1], start[0], light

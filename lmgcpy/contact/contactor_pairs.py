@@ -18,10 +18,11 @@ from lmgcpy.errors import closest, shown
 
 @dataclass(frozen=True)
 class NarrowPhase:
-    """How two kinds of contactor meet. ``central``: the contact point lies on the normal through both centres."""
+    """How two kinds of contactor meet; ``form``: that of the rows of H, "central" if the contact point lies on the normal
+    through both centres, see ``lmgcpy.solve.forms``."""
 
     narrow: Callable
-    central: bool
+    form: str
     flipped: bool = False
 
     @property
@@ -38,11 +39,14 @@ class NarrowPhase:
 _pairs: dict[tuple[str, str], NarrowPhase] = {}
 
 
-def register_pair(candidate: str, antagonist: str, narrow: Callable, *, central: bool = False) -> None:
+def register_pair(
+    candidate: str, antagonist: str, narrow: Callable, *, central: bool = False, form: str | None = None
+) -> None:
     """Tell how a contactor kind meets another; the reverse order follows.
 
     ``central``: True only if for every position the contact point lies on the line along the normal through the centre
-    of each of the two (for an unbounded contactor, which does not spin, this is not asked).
+    of each of the two (for an unbounded contactor, which does not spin, this is not asked). ``form``: the name of another
+    form of the rows of H (``docs/contributing.md``).
 
     Raises ValueError for a pair that lmgcpy knows. What the function returns is looked at, before it is compiled and in
     every step.
@@ -60,7 +64,7 @@ def register_pair(candidate: str, antagonist: str, narrow: Callable, *, central:
                 f"How '{candidate}' and '{antagonist}' meet is lmgcpy's own, and every scene of this process counts on it: "
                 "give your contactor another KIND."
             )
-    _pairs[candidate, antagonist] = NarrowPhase(narrow, central)
+    _pairs[candidate, antagonist] = NarrowPhase(narrow, form or ("central" if central else "lever"))
 
 
 def known_pairs() -> list[tuple[str, str]]:
@@ -80,7 +84,7 @@ def find_pair(candidate: str, antagonist: str) -> NarrowPhase:
         return _pairs[candidate, antagonist]
     if (antagonist, candidate) in _pairs:
         pair = _pairs[antagonist, candidate]
-        return NarrowPhase(pair.narrow, pair.central, flipped=True)
+        return NarrowPhase(pair.narrow, pair.form, flipped=True)
     known = [f"{c}-{a}" for c, a in _pairs]
     raise LookupError(
         f"No narrow phase tells how contactors '{candidate}' and '{antagonist}' meet"

@@ -294,7 +294,7 @@ class Detector:
             width = 2.0 * self._usual + self._reach
             slabs = cut_bodies(placed[:, : self.dimension], self.contactors, self._bounded, self._free, width)
         self.place = None if slabs is None else slabs.place
-        groups = [Group(chain.law, True, chain=chain) for chain in self.chains]
+        groups = [Group(chain.law, chain=chain) for chain in self.chains]
         for row, kinds in zip(self.rows, self._kinds, strict=True):
             groups += [group for pair in kinds if (group := self._group(row, pair, around, slabs)).slots]
         slots = 0
@@ -305,7 +305,7 @@ class Detector:
         self.groups = groups
         if self._images is not None:
             self._images.look_at(groups, placed)
-        central = all(group.central for group in groups)
+        central = all(group.form == "central" for group in groups)
         if len(self._capacity.gap) < slots or (not central and len(self._capacity.lateral) < slots):
             self._capacity = empty_interactions(slots + slots // 8, central, self.dimension, plain=self._plain)
 
@@ -336,9 +336,13 @@ class Detector:
         if self._hidden is not None:
             pairs = pairs[~self._hidden[pairs].any(axis=1)]
         if len(pairs) == 0:
-            return Group(row.law, True, row=row)
-        central = kinds.pair.central and self._offset_colors.isdisjoint((row.candidate, row.antagonist))
-        names = {"CENTRAL": central} if self.dimension == 2 else {}
+            return Group(row.law, row=row)
+        form = kinds.pair.form
+        if self.dimension == 3 and form == "lever":
+            form = "central"  # no lever across the normal is known in space
+        elif form == "central" and not self._offset_colors.isdisjoint((row.candidate, row.antagonist)):
+            form = "lever"
+        names = {"CENTRAL": form == "central"} if self.dimension == 2 else {}
         names |= {"FOREIGN": True} if kinds.foreign else {}
         kernel = self._narrow_phase.specialise(**kinds.meaning, **names)
-        return contact_group(row, kinds, pairs, kernel, central, self.contactors.body, self._bounded, slabs)
+        return contact_group(row, kinds, pairs, kernel, form, self.contactors.body, self._bounded, slabs)

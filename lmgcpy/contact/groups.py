@@ -18,7 +18,8 @@ class Group:
     """Interactions of one law and one kind of contactor pair (``chain``: of one wire), rows start to stop."""
 
     law: Law
-    central: bool
+    form: str = "central"
+    """Name of the form of the rows of H, see ``lmgcpy.solve.forms``."""
     chain: ChainTable | None = None
     row: VisibilityRow | None = None
     pairs: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), np.int32))
@@ -66,19 +67,19 @@ def contact_group(
     kinds: KindPair,
     pairs: np.ndarray,
     kernel: Kernel,
-    central: bool,
+    form: str,
     body: np.ndarray,
     bounded: np.ndarray,
     slabs: Slabs | None,
 ) -> Group:
     """The group of one row of the visibility table and two kinds of contactor.
 
-    ``pairs``: the neighbours of these kinds, (p, 2), sorted; ``kernel``: their narrow phase; ``central``: whether all
-    contact points lie on the normals through both centres; ``body``: row of the body of each contactor, (k,);
+    ``pairs``: the neighbours of these kinds, (p, 2), sorted; ``kernel``: their narrow phase; ``form``: of the rows of
+    H; ``body``: row of the body of each contactor, (k,);
     ``bounded``: which contactors are bounded, (k,).
     """
     unbounded = meets_walls(kinds, bounded)
-    group = Group(row.law, central, row=row, pairs=pairs, kernel=kernel, kinds=kinds, unbounded=unbounded)
+    group = Group(row.law, form, row=row, pairs=pairs, kernel=kernel, kinds=kinds, unbounded=unbounded)
     if slabs is None:
         group.rank = np.arange(len(pairs), dtype=np.int32)
         return group

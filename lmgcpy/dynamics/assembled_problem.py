@@ -105,37 +105,24 @@ def conic_form(step: StepProblem) -> ConicForm:
 
 
 def interaction_matrix(step: StepProblem) -> sparse.csr_array:
-    """``H^T``: relative velocities (u_n, u_t(, u_s) of each interaction) from those of the bodies, (D m, k n).
+    """``H^T``: relative velocities (u_n, u_t(, u_s) of each interaction, and rolling ones) from those of the bodies,
+    (D m, k n).
 
-    A row of the local frame, e, and its moments about both centres make a row of ``H^T``: ``(e, l_c x e, -e, -l_a x e)``
-    with the levers ``l_c = -arm_c n + lateral_c t`` and ``l_a = arm_a n + lateral_a t``. Rolling rows are ``(0, R a, 0, -R
-    a)``, a the axis about which their impulse turns: that out of the plane in 2D, and s, -t, n in 3D. In a periodic cell
-    that deforms e meets the columns of the velocity gradient with ``e l_b``.
+    A row of a form meets both bodies; in a periodic cell that deforms the rows of the local frame, e, meet the columns of
+    the velocity gradient with ``e l_b`` as well.
     """
     import scipy.sparse as sparse
 
     s = step.system
-    (count, d), k = s.normal.shape, s.inverse_mass.shape[1]
-    frame = local_frames(s.normal)
-    turned = np.zeros((count, d, k - d))  # e x n, taken from the frame, where it is exact
-    if d == 2:
-        turned[:, 1, 0] = -1.0
-    else:
-        turned[:, 1], turned[:, 2] = -frame[:, 2], frame[:, 1]
-    moment = s.arm[:, :, None, None] * turned[:, None]
-    if len(s.lateral):  # in 2D only
-        moment[:, :, 0, 0] = s.lateral * (-1.0, 1.0)
-    values = np.concatenate([frame, moment[:, 0], -frame, moment[:, 1]], axis=2)
-    width = s.impulse.shape[1]
-    if width > d:
-        axes = np.ones((count, 1, 1)) if d == 2 else frame[:, [2, 1, 0]] * [[1.0], [-1.0], [1.0]]
-        axes = s.rolling[:, None, None] * axes
-        nothing = np.zeros((count, width - d, d))
-        values = np.concatenate([values, np.concatenate([nothing, axes, nothing, -axes], axis=2)], axis=1)
+    (count, d), k, width = s.normal.shape, s.inverse_mass.shape[1], s.impulse.shape[1]
+    values = np.zeros((count, width, 2 * k))
+    for form, start, stop in step.spans:
+        assert form.rows is not None
+        values[start:stop, : form.width] = form.rows(s, slice(start, stop))
     columns = np.hstack([k * ids.astype(np.int64)[:, None] + np.arange(k) for ids in (s.candidate, s.antagonist)])
-    if s.deforms:  # (e l_b) for each edge b of a cell, nothing in rolling rows
-        cell = (frame[:, :, None, :] * s.branch[:, None, :, None]).reshape(count, d, -1)
-        cell = np.concatenate([cell, np.zeros((count, width - d, cell.shape[2]))], axis=1)
+    if s.deforms:
+        cell = np.zeros((count, width, d * len(s.edges)))
+        cell[:, :d] = (local_frames(s.normal)[:, :, None, :] * s.branch[:, None, :, None]).reshape(count, d, -1)
         values = np.concatenate([values, cell], axis=2)
         edges = (k * s.edges[:, None] + np.arange(d)).ravel()
         columns = np.hstack([columns, np.tile(edges, (count, 1))])

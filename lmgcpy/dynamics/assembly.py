@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -17,8 +18,8 @@ from lmgcpy.dynamics.model import Model
 from lmgcpy.dynamics.rolling import mark_isotropic, rolling_radius, with_rolling
 from lmgcpy.dynamics.schedule import schedule
 from lmgcpy.errors import told
-from lmgcpy.solve.dimension_kernels import DimensionKernels, dimension_kernels
-from lmgcpy.solve.law_kernels import LawKernels, StepData, functions_of, law_kernels, not_compiled
+from lmgcpy.solve.forms.form import FORMS, ROLLING, Form, in_cell
+from lmgcpy.solve.law_kernels import KernelKey, LawKernels, StepData, law_kernels, not_compiled
 from lmgcpy.solve.light_bodies import LightBodies, no_light_bodies
 from lmgcpy.solve.report import Worst
 from lmgcpy.solve.step import Step
@@ -40,7 +41,6 @@ class StepProblem:
     offset: np.ndarray
     """First number of each group in ``System.prepared``."""
     data: StepData
-    dimension_kernels: DimensionKernels
     free_velocity: np.ndarray
     """Velocities of the bodies without impulses, (n, k)."""
     guess: np.ndarray
@@ -62,7 +62,15 @@ class StepProblem:
     @property
     def dimension(self) -> int:
         """2 or 3."""
-        return self.dimension_kernels.dimension
+        return int(self.system.normal.shape[1])
+
+    def kernels_with(self, **changes: Any) -> list[LawKernels]:
+        """The kernels of the groups with changes of their keys; ``stiffened`` concerns chains alone."""
+        result = []
+        for group, kernels in zip(self.groups, self.kernels, strict=True):
+            here = {name: value for name, value in changes.items() if name != "stiffened" or group.chain is not None}
+            result.append(law_kernels(type(group.law), replace(kernels.key, **here)))
+        return result
 
     def end(self) -> None:
         """Let the data of the laws have the relative velocities at the end of the step."""
@@ -71,8 +79,28 @@ class StepProblem:
     def relative_velocities(self, velocities: np.ndarray, result: np.ndarray | None = None) -> np.ndarray:
         """Relative velocities of all interactions in their local frames, (m, d), for velocities of the bodies (n, k)."""
         result = np.empty_like(self.data.before) if result is None else result
-        self.dimension_kernels.relative_velocities(self.system, velocities, result)
+        result[:, self.dimension :] = 0.0
+        for form, start, stop in self.spans:
+            form.relative_velocities(start, stop, self.system, velocities, result)
         return result
+
+    def momentum(self) -> np.ndarray:
+        """``H r``: what the impulses give to the bodies [N s, N m s], (n, k)."""
+        given = self.system._replace(velocity=np.zeros_like(self.system.velocity))
+        for form, start, stop in self.spans:
+            form.momentum(start, stop, -1, given)
+        return given.velocity
+
+    @cached_property
+    def spans(self) -> list[tuple[Form, int, int]]:
+        """Rows (start, stop) of the interactions of one form."""
+        spans: list[tuple[Form, int, int]] = []
+        for group, kernels in zip(self.groups, self.kernels, strict=True):
+            form, start = kernels.key.form, group.start
+            if spans and spans[-1][0] is form:
+                start = spans.pop()[1]
+            spans.append((form, start, group.stop))
+        return spans
 
     def components(self) -> np.ndarray:
         """Which components of its impulse the law of each interaction has, (m, d) bool."""
@@ -129,23 +157,21 @@ def ask(group: Group, kernel: Kernel, functions: str, system: System, data: Step
         ) from error
 
 
-def group_kernels(
-    group: Group,
-    dimension: int,
-    wire_blocks: bool,
-    *,
-    stiffened: bool = False,
-    deforms: bool = False,
-    watched: bool = False,
-) -> LawKernels:
-    """The compiled kernels for a group as it is in this step; ``stiffened``: where wires have geometric stiffness;
-    ``deforms``: where a periodic cell does."""
-    block = group.chain is not None and wire_blocks and group.law.slope is not None
-    law, rows, parameter_count = type(group.law), group.law.rows(dimension), group.parameters.shape[1]
-    walls = group.walls if group.cuts is not None else -1
-    stiffened = stiffened and group.chain is not None
-    given = law, functions_of(law), dimension, parameter_count, rows, group.central, group.diagonal, block, walls
-    return law_kernels(*given, stiffened=stiffened, deforms=deforms, watched=watched, isotropic=group.isotropic)
+def kernels_of(group: Group, dimension: int, wire_blocks: bool, deforms: bool) -> LawKernels:
+    """The kernels of a group as it is in this step; ``deforms``: whether a periodic cell does."""
+    rows = group.law.rows(dimension)
+    form = FORMS[dimension, group.form]
+    if rows > dimension:
+        form = ROLLING[dimension, group.form if group.isotropic else f"{group.form}, unlike"]
+    key = KernelKey(
+        form=in_cell(form) if deforms else form,
+        rows=rows,
+        parameters=group.parameters.shape[1],
+        diagonal=group.diagonal,
+        block=group.chain is not None and wire_blocks and group.law.slope is not None,
+        walls=group.walls if group.cuts is not None else -1,
+    )
+    return law_kernels(type(group.law), key)
 
 
 KEPT = 2000
@@ -226,7 +252,6 @@ def lay_out(
     groups = [group for group in detector.groups if group.stop > group.start]
     pairs = known_pairs(groups, interactions, model)
     rolls = width > dimension  # some contacts of the scene have rolling components
-    of_dimension = dimension_kernels(dimension, rolls, cell is not None)
     inverse_mass, light = mobility, no_light_bodies(mobility.shape[1])
     if more is not None:
         mass = model.free_mass if model.drag is None else 1.0 / np.where(mobility > 0.0, mobility, np.inf)
@@ -238,7 +263,7 @@ def lay_out(
         edges, branch = cell.lattice.rows, cell.branches(groups, interactions)
         cell.add_to_blocks(branch, groups, interactions, inverse_mass)
     wire_blocks = wire_blocks and not (cell is not None and cell.yields(inverse_mass))
-    kernels = [group_kernels(group, dimension, wire_blocks, deforms=cell is not None) for group in groups]
+    kernels = [kernels_of(group, dimension, wire_blocks, deforms=cell is not None) for group in groups]
     count, bodies = len(interactions.gap), model.inverse_mass.shape
     offset = np.zeros(len(groups) + 1, dtype=np.int64)
     np.cumsum([len(group.law.PREPARED) * (group.stop - group.start) for group in groups], out=offset[1:])
@@ -293,7 +318,6 @@ def lay_out(
         table=schedule(groups, kernels, offset[:-1]),
         offset=offset[:-1],
         data=data,
-        dimension_kernels=of_dimension,
         free_velocity=np.empty(bodies),
         wire_blocks=wire_blocks,
         light=light,
@@ -333,7 +357,7 @@ def fill(problem: StepProblem, time: float, time_step: float, before: np.ndarray
     system.impulse.fill(0.0)
     system.scratch.fill(0.0)
     system.measured.fill(0.0)
-    problem.dimension_kernels.relative_velocities(system, before, data.before)
+    problem.relative_velocities(before, data.before)
     for group in problem.groups:
         if group.chain:
             data.reference_gap[group.start : group.stop] = group.chain.reference_gap_at(time)

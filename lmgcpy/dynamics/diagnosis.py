@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from lmgcpy.contact.detector import Group
-from lmgcpy.dynamics.assembly import StepProblem, group_kernels
+from lmgcpy.dynamics.assembly import StepProblem
 from lmgcpy.dynamics.schedule import schedule
 from lmgcpy.errors import told
 from lmgcpy.solve.system import System
@@ -20,8 +20,7 @@ class LawFault(Exception):
 
 def fault_of_solve(problem: StepProblem, solve: Callable[[StepProblem], object]) -> str:
     """A sentence on the first thing that went wrong in the solve of a step; the solve is made again, watched."""
-    kinds = {"stiffened": bool(len(problem.system.geometric)), "deforms": problem.system.deforms, "watched": True}
-    watched = [group_kernels(group, problem.dimension, problem.wire_blocks, **kinds) for group in problem.groups]
+    watched = problem.kernels_with(watched=True)
     table = schedule(problem.groups, watched, problem.offset)
     system = problem.system._replace(prepared=np.append(problem.system.prepared, [0.0, -1.0]))
     solve(replace(problem, system=system, kernels=watched, table=table))
@@ -41,8 +40,7 @@ def asked(problem: StepProblem, group: Group, row: int, prepared: tuple[float, .
     Raises LawFault where one of them raises.
     """
     system = problem.system
-    velocity = np.empty_like(system.impulse)
-    problem.dimension_kernels.relative_velocities(system, system.velocity, velocity)
+    velocity = problem.relative_velocities(system.velocity)
     size = group.law.rows(problem.dimension)
     W = local_block(system, row, diagonal=group.diagonal or size == 1)[:size, :size]
     free = velocity[row, :size] - W @ system.impulse[row, :size]

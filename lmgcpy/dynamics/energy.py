@@ -181,13 +181,11 @@ def work_of_drag(problem: StepProblem, model: Model, given: np.ndarray, before: 
 
 def work_on_driven(problem: StepProblem, model: Model, before: np.ndarray) -> float:
     """Work [J] of the impulses on driven components at their mean velocity, which their drives must bring up."""
-    system, driven = problem.system, model.driven
-    mean = 0.5 * (before.take(driven) + system.velocity.take(driven))
+    driven = model.driven
+    mean = 0.5 * (before.take(driven) + problem.system.velocity.take(driven))
     if not mean.any():
         return 0.0
-    received = np.zeros_like(system.velocity)
-    problem.dimension_kernels.momentum(0, len(system.candidate), -1, system, received)
-    return float(received.take(driven).dot(mean))
+    return float(problem.momentum().take(driven).dot(mean))
 
 
 def fallen(problem: StepProblem, before: np.ndarray) -> np.ndarray:

@@ -33,7 +33,7 @@ import numpy as np
 
 from lmgcpy.contact.detection_tables import ChainTable
 from lmgcpy.contact.frames import local_frames
-from lmgcpy.dynamics.assembly import StepProblem, group_kernels
+from lmgcpy.dynamics.assembly import StepProblem
 from lmgcpy.dynamics.schedule import schedule
 from lmgcpy.solve.report import NOT_FINITE, SOLVED_CODES, Outcome
 from lmgcpy.solve.stiffened_wire_block import scratch_columns
@@ -124,8 +124,7 @@ class LinkStiffness:
             following=-(frame * shared[:, None]) @ across[self.following],
             scratch=np.zeros((self.count, scratch_columns(d)["WIDTH"])),
         )
-        kinds = {"stiffened": True, "deforms": s.deforms}
-        kernels = [group_kernels(group, d, problem.wire_blocks, **kinds) for group in problem.groups]
+        kernels = problem.kernels_with(stiffened=True)
         table = schedule(problem.groups, kernels, problem.offset)
         return replace(problem, system=system, kernels=kernels, table=table)
 

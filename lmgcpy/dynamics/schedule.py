@@ -22,7 +22,7 @@ def schedule(groups: list[Group], kernels: list[LawKernels], offset: np.ndarray)
     """
     if all(group.cuts is None for group in groups):
         start, stop = [group.start for group in groups], [group.stop for group in groups]
-        return Groups.in_order([k.sweep.address for k in kernels], [k.error.address for k in kernels], start, stop, offset)
+        return Groups.in_order(kernels, start, stop, offset)
     pieces: list[Piece] = []
     task, phase = [0], [0]
     for tasks in _phases(groups):
@@ -40,6 +40,7 @@ def schedule(groups: list[Group], kernels: list[LawKernels], offset: np.ndarray)
     return Groups(
         sweep=np.array([kernels[g].sweep_in_slab(wall).address for g, wall in zip(of, walls, strict=True)], np.int64),
         error=np.array([kernels[g].error.address for g in of], np.int64),
+        momentum=np.array([kernels[g].momentum.address for g in of], np.int64),
         start=table[:, 1].copy(),
         stop=table[:, 2].copy(),
         offset=np.asarray(offset)[of] + width[of] * (table[:, 1] - first[of]),

@@ -76,13 +76,13 @@ def as_step(
     problem: StepProblem, system: System, free_velocity: np.ndarray, threads: int, row: np.ndarray | None = None
 ) -> Step:
     """What a solver is given; ``row``: see :func:`solve_step`."""
-    driver, light = problem.dimension_kernels.driver, problem.light
+    light = problem.light
     if len(light.body):
         free_velocity = free_velocity.copy()  # sweeps move the centres of light bodies
         if row is not None:
             light = light._replace(body=row[light.body], more=light.more[np.argsort(row)])
     conic, components = conic_form(problem), problem.components
-    return Step(problem.table, system, free_velocity, problem.guess, conic, components, driver, light, threads)
+    return Step(problem.table, system, free_velocity, problem.guess, conic, components, light=light, threads=threads)
 
 
 def fault(problem: StepProblem, solver: Solver) -> Exception:

@@ -2,8 +2,8 @@
 (``lmgcpy.compiled.kernel``).
 
 With the relative velocity ``u`` under the present impulses, the free velocity of one interaction is ``u - W r``; the law
-gives the new impulse; the bodies' velocities follow at once. What a dimension makes of ``u``, W and an impulse is in
-``h_rows_2d`` and ``h_rows_3d``; vectors are tuples of d numbers (``small_matrices``).
+gives the new impulse; the bodies' velocities follow at once. How ``u`` is read and an impulse is given to the bodies is the
+interaction's form (``forms``); vectors are tuples of d numbers (``small_matrices``).
 """
 
 from __future__ import annotations

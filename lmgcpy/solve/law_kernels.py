@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -19,7 +19,7 @@ from lmgcpy.compiled.reference import by_reference
 from lmgcpy.laws import Law
 from lmgcpy.laws.pair import pair_of
 from lmgcpy.solve import contact_block, stiffened_wire_block, wire_block
-from lmgcpy.solve.dimension_kernels import template_slots
+from lmgcpy.solve.forms.form import Form
 from lmgcpy.solve.guarded_kernels import finite_matrix, finite_vector, guard, noting_guard, noting_reader
 from lmgcpy.solve.system import System
 
@@ -202,13 +202,41 @@ SYSTEM_TYPE = numba.typeof(
 
 
 @dataclass(frozen=True)
-class LawKernels:
-    """Compiled kernels of one law for one kind of group; ``sweep`` and ``error`` are C functions with an address."""
+class KernelKey:
+    """What the kernels of a group depend on beside the functions of its law."""
 
+    form: Form
+    """The form of the rows of ``H^T``."""
+    rows: int
+    """Components of the law's impulse."""
+    parameters: int = 0
+    """How many numbers its functions get as parameters."""
+    diagonal: bool = True
+    """Whether all local blocks of W are."""
+    block: bool = False
+    """Whether the links of one wire are swept as a block, which needs the law's ``slope``."""
+    stiffened: bool = False
+    """Whether they are links with geometric stiffness."""
+    walls: int = -1
+    """0 or 1 if the candidates or antagonists are held walls, which other threads see and nobody writes to."""
+    watched: bool = False
+    """Whether to find out what went wrong: kernels end for good at a law that raises or returns what is not finite, and
+    leave in the last entry of ``System.prepared``, which has two more than there are numbers, where those of that
+    interaction begin."""
+    system_type: Any = SYSTEM_TYPE
+    """numba type of the system."""
+
+
+@dataclass(frozen=True)
+class LawKernels:
+    """Compiled kernels of one law for one kind of group; the first four are C functions with an address."""
+
+    key: KernelKey
     sweep: Any
     error: Any
+    momentum: Any
     beside_walls: Any
-    """The sweep for contacts with held walls in the slabs of a partitioned scene, None where there are none."""
+    """The sweep for contacts with held walls in the slabs of a partitioned scene; elsewhere that for all."""
     prepare: Kernel
     energy: Kernel | None
     commit: Kernel | None
@@ -219,122 +247,55 @@ class LawKernels:
         return self.sweep if walls < 0 else self.beside_walls
 
 
-def functions_of(law: type[Law]) -> tuple:
-    """What is compiled of a law: a class whose functions somebody replaces gets kernels of the new ones."""
-    return law.react, law.slope, law.prepare, law.energy, law.initial, law.commit, law.dissipation
+def law_kernels(law: type[Law], key: KernelKey) -> LawKernels:
+    """The kernels of a law, of its functions as they are now: somebody may replace them, or define the class again."""
+    functions = law.react, law.slope if key.block else None
+    rest = law.prepare, law.energy, law.initial, law.commit, law.dissipation
+    return _law_kernels(law, functions, rest, key)
 
 
 @cache
-def law_kernels(
-    law: type[Law],
-    functions: tuple,
-    dimension: int,
-    parameter_count: int,
-    rows: int,
-    central: bool,
-    diagonal: bool,
-    chain: bool,
-    walls: int = -1,
-    *,
-    stiffened: bool = False,
-    deforms: bool = False,
-    watched: bool = False,
-    isotropic: bool = True,
-) -> LawKernels:
-    """Kernels for groups of a law, whose ``functions`` are those of :func:`functions_of` now (``chain``: the links of one
-    wire as a block, which needs the law's ``slope``; ``walls``: 0 or 1 where the candidates or antagonists of the group's
-    slabs are held walls); ``stiffened``, ``deforms``, ``watched``: see :func:`group_kernels`;
-    ``isotropic``: False where bodies of a law with rolling components in 3D do not turn alike about all axes."""
-    given, constants = (law, dimension, rows, diagonal, chain, SYSTEM_TYPE), {"CENTRAL": central}
-    if not isotropic:
-        constants["ISOTROPIC"] = False
-    sweep, error = group_kernels(*given, constants, stiffened=stiffened, deforms=deforms, watched=watched)
-    beside = group_kernels(*given, {**constants, "WALLS": walls}, watched=watched)[0] if walls >= 0 else None
-    counts = len(law.PREPARED), len(law.states()), parameter_count, rows
-    return LawKernels(sweep, error, beside, *_step_kernels(functions[2:], law.INTERFACE >= 2, *counts))
-
-
-def group_kernels(
-    law: type[Law],
-    dimension: int,
-    rows: int,
-    diagonal: bool,
-    chain: bool,
-    system_type: Any,
-    constants: dict[str, Any],
-    parts: dict[str, Callable] | None = None,
-    *,
-    stiffened: bool = False,
-    deforms: bool = False,
-    watched: bool = False,
-) -> tuple[Any, Any]:
-    """C functions (sweep, error) for groups of a law in a system of the given numba type.
-
-    ``constants``: further constants of the templates.
-    ``parts``: slots of the templates where the system is not one of bodies (:mod:`lmgcpy.solve.dimension_kernels`).
-    ``stiffened``: for the links of a chain with geometric stiffness.
-    ``deforms``: in a periodic cell that deforms.
-    ``watched``: to find out what went wrong. They end where a law raises or returns what is not finite, for good, and leave
-    in the last entry of ``System.prepared``, which has two more than there are numbers, where those of that interaction
-    begin.
-    """
-    # keyed by the functions, not by the class: a script that redefines a law gets the new one
-    functions = law.react, law.slope if chain else None
+def _law_kernels(law: type[Law], functions: tuple, rest: tuple, key: KernelKey) -> LawKernels:
+    count = len(law.PREPARED)
     try:
-        names = tuple(constants.items()), tuple((parts or {}).items())
-        given = len(law.PREPARED), dimension, rows, diagonal, system_type, *names, stiffened, deforms, watched
-        return _group_kernels(*functions, *given)
-    except CompilerError as error:
-        raise not_compiled(law, error) from error
+        sweep, error = sweep_kernels(*functions, count, replace(key, walls=-1))
+        beside = sweep if key.walls < 0 else sweep_kernels(*functions, count, key)[0]
+    except CompilerError as refusal:
+        raise not_compiled(law, refusal) from refusal
+    counts = count, len(law.states()), key.parameters, key.rows
+    momentum = key.form.momentum_at(key.system_type)
+    return LawKernels(key, sweep, error, momentum, beside, *_step_kernels(rest, law.INTERFACE >= 2, *counts))
 
 
 @cache
-def _group_kernels(
-    react: Callable,
-    slope: Callable | None,
-    prepared_count: int,
-    dimension: int,
-    rows: int,
-    diagonal: bool,
-    system_type: Any,
-    constants: tuple,
-    parts: tuple,
-    stiffened: bool,
-    deforms: bool,
-    watched: bool,
-) -> tuple[Any, Any]:
-    guarded = watched or may_raise(react) or (slope is not None and may_raise(slope))
+def sweep_kernels(react: Callable, slope: Callable | None, prepared_count: int, key: KernelKey) -> tuple[Any, Any]:
+    """C functions (sweep, error) of a law's functions."""
+    guarded = key.watched or may_raise(react) or (slope is not None and may_raise(slope))
     reader = row_reader(prepared_count)
-    if watched:
+    if key.watched:
         reader = Kernel(noting_reader, {"read": reader})  # type: ignore[assignment]
         react = Kernel(finite_vector, {"compute": react})  # type: ignore[assignment]
         slope = slope and Kernel(finite_matrix, {"compute": slope})  # type: ignore[assignment]
-    names = {"react": react, "read": reader, "PREPARED": prepared_count, "ROWS": min(rows, dimension), "DIAGONAL": diagonal}
-    names |= dict(constants)
-    if stiffened:
-        sweep, error = stiffened_kernels(names, dimension, slope, dict(parts), deforms=deforms)
+    names = {"react": react, "read": reader, "PREPARED": prepared_count, "DIAGONAL": key.diagonal}
+    if key.walls >= 0:
+        names["WALLS"] = key.walls
+    if key.stiffened:
+        sweep, error = stiffened_kernels(names, key.form, slope)
     else:
-        slots = template_slots(dimension, names, dict(parts), rows, deforms=deforms)
+        slots = key.form.slots({**names, "ROWS": min(key.rows, key.form.dimension)})
         sweep, error = Kernel(contact_block.sweep, slots), Kernel(contact_block.error, slots)
         if slope is not None:
             sweep = Kernel(wire_block.sweep, {**slots, "slope": slope})
     if guarded:
-        sweep, error = (Kernel(noting_guard if watched else guard, {"body": kernel}) for kernel in (sweep, error))
-    signature = group_signature(system_type)
+        sweep, error = (Kernel(noting_guard if key.watched else guard, {"body": kernel}) for kernel in (sweep, error))
+    signature = group_signature(key.system_type)
     return sweep.pointer(signature), error.pointer(signature)
 
 
-def stiffened_kernels(
-    constants: dict[str, Any],
-    dimension: int,
-    slope: Callable | None,
-    parts: dict[str, Callable] | None = None,
-    *,
-    deforms: bool = False,
-) -> tuple[Kernel, Kernel]:
+def stiffened_kernels(constants: dict[str, Any], form: Form, slope: Callable | None) -> tuple[Kernel, Kernel]:
     """(sweep, error) for the links of a chain with geometric stiffness; without a ``slope`` one link after another."""
-    columns = stiffened_wire_block.scratch_columns(dimension)
-    meaning = template_slots(dimension, {**constants, **columns, "ROWS": dimension}, parts, deforms=deforms)
+    columns = stiffened_wire_block.scratch_columns(form.dimension)
+    meaning = form.slots({**constants, **columns, "ROWS": form.dimension})
     error = Kernel(stiffened_wire_block.error, meaning)
     if slope is None:
         return Kernel(stiffened_wire_block.sweep_links, meaning), error

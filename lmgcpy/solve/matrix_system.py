@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from functools import cache
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numba
 import numpy as np
@@ -20,8 +20,9 @@ from lmgcpy.laws import Law
 from lmgcpy.laws.coulomb import Coulomb
 from lmgcpy.laws.elastic import ElasticRod, ElasticWire
 from lmgcpy.laws.rolling import RollingCoulomb
-from lmgcpy.solve import h_rows_2d, h_rows_3d
-from lmgcpy.solve.law_kernels import group_kernels
+from lmgcpy.solve.forms import plane, space
+from lmgcpy.solve.forms.form import Form
+from lmgcpy.solve.law_kernels import KernelKey, LawKernels, law_kernels
 from lmgcpy.solve.loads import LITTLE, NEARBY
 from lmgcpy.solve.problem import BOTH, CONTACT, PULL, Problem
 from lmgcpy.solve.small_matrices import small_matrices
@@ -102,10 +103,16 @@ def own_problem(i, s, u, r):
     return W, less_row(u, times(W, r))
 
 
-def add_impulses(start, stop, walls, s, velocity):
-    """Add ``W r`` of some interactions."""
+def add_impulses(start, stop, walls, s):
+    """Add ``W r`` of some interactions to ``s.velocity``."""
     for i in range(start, stop):
         push(np.uintp(i), s, row(s.impulse, i, 0))
+    return 0.0
+
+
+def kept_velocities(start, stop, s, velocity, result):
+    """The relative velocities are what is known."""
+    result[start:stop] = velocity[start:stop]
 
 
 def add_noise(start, stop, walls, s):
@@ -172,31 +179,35 @@ def leave(first, last, s, free_velocity):
     """Nothing: the velocities of the interactions are complete."""
 
 
-def parts_of(dimension: int, width: int, *, rolls: bool = False) -> dict[str, Any]:
-    """The parts of the templates that differ from those of bodies; ``width``: of a problem; ``rolls``: for a contact that
-    has all of its components."""
-    if rolls:
-        return {"relative_velocity": relative_velocity, "push": push, "local_problem": own_problem}
-    own = h_rows_2d if dimension == 2 else h_rows_3d
-    passing = push if width == dimension else push_first
-    return {"relative_velocity": relative_velocity, "push": passing, "local_problem": own.local_problem}
-
-
 @cache
-def driver_of(width: int) -> dict[str, Any]:
-    """Slots of the kernels that lead sweeps; the same for every problem, or each would load these kernels anew."""
-    return {
-        "clear": begin_free,
-        "momentum": Kernel(add_impulses, small_matrices(width)),
-        "combine": leave,
-        "begin_noise": begin_noise,
-        "kinetic_energy": kinetic_energy,
-        "add_noise": add_noise,
-        "gather_noise": gather_noise,
-        "add_load": add_load,
-        "share_load": share_load,
-        "load_of": load_of,
-    }
+def matrix_form(dimension: int, width: int, rolls: bool) -> Form:
+    """The form of interactions of a problem of this width; ``rolls``: of a contact that has all of its components."""
+    own, passing = plane if dimension == 2 else space, push if width == dimension else push_first
+    problem, passing = (own_problem, push) if rolls else (own.local_problem, passing)
+    return Form(
+        dimension=dimension,
+        width=width if rolls else dimension,
+        relative_velocity=relative_velocity,
+        push=passing,
+        local_problem=problem,
+        momentum=Kernel(add_impulses, small_matrices(width)),
+        relative_velocities=Kernel(kept_velocities),
+        seen=width if rolls else dimension,
+    )
+
+
+DRIVER = {
+    "clear": begin_free,
+    "combine": leave,
+    "begin_noise": begin_noise,
+    "kinetic_energy": kinetic_energy,
+    "add_noise": add_noise,
+    "gather_noise": gather_noise,
+    "add_load": add_load,
+    "share_load": share_load,
+    "load_of": load_of,
+}
+"""Slots of the kernels that lead sweeps."""
 
 
 def _runs(problem: Problem) -> list[tuple[int, int]]:
@@ -237,7 +248,7 @@ def _stiffening(problem: Problem, runs: list[tuple[int, int]]) -> dict[str, np.n
     return {"geometric": geometric, "carried": np.zeros((count, d - 1)), "own": own, "following": following}
 
 
-def assemble_problem(problem: Problem, wire_blocks: bool) -> tuple[Groups, MatrixSystem, list[Any]]:
+def assemble_problem(problem: Problem, wire_blocks: bool) -> tuple[Groups, MatrixSystem, list[LawKernels]]:
     """Groups and system of a problem, and what must stay alive while they are used."""
     count, d, width = len(problem.mu), problem.dimension, problem.width
     columns = problem.W.T.tobsr(blocksize=(width, width)) if count else problem.W.T.tobsr(blocksize=(1, 1))
@@ -282,19 +293,16 @@ def assemble_problem(problem: Problem, wire_blocks: bool) -> tuple[Groups, Matri
         law = RollingCoulomb if rolls[start] else STANDARD[int(cones[start])]
         contact = cones[start] == CONTACT
         rows = width if rolls[start] else d if contact and problem.mu[start:stop].any() else 1
-        chain = wire_blocks and not contact and problem.split is None  # as in dynamics.assembly
-        diagonal_only = not (contact and (coupling[start:stop].any() or system.shear[start:stop].any()))
-        stiffened = not contact and len(system.geometric) > 0
-        given: tuple[Any, ...] = law, d, rows, diagonal_only, chain, numba.typeof(system), {}
-        given += (parts_of(d, width, rolls=bool(rolls[start])),)
-        kernels.append(group_kernels(*given, stiffened=stiffened))
-    table = Groups.in_order(
-        sweep=[sweep.address for sweep, _ in kernels],
-        error=[error.address for _, error in kernels],
-        start=[start for start, _ in runs],
-        stop=[stop for _, stop in runs],
-        offset=offset,
-    )
+        key = KernelKey(
+            form=matrix_form(d, width, bool(rolls[start])),
+            rows=rows,
+            diagonal=not (contact and (coupling[start:stop].any() or system.shear[start:stop].any())),
+            block=wire_blocks and not contact and problem.split is None,  # as in dynamics.assembly
+            stiffened=not contact and len(system.geometric) > 0,
+            system_type=numba.typeof(system),
+        )
+        kernels.append(law_kernels(law, key))
+    table = Groups.in_order(kernels, [start for start, _ in runs], [stop for _, stop in runs], offset)
     return table, system, kernels
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from lmgcpy.errors import LARGEST, named_arguments, numbers
 from lmgcpy.solve.delassus import unsolvable
-from lmgcpy.solve.matrix_system import assemble_problem, driver_of
+from lmgcpy.solve.matrix_system import DRIVER, assemble_problem
 from lmgcpy.solve.newton.alternating import Auto
 from lmgcpy.solve.problem import Conic, Problem, check_problem
 from lmgcpy.solve.report import STATUS
@@ -69,7 +69,7 @@ def solve(problem: Problem, *, solver: Solver | None = None, guess: Any = None) 
         guess=start,
         conic=ConicForm(lambda: Conic(problem, np.ones(len(problem.mu), dtype=bool))),
         components=lambda: problem.rows,
-        driver=driver_of(problem.width),
+        driver=DRIVER,
     )
     begin = clock.perf_counter()
     with np.errstate(all="ignore"):  # the result is checked below

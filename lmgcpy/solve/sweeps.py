@@ -10,10 +10,9 @@ import numpy as np
 
 from lmgcpy.compiled.by_address import call
 from lmgcpy.compiled.kernel import kernel
-from lmgcpy.solve.h_rows_2d import momentum  # of bodies in the plane, unless the specialisation gives another
 from lmgcpy.solve.iterates import RESUME, iterates_work, part
 from lmgcpy.solve.light_bodies import CENTRE, FLY, LAY_ASIDE, SETTLE, TAKE_BACK, WEIGH, light_work
-from lmgcpy.solve.loads import add_load, load_of, share_load  # of bodies, likewise
+from lmgcpy.solve.loads import add_load, load_of, share_load  # of bodies, unless the specialisation gives others
 from lmgcpy.solve.report import CONVERGED, NOT_FINITE, ROUND_OFF, SPENT
 from lmgcpy.solve.rounding import ROUNDING, add_noise, begin_noise, gather_noise, kinetic_energy  # of bodies, likewise
 from lmgcpy.solve.team import Team, share_chunks, share_phases
@@ -81,7 +80,7 @@ def add_momentum(kind, task, job):
     job.partial[task, 2] = 0.0
     for p in range(groups.task[task], groups.task[task + 1]):
         if kind == MOMENTUM:
-            momentum(groups.start[p], groups.stop[p], groups.walls[p], job.s, job.s.velocity)
+            call(groups.momentum[p], groups.start[p], groups.stop[p], groups.walls[p], job.s)
         elif kind == NOISE:
             add_noise(groups.start[p], groups.stop[p], groups.walls[p], job.s)
         elif kind == LOAD:

@@ -6,6 +6,7 @@ Delassus operator is never assembled: kernels work on the velocities of the bodi
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -113,6 +114,8 @@ class Groups(NamedTuple):
     """Address of the kernel that updates the impulses of a piece."""
     error: np.ndarray
     """Address of the kernel that measures the error of a piece."""
+    momentum: np.ndarray
+    """Address of the kernel that gives its impulses to the bodies."""
     start: np.ndarray
     stop: np.ndarray
     """Rows of the piece's interactions."""
@@ -126,8 +129,9 @@ class Groups(NamedTuple):
     """First task of each phase, and the end."""
 
     @classmethod
-    def in_order(cls, sweep: Any, error: Any, start: Any, stop: Any, offset: Any) -> Groups:
-        """Groups that are swept one after another by one thread."""
-        given = sweep, error, start, stop, offset, [-1] * len(sweep)
-        sweep, error, start, stop, offset, walls = np.array(given, dtype=np.int64)
-        return cls(sweep, error, start, stop, offset, walls, np.array([0, len(sweep)]), np.array([0, 1]))
+    def in_order(cls, kernels: Sequence[Any], start: Any, stop: Any, offset: Any) -> Groups:
+        """Groups that are swept one after another by one thread; ``kernels``: those of each, with ``sweep``, ``error`` and
+        ``momentum``."""
+        addresses = ([getattr(k, name).address for k in kernels] for name in ("sweep", "error", "momentum"))
+        walls, ends = [-1] * len(kernels), (np.array([0, len(kernels)]), np.array([0, 1]))
+        return cls._make([*np.array([*addresses, start, stop, offset, walls], dtype=np.int64), *ends])

@@ -11,7 +11,7 @@ import lmgcpy as lm
 from lmgcpy.compiled.kernel import Kernel, row_reader
 from lmgcpy.dynamics.assembly import StepProblem
 from lmgcpy.solve import wire_block
-from lmgcpy.solve.dimension_kernels import template_slots
+from lmgcpy.solve.forms.form import FORMS
 from lmgcpy.solve.law_kernels import stiffened_kernels
 
 pytestmark = pytest.mark.filterwarnings("ignore:In the step", "ignore:Until t")
@@ -165,9 +165,9 @@ def visiting(problem: StepProblem, stiffened: bool) -> Kernel:
     count = len(law.PREPARED)
     constants = {"react": law.react, "read": row_reader(count), "PREPARED": count}
     if stiffened:
-        visit = stiffened_kernels(constants, d, law.slope)[0]
+        visit = stiffened_kernels(constants, FORMS[d, "central"], law.slope)[0]
     else:
-        visit = Kernel(wire_block.sweep, {**template_slots(d, {**constants, "ROWS": 1}), "slope": law.slope})
+        visit = Kernel(wire_block.sweep, {**FORMS[d, "central"].slots({**constants, "ROWS": 1}), "slope": law.slope})
     step = visit.names.get("newton_step", Kernel(wire_block.newton_step, visit.names))
     return Kernel(visit.function, {**visit.names, "newton_step": Kernel(counted, {"newton_step": step})})
 

@@ -1,4 +1,4 @@
-"""What a deforming periodic cell adds to the rows of ``H^T`` of one interaction: templates around those without it.
+"""What a deforming periodic cell adds to any form: functions around those without it.
 
 With the branch l between two centres and the velocity gradient G of the cell, whose columns are the velocities of its
 edges' rows, bodies have ``G l`` more of relative velocity, and an impulse r gives ``r (x) l`` to G
@@ -51,20 +51,21 @@ def push(i, s, d):
             s.velocity[edge, axis] += s.inverse_mass[edge, axis] * (s.branch[i, k] * force[axis])
 
 
-def momentum(start, stop, walls, s, result):
-    """Add ``H r`` of some interactions to ``result`` (n, k), see ``h_rows_2d.momentum``."""
-    base_momentum(start, stop, walls, s, result)
+def momentum(start, stop, walls, s):
+    """Add ``H r`` of some interactions to ``s.velocity``."""
+    base_momentum(start, stop, walls, s)
     for i in range(start, stop):
         force = in_space(i, s, row(s.impulse, i, 0))
         for k in range(s.edges.shape[0]):
             for axis in range(len(force)):
-                result[s.edges[k], axis] += s.branch[i, k] * force[axis]
+                s.velocity[s.edges[k], axis] += s.branch[i, k] * force[axis]
+    return 0.0
 
 
-def relative_velocities(s, velocity, result):
-    """``H^T v`` of every interaction for the velocities of the bodies, into ``result`` (m, d or more)."""
-    base_velocities(s, velocity, result)
-    for i in range(s.candidate.shape[0]):
+def relative_velocities(start, stop, s, velocity, result):
+    """``H^T v`` of some interactions for velocities of the bodies, into ``result`` (m, d or more)."""
+    base_velocities(start, stop, s, velocity, result)
+    for i in range(start, stop):
         u = in_frame(i, s, flow(velocity, i, s))
         for k in range(len(u)):
             result[i, k] += u[k]

@@ -1,4 +1,4 @@
-"""The rows of ``H^T`` of one contact with rolling friction in 2D: templates, as ``h_rows_2d`` has them without.
+"""The form of a contact with rolling friction in the plane.
 
 A third row meets the spins alone, with the effective radius R of the two bodies for a lever:
 
@@ -10,16 +10,19 @@ its entries of W [1/kg] have the units of the other rows.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
-from lmgcpy.solve.h_rows_2d import local_problem as plane_problem
-from lmgcpy.solve.h_rows_2d import momentum as plane_momentum
-from lmgcpy.solve.h_rows_2d import push as plane_push
-from lmgcpy.solve.h_rows_2d import relative_velocities as plane_velocities
-from lmgcpy.solve.h_rows_2d import relative_velocity as plane_velocity
+from lmgcpy.solve.forms.plane import local_problem as plane_problem
+from lmgcpy.solve.forms.plane import momentum as plane_momentum
+from lmgcpy.solve.forms.plane import push as plane_push
+from lmgcpy.solve.forms.plane import relative_velocities as plane_velocities
+from lmgcpy.solve.forms.plane import relative_velocity as plane_velocity
+from lmgcpy.solve.forms.plane import rows as plane_rows
 
 CENTRAL = True
-"""Whether the contact point lies on the line along the normal through both centres; as what follows, see ``h_rows_2d``."""
+"""As in ``plane``, and so is what follows."""
 WALLS = -1
 
 
@@ -58,20 +61,29 @@ def local_problem(i, s, u, r):
     return ((w_nn, w_nt, w_nr), (w_nt, w_tt, w_tr), (w_nr, w_tr, w_rr)), (free_n, free_t, free_r)
 
 
-def momentum(start, stop, walls, s, result):
-    """Add ``H r`` of some interactions to ``result`` (n, 3), see ``h_rows_2d.momentum``."""
-    plane_momentum(start, stop, walls, s, result)
+def momentum(start, stop, walls, s):
+    """Add ``H r`` of some interactions to ``s.velocity``."""
+    plane_momentum(start, stop, walls, s)
     for i in range(start, stop):
         moment = s.rolling[i] * s.impulse[i, 2]
         if walls != 0:
-            result[s.candidate[i], 2] += moment
+            s.velocity[s.candidate[i], 2] += moment
         if walls != 1:
-            result[s.antagonist[i], 2] -= moment
+            s.velocity[s.antagonist[i], 2] -= moment
+    return 0.0
 
 
-def relative_velocities(s, velocity, result):
-    """(u_n, u_t, u_r) of every interaction for the velocities of the bodies, into ``result`` (m, 3)."""
-    plane_velocities(s, velocity, result)
-    for k in range(s.candidate.shape[0]):
+def relative_velocities(start, stop, s, velocity, result):
+    """(u_n, u_t, u_r) of some interactions for velocities of the bodies, into ``result`` (m, 3)."""
+    plane_velocities(start, stop, s, velocity, result)
+    for k in range(start, stop):
         i = np.uintp(k)
         result[i, 2] = s.rolling[i] * (velocity[s.candidate[i], 2] - velocity[s.antagonist[i], 2])
+
+
+def rows(s: Any, part: slice) -> np.ndarray:
+    """Rows of ``H^T`` of some interactions, (m, 3, 6)."""
+    plain = plane_rows(s, part)
+    turning = np.zeros((len(plain), 1, 6))
+    turning[:, 0, 2], turning[:, 0, 5] = s.rolling[part], -s.rolling[part]
+    return np.concatenate([plain, turning], axis=1)

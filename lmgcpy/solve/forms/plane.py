@@ -1,4 +1,4 @@
-"""The rows of ``H^T`` of one interaction in 2D: templates for its relative velocity and for what its impulse does.
+"""The form of an interaction in the plane.
 
 With the levers ``arm`` along the normal and ``lateral`` across it (:class:`lmgcpy.solve.system.System`), candidate c and
 antagonist a, the rows that meet the velocities ``(v, spin)_c`` and ``(v, spin)_a`` are
@@ -12,7 +12,11 @@ shapes need.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+
+from lmgcpy.contact.frames import local_frames
 
 ROWS = 2
 """1 where the impulse is normal only."""
@@ -103,24 +107,27 @@ def local_problem(i, s, u, r):
     return ((w_nn, w_nt), (w_nt, w_tt)), (free_n, free_t)
 
 
-def momentum(start, stop, walls, s, result):
-    """Add ``H r``, what the impulses of some interactions give to the bodies [N s, N m s], to ``result`` (n, 3); not to
-    candidates (``walls`` 0) or antagonists (1) that are held walls."""
-    central = s.lateral.shape[0] == 0
+def momentum(start, stop, walls, s):
+    """Add ``H r`` of some interactions to ``s.velocity``."""
     for i in range(start, stop):
         r = s.impulse[i, 0], s.impulse[i, 1]
         if r[0] != 0.0 or r[1] != 0.0:
-            add_impulse(result, i, s, r, walls, central, False)
+            add_impulse(s.velocity, i, s, r, walls, CENTRAL, False)
+    return 0.0
 
 
-def relative_velocities(s, velocity, result):
-    """(u_n, u_t) of every interaction for the velocities of the bodies, into ``result`` (m, 2)."""
-    # the constants of the calls let the compiler inline them: with a variable for them a call costs 500 ns
-    if s.lateral.shape[0] == 0:
-        for k in range(s.candidate.shape[0]):
-            i = np.uintp(k)
-            result[i, 0], result[i, 1] = relative_velocity_for(velocity, i, s, True)
-    else:
-        for k in range(s.candidate.shape[0]):
-            i = np.uintp(k)
-            result[i, 0], result[i, 1] = relative_velocity_for(velocity, i, s, False)
+def relative_velocities(start, stop, s, velocity, result):
+    """(u_n, u_t) of some interactions for velocities of the bodies, into ``result`` (m, 2 or more)."""
+    for k in range(start, stop):
+        i = np.uintp(k)
+        result[i, 0], result[i, 1] = relative_velocity_for(velocity, i, s, CENTRAL)
+
+
+def rows(s: Any, part: slice) -> np.ndarray:
+    """Rows of ``H^T`` of some interactions, (m, 2, 6)."""
+    frame = local_frames(s.normal[part])
+    moment = np.zeros((2, len(frame), 2, 1))
+    moment[:, :, 1, 0] = -s.arm[part].T
+    if len(s.lateral):
+        moment[:, :, 0, 0] = s.lateral[part].T * [[-1.0], [1.0]]
+    return np.concatenate([frame, moment[0], -frame, moment[1]], axis=2)

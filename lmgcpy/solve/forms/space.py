@@ -1,4 +1,4 @@
-"""The rows of ``H^T`` of one interaction in 3D: templates, as ``h_rows_2d`` has them for 2D.
+"""The form of an interaction in space.
 
 The contact point lies on the line along the normal through both centres, as it does for spheres, planes and cylinders
 seen from inside: levers are ``-arm_c n`` and ``arm_a n``. With ``b = n x t`` for the second tangent s, the rows that meet
@@ -11,9 +11,12 @@ the velocities ``(v, spin)_c`` and ``(v, spin)_a`` are
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from lmgcpy.compiled.kernel import inlined
+from lmgcpy.contact.frames import local_frames
 from lmgcpy.solve.small_matrices import small_matrices
 
 ROWS = 3
@@ -106,9 +109,8 @@ def local_problem(i, s, u, r):
     return ((w_nn, w_nt, w_ns), (w_nt, w_tt, w_ts), (w_ns, w_ts, w_ss)), (free_n, free_t, free_s)
 
 
-def momentum(start, stop, walls, s, result):
-    """Add ``H r``, what the impulses of some interactions give to the bodies [N s, N m s], to ``result`` (n, 6); not to
-    candidates (``walls`` 0) or antagonists (1) that are held walls."""
+def momentum(start, stop, walls, s):
+    """Add ``H r`` of some interactions to ``s.velocity``."""
     for i in range(start, stop):
         r = row(s.impulse, i, 0)
         if r[0] == 0.0 and r[1] == 0.0 and r[2] == 0.0:
@@ -123,16 +125,26 @@ def momentum(start, stop, walls, s, result):
         moment = less_row(multiple_row(r[2], t), multiple_row(r[1], b))
         if walls != 0:
             for k in range(3):
-                result[c, k] += force[k]
-                result[c, 3 + k] += s.arm[i, 0] * moment[k]
+                s.velocity[c, k] += force[k]
+                s.velocity[c, 3 + k] += s.arm[i, 0] * moment[k]
         if walls != 1:
             for k in range(3):
-                result[a, k] -= force[k]
-                result[a, 3 + k] += s.arm[i, 1] * moment[k]
+                s.velocity[a, k] -= force[k]
+                s.velocity[a, 3 + k] += s.arm[i, 1] * moment[k]
+    return 0.0
 
 
-def relative_velocities(s, velocity, result):
-    """(u_n, u_t, u_s) of every interaction for the velocities of the bodies, into ``result`` (m, 3)."""
-    for k in range(s.candidate.shape[0]):
+def relative_velocities(start, stop, s, velocity, result):
+    """(u_n, u_t, u_s) of some interactions for velocities of the bodies, into ``result`` (m, 3 or more)."""
+    for k in range(start, stop):
         i = np.uintp(k)
         result[i, 0], result[i, 1], result[i, 2] = relative_velocity_for(velocity, i, s)
+
+
+def rows(s: Any, part: slice) -> np.ndarray:
+    """Rows of ``H^T`` of some interactions, (m, 3, 12)."""
+    frame = local_frames(s.normal[part])
+    turned = np.zeros_like(frame)  # e x n, taken from the frame, where it is exact
+    turned[:, 1], turned[:, 2] = -frame[:, 2], frame[:, 1]
+    moment = s.arm[part, :, None, None] * turned[:, None]
+    return np.concatenate([frame, moment[:, 0], -frame, moment[:, 1]], axis=2)

@@ -1,4 +1,4 @@
-"""The rows of ``H^T`` of one contact with rolling friction in 3D: templates, as ``h_rows_3d`` has them without.
+"""The form of a contact with rolling friction in space.
 
 Three more rows meet the spins alone, with the effective radius R of the two bodies for a lever. The rolling velocity is
 ``R (spin_c - spin_a) x n``, a vector of the tangent plane; the torsion velocity is ``R n . (spin_c - spin_a)``. With
@@ -12,19 +12,23 @@ So rows t and 1, and s and 2, couple by the same number where inertias are the s
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from lmgcpy.compiled.kernel import inlined
-from lmgcpy.solve.h_rows_3d import cross
-from lmgcpy.solve.h_rows_3d import local_problem as space_problem
-from lmgcpy.solve.h_rows_3d import momentum as space_momentum
-from lmgcpy.solve.h_rows_3d import push as space_push
-from lmgcpy.solve.h_rows_3d import relative_velocities as space_velocities
-from lmgcpy.solve.h_rows_3d import relative_velocity as space_velocity
+from lmgcpy.contact.frames import local_frames
+from lmgcpy.solve.forms.space import cross
+from lmgcpy.solve.forms.space import local_problem as space_problem
+from lmgcpy.solve.forms.space import momentum as space_momentum
+from lmgcpy.solve.forms.space import push as space_push
+from lmgcpy.solve.forms.space import relative_velocities as space_velocities
+from lmgcpy.solve.forms.space import relative_velocity as space_velocity
+from lmgcpy.solve.forms.space import rows as space_rows
 from lmgcpy.solve.small_matrices import small_matrices
 
 WALLS = -1
-"""As in ``h_rows_3d``."""
+"""As in ``space``."""
 ISOTROPIC = True
 """Whether all bodies turn alike about all axes. Then most of W is zero, which the compiler sees, and so it leaves out what
 the law has for other blocks."""
@@ -117,9 +121,9 @@ def local_problem(i, s, u, r):
     return W, (free_n, free_t, free_s, free_1, free_2, free_z)
 
 
-def momentum(start, stop, walls, s, result):
-    """Add ``H r`` of some interactions to ``result`` (n, 6), see ``h_rows_3d.momentum``."""
-    space_momentum(start, stop, walls, s, result)
+def momentum(start, stop, walls, s):
+    """Add ``H r`` of some interactions to ``s.velocity``."""
+    space_momentum(start, stop, walls, s)
     for i in range(start, stop):
         r_1, r_2, r_z = s.impulse[i, 3], s.impulse[i, 4], s.impulse[i, 5]
         if r_1 == 0.0 and r_2 == 0.0 and r_z == 0.0:
@@ -127,14 +131,25 @@ def momentum(start, stop, walls, s, result):
         moment = moment_of(i, s, r_1, r_2, r_z)
         for k in range(3):
             if walls != 0:
-                result[s.candidate[i], 3 + k] += moment[k]
+                s.velocity[s.candidate[i], 3 + k] += moment[k]
             if walls != 1:
-                result[s.antagonist[i], 3 + k] -= moment[k]
+                s.velocity[s.antagonist[i], 3 + k] -= moment[k]
+    return 0.0
 
 
-def relative_velocities(s, velocity, result):
-    """(u_n, u_t, u_s, u_1, u_2, u_z) of every interaction for the velocities of the bodies, into ``result`` (m, 6)."""
-    space_velocities(s, velocity, result)
-    for k in range(s.candidate.shape[0]):
+def relative_velocities(start, stop, s, velocity, result):
+    """(u_n, u_t, u_s, u_1, u_2, u_z) of some interactions for velocities of the bodies, into ``result`` (m, 6)."""
+    space_velocities(start, stop, s, velocity, result)
+    for k in range(start, stop):
         i = np.uintp(k)
         result[i, 3], result[i, 4], result[i, 5] = rolling_velocity(velocity, i, s)
+
+
+def rows(s: Any, part: slice) -> np.ndarray:
+    """Rows of ``H^T`` of some interactions, (m, 6, 12)."""
+    plain = space_rows(s, part)
+    frame = local_frames(s.normal[part])
+    axes = s.rolling[part, None, None] * (frame[:, [2, 1, 0]] * [[1.0], [-1.0], [1.0]])
+    turning = np.zeros((len(plain), 3, 12))
+    turning[:, :, 3:6], turning[:, :, 9:] = axes, -axes
+    return np.concatenate([plain, turning], axis=1)
