@@ -17,6 +17,8 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+AXES = "xyz"
+"""Names of the axes, as sentences and arguments have them."""
 LARGEST = 1e70
 """Largest number that is accepted. Larger ones are no quantities of mechanics in SI units, and their squares and products
 would overflow. A number that must be above zero is at least the inverse."""

@@ -10,11 +10,11 @@ import inspect
 import math
 import traceback
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import scipy.sparse as sparse
+from two_frames import TwoFrames
 
 import lmgcpy as lm
 from lmgcpy.experiment.biaxial import Biaxial
@@ -99,7 +99,7 @@ MOTION = {"sim": WIRED, "since": WIRED.positions.copy()}
 def two_frames():
     """What lm.measure.strain reads of a run."""
     positions = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.1]])
-    return SimpleNamespace(frame_count=2, positions=np.stack([positions, positions]), extent=np.ones(4))
+    return TwoFrames(positions, positions)
 
 
 def parts_of_a_problem():
@@ -320,7 +320,7 @@ CALLS = {
     "io.take_up": (lm.io.take_up, {"sim": simulation(), "path": "absent.h5"}, {"sim": THING, "path": PATH}),
     "io.compare": (lm.io.compare, {"a": None, "b": None}, {"a": THING, "b": THING}),
     "io.export_csv": (lm.io.export_csv, {"run": None, "folder": "out"}, {"run": THING}),
-    "io.export_vtk": (lm.io.export_vtk, {"run": None, "folder": "out"}, {"run": THING}),
+    "view.export_vtk": (lm.view.export_vtk, {"run": None, "folder": "out"}, {"run": THING}),
     "io.fclib.read": (lm.io.fclib.read, {"path": "absent.h5"}, {"path": PATH}),
     "io.fclib.write": (lm.io.fclib.write, {"problem": problem(), "path": "/no/such/folder/p.h5"},
         {"problem": THING, "path": PATH}),
@@ -466,8 +466,8 @@ EXEMPT_ARGUMENTS = {
     **dict.fromkeys((("Biaxial.run", name) for name in ("file", "on_step", "interrupted")), "of the studies"),
     ("io.export_csv", "folder"): "in tests/bad_input",
     ("io.export_csv", "force"): "in tests/io",
-    ("io.export_vtk", "folder"): "as of io.export_csv",
-    ("io.export_vtk", "force"): "in tests/io",
+    ("view.export_vtk", "folder"): "as of io.export_csv",
+    ("view.export_vtk", "force"): "in tests/view",
     ("view.plot", "path"): "in tests/view/test_curves.py",
     ("view.plot", "what"): "in tests/view/test_curves.py",
     ("io.fclib.write", "force"): "in tests/bad_input",
@@ -512,7 +512,7 @@ def refusal(call, arguments):
 
 @pytest.mark.filterwarnings("ignore:In the step to")  # three particles are no sample
 @pytest.mark.parametrize(
-    "name", [name for name in CASES if not name.startswith(("io.", "resume", "view.show", "view.plot"))]
+    "name", [name for name in CASES if not name.startswith(("io.", "resume", "view.show", "view.plot", "view.export"))]
 )
 def test_what_is_called_rightly_is_accepted(name, tmp_path, monkeypatch):
     """So that it is the wrong value that is refused; files are opened in other tests, windows in none."""

@@ -18,9 +18,9 @@ FLOORS = """
     solve
     dynamics
     scene
+    io
     measure sample
     view
-    io
     simulation continuum
     lmgcpy
     experiment

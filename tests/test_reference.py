@@ -157,7 +157,7 @@ def test_type_hints(name):
     ("misspelt", "closest"),
     [
         (lambda: lm.Couloumb, "Coulomb"),
-        (lambda: lm.io.exportvtk, "export_vtk"),
+        (lambda: lm.io.exportcsv, "export_csv"),
         (lambda: lm.Parameter("m", minimun=0.0), "minimum"),
         (lambda: lm.State("m", txt="length"), "text"),
         (lambda: lm.Simulation(lm.Scene(dimension=2), time_step=1.0).restore(chekpoint=None), "checkpoint"),

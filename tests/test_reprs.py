@@ -6,12 +6,12 @@ import inspect
 import math
 import re
 from dataclasses import dataclass, field
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy import sparse
 from test_reference import documented, reached
+from two_frames import TwoFrames
 
 import lmgcpy as lm
 import lmgcpy.testing
@@ -242,8 +242,7 @@ def continuous() -> dict[str, object]:
 
 
 CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.1]])
-TWO_FRAMES = SimpleNamespace(frame_count=2, positions=np.stack([CORNERS, CORNERS]), extent=np.ones(4))
-"""What lm.measure.strain reads of a run."""
+TWO_FRAMES = TwoFrames(CORNERS, CORNERS)
 
 
 @pytest.fixture(scope="module")
@@ -264,7 +263,7 @@ def test_each_says_in_one_line_what_it_is(all_things):
 LEFT_OUT = {
     **dict.fromkeys(("Body", "Contactor", "Law", "Study"), "abstract"),
     **dict.fromkeys(("Compression", "CompressionRecord"), "through biaxial and triaxial tests"),
-    **dict.fromkeys(("Recorder", "RecordedRun"), "protocols"),
+    "Recorder": "a protocol",
     **dict.fromkeys(("Solver", "Stepper"), "bases, whose words are those of the built-in solvers and of Simulation"),
     **dict.fromkeys(("Nonconformance", "NoSolution"), "exceptions"),
     "Statistics": "names of kernels, to be looked up",

@@ -118,7 +118,7 @@ with (
         f"  highest grain at {top[0]:.5f} m, then at {top[-1]:.5f} m; "
         f"{history['iterations'].mean():.0f} sweeps a step"
     )
-    lm.io.export_vtk(run, folder / "paraview", force=True)
+    lm.view.export_vtk(run, folder / "paraview", force=True)
     lm.view.plot(run, folder / "energy.png", what="energy")
 
 # 4. ParaView. Open the .pvd files; bodies: Glyph, sphere, scaled by radius, factor 2;

@@ -160,7 +160,7 @@ def export(file: Path, csv: Path | None, vtk: Path | None, force: bool) -> None:
     """Export a run as CSV tables or as ParaView files."""
     from lmgcpy.io.csv_tables import export_csv
     from lmgcpy.io.run import open_run
-    from lmgcpy.io.vtk import export_vtk
+    from lmgcpy.view.vtk import export_vtk
 
     if csv is None and vtk is None:
         raise click.UsageError("Say where to export to: --csv FOLDER, --vtk FOLDER, or both")

@@ -105,7 +105,7 @@ def briefly(solver: AnySolver) -> AnySolver:
 def write_solution(out: Path, problem: Problem, solved: Solved, about: dict[str, Any]) -> None:
     """Write FCLIB's group ``solution``: ``r`` [N s] and ``u`` [m/s], (m d,) each; ``about`` becomes its attributes."""
     from lmgcpy.io.hdf5 import in_memory
-    from lmgcpy.io.recorder import versions
+    from lmgcpy.version import versions
 
     def fill(into: Any) -> None:
         group = into.create_group("solution")

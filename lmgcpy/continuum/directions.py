@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 from scipy.linalg import eigh_tridiagonal
 
-from lmgcpy.continuum.tensors import AXES, SIZE, check_dimension, dyads
-from lmgcpy.errors import named_arguments, number, numbers, one_of, shown, whole
+from lmgcpy.continuum.tensors import SIZE, check_dimension, dyads
+from lmgcpy.errors import AXES, named_arguments, number, numbers, one_of, shown, whole
 
 ISOTROPIC = 1.0 / math.sqrt(3.0)
 """Spread of directions that are isotropic in space."""

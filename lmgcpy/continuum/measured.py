@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.continuum.tensors import AXES, SIZE
-from lmgcpy.errors import named_arguments, numbers, one_of
+from lmgcpy.continuum.tensors import SIZE
+from lmgcpy.errors import AXES, named_arguments, numbers, one_of
 
 
 @named_arguments

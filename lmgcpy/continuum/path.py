@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.continuum.tensors import AXES, SIZE
+from lmgcpy.continuum.tensors import SIZE
 from lmgcpy.continuum.texsol import PointState, TexSol
-from lmgcpy.errors import named_arguments, number, numbers, one_of, shown
+from lmgcpy.errors import AXES, named_arguments, number, numbers, one_of, shown
 
 CLOSE = 1e-10
 """Largest error of a prescribed stress, over the largest of them or, if that is more, 1 % of the mean pressure."""

@@ -14,7 +14,6 @@ import numpy as np
 
 from lmgcpy.errors import numbers, shown, whole
 
-AXES = "xyz"
 PAIRS = {2: ((0, 1),), 3: ((1, 2), (0, 2), (0, 1))}
 """Axes of the components off the diagonal, in their order, by dimension."""
 SIZE = {2: 3, 3: 6}

@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from lmgcpy.errors import AXES
 from lmgcpy.experiment.compression import Compression, CompressionRecord
 from lmgcpy.io.run import Run
-from lmgcpy.sample.arguments import AXES
 
 
 @dataclass(frozen=True)

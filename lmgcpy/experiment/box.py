@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lmgcpy.errors import named_arguments, number, numbers, shown, whole
+from lmgcpy.errors import AXES, named_arguments, number, numbers, shown, whole
 from lmgcpy.laws import Law
 from lmgcpy.laws.coulomb import Coulomb
 from lmgcpy.measure.network import network
-from lmgcpy.sample.arguments import AXES, spheres
+from lmgcpy.sample.arguments import spheres
 from lmgcpy.scene.body import Wall, wall
 from lmgcpy.scene.material import Material
 from lmgcpy.scene.scene import Scene

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.errors import named_arguments, number, one_of, shown, whole
+from lmgcpy.errors import AXES, named_arguments, number, one_of, shown, whole
 from lmgcpy.experiment.box import Box, Sample, characteristic_time
 from lmgcpy.experiment.trial import carry_out
 from lmgcpy.io.observations import Observe
@@ -18,7 +18,6 @@ from lmgcpy.io.run import Run
 from lmgcpy.laws import Law
 from lmgcpy.laws.coulomb import Coulomb
 from lmgcpy.measure.stress import stress
-from lmgcpy.sample.arguments import AXES
 from lmgcpy.simulation import Simulation
 from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
 from lmgcpy.solve.report import SOLVED, STATUS

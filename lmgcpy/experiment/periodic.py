@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.errors import named_arguments, number, numbers, shown, whole
+from lmgcpy.errors import AXES, named_arguments, number, numbers, shown, whole
 from lmgcpy.experiment.box import GRAIN, characteristic_time
 from lmgcpy.experiment.compaction import WINDOW
 from lmgcpy.experiment.damped import DampedSimulation
@@ -22,7 +22,7 @@ from lmgcpy.io.run import Run
 from lmgcpy.laws.coulomb import Coulomb
 from lmgcpy.measure.network import network
 from lmgcpy.measure.stress import stress
-from lmgcpy.sample.arguments import AXES, radii, spheres
+from lmgcpy.sample.arguments import radii, spheres
 from lmgcpy.sample.scatter import scatter
 from lmgcpy.scene.material import Material
 from lmgcpy.scene.scene import Scene

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lmgcpy.errors import AXES
 from lmgcpy.experiment.compression import Compression, CompressionRecord
 from lmgcpy.io.observations import Observe
 from lmgcpy.io.run import Run
-from lmgcpy.sample.arguments import AXES
 
 
 @dataclass(kw_only=True, repr=False)

@@ -5,9 +5,7 @@ from __future__ import annotations
 import errno
 import json
 import os
-import platform
 import shutil
-import sys
 import time as clock
 from collections.abc import Mapping
 from contextlib import suppress
@@ -18,7 +16,7 @@ import numpy as np
 
 from lmgcpy.dynamics.stepper import Stepper
 from lmgcpy.errors import number, shown, system_error
-from lmgcpy.io.hdf5 import cut_off, data_sets, h5py
+from lmgcpy.io.hdf5 import cut_off, data_sets
 from lmgcpy.io.observations import Observations, Observe
 from lmgcpy.io.rows import Rows
 from lmgcpy.io.run import Run
@@ -30,7 +28,7 @@ from lmgcpy.io.run_file.lock import FileLock
 from lmgcpy.io.run_file.mending import mend
 from lmgcpy.io.run_file.opening import open_to_append, open_to_read
 from lmgcpy.scene.description import asked_again, describe, functions_of_time
-from lmgcpy.version import VERSION
+from lmgcpy.version import versions
 from lmgcpy.writing import replace_file
 
 BUFFER = 1 << 25
@@ -308,23 +306,6 @@ def options(sim: Stepper) -> dict[str, Any]:
         "geometric_stiffness": sim.geometric_stiffness,
         "solver": type(sim.solver).__name__,
         "solver_fields": asdict(sim.solver) if is_dataclass(sim.solver) else None,
-    }
-
-
-def versions() -> dict[str, str]:
-    """Versions of the software on which the numbers depend."""
-    import numba
-
-    h5 = h5py()
-    return {
-        "lmgcpy": VERSION,
-        "numpy": np.__version__,
-        "numba": numba.__version__,
-        "h5py": h5.__version__,
-        "hdf5": h5.version.hdf5_version,
-        "python": sys.version.split()[0],
-        "platform": platform.platform(),
-        "machine": platform.machine(),
     }
 
 

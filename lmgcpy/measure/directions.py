@@ -7,9 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.errors import one_of, shown, vector, whole
-
-AXES = "xyz"
+from lmgcpy.errors import AXES, one_of, shown, vector, whole
 
 
 @dataclass(frozen=True)

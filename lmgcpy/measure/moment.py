@@ -10,19 +10,21 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.contact.lattice import Lattice
+from lmgcpy.dynamics.interactions import InteractionView
 from lmgcpy.dynamics.stepper import Stepper
 from lmgcpy.errors import numbers, shown, whole
-from lmgcpy.measure.sources import ActingInteractions, RecordedRun, is_run
+from lmgcpy.io.run import Run, RunInteractions
 from lmgcpy.scene.description import describe, lattice_of
 
-Source = Stepper | RecordedRun
+Source = Stepper | Run
+Net = InteractionView | RunInteractions
 
 
 @dataclass(frozen=True)
 class Moment:
     """Bodies and interactions after a step; n bodies, d dimensions."""
 
-    net: ActingInteractions
+    net: Net
     positions: np.ndarray
     """[m], (n, d)."""
     extent: np.ndarray
@@ -105,7 +107,7 @@ def moment(source: Any, frame: int | None, call: str) -> Moment:
             frozenset(links),
             source,
         )
-    if not is_run(source):
+    if not isinstance(source, Run):
         raise TypeError(
             f"{call} takes a simulation, the object that lmgcpy.Simulation(...) makes, or a run file that "
             f"lmgcpy.io.open_run opens, got {shown(source)}."
@@ -117,7 +119,7 @@ def moment(source: Any, frame: int | None, call: str) -> Moment:
     return Moment(*given, list(source.laws), frozenset(links), source, k, scene)
 
 
-def frame_number(run: RecordedRun, frame: Any, name: str) -> int:
+def frame_number(run: Run, frame: Any, name: str) -> int:
     """The number of a frame of a run, counted from 0; ``frame`` may count from the end.
 
     Raises TypeError, and IndexError with a sentence that calls it ``name`` where the run has no such frame.
@@ -156,7 +158,7 @@ def motion(source: Any, frame: int | None, since: Any, call: str) -> Motion:
                 f"of shape {begin.shape}: since=sim.positions.copy()."
             )
         return Motion(begin, end, source.model.extent)
-    if not is_run(source):
+    if not isinstance(source, Run):
         raise TypeError(f"{call} takes a simulation or a run file that lmgcpy.io.open_run opens, got {shown(source)}.")
     first = frame_number(source, since, "since")
     last = frame_number(source, -1 if frame is None else frame, "frame")

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from lmgcpy import errors
+from lmgcpy.errors import AXES
 
-AXES = "xyz"
 WIDEST = 1e7
 """Largest number of coarsest bodies side by side on the floor of a box."""
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from lmgcpy import errors
+from lmgcpy.errors import AXES
 from lmgcpy.sample import arguments
 from lmgcpy.sample.laying_3d import REBOUNDED, SKIRTED, SWITCHED, LayingRules, lay
 from lmgcpy.sample.wires import Wires
@@ -152,7 +153,7 @@ def _refuse_long_box(lengths: np.ndarray, radius: float) -> None:
     axis = int(np.argmax(lengths))
     if lengths[axis] > LONGEST_BOX * radius:
         raise ValueError(
-            f"the length of box along {arguments.AXES[axis]} is {lengths[axis]:g} m, more than {LONGEST_BOX:g} radii of a "
+            f"the length of box along {AXES[axis]} is {lengths[axis]:g} m, more than {LONGEST_BOX:g} radii of a "
             f"bead ({radius:g} m): positions would not be exact. Are both in metres?"
         )
 

@@ -9,11 +9,9 @@ import numpy as np
 
 from lmgcpy.contact.lattice import Lattice
 from lmgcpy.dynamics.changes import DRIVEN, LOADED
-from lmgcpy.errors import closest, named_arguments, number, numbers, shown, vector
+from lmgcpy.errors import AXES, closest, named_arguments, number, numbers, shown, vector
 from lmgcpy.scene.body import AT_REST, Body, Prescribed
 from lmgcpy.scene.contactor import Contactor, CylinderContactor, PlaneContactor, WallContactor
-
-AXES = "xyz"
 
 
 class Edge(Body):

@@ -17,11 +17,11 @@ import numpy as np
 from lmgcpy.contact.lattice import Lattice
 from lmgcpy.dynamics.changes import DRIVEN, LOADED
 from lmgcpy.dynamics.model import COMPONENTS
-from lmgcpy.errors import shown
+from lmgcpy.errors import AXES, shown
 from lmgcpy.laws import Law, registry
 from lmgcpy.scene.body import Body, Disk, RigidBody, Wall
 from lmgcpy.scene.body_3d import CylinderWall, Sphere
-from lmgcpy.scene.cell import AXES, Edge
+from lmgcpy.scene.cell import Edge
 from lmgcpy.scene.contactor import (
     Contactor,
     CylinderContactor,

@@ -17,13 +17,13 @@ from lmgcpy.dynamics.cell import CellMotion
 from lmgcpy.dynamics.changes import DRIVEN, GRAVITY, REFERENCE, SHOWN, Change
 from lmgcpy.dynamics.model import COMPONENTS, BodyState, Drive, Model
 from lmgcpy.dynamics.start_overlaps import check_start
-from lmgcpy.errors import LARGEST, closest, flag, named_arguments, number, shown, vector, whole
+from lmgcpy.errors import AXES, LARGEST, closest, flag, named_arguments, number, shown, vector, whole
 from lmgcpy.laws import Law
 from lmgcpy.laws.first_calls import check_answers
 from lmgcpy.laws.registry import check_interface
 from lmgcpy.scene.body import INERTIA, MASS, RADIUS, Body, Disk, RigidBody, Wall
 from lmgcpy.scene.body_3d import Sphere
-from lmgcpy.scene.cell import AXES, Cell, Edge, edge_vector
+from lmgcpy.scene.cell import Cell, Edge, edge_vector
 from lmgcpy.scene.chain import Chain
 from lmgcpy.scene.many_bodies import SomeRound, StartNumbers, make_round
 from lmgcpy.scene.material import Material

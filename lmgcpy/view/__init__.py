@@ -1,4 +1,4 @@
-"""Pictures of scenes, simulations and runs by pyvista, and curves of runs by matplotlib.
+"""Pictures of scenes, simulations and runs by pyvista, files for ParaView, and curves of runs by matplotlib.
 
 Importing this package imports neither library: they are loaded when the first picture is made.
 ``pip install "lmgcpy[view]"`` brings pyvista.
@@ -7,8 +7,9 @@ Importing this package imports neither library: they are loaded when the first p
 from lmgcpy.view.curves import plot
 from lmgcpy.view.layout import Layout, check
 from lmgcpy.view.pictures import render, show
+from lmgcpy.view.vtk import export_vtk
 
-__all__ = ["Layout", "check", "plot", "render", "show"]
+__all__ = ["Layout", "check", "export_vtk", "plot", "render", "show"]
 
 
 def __dir__() -> list[str]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lmgcpy.errors import file_path, named_arguments, one_of, shown
-from lmgcpy.measure.sources import RecordedRun, is_run
+from lmgcpy.io.run import Run
 from lmgcpy.solve.report import SOLVED_CODES
 from lmgcpy.view import figures
 from lmgcpy.view.figures import name_of, new_figure, save
@@ -31,7 +31,7 @@ SUFFIXES = (".png", ".svg", ".pdf")
 
 
 @named_arguments
-def plot(runs: RecordedRun | Sequence[RecordedRun], path: str | os.PathLike, *, what: str = "reaction") -> Path:
+def plot(runs: Run | Sequence[Run], path: str | os.PathLike, *, what: str = "reaction") -> Path:
     """Draw curves of one run or of several, which ``lmgcpy.io.open_run`` opened, into a PNG, SVG or PDF file.
 
     ``what``:
@@ -46,7 +46,7 @@ def plot(runs: RecordedRun | Sequence[RecordedRun], path: str | os.PathLike, *, 
     The function returns the path, and raises ValueError if a run does not hold what is asked for.
     """
     given = list(runs) if isinstance(runs, (list, tuple)) else [runs]
-    chosen = [run for run in given if is_run(run)]
+    chosen = [run for run in given if isinstance(run, Run)]
     if not chosen or len(chosen) < len(given):
         raise TypeError(f"runs must be what lmgcpy.io.open_run(path) opens, one or a list of them, got {shown(runs)}.")
     target = Path(file_path(path, "path"))
@@ -58,7 +58,7 @@ def plot(runs: RecordedRun | Sequence[RecordedRun], path: str | os.PathLike, *, 
     return target
 
 
-def names_of(runs: Sequence[RecordedRun]) -> list[str]:
+def names_of(runs: Sequence[Run]) -> list[str]:
     """Names of runs: their files, with as many folders as are needed to tell them apart."""
     paths = [Path(run.path).resolve().with_suffix("") for run in runs]
     for depth in range(1, 1 + max(len(path.parts) for path in paths)):
@@ -74,7 +74,7 @@ def tests_by_name(records: Sequence[Tested], names: Sequence[str]) -> list[str]:
     return laws if len(set(laws)) == len(laws) else list(names)
 
 
-def reaction(runs: Sequence[RecordedRun], names: Sequence[str]) -> Figure:
+def reaction(runs: Sequence[Run], names: Sequence[str]) -> Figure:
     """Support reactions, or forces on walls."""
     if all(is_test(run) for run in runs):
         records = [recorded_test(run) for run in runs]
@@ -95,7 +95,7 @@ def reaction(runs: Sequence[RecordedRun], names: Sequence[str]) -> Figure:
     return figure
 
 
-def deviator(runs: Sequence[RecordedRun], names: Sequence[str]) -> Figure:
+def deviator(runs: Sequence[Run], names: Sequence[str]) -> Figure:
     """Deviators of the Weber stress."""
     if all(is_test(run) for run in runs):
         records = [recorded_test(run) for run in runs]
@@ -112,7 +112,7 @@ def deviator(runs: Sequence[RecordedRun], names: Sequence[str]) -> Figure:
     return figure
 
 
-def stress(runs: Sequence[RecordedRun], names: Sequence[str]) -> Figure:
+def stress(runs: Sequence[Run], names: Sequence[str]) -> Figure:
     """Principal values of the Weber stress."""
     if all(is_test(run) for run in runs):
         records = [recorded_test(run) for run in runs]
@@ -130,7 +130,7 @@ def stress(runs: Sequence[RecordedRun], names: Sequence[str]) -> Figure:
     return figure
 
 
-def energy(runs: Sequence[RecordedRun], names: Sequence[str]) -> Figure:
+def energy(runs: Sequence[Run], names: Sequence[str]) -> Figure:
     """Energies, and works since the start of the run."""
     figure = new_figure(7.0 * len(runs))
     panels = figure.subplots(1, len(runs), squeeze=False, sharey=True)[0]
@@ -153,7 +153,7 @@ def energy(runs: Sequence[RecordedRun], names: Sequence[str]) -> Figure:
     return figure
 
 
-def solver(runs: Sequence[RecordedRun], names: Sequence[str]) -> Figure:
+def solver(runs: Sequence[Run], names: Sequence[str]) -> Figure:
     """Residuals and iterations."""
     figure = new_figure(7.0, 6.4)
     above, below = figure.subplots(2, 1, sharex=True)
@@ -184,7 +184,7 @@ def solver(runs: Sequence[RecordedRun], names: Sequence[str]) -> Figure:
     return figure
 
 
-CURVES: dict[str, Callable[[Sequence[RecordedRun], Sequence[str]], Figure]] = {
+CURVES: dict[str, Callable[[Sequence[Run], Sequence[str]], Figure]] = {
     "reaction": reaction,
     "deviator": deviator,
     "stress": stress,
@@ -194,7 +194,7 @@ CURVES: dict[str, Callable[[Sequence[RecordedRun], Sequence[str]], Figure]] = {
 """The functions that draw curves, by the word that asks for them."""
 
 
-def _refuse_without_steps(run: RecordedRun, *, frames: bool = False) -> None:
+def _refuse_without_steps(run: Run, *, frames: bool = False) -> None:
     if not len(run.history) or (frames and not frames_with_forces(run)):
         what = "frame after a step" if frames else "step"
         raise ValueError(f"'{run.path}' holds no {what} yet: there is nothing to draw.")

@@ -8,7 +8,7 @@ from functools import partial
 from typing import Any
 
 from lmgcpy.errors import shown
-from lmgcpy.measure.sources import is_run
+from lmgcpy.io.run import Run
 from lmgcpy.view.camera import Camera
 from lmgcpy.view.compose import compose
 from lmgcpy.view.drawing import Drawing
@@ -64,7 +64,7 @@ def _one_by_one(source: Any, frame: Any, options: dict[str, Any]) -> Iterator[tu
 
 def _panel(source: Any, frame: Any, options: dict[str, Any], moving: bool) -> Panel:
     snapshots: list[Callable[[], Snapshot]]
-    if moving and is_run(source) and (frame is None or isinstance(frame, range)):
+    if moving and isinstance(source, Run) and (frame is None or isinstance(frame, range)):
         chosen = range(source.frame_count) if frame is None else frame
         snapshots = [partial(snapshot, source, frame_number(source, k)) for k in chosen]
         if not snapshots:

@@ -7,7 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
-from lmgcpy.measure.sources import RecordedRun
+from lmgcpy.io.run import Run
 from lmgcpy.measure.stress import stress
 
 PARTS = ("total", "sand", "wire")
@@ -67,18 +67,18 @@ def running_mean(strain: np.ndarray, values: np.ndarray, width: float) -> np.nda
     return (sums[high] - sums[low]) / (high - low).reshape(-1, *[1] * (values.ndim - 1))
 
 
-def is_test(run: RecordedRun) -> bool:
+def is_test(run: Run) -> bool:
     """Whether a run is one of the mechanical tests, which observe what curves need."""
     return {"reactions", "size", "stress"} <= set(run.observed) and len(run.history) > 0
 
 
-def link_laws(run: RecordedRun) -> list[str]:
+def link_laws(run: Run) -> list[str]:
     """Names of the laws of the chains."""
     laws = run.scene["laws"]
     return list(dict.fromkeys(laws[k]["name"] for k in run.scene["chains"]["law"].tolist()))
 
 
-def recorded_test(run: RecordedRun) -> RecordedTest:
+def recorded_test(run: Run) -> RecordedTest:
     """The test that a run file holds; see :func:`is_test`."""
     size, sigma = run.observed["size"][:], run.observed["stress"][:]
     axis = "xyz".index(run.notes.get("axis", "xyz"[run.dimension - 1]))
@@ -92,12 +92,12 @@ def recorded_test(run: RecordedRun) -> RecordedTest:
     )
 
 
-def frames_with_forces(run: RecordedRun) -> list[int]:
+def frames_with_forces(run: Run) -> list[int]:
     """Frames that end a step."""
     return [k for k, step in enumerate(run.steps.tolist()) if step > 0]
 
 
-def stresses_by_frame(run: RecordedRun) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+def stresses_by_frame(run: Run) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """Times [s], (f,), and Weber stress of :data:`PARTS` [Pa], (f, d, d) each, of any run in a box of walls; ValueError
     without such a box."""
     frames, wires = frames_with_forces(run), link_laws(run)
@@ -117,7 +117,7 @@ def stresses_by_frame(run: RecordedRun) -> tuple[np.ndarray, dict[str, np.ndarra
     return run.times[frames], {name: np.array(part).reshape(-1, *nothing.shape) for name, part in parts.items()}
 
 
-def wall_forces_by_frame(run: RecordedRun) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+def wall_forces_by_frame(run: Run) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """Times [s], (f,), and the normal force on each wall [N], (f,), by its name, of any run."""
     bodies = run.scene["bodies"]
     names = {wall: f"{bodies['colors'][bodies['color'][wall]]}, body {wall}" for wall in run.wall_normals}

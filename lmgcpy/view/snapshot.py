@@ -13,7 +13,8 @@ from lmgcpy.contact.lattice import Lattice
 from lmgcpy.dynamics.model import COMPONENTS
 from lmgcpy.dynamics.stepper import Stepper
 from lmgcpy.errors import shown, whole
-from lmgcpy.measure.sources import ActingInteractions, RecordedRun, is_run
+from lmgcpy.io.run import Run
+from lmgcpy.measure.moment import Net
 from lmgcpy.scene.contactor import (
     CylinderContactor,
     DiskContactor,
@@ -67,7 +68,7 @@ class Forces:
     """Normal force of each link of the chains [N], (l,)."""
 
     @classmethod
-    def of(cls, net: ActingInteractions, links: int) -> Forces:
+    def of(cls, net: Net, links: int) -> Forces:
         """Forces of interactions, of which the first ``links`` are links; zero before the first step of a run."""
         normal = net.force[:, 0]
         link = normal[:links] if len(net) else np.zeros(links)
@@ -293,7 +294,7 @@ def snapshot(source: Any, frame: Any = None) -> Snapshot:
         return _of_scene(source)
     if isinstance(source, Stepper):
         return _of_simulation(source)
-    if not is_run(source):
+    if not isinstance(source, Run):
         raise TypeError(
             "What is drawn is a Scene, a Simulation, or a run that lmgcpy.io.open_run(path) opened, "
             f"got {shown(source)} as source."
@@ -301,7 +302,7 @@ def snapshot(source: Any, frame: Any = None) -> Snapshot:
     return _of_run(source, frame_number(source, frame))
 
 
-def frame_number(run: RecordedRun, frame: Any) -> int:
+def frame_number(run: Run, frame: Any) -> int:
     """Number of a frame, counted from the start; None is the last."""
     count = run.frame_count
     if count == 0:
@@ -341,7 +342,7 @@ def _of_simulation(sim: Stepper) -> Snapshot:
     )
 
 
-def _of_run(run: RecordedRun, frame: int) -> Snapshot:
+def _of_run(run: Run, frame: int) -> Snapshot:
     scene = run.scene
     return Snapshot(
         scene=scene,

@@ -8,11 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.errors import number, one_of, shown, vector
+from lmgcpy.errors import AXES, number, one_of, shown, vector
 from lmgcpy.view.drawing import in_space
 from lmgcpy.view.quantities import GRAINS, WIRES
 
-AXES = ("x", "y", "z")
 SUITABLE = {"layout": ("plain", "length"), "grains": ("speed", "plain"), "forces": ("plain", "plain")}
 """Pictures, and the default quantities of grains and wires in each."""
 OPTIONS = ("what", "grains", "wires", "opacity", "clip", "section", "camera", "title", "region")

@@ -82,7 +82,7 @@ def test_a_wire_that_swings_across_a_face_is_drawn_and_written_as_short_links(tm
     lm.Simulation(scene, time_step=1e-4).run(steps=20, record=tmp_path / "run.h5", every=5)
     with lm.io.open_run(tmp_path / "run.h5") as run:
         np.testing.assert_allclose(lm.measure.wire_links(run).length, cell.edges[0, 0] / COUNT, rtol=1e-6)
-        lm.io.export_vtk(run, tmp_path / "paraview")
+        lm.view.export_vtk(run, tmp_path / "paraview")
         scene_again = lm.Scene.from_run(tmp_path / "run.h5")
     np.testing.assert_allclose(scene_again.chains[0].lengths(), cell.edges[0, 0] / COUNT, rtol=1e-6)
     import pyvista as pv

@@ -250,7 +250,7 @@ def test_tables_and_vtk_name_the_file(tmp_path):
     child(
         """
         recorded = run()
-        for export, first in ((lm.io.export_csv, "bodies.csv"), (lm.io.export_vtk, "bodies-00000.vtp")):
+        for export, first in ((lm.io.export_csv, "bodies.csv"), (lm.view.export_vtk, "bodies-00000.vtp")):
             out = folder / first[-3:]
             for size in (0, 300):
                 refused(out / first, lambda: export(recorded, out, force=True), size)

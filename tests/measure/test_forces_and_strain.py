@@ -6,6 +6,7 @@ import sys
 
 import numpy as np
 import pytest
+from two_frames import TwoFrames
 
 import lmgcpy as lm
 
@@ -140,22 +141,12 @@ def test_a_run_measures_what_its_simulation_does(both, measure):
         getattr(lm.measure, measure)(3)
 
 
-class Frames:
-    """What strain reads of a run."""
-
-    frame_count = 2
-
-    def __init__(self, before, after):
-        self.positions = np.stack([before, after])
-        self.extent = np.full(len(before), 0.1)
-
-
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_an_affine_field_is_found_to_round_off(dimension):
     rng = np.random.default_rng(1)
     before = rng.uniform(0.0, 1.0, (200, dimension))
     gradient = rng.normal(0.0, 0.1, (dimension, dimension))
-    found = lm.measure.strain(Frames(before, before + before @ gradient.T + 0.3))
+    found = lm.measure.strain(TwoFrames(before, before + before @ gradient.T + 0.3))
     assert found.gradient == pytest.approx(np.broadcast_to(gradient, found.gradient.shape), abs=1e-11)
     assert found.strain == pytest.approx(0.5 * (found.gradient + found.gradient.swapaxes(1, 2)))
     assert found.rest == pytest.approx(np.zeros(200), abs=1e-20)
@@ -166,7 +157,7 @@ def test_a_body_that_moves_alone_has_the_largest_rest():
     before = np.stack(np.meshgrid(np.arange(7.0), np.arange(7.0)), axis=-1).reshape(-1, 2)
     after = before.copy()
     after[24] += (0.3, 0.1)
-    found = lm.measure.strain(Frames(before, after))
+    found = lm.measure.strain(TwoFrames(before, after))
     assert np.argmax(found.rest) == 24
     assert found.rest[0] == 0.0
 
@@ -176,9 +167,9 @@ def test_strain_of_a_run_and_of_too_few_bodies(both):
     assert len(found) == 40
     assert found.displacement[:, 1].mean() < 0.0
     with pytest.raises(ValueError, match="strain needs at least 3 bodies"):
-        lm.measure.strain(Frames(np.zeros((2, 2)), np.zeros((2, 2))))
+        lm.measure.strain(TwoFrames(np.zeros((2, 2)), np.zeros((2, 2))))
     with pytest.raises(ValueError, match="strain needs at least 3 bodies that lie in no line"):
-        lm.measure.strain(Frames(np.arange(10.0).reshape(5, 2), np.zeros((5, 2))))
+        lm.measure.strain(TwoFrames(np.arange(10.0).reshape(5, 2), np.zeros((5, 2))))
 
 
 def test_strain_of_a_simulation_is_that_of_its_run(both):

@@ -51,7 +51,7 @@ def test_an_export_has_the_cell(tmp_path):
 
     pair(2).run(steps=2, record=tmp_path / "run.h5", every=1)
     with lm.io.open_run(tmp_path / "run.h5") as run:
-        series = lm.io.export_vtk(run, tmp_path / "vtk")
+        series = lm.view.export_vtk(run, tmp_path / "vtk")
     assert "cell.pvd" in {path.name for path in series}
     assert read("cell-00001.vtp").GetNumberOfLines() == 4
     bodies = vtk_to_numpy(read("bodies-00001.vtp").GetPoints().GetData())

@@ -99,7 +99,7 @@ def test_a_line_ends_at_the_contact_point_of_a_foreign_shape(tmp_path):
             assert body == 1
             assert np.allclose(line, [[0.0, -0.8], [0.0, 0.8]], atol=1e-12)
         assert np.array_equal(acting_lines(of_run), acting_lines(of_sim))
-        lm.io.export_vtk(run, tmp_path / "vtk")
+        lm.view.export_vtk(run, tmp_path / "vtk")
     [(body, line)] = snapshot(lm.resume(tmp_path / "run.h5")).outlines
     assert np.allclose(line, of_sim.outlines[0][1])
     reader = vtkXMLPolyDataReader()

@@ -17,8 +17,8 @@ from lmgcpy.experiment.campaign.progress import ProgressView
 from lmgcpy.experiment.campaign.results import FAILED, TO_COME, CampaignResults, CaseResult
 from lmgcpy.experiment.campaign.work import Order, do_case
 from lmgcpy.experiment.campaign.workers import DEATHS, Cluster, Processes, Workers, has_dask, processors
-from lmgcpy.io.recorder import versions
 from lmgcpy.simulation.interrupt import between_steps
+from lmgcpy.version import versions
 
 LOOK = 0.25
 """Interval at which the campaign looks for results and for Ctrl-C [s]."""

@@ -22,9 +22,9 @@ import numpy as np
 
 from lmgcpy.experiment.campaign.description import CampaignCase, CampaignDescription, case_name
 from lmgcpy.experiment.campaign.results import FAILED, FINISHED, TO_COME, CampaignResults, CaseResult
-from lmgcpy.io.recorder import versions
 from lmgcpy.io.run_file.lock import FileLock
 from lmgcpy.io.untrusted import regular_file
+from lmgcpy.version import versions
 from lmgcpy.writing import flush, make_folder, new_file, write_bytes
 
 FORMAT = "lmgcpy campaign 1"

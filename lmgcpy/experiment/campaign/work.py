@@ -20,7 +20,7 @@ from lmgcpy.experiment.campaign.results import FAILED, FINISHED, TO_COME, CaseRe
 from lmgcpy.experiment.study.engine import Site, Study, carry_out_study
 from lmgcpy.experiment.study.folder import StudyFolder
 from lmgcpy.experiment.study.stages import Tick
-from lmgcpy.io.recorder import versions
+from lmgcpy.version import versions
 
 TOLD_EVERY = 0.5
 """Shortest time between two words on the progress of a case [s]."""

@@ -15,7 +15,7 @@ from multiprocessing import get_context
 from typing import Any
 
 from lmgcpy.errors import shown
-from lmgcpy.io.recorder import versions
+from lmgcpy.version import versions
 
 ANSWER = 8.0
 """A scheduler has so long to answer [s]."""

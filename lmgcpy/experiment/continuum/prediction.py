@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.continuum import MeasuredCompression, NoSolution, SandFit, TexSol, WireNetwork, biaxial, fit_sand, triaxial
+from lmgcpy.errors import AXES
 from lmgcpy.experiment.box import Sample
 from lmgcpy.experiment.continuum.wire import Anchorage, LaidWire
-from lmgcpy.sample.arguments import AXES
 
 INCREMENTS = 150
 """Increments of a path."""

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lmgcpy.continuum import Directions
+from lmgcpy.errors import AXES
 from lmgcpy.experiment.continuum.comparison import Comparison
 from lmgcpy.experiment.continuum.prediction import Miss, Prediction, mean_curves, miss
 from lmgcpy.experiment.study.report import ReportFolder, markdown, sections, texts, versions
-from lmgcpy.sample.arguments import AXES
 from lmgcpy.view.figures import new_figure
 
 if TYPE_CHECKING:

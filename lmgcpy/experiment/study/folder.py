@@ -8,9 +8,9 @@ from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
-from lmgcpy.io.recorder import versions
 from lmgcpy.io.run_file.lock import is_being_written
 from lmgcpy.io.untrusted import regular_file
+from lmgcpy.version import versions
 from lmgcpy.writing import flush, make_folder, new_file
 
 

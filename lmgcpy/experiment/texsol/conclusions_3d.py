@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from lmgcpy.errors import AXES
 from lmgcpy.experiment.biaxial import BiaxialRecord
 from lmgcpy.experiment.triaxial import TriaxialRecord
-from lmgcpy.sample.arguments import AXES
 
 UPRIGHT = "z"
 """The axis across the layers."""

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 import lmgcpy.view.figures as figures
+from lmgcpy.errors import AXES
 from lmgcpy.experiment.study.folder import StudyFolder
 from lmgcpy.experiment.study.report import ReportFolder
 from lmgcpy.experiment.texsol.conclusions_2d import frames_at_equal_force, frames_of_column
@@ -16,7 +17,6 @@ from lmgcpy.experiment.texsol.result import TexSolResult
 from lmgcpy.experiment.texsol.taut_links import LinkDirections
 from lmgcpy.experiment.triaxial import TriaxialRecord
 from lmgcpy.io.run import open_run
-from lmgcpy.sample.arguments import AXES
 from lmgcpy.view.palette import PUSHING, WIRE
 
 if TYPE_CHECKING:

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from lmgcpy.errors import AXES
 from lmgcpy.experiment.study.report import markdown, versions
 from lmgcpy.experiment.texsol.result import TexSolResult, deviation
 from lmgcpy.measure.wire_shape import wire_shape
-from lmgcpy.sample.arguments import AXES
 
 
 def runs_part(

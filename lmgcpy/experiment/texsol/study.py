@@ -15,7 +15,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from lmgcpy.errors import closest, named_arguments, number, one_of, shown, whole
+from lmgcpy.errors import AXES, closest, named_arguments, number, one_of, shown, whole
 from lmgcpy.experiment.biaxial import Biaxial
 from lmgcpy.experiment.box import Sample, characteristic_time
 from lmgcpy.experiment.compaction import Compaction, compact
@@ -28,7 +28,6 @@ from lmgcpy.experiment.triaxial import Triaxial
 from lmgcpy.laws import Law
 from lmgcpy.laws.elastic import ElasticRod, ElasticWire
 from lmgcpy.laws.rigid import RigidRod, RigidWire
-from lmgcpy.sample.arguments import AXES
 from lmgcpy.sample.wire_content import bead_mass as mass_of_a_bead
 from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
 from lmgcpy.solve.newton.alternating import Auto

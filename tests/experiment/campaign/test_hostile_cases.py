@@ -16,7 +16,7 @@ from lmgcpy.experiment.campaign.description import CampaignDescription, case_nam
 from lmgcpy.experiment.campaign.folder import CampaignFolder, _sum
 from lmgcpy.experiment.campaign.results import FAILED, FINISHED, TO_COME
 from lmgcpy.experiment.campaign.work import Order, do_case
-from lmgcpy.io.recorder import versions
+from lmgcpy.version import versions
 
 
 class Unspeakable(Exception):

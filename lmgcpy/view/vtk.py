@@ -11,11 +11,11 @@ import numpy as np
 from lmgcpy.errors import named_arguments, shown
 from lmgcpy.io.csv_tables import folder_for
 from lmgcpy.io.run import Run, RunInteractions
-from lmgcpy.io.vtk_data import add_arrays, add_words, polygonal_data, write
 from lmgcpy.view.boundary import FACETS, cell_outline, cylinder_polygons, wall_polygons
 from lmgcpy.view.drawing import in_space
 from lmgcpy.view.quantities import coordination
 from lmgcpy.view.snapshot import Snapshot, acting_lines, snapshot
+from lmgcpy.view.vtk_data import add_arrays, add_words, polygonal_data, write
 from lmgcpy.writing import write_text
 
 MISSING = 'Files for ParaView are written by VTK, which is not installed: pip install "lmgcpy[view]".'

@@ -18,7 +18,7 @@ def exported(tmp_path_factory):
     folder = tmp_path_factory.mktemp("vtk")
     lm.Simulation(mixed_scene(), time_step=2e-3).run(steps=300, record=folder / "a.h5", every=150)
     with lm.io.open_run(folder / "a.h5") as run:
-        written = lm.io.export_vtk(run, folder / "out")
+        written = lm.view.export_vtk(run, folder / "out")
         assert [path.name for path in written] == ["bodies.pvd", "forces.pvd", "wires.pvd", "walls.pvd"]
         yield run, folder / "out"
 
@@ -132,7 +132,7 @@ def test_walls_are_lines_and_in_space_polygons(exported, tmp_path):
     scene.chain(beads, lm.RigidWire())
     lm.Simulation(scene, time_step=1e-3).run(steps=1, record=tmp_path / "a.h5", every=1)
     with lm.io.open_run(tmp_path / "a.h5") as run:
-        lm.io.export_vtk(run, tmp_path / "out")
+        lm.view.export_vtk(run, tmp_path / "out")
     _, data = series(tmp_path / "out", "walls")
     assert data[-1].GetNumberOfPolys() == 1 + 72
     assert set(arrays(data[-1].GetCellData())["body"]) == {2, 3}
@@ -142,12 +142,12 @@ def test_walls_are_lines_and_in_space_polygons(exported, tmp_path):
 def test_a_folder_that_holds_something_is_kept(exported):
     run, folder = exported
     with pytest.raises(FileExistsError, match="is not empty"):
-        lm.io.export_vtk(run, folder)
-    assert len(lm.io.export_vtk(run, folder, force=True)) == 4
+        lm.view.export_vtk(run, folder)
+    assert len(lm.view.export_vtk(run, folder, force=True)) == 4
 
 
 def test_without_vtk_a_sentence(exported, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "vtkmodules.vtkIOXML", None)
     with pytest.raises(ImportError, match=r'pip install "lmgcpy\[view\]"\.'):
-        lm.io.export_vtk(exported[0], tmp_path / "no")
+        lm.view.export_vtk(exported[0], tmp_path / "no")
     assert not (tmp_path / "no").exists()
