@@ -1,4 +1,12 @@
-"""Unilateral contact with Coulomb friction (Jean 1999), non-associated: sliding does not dilate."""
+"""Unilateral contact with Coulomb friction (Jean 1999), non-associated: sliding does not dilate.
+
+The law stands in five places, each for a question that the others do not answer. Here it is solved for any local block W,
+on tuples in registers, as sweeps need it. ``Problem.react`` solves it for ``w I`` on arrays of all interactions, without a
+compiler, for residuals. ``newton.rows.natural_map`` does the same in a kernel and keeps the status and the direction of
+sliding, of which the Jacobian is made. ``residual.project_on_cone`` is De Saxce's projection, the measure of published
+solvers. ``locked.within_cones`` is the projection of impulses alone, without velocities, for the proof that there is no
+solution. ``tests/laws/test_coulomb_five_ways.py`` holds them against each other at the same hard points.
+"""
 
 from __future__ import annotations
 

@@ -71,7 +71,7 @@ def project_on_cone(x: np.ndarray, mu: np.ndarray) -> np.ndarray:
     """Euclidean projection of rows (n, t...) on the cone ``|t| <= mu n``, (m, d)."""
     n, t = x[:, 0], x[:, 1:]
     size = np.linalg.norm(t, axis=1)
-    inside = size <= mu * n
+    inside = (size <= mu * n) & (n >= 0.0)  # without friction 0 <= 0 n holds below the cone as well
     polar = mu * size <= -n
     on_edge = (n + mu * size) / (1.0 + mu**2)
     edge = np.column_stack([on_edge, t * (mu * on_edge / np.where(size > 0.0, size, 1.0))[:, None]])
