@@ -173,7 +173,7 @@ class Cluster(Workers):
 
         if isinstance(error, KilledWorker):  # Dask tries again by itself, so often as its scheduler was told
             return error.allowed_failures + 1
-        return int(isinstance(error, CancelledError))
+        return int(isinstance(error, (CancelledError, BrokenExecutor)))
 
     def close(self) -> None:
         for one in self._to_close:

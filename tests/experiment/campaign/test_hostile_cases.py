@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 import json
+import os
 import socket
+import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+import slope
 
 from lmgcpy.experiment import Campaign
 from lmgcpy.experiment.campaign import workers
@@ -166,3 +173,37 @@ def test_a_scheduler_that_accepts_and_never_answers_is_named(monkeypatch):
         with pytest.raises(ConnectionError, match=f"No Dask scheduler answers at '{address}' within 0.5 s"):
             workers.Cluster.at(address, None)
         assert time.monotonic() < begin + 10.0
+
+
+WORKER = """
+import sys
+sys.path.insert(0, {here!r})
+import slope
+from lmgcpy.experiment.campaign.alone import do_case_within
+from lmgcpy.experiment.campaign.description import CampaignDescription
+from lmgcpy.experiment.campaign.work import Order
+from lmgcpy.io.recorder import versions
+if __name__ == "__main__":
+    (case,) = CampaignDescription(slope.waits, over={{"file": [{file!r}]}}).all_cases()
+    do_case_within(Order(case, {folder!r}, versions()), 100.0)
+"""
+
+
+@pytest.mark.long
+@pytest.mark.skipif(os.name == "nt", reason="SIGKILL")
+def test_a_case_in_a_process_of_its_own_ends_with_its_worker(tmp_path):
+    """It would else go on with run files that the next worker opens."""
+    file, script = tmp_path / "pid", tmp_path / "worker.py"
+    script.write_text(WORKER.format(here=str(Path(__file__).parent), file=str(file), folder=str(tmp_path)))
+    worker = subprocess.Popen([sys.executable, str(script)])
+    _until(file.exists)
+    worker.kill()
+    worker.wait()
+    _until(lambda: not slope.runs(int(file.read_text())))
+
+
+def _until(there):
+    end = time.monotonic() + 30.0
+    while not there():
+        assert time.monotonic() < end
+        time.sleep(0.05)
