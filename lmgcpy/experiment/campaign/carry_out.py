@@ -17,7 +17,7 @@ from lmgcpy.experiment.campaign.folder import CampaignFolder
 from lmgcpy.experiment.campaign.progress import ProgressView
 from lmgcpy.experiment.campaign.results import FAILED, TO_COME, CampaignResults, CaseResult
 from lmgcpy.experiment.campaign.work import Order, do_case
-from lmgcpy.experiment.campaign.workers import DEATHS, Cluster, Processes, Workers, has_dask, processors
+from lmgcpy.experiment.campaign.workers import DEATHS, GUARD, WORKER, Cluster, Processes, Workers, has_dask, processors
 from lmgcpy.simulation.interrupt import between_steps
 from lmgcpy.version import versions
 
@@ -53,10 +53,8 @@ def carry_out(
     version of lmgcpy.
     """
     if getattr(current_process(), "_inheriting", False):  # a worker imports the script that has begun it
-        raise SystemExit(
-            "The script begins a campaign where it is imported, as by each worker: put the call under "
-            "if __name__ == '__main__':"
-        )
+        said = WORKER in os.environ  # by the one who began the worker
+        raise SystemExit(1 if said else f"The script begins a campaign where it is imported, as by each worker: {GUARD}")
     flag(resume, "resume")
     flag(force, "force")
     flag(progress, "progress")
