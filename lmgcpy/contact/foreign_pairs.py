@@ -73,8 +73,8 @@ def check_narrow_phase(kinds: KindPair, contactors: ContactorTable, dimension: i
         if rates and all(rate < INWARD for rate in rates):
             where = "overlap" if overlapping else "are apart"
             raise ValueError(
-                f"T{_who(kinds)[1:]} returned a normal that points inward for contactors that {where}: the gap shrinks if the "
-                "candidate moves along it. It points from the antagonist to the candidate: turn its sign."
+                f"T{_who(kinds)[1:]} returned a normal that points inward for contactors that {where}: the gap shrinks if "
+                "the candidate moves along it. It points from the antagonist to the candidate: turn its sign."
             )
 
 

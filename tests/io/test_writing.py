@@ -6,6 +6,7 @@ it is a process of its own, as libraries may bring theirs down.
 
 import ast
 import errno
+import inspect
 import os
 import stat
 import textwrap
@@ -22,6 +23,48 @@ resource = pytest.importorskip("resource")
 
 def text_of(path):
     return Path(path).read_text(encoding="utf-8")
+
+
+READ = ("open_run", "read", "take_up", "compare")
+
+
+def test_a_file_that_exists_is_replaced_by_force_or_its_call_says_so(tmp_path):
+    """Data are written over with ``force=True`` only; pictures are drawn again, as the docstrings say."""
+    public = [
+        getattr(room, name)
+        for room in (lm.io, lm.io.fclib, lm.view)
+        for name in dir(room)
+        if getattr(getattr(room, name), "__module__", "").startswith(room.__name__) and callable(getattr(room, name))
+    ]
+    writers = {each.__name__: each for each in [*public, lm.Simulation.run] if each.__name__ not in READ}
+    writers = {name: each for name, each in writers.items() if {"path", "folder", "record"} & set(given(each))}
+    del writers["Run"]
+    assert set(writers) >= {"export_csv", "export_vtk", "write", "run", "render", "plot"}
+    asking = {name for name, each in writers.items() if "force" in given(each) and given(each)["force"].default is False}
+    saying = {name for name, each in writers.items() if "A file of that name is replaced" in " ".join(each.__doc__.split())}
+    assert asking ^ saying == set(writers)
+    scene = lm.Scene(dimension=2)
+    scene.add(lm.disk(radius=1.0, position=(0, 0), mass=1.0))
+    sim, path = lm.Simulation(scene, time_step=1.0), tmp_path / "a.png"
+    with pytest.raises(FileExistsError):
+        sim.run(steps=1, record=existing(tmp_path / "run.h5"))
+    sim.run(steps=1, record=tmp_path / "new.h5")
+    with lm.io.open_run(tmp_path / "new.h5") as run:
+        lm.view.plot(run, existing(path), what="energy")
+        with pytest.raises(FileExistsError):
+            lm.io.export_csv(run, tmp_path)
+    assert path.read_bytes()[:4] == b"\x89PNG"
+    with pytest.raises(FileExistsError):
+        lm.io.fclib.write(sim.problem(), existing(tmp_path / "problem.h5"))
+
+
+def given(function):
+    return inspect.signature(function).parameters
+
+
+def existing(path):
+    path.write_text("mine")
+    return path
 
 
 # ---------------------------------------------------------------------------------------------------------- the one way
