@@ -77,7 +77,7 @@ class Watch:
             )
             for trait in ("rigid", "pull")
         )
-        self._drawn_until = model.drawn_until
+        self.follow(model)
         self._most_made: dict[str, float] = {}
         for law in [row.law for row in model.rows] + [chain.law for chain in model.chains]:
             contact = law.APPLIES_TO == "contact"
@@ -85,11 +85,15 @@ class Watch:
             self._most_made[law.NAME] = most
         self._said: frozenset[str] = frozenset()
         self._stretched = 0
-        self.overlap_of_start: float | None = None
-        """Largest overlap of the first step that is looked at, in parts of the smaller radius; None before it."""
         self.stretch = 0.0
         """Largest part of its reference length by which a rigid link was off at the detection of the last step: a wire too
         long, a rod either way."""
+
+    def follow(self, model: Model) -> None:
+        """Take what changed between two steps."""
+        self._drawn, self._drawn_until = model.drawn, model.drawn_until
+        self.overlap_of_start: float | None = None
+        """Largest overlap of the first step that is looked at, in parts of the smaller radius; None before it."""
 
     def links(self, problem: StepProblem, s: np.ndarray) -> Iterator[str]:
         """Sentences on the links of a step; ``s``: of those whose beads nothing keeps from zigzagging, (L,) or none."""
@@ -110,6 +114,13 @@ class Watch:
         off = self.stretch > STRETCH and data.time >= self._drawn_until
         self._stretched = self._stretched + 1 if off else 0
         at_once = off and self.stretch > AT_ONCE and data.time > 0.0
+        if self.stretch > STRETCH and data.time < self._drawn and self._first("drawn"):
+            way = abs(float(data.gap[i] - data.reference_gap[i]))
+            yield (
+                f"{between(i)} was given a reference length that is off by {way:.3g} m, {100.0 * self.stretch:.3g} % of "
+                f"it: a blow, in which its ends meet it at {way / h:.3g} m/s. Draw it in or let it out by less in a step. "
+                "(Said once.)"
+            )
         if (self._stretched >= RUNNING or at_once) and self._first("stretch"):
             yield (
                 f"{between(i)} is off its reference length of {length[i]:.3g} m by {100.0 * self.stretch:.3g} %: it turns "
