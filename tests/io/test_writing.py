@@ -215,13 +215,15 @@ def other_ways(source):
 
 
 def test_no_other_way_is_used():
-    """But for run files, which grow: theirs is made under another name, in ``run_file``, and named by ``writing``."""
+    """But for files that grow: run files are made under another name, in ``run_file``, and named by ``writing``, and the
+    list of a study's runs gets lines."""
     package = Path(lm.__file__).parent
     ways = {source.relative_to(package).as_posix(): other_ways(source) for source in package.rglob("*.py")}
     found = {name: calls for name, calls in ways.items() if calls}
     assert found.pop("writing.py") == ["os.replace"]
     assert found.pop("io/run_file/creation.py") == ["Path(path).write_bytes"]
     assert found.pop("io/run_file/mending.py") == ["Path(copied).write_bytes"]
+    assert found.pop("experiment/study/folder.py") == ["self.file.open"]
     assert not found
 
 
@@ -358,6 +360,7 @@ def test_a_study_that_finds_no_room_leaves_the_former_one(tmp_path):
         kept = StudyFolder(folder, Study)
         kept.begin(Study("first"))
         run().close()
+        kept.run_names.enter("one", kept.run_file("one"))
         os.replace(folder / "run.h5", kept.run_file("one"))
         kept.summary.write_text("done")
         refused(kept.study_file, lambda: kept.begin(Study("second" * 1000)), 500)

@@ -51,8 +51,8 @@ class RunNames:
     def _write(self, names: Iterable[str]) -> None:
         make_folder(self.file.parent)
         try:
-            with open(self.file, "a", encoding="utf-8") as file:  # what is appended at once is in one piece
-                file.write("".join(f"{name}\n" for name in names))
+            with self.file.open("a", encoding="utf-8") as file:  # what is appended at once is in one piece
+                file.write("".join(f"\n{name}\n" for name in names))  # after a line that a power cut has left
                 file.flush()
                 os.fsync(file.fileno())
         except OSError as error:
