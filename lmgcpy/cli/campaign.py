@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -33,10 +34,13 @@ def campaign() -> None:
 @click.option("--workers", type=click.IntRange(1), help="Processes of this machine.  [default: one a processor]")
 @click.option("--scheduler", metavar="ADDRESS", help="Dask scheduler whose workers do the cases, such as tcp://host:8786.")
 @click.option("--scheduler-file", type=click.Path(exists=True, dir_okay=False), help="File that the scheduler has written.")
+@click.option("--case-timeout", type=float, metavar="SECONDS", help="Kill a case that takes longer; it has failed.")
 @click.option("--resume", is_flag=True, help="Go on with the campaign in the folder; what failed is done again.")
 @click.option("--force", is_flag=True, help="Write into a folder that is not empty.")
 @click.option("--dry-run", is_flag=True, help="Print the cases and what they will cost, and do nothing.")
-def run(file: Path, out: Path | None, dry_run: bool, resume: bool, force: bool, **where: Any) -> None:
+def run(
+    file: Path, out: Path | None, case_timeout: float | None, dry_run: bool, resume: bool, force: bool, **where: Any
+) -> None:
     """Carry out the campaign that a TOML file describes.
 
     Every case has a folder with its run files. Interrupted by Ctrl-C, or killed, the campaign goes on by --resume.
@@ -45,6 +49,8 @@ def run(file: Path, out: Path | None, dry_run: bool, resume: bool, force: bool, 
     from lmgcpy.experiment.campaign.toml import read_campaign
 
     campaign = read_campaign(file)
+    if case_timeout is not None:
+        campaign = replace(campaign, case_timeout=case_timeout)
     folder = out or file.with_suffix("")
     if dry_run:
         tell_cost(campaign, folder, where["workers"])

@@ -62,6 +62,8 @@ class Detector:
         self._kinds = [kind_pairs(contactors, row) for row in rows]
         self._offset_colors = {contactors.color[k] for k in np.flatnonzero(contactors.offset.any(axis=1)).tolist()}
         with_walls = [any(meets_walls(kinds, self._bounded) for kinds in of_row) for of_row in self._kinds]
+        self._looked_at: set[tuple[str, str]] = set()
+        """Kinds whose narrow phase, a foreign one, was asked before it is compiled."""
         self._distances = Distances(contactors, rows, with_walls)
         radii = contactors.bounding_radius[self._bounded]
         self._images = None if lattice is None else Images(lattice, contactors, self._bounded)
@@ -325,8 +327,9 @@ class Detector:
 
     def _group(self, row: VisibilityRow, kinds: KindPair, around: Surroundings, slabs: Slabs | None) -> Group:
         """The group of one row of the visibility table and two kinds of contactor."""
-        if kinds.foreign:
+        if kinds.foreign and (kinds.candidate, kinds.antagonist) not in self._looked_at:
             check_narrow_phase(kinds, self.contactors, self.dimension)
+            self._looked_at.add((kinds.candidate, kinds.antagonist))
         try:
             pairs = neighbours(row, kinds, around)
         except Exception as error:  # contactors without bounds are asked how far they are

@@ -1,13 +1,15 @@
 """Narrow phases of strangers: what they return is looked at, as what laws return is.
 
 A normal that is twice too long halves impulses, one of no length and an infinite gap let bodies fall through each other,
-and a point far from both turns them. The kernels of foreign pairs look at gap and normal of every pair
-(:func:`lmgcpy.contact.meeting.is_sound`); here is what looks at the points, and what names the pair.
+one that points inward holds them together, and a point far from both turns them. The kernels of foreign pairs look at gap
+and normal of every pair (:func:`lmgcpy.contact.meeting.is_sound`); here is what looks at the rest, and what names the pair.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -23,6 +25,9 @@ from lmgcpy.errors import shown, told
 
 PROGRAM = (NameError, AttributeError, TypeError, IndexError)
 """Errors that are faults of the program, whatever the positions are."""
+INWARD = -0.5
+"""Growth of the gap by the way along the normal below which this points inward; it is 1 for normals of distances, -1 for
+their opposites, and 0 on the axis of a cylinder, where a way in any direction narrows the gap."""
 NEAR = 1e-6
 """By how much, in parts of the radius, a contact point may be farther from a contactor than its radius and the gap."""
 
@@ -32,17 +37,23 @@ class NarrowPhaseError(RuntimeError):
 
 
 def check_narrow_phase(kinds: KindPair, contactors: ContactorTable, dimension: int) -> None:
-    """TypeError where a narrow phase fails or returns what it must not in some calls in plain Python, before it is
-    compiled: one contactor of each kind, around each other."""
+    """Call a narrow phase in plain Python before it is compiled: one contactor of each kind, around each other, apart and
+    into each other.
+
+    TypeError where it fails or returns what it must not; ValueError where its normal points inward, which the gap tells: if
+    bodies move apart along n it grows, d gap/d x_c . n = 1 for any gap that is a distance. All samples that are apart must
+    say so, or all that overlap, as n = d / gap changes its sign with the gap.
+    """
     pair = kinds.pair
     ids = [int(np.argmax(mine)) for mine in (kinds.is_candidate, kinds.is_antagonist)]
     sizes = [float(contactors.bounding_radius[k]) for k in ids]
     shapes = [tuple(contactors.shape[k, :size].tolist()) for k, size in zip(ids, kinds.shape_sizes, strict=True)]
     across = sum(size for size in sizes if np.isfinite(size)) or 1.0
-    for angle in (0.3, 2.0, 4.5):
+    growth: dict[bool, list[float]] = {False: [], True: []}
+    for near, angle in product((1.01, 0.9, 0.6, 0.3), (0.3, 2.0, 4.5)):
         there = (
-            1.01 * across * math.cos(angle),
-            1.01 * across * math.sin(angle),
+            near * across * math.cos(angle),
+            near * across * math.sin(angle),
             angle if dimension == 2 else 0.1 * across,
         )
         given: tuple[Any, ...] = there, shapes[0], (0.0, 0.0, 0.0), shapes[1]
@@ -56,6 +67,29 @@ def check_narrow_phase(kinds: KindPair, contactors: ContactorTable, dimension: i
             continue
         if not _is_answer(answer, dimension):
             raise TypeError(f"T{_who(kinds)[1:]} returned {shown(answer)}, expected {_expected(dimension)}.")
+        if is_sound(*answer[:2]):
+            growth[answer[0] < 0.0].append(_growth(pair.narrow, given, answer[1], 1e-3 * across))
+    for overlapping, rates in growth.items():
+        if rates and all(rate < INWARD for rate in rates):
+            where = "overlap" if overlapping else "are apart"
+            raise ValueError(
+                f"T{_who(kinds)[1:]} returned a normal that points inward for contactors that {where}: the gap shrinks if "
+                "the candidate moves along it. It points from the antagonist to the candidate: turn its sign."
+            )
+
+
+def _growth(narrow: Callable, given: tuple[Any, ...], normal: tuple[float, ...], step: float) -> float:
+    """By how much the gap grows where the candidate moves along the normal, by the way; NaN where nothing is known."""
+    position, *others = given
+    gaps = []
+    for way in (-step, step):
+        moved = [x + way * n for x, n in zip(position, normal, strict=False)]
+        try:
+            with np.errstate(all="ignore"):
+                gaps.append(narrow((*moved, *position[len(moved) :]), *others)[0])
+        except Exception:
+            return math.nan
+    return (gaps[1] - gaps[0]) / (2.0 * step)
 
 
 def _who(kinds: KindPair) -> str:

@@ -82,3 +82,10 @@ class Lattice:
                         edges[one] -= np.rint(leaning) * edges[other]
                         again = True
         return edges
+
+
+def chain_course(lattice: Lattice | None, positions: np.ndarray, path: np.ndarray) -> np.ndarray:
+    """Positions along a chain, of the bodies of ``path`` (l + 1,) among these positions (n, d); in a periodic cell each as
+    the image nearest to the one before [m], (l + 1, d)."""
+    points = positions[path]
+    return points if lattice is None else lattice.course(points, lattice.edges(positions))

@@ -235,7 +235,7 @@ class Stepper:
         self._links = LinkStiffness.of(model.chains, model.inverse_mass, model.dimension)
         self._straight_spans = StraightSpans.of(model.chains, model.inverse_mass, model.dimension)
         self._turning_stretch.look_at(model)
-        self._watch.overlap_of_start = None
+        self._watch.follow(model)
         self.state.velocities[model.hidden] = 0.0
         self.state.stale = False
         return sentences

@@ -16,11 +16,13 @@ the laws of a step.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 
 import numpy as np
 
 from lmgcpy.dynamics.assembly import StepProblem
+from lmgcpy.dynamics.displacements import rounded_down
 from lmgcpy.dynamics.energy import Energy
 from lmgcpy.dynamics.model import Model
 
@@ -75,7 +77,7 @@ class Watch:
             )
             for trait in ("rigid", "pull")
         )
-        self._drawn_until = model.drawn_until
+        self.follow(model)
         self._most_made: dict[str, float] = {}
         for law in [row.law for row in model.rows] + [chain.law for chain in model.chains]:
             contact = law.APPLIES_TO == "contact"
@@ -83,11 +85,15 @@ class Watch:
             self._most_made[law.NAME] = most
         self._said: frozenset[str] = frozenset()
         self._stretched = 0
-        self.overlap_of_start: float | None = None
-        """Largest overlap of the first step that is looked at, in parts of the smaller radius; None before it."""
         self.stretch = 0.0
         """Largest part of its reference length by which a rigid link was off at the detection of the last step: a wire too
         long, a rod either way."""
+
+    def follow(self, model: Model) -> None:
+        """Take what changed between two steps."""
+        self._drawn, self._drawn_until = model.drawn, model.drawn_until
+        self.overlap_of_start: float | None = None
+        """Largest overlap of the first step that is looked at, in parts of the smaller radius; None before it."""
 
     def links(self, problem: StepProblem, s: np.ndarray) -> Iterator[str]:
         """Sentences on the links of a step; ``s``: of those whose beads nothing keeps from zigzagging, (L,) or none."""
@@ -108,18 +114,26 @@ class Watch:
         off = self.stretch > STRETCH and data.time >= self._drawn_until
         self._stretched = self._stretched + 1 if off else 0
         at_once = off and self.stretch > AT_ONCE and data.time > 0.0
+        if self.stretch > STRETCH and data.time < self._drawn and self._first("drawn"):
+            way = abs(float(data.gap[i] - data.reference_gap[i]))
+            yield (
+                f"{between(i)} was given a reference length that is off by {way:.3g} m, {100.0 * self.stretch:.3g} % of "
+                f"it: a blow, in which its ends meet it at {way / h:.3g} m/s. Draw it in or let it out by less in a step. "
+                "(Said once.)"
+            )
         if (self._stretched >= RUNNING or at_once) and self._first("stretch"):
             yield (
                 f"{between(i)} is off its reference length of {length[i]:.3g} m by {100.0 * self.stretch:.3g} %: it turns "
                 f"by too much in a step, if steps are solved. A time step of "
-                f"{h * np.sqrt(0.5 * STRETCH / self.stretch):.2g} s would do. (Said once.)"
+                f"{rounded_down(h * math.sqrt(0.5 * STRETCH / self.stretch))} s would do. (Said once.)"
             )
         i = int(np.argmax(s)) if len(s) else 0
         if len(s) and s[i] > RESOLVED and self._first("zigzag"):
             yield (
                 f"{between(i)} has more tension than the step resolves across its wire: 4 h^2 T/(m l) is {s[i]:.3g}, and "
-                f"beads zigzag from {RESOLVED:g} on. A time step of {0.9 * h * np.sqrt(RESOLVED / s[i]):.2g} s would do, "
-                "or geometric_stiffness=True. (Said once.)"
+                f"beads zigzag from {RESOLVED:g} on. A time step of "
+                f"{rounded_down(0.9 * h * math.sqrt(RESOLVED / s[i]))} s would do, or geometric_stiffness=True. "
+                "(Said once.)"
             )
 
     def overlaps(self, problem: StepProblem) -> Iterator[str]:
@@ -143,8 +157,8 @@ class Watch:
         yield (
             f"In the step from t = {data.time:g} s bodies {system.candidate[i]} and {system.antagonist[i]} overlap by "
             f"{-data.gap[i]:.3g} m, {100.0 * deepest:.3g} % of the smaller radius: a step saw them late, or what "
-            f"the tolerance left has added up. A time step of {0.5 * data.time_step:.2g} s, or a tenth of the solver's "
-            "tolerance or slip, would leave less. (Said once.)"
+            f"the tolerance left has added up. A time step of {rounded_down(0.5 * data.time_step)} s, or a tenth of the "
+            "solver's tolerance or slip, would leave less. (Said once.)"
         )
 
     def jerk(self, problem: StepProblem, gap: np.ndarray, energy: Energy, thrust: Callable[[], float]) -> Iterator[str]:
@@ -170,8 +184,8 @@ class Watch:
             f"{100.0 * taken / energy.turned:.3g} % of all energy turned over, most the link between bodies "
             f"{system.candidate[i]} and {system.antagonist[i]}: a jerk without rebound. Light bodies between heavy ones "
             "would hand it back, but the step does not resolve how they turn their links. A time step of "
-            f"{h * JERK / turning[work < 0.0].max():.2g} s would do; of a thread that is thrown taut no rebound may be "
-            "what is meant. (Said once.)"
+            f"{rounded_down(h * JERK / turning[work < 0.0].max())} s would do; of a thread that is thrown taut no rebound "
+            "may be what is meant. (Said once.)"
         )
 
     def energy(
@@ -193,7 +207,8 @@ class Watch:
             yield (
                 f"Until t = {time:g} s {maker} have made {made:.3g} J out of nothing, "
                 f"{100.0 * made / energy.turned:.3g} % of all energy turned over. See whether a time step of "
-                f"{0.5 * time_step:.2g} s, or a solver with a smaller tolerance, does the same. (Said once of each law.)"
+                f"{rounded_down(0.5 * time_step)} s, or a solver with a smaller tolerance, does the same. "
+                "(Said once of each law.)"
             )
 
     def _first(self, what: str) -> bool:

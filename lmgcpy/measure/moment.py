@@ -54,13 +54,6 @@ class Moment:
         """Which bodies are hidden, (n,) bool."""
         return self.source.model.hidden if isinstance(self.source, Stepper) else self.source.hidden(self.number)
 
-    def course(self, path: np.ndarray, positions: np.ndarray | None = None) -> np.ndarray:
-        """Positions along a chain of bodies [m], (l + 1, d), each as the image nearest to the one before; those of now, or
-        of other ``positions`` of the bodies (n, d)."""
-        positions = self.positions if positions is None else positions
-        points = positions[path]
-        return points if self.lattice is None else self.lattice.course(points, self.lattice.edges(positions))
-
     @property
     def reference_gaps(self) -> np.ndarray:
         """Of the links of all chains, as they were then [m], (l,)."""

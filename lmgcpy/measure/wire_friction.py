@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.contact.lattice import Lattice
+from lmgcpy.contact.lattice import Lattice, chain_course
 from lmgcpy.errors import named_arguments, whole
 from lmgcpy.measure.contact_forces import contact_forces
 from lmgcpy.measure.contact_kinds import SLIDING, sliding
@@ -212,7 +212,7 @@ def _beads(now: Moment, positions: np.ndarray) -> dict[str, np.ndarray]:
     }
     first = 0
     for k, path in enumerate(chain_paths(now)):
-        course = now.course(path, positions)
+        course = chain_course(now.lattice, positions, path)
         count, closed = len(path) - 1, len(path) > 1 and path[0] == path[-1]
         branch = np.diff(course, axis=0)
         length, pulls = np.linalg.norm(branch, axis=1), links.taut[first : first + count]

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lmgcpy.contact.lattice import chain_course
 from lmgcpy.errors import named_arguments
 from lmgcpy.measure.moment import Moment, Source, moment
 from lmgcpy.measure.table import Table
@@ -59,7 +60,7 @@ def wire_links(sim: Source, *, frame: int | None = None) -> WireLinks:
 def links_of(now: Moment) -> WireLinks:
     """The links of a moment."""
     scene, chain, pairs = now.scene, *chain_pairs(now)
-    courses = [now.course(path) for path in chain_paths(now)]
+    courses = [chain_course(now.lattice, now.positions, path) for path in chain_paths(now)]
     branch = np.concatenate([np.zeros((0, now.positions.shape[1])), *(np.diff(course, axis=0) for course in courses)])
     length = np.linalg.norm(branch, axis=1)
     radius = np.asarray(scene["bodies"]["link_radius"], dtype=float)

@@ -69,8 +69,8 @@ class Chain:
         self.parameters = self._of_each_link(parameters)
         self._refuse_no_length(self.start_gaps, "starts with no distance", "move one of them")
         self._refuse_no_length(self.reference_gaps, "has no length at its reference", "give a larger reference_gap")
-        if not settled:
-            self._refuse_blows()
+        self._settled = settled
+        self.check_start()
 
     def _of_each_link(self, parameters: Mapping[str, Any] | None) -> dict[str, np.ndarray]:
         """Parameters of the law that differ from link to link, (links,) each."""
@@ -140,8 +140,9 @@ class Chain:
         """Reference gaps [m], (links,), a copy. They may be set, to one number or to one a link, also between the steps of
         a simulation: a winch draws a rope in by a little in every step.
 
-        A rigid link follows at once: drawn in by s before a step of h, its ends approach by s/h. It must keep a length, and
-        does not relax (ValueError).
+        A rigid link follows at once: drawn in by s before a step of h, its ends approach by s/h; the run warns if s is more
+        than a tenth of its length. It must keep a length, and does not relax (ValueError). Before the simulation is made, a
+        rigid link that would begin with a blow is refused as by :meth:`Scene.chain`.
         """
         return self.reference_gaps.copy()
 
@@ -158,6 +159,8 @@ class Chain:
         self._refuse_no_length(wanted, "would have no length at its reference", "give a larger gap")
         if self._cell is not None:
             self.check_cell(self._cell, wanted)
+        if self._keep is None:
+            self._refuse_blows(wanted, wanted != self.reference_gaps)
         self._as_built = False
         one = len(set(wanted.tolist())) == 1
         for link, gap in [(-1, float(wanted[0]))] if one else list(enumerate(wanted.tolist())):
@@ -204,18 +207,26 @@ class Chain:
                 f"Link {i} of the chain {what} between the centres of {a!r} and {b!r}, {lengths[i]:g} m: {remedy}."
             )
 
-    def _refuse_blows(self) -> None:
+    def check_start(self) -> None:
+        """ValueError for a rigid link that is off its reference where its bodies are now, in a scene that is written."""
+        if not self._settled:
+            self._refuse_blows(self.reference_gaps, np.ones(len(self.reference_gaps), dtype=bool))
+
+    def _refuse_blows(self, gaps: np.ndarray, given: np.ndarray) -> None:
+        """Refuse rigid links that are off one of these reference gaps (links,) at the start, of those that are ``given`` it
+        now (links,)."""
         if "rigid" not in self.law.TRAITS or self.relaxation > 0.0:
             return
-        excess = self.start_gaps - self.reference_gaps
+        start = self.lengths() - self.radius_sums
+        excess = np.where(given, start - gaps, 0.0)
         if "pull" not in self.law.TRAITS:
             excess = np.abs(excess)
         i = int(np.argmax(excess))
-        if excess[i] > BLOW * (self.reference_gaps[i] + self.radius_sums[i]):
+        if excess[i] > BLOW * (gaps[i] + self.radius_sums[i]):
             a, b = self._pairs()[i]
             raise ValueError(
-                f"Link {i} of the chain, between {a!r} and {b!r}, has a gap of {self.start_gaps[i]:g} m where its "
-                f"reference is {self.reference_gaps[i]:g} m: a rigid link would pull it right with a blow. Move the "
+                f"Link {i} of the chain, between {a!r} and {b!r}, has a gap of {start[i]:g} m where its "
+                f"reference is {gaps[i]:g} m: a rigid link would pull it right with a blow. Move the "
                 "bodies, give reference_gap=None (as built), or draw it in slowly with relaxation= [s]."
             )
 

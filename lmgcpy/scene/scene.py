@@ -413,6 +413,7 @@ class Scene:
             check_answers(law, self.dimension)
         for chain in self.chains:
             check_answers(chain.law, self.dimension)
+            chain.check_start()
         if self._cell is not None:
             self._cell.check()
             for chain in self.chains:
@@ -492,7 +493,7 @@ class Scene:
         simulation calls it between steps."""
         if len(self.bodies) > len(model.mass):
             assert self._state is not None
-            return replace(self._model(self._state.time), start=self._state)
+            return replace(self._model(self._state.time), start=self._state, drawn=self._drawn(model))
         velocities, forces, inverse_mass, hidden = self._conditions(model.mass)
         return replace(
             model,

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from lmgcpy.contact.lattice import chain_course
 from lmgcpy.view.boundary import cell_outline, cylinder_polygons, edges, polylines, wall_polygons
 from lmgcpy.view.cutting import clip, reaching, section, within
 from lmgcpy.view.drawing import Balls, Drawing, Paint, Tubes, in_space, rgb
@@ -184,7 +185,7 @@ def _wires(snap: Snapshot, style: Style, wrong: np.ndarray, legend: list[tuple[s
     else:
         paint = Paint(WIRE)
         legend.append(("wire", WIRE))
-    courses = [snap.course(chain) for chain in snap.chains]
+    courses = [chain_course(snap.lattice, snap.positions, chain.path) for chain in snap.chains]
     starts, ends = (np.concatenate([course[part] for course in courses]) for part in (np.s_[:-1], np.s_[1:]))
     tubes = Tubes(in_space(starts), in_space(ends), thickness, paint)
     red = np.zeros(len(a), dtype=bool)

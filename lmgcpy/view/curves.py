@@ -32,7 +32,8 @@ SUFFIXES = (".png", ".svg", ".pdf")
 
 @named_arguments
 def plot(runs: Run | Sequence[Run], path: str | os.PathLike, *, what: str = "reaction") -> Path:
-    """Draw curves of one run or of several, which ``lmgcpy.io.open_run`` opened, into a PNG, SVG or PDF file.
+    """Draw curves of one run or of several, which ``lmgcpy.io.open_run`` opened, into a PNG, SVG or PDF file. A
+    file of that name is replaced, as by :func:`render`.
 
     ``what``:
 

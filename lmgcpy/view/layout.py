@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from lmgcpy.contact.lattice import chain_course
 from lmgcpy.errors import named_arguments, number
 from lmgcpy.view.snapshot import Snapshot, snapshot
 
@@ -151,7 +152,7 @@ def long_links_of(snap: Snapshot, excess: float) -> np.ndarray:
     rows = [np.zeros(0, dtype=LINK)]
     for number_of_chain, chain in enumerate(snap.chains):
         a, b = chain.path[:-1], chain.path[1:]
-        length = np.linalg.norm(np.diff(snap.course(chain), axis=0), axis=1)
+        length = np.linalg.norm(np.diff(chain_course(snap.lattice, snap.positions, chain.path), axis=0), axis=1)
         over = length / chain.reference - 1.0
         link = np.flatnonzero(over > excess)
         row = np.zeros(len(link), dtype=LINK)

@@ -50,7 +50,8 @@ def render(
     ``source``: a Scene, a Simulation, or a run that ``lmgcpy.io.open_run`` opened, of which ``frame`` is shown, by default
     the last (negative: from the end). A ``path`` that ends in .gif or .mp4 shows all frames of a run, or those of a
     ``range`` that is given as ``frame``, ``frames_per_second`` of them. In .pdf and .svg words and scales are lines that
-    can be edited, and bodies are pixels. Returns the path.
+    can be edited, and bodies are pixels. A file of that name is replaced, as by ``savefig``: a picture can be drawn again,
+    which a run cannot. Returns the path.
 
     ``what``, by default "layout" of a scene and "grains" of the others:
 

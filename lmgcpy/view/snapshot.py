@@ -140,11 +140,6 @@ class Snapshot:
             found.append(ChainLinks(path, gap + radius[path[:-1]] + radius[path[1:]]))
         return found
 
-    def course(self, chain: ChainLinks) -> np.ndarray:
-        """Positions along a chain [m], (l + 1, d); in a periodic cell each as the image nearest to the one before."""
-        points = self.positions[chain.path]
-        return points if self.lattice is None else self.lattice.course(points, self.edges)
-
     @cached_property
     def link_count(self) -> int:
         """Number of links of all chains, which are the first interactions."""

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from segment import Segment
 
 import lmgcpy as lm
-from lmgcpy.contact.contactor_pairs import _pairs, disk_disk, disk_wall
+from lmgcpy.contact.contactor_pairs import _pairs, disk_disk, disk_wall, known_pairs
+from lmgcpy.contact.foreign_pairs import check_narrow_phase
+from lmgcpy.contact.neighbours import KindPair
 
 NEAR = 0.0005
 
@@ -75,6 +79,11 @@ AT_ONCE = {
 }
 
 
+def inward(sign):
+    """The normal of :func:`off_centre`, by the sign of the gap."""
+    return off_centre(lambda g, x, y, p, q: (g, sign(g) * x, sign(g) * y, p, q))
+
+
 def scene(narrow, monkeypatch, flipped=False, space=False):
     """A disk of 1 kg a millimetre above something round of radius 1 m that meets it so."""
     kind = "test-odd"
@@ -117,6 +126,53 @@ def test_an_answer_of_a_wrong_shape_is_named_before_it_is_compiled(what, monkeyp
     narrow, words = AT_ONCE[what]
     with pytest.raises(TypeError, match=r"The narrow phase disk-test-odd \(.*\) .*" + words):
         lm.Simulation(scene(narrow, monkeypatch), time_step=1e-3).step()
+
+
+@pytest.mark.parametrize("flipped", [False, True])
+@pytest.mark.parametrize(
+    ("sign", "where"),
+    [(lambda g: -1.0, "are apart"), (lambda g: math.copysign(1.0, g), "overlap")],
+    ids=["always", "of overlaps"],
+)
+def test_a_normal_that_points_inward_is_named_before_it_is_compiled(sign, where, flipped, monkeypatch):
+    """Of length one, so that nothing else finds it: bodies would be held together. n = d / gap does so in overlaps."""
+    words = rf"The narrow phase .* returned a normal that points inward for contactors that {where}: .* turn its sign"
+    with pytest.raises(ValueError, match=words):
+        lm.Simulation(scene(inward(sign), monkeypatch, flipped), time_step=1e-3).step()
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_no_pair_of_lmgcpys_own_is_taken_for_inward(seed):
+    """Nor a capsule: shapes by chance, sizes over six octaves, either order."""
+    random = np.random.default_rng(seed)
+
+    def direction(size):
+        given = random.normal(size=size)
+        return tuple(given / np.linalg.norm(given))
+
+    radius = lambda: (2.0 ** random.uniform(-3.0, 3.0),)  # noqa: E731
+    shapes = {
+        "disk": radius,
+        "sphere": radius,
+        "wall": lambda: direction(2),
+        "plane": lambda: direction(3),
+        "cylinder": lambda: (*direction(3), *radius()),
+        Segment.KIND: lambda: (*radius(), *radius()),
+    }
+    flat = ("disk", "wall", Segment.KIND)
+    own = [pair for pair in known_pairs() if pair[0] in shapes and pair[1] in shapes]
+    assert len(own) >= 6
+    for pair in own:
+        for kinds in (pair, pair[::-1]):
+            given = [shapes[kind]() for kind in kinds]
+            table = SimpleNamespace(
+                shape=np.array([[*shape, *[0.0] * (4 - len(shape))] for shape in given]),
+                bounding_radius=np.array([sum(s) if k in ("disk", "sphere", Segment.KIND) else math.inf
+                                          for k, s in zip(kinds, given, strict=True)]),
+            )  # fmt: skip
+            first = np.array([True, False])
+            asked = KindPair(*kinds, first, ~first, (len(given[0]), len(given[1])))
+            check_narrow_phase(asked, table, 2 if kinds[0] in flat else 3)
 
 
 def test_a_sound_one_carries_the_disk(monkeypatch):

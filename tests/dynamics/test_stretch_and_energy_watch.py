@@ -42,6 +42,13 @@ def test_a_wire_that_goes_wrong_says_so_once_each():
     assert sim.energy.made > 0.25 * sim.energy.turned
 
 
+def test_a_step_that_is_advised_is_not_longer_than_one_that_would_do():
+    """Half of 1.9999 ms is 0.99995 ms, in two digits 1 ms, which is longer."""
+    sentences = said(jerked(1.0, 1.9999e-3, geometric_stiffness=False), duration=0.3)
+    (sentence,) = (each for each in sentences if "out of nothing" in each)
+    assert re.search(r"time step of ([\d.e-]+) s", sentence).group(1) == "0.00099"
+
+
 def test_zigzag_is_said_of_links_beyond_what_the_step_resolves():
     """From s = 4 on, with s as a number. The step that is named is right for the tension of that step."""
     sentences = said(jerked(1e-2, 1e-3, geometric_stiffness=False), duration=0.3)

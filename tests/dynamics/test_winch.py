@@ -79,6 +79,58 @@ def test_the_stiffness_of_a_rope_is_that_of_its_length_now():
     assert -load.position[1] - 0.5 == pytest.approx(MASS * G * 0.5 / 1e5, rel=1e-3)
 
 
+LAWS = [lm.RigidWire(), lm.RigidRod()]
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_a_rigid_link_does_not_begin_off_its_length(law):
+    """Refused as it is where the chain is made; a wire may be let out, and is slack then."""
+    scene = lm.Scene(dimension=2)
+    beads = [scene.add(lm.disk(radius=0.01, position=(0.03 * i, 0.0), mass=0.1)) for i in range(3)]
+    chain = scene.chain(beads, law)
+    with pytest.raises(ValueError, match=r"Link 1 of the chain, .* a rigid link would pull it right with a blow"):
+        chain.reference_gap = [0.01, 0.0099]
+    np.testing.assert_allclose(chain.reference_gap, 0.01, rtol=1e-12)
+    if law is LAWS[0]:
+        chain.reference_gap = 0.02
+    else:
+        with pytest.raises(ValueError, match="with a blow"):
+            chain.reference_gap = 0.02
+    beads[2].position[0] = 0.1
+    with pytest.raises(ValueError, match="with a blow"):
+        lm.Simulation(scene, time_step=H)
+
+
+@pytest.mark.parametrize("steps", [0, 3])
+@pytest.mark.parametrize("law", LAWS)
+def test_a_blow_between_steps_is_told_with_its_speed(law, steps, recwarn):
+    """s/h: 200 m/s for 0.2 m in a step of 1 ms. It is said from a tenth of the length on; the energy is work of what draws,
+    not made."""
+    sim, chain, _ = simulation(law)
+    sim.scene.gravity = (0.0, 0.0)
+    sim.run(steps=steps)
+    chain.reference_gap = chain.reference_gap - 0.09 * LENGTH
+    sim.step()
+    assert not recwarn.list
+    chain.reference_gap = chain.reference_gap - 0.2 * LENGTH
+    words = r"off by 0\.2\d* m, 2\d\.?\d* % of it: a blow, in which its ends meet it at 2\d\d m/s"
+    with pytest.warns(RuntimeWarning, match=words):
+        sim.step()
+    assert sim.energy.made == 0.0
+
+
+def test_a_gap_that_is_set_beside_a_body_that_is_added_makes_no_energy():
+    """As beside none: the work of the winch is no energy out of nothing. Before, it was so for this step."""
+    sim, chain, load = simulation(lm.RigidWire())
+    sim.run(steps=3)
+    chain.reference_gap = chain.reference_gap - 1e-3
+    sim.scene.add(lm.disk(radius=0.01, position=(5.0, 0.0), mass=1.0))
+    sim.step()
+    assert load.velocity[1] == pytest.approx(1e-3 / H, rel=0.1)
+    assert sim.energy.made == 0.0
+    assert sim.energy.made_by_law == {}
+
+
 def test_wrong_gaps_change_nothing():
     sim, chain, _ = simulation(lm.RigidWire(), 3)
     sim.run(steps=1)

@@ -6,6 +6,7 @@ it is a process of its own, as libraries may bring theirs down.
 
 import ast
 import errno
+import inspect
 import os
 import stat
 import textwrap
@@ -22,6 +23,48 @@ resource = pytest.importorskip("resource")
 
 def text_of(path):
     return Path(path).read_text(encoding="utf-8")
+
+
+READ = ("open_run", "read", "take_up", "compare")
+
+
+def test_a_file_that_exists_is_replaced_by_force_or_its_call_says_so(tmp_path):
+    """Data are written over with ``force=True`` only; pictures are drawn again, as the docstrings say."""
+    public = [
+        getattr(room, name)
+        for room in (lm.io, lm.io.fclib, lm.view)
+        for name in dir(room)
+        if getattr(getattr(room, name), "__module__", "").startswith(room.__name__) and callable(getattr(room, name))
+    ]
+    writers = {each.__name__: each for each in [*public, lm.Simulation.run] if each.__name__ not in READ}
+    writers = {name: each for name, each in writers.items() if {"path", "folder", "record"} & set(given(each))}
+    del writers["Run"]
+    assert set(writers) >= {"export_csv", "export_vtk", "write", "run", "render", "plot"}
+    asking = {name for name, each in writers.items() if "force" in given(each) and given(each)["force"].default is False}
+    saying = {name for name, each in writers.items() if "A file of that name is replaced" in " ".join(each.__doc__.split())}
+    assert asking ^ saying == set(writers)
+    scene = lm.Scene(dimension=2)
+    scene.add(lm.disk(radius=1.0, position=(0, 0), mass=1.0))
+    sim, path = lm.Simulation(scene, time_step=1.0), tmp_path / "a.png"
+    with pytest.raises(FileExistsError):
+        sim.run(steps=1, record=existing(tmp_path / "run.h5"))
+    sim.run(steps=1, record=tmp_path / "new.h5")
+    with lm.io.open_run(tmp_path / "new.h5") as run:
+        lm.view.plot(run, existing(path), what="energy")
+        with pytest.raises(FileExistsError):
+            lm.io.export_csv(run, tmp_path)
+    assert path.read_bytes()[:4] == b"\x89PNG"
+    with pytest.raises(FileExistsError):
+        lm.io.fclib.write(sim.problem(), existing(tmp_path / "problem.h5"))
+
+
+def given(function):
+    return inspect.signature(function).parameters
+
+
+def existing(path):
+    path.write_text("mine")
+    return path
 
 
 # ---------------------------------------------------------------------------------------------------------- the one way
@@ -172,13 +215,15 @@ def other_ways(source):
 
 
 def test_no_other_way_is_used():
-    """But for run files, which grow: theirs is made under another name, in ``run_file``, and named by ``writing``."""
+    """But for files that grow: run files are made under another name, in ``run_file``, and named by ``writing``, and the
+    list of a study's runs gets lines."""
     package = Path(lm.__file__).parent
     ways = {source.relative_to(package).as_posix(): other_ways(source) for source in package.rglob("*.py")}
     found = {name: calls for name, calls in ways.items() if calls}
     assert found.pop("writing.py") == ["os.replace"]
     assert found.pop("io/run_file/creation.py") == ["Path(path).write_bytes"]
     assert found.pop("io/run_file/mending.py") == ["Path(copied).write_bytes"]
+    assert found.pop("experiment/study/folder.py") == ["self.file.open"]
     assert not found
 
 
@@ -315,6 +360,7 @@ def test_a_study_that_finds_no_room_leaves_the_former_one(tmp_path):
         kept = StudyFolder(folder, Study)
         kept.begin(Study("first"))
         run().close()
+        kept.run_names.enter("one", kept.run_file("one"))
         os.replace(folder / "run.h5", kept.run_file("one"))
         kept.summary.write_text("done")
         refused(kept.study_file, lambda: kept.begin(Study("second" * 1000)), 500)

@@ -26,6 +26,10 @@ class Campaign(CampaignDescription):
     ``over`` gives lists of values by parameter, all of whose combinations are cases, the last parameter changing fastest;
     ``cases`` lists further ones, each a mapping; ``fixed`` gives parameters that all cases have.
 
+    ``case_timeout``: a case that takes longer [s] is killed and has failed, None for no such limit. Each case is then done
+    in a process of its own, whose start, a few seconds, counts. It is no part of what the campaign computes: a campaign may
+    go on with another one.
+
     Raises TypeError and ValueError with a sentence where the work has no such parameter, or where there is no case, or one
     twice.
     """

@@ -11,12 +11,13 @@ from multiprocessing import current_process
 from typing import Any
 
 from lmgcpy.errors import flag, whole
+from lmgcpy.experiment.campaign.alone import do_case_within
 from lmgcpy.experiment.campaign.description import CampaignCase, CampaignDescription
 from lmgcpy.experiment.campaign.folder import CampaignFolder
 from lmgcpy.experiment.campaign.progress import ProgressView
 from lmgcpy.experiment.campaign.results import FAILED, TO_COME, CampaignResults, CaseResult
 from lmgcpy.experiment.campaign.work import Order, do_case
-from lmgcpy.experiment.campaign.workers import DEATHS, Cluster, Processes, Workers, has_dask, processors
+from lmgcpy.experiment.campaign.workers import DEATHS, GUARD, WORKER, Cluster, Processes, Workers, has_dask, processors
 from lmgcpy.simulation.interrupt import between_steps
 from lmgcpy.version import versions
 
@@ -42,20 +43,18 @@ def carry_out(
 
     The cases go to ``workers`` processes of this machine, by default as many as it has processors; or to the Dask cluster
     of a ``client``, or of the ``scheduler`` at an address or in a file. With Dask installed the processes are its own, else
-    those of ``concurrent.futures``; the results are the same bits. A case that fails is recorded with its error; one whose
-    worker dies is done again, from its run files if the worker sees the folder. ``resume`` does what is to come, and again
-    what has failed. ``progress`` shows the running cases on a terminal. Ctrl-C (KeyboardInterrupt) ends the runs between
-    two steps.
+    those of ``concurrent.futures``; the results are the same bits. A case that fails is recorded with its error, and so is
+    one that is killed at the end of the ``case_timeout``; one whose worker dies is done again, from its run files if the
+    worker sees the folder. ``resume`` does what is to come, and again what has failed.
+    ``progress`` shows the running cases on a terminal. Ctrl-C (KeyboardInterrupt) ends the runs between two steps.
 
     Raises FileExistsError, FileNotFoundError and ValueError as :meth:`CampaignFolder.begin`, BlockingIOError where another
     campaign works in the folder, ConnectionError where no scheduler answers, RuntimeError where workers have another
     version of lmgcpy.
     """
     if getattr(current_process(), "_inheriting", False):  # a worker imports the script that has begun it
-        raise SystemExit(
-            "The script begins a campaign where it is imported, as by each worker: put the call under "
-            "if __name__ == '__main__':"
-        )
+        said = WORKER in os.environ  # by the one who began the worker
+        raise SystemExit(1 if said else f"The script begins a campaign where it is imported, as by each worker: {GUARD}")
     flag(resume, "resume")
     flag(force, "force")
     flag(progress, "progress")
@@ -73,7 +72,7 @@ def carry_out(
         if to_come:
             view = ProgressView(folder, cases, done, progress)
             with _team(workers, client, scheduler, scheduler_file) as team, view:
-                _carry_out(to_come, folder, team, view)
+                _carry_out(to_come, folder, team, view, campaign.case_timeout)
     return folder.results(cases)
 
 
@@ -96,11 +95,13 @@ def _team(workers: int | None, client: Any, scheduler: str | None, file: str | N
         team.close()
 
 
-def _carry_out(cases: list[CampaignCase], folder: CampaignFolder, team: Workers, view: ProgressView) -> None:
+def _carry_out(
+    cases: list[CampaignCase], folder: CampaignFolder, team: Workers, view: ProgressView, limit: float | None
+) -> None:
     """Do the cases; those that Ctrl-C ends are to come."""
     try:
         with between_steps() as pressed:
-            _Round(cases, folder, team, view).go(pressed)
+            _Round(cases, folder, team, view, limit).go(pressed)
             if pressed():
                 raise KeyboardInterrupt
     except BaseException:
@@ -111,8 +112,11 @@ def _carry_out(cases: list[CampaignCase], folder: CampaignFolder, team: Workers,
 class _Round:
     """The cases under way, and those that wait for a worker."""
 
-    def __init__(self, cases: list[CampaignCase], folder: CampaignFolder, team: Workers, view: ProgressView):
-        self._folder, self._team, self._view = folder, team, view
+    def __init__(
+        self, cases: list[CampaignCase], folder: CampaignFolder, team: Workers, view: ProgressView, limit: float | None
+    ):
+        """``limit``: time that a case may take, None for any [s]."""
+        self._folder, self._team, self._view, self._limit = folder, team, view, limit
         self._queue = deque(cases)
         self._running: dict[Any, CampaignCase] = {}
         self._deaths: dict[str, int] = {}
@@ -123,13 +127,19 @@ class _Round:
         while self._running or (self._queue and not pressed()):
             while self._may_begin() and not pressed():
                 case = self._queue.popleft()
-                self._running[self._team.submit(do_case, Order(case, self._campaign, self._here))] = case
+                self._running[self._begun(Order(case, self._campaign, self._here))] = case
             ended = self._team.wait(list(self._running), LOOK)
             if pressed():
                 self._folder.stop()  # cases that no worker has begun end at once
             for future in ended:
                 self._end(self._running.pop(future), future)
             self._view.look()
+
+    def _begun(self, order: Order) -> Any:
+        """The future of a case that a worker is to do: by itself, or in a process that it kills if time is limited."""
+        if self._limit is None:
+            return self._team.submit(do_case, order)
+        return self._team.submit(do_case_within, order, self._limit)
 
     def _may_begin(self) -> bool:
         """Whether the next case may be given to the workers now."""

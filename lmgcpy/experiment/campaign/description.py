@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from lmgcpy.errors import closest, named_arguments, shown
+from lmgcpy.errors import closest, named_arguments, number, shown
 from lmgcpy.experiment.campaign.words import in_words
 from lmgcpy.experiment.study.engine import Study
 
@@ -49,10 +49,13 @@ class CampaignDescription:
     over: Mapping[str, Iterable[Any]] = field(default_factory=dict)
     cases: Sequence[Mapping[str, Any]] = ()
     fixed: Mapping[str, Any] = field(default_factory=dict)
+    case_timeout: float | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.work, Study) and not inspect.isfunction(self.work):
             raise TypeError(f"A campaign is of a study, or of a function of a module, got {shown(self.work)}.")
+        if self.case_timeout is not None:
+            object.__setattr__(self, "case_timeout", number(self.case_timeout, "case_timeout", above=0.0, unit="s"))
         if not isinstance(self.over, Mapping) or not isinstance(self.fixed, Mapping):
             raise TypeError("over and fixed of a campaign are mappings of parameters, as in over={'seed': range(5)}.")
         fixed = {name: _plain(value, name) for name, value in self.fixed.items()}
@@ -99,7 +102,7 @@ class CampaignDescription:
         return CampaignCase(name, own, self.work, given)
 
     def described(self) -> dict[str, Any]:
-        """The description that a folder keeps: plain words, numbers and lists."""
+        """The description that a folder keeps: plain words, numbers and lists. The case_timeout may change on the way."""
         fields: dict[str, Any] = {}
         named: Any = self.work
         if isinstance(self.work, Study):
@@ -175,4 +178,3 @@ def is_text(word: str) -> bool:
 
 def _listed(value: Any) -> Any:
     return [_listed(item) for item in value] if isinstance(value, tuple) else value
-

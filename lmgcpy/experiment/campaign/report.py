@@ -29,7 +29,7 @@ ON_INTERVALS = (
 def write_report(results: CampaignResults, folder: Path) -> list[Path]:
     """Write ``report.md`` and the figures of the curves into a folder, which is made if it is missing; returns the files.
 
-    The campaign may still be under way.
+    The campaign may still be under way; files of a former report are replaced.
     """
     report = ReportFolder(folder)
     report.file("report.md")  # the first of the files, though it is written last: it shows the figures

@@ -44,7 +44,7 @@ def write_tables(results: CampaignResults, folder: Path) -> list[Path]:
     """Write ``cases.parquet`` and ``curves.parquet`` into a folder, which is made if it is missing; returns the files.
 
     Names of columns have no unit; it is in the metadata of the field, ``{"unit": "Pa"}``. Without pyarrow the tables are
-    ``cases.csv`` and ``curves.csv``, with the units in the headings.
+    ``cases.csv`` and ``curves.csv``, with the units in the headings. Former tables are replaced.
     """
     folder = make_folder(folder)
     tables = {"cases": cases_table(results.cases), "curves": curves_table(results.cases)}

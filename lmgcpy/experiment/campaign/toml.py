@@ -1,6 +1,7 @@
 """A campaign in a TOML file.
 
     study = "texsol-3d"            # or "texsol", "column", or "module:function" of one's own
+    case_timeout = 3600            # a case that takes longer is killed and has failed [s]; no limit without it
 
     [fixed]                        # parameters of all cases
     grain_count = 800
@@ -31,7 +32,7 @@ from lmgcpy.io.untrusted import regular_file
 
 STUDIES: dict[str, Any] = {"texsol": Study2D, "texsol-3d": Study3D, "column": ColumnStudy}
 """Studies by the words for them."""
-KEYS = ("study", "fixed", "over", "cases")
+KEYS = ("study", "case_timeout", "fixed", "over", "cases")
 
 
 def read_campaign(path: str | os.PathLike) -> Campaign:

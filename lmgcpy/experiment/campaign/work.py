@@ -36,6 +36,11 @@ class Order:
     versions: dict[str, str]
     """Of the one who ordered."""
 
+    @property
+    def progress_file(self) -> Path:
+        """Where the case tells how far it is."""
+        return Path(self.campaign) / "cases" / f"{self.case.name}.progress"
+
 
 class Told:
     """Stages of a case, told in a file that the campaign reads: {"stage": ..., "done": ..., "total": ...}."""
@@ -80,7 +85,7 @@ def do_case(order: Order) -> CaseResult:
     campaign = Path(order.campaign)
     seen = (campaign / "campaign.json").exists()
     folder = campaign / "cases" / case.name if seen else None
-    told = Told(campaign / "cases" / f"{case.name}.progress" if seen else None)
+    told = Told(order.progress_file if seen else None)
     stop = campaign / ".stop"
 
     def stopped() -> bool:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import asyncio
+import json
 import logging
 import os
 import signal
@@ -12,9 +14,11 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, ProcessPoolExecutor, wait
 from contextlib import contextmanager
 from multiprocessing import get_context
+from pathlib import Path
 from typing import Any
 
 from lmgcpy.errors import shown
+from lmgcpy.io.untrusted import regular_file
 from lmgcpy.version import versions
 
 ANSWER = 8.0
@@ -23,8 +27,12 @@ GONE = 30.0
 """Workers of this machine that have died come back within so long [s]."""
 DEATHS = 4
 """A case is given up over which so many workers have died, the last one while it did no other case."""
-ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-"""Variables that give a worker one thread for linear algebra: there are as many workers as processors."""
+WORKER = "LMGCPY_CAMPAIGN_WORKER"
+"""Variable that the workers of this machine have."""
+ENVIRONMENT = (WORKER, "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+"""Variables that are 1 for them: one thread for linear algebra, as there are as many workers as processors."""
+GUARD = "put the call under if __name__ == '__main__':"
+"""What a script that begins a campaign is to do."""
 
 
 class Workers(ABC):
@@ -56,9 +64,13 @@ class Processes(Workers):
     def __init__(self, count: int):
         self.count = count
         self._pool = self._begun()
+        try:
+            self._pool.submit(os.getpid).result()
+        except BrokenExecutor as error:
+            raise _did_not_start(error) from None
 
     def _begun(self) -> ProcessPoolExecutor:
-        with _one_thread_each():
+        with _environment():
             pool = ProcessPoolExecutor(self.count, get_context("spawn"), initializer=_deaf)
             for _ in range(self.count):  # processes begin when they are needed, and take the environment of then
                 pool.submit(os.getpid)
@@ -105,7 +117,7 @@ class Cluster(Workers):
         from lmgcpy.experiment.campaign.own_worker import OwnWorker
 
         try:
-            with _one_thread_each():
+            with _environment(), _silent("distributed"):
                 cluster = LocalCluster(
                     n_workers=count,
                     threads_per_worker=1,
@@ -117,10 +129,7 @@ class Cluster(Workers):
                     silence_logs=logging.CRITICAL,
                 )
         except RuntimeError as error:
-            raise RuntimeError(
-                f"The workers on this machine did not start ({error}). They import the script that begins a campaign: put "
-                "the call under if __name__ == '__main__': there."
-            ) from None
+            raise _did_not_start(error) from None
         client = Client(cluster, set_as_default=False)
         cluster.sync(_close_pages, cluster.scheduler)
         client.register_plugin(OwnWorker())
@@ -131,16 +140,19 @@ class Cluster(Workers):
         """Those of a scheduler at an address, or in the file that it has written; ConnectionError where nobody answers."""
         from distributed import Client
 
-        where = f"'{address}'" if address else f"the address in '{file}'"
-        given = {"address": address, "scheduler_file": file, "timeout": ANSWER, "set_as_default": False}
+        address = address or _address_in(str(file))
+        where = f"'{address}'" if file is None else f"'{address}', the address in '{file}',"
+        begin = clock.monotonic()
         try:
             with _silent("distributed"):  # which logs what it raises
-                client = _within(2.0 * ANSWER, lambda: Client(**given))
-        except (OSError, TimeoutError, ValueError) as error:
+                _within(ANSWER, lambda: asyncio.run(_greet(address)))
+                left = max(1.0, begin + ANSWER - clock.monotonic())
+                client = _within(left, lambda: Client(address, timeout=left, set_as_default=False))
+        except Exception as error:  # whoever answers there may send anything
             raise ConnectionError(
                 f"No Dask scheduler answers at {where} within {ANSWER:g} s ({shown(error)}): begin one, or leave the "
                 "address out for processes of this machine."
-            ) from error
+            ) from None
         if not client.scheduler_info(n_workers=-1)["workers"]:
             client.close()
             raise ConnectionError(f"The scheduler at {where} has no workers: begin some, for example by 'dask worker'.")
@@ -173,11 +185,38 @@ class Cluster(Workers):
 
         if isinstance(error, KilledWorker):  # Dask tries again by itself, so often as its scheduler was told
             return error.allowed_failures + 1
-        return int(isinstance(error, CancelledError))
+        return int(isinstance(error, (CancelledError, BrokenExecutor)))
 
     def close(self) -> None:
         for one in self._to_close:
             one.close()
+
+
+def _did_not_start(error: Exception) -> RuntimeError:
+    """The error of workers that did not start; they say nothing themselves."""
+    return RuntimeError(
+        f"The workers on this machine did not start ({error}). They import the script of the campaign: {GUARD} there."
+    )
+
+
+def _address_in(file: str) -> str:
+    """The address in the file of a scheduler; ValueError where it has none."""
+    try:
+        return str(json.loads(Path(regular_file(file, "the file of a scheduler")).read_text(encoding="utf-8"))["address"])
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
+        raise ValueError(f"'{file}' is no file that a Dask scheduler has written ({shown(error)}).") from error
+
+
+async def _greet(address: str) -> None:
+    """See that a scheduler answers. A client that gets no answer, or a wrong one, cannot be closed without a word."""
+    from distributed.core import rpc
+    from distributed.security import Security
+
+    given = {"timeout": 0.9 * ANSWER, "connection_args": Security().get_connection_args("client")}
+    async with rpc(address, **given) as there:
+        about = await asyncio.wait_for(there.identity(), ANSWER)
+    if "workers" not in about:
+        raise ValueError(f"there is a {about.get('type')} of Dask")
 
 
 async def _close_pages(server: Any) -> None:
@@ -198,7 +237,7 @@ def _within(seconds: float, call: Callable[[], Any]) -> Any:
     thread.start()
     thread.join(seconds)
     if not done:
-        raise TimeoutError("it accepts and says nothing")
+        raise TimeoutError("nothing was said")
     result, error = done[0]
     if error is not None:
         raise error
@@ -242,9 +281,9 @@ def processors() -> int:
 
 
 @contextmanager
-def _one_thread_each() -> Iterator[None]:
-    """Processes that begin meanwhile have one thread for linear algebra, unless the user says how many."""
-    added = [name for name in ONE_THREAD if name not in os.environ]
+def _environment() -> Iterator[None]:
+    """Processes that begin meanwhile have the variables of workers, unless the user says what these are."""
+    added = [name for name in ENVIRONMENT if name not in os.environ]
     os.environ.update(dict.fromkeys(added, "1"))
     try:
         yield

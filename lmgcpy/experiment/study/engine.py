@@ -38,7 +38,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from lmgcpy.experiment.study.folder import StudyFolder
+from lmgcpy.experiment.study.folder import RunNames, StudyFolder
 from lmgcpy.experiment.study.stages import Stages
 from lmgcpy.simulation.interrupt import between_steps
 
@@ -84,7 +84,10 @@ class Site:
 
         ``label`` is the name of its stage, of at most so many ``steps``.
         """
-        file = None if self._runs is None else self._runs / f"{name}.h5"
+        file = None
+        if self._runs is not None:
+            file = self._runs / f"{name}.h5"
+            RunNames(self._runs).enter(name, file)
         with self.stage(label, steps) as tick:
             return call(*arguments, file=file, on_step=tick, interrupted=self.interrupted, **options)
 
@@ -196,7 +199,9 @@ def carry_out_study(
     site = Site(stages or Stages(quiet=True), None if folder is None else folder.runs, stopped)
     with _ignoring(study), site.listening() as pressed:
         laid = study.lay(site)
-        if folder is not None and not resume:
+        if folder is not None and resume:
+            folder.run_names.take_up(folder.runs.glob("*.h5"))
+        elif folder is not None:
             folder.begin(study)
         prepared = study.prepare(laid, site)
         done: dict[str, Any] = {}

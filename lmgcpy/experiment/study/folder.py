@@ -1,17 +1,62 @@
-"""The folder of a study: ``study.json`` says what is computed, ``runs`` holds the run file of each of its runs."""
+"""The folder of a study: ``study.json`` says what is computed, ``runs`` holds the run file of each of its runs.
+
+``runs/.names`` lists the runs that have begun: what else is there is none of the study's, and stays.
+"""
 
 from __future__ import annotations
 
 import json
 import os
+from collections.abc import Iterable
 from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
+from lmgcpy.errors import system_error
 from lmgcpy.io.run_file.lock import is_being_written
 from lmgcpy.io.untrusted import regular_file
 from lmgcpy.version import versions
-from lmgcpy.writing import flush, make_folder, new_file
+from lmgcpy.writing import REMEDY, flush, make_folder, new_file
+
+
+class RunNames:
+    """The names of the runs that have begun in a folder, a line each; threads and processes may enter names at once."""
+
+    def __init__(self, runs: Path):
+        self.file = runs / ".names"
+
+    def __repr__(self) -> str:
+        return f"<RunNames in '{self.file}'>"
+
+    def listed(self) -> set[str]:
+        """The names; none that leads out of the folder, whatever is in the file."""
+        if not self.file.is_file():
+            return set()
+        lines = self.file.read_text(encoding="utf-8", errors="replace").splitlines()
+        return {name for name in lines if name and "\0" not in name and Path(name).name == name}
+
+    def enter(self, name: str, file: Path) -> None:
+        """Note that a run begins in this file, or goes on; FileExistsError if there is one that is not the study's."""
+        if name in self.listed():
+            return
+        if file.exists():
+            raise FileExistsError(f"'{file}' is no file of this study: move it, or give the study another folder.")
+        self._write([name])
+
+    def take_up(self, files: Iterable[Path]) -> None:
+        """Take these files for the study's, unless there are names: versions before 0.2 wrote none."""
+        if not self.file.exists():
+            self._write([file.stem for file in files])
+
+    def _write(self, names: Iterable[str]) -> None:
+        make_folder(self.file.parent)
+        try:
+            with self.file.open("a", encoding="utf-8") as file:  # what is appended at once is in one piece
+                file.write("".join(f"\n{name}\n" for name in names))  # after a line that a power cut has left
+                file.flush()
+                os.fsync(file.fileno())
+        except OSError as error:
+            raise system_error(f"'{self.file}' could not be written", error, REMEDY) from error
 
 
 class StudyFolder:
@@ -26,6 +71,7 @@ class StudyFolder:
         self.kind = kind
         self.study_file = self.path / "study.json"
         self.runs = self.path / "runs"
+        self.run_names = RunNames(self.runs)
         self._format = f"lmgcpy {kind.COMMAND} study"
 
     def __repr__(self) -> str:
@@ -46,13 +92,13 @@ class StudyFolder:
         return self.study_file.exists() and not self.summary.exists()
 
     def begin(self, study: Any) -> None:
-        """Make the folder and write the study; the runs of a former study are deleted.
+        """Make the folder and write the study; the runs of a former study are deleted, and nothing else.
 
         Raises BlockingIOError if one of these is under way, OSError if the study cannot be written; the former study is
         unchanged then.
         """
-        former = list(self.runs.glob("*.h5*")) if self.study_file.exists() else []
-        for file in former:
+        former = [self.run_file(name) for name in sorted(self.run_names.listed())]
+        for file in filter(Path.exists, former):
             if is_being_written(file):
                 raise BlockingIOError(f"The study in '{self.path}' is under way: wait for its end, or give another folder.")
         make_folder(self.runs)
@@ -60,7 +106,8 @@ class StudyFolder:
         with new_file(self.study_file) as new:
             new.write_text(json.dumps(about, indent=2) + "\n", encoding="utf-8")
             flush(new)  # from here on there is room for it: the former study may go
-            for file in [*former, self.summary]:
+            copies = [file.with_name(f"{file.name}.mending") for file in former]  # which a kill has left
+            for file in [*former, *copies, self.run_names.file, self.summary]:
                 file.unlink(missing_ok=True)
 
     def read(self) -> Any:

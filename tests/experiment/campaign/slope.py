@@ -1,8 +1,11 @@
 """An example of a function that a campaign calls: a disk that cannot roll slides down a slope."""
 
+import ctypes
 import math
 import os
 import signal
+import subprocess
+import sys
 import time
 
 import lmgcpy as lm
@@ -58,3 +61,32 @@ def always_dies(site, number):
         time.sleep(0.3)
         os.kill(os.getpid(), signal.SIGKILL)
     return {"number": number}
+
+
+def hangs(site, number, file):
+    """Never returns for the number 1, nor does the process that it has begun, whose number is in the file."""
+    if number == 1:
+        child = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(600)"])
+        with open(file, "a") as begun:
+            print(child.pid, file=begun)
+        with site.stage("hang", 10):
+            ctypes.PyDLL(None).sleep(600)  # holds on to Python: no other thread of the process gets a turn
+    return {"number": number}
+
+
+def waits(site, file):
+    """Waits for a minute, once the number of its process is in the file."""
+    with open(f"{file}.new", "w") as new:
+        new.write(str(os.getpid()))
+    os.replace(f"{file}.new", file)
+    time.sleep(60.0)
+    return {}
+
+
+def runs(pid):
+    """Whether a process is there and no zombie."""
+    try:
+        with open(f"/proc/{pid}/stat") as file:
+            return file.read().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False

@@ -3,11 +3,19 @@
 from __future__ import annotations
 
 import json
+import os
 import socket
+import subprocess
 import sys
+import threading
 import time
+from pathlib import Path
 
 import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+import slope
 
 from lmgcpy.experiment import Campaign
 from lmgcpy.experiment.campaign import workers
@@ -154,15 +162,83 @@ def test_two_campaigns_do_not_share_a_folder_whoever_writes_its_description(tmp_
         assert folder.description_file.read_text() == before
 
 
-def test_a_scheduler_that_accepts_and_never_answers_is_named(monkeypatch):
-    """Before, it was waited for without end."""
+@pytest.mark.parametrize("says", [b"", b"HTTP/1.1 400 Bad Request\r\n\r\n"])
+def test_a_scheduler_that_accepts_and_never_answers_is_named(says, monkeypatch):
+    """Neither Dask's patience nor that of a client of which nobody knows is added: before, twice as long. Whoever says what
+    Dask does not is named as well: its first eight bytes are a length, of 3 EiB."""
     pytest.importorskip("distributed")
     monkeypatch.setattr(workers, "ANSWER", 0.5)
     with socket.socket() as deaf:
         deaf.bind(("127.0.0.1", 0))
         deaf.listen()
+        talker = threading.Thread(target=_say, args=(deaf, says), daemon=True)
+        if says:
+            talker.start()
         address = f"tcp://127.0.0.1:{deaf.getsockname()[1]}"
         begin = time.monotonic()
         with pytest.raises(ConnectionError, match=f"No Dask scheduler answers at '{address}' within 0.5 s"):
             workers.Cluster.at(address, None)
-        assert time.monotonic() < begin + 10.0
+        assert time.monotonic() < begin + 2.5  # the import of Dask
+    if says:
+        talker.join()
+
+
+def _say(server, says):
+    with server.accept()[0] as there:
+        there.sendall(says)
+        while there.recv(1000):  # until the other hangs up
+            pass
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("dask", [True, False])
+def test_a_script_without_a_guard_gets_one_sentence(dask, tmp_path):
+    """Its workers begin it anew. Before, each said so as well, and without Dask every case failed for want of memory."""
+    if dask:
+        pytest.importorskip("distributed")
+    script = tmp_path / "script.py"
+    script.write_text(
+        f"import sys\nsys.path.insert(0, {str(Path(__file__).parent)!r})\nimport slope\n"
+        "from lmgcpy.experiment import Campaign\nfrom lmgcpy.experiment.campaign import carry_out\n"
+        f"carry_out.has_dask = lambda: {dask}\n"
+        f"Campaign(slope.nothing, over={{'number': [1]}}).run({str(tmp_path / 'out')!r}, workers=2)\n"
+    )
+    said = subprocess.run([sys.executable, script], capture_output=True, text=True, check=False, timeout=100).stderr
+    assert said.count("__main__") == 1
+    assert said.count("Traceback") == 1
+    assert said.splitlines()[-1].startswith("RuntimeError: The workers on this machine did not start")
+    assert said.endswith("put the call under if __name__ == '__main__': there.\n")
+
+
+WORKER = """
+import sys
+sys.path.insert(0, {here!r})
+import slope
+from lmgcpy.experiment.campaign.alone import do_case_within
+from lmgcpy.experiment.campaign.description import CampaignDescription
+from lmgcpy.experiment.campaign.work import Order
+from lmgcpy.io.recorder import versions
+if __name__ == "__main__":
+    (case,) = CampaignDescription(slope.waits, over={{"file": [{file!r}]}}).all_cases()
+    do_case_within(Order(case, {folder!r}, versions()), 100.0)
+"""
+
+
+@pytest.mark.long
+@pytest.mark.skipif(os.name == "nt", reason="SIGKILL")
+def test_a_case_in_a_process_of_its_own_ends_with_its_worker(tmp_path):
+    """It would else go on with run files that the next worker opens."""
+    file, script = tmp_path / "pid", tmp_path / "worker.py"
+    script.write_text(WORKER.format(here=str(Path(__file__).parent), file=str(file), folder=str(tmp_path)))
+    worker = subprocess.Popen([sys.executable, str(script)])
+    _until(file.exists)
+    worker.kill()
+    worker.wait()
+    _until(lambda: not slope.runs(int(file.read_text())))
+
+
+def _until(there):
+    end = time.monotonic() + 30.0
+    while not there():
+        assert time.monotonic() < end
+        time.sleep(0.05)

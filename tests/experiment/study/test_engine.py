@@ -64,7 +64,7 @@ class PressesCtrlC(Stages):
 
 
 def files_of(folder):
-    return {path.name for path in folder.runs.iterdir()}
+    return {path.name for path in folder.runs.iterdir() if path.name != ".names"}
 
 
 def same(one, other):
@@ -97,6 +97,37 @@ def test_interrupted_and_resumed_it_is_the_same(stage, whole, tmp_path):
     for name in ("held", "slide-0.1", "slide-0.3"):
         with lm.io.open_run(folder.run_file(name)) as a, lm.io.open_run(whole[1].run_file(name)) as b:
             assert lm.io.compare(a, b) is None, name
+
+
+def test_force_deletes_the_runs_of_the_former_study_and_nothing_else(tmp_path):
+    """Files in ``runs`` that no run of the study wrote stay; one that is in the way of a run is named. Before, every .h5
+    went."""
+    folder = StudyFolder(tmp_path / "study", Slides)
+    carry_out_study(Slides(frictions=(0.1, 0.2), steps=10), folder=folder)
+    mine = [folder.runs / name for name in ("thesis.h5", "slide-9.h5", "held.h5.backup")]
+    for file in mine:
+        file.write_text("mine")
+    (folder.runs / "slide-0.1.h5.mending").write_text("left by a kill")
+    with (folder.runs / ".names").open("a") as names:
+        names.write("../../outside\n/etc/hosts\n\0\n")
+    (tmp_path / "outside.h5").write_text("mine")
+    carry_out_study(Slides(frictions=(0.3,), steps=10), folder=folder)
+    assert files_of(folder) == {"held.h5", "slide-0.3.h5", *(file.name for file in mine)}
+    assert all(file.read_text() == "mine" for file in (*mine, tmp_path / "outside.h5"))
+    with pytest.raises(FileExistsError, match=r"slide-9\.h5' is no file of this study: move it"):
+        carry_out_study(Slides(frictions=(9,), steps=10), folder=folder)
+    assert mine[1].read_text() == "mine"
+
+
+def test_a_folder_of_before_goes_on_with_all_files_that_it_has(tmp_path):
+    """Versions before 0.2 wrote no names."""
+    folder = StudyFolder(tmp_path / "study", Slides)
+    study = Slides(frictions=(0.1,), steps=10)
+    result = carry_out_study(study, folder=folder)
+    (folder.runs / ".names").unlink()
+    assert same(carry_out_study(study, folder=folder, resume=True), result)
+    folder.begin(study)
+    assert not files_of(folder)
 
 
 @pytest.mark.long

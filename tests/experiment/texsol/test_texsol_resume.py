@@ -94,7 +94,7 @@ def test_interrupted_and_killed_again_and_again_it_is_the_same_study(whole, tmp_
     fourth = stopped("SIGINT", "rigid-wire", 13, *go_on)
     assert fourth.returncode == 130, fourth.stderr
     assert fourth.stderr.splitlines()[-1] == line
-    for file in (out / "runs").iterdir():
+    for file in (out / "runs").glob("*.h5"):
         with lm.io.open_run(file) as it:
             assert it.closed
     with lm.io.open_run(out / "runs" / "rigid-wire.h5") as it:
@@ -136,6 +136,7 @@ def test_force_begins_anew_and_a_finished_study_is_only_told_again(whole, tmp_pa
     out = tmp_path / "study"
     StudyFolder(out, TexSolStudy).begin(Study2D(grain_count=40))
     (out / "runs" / "rigid-rod.h5").write_text("of the former study")
+    (out / "runs" / ".names").write_text("rigid-rod\n")
     done = run(*TINY, "--out", out, "--force")
     assert done.exit_code == 0, done.output
     same_study(out, whole)
@@ -150,6 +151,7 @@ def test_force_begins_anew_and_a_finished_study_is_only_told_again(whole, tmp_pa
 def test_a_study_under_way_is_left_alone(tmp_path):
     out = StudyFolder(tmp_path / "study", TexSolStudy)
     out.begin(Study2D())
+    out.run_names.enter("none", out.run_file("none"))
     lm.Simulation(one_disk(), time_step=1.0).run(steps=1, record=out.run_file("none"))
     take = "import sys; from lmgcpy.io.run_file.lock import FileLock; lock = FileLock(sys.argv[1])"
     hold = f"{take}; print('held', flush=True); input()"
