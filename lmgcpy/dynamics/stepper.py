@@ -20,6 +20,7 @@ from lmgcpy.dynamics.cell import CellMotion, TurnedOver
 from lmgcpy.dynamics.changes import Change, as_rows, from_rows
 from lmgcpy.dynamics.checkpoint import Checkpoint, check
 from lmgcpy.dynamics.displacements import Displacements, DisplacementWatch, worse
+from lmgcpy.dynamics.driven_overlaps import DrivenOverlaps
 from lmgcpy.dynamics.energy import Energy, dissipated_by_law, kinetic_energy
 from lmgcpy.dynamics.finite_checks import POSITION, VELOCITY, check_bodies, check_detection
 from lmgcpy.dynamics.geometric_stiffness import LinkStiffness
@@ -157,6 +158,7 @@ class Stepper:
         self._told_unsolved = False
         self._displacement_watch = DisplacementWatch(model)
         self._watch = Watch(model)
+        self._driven_overlaps = DrivenOverlaps(model, self.state.positions)
         self._turning_stretch = TurningStretch(model)
         self._whipping_links = WhippingLinks(model)
         scene.hand_over(self.state)  # last: a scene that was refused can be mended
@@ -214,6 +216,7 @@ class Stepper:
             lock = find_lock(problem, self.report, self._straight_spans)
             if lock is not None:
                 self.report = replace(self.report, status=STATUS[LOCKED], lock=lock)
+                sentences += self._watch.lock(lock, self.time) if self.on_unconverged == "warn" else ()
             sentences += self._count_unsolved()
         return sentences
 
@@ -236,6 +239,7 @@ class Stepper:
         self._straight_spans = StraightSpans.of(model.chains, model.inverse_mass, model.dimension)
         self._turning_stretch.look_at(model)
         self._watch.follow(model)
+        self._driven_overlaps.look_at(model, self.state.positions)
         self.state.velocities[model.hidden] = 0.0
         self.state.stale = False
         return sentences
@@ -248,7 +252,7 @@ class Stepper:
 
     def _all(self) -> Before:
         """All that a step changes: these objects set attributes and change nothing in place, but for the detector."""
-        watches = self._watch, self._displacement_watch, self._turning_stretch
+        watches = self._watch, self._driven_overlaps, self._displacement_watch, self._turning_stretch
         kept = [(now, now.copy()) for now in map(vars, (*watches, self.energy, self.state))]
         own = self.__dict__
         kept.append((own, {name: own[name] for name in CHANGED} | {"_detector": copy(self._detector)}))
@@ -402,6 +406,7 @@ class Stepper:
             *self._displacement_watch.far(found.moves, before, found.problem.system.velocity, end, h),
             *self._watch.links(found.solved, unresolved),
             *self._watch.overlaps(found.solved),
+            *self._driven_overlaps.after_step(self.state.positions, end),
             *(self._watch.jerk(found.problem, found.solved.data.gap, self.energy, thrust) if self.report.solved else ()),
             *self._watch.energy(self.energy, thrust, shock, end, h),
         ]
@@ -465,6 +470,7 @@ class Stepper:
         self._go_through(changes)
         self._detector.take_memory(checkpoint.memory)
         self.state.positions[:] = checkpoint.positions
+        self._driven_overlaps.look_at(self.model, self.state.positions)
         self.state.velocities[:] = checkpoint.velocities
         self.state.time = checkpoint.time
         self.steps = self.state.steps = checkpoint.steps

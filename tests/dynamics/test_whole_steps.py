@@ -83,6 +83,7 @@ def everything(sim):
         repr(vars(sim.energy)),
         repr(replace(sim.report, seconds=0.0, step_seconds=0.0)),
         (sim._watch._stretched, sim._watch.stretch, said),
+        (sim._driven_overlaps._told, sim._driven_overlaps._pairs.tobytes(), sim._driven_overlaps._least.tobytes()),
     )
 
 
