@@ -126,10 +126,10 @@ class Watch:
                 )
             excess[stuck] = 0.0
             i = int(np.argmax(excess))
-        off = excess[i] > STRETCH and data.time >= self._drawn_until
+        off = excess[i] > STRETCH and data.time >= self._drawn_until and data.time != self._drawn
         self._stretched = self._stretched + 1 if off else 0
         at_once = off and excess[i] > AT_ONCE and data.time > 0.0
-        if self.stretch > STRETCH and data.time < self._drawn and self._first("drawn"):
+        if self.stretch > STRETCH and data.time == self._drawn and self._first("drawn"):
             way = abs(float(data.gap[i] - data.reference_gap[i]))
             yield (
                 f"{between(i)} was given a reference length that is off by {way:.3g} m, {100.0 * self.stretch:.3g} % of "
@@ -184,7 +184,7 @@ class Watch:
         if not min(energy.interactions.values(), default=0.0) < -TAKEN * energy.turned or "jerk" in self._said:
             return
         data, system, count, h = problem.data, problem.system, len(self._rigid), problem.data.time_step
-        if not self._rigid.any() or data.time < self._drawn_until or data.time == 0.0:
+        if not self._rigid.any() or data.time < self._drawn_until or data.time in (0.0, self._drawn):
             return  # what velocities at the start lose to links is no matter of the step
         length = data.reference_gap[:count] + self._radius_sum
         turning = h * np.abs(system.impulse[:count, 0]) * system.delassus[:count, 0] / length
