@@ -315,7 +315,7 @@ class Stepper:
         model, state, h, d = self.model, self.state, self.time_step, self.model.dimension
         middle = state.time + 0.5 * h
         force = model.force([(load, load.at(middle) * self._unit(load)) for load in model.forces], middle)
-        inertial = None if model.cell is None else model.cell.inertial_force(before, model.free_mass)
+        inertial = None if model.cell is None else model.cell.inertial_force(before, model.free_mass, h)
         total = force if inertial is None else force + inertial
         mobility = model.inverse_mass
         if model.drag is None:
