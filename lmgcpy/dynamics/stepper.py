@@ -20,6 +20,7 @@ from lmgcpy.dynamics.assembly import Assembler, StepProblem
 from lmgcpy.dynamics.cell import CellMotion, TurnedOver
 from lmgcpy.dynamics.changes import Change, as_rows, from_rows
 from lmgcpy.dynamics.checkpoint import Checkpoint, check
+from lmgcpy.dynamics.damped_waves import DampedWaves
 from lmgcpy.dynamics.displacements import Displacements, DisplacementWatch, worse
 from lmgcpy.dynamics.driven_overlaps import DrivenOverlaps
 from lmgcpy.dynamics.energy import Energy, dissipated_by_law, given_by_hand, kinetic_energy
@@ -160,6 +161,7 @@ class Stepper:
         self._displacement_watch = DisplacementWatch(model)
         self._watch = Watch(model)
         self._driven_overlaps = DrivenOverlaps(model, self.state.positions)
+        self._damped_waves = DampedWaves(model)
         self._turning_stretch = TurningStretch(model)
         self._whipping_links = WhippingLinks(model)
         scene.hand_over(self.state)  # last: a scene that was refused can be mended
@@ -248,6 +250,7 @@ class Stepper:
         self._turning_stretch.look_at(model)
         self._watch.follow(model)
         self._driven_overlaps.look_at(model, self.state.positions)
+        self._damped_waves.look_at(model)
         self.state.velocities[model.hidden] = 0.0
         self.state.stale = False
         return sentences
@@ -276,7 +279,7 @@ class Stepper:
 
     def _all(self) -> Before:
         """All that a step changes: these objects set attributes and change nothing in place, but for the detector."""
-        watches = self._watch, self._driven_overlaps, self._displacement_watch, self._turning_stretch
+        watches = (self._watch, self._driven_overlaps, self._damped_waves, self._displacement_watch, self._turning_stretch)
         kept = [(now, now.copy()) for now in map(vars, (*watches, self.energy, self.state))]
         own = self.__dict__
         kept.append((own, {name: own[name] for name in CHANGED} | {"_detector": copy(self._detector)}))
@@ -431,6 +434,7 @@ class Stepper:
             *self._watch.links(found.solved, unresolved),
             *self._watch.overlaps(found.solved),
             *self._driven_overlaps.after_step(self.state.positions, end),
+            *self._damped_waves.after_step(found.problem, self._links, end),
             *(self._watch.jerk(found.problem, found.solved.data.gap, self.energy, thrust) if self.report.solved else ()),
             *self._watch.energy(self.energy, thrust, shock, end, h),
         ]
@@ -490,6 +494,7 @@ class Stepper:
         self._detector.take_memory(checkpoint.memory)
         self.state.positions[:] = checkpoint.positions
         self._driven_overlaps.look_at(self.model, self.state.positions)
+        self._damped_waves.look_at(self.model)
         self.state.velocities[:] = checkpoint.velocities
         self.state.time = checkpoint.time
         self.steps = self.state.steps = checkpoint.steps
