@@ -140,10 +140,18 @@ class StepProblem:
 
     def predicted_gaps(self) -> np.ndarray:
         """Gaps of the next detection as laws predict them from the velocities ``after`` [m], (m,); NaN for laws that do not
-        keep them."""
+        keep them. To contacts that may take back later what turning closed, what this step has left of it is added."""
         result = self.data.time_step * self.data.after[:, 0]
         result += self.data.gap
         result[~self.keeps_gap] = np.nan
+        for group in self.groups:
+            if group.law.KEEPS_GAP and group.law.TAKES_BACK_LATER:
+                part = slice(group.start, group.stop)
+                gap, up = self.data.gap[part], np.maximum(self.data.time_step * self.data.after[part, 0], 0.0)
+                left = np.fmax(
+                    self.data.reference_gap[part] - gap - up, 0.0
+                )  # none of new contacts, whose reference is NaN
+                result[part] += np.where(gap <= 0.0, left, 0.0)
         return result
 
     def worst(self) -> Worst | None:
