@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -63,6 +64,8 @@ class ChainTable:
     """Gap from which a link is drawn to its reference [m], (links,)."""
     relaxation: float
     """Time that this takes [s]; 0 for none."""
+    function: Callable[[float], np.ndarray] | None = None
+    """Reference gaps [m], (links,), at a time [s], if they are a function of it: the steps :meth:`draw` them."""
 
     @property
     def law(self) -> Law:
@@ -88,9 +91,10 @@ class ChainTable:
         tables = [law.table(length[i : i + 1]) for i, law in enumerate(self.laws)]
         return np.ascontiguousarray(np.concatenate(tables), dtype=float)
 
-    def draw(self, gaps: np.ndarray) -> None:
-        """Give the links other reference gaps [m], (links,)."""
-        self.reference_gap[:] = gaps
+    def draw(self, time: float) -> None:
+        """Give the links the reference gaps that the function has at a time [s]."""
+        assert self.function is not None
+        self.reference_gap[:] = self.function(time)
         vars(self).pop("parameters", None)  # some are made from the lengths
 
     def reference_gap_at(self, time: float) -> np.ndarray:

@@ -123,13 +123,17 @@ class Detector:
         apart: np.ndarray,
         bodies: np.ndarray,
     ) -> Detector:
-        """A detector of more bodies, added after these, which remembers what this one does; ``bodies``: positions of all,
-        (n, 3)."""
+        """A detector of other tables, which remembers what this one does: with more bodies, added after these, with other
+        parameters of laws; ``bodies``: positions of all, (n, 3)."""
         lattice = None if self._images is None else self._images.lattice
         # first as bodies were when the memory was made, which may hold what some did that are hidden or fixed since
         then = np.concatenate([self.inverse_mass, inverse_mass[len(self.inverse_mass) :]])
         detector = Detector(*tables, then, self.dimension, apart, lattice)
         memory = self.give_memory()
+        for k, (now, row) in enumerate(zip(tables[1], self.rows, strict=True), len(self.chains)):
+            components = now.law.rows(self.dimension)
+            if components < row.law.rows(self.dimension):  # without friction there are no tangential impulses
+                memory.impulse[memory.identity[:, 0] == k, components:] = 0.0
         if memory.listed:
             before, placed = len(self.contactors.body), detector._place(bodies)
             parts = memory.listed_at[:before], placed[before : len(tables[0].body)], memory.listed_at[before:]
@@ -138,6 +142,16 @@ class Detector:
         if hidden.any() or not np.array_equal(then, inverse_mass):
             detector.change(inverse_mass, hidden)
         return detector
+
+    def with_chains(self, chains: list[ChainTable]) -> Detector:
+        """One that goes on by itself, with other tables of the same chains."""
+        other = copy(self)
+        new = {id(before): after for before, after in zip(self.chains, chains, strict=True)}
+        other.chains = chains
+        other.groups = [
+            group if group.chain is None else replace(group, chain=new[id(group.chain)]) for group in self.groups
+        ]
+        return other
 
     def widest(self, travel: float, closing: float) -> float:
         """The greatest alert distance [m]; arguments as of :meth:`detect`."""

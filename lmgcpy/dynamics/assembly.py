@@ -25,6 +25,9 @@ from lmgcpy.solve.report import Worst
 from lmgcpy.solve.step import Step
 from lmgcpy.solve.system import Groups, System
 
+NO_MOBILITY = float(np.finfo(float).tiny)
+"""In place of a ``W_nn`` of zero, by which a law may divide: beside any compliance nothing."""
+
 
 @dataclass
 class StepProblem:
@@ -54,6 +57,8 @@ class StepProblem:
     """Inverse masses and inertias of the bodies as they are, with drag their mobilities, (n, k)."""
     keeps_gap: np.ndarray
     """Which interactions are contacts whose laws keep the gap that they predict, (m,) bool."""
+    stuck: list[tuple[Group, np.ndarray]]
+    """Links that yield though the bodies at both ends do not, by group: their rows."""
     after: np.ndarray
     """Memory for the relative velocities at the end, (m, d); the problems that are solved in one step share it."""
     step: Step | None = field(default=None, init=False, compare=False)
@@ -73,8 +78,16 @@ class StepProblem:
         return result
 
     def end(self) -> None:
-        """Let the data of the laws have the relative velocities at the end of the step."""
+        """Let the data of the laws have the relative velocities at the end of the step, and links between bodies that are
+        held or driven the impulses that their laws give at these: they change no velocity, and no solver looks at them."""
         self.data = self.data._replace(after=self.relative_velocities(self.system.velocity, self.after))
+        for group, rows in self.stuck:
+            width, first = len(group.law.PREPARED), self.offset[self.groups.index(group)]
+            for i in rows.tolist():
+                at = first + (i - group.start) * width
+                prepared = tuple(self.system.prepared[at : at + width].tolist())
+                (impulse,) = group.law.react(((NO_MOBILITY,),), (float(self.data.after[i, 0]),), prepared)
+                self.system.impulse[i, 0] = impulse
 
     def relative_velocities(self, velocities: np.ndarray, result: np.ndarray | None = None) -> np.ndarray:
         """Relative velocities of all interactions in their local frames, (m, d), for velocities of the bodies (n, k)."""
@@ -127,10 +140,18 @@ class StepProblem:
 
     def predicted_gaps(self) -> np.ndarray:
         """Gaps of the next detection as laws predict them from the velocities ``after`` [m], (m,); NaN for laws that do not
-        keep them."""
+        keep them. To contacts that may take back later what turning closed, what this step has left of it is added."""
         result = self.data.time_step * self.data.after[:, 0]
         result += self.data.gap
         result[~self.keeps_gap] = np.nan
+        for group in self.groups:
+            if group.law.KEEPS_GAP and group.law.TAKES_BACK_LATER:
+                part = slice(group.start, group.stop)
+                gap, up = self.data.gap[part], np.maximum(self.data.time_step * self.data.after[part, 0], 0.0)
+                left = np.fmax(
+                    self.data.reference_gap[part] - gap - up, 0.0
+                )  # none of new contacts, whose reference is NaN
+                result[part] += np.where(gap <= 0.0, left, 0.0)
         return result
 
     def worst(self) -> Worst | None:
@@ -324,6 +345,7 @@ def lay_out(
         inverse_mass=mobility,
         guess=with_spare_rows(count, width),
         keeps_gap=keeps_gap(groups),
+        stuck=stuck_links(groups, interactions.delassus),
         after=with_spare_rows(count, width),
     )
 
@@ -332,6 +354,17 @@ def keeps_gap(groups: list[Group]) -> np.ndarray:
     """Which interactions are contacts whose laws keep the gap that they predict, (m,) bool."""
     keeps = np.array([group.chain is None and group.law.KEEPS_GAP for group in groups], dtype=bool)
     return np.repeat(keeps, [group.stop - group.start for group in groups])
+
+
+def stuck_links(groups: list[Group], delassus: np.ndarray) -> list[tuple[Group, np.ndarray]]:
+    """Links of laws that yield, by group, whose bodies do not yield along them: their rows."""
+    found = []
+    for group in groups:
+        if group.chain is not None and "rigid" not in group.law.TRAITS:
+            rows = group.start + np.flatnonzero(delassus[group.start : group.stop, 0] == 0.0)
+            if len(rows):
+                found.append((group, rows))
+    return found
 
 
 def light_bodies(more: np.ndarray, rate: np.ndarray, mass: np.ndarray) -> LightBodies:

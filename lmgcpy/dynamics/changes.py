@@ -11,10 +11,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-KINDS = DRIVEN, LOADED, FREE, HIDDEN, SHOWN, GRAVITY, REFERENCE = range(7)
-"""Kinds of statements; the ``value`` is a velocity [m/s, rad/s], a force [N, N m], an acceleration [m/s^2], a gap [m]."""
+from lmgcpy.laws import Law
+
+KINDS = DRIVEN, LOADED, FREE, HIDDEN, SHOWN, GRAVITY, REFERENCE, SEEN_LAW, LINK_LAW, NOTED = range(10)
+"""Kinds of statements; the ``value`` is a velocity [m/s, rad/s], a force [N, N m], an acceleration [m/s^2], a gap [m], a
+parameter of a law. NOTED is none: it notes the reference gaps that a function of time has at a frame of a file."""
 OF_COMPONENTS = (DRIVEN, LOADED, FREE)
 """Those that name a component of a body."""
+OF_GAPS = (REFERENCE, NOTED)
+OF_LAWS = (SEEN_LAW, LINK_LAW)
+"""Those that give a row of the visibility table, or a chain, other parameters: one that names none (-1) and after it one
+for each parameter that the law has been given."""
 
 
 class Change(NamedTuple):
@@ -24,10 +31,42 @@ class Change(NamedTuple):
     """Number of steps before it."""
     kind: int
     body: int
-    """Row of the body, -1 for gravity; the chain whose reference gaps change."""
+    """Row of the body, -1 for gravity; the chain whose reference gaps or law change; the row of the visibility table."""
     component: int
-    """Component of the velocity, or axis of gravity; the link, -1 for all of a chain; -1 for none."""
+    """Component of the velocity, or axis of gravity; the link, -1 for all of a chain; the parameter of a law, in the order
+    in which it declares them; -1 for none."""
     value: float
+
+
+class Counts(NamedTuple):
+    """How many there are of what statements name."""
+
+    bodies: int
+    dimension: int
+    links: Sequence[int]
+    """Links of each chain."""
+    seen_parameters: Sequence[int]
+    """Parameters of the law of each row of the visibility table."""
+    link_parameters: Sequence[int]
+    """Those of the law of each chain."""
+
+
+def law_values(law: Law) -> list[tuple[int, float]]:
+    """Components and values of the statements that give a law."""
+    given = [(k, float(value)) for k, value in enumerate(law.values.values()) if value is not None]
+    return [(-1, 0.0), *given]
+
+
+def laws_after(changes: Sequence[Change]) -> dict[tuple[int, int], dict[int, float]]:
+    """Parameters by number that the last statements give to laws, by kind of statement and row or chain."""
+    found: dict[tuple[int, int], dict[int, float]] = {}
+    for change in changes:
+        if change.kind in OF_LAWS:
+            if change.component < 0:
+                found[change.kind, change.body] = {}
+            else:
+                found[change.kind, change.body][change.component] = change.value
+    return found
 
 
 def as_rows(changes: list[Change]) -> np.ndarray:
@@ -35,25 +74,30 @@ def as_rows(changes: list[Change]) -> np.ndarray:
     return np.array(changes, dtype=float).reshape(-1, len(Change._fields))
 
 
-def from_rows(rows: np.ndarray, bodies: int, dimension: int, links: Sequence[int]) -> list[Change]:
-    """The statements of an array (c, 5) for so many bodies, and chains of so many links; ValueError where one of them
-    cannot be."""
+def from_rows(rows: np.ndarray, counts: Counts) -> list[Change]:
+    """The statements of an array (c, 5); ValueError where one of them cannot be."""
     if rows.ndim != 2 or rows.shape[1] != len(Change._fields) or not np.isfinite(rows).all():
         raise ValueError("the statements between steps are no rows of five finite numbers")
     step, kind, body, component = rows[:, :4].astype(np.int64).T
-    components = np.where(np.isin(kind, OF_COMPONENTS), 3 if dimension == 2 else 6, dimension)
-    of_chain = kind == REFERENCE
-    of_body, of_component = ~of_chain & (kind != GRAVITY), np.isin(kind, (*OF_COMPONENTS, GRAVITY))
+    components = np.where(np.isin(kind, OF_COMPONENTS), 3 if counts.dimension == 2 else 6, counts.dimension)
+    of_table = {SEEN_LAW: counts.seen_parameters, LINK_LAW: counts.link_parameters}
+    tables = [(kind == of, have) for of, have in {**dict.fromkeys(OF_GAPS, counts.links), **of_table}.items()]
+    of_body = ~np.isin(kind, (*OF_GAPS, *OF_LAWS, GRAVITY))
+    of_component = np.isin(kind, (*OF_COMPONENTS, GRAVITY))
     sound = (rows[:, :4] == rows[:, :4].astype(np.int64)).all() and np.isin(kind, KINDS).all() and (step >= 0).all()
     sound &= bool((np.diff(step) >= 0).all())
-    sound &= bool(((body >= 0) & (body < bodies))[of_body].all())
+    sound &= bool(((body >= 0) & (body < counts.bodies))[of_body].all())
     sound &= bool(((component >= 0) & (component < components))[of_component].all())
-    sound &= bool(((body >= 0) & (body < len(links)))[of_chain].all())
-    if sound:
-        counts = np.asarray(links, dtype=np.int64)[body[of_chain]]
-        sound = bool(((component[of_chain] >= -1) & (component[of_chain] < counts)).all())
-    if not sound:
-        raise ValueError("a statement between steps names a step, body, component or link that does not exist")
+    for chosen, have in tables:
+        sound &= bool(((body >= 0) & (body < len(have)))[chosen].all())
+        if sound:
+            most = np.asarray(have, dtype=np.int64)[body[chosen]]
+            sound = bool(((component[chosen] >= -1) & (component[chosen] < most)).all())
+    # a parameter of a law comes after the statement that names none, or after another one
+    later = np.flatnonzero(np.isin(kind, OF_LAWS) & (component >= 0))
+    same = (rows[later, :3] == rows[later - 1, :3]).all() and (component[later] > component[later - 1]).all()
+    if not (sound and same and (later > 0).all()):
+        raise ValueError("a statement between steps names a step, body, component, link or parameter that does not exist")
     columns = step.tolist(), kind.tolist(), body.tolist(), component.tolist(), rows[:, 4].tolist()
     return [Change(*row) for row in zip(*columns, strict=True)]
 
@@ -71,6 +115,6 @@ def gaps_after(changes: list[Change], step: int, gaps: Sequence[np.ndarray]) -> 
     """Reference gaps of chains [m] after so many steps; ``gaps``: those at the start."""
     now = [of_chain.copy() for of_chain in gaps]
     for change in changes:
-        if change.step <= step and change.kind == REFERENCE:
+        if change.step <= step and change.kind in OF_GAPS:
             now[change.body][change.component if change.component >= 0 else slice(None)] = change.value
     return now

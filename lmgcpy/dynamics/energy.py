@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from lmgcpy.contact.detection_tables import ChainTable
 from lmgcpy.dynamics.assembly import StepProblem, ask
 from lmgcpy.dynamics.finite_checks import check_energy
 from lmgcpy.dynamics.model import Model
@@ -45,9 +46,13 @@ class Energy:
     total_drives: float = 0.0
     total_interactions: dict[str, float] = field(default_factory=dict)
     total_dissipated: dict[str, float] = field(default_factory=dict)
+    by_hand: float = 0.0
+    """Energy that was given to chains in this step by setting their reference gaps or laws, or by the function of time that
+    their gaps are: the work of a winch."""
+    total_by_hand: float = 0.0
     made: float = 0.0
-    """Energy that interactions have made: the work and the stored energy of all laws that promise to make none, less the
-    smallest value of this sum so far. Not counted while links are drawn to their reference."""
+    """Energy that interactions have made: the work and the stored energy of all laws that promise to make none, less what
+    was given ``by_hand``, less the smallest value of this sum so far. Not counted while links relax to their reference."""
 
     made_by_law: dict[str, float] = field(default_factory=dict)
     """The same by law: what one law makes, another may take."""
@@ -78,13 +83,14 @@ class Energy:
         pushed: np.ndarray | None,
         dissipated: dict[str, float],
         inertial: np.ndarray | None = None,
+        given: Iterable[tuple[str, float]] = (),
     ) -> None:
         """Enter a step at its end: the external forces (n, k), and the velocities of the bodies before it (n, k).
 
         ``dissipated``: see :func:`dissipated_by_law`. ``pushed``: impulses that moved bodies without giving them velocity
         (m, d), None for none; their work is what they do against the loads on the way. ``inertial``: forces of
-        inertia in a periodic cell (n, k), None for none. Raises FloatingPointError where a
-        stored energy is not finite, and enters nothing.
+        inertia in a periodic cell (n, k), None for none; ``given``: see :func:`given_by_hand`. Raises FloatingPointError
+        where a stored energy is not finite, and enters nothing.
         """
         data, system, after = problem.data, problem.system, problem.system.velocity
         against = None if pushed is None else pushed * problem.relative_velocities(fallen(problem, before))
@@ -106,6 +112,12 @@ class Energy:
         # what was stored before the first step is not known: of laws that store the first step does not count
         counted = [name for name in works if name in model.passive and (name not in stored or name in self.stored)]
         change = {name: works[name] + stored.get(name, 0.0) - self.stored.get(name, 0.0) for name in counted}
+        given = list(given)
+        for name, energy in given:
+            if name in change:
+                change[name] -= energy
+        self.by_hand = sum((energy for _, energy in given), 0.0)
+        self.total_by_hand += self.by_hand
         self.unbalanced = work_of_imbalance(problem, before)
         if data.time < model.drawn_until:
             self.made, self.made_by_law = 0.0, {}
@@ -158,6 +170,36 @@ def dissipated_by_law(problem: StepProblem) -> dict[str, float]:
             )
         found[group.law.NAME] = found.get(group.law.NAME, 0.0) + energy
     return found
+
+
+def given_by_hand(problem: StepProblem, earlier: list[ChainTable], predicted: np.ndarray) -> Iterator[tuple[str, float]]:
+    """Energies [J] by law that chains were given, as they were other ones in the step before: ``earlier``.
+
+    What a law stores changes by ``E'(g) - E(g)`` at the gaps ``predicted`` by the step before [m], (L,), or at those of the
+    detection where none are known. A rigid link stores nothing: as it is drawn, it is given the work that its impulse does.
+    """
+    data = problem.data
+    chains = [pair for pair in zip(problem.groups, problem.kernels, strict=True) if pair[0].chain]
+    for (group, kernels), before in zip(chains, earlier, strict=True):
+        assert group.chain is not None
+        if before is group.chain:
+            continue
+        part = slice(group.start, group.stop)
+        reference = before.reference_gap_at(data.time)
+        if kernels.energy is None:
+            if "rigid" in group.law.TRAITS:
+                mean = 0.5 * (data.before[part, 0] + data.after[part, 0])
+                drawn = data.reference_gap[part] != reference
+                yield group.law.NAME, float(problem.system.impulse[part, 0].dot(np.where(drawn, mean, 0.0)))
+            continue
+        then = data._replace(gap=data.gap.copy(), reference_gap=data.reference_gap.copy(), after=np.zeros_like(data.after))
+        then.gap[part] = np.where(np.isnan(predicted[part]), then.gap[part], predicted[part])
+        stored = []
+        for table, gaps in ((group.chain, data.reference_gap[part]), (before, reference)):
+            then.reference_gap[part] = gaps
+            arguments = group.start, group.stop, then, table.parameters.ravel()
+            stored.append(float(ask(group, kernels.energy, "energy", problem.system, then, arguments)))
+        yield group.law.NAME, stored[0] - stored[1]
 
 
 def work_of_imbalance(problem: StepProblem, before: np.ndarray) -> float:

@@ -11,9 +11,10 @@ import numpy as np
 from lmgcpy.contact.detection_tables import ChainTable, ContactorTable, VisibilityRow
 from lmgcpy.contact.lattice import Lattice
 from lmgcpy.dynamics.cell import CellMotion
-from lmgcpy.dynamics.changes import Change
+from lmgcpy.dynamics.changes import Change, law_values
 from lmgcpy.dynamics.drag import Drag
 from lmgcpy.errors import number, shown, vector
+from lmgcpy.laws import Law
 
 COMPONENTS = {2: ("x", "y", "spin"), 3: ("x", "y", "z", "spin_x", "spin_y", "spin_z")}
 """Components of a body's velocity by dimension."""
@@ -85,8 +86,10 @@ class Model:
     """The periodic cell, if there is one."""
     drag: Drag | None = None
     """That of a medium, if there is one."""
+    earlier: list[ChainTable] | None = None
+    """The chains before statements gave them other reference gaps or laws, for the step from the time ``drawn``."""
     drawn: float = -np.inf
-    """Time [s] until which links are drawn to a length that they were given between steps."""
+    """Time of those statements [s]."""
 
     @property
     def lattice(self) -> Lattice | None:
@@ -114,7 +117,7 @@ class Model:
     @cached_property
     def drawn_until(self) -> float:
         """Time until which links are drawn to their reference [s]."""
-        return max(self.drawn, *(chain.relaxation for chain in self.chains), 0.0)
+        return max([0.0, *(chain.relaxation for chain in self.chains)])
 
     @cached_property
     def free_mass(self) -> np.ndarray:
@@ -218,6 +221,11 @@ class BodyState:
         """Keep a statement between steps, see :class:`~lmgcpy.dynamics.changes.Change`."""
         self.changes.append(Change(self.steps, kind, body, component, value))
         self.stale = True
+
+    def keep_law(self, kind: int, index: int, law: Law) -> None:
+        """Keep the statement that a row of the visibility table, or a chain, has a law."""
+        for component, value in law_values(law):
+            self.keep(kind, index, component, value)
 
     def refuse_recorded(self, what: str) -> None:
         """RuntimeError where steps are recorded, as ``what`` is one in a file."""

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
+from lmgcpy.contact.detection_tables import ChainTable
 from lmgcpy.contact.detector import Detector
 from lmgcpy.contact.foreign_pairs import NarrowPhaseError
 from lmgcpy.contact.narrow_phase import Interactions
@@ -19,8 +20,10 @@ from lmgcpy.dynamics.assembly import Assembler, StepProblem
 from lmgcpy.dynamics.cell import CellMotion, TurnedOver
 from lmgcpy.dynamics.changes import Change, as_rows, from_rows
 from lmgcpy.dynamics.checkpoint import Checkpoint, check
+from lmgcpy.dynamics.damped_waves import DampedWaves
 from lmgcpy.dynamics.displacements import Displacements, DisplacementWatch, worse
-from lmgcpy.dynamics.energy import Energy, dissipated_by_law, kinetic_energy
+from lmgcpy.dynamics.driven_overlaps import DrivenOverlaps
+from lmgcpy.dynamics.energy import Energy, dissipated_by_law, given_by_hand, kinetic_energy
 from lmgcpy.dynamics.finite_checks import POSITION, VELOCITY, check_bodies, check_detection
 from lmgcpy.dynamics.geometric_stiffness import LinkStiffness
 from lmgcpy.dynamics.interactions import InteractionView
@@ -157,6 +160,8 @@ class Stepper:
         self._told_unsolved = False
         self._displacement_watch = DisplacementWatch(model)
         self._watch = Watch(model)
+        self._driven_overlaps = DrivenOverlaps(model, self.state.positions)
+        self._damped_waves = DampedWaves(model)
         self._turning_stretch = TurningStretch(model)
         self._whipping_links = WhippingLinks(model)
         scene.hand_over(self.state)  # last: a scene that was refused can be mended
@@ -188,6 +193,7 @@ class Stepper:
         """Make a step; returns what a user should know of it."""
         begin = clock.perf_counter()
         sentences = self._take_changes() if self.state.stale else []
+        earlier = self._draw_chains()
         h, theta, state, v = self.time_step, self.theta, self.state, self.state.velocities
         state.positions += self._first_move((1.0 - theta) * h * v)  # q_m
         flight = self._free_flight(v)  # v_free = v + h M^-1 F
@@ -200,7 +206,8 @@ class Stepper:
         state.positions += self._last_move(found.displacement - (1.0 - theta) * h * problem.system.velocity)
         if self.model.cell is not None:
             self.model.cell.straighten(state.positions)
-        self.energy.advance(problem, self.model, flight.force, v, found.pushed, dissipated, flight.inertial)
+        given = () if earlier is None else given_by_hand(problem, earlier, self._turning_stretch.predicted)
+        self.energy.advance(problem, self.model, flight.force, v, found.pushed, dissipated, flight.inertial, given)
         sentences += self._watched(found, flight.force, v)
         state.velocities[:] = problem.system.velocity
         state.time += h
@@ -214,6 +221,7 @@ class Stepper:
             lock = find_lock(problem, self.report, self._straight_spans)
             if lock is not None:
                 self.report = replace(self.report, status=STATUS[LOCKED], lock=lock)
+                sentences += self._watch.lock(lock, self.time) if self.on_unconverged == "warn" else ()
             sentences += self._count_unsolved()
         return sentences
 
@@ -221,8 +229,8 @@ class Stepper:
         """Go on with the scene as the statements since the last step have made it; returns what a user should know."""
         before, model = len(self.model.mass), self.scene.changed(self.model)
         sentences: list[str] = []
-        if len(model.mass) > before:
-            if self.state.overlap == "warn":  # what would stop was refused as it was added
+        if len(model.mass) > before or model.rows is not self.model.rows:
+            if len(model.mass) > before and self.state.overlap == "warn":  # what would stop was refused as it was added
                 sentences += overlaps_at_start(model, before)
             tables = model.contactors, model.rows, model.chains
             detector = self._detector.grown(tables, model.inverse_mass, model.hidden, model.apart, self.state.positions)
@@ -230,15 +238,38 @@ class Stepper:
             watch.said, self._displacement_watch = self._displacement_watch.said, watch
         else:
             detector = copy(self._detector)
+            if model.chains is not self.model.chains:
+                detector = detector.with_chains(model.chains)
             detector.change(model.inverse_mass, model.hidden)
+        for row, now in zip(self.model.rows, model.rows, strict=True):
+            if row is not now:  # what contacts store under other parameters is not known before the step
+                self.energy.stored = {name: value for name, value in self.energy.stored.items() if name != row.law.NAME}
         self.model, self._detector, self._assembler = model, detector, Assembler(model)
         self._links = LinkStiffness.of(model.chains, model.inverse_mass, model.dimension)
         self._straight_spans = StraightSpans.of(model.chains, model.inverse_mass, model.dimension)
         self._turning_stretch.look_at(model)
         self._watch.follow(model)
+        self._driven_overlaps.look_at(model, self.state.positions)
+        self._damped_waves.look_at(model)
         self.state.velocities[model.hidden] = 0.0
         self.state.stale = False
         return sentences
+
+    def _draw_chains(self) -> list[ChainTable] | None:
+        """Give chains whose reference gaps are functions of time those of the next detection, which the step is to reach;
+        the chains as they were before, None if none of them changes."""
+        model, time = self.model, self.state.time
+        earlier = model.earlier if model.drawn == time else None
+        if earlier is None and all(chain.function is None for chain in model.chains):
+            return None
+        detection = time + (1.0 - self.theta) * self.time_step
+        for chain in model.chains:
+            if chain.function is not None:
+                chain.draw(detection + self.time_step)
+        return [
+            chain if chain.function is None else replace(chain, reference_gap=chain.function(detection))
+            for chain in earlier or model.chains
+        ]
 
     # ------------------------------------------------------------------------------------------- whole or not at all
 
@@ -248,7 +279,7 @@ class Stepper:
 
     def _all(self) -> Before:
         """All that a step changes: these objects set attributes and change nothing in place, but for the detector."""
-        watches = self._watch, self._displacement_watch, self._turning_stretch
+        watches = (self._watch, self._driven_overlaps, self._damped_waves, self._displacement_watch, self._turning_stretch)
         kept = [(now, now.copy()) for now in map(vars, (*watches, self.energy, self.state))]
         own = self.__dict__
         kept.append((own, {name: own[name] for name in CHANGED} | {"_detector": copy(self._detector)}))
@@ -287,7 +318,7 @@ class Stepper:
         model, state, h, d = self.model, self.state, self.time_step, self.model.dimension
         middle = state.time + 0.5 * h
         force = model.force([(load, load.at(middle) * self._unit(load)) for load in model.forces], middle)
-        inertial = None if model.cell is None else model.cell.inertial_force(before, model.free_mass)
+        inertial = None if model.cell is None else model.cell.inertial_force(before, model.free_mass, h)
         total = force if inertial is None else force + inertial
         mobility = model.inverse_mass
         if model.drag is None:
@@ -402,6 +433,8 @@ class Stepper:
             *self._displacement_watch.far(found.moves, before, found.problem.system.velocity, end, h),
             *self._watch.links(found.solved, unresolved),
             *self._watch.overlaps(found.solved),
+            *self._driven_overlaps.after_step(self.state.positions, end),
+            *self._damped_waves.after_step(found.problem, self._links, end),
             *(self._watch.jerk(found.problem, found.solved.data.gap, self.energy, thrust) if self.report.solved else ()),
             *self._watch.energy(self.energy, thrust, shock, end, h),
         ]
@@ -452,19 +485,16 @@ class Stepper:
         if not isinstance(checkpoint, Checkpoint):
             raise TypeError(f"restore takes what Simulation.checkpoint() gave, got {shown(checkpoint)}.")
         check(checkpoint, self.checkpoint())
-        changes = from_rows(
-            checkpoint.changes,
-            len(self.state.positions),
-            self.model.dimension,
-            [chain.link_count for chain in self.model.chains],
-        )
+        changes = from_rows(checkpoint.changes, self.scene.counts)
         self._whole_or_not_at_all(lambda: self._take(checkpoint, changes))
 
     def _take(self, checkpoint: Checkpoint, changes: list[Change]) -> None:
         """Become what a checkpoint says; ValueError where it holds interactions of another scene."""
-        self._go_through(changes)
+        self._go_through(changes, checkpoint)
         self._detector.take_memory(checkpoint.memory)
         self.state.positions[:] = checkpoint.positions
+        self._driven_overlaps.look_at(self.model, self.state.positions)
+        self._damped_waves.look_at(self.model)
         self.state.velocities[:] = checkpoint.velocities
         self.state.time = checkpoint.time
         self.steps = self.state.steps = checkpoint.steps
@@ -475,11 +505,17 @@ class Stepper:
         self._turning_stretch.restore(checkpoint.predicted)
         self.report = Report()
 
-    def _go_through(self, changes: list[Change]) -> None:
-        """Make the scene what it is after these statements from its start."""
+    def _go_through(self, changes: list[Change], checkpoint: Checkpoint) -> None:
+        """Make the scene what it is after these statements from its start. Those that were made at the checkpoint give
+        energy in the step after it, for which the model must know how chains were before."""
         if changes != self.state.changes:
-            self.scene.go_through(changes)
+            self.state.time = checkpoint.time
+            self.model = replace(self.model, drawn=-np.inf)
+            self.scene.go_through([change for change in changes if change.step < checkpoint.steps])
             self._take_changes()  # of bodies that were there before: no sentences
+            self.model = replace(self.model, drawn=-np.inf)
+            self.scene.go_through(changes)
+            self._take_changes()
 
     # ------------------------------------------------------------------------------------------------------ results
 

@@ -25,10 +25,13 @@ from lmgcpy.dynamics.assembly import StepProblem
 from lmgcpy.dynamics.displacements import rounded_down
 from lmgcpy.dynamics.energy import Energy
 from lmgcpy.dynamics.model import Model
+from lmgcpy.solve.report import Lock
 
 STRETCH = 0.1
 """Part of its reference length by which a rigid link may be off for :data:`RUNNING` steps before the run warns. A link that
 turns by 0.45 rad in a step is off by as much. (The column study, at a tolerance of 1e-2, leaves 5 %.)"""
+DRIVEN_OFF = 0.01
+"""The same of a link between bodies that are held or driven along it, which nothing brings back, as it gets worse."""
 RUNNING = 3
 """Steps in a row. A single blow, as that of a wire which is thrown taut, leaves a stretch that the next step pulls back."""
 AT_ONCE = 0.25
@@ -107,14 +110,26 @@ class Watch:
             return f"In the step from t = {data.time:g} s the link between {bodies}"
 
         length = data.reference_gap[:count] + self._radius_sum
-        excess = (data.gap[:count] - data.reference_gap[:count]) / length
-        excess = np.where(self._rigid, np.where(self._pull, excess, np.abs(excess)), 0.0)
+        off_by = (data.gap[:count] - data.reference_gap[:count]) / length
+        excess = np.where(self._rigid, np.where(self._pull, off_by, np.abs(off_by)), 0.0)
         i = int(np.argmax(excess))
         self.stretch = max(float(excess[i]), 0.0)
-        off = self.stretch > STRETCH and data.time >= self._drawn_until
+        if self.stretch > DRIVEN_OFF:
+            stuck = system.delassus[:count, 0] == 0.0
+            driven = np.where(stuck & (off_by * data.after[:count, 0] > 0.0), excess, 0.0)
+            k = int(np.argmax(driven))
+            if driven[k] > DRIVEN_OFF and self._first("driven"):
+                yield (
+                    f"{between(k)} is off its reference length of {length[k]:.3g} m by {100.0 * driven[k]:.3g} %: along it "
+                    "both are driven or held, so that no impulse keeps its length. End the drive, drive one of them by a "
+                    "force, or take an elastic law. (Said once.)"
+                )
+            excess[stuck] = 0.0
+            i = int(np.argmax(excess))
+        off = excess[i] > STRETCH and data.time >= self._drawn_until and data.time != self._drawn
         self._stretched = self._stretched + 1 if off else 0
-        at_once = off and self.stretch > AT_ONCE and data.time > 0.0
-        if self.stretch > STRETCH and data.time < self._drawn and self._first("drawn"):
+        at_once = off and excess[i] > AT_ONCE and data.time > 0.0
+        if self.stretch > STRETCH and data.time == self._drawn and self._first("drawn"):
             way = abs(float(data.gap[i] - data.reference_gap[i]))
             yield (
                 f"{between(i)} was given a reference length that is off by {way:.3g} m, {100.0 * self.stretch:.3g} % of "
@@ -123,9 +138,9 @@ class Watch:
             )
         if (self._stretched >= RUNNING or at_once) and self._first("stretch"):
             yield (
-                f"{between(i)} is off its reference length of {length[i]:.3g} m by {100.0 * self.stretch:.3g} %: it turns "
+                f"{between(i)} is off its reference length of {length[i]:.3g} m by {100.0 * excess[i]:.3g} %: it turns "
                 f"by too much in a step, if steps are solved. A time step of "
-                f"{rounded_down(h * math.sqrt(0.5 * STRETCH / self.stretch))} s would do. (Said once.)"
+                f"{rounded_down(h * math.sqrt(0.5 * STRETCH / excess[i]))} s would do. (Said once.)"
             )
         i = int(np.argmax(s)) if len(s) else 0
         if len(s) and s[i] > RESOLVED and self._first("zigzag"):
@@ -169,7 +184,7 @@ class Watch:
         if not min(energy.interactions.values(), default=0.0) < -TAKEN * energy.turned or "jerk" in self._said:
             return
         data, system, count, h = problem.data, problem.system, len(self._rigid), problem.data.time_step
-        if not self._rigid.any() or data.time < self._drawn_until or data.time == 0.0:
+        if not self._rigid.any() or data.time < self._drawn_until or data.time in (0.0, self._drawn):
             return  # what velocities at the start lose to links is no matter of the step
         length = data.reference_gap[:count] + self._radius_sum
         turning = h * np.abs(system.impulse[:count, 0]) * system.delassus[:count, 0] / length
@@ -210,6 +225,11 @@ class Watch:
                 f"{rounded_down(0.5 * time_step)} s, or a solver with a smaller tolerance, does the same. "
                 "(Said once of each law.)"
             )
+
+    def lock(self, lock: Lock, time: float) -> Iterator[str]:
+        """A sentence on the first step that has no solution; ``time``: of its end [s]."""
+        if self._first("lock"):
+            yield f"The step to t = {time:g} s has no solution: {lock}. (Said once.)"
 
     def _first(self, what: str) -> bool:
         first = what not in self._said

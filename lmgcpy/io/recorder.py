@@ -27,7 +27,7 @@ from lmgcpy.io.run_file.damage import WRONG, sentences_of_damage
 from lmgcpy.io.run_file.lock import FileLock
 from lmgcpy.io.run_file.mending import mend
 from lmgcpy.io.run_file.opening import open_to_append, open_to_read
-from lmgcpy.scene.description import asked_again, describe, functions_of_time
+from lmgcpy.scene.description import Key, asked_again, describe, functions_of_time
 from lmgcpy.version import versions
 from lmgcpy.writing import replace_file
 
@@ -65,7 +65,7 @@ class RunRecorder:
         self._force = force
         self._begun = False
         self._steps = -1
-        self._functions: list[tuple[int, str] | str] = []
+        self._functions: list[Key] = []
         self._file: Any = None
         self._held: list[Any] = []
         self._sound = True  # no write is incomplete

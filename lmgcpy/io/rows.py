@@ -62,6 +62,7 @@ class Rows:
     def frame(self, sim: Stepper) -> None:
         """Add a frame: the current state, and the interactions of the last step."""
         self.last_frame = sim.steps
+        sim.scene.note_gaps()
         net = self._net(sim)
         self.index.append((sim.time, sim.steps, self._interaction_count, len(net)))
         self.positions.append(sim.state.positions.copy())

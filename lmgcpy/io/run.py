@@ -14,7 +14,7 @@ import numpy as np
 from lmgcpy.contact.frames import local_frames
 from lmgcpy.contact.lattice import Lattice
 from lmgcpy.dynamics.cell import CellMotion
-from lmgcpy.dynamics.changes import Change, from_rows, gaps_after, hidden_after
+from lmgcpy.dynamics.changes import Change, Counts, from_rows, gaps_after, hidden_after
 from lmgcpy.dynamics.checkpoint import Checkpoint
 from lmgcpy.errors import file_path, named_arguments
 from lmgcpy.io.observations import Observed
@@ -413,9 +413,15 @@ class Run:
         """Statements between the steps so far."""
         with sentences_of_damage(self.path):
             checkpoint, _ = read_checkpoint(self._file, self.laws)
-            return from_rows(
-                checkpoint.changes, len(checkpoint.positions), self.dimension, self.scene["chains"]["link_count"]
+            parameters = [len(law["parameters"]) for law in self.scene["laws"]]
+            counts = Counts(
+                bodies=len(checkpoint.positions),
+                dimension=self.dimension,
+                links=self.scene["chains"]["link_count"],
+                seen_parameters=[parameters[row["law"]] for row in self.scene["visibility"]],
+                link_parameters=[parameters[law] for law in self.scene["chains"]["law"]],
             )
+            return from_rows(checkpoint.changes, counts)
 
     def checkpoint(self) -> Checkpoint:
         """The last checkpoint, from which the run can continue."""

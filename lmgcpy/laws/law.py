@@ -139,6 +139,8 @@ class Law(ABC):
     * ``KEEPS_GAP``: whether the ``reference_gap`` of a contact is the gap that the law predicted in the step before,
       ``gap + time_step * velocity[0]``, if that is below zero, and 0 if not (of a new contact: its own gap, if below zero).
       What the gap is below that, turning has closed (``laws/signorini.py``). False: 0;
+    * ``TAKES_BACK_LATER``: whether what a step has left of that is added to the gap that the law predicted, so that the
+      next one may take it back;
     * :class:`Parameter` attributes, in the order in which ``prepare`` receives their values;
     * :class:`State` attributes, in the same order: numbers that the law keeps for each interaction (damage, plastic
       length, wear).
@@ -158,6 +160,7 @@ class Law(ABC):
     PAIRS: ClassVar[frozenset[tuple[str, str]] | None] = None
     DIMENSIONS: ClassVar[tuple[int, ...]] = (2, 3)
     KEEPS_GAP: ClassVar[bool] = False
+    TAKES_BACK_LATER: ClassVar[bool] = False
     INTERFACE: ClassVar[int] = 1  # a law that names no version is written for the first
 
     initial: ClassVar[Callable | None] = None

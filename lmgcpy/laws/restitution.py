@@ -15,6 +15,11 @@ So each contact dissipates by itself: for any masses, loads, coefficients side b
 * Moreau's ``0 <= u_n^+ + e u_n^- _|_ r_n >= 0`` dissipates ``(1 - e)/(2 (1 + e)) r . W r`` in all (no loads, no friction)
   if e is the same everywhere, and may gain if it is not. It is the same law for contacts that close, and for e = 1.
 
+**Overlap that turning made** (``laws/signorini.py``) is taken back at ``|u_n^-|`` at most, as more would make energy. That
+is enough where a contact goes round a circle ever faster, ``h |u_n^-| = 2 e - e' >= e``, and too little where it slows
+down. What is left is kept, and taken back where it is faster again: a ball that swings in a bowl is never deeper than
+``e = (h u_t)^2/(2 a)`` of its fastest point. (It sank by half of that in every swing.)
+
 An opening contact that is pressed shut returns at most with the velocity with which it opened: its gap is then what it was
 one step before, so that it does not sink.
 
@@ -86,6 +91,7 @@ class Restitution(Coulomb):
     """
 
     NAME = "restitution"
+    TAKES_BACK_LATER = True
     PREPARED = ("bias", "friction", "slip_t", "slip_s")
 
     friction = Parameter("-", "coefficient of friction mu", minimum=0.0, default=0.0)

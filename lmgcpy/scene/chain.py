@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
 
+from lmgcpy.dynamics.changes import LINK_LAW, REFERENCE
+from lmgcpy.dynamics.model import BodyState
 from lmgcpy.errors import closest, number, numbers, shown
 from lmgcpy.laws import Law
+from lmgcpy.laws.first_calls import check_answers
 from lmgcpy.scene.body import Body, Round
 from lmgcpy.scene.cell import Cell
 from lmgcpy.scene.contactor import DiskContactor, SphereContactor
@@ -44,10 +48,14 @@ class Chain:
         settled: bool = False,
         cell: Cell | None = None,
     ):
-        self.law = law
+        self._law = law
         self._cell = cell
-        self._keep: Callable[[int, float], None] | None = None
-        """Keeps a statement between steps; None before the scene is compiled."""
+        self._state: BodyState | None = None
+        """That of the simulation which has compiled the scene."""
+        self._number = -1
+        """Which chain of that scene it is."""
+        self.function: Callable[[float], Any] | None = reference_gap if callable(reference_gap) else None
+        """Function of time [s] that gives the reference gaps, None for none."""
         self.bodies = list(bodies)
         self._path = self.bodies + self.bodies[:1] if closed else self.bodies
         self.closed = closed
@@ -56,14 +64,19 @@ class Chain:
         self.radius_sums = np.array([a.link_radius + b.link_radius for a, b in self._pairs()])
         self._as_built = reference_gap is None
         self.start_gaps = self.lengths() - self.radius_sums
-        if reference_gap is None:
+        self._refuse_relaxation(self.function)
+        if self.function is not None:
+            self.reference_gaps = self._gaps_of(self.function, 0.0)
+        elif reference_gap is None:
             self.reference_gaps = self.start_gaps.copy()
         else:
-            given = numbers(reference_gap, "reference_gap", "a number [m], one number a link, or None")
+            given = numbers(
+                reference_gap, "reference_gap", "a number [m], one number a link, a function of time [s], or None"
+            )
             if given.shape not in ((), (1,), self.start_gaps.shape):
                 raise ValueError(
-                    f"reference_gap must be a number [m], {len(self.start_gaps)} numbers (one a link) or None, got "
-                    f"{shown(reference_gap)}."
+                    f"reference_gap must be a number [m], {len(self.start_gaps)} numbers (one a link), a function of time "
+                    f"or None, got {shown(reference_gap)}."
                 )
             self.reference_gaps = np.broadcast_to(given, self.start_gaps.shape).copy()
         self.parameters = self._of_each_link(parameters)
@@ -78,31 +91,50 @@ class Chain:
             return {}
         if not isinstance(parameters, Mapping):
             raise TypeError(f"parameters are arrays by name, as {{'strength': [10.0, 20.0]}}, got {shown(parameters)}.")
-        count, known, found = len(self.start_gaps), self.law.parameters(), {}
+        count, known, found = len(self.start_gaps), self._law.parameters(), {}
         for name, given in parameters.items():
             if name not in known:
-                raise ValueError(f"parameters: law '{self.law.NAME}' has no {shown(name)}{closest(name, known)}")
+                raise ValueError(f"parameters: law '{self._law.NAME}' has no {shown(name)}{closest(name, known)}")
             values = numbers(given, f"parameters['{name}']", f"{count} numbers [{known[name].unit}], one a link")
             if values.shape != (count,):
                 raise ValueError(f"parameters['{name}'] must be {count} numbers, one a link, got {shown(given)}.")
             found[name] = values.copy()
-        for i, law in enumerate(self._laws(found)):
-            if isinstance(law, Exception):
-                raise type(law)(f"Link {i} of the chain: {law}") from law
+        self._refuse_links(self._law, found)
         return found
 
-    def _laws(self, parameters: dict[str, np.ndarray]) -> Iterator[Law | Exception]:
+    def _refuse_links(self, law: Law, parameters: dict[str, np.ndarray]) -> None:
+        """Raise the error of the first link whose own parameters the law does not take."""
+        for i, of_link in enumerate(self._laws(law, parameters)):
+            if isinstance(of_link, Exception):
+                raise type(of_link)(f"Link {i} of the chain: {of_link}") from of_link
+
+    def _laws(self, law: Law, parameters: dict[str, np.ndarray]) -> Iterator[Law | Exception]:
         """The law of each link, with its own parameters, or the error that these make."""
         for values in zip(*(column.tolist() for column in parameters.values()), strict=True):
             try:
-                yield self.law.with_values(**dict(zip(parameters, values, strict=True)))
+                yield law.with_values(**dict(zip(parameters, values, strict=True)))
             except (TypeError, ValueError) as error:
                 yield error
 
     @property
+    def law(self) -> Law:
+        """The law of the links. It may be set to one of the same class with other parameters, also between the steps of a
+        simulation, where it acts from the next step on. What ``parameters`` gave each link stays."""
+        return self._law
+
+    @law.setter
+    def law(self, law: Law) -> None:
+        refuse_other_class(law, self._law, f"The law of {self!r}")
+        check_answers(law, self.bodies[0].dimension)
+        self._refuse_links(law, self.parameters)
+        if self._state is not None:
+            self._state.keep_law(LINK_LAW, self._number, law)
+        self._law = law
+
+    @property
     def laws(self) -> list[Law]:
         """The laws of the links: one that all share, or one each."""
-        return [law for law in self._laws(self.parameters) if isinstance(law, Law)] or [self.law]
+        return [law for law in self._laws(self._law, self.parameters) if isinstance(law, Law)] or [self._law]
 
     def _pairs(self) -> list[tuple[Body, Body]]:
         return list(zip(self._path[:-1], self._path[1:], strict=True))
@@ -138,42 +170,88 @@ class Chain:
     @property
     def reference_gap(self) -> np.ndarray:
         """Reference gaps [m], (links,), a copy. They may be set, to one number or to one a link, also between the steps of
-        a simulation: a winch draws a rope in by a little in every step.
+        a simulation: a winch draws a rope in by a little in every step. Before a simulation is made they may be set to a
+        function of time [s] that gives them.
 
         A rigid link follows at once: drawn in by s before a step of h, its ends approach by s/h; the run warns if s is more
         than a tenth of its length. It must keep a length, and does not relax (ValueError). Before the simulation is made, a
         rigid link that would begin with a blow is refused as by :meth:`Scene.chain`.
+
+        A step asks the function for the gaps of the next detection, ``(2 - theta) h`` after
+        its beginning, as these are what a law drives: links have the gap ``f(t)`` at each detection, and their ends the
+        velocity ``f'(t)`` at the end of each step, both to O(h^2).
         """
-        return self.reference_gaps.copy()
+        if self.function is None:
+            return self.reference_gaps.copy()
+        return self._gaps_of(self.function, 0.0 if self._state is None else self._state.time)
 
     @reference_gap.setter
     def reference_gap(self, gaps: Any) -> None:
-        given = numbers(gaps, "reference_gap", "a number [m] or one number a link")
-        if given.shape not in ((), self.reference_gaps.shape):
-            raise ValueError(
-                f"reference_gap must be a number [m] or {len(self.reference_gaps)} numbers, one a link, got {shown(gaps)}."
-            )
-        if self.relaxation > 0.0:
-            raise ValueError("The reference_gap of a chain that relaxes cannot be set: make it with relaxation=0.")
-        wanted = given + np.zeros_like(self.reference_gaps)
-        self._refuse_no_length(wanted, "would have no length at its reference", "give a larger gap")
-        if self._cell is not None:
-            self.check_cell(self._cell, wanted)
-        if self._keep is None:
+        self._refuse_relaxation(gaps)
+        if callable(gaps):
+            if self._state is not None:
+                raise RuntimeError(
+                    "reference_gap between steps takes numbers, which a run file keeps: give a function of time before the "
+                    "Simulation is made, or change numbers step by step in on_step."
+                )
+            self._drive(gaps)
+            return
+        wanted = self._checked(gaps)
+        if self._state is None:
             self._refuse_blows(wanted, wanted != self.reference_gaps)
         self._as_built = False
         one = len(set(wanted.tolist())) == 1
         for link, gap in [(-1, float(wanted[0]))] if one else list(enumerate(wanted.tolist())):
-            if one or gap != self.reference_gaps[link]:
-                if self._keep is not None:
-                    self._keep(link, gap)
-                self._take(link, gap)
+            new = one or self.function is not None or gap != self.reference_gaps[link]
+            if new and self._state is not None:
+                self._state.keep(REFERENCE, self._number, link, gap)
+        self.reference_gaps, self.function = wanted, None
+
+    def _drive(self, function: Callable[[float], Any]) -> None:
+        """Take a function of time for the reference gaps; where it is wrong at the start nothing changes."""
+        self.reference_gaps, self.function = self._gaps_of(function, 0.0), function
+        self._as_built = False
+
+    @property
+    def gaps_in_time(self) -> Callable[[float], np.ndarray] | None:
+        """The function of time that gives the reference gaps [m], (links,), with its answers checked; None for none."""
+        return None if self.function is None else partial(self._gaps_of, self.function)
+
+    def _gaps_of(self, function: Callable[[float], Any], time: float) -> np.ndarray:
+        """Reference gaps that a function gives at a time [s], (links,); RuntimeError where it fails or gives what no chain
+        can have."""
+        where = f"The function of time for reference_gap of {self!r} at t = {time:g} s"
+        try:
+            given = function(time)
+        except Exception as error:
+            raise RuntimeError(f"{where} failed with {shown(error)}: mend it.") from error
+        try:
+            return self._checked(given)
+        except (TypeError, ValueError) as error:
+            raise RuntimeError(f"{where} gave what cannot be: {error}") from error
+
+    def _checked(self, gaps: Any) -> np.ndarray:
+        """Reference gaps that were given, one for each link, (links,); ValueError where they cannot be."""
+        given = numbers(gaps, "reference_gap", "a number [m] or one number a link")
+        if given.shape not in ((), self.start_gaps.shape):
+            raise ValueError(
+                f"reference_gap must be a number [m] or {len(self.start_gaps)} numbers, one a link, got {shown(gaps)}."
+            )
+        wanted = given + np.zeros_like(self.start_gaps)
+        self._refuse_no_length(wanted, "would have no length at its reference", "give a larger gap")
+        if self._cell is not None:
+            self.check_cell(self._cell, wanted)
+        return wanted
+
+    def _refuse_relaxation(self, gaps: Any) -> None:
+        if self.relaxation > 0.0 and gaps is not None:
+            raise ValueError("The reference_gap of a chain that relaxes cannot be set: make it with relaxation=0.")
 
     def _take(self, link: int, gap: float) -> None:
         """What a statement makes of the reference gaps; ``link`` -1 means all."""
         gaps = self.reference_gaps.copy()
         gaps[slice(None) if link < 0 else link] = gap
-        self.reference_gaps = gaps
+        self.reference_gaps, self.function = gaps, None
 
     @property
     def path(self) -> np.ndarray:
@@ -215,11 +293,11 @@ class Chain:
     def _refuse_blows(self, gaps: np.ndarray, given: np.ndarray) -> None:
         """Refuse rigid links that are off one of these reference gaps (links,) at the start, of those that are ``given`` it
         now (links,)."""
-        if "rigid" not in self.law.TRAITS or self.relaxation > 0.0:
+        if "rigid" not in self._law.TRAITS or self.relaxation > 0.0:
             return
         start = self.lengths() - self.radius_sums
         excess = np.where(given, start - gaps, 0.0)
-        if "pull" not in self.law.TRAITS:
+        if "pull" not in self._law.TRAITS:
             excess = np.abs(excess)
         i = int(np.argmax(excess))
         if excess[i] > BLOW * (gaps[i] + self.radius_sums[i]):
@@ -231,7 +309,16 @@ class Chain:
             )
 
     def __repr__(self) -> str:
-        return f"<Chain of {len(self.bodies)} bodies, {self.law!r}{', closed' if self.closed else ''}>"
+        return f"<Chain of {len(self.bodies)} bodies, {self._law!r}{', closed' if self.closed else ''}>"
+
+
+def refuse_other_class(law: Any, now: Law, what: str) -> None:
+    """TypeError unless a law is of the class of the one whose place it takes: the rest of a simulation is made for it."""
+    if type(law) is not type(now):
+        raise TypeError(
+            f"{what} may be set to one with other parameters, of the same class '{now.NAME}', got {shown(law)}: for "
+            "another class make a new scene."
+        )
 
 
 def core_radius(body: Body) -> float:

@@ -54,8 +54,10 @@ _COLLIDE = (False, True, None)
 
 _CONDITION_FIELDS = ("body", "component", "loaded", "function", "value")
 
-Functions = Mapping[tuple[int, str] | str, Callable[[float], Any]]
-"""Functions of time by id of the body and name of the component, and that of "gravity"."""
+Key = tuple[int, str] | tuple[str, int] | str
+Functions = Mapping[Key, Callable[[float], Any]]
+"""Functions of time by id of the body and name of the component, those of reference gaps by ``("chain", 0)``, the number of
+the chain, and that of "gravity"."""
 
 
 class RecordedContactor(Contactor):
@@ -111,6 +113,7 @@ def describe(scene: Scene) -> dict[str, Any]:
         for loaded, values in ((False, body._velocities), (True, body._forces))
         for component, value in values.items()
     ]
+    of_time = np.array([chain.function is not None for chain in scene.chains], dtype=bool)
     return {
         "dimension": scene.dimension,
         # a function of time is a NaN, as no file can hold it
@@ -163,7 +166,8 @@ def describe(scene: Scene) -> dict[str, Any]:
             "body_count": np.array([len(chain.bodies) for chain in scene.chains], dtype=np.int64),
             "bodies": np.array([body.id for chain in scene.chains for body in chain.bodies], dtype=np.int64),
             "link_count": np.array([len(chain.reference_gaps) for chain in scene.chains], dtype=np.int64),
-            "reference_gaps": np.concatenate([chain.reference_gaps for chain in scene.chains] or [np.zeros(0)]),
+            "reference_gaps": np.concatenate([chain.reference_gap for chain in scene.chains] or [np.zeros(0)]),
+            **({"function": of_time} if of_time.any() else {}),
             "parameters": {str(i): dict(chain.parameters) for i, chain in enumerate(scene.chains) if chain.parameters},
         },
         "laws": [
@@ -215,18 +219,24 @@ def build(description: Mapping[str, Any], *, settled: bool = False) -> Scene:
     return scene
 
 
-def functions_of_time(description: Mapping[str, Any]) -> list[tuple[int, str] | str]:
-    """What is a function of time: id of the body and name of the component of each condition, and "gravity"."""
+def functions_of_time(description: Mapping[str, Any]) -> list[Key]:
+    """What is a function of time: id of the body and name of the component of each condition, chains, and "gravity"."""
     conditions = description["conditions"]
     rows = zip(conditions["body"], conditions["component"], conditions["function"], strict=True)
     names = COMPONENTS[description["dimension"]]
-    found: list[tuple[int, str] | str] = [(int(body), names[component]) for body, component, function in rows if function]
+    found: list[Key] = [(int(body), names[component]) for body, component, function in rows if function]
+    found += [("chain", k) for k in chains_of_time(description)]
     return found + (["gravity"] if np.isnan(description["gravity"]).all() else [])
 
 
-def asked_again(functions: list[tuple[int, str] | str]) -> str:
+def chains_of_time(description: Mapping[str, Any]) -> list[int]:
+    """Numbers of the chains whose reference gaps are functions of time."""
+    return np.flatnonzero(description["chains"].get("function", np.zeros(0, dtype=bool))).tolist()
+
+
+def asked_again(functions: list[Key]) -> str:
     """Functions of time as one writes them in a call: ``(3, "y"): f, "gravity": f``."""
-    words = (f'"{key}"' if isinstance(key, str) else f'({key[0]}, "{key[1]}")' for key in functions)
+    words = (str(key).replace("'", '"') if isinstance(key, tuple) else f'"{key}"' for key in functions)
     return ", ".join(f"{word}: f" for word in words)
 
 
@@ -452,12 +462,12 @@ def _check_conditions(scene: Scene, conditions: Mapping[str, Any]) -> None:
 
 
 def impose(scene: Scene, description: Mapping[str, Any], functions: Functions) -> None:
-    """Impose the conditions of a description on its scene, and gravity where it is a function of time; raises the errors of
-    :func:`from_description`."""
+    """Impose the conditions of a description on its scene, and gravity and reference gaps where they are functions of time;
+    raises the errors of :func:`from_description`."""
     conditions = description["conditions"]
     if not isinstance(functions, Mapping):
         raise TypeError(f"functions must be a dictionary such as {{(3, 'y'): f}}, got {shown(functions)}.")
-    missing: list[tuple[tuple[int, str] | str, str]] = []
+    missing: list[tuple[Key, str]] = []
     left = dict(functions)
     if np.isnan(description["gravity"]).all():
         gravity = left.pop("gravity", None)
@@ -479,6 +489,14 @@ def impose(scene: Scene, description: Mapping[str, Any], functions: Functions) -
             if not callable(what):
                 raise TypeError(f"functions[{int(body)}, '{name}'] must be a function of time, got {shown(what)}.")
         scene.bodies[body]._take(LOADED if loaded else DRIVEN, int(component), what)
+    for k in chains_of_time(description):
+        what = left.pop(("chain", k), None)
+        if what is None:
+            missing.append((("chain", k), f"the reference_gap of chain {k}"))
+        elif not callable(what):
+            raise TypeError(f"functions['chain', {k}] must be a function of time, got {shown(what)}.")
+        else:
+            scene.chains[k]._drive(what)
     if missing:
         which = "; ".join(words for _, words in missing)
         again = asked_again([key for key, _ in missing])
@@ -489,5 +507,5 @@ def impose(scene: Scene, description: Mapping[str, Any], functions: Functions) -
     if left:
         raise ValueError(
             f"functions names {shown(list(left))}, where the run has no function of time; "
-            "keys are (id of the body, component), for example (3, 'y')."
+            "keys are (id of the body, component), for example (3, 'y'), and ('chain', number of the chain)."
         )

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import itertools
+import operator
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import Any, ClassVar, TypeVar
 
 import numpy as np
@@ -14,7 +14,7 @@ import numpy as np
 from lmgcpy.contact.detection_tables import ChainTable, ContactorTable, VisibilityRow
 from lmgcpy.contact.groups import check_pairs
 from lmgcpy.dynamics.cell import CellMotion
-from lmgcpy.dynamics.changes import DRIVEN, GRAVITY, REFERENCE, SHOWN, Change
+from lmgcpy.dynamics.changes import DRIVEN, GRAVITY, NOTED, OF_LAWS, REFERENCE, SEEN_LAW, SHOWN, Change, Counts, laws_after
 from lmgcpy.dynamics.model import COMPONENTS, BodyState, Drive, Model
 from lmgcpy.dynamics.start_overlaps import check_start
 from lmgcpy.errors import AXES, LARGEST, closest, flag, named_arguments, number, shown, vector, whole
@@ -24,7 +24,7 @@ from lmgcpy.laws.registry import check_interface
 from lmgcpy.scene.body import INERTIA, MASS, RADIUS, Body, Disk, RigidBody, Wall
 from lmgcpy.scene.body_3d import Sphere
 from lmgcpy.scene.cell import Cell, Edge, edge_vector
-from lmgcpy.scene.chain import Chain
+from lmgcpy.scene.chain import Chain, refuse_other_class
 from lmgcpy.scene.many_bodies import SomeRound, StartNumbers, make_round
 from lmgcpy.scene.material import Material
 from lmgcpy.scene.medium import COEFFICIENTS, Medium, drag_of, medium
@@ -313,9 +313,35 @@ class Scene:
                 )
         self._rows.append(row)
 
+    @named_arguments
+    def set_law(self, candidate: str, antagonist: str, law: Law) -> None:
+        """Let bodies of two colours that see each other touch under a law of the same class with other parameters.
+
+        Between the steps of a simulation it acts from the next step on; checkpoints and run files keep it. LookupError if
+        the colours do not see each other; ValueError between steps for a law with another number of rolling components,
+        for which a simulation has no room.
+        """
+        self._check_law(law, "contact", "set_law")
+        at = [k for k, (one, other, _, _) in enumerate(self._rows) if {one, other} == {candidate, antagonist}]
+        if not at:
+            raise LookupError(f"{shown(candidate)} does not see {shown(antagonist)}: Scene.see gives the two a law.")
+        (k,) = at
+        one, other, now, alert = self._rows[k]
+        refuse_other_class(law, now, f"The law between '{one}' and '{other}'")
+        d = self.dimension
+        if self._state is not None and max(law.rows(d), d) != max(now.rows(d), d):
+            raise ValueError(
+                f"Between steps '{one}' and '{other}' cannot get a law with another number of rolling components, "
+                f"{law.rows(d)} in place of {now.rows(d)}: begin with those that are to come, and let them be small."
+            )
+        check_answers(law, d)
+        if self._state is not None:
+            self._state.keep_law(SEEN_LAW, k, law)
+        self._rows[k] = one, other, law, alert
+
     def _row(self, candidate: str, antagonist: str, law: Law, alert: float | None) -> tuple[str, str, Law, float | None]:
         """A row of the visibility table, checked by itself."""
-        self._editable("extend the visibility table")
+        self._editable("extend the visibility table", "Scene.set_law changes parameters; for more make a new scene.")
         for color in (candidate, antagonist):
             if not isinstance(color, str) or not color:
                 raise TypeError(f"A colour is a word such as 'GRAIN', got {shown(color)}.")
@@ -339,11 +365,11 @@ class Scene:
     ) -> Chain:
         """Link consecutive bodies by a law; returns the chain.
 
-        ``reference_gap`` [m] is the gap between surfaces at the reference length: one number, one number a link, or None
-        for the initial gaps. ``block_spin`` holds the spin of the bodies: links carry no moment, so a bead that is free to
-        spin rolls, and a chain of such beads slides over a drum without friction. ``closed`` links the last body to the
-        first. A rigid link that starts beyond its reference is refused, unless ``relaxation`` [s] gives the time in which
-        it is drawn in.
+        ``reference_gap`` [m] is the gap between surfaces at the reference length: one number, one number a link, a function
+        of time [s] that gives them (see ``Chain.reference_gap``), or None for the initial gaps. ``block_spin`` holds the
+        spin of the bodies: links carry no moment, so a bead that is free to spin rolls, and a chain of such beads slides
+        over a drum without friction. ``closed`` links the last body to the first. A rigid link that starts beyond its
+        reference is refused, unless ``relaxation`` [s] gives the time in which it is drawn in.
 
         ``neighbours_collide`` says whether linked neighbours whose colours see each other may also be in contact. None
         allows it if the gap that the link holds is above a thousandth of the smaller radius, from the start of a
@@ -458,7 +484,13 @@ class Scene:
             ],
             chains=[
                 ChainTable(
-                    chain.path, chain.laws, chain.radius_sums, chain.reference_gap, chain.start_gaps, chain.relaxation
+                    chain.path,
+                    chain.laws,
+                    chain.radius_sums,
+                    chain.reference_gap,
+                    chain.start_gaps,
+                    chain.relaxation,
+                    chain.gaps_in_time,
                 )
                 for chain in self.chains
             ],
@@ -491,29 +523,35 @@ class Scene:
     def changed(self, model: Model) -> Model:
         """The model with the conditions, the hidden bodies and the gravity of now, and all bodies that were added since; a
         simulation calls it between steps."""
+        assert self._state is not None
         if len(self.bodies) > len(model.mass):
-            assert self._state is not None
-            return replace(self._model(self._state.time), start=self._state, drawn=self._drawn(model))
+            return self._after(model, replace(self._model(self._state.time), start=self._state))
         velocities, forces, inverse_mass, hidden = self._conditions(model.mass)
-        return replace(
+        rows = [
+            row if law == row.law else replace(row, law=law, reach=reach(c, a, law, model.contactors))
+            for row, (c, a, law, _) in zip(model.rows, self.rows, strict=True)
+        ]
+        chains = [table_of(chain, table) for chain, table in zip(self.chains, model.chains, strict=True)]
+        now = replace(
             model,
             gravity=self.gravity,
             velocities=velocities,
             forces=forces,
             inverse_mass=inverse_mass,
             hidden=hidden,
-            drawn=self._drawn(model),
+            rows=model.rows if all(map(operator.is_, rows, model.rows)) else rows,
+            chains=model.chains if all(map(operator.is_, chains, model.chains)) else chains,
         )
+        return self._after(model, now)
 
-    def _drawn(self, model: Model) -> float:
-        """Time until which links are drawn to another length; chains that were given one learn it."""
+    def _after(self, before: Model, now: Model) -> Model:
+        """A model that comes after another one, and knows its chains if they were other ones."""
         assert self._state is not None
-        drawn = model.drawn
-        for chain, table in zip(self.chains, model.chains, strict=True):
-            if not np.array_equal(chain.reference_gaps, table.reference_gap):
-                table.draw(chain.reference_gaps)
-                drawn = float(np.nextafter(self._state.time, np.inf))
-        return drawn
+        if before.drawn == self._state.time:
+            return replace(now, earlier=before.earlier, drawn=before.drawn)
+        if all(map(same_links, before.chains, now.chains)):
+            return now
+        return replace(now, earlier=before.chains, drawn=self._state.time)
 
     def go_through(self, changes: list[Change]) -> None:
         """Go back to the conditions at the start, and from there through the statements between steps."""
@@ -522,8 +560,9 @@ class Scene:
         self._gravity = self._gravity_at_start
         for body, (velocities, forces, hidden) in zip(self.bodies, self._at_start, strict=True):
             body._velocities, body._forces, body._hidden = velocities, forces, hidden
-        for chain, gaps in zip(self.chains, self._gaps_at_start, strict=True):
-            chain.reference_gaps = gaps
+        self._rows = list(self._rows_at_start)
+        for chain, (law, gaps, function) in zip(self.chains, self._chains_at_start, strict=True):
+            chain._law, chain.reference_gaps, chain.function = law, gaps, function
         self.take(changes)
         self._state.stale = True
 
@@ -533,12 +572,44 @@ class Scene:
             if change.kind == REFERENCE:
                 self.chains[change.body]._take(change.component, change.value)
                 continue
+            if change.kind in (*OF_LAWS, NOTED):
+                continue
             if change.kind != GRAVITY:
                 self.bodies[change.body]._take(change.kind, change.component, change.value)
                 continue
             gravity = np.zeros(self.dimension) if callable(self._gravity) else self._gravity.copy()
             gravity[change.component] = change.value
             self._gravity = gravity
+        for (kind, k), given in laws_after(changes).items():
+            now = self._rows[k][2] if kind == SEEN_LAW else self.chains[k]._law
+            law = type(now)(**{list(now.parameters())[at]: value for at, value in given.items()})
+            if kind == SEEN_LAW:
+                one, other, _, alert = self._rows[k]
+                self._rows[k] = one, other, law, alert
+            else:
+                self.chains[k]._refuse_links(law, self.chains[k].parameters)
+                self.chains[k]._law = law
+
+    @property
+    def counts(self) -> Counts:
+        """How many there are of what statements between steps name."""
+        return Counts(
+            bodies=len(self.bodies),
+            dimension=self.dimension,
+            links=[len(chain.reference_gaps) for chain in self.chains],
+            seen_parameters=[len(law.parameters()) for _, _, law, _ in self._rows],
+            link_parameters=[len(chain._law.parameters()) for chain in self.chains],
+        )
+
+    def note_gaps(self) -> None:
+        """Note the reference gaps that are functions of time as they are now, for those who read a file, which holds no
+        functions."""
+        assert self._state is not None
+        for k, chain in enumerate(self.chains):
+            if chain.function is not None:
+                gaps = chain.reference_gap.tolist()
+                for link, gap in [(-1, gaps[0])] if len(set(gaps)) == 1 else list(enumerate(gaps)):
+                    self._state.changes.append(Change(self._state.steps, NOTED, k, link, gap))
 
     def hand_over(self, state: BodyState) -> None:
         """Make the bodies views of a simulation's state. From then on only statements between steps change the scene."""
@@ -546,11 +617,12 @@ class Scene:
         self._state = state
         self._gravity_at_start = self._gravity
         self._at_start = [(body._velocities, body._forces, body._hidden) for body in self.bodies]
-        self._gaps_at_start = [chain.reference_gaps for chain in self.chains]
+        self._rows_at_start = tuple(self._rows)
+        self._chains_at_start = [(chain._law, chain.reference_gaps, chain.function) for chain in self.chains]
         for body in self.bodies:
             body._state = state
         for k, chain in enumerate(self.chains):
-            chain._keep = partial(state.keep, REFERENCE, k)
+            chain._state, chain._number = state, k
 
     def _check_colors(self) -> None:
         known = {body.color for body in self.bodies}
@@ -632,6 +704,20 @@ class Scene:
             f"<Scene in {self.dimension}D: {len(self.bodies)} bodies, {len(self.rows)} rows of the visibility table, "
             f"{len(self.chains)} chains{', compiled' if self._compiled else ''}>"
         )
+
+
+def table_of(chain: Chain, table: ChainTable) -> ChainTable:
+    """The table of a chain as statements have left it; ``table`` if they have left it alone."""
+    gaps = table.reference_gap if chain.function is not None else chain.reference_gaps
+    now = replace(table, laws=chain.laws, reference_gap=gaps.copy(), function=chain.gaps_in_time)
+    return table if same_links(table, now) else now
+
+
+def same_links(one: ChainTable, other: ChainTable) -> bool:
+    """Whether two tables of a chain have the same laws and the same reference gaps."""
+    if one.function is None and other.function is None:
+        return one.laws == other.laws and np.array_equal(one.reference_gap, other.reference_gap)
+    return one.laws == other.laws and one.function is not None and other.function is not None
 
 
 def _rows_of(rows: Any) -> Iterator[tuple[str, str, Law, float | None]]:

@@ -21,9 +21,7 @@ def scene_of_run(path: str | os.PathLike, step: int | None, functions: Functions
         description, changes = at_frame(run, frame), run.checkpoint().changes
         try:
             scene = build(description, settled=True)
-            changes_so_far = from_rows(
-                changes, len(scene.bodies), scene.dimension, [len(chain.reference_gaps) for chain in scene.chains]
-            )
+            changes_so_far = from_rows(changes, scene.counts)
         except (IndexError, KeyError, AttributeError, TypeError, ValueError, OverflowError, MemoryError) as error:
             raise ValueError(f"'{path}' holds no scene that can be built: {error}".rstrip(".") + ".") from error
         impose(scene, description, functions or {})

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import lmgcpy as lm
-from lmgcpy.dynamics.changes import from_rows
+from lmgcpy.dynamics.changes import Counts, from_rows
 from lmgcpy.scene.cell import Edge
 
 G = 9.81
@@ -348,7 +348,14 @@ def test_gravity_as_a_function_is_asked_for_again(tmp_path):
 @pytest.mark.parametrize(
     "rows",
     [
-        [[0.0, 9.0, 0.0, 0.0, 1.0]],
+        [[0.0, 10.0, 0.0, 0.0, 1.0]],
+        [[0.0, 7.0, 0.0, 1.0, 1.0]],  # a parameter of a law that no statement gives
+        [[0.0, 7.0, 0.0, -1.0, 0.0], [0.0, 7.0, 0.0, 2.0, 1.0]],  # the one law of contacts has two parameters
+        [[0.0, 7.0, 0.0, -1.0, 0.0], [0.0, 7.0, 0.0, 1.0, 1.0], [0.0, 7.0, 0.0, 0.0, 1.0]],
+        [[0.0, 7.0, 0.0, -1.0, 0.0], [1.0, 7.0, 0.0, 0.0, 1.0]],
+        [[0.0, 7.0, 1.0, -1.0, 0.0]],
+        [[0.0, 8.0, 0.0, -1.0, 0.0], [0.0, 8.0, 0.0, 0.0, 1.0]],
+        [[0.0, 9.0, 0.0, 3.0, 1.0]],
         [[0.0, 6.0, 1.0, 0.0, 1.0]],  # the one chain is number 0, and has three links
         [[0.0, 6.0, 0.0, 3.0, 1.0]],
         [[0.0, 6.0, 0.0, -2.0, 1.0]],
@@ -364,7 +371,7 @@ def test_gravity_as_a_function_is_asked_for_again(tmp_path):
 )
 def test_damaged_statements_get_a_sentence(rows):
     with pytest.raises(ValueError, match="statement"):
-        from_rows(np.array(rows), 7, 2, [3])
+        from_rows(np.array(rows), Counts(7, 2, [3], [2], [0]))
 
 
 # ---------------------------------------------------------------------------------------------------- a prepared sample

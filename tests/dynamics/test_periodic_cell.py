@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import lmgcpy as lm
+from lmgcpy.dynamics.cell import convection
 
 AXES = "xyz"
 
@@ -58,6 +59,48 @@ def test_free_flight_in_simple_shear_is_straight(time_step, theta):
     assert body.position == pytest.approx(start + velocity + flow @ start, abs=1e-12)
     assert body.velocity + flow @ body.position == pytest.approx(velocity + flow @ start, abs=1e-12)
     assert sim.energy.kinetic == pytest.approx(0.5 * float(body.velocity @ body.velocity))
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("turn", [0.05, 0.5, 1.0, 1.9])
+@pytest.mark.parametrize("ratio", [1.0, 4.0])
+def test_speeds_do_not_grow_in_a_cell_that_spins(dimension, turn, ratio):
+    """Of dv/dt = -G v with ``G = ((0, -a), (b, 0))`` the quantity ``b v_x^2 + a v_y^2`` is kept, to rounding, at any angle
+    a step. (An explicit step multiplies it with ``1 + h^2 a b``.)"""
+    h = 1e-2
+    scene = lm.Scene(dimension=dimension)
+    body = lm.disk if dimension == 2 else lm.sphere
+    velocity = np.array([0.3, -0.4, 0.2][:dimension])
+    thrown = scene.add(body(radius=0.01, position=np.full(dimension, 0.5), velocity=velocity, mass=1.0))
+    a, b = turn / h / np.sqrt(ratio), turn / h * np.sqrt(ratio)
+    scene.periodic(**dict.fromkeys("xyz"[:dimension], 1.0)).impose_rate(xy=-a, yx=b)
+    sim = lm.Simulation(scene, time_step=h)
+    angle = 0.0
+    for _ in range(100):
+        sim.step()
+        angle += 2.0 * np.arctan(0.5 * turn)
+        assert b * thrown.velocity[0] ** 2 + a * thrown.velocity[1] ** 2 == pytest.approx(b * 0.09 + a * 0.16, rel=1e-11)
+        assert abs(sim.energy.defect) < 1e-12
+    # in the scaled plane it turns by the angle of the midpoint rule, against the cell
+    x, y = velocity[0], velocity[1] / np.sqrt(ratio)
+    turned = x * np.cos(angle) + y * np.sin(angle)
+    assert thrown.velocity[0] == pytest.approx(turned, abs=1e-11)
+    assert dimension == 2 or thrown.velocity[2] == velocity[2]
+
+
+@pytest.mark.parametrize(
+    "rate", [{"xy": 3.0}, {"xx": -2.0, "yy": 1.0}, {"xy": 2.0, "yx": 2.0}, {"xx": 1.0, "xy": 5.0, "yy": 1.0}, {}], ids=str
+)
+def test_flows_that_do_not_turn_are_explicit_as_they_were(rate):
+    """Their G has real eigenvalues, a shear across the axes up to rounding."""
+    gradient = np.zeros((2, 2))
+    for name, value in rate.items():
+        gradient["xy".index(name[0]), "xy".index(name[1])] = value
+    assert convection(gradient, 0.1) is gradient
+    for angle in np.linspace(0.1, 3.0, 20):
+        along, across = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
+        shear = 7.0 * np.outer(along, across)
+        assert convection(shear, 0.1) is shear
 
 
 def test_bodies_at_rest_in_the_mean_flow_move_as_the_edges_do():

@@ -71,7 +71,7 @@ def count_lines(call, opcodes=False):
 
 def everything(sim):
     """All that a step changes, as numbers and words that can be compared."""
-    watches = sim._watch, sim._displacement_watch
+    watches, driven = (sim._watch, sim._displacement_watch), sim._driven_overlaps
     said = [getattr(watch, name) for watch in watches for name in ("_said", "said") if hasattr(watch, name)]
     memory = vars(sim._detector.give_memory())
     arrays = sim.positions, sim.state.positions, sim.velocities, sim.state.velocities, sim._turning_stretch.predicted
@@ -82,7 +82,7 @@ def everything(sim):
         (sim.unconverged_steps, sim.worst_residual, sim.worst_slip, sim._told_unsolved),
         repr(vars(sim.energy)),
         repr(replace(sim.report, seconds=0.0, step_seconds=0.0)),
-        (sim._watch._stretched, sim._watch.stretch, said),
+        (sim._watch._stretched, sim._watch.stretch, said, driven._told, driven._pairs.tobytes(), driven._least.tobytes()),
     )
 
 

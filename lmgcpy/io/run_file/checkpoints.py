@@ -14,6 +14,8 @@ from lmgcpy.dynamics.energy import Energy
 from lmgcpy.io.run_file.commits import Commit
 
 ENERGIES = ("kinetic", "loads", "drives", "defect", "total_loads", "total_drives")
+LAST_ENERGIES = ("time", "worst", "made", "by_hand", "total_by_hand")
+"""What stands after them; older files have less."""
 BY_LAW = ("interactions", "stored", "total_interactions", "dissipated", "total_dissipated", "made_by_law")
 COUNTS = ("sequence", "frames", "interactions", "history")
 """Fields of the commit that belongs to a checkpoint."""
@@ -28,7 +30,7 @@ def create_slot(group: Any, checkpoint: Checkpoint, laws: int) -> None:
         group.create_dataset(name, data=np.zeros_like(getattr(checkpoint, name)))
     group.create_dataset("listed_at", data=np.zeros_like(checkpoint.memory.listed_at))
     group.create_dataset("predicted", data=np.zeros_like(checkpoint.predicted))
-    group.create_dataset("energy", data=np.zeros(len(ENERGIES) + 3))
+    group.create_dataset("energy", data=np.zeros(len(ENERGIES) + len(LAST_ENERGIES)))
     group.create_dataset("energy_by_law", data=np.zeros((len(BY_LAW), laws)))
     group.create_dataset("reach", data=np.zeros(1))
     group.create_dataset("numbers", data=np.zeros(len(NUMBERS), dtype=np.int64))
@@ -78,7 +80,9 @@ def _arrays(checkpoint: Checkpoint, commit: Commit, laws: list[str]) -> dict[str
         "identity": memory.identity,
         "impulse": memory.impulse,
         "state": memory.state,
-        "energy": np.array([*values, checkpoint.time, checkpoint.worst_residual, energy.made]),
+        "energy": np.array(
+            [*values, checkpoint.time, checkpoint.worst_residual, energy.made, energy.by_hand, energy.total_by_hand]
+        ),
         "energy_by_law": np.array(by_law, dtype=float).reshape(len(BY_LAW), len(laws)),
         "reach": np.array([memory.reach]),
         "changes": checkpoint.changes,
@@ -113,7 +117,7 @@ def read_checkpoint(file: Any, laws: list[str]) -> tuple[Checkpoint, Commit]:
 
 
 def _checkpoint(arrays: Mapping[str, np.ndarray], numbers: Mapping[str, int], laws: list[str]) -> Checkpoint:
-    values = dict(zip((*ENERGIES, "time", "worst", "made"), arrays["energy"].tolist(), strict=False))
+    values = dict(zip((*ENERGIES, *LAST_ENERGIES), arrays["energy"].tolist(), strict=False))
     time, worst = values.pop("time"), values.pop("worst")
     by_law = {
         name: {law: float(value) for law, value in zip(laws, row, strict=True) if not np.isnan(value)}

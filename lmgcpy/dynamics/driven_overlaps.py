@@ -1,0 +1,142 @@
+"""Bodies that are driven into each other. No impulse can keep two bodies apart of which neither yields along the normal of
+their contact: detection leaves such pairs out, as no law could act, and they overlap.
+
+It is looked at in scenes with a body that is driven by a velocity other than zero and sees another one that is held or
+driven, at the cost of a detection of these bodies. Scenes without do not pay for it.
+"""
+
+from __future__ import annotations
+
+from copy import copy
+
+import numpy as np
+
+from lmgcpy.contact.detector import Detector
+from lmgcpy.contact.foreign_pairs import NarrowPhaseError
+from lmgcpy.contact.interactions import Interactions
+from lmgcpy.dynamics.model import Model
+
+DEEPER = 0.01
+"""Part of the smaller radius by which two bodies may be driven into each other before the run warns. (What bodies that are
+driven side by side round a corner gain and lose by the step is a thousandth at 0.05 rad a step.)"""
+
+
+class DrivenOverlaps:
+    """The pairs of a simulation that no impulse keeps apart, and by how much they overlap."""
+
+    def __init__(self, model: Model, positions: np.ndarray):
+        self._told: frozenset[tuple[str, str]] = frozenset()
+        """Pairs of colours of which it was said."""
+        self._pairs, self._least = np.zeros(0, np.int64), np.zeros(0)
+        """Pairs that overlapped after the last step, ascending, and their least overlap since they do [m]."""
+        self.look_at(model, positions)
+
+    def look_at(self, model: Model, positions: np.ndarray) -> None:
+        """Go on with another model, or at other positions of its bodies, (n, 3): what overlaps there was not driven."""
+        self._model, self._detector = model, None
+        stuck, moving = held_and_driven(model)
+        if not may_meet(model, stuck, moving):
+            self._pairs, self._least = np.zeros(0, np.int64), np.zeros(0)
+            return
+        # with a mobility, pairs with a body that is driven are not left out
+        mobility = np.repeat(moving[:, None].astype(float), model.mass.shape[1], axis=1)
+        self._detector = Detector(model.contactors, model.rows, [], mobility, model.dimension, model.apart, model.lattice)
+        self._detector.hide(~stuck)
+        pairs, depth, _ = self._overlaps(positions)
+        self._least = np.minimum(self._before(pairs, depth), depth)
+        self._pairs = pairs
+
+    def after_step(self, positions: np.ndarray, time: float) -> list[str]:
+        """A sentence for each pair of colours of which bodies were driven into each other, for the first time, in a step to
+        these positions (n, 3) and this ``time`` [s]."""
+        if self._detector is None:
+            return []
+        pairs, depth, radius = self._overlaps(positions)
+        self._least = np.minimum(self._before(pairs, np.zeros(len(pairs))), depth)
+        self._pairs = pairs
+        table, sentences = self._model.contactors, []
+        deeper = (depth - self._least) / radius
+        for k in np.argsort(-deeper, kind="stable").tolist():
+            if not deeper[k] > DEEPER:
+                break
+            one, other = divmod(int(pairs[k]), len(table.body))
+            first, second = sorted((table.color[one], table.color[other]))
+            if (first, second) in self._told:
+                continue
+            self._told |= {(first, second)}
+            bodies = " and ".join(f"body {table.body[j]} ('{table.color[j]}')" for j in (one, other))
+            sentences.append(
+                f"In the step to t = {time:g} s {bodies} overlap by {depth[k]:.3g} m, {100.0 * depth[k] / radius[k]:.3g} % "
+                "of the smaller radius: along the normal of their contact both are driven or held, so that no impulse "
+                "keeps them apart. End the drive, drive one of them by a force, or give them colours that do not see each "
+                "other. (Said once of each pair of colours.)"
+            )
+        return sentences
+
+    def _before(self, pairs: np.ndarray, otherwise: np.ndarray) -> np.ndarray:
+        """Least overlaps of pairs [m], (p,), so far; ``otherwise``: of those that did not overlap."""
+        if not len(self._pairs):
+            return otherwise
+        at = np.minimum(np.searchsorted(self._pairs, pairs), len(self._pairs) - 1)
+        return np.where(self._pairs[at] == pairs, self._least[at], otherwise)
+
+    def _overlaps(self, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Pairs of contactors that overlap and that nothing keeps apart, ascending, as one number each, by how much [m],
+        and the smaller radius [m], (p,) each."""
+        assert self._detector is not None
+        detector, table = copy(self._detector), self._model.contactors  # a copy, as a step that fails goes back
+        try:
+            found = detector.detect(positions, 0.0)
+        except NarrowPhaseError as error:
+            raise RuntimeError(f"Among bodies that are driven or held {error}.") from error.__cause__
+        self._detector = detector
+        deep = (found.gap < 0.0) & (yields(found, self._model.inverse_mass) == 0.0)
+        chosen = np.concatenate([np.zeros((0, 2), np.int32), *(group.pairs for group in detector.groups)])
+        pairs = chosen[found.slot[deep]].astype(np.int64)
+        number = pairs[:, 0] * len(table.body) + pairs[:, 1]
+        order = np.argsort(number, kind="stable")
+        radius = table.bounding_radius[pairs].min(axis=1, initial=np.inf)
+        return number[order], -found.gap[deep][order], radius[order]
+
+
+def held_and_driven(model: Model) -> tuple[np.ndarray, np.ndarray]:
+    """Bodies that are held or driven along an axis, and those of them that are driven by a velocity other than zero, (n,)
+    bool each. In a periodic cell that may deform held bodies go with it."""
+    d = model.dimension
+    stuck = (model.inverse_mass[:, :d] == 0.0).any(axis=1) & ~model.hidden
+    moving = np.zeros(len(stuck), dtype=bool)
+    moving[[drive.body for drive in model.velocities if callable(drive.value) or drive.value != 0.0]] = True
+    if model.cell is not None:
+        edges = model.cell.lattice.rows
+        stuck[edges] = False
+        if moving[edges].any() or model.cell.yields(model.inverse_mass):
+            moving |= model.bounded
+    return stuck, moving & stuck
+
+
+def may_meet(model: Model, stuck: np.ndarray, moving: np.ndarray) -> bool:
+    """Whether the visibility table lets a body that is ``moving`` (n,) see another one that is ``stuck`` (n,)."""
+    if not moving.any():
+        return False
+    table, color = model.contactors, np.array(model.contactors.color, dtype=str)
+    bounded = np.isfinite(table.bounding_radius)
+    drives, holds = moving[table.body], stuck[table.body]
+    for row in model.rows:
+        for one, other in ((row.candidate, row.antagonist), (row.antagonist, row.candidate)):
+            here, there = drives & (color == one), holds & (color == other)
+            both = (here.any() and (there & bounded).any()) or ((here & bounded).any() and there.any())
+            if both and len(np.unique(table.body[here | there])) > 1:
+                return True
+    return False
+
+
+def yields(found: Interactions, inverse_mass: np.ndarray) -> np.ndarray:
+    """``W_nn`` [1/kg] of contacts, (m,), with the inverse masses of the bodies (n, k); zero where neither body moves along
+    the normal."""
+    c, a = found.candidate, found.antagonist
+    d = found.normal.shape[1]
+    normal = (found.normal**2 * (inverse_mass[c, :d] + inverse_mass[a, :d])).sum(axis=1)
+    if len(found.lateral):  # levers of clusters in the plane
+        turns = found.lateral[: len(c)] ** 2 * inverse_mass[np.column_stack([c, a]), d]
+        normal = normal + turns.sum(axis=1)
+    return normal
