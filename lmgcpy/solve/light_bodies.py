@@ -22,7 +22,8 @@ Without friction it contracts towards the solution whatever M is (Rockafellar 19
 If S is the mass that the body feels through its active laws, the error of a mode falls by ``D/(D + S)`` a move: a body that
 is held arrives in one move, one that takes a heavy one along in a few, and one that flies (S = m) in M/m. So a body whose
 moves have the same direction goes further each time. One sweep is made for each move: an inexact proximal point, for which
-there is no proof, nor is there one with friction.
+there is no proof, nor is there one with friction. Momentum of the impulses makes it diverge as long as centres are on their
+way, and takes a third of the sweeps away when they have arrived (``accelerated.py``).
 
 What is left when sweeps end is the imbalance ``D (v_c - v)``, an impulse on the body that no law and no load gives. It is
 bounded as the error of a force is (``lmgcpy.solve.loads``). Bodies get ``v_f + H r / m`` in the end if all bounds allow it;
