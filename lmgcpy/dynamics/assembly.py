@@ -373,7 +373,7 @@ def light_bodies(more: np.ndarray, rate: np.ndarray, mass: np.ndarray) -> LightB
     body = np.flatnonzero(more > 1.0)
     rows = {name: np.empty((len(body), mass.shape[1])) for name in ("free", "start", "centre", "best", "aside", "way")}
     share, stride = 1.0 / more[body], np.ones(len(body))
-    return LightBodies(body=body, more=more, rate=rate[body], share=share, mass=mass[body], stride=stride, **rows)
+    return LightBodies(body=body, rate=rate[body], share=share, mass=mass[body], stride=stride, **rows)
 
 
 def fill(problem: StepProblem, time: float, time_step: float, before: np.ndarray, free_velocity: np.ndarray) -> None:

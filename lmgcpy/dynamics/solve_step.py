@@ -80,7 +80,7 @@ def as_step(
     if len(light.body):
         free_velocity = free_velocity.copy()  # sweeps move the centres of light bodies
         if row is not None:
-            light = light._replace(body=row[light.body], more=light.more[np.argsort(row)])
+            light = light._replace(body=row[light.body])
     conic, components = conic_form(problem), problem.components
     return Step(problem.table, system, free_velocity, problem.guess, conic, components, light=light, threads=threads)
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-STEP, EXTRAPOLATE, EXTRAPOLATE_SOME, KEEP, TAKE_BEST, START, RESUME = map(np.int64, range(16, 23))
+STEP, EXTRAPOLATE, KEEP, TAKE_BEST, START, RESUME = map(np.int64, range(16, 22))
 """Kinds of work beyond those of plain sweeps."""
 
 
@@ -43,16 +43,6 @@ def extrapolate(x, before, beta, first, last):
         before[i] = here
 
 
-def extrapolate_weighed(x, before, weight, beta, first, last):
-    """:func:`extrapolate` of the numbers that have a weight."""
-    for k in range(first, last):
-        i = np.uintp(k)
-        here = x[i]
-        if weight[i] > 0.0:
-            x[i] = here + beta * (here - before[i])
-        before[i] = here
-
-
 def copy(x, y, first, last):
     """``y <- x``."""
     for k in range(first, last):
@@ -71,9 +61,6 @@ def iterates_work(kind, task, job):
         extrapolate(own.impulse, own.last_impulse, job.beta[0], first, last)
         copy(own.impulse, own.start, first, last)
         extrapolate(own.velocity, own.last_velocity, job.beta[0], low, high)
-    elif kind == EXTRAPOLATE_SOME:
-        extrapolate_weighed(own.impulse, own.last_impulse, own.weight, job.beta[0], first, last)
-        copy(own.impulse, own.start, first, last)
     elif kind == KEEP:
         copy(own.impulse, own.best_impulse, first, last)
     elif kind == TAKE_BEST:

@@ -22,7 +22,8 @@ Without friction it contracts towards the solution whatever M is (Rockafellar 19
 If S is the mass that the body feels through its active laws, the error of a mode falls by ``D/(D + S)`` a move: a body that
 is held arrives in one move, one that takes a heavy one along in a few, and one that flies (S = m) in M/m. So a body whose
 moves have the same direction goes further each time. One sweep is made for each move: an inexact proximal point, for which
-there is no proof, nor is there one with friction.
+there is no proof, nor is there one with friction. Momentum of the impulses makes it diverge as long as centres are on their
+way, and takes a third of the sweeps away when they have arrived (``accelerated.py``).
 
 What is left when sweeps end is the imbalance ``D (v_c - v)``, an impulse on the body that no law and no load gives. It is
 bounded as the error of a force is (``lmgcpy.solve.loads``). Bodies get ``v_f + H r / m`` in the end if all bounds allow it;
@@ -38,10 +39,11 @@ import numpy as np
 from lmgcpy.solve.iterates import part
 from lmgcpy.solve.loads import NEARBY, is_little
 
-FLY, CENTRE, MOVE, SETTLE, WEIGH, KEEP_CENTRE, BEST_CENTRE, LAY_ASIDE, TAKE_BACK = map(np.int64, range(23, 32))
+FLY, CENTRE, MOVE, SETTLE, WEIGH, KEEP_CENTRE, BEST_CENTRE, LAY_ASIDE, TAKE_BACK = map(np.int64, range(22, 31))
 """Kinds of work, after those of ``iterates``."""
 ALIGNED, GROWTH = 0.99, 2.5
-"""If the cosine between a move and the last one is above the first number, the move is longer by the second, up to M/m.
+"""If the cosine between a move and the last one is above the first number, the move is longer by the second, up to M/m, as
+long as impulses have no momentum.
 (Beads of 1/400 of a grain in a sample: 0.9 and 1.2 take as many sweeps, 0.99 and 6 do not come to an end.)"""
 
 
@@ -50,8 +52,6 @@ class LightBodies(NamedTuple):
 
     body: np.ndarray
     """Rows of the bodies, (L,) int64."""
-    more: np.ndarray
-    """M / m of all bodies, (n,); (0,) if none is light."""
     rate: np.ndarray
     """Time step over the size of the body [s/m], (L,)."""
     share: np.ndarray
@@ -78,7 +78,7 @@ class LightBodies(NamedTuple):
 def no_light_bodies(components: int) -> LightBodies:
     """The light bodies of a scene without any."""
     rows, none = np.zeros((0, components)), np.zeros(0)
-    numbers = dict.fromkeys(("more", "rate", "share", "stride"), none)
+    numbers = dict.fromkeys(("rate", "share", "stride"), none)
     vectors = dict.fromkeys(("mass", "free", "start", "centre", "best", "aside", "way"), rows)
     return LightBodies(body=np.zeros(0, np.int64), **numbers, **vectors)
 
@@ -128,8 +128,12 @@ def take_over(first, last, x, y):
 
 
 def move(first, last, job):
-    """``v_c <- v_c + stride (v - v_c)`` of some light bodies, and what this changes of ``v_f'`` and of v."""
-    light, velocity = job.light, job.s.velocity
+    """``v_c <- v_c + stride (v - v_c)`` of some light bodies, and what this changes of ``v_f'`` and of v.
+
+    The velocities before, which sweeps with momentum keep, change by the same: momentum is of impulses only.
+    """
+    light, velocity, last_velocity = job.light, job.s.velocity, job.iterates.last_velocity
+    width = velocity.shape[1]
     for l in range(first, last):
         b = light.body[l]
         # |d|^2 and the product with the last move, in the metric of m
@@ -143,7 +147,7 @@ def move(first, last, job):
             here += m * d * d
             before += m * light.way[l, k] ** 2
             light.way[l, k] = d
-        if both > ALIGNED * np.sqrt(here * before):
+        if job.beta[0] == 0.0 and both > ALIGNED * np.sqrt(here * before):
             light.stride[l] = min(GROWTH * light.stride[l], 1.0 / light.share[l])
         else:
             light.stride[l] = 1.0
@@ -154,6 +158,8 @@ def move(first, last, job):
                 change *= 1.0 - light.share[l]
                 job.free_velocity[b, k] += change
                 velocity[b, k] += change
+                if last_velocity.shape[0] > 0:  # plain sweeps have none
+                    last_velocity[b * width + k] += change
 
 
 def settle(first, last, job):

@@ -101,22 +101,8 @@ class Step:
         system = self.system
         impulse, velocity = system.impulse.reshape(-1), system.velocity.reshape(-1)
         start, last, best = (with_spare_rows(len(impulse)) for _ in range(3))
-        weight = self._weight().reshape(-1)
+        weight = system.delassus[:, : system.impulse.shape[1]].reshape(-1)
         return self._crew_of(Iterates(impulse, velocity, start, last, with_spare_rows(len(velocity)), best, weight))
-
-    @cached_property
-    def of_light_bodies(self) -> np.ndarray:
-        """Which interactions have a light body, (m,) bool."""
-        if not len(self.light.body):
-            return np.zeros(len(self.guess), dtype=bool)
-        assert isinstance(self.system, System)
-        light = self.light.more > 1.0
-        return light[self.system.candidate] | light[self.system.antagonist]
-
-    def _weight(self) -> np.ndarray:
-        """Diagonal of W [1/kg], (m, d), zero for interactions of light bodies: their steps say nothing of the momentum."""
-        weight = self.system.delassus[:, : self.system.impulse.shape[1]]
-        return np.where(self.of_light_bodies[:, None], 0.0, weight) if len(self.light.body) else weight
 
     def _crew_of(self, iterates: Iterates) -> Crew:
         arrays = self.groups, self.system, self.free_velocity, self.guess, self.light
