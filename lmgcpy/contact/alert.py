@@ -7,9 +7,10 @@ import numpy as np
 from lmgcpy.contact.detection_tables import ContactorTable, VisibilityRow
 
 STEPS_A_LIST = 4
-"""For so many steps at the greatest speed a list of neighbours is meant to last."""
+"""Number of steps at the greatest speed for which a list of neighbours is meant to last."""
 FEW, STEPS_OF_FEW = 100, 20
-"""The same for so few contactors: to look at all of their pairs costs less than a list."""
+"""With at most ``FEW`` contactors a list is meant to last ``STEPS_OF_FEW`` steps: to look at all of their pairs costs less
+than to make a list."""
 
 
 class Distances:
@@ -33,10 +34,10 @@ class Distances:
         """Reach of the widest list; a list of this reach holds all pairs with walls."""
 
     def alert(self, row: VisibilityRow, travel: float, closing: float = 0.0) -> float:
-        """Alert distance of a row. Where the user gave none, it covers what two bodies at the greatest speed can close in
-        a step, ``travel`` each, up to the largest radius (with the offset of its contactor): a contact seen too late
-        starts with a penetration. For contactors without bounds it covers ``closing``, however large that is. A law that
-        acts at a distance is seen to act from as far before its reach; what the user gave is never less than the reach."""
+        """Alert distance of a row [m]. If the user gave none, it covers the distance that two bodies at the greatest speed
+        close in a step, ``travel`` each, up to the largest radius (with the offset of its contactor): a contact seen too
+        late starts with a penetration. For contactors without bounds it covers ``closing``, however large that is. The
+        reach of a law that acts at a distance is added. A distance that the user gave is raised to the reach."""
         if not row.adaptive:
             return max(row.alert, row.reach)
         return row.reach + max(row.alert, min(2.0 * travel, self.cap), closing)

@@ -9,8 +9,8 @@ from lmgcpy.compiled.kernel import kernel
 
 @kernel
 def _bin(positions, radius, origin, cell, shape, order, first, ordered):
-    """Counting sort of the points into cells: ``order`` lists them cell by cell, ``first`` tells where a cell begins,
-    ``ordered`` has (x, y, z, radius) in that order."""
+    """Counting sort of the points into cells: ``order`` lists them cell by cell, ``first`` holds the start of each
+    cell in it, ``ordered`` has (x, y, z, radius) in that order."""
     count = positions.shape[0]
     home = np.empty(count, np.int64)
     first[:] = 0
@@ -36,9 +36,9 @@ def _bin(positions, radius, origin, cell, shape, order, first, ordered):
 
 @kernel
 def _near_pairs(reach, origin, cell, shape, order, first, ordered, pairs):
-    """Write the pairs (lower, higher) whose surfaces are within ``reach``, cell by cell; returns how many there are, more
-    than fit included. Each point looks at those after it in its own cell and in the half of the cells around that come
-    later."""
+    """Write the pairs (lower, higher) whose surfaces are within ``reach``, cell by cell. Returns their number, with those
+    that do not fit into ``pairs``. Each point is compared with the points after it in its own cell, and with the points
+    of the neighbouring cells that come later: half of them."""
     found = 0
     capacity = pairs.shape[0]
     for i in range(order.shape[0]):
@@ -71,8 +71,8 @@ def _near_pairs(reach, origin, cell, shape, order, first, ordered, pairs):
 
 @kernel
 def _sort_by(column, pairs, first, result):
-    """Counting sort of pairs by one of the two, pairs that agree in it keep their order; ``first``: scratch, one number
-    more than there are contactors."""
+    """Counting sort of pairs by the contactor in ``column``; pairs with the same one keep their order. ``first``: scratch,
+    one number more than there are contactors."""
     first[:] = 0
     for p in range(pairs.shape[0]):
         first[pairs[p, column] + 1] += 1
@@ -105,8 +105,8 @@ def near_pairs(positions: np.ndarray, radius: np.ndarray, reach: float) -> np.nd
 
     ``positions``: (n, d), d the dimension.
 
-    The cells are as wide as the largest circle and the reach; a wide spread of radii in a dense sample makes them
-    crowded, a sparse scene makes them wider, never more of them than there are circles.
+    The cells are as wide as the largest diameter plus the reach. A wide spread of radii in a dense sample makes them
+    crowded. In a sparse scene they are wider, so that there are no more cells than circles.
     """
     count = len(positions)
     if count < 2:
@@ -118,7 +118,7 @@ def near_pairs(positions: np.ndarray, radius: np.ndarray, reach: float) -> np.nd
     origin = np.array([along.min() for along in centres.T])
     extent = np.array([along.max() for along in centres.T]) - origin
     cell = 2.0 * float(radius.max()) + reach
-    # no more cells than circles, about: wider cells where the scene is sparse
+    # about as many cells as circles at most: a sparse scene gets wider cells
     sides = np.sort(extent)[::-1][:d]
     for k in range(d):  # of a line, a sheet, a block
         cell = max(cell, float(np.prod(sides[: k + 1]) / count) ** (1.0 / (k + 1)))

@@ -1,4 +1,4 @@
-"""Narrow phase: one function a pair of contactor kinds.
+"""Narrow phase: one function for each pair of contactor kinds.
 
 ``narrow(position_c, shape_c, position_a, shape_a)`` gets the position (x, y, angle) and the shape (a tuple of numbers) of
 the candidate's and of the antagonist's contactor and returns ``gap [m], (n_x, n_y), (p_x, p_y)``: the distance between
@@ -18,8 +18,8 @@ from lmgcpy.errors import closest, shown
 
 @dataclass(frozen=True)
 class NarrowPhase:
-    """How two kinds of contactor meet; ``form``: that of the rows of H, "central" if the contact point lies on the normal
-    through both centres, see ``lmgcpy.solve.forms``."""
+    """How two kinds of contactor meet. ``form``: name of the form of the rows of H, "central" if the contact point lies on
+    the normal through both centres, see ``lmgcpy.solve.forms``."""
 
     narrow: Callable
     form: str
@@ -27,7 +27,7 @@ class NarrowPhase:
 
     @property
     def foreign(self) -> bool:
-        """Whether it is not lmgcpy's own, and looked at wherever it is asked."""
+        """Whether the function is not lmgcpy's own; its answers are then checked at every call."""
         return self.narrow.__module__ != __name__
 
     @property
@@ -42,13 +42,13 @@ _pairs: dict[tuple[str, str], NarrowPhase] = {}
 def register_pair(
     candidate: str, antagonist: str, narrow: Callable, *, central: bool = False, form: str | None = None
 ) -> None:
-    """Tell how a contactor kind meets another; the reverse order follows.
+    """Set the narrow phase of two contactor kinds; the reverse order follows from it.
 
     ``central``: True only if for every position the contact point lies on the line along the normal through the centre
     of each of the two (for an unbounded contactor, which does not spin, this is not asked). ``form``: the name of another
     form of the rows of H (``docs/contributing.md``).
 
-    Raises ValueError for a pair that lmgcpy knows. What the function returns is looked at, before it is compiled and in
+    Raises ValueError for a pair of lmgcpy's own. The answers of the function are checked before it is compiled and in
     every step.
     """
     if not inspect.isfunction(narrow):
@@ -79,7 +79,7 @@ def is_foreign(candidate: str, antagonist: str) -> bool:
 
 
 def find_pair(candidate: str, antagonist: str) -> NarrowPhase:
-    """The narrow phase of two kinds; LookupError if nobody has told how they meet."""
+    """The narrow phase of two kinds; LookupError if there is none."""
     if (candidate, antagonist) in _pairs:
         return _pairs[candidate, antagonist]
     if (antagonist, candidate) in _pairs:
@@ -145,26 +145,30 @@ def sphere_plane(position_c, shape_c, position_a, shape_a):
 def sphere_cylinder(position_c, shape_c, position_a, shape_a):
     """A sphere of radius ``shape_c[0]`` in a hollow cylinder: ``shape_a`` is the unit vector of its axis, and its radius.
 
-    On the axis the normal is any at right angles to it.
+    If the centre lies on the axis, the normal is a fixed vector at right angles to it.
     """
     e_x, e_y, e_z, radius = shape_a
     x = position_c[0] - position_a[0]
     y = position_c[1] - position_a[1]
     z = position_c[2] - position_a[2]
+    # radial part of the centre: x - (x . e) e
     along = x * e_x + y * e_y + z * e_z
     x -= along * e_x
     y -= along * e_y
     z -= along * e_z
     distance = math.sqrt(x * x + y * y + z * z)
+    # gap = R - |x - (x . e) e| - r; the normal points to the axis
     gap = radius - distance - shape_c[0]
     if distance > 0.0:
         n = (-x / distance, -y / distance, -z / distance)
+    # centre on the axis: n along z x e, or along x x e if the axis is steep
     elif abs(e_z) < 0.5:
         length = math.sqrt(e_x * e_x + e_y * e_y)
         n = (-e_y / length, e_x / length, 0.0)
     else:
         length = math.sqrt(e_y * e_y + e_z * e_z)
         n = (0.0, -e_z / length, e_y / length)
+    # contact point in the middle of the gap
     reach = shape_c[0] + 0.5 * gap
     return gap, n, (position_c[0] - reach * n[0], position_c[1] - reach * n[1], position_c[2] - reach * n[2])
 

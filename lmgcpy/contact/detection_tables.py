@@ -1,4 +1,4 @@
-"""What detection works from: contactors, who sees whom, chains."""
+"""The input of the detection: contactors, rows of the visibility table, chains."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class ChainTable:
     bodies: np.ndarray
     """Rows of the bodies, (links + 1,) int64; of a closed chain the last is the first."""
     laws: list[Law]
-    """One law for each link, all of one class, or one that all links share."""
+    """Either a law for each link, all of one class, or a single law that all links share."""
     radius_sum: np.ndarray
     """Sum of the two radii [m], (links,)."""
     reference_gap: np.ndarray

@@ -43,8 +43,8 @@ class Detector:
         apart: np.ndarray | None = None,
         lattice: Lattice | None = None,
     ):
-        """``apart``: pairs of bodies that never meet, (p, 2), the lower first, sorted; None for none. ``lattice``: of a
-        periodic cell."""
+        """``apart``: pairs of bodies that never meet, (p, 2), the lower first, sorted; None if there are none.
+        ``lattice``: the lattice of a periodic cell, None without a cell."""
         self.contactors = contactors
         self.rows = rows
         self.chains = chains
@@ -94,7 +94,8 @@ class Detector:
         self._found = self._capacity.cut(0)
 
     def __copy__(self) -> Detector:
-        """One that goes on by itself: all but the memory of the last step and the images is replaced, never changed."""
+        """An independent detector. It shares arrays: they are replaced in a step, never changed in place. Only the memory
+        of the last step and the images are copied."""
         other = object.__new__(type(self))
         other.__dict__.update(self.__dict__)
         other._last = copy(self._last)
@@ -162,8 +163,9 @@ class Detector:
     ) -> Interactions:
         """Interactions at the positions ``bodies`` (n, 3) of the bodies, filled into arrays that the next call reuses.
 
-        ``travel``: the longest way of a body in one step; ``closing``: by which a body and a wall may come closer [m];
-        ``inverse_mass``: what the local blocks of W are made of, (n, k), if it is not that of the bodies.
+        ``travel``: longest way of a body in one step [m]. ``closing``: largest distance by which a body and a wall may
+        come closer in it [m]. ``inverse_mass``: inverse masses in the local blocks of W, (n, k), by default the inverse
+        masses of the bodies.
         """
         placed = self._place(bodies)
         self._update_list(placed, travel, closing)
@@ -214,7 +216,7 @@ class Detector:
         )
 
     def take_memory(self, memory: Memory) -> None:
-        """Go on from a memory; ValueError where it holds interactions that this scene cannot have."""
+        """Go on from a memory; ValueError if it holds interactions that this scene cannot have."""
         self._reach = memory.reach
         self._listed_at = None
         self.groups = []
@@ -266,7 +268,7 @@ class Detector:
     # ------------------------------------------------------------------------------------------- list of neighbours
 
     def _place(self, bodies: np.ndarray) -> np.ndarray:
-        """Positions of the contactors, (k, 3); below them those of the edges of a periodic cell."""
+        """Positions of the contactors, (k, 3); with a periodic cell its edges are the rows below them."""
         if self._in_place:
             return bodies
         placed = np.empty((len(self.contactors.body), 3))
@@ -274,11 +276,11 @@ class Detector:
         return placed if self._images is None else self._images.with_edges(placed, bodies)
 
     def _nowhere(self) -> np.ndarray:
-        """What :meth:`_place` would give, zeros."""
+        """Zeros of the shape that :meth:`_place` returns."""
         return np.zeros_like(self._place(np.zeros((len(self.inverse_mass), 3))))
 
     def _update_list(self, placed: np.ndarray, travel: float, closing: float) -> None:
-        """Make the list of neighbours anew where it may lack a pair."""
+        """Make the list of neighbours anew if it may lack a pair."""
         widest = self.widest(travel, 0.0)
         too_near_walls = closing > self._distances.cap and self._reach < self._distances.fullest < np.inf
         if self._out_of_date(placed, widest) or too_near_walls:
@@ -288,7 +290,7 @@ class Detector:
             self._list_neighbours(placed)
 
     def _out_of_date(self, placed: np.ndarray, widest: float) -> bool:
-        """Whether a pair may be within the ``widest`` alert distance that the list does not have."""
+        """Whether a pair that is not in the list may be within the ``widest`` alert distance."""
         if self._listed_at is None or widest > self._reach:
             return True
         before, spare = self._listed_at, self._reach - widest
@@ -326,7 +328,7 @@ class Detector:
             self._capacity = empty_interactions(slots + slots // 8, central, self.dimension, plain=self._plain)
 
     def _surroundings(self, placed: np.ndarray) -> Surroundings:
-        """The near pairs of bounded contactors, and what pairs with the others are made from."""
+        """The near pairs of bounded contactors, and the data for pairs with contactors without bounds."""
         if self._images is not None:
             near = self._images.near_pairs(placed, self._reach)
         else:
@@ -346,7 +348,7 @@ class Detector:
             self._looked_at.add((kinds.candidate, kinds.antagonist))
         try:
             pairs = neighbours(row, kinds, around)
-        except Exception as error:  # contactors without bounds are asked how far they are
+        except Exception as error:  # the narrow phase gives the distance of contactors without bounds
             if not kinds.foreign:
                 raise
             raise listing_fault(kinds, error) from error

@@ -12,7 +12,7 @@ from lmgcpy.compiled.kernel import kernel
 
 @kernel
 def _keep(pairs, body, first, others, left):
-    """Write the pairs of contactors whose bodies may meet, in their order; returns how many there are."""
+    """Write the pairs of contactors whose bodies may meet, in their order; returns their number."""
     count = 0
     for p in range(pairs.shape[0]):
         lower = min(body[pairs[p, 0]], body[pairs[p, 1]])
@@ -28,7 +28,7 @@ def _keep(pairs, body, first, others, left):
 
 
 class ExcludedPairs:
-    """Which bodies never meet: for each body those of a higher row."""
+    """Pairs of bodies that never meet: for each body the bodies of a higher row that it never meets."""
 
     def __init__(self, pairs: np.ndarray, body_count: int):
         """``pairs``: rows of the bodies, (p, 2), the lower first, sorted."""
@@ -36,7 +36,7 @@ class ExcludedPairs:
         self._first = np.searchsorted(pairs[:, 0], np.arange(body_count + 1))
 
     def left_out_of(self, pairs: np.ndarray, body: np.ndarray) -> np.ndarray:
-        """The pairs of contactors (p, 2) whose bodies may meet, in their order; ``body``: that of each contactor, (k,)."""
+        """The pairs of contactors (p, 2) whose bodies may meet, in their order; ``body``: body of each contactor, (k,)."""
         if not len(self._others) or not len(pairs):
             return pairs
         left = np.empty_like(pairs)

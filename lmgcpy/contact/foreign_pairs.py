@@ -1,8 +1,9 @@
-"""Narrow phases of strangers: what they return is looked at, as what laws return is.
+"""Narrow phases of users and plug-ins: their answers are checked, as the answers of laws are.
 
-A normal that is twice too long halves impulses, one of no length and an infinite gap let bodies fall through each other,
-one that points inward holds them together, and a point far from both turns them. The kernels of foreign pairs look at gap
-and normal of every pair (:func:`lmgcpy.contact.meeting.is_sound`); here is what looks at the rest, and what names the pair.
+A normal that is twice too long halves impulses. A normal of no length or an infinite gap lets bodies fall through each
+other, a normal that points inward holds them together, and a point far from both bodies turns them. The kernels of foreign
+pairs check the gap and the normal of every pair (:func:`lmgcpy.contact.meeting.is_sound`); this file checks the rest and
+names the pair in errors.
 """
 
 from __future__ import annotations
@@ -40,9 +41,9 @@ def check_narrow_phase(kinds: KindPair, contactors: ContactorTable, dimension: i
     """Call a narrow phase in plain Python before it is compiled: one contactor of each kind, around each other, apart and
     into each other.
 
-    TypeError where it fails or returns what it must not; ValueError where its normal points inward, which the gap tells: if
-    bodies move apart along n it grows, d gap/d x_c . n = 1 for any gap that is a distance. All samples that are apart must
-    say so, or all that overlap, as n = d / gap changes its sign with the gap.
+    TypeError if it fails or returns a wrong answer. ValueError if its normal points inward, found by the gap: if bodies
+    move apart along n the gap grows, d gap/d x_c . n = 1 for any gap that is a distance. Pairs that are apart and pairs that
+    overlap are judged separately, as n = d / gap changes its sign with the gap: it is raised if all of one group fail.
     """
     pair = kinds.pair
     ids = [int(np.argmax(mine)) for mine in (kinds.is_candidate, kinds.is_antagonist)]
@@ -63,7 +64,7 @@ def check_narrow_phase(kinds: KindPair, contactors: ContactorTable, dimension: i
                 answer = pair.narrow(*given)
         except PROGRAM as error:
             raise TypeError(f"T{_who(kinds)[1:]} raised {told(error)} at {shown(given)}: mend it.") from error
-        except Exception:  # too much for the numbers given: a step tells where it happens
+        except Exception:  # these numbers may be beyond its range: if it happens in a step, the error names the pair
             continue
         if not _is_answer(answer, dimension):
             raise TypeError(f"T{_who(kinds)[1:]} returned {shown(answer)}, expected {_expected(dimension)}.")
@@ -79,7 +80,7 @@ def check_narrow_phase(kinds: KindPair, contactors: ContactorTable, dimension: i
 
 
 def _growth(narrow: Callable, given: tuple[Any, ...], normal: tuple[float, ...], step: float) -> float:
-    """By how much the gap grows where the candidate moves along the normal, by the way; NaN where nothing is known."""
+    """Growth of the gap over the way of the candidate along the normal, d gap/d x_c . n; NaN if a call fails."""
     position, *others = given
     gaps = []
     for way in (-step, step):
@@ -116,8 +117,8 @@ def _is_answer(answer: Any, dimension: int) -> bool:
 def narrow_fault(
     group: Group, pairs: np.ndarray, seen: Seen, stride: int, dimension: int, error: Exception | None = None
 ) -> Exception:
-    """What to raise where a narrow phase raised an ``error``, or gave what it must not, at one of these pairs (q, 2): it is
-    asked again, in plain Python."""
+    """The exception to raise if a narrow phase raised an ``error``, or returned a wrong answer, at one of these pairs
+    (q, 2). The function calls it again in plain Python to find the pair."""
     assert group.kinds is not None
     if isinstance(error, CompilerError):
         return listing_fault(group.kinds, error)
@@ -143,7 +144,7 @@ def narrow_fault(
 
 
 def listing_fault(kinds: KindPair, error: Exception | None) -> Exception:
-    """The same where no pair is known, as where lists of neighbours are made."""
+    """The exception to raise if the pair is not known, for example while lists of neighbours are made."""
     if not isinstance(error, CompilerError):
         return NarrowPhaseError(f"{_who(kinds)} raised {told(error)}")
     reason = str(error).strip().splitlines() or ["no reason was given"]
@@ -151,7 +152,7 @@ def listing_fault(kinds: KindPair, error: Exception | None) -> Exception:
 
 
 def check_points(group: Group, found: Interactions, stop: int, contactors: ContactorTable) -> None:
-    """NarrowPhaseError where a contact point of a group is farther from a bounded contactor than its radius and the gap."""
+    """NarrowPhaseError if a contact point of a group is farther from a bounded contactor than its radius and the gap."""
     rows = slice(group.start, stop)
     pairs = group.pairs[found.slot[rows] - group.first_slot]
     lever = found.arm[rows] ** 2

@@ -1,4 +1,4 @@
-"""Groups of interactions: those of one law and one kind of contactor pair, or of one chain."""
+"""Groups of interactions. A group has one law and one kind of contactor pair, or is one chain."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ class Group:
     row: VisibilityRow | None = None
     pairs: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), np.int32))
     placed_pairs: np.ndarray | None = None
-    """The pairs in a periodic cell, with the rows of images; None without a cell."""
+    """The pairs with the rows of images, in a periodic cell; None without a cell."""
     rank: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
-    """Where in ``pairs`` each pair stands, taken by ids: the same order unless the scene is partitioned."""
+    """Index in ``pairs`` of each pair in the order of ids: 0, 1, 2, ... unless the scene is partitioned."""
     cuts: np.ndarray | None = None
-    """Where in ``pairs`` each slab begins, and what belongs to none, and the end; None without slabs."""
+    """Start of each slab in ``pairs``, then the start of the pairs in no slab, then the total. None without slabs."""
     rows: np.ndarray | None = None
-    """Where among the interactions they begin, as ``cuts``."""
+    """The same starts as row numbers of the interactions. None without slabs."""
     walls: int = -1
-    """0 or 1 where the candidates or antagonists are walls: held ones, in the slabs."""
+    """0 if all candidates are walls, 1 if all antagonists are, else -1; -1 without slabs. Only held walls are in slabs."""
     kernel: Kernel | None = None
     kinds: KindPair | None = None
     unbounded: bool = False
@@ -42,7 +42,7 @@ class Group:
     stop: int = 0
     diagonal: bool = True
     isotropic: bool = True
-    """Whether its bodies turn alike about all axes; looked at where contacts roll in 3D."""
+    """Whether each of its bodies has the same inertia about all axes; needed only if contacts roll in 3D."""
 
     @property
     def parameters(self) -> np.ndarray:
@@ -58,7 +58,7 @@ class Group:
 
     @property
     def identity(self) -> tuple[int, int]:
-        """What makes it the same group in another list: the chain, or the row and the kinds."""
+        """Key by which the group is found again in another list: the chain, or the row and the kinds."""
         return id(self.chain or self.row), id(self.kinds)
 
 
@@ -74,9 +74,8 @@ def contact_group(
 ) -> Group:
     """The group of one row of the visibility table and two kinds of contactor.
 
-    ``pairs``: the neighbours of these kinds, (p, 2), sorted; ``kernel``: their narrow phase; ``form``: of the rows of
-    H; ``body``: row of the body of each contactor, (k,);
-    ``bounded``: which contactors are bounded, (k,).
+    ``pairs``: the neighbours of these kinds, (p, 2), sorted; ``kernel``: their narrow phase; ``form``: form of the rows
+    of H; ``body``: row of the body of each contactor, (k,); ``bounded``: whether each contactor is bounded, (k,).
     """
     unbounded = meets_walls(kinds, bounded)
     group = Group(row.law, form, row=row, pairs=pairs, kernel=kernel, kinds=kinds, unbounded=unbounded)
@@ -99,7 +98,7 @@ def meets_walls(kinds: KindPair, bounded: np.ndarray) -> bool:
 
 
 def check_pairs(contactors: ContactorTable, rows: list[VisibilityRow]) -> None:
-    """ValueError where the visibility table gives a law a pair of contactors that the law is not for."""
+    """ValueError if the visibility table gives a law a pair of contactors that the law is not for."""
     kinds: dict[str, set[str]] = {}
     for kind, color in zip(contactors.kind, contactors.color, strict=True):
         kinds.setdefault(color, set()).add(kind)

@@ -1,8 +1,8 @@
 """Contacts across the faces of a periodic cell.
 
 Pairs of contactors are near if some image of the one is near the other; a cell that is wide enough has one such image
-at most (:meth:`Images.check_width`). The narrow phase of a pair is that of every other scene: where the antagonist is an
-image, it gets a row of its own behind those of the contactors and bodies. Interactions then name the body itself.
+at most (:meth:`Images.check_width`). The narrow phase is the same as without a cell: an antagonist that is an image gets
+a row of its own behind the rows of the contactors and bodies. In the interactions the body itself then replaces the image.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from lmgcpy.contact.lattice import Lattice
 
 
 class Seen(NamedTuple):
-    """What a narrow phase reads of contactors and bodies; with images they follow the others."""
+    """The arrays that a narrow phase reads. In a periodic cell the images are the last rows."""
 
     placed: np.ndarray
     """Positions of the contactors, (k, 3)."""
@@ -38,14 +38,15 @@ class Images:
     """The images that a list of neighbours needs, of a scene with a lattice."""
 
     def __init__(self, lattice: Lattice, contactors: ContactorTable, bounded: np.ndarray):
-        """``bounded``: which contactors are, (k,) bool."""
+        """``bounded``: whether each contactor is bounded, (k,) bool."""
         self.lattice = lattice
         self._contactors = contactors
         self._bounded = bounded
         self._largest = float(contactors.bounding_radius[bounded].max(initial=0.0))
         reach = (np.linalg.norm(contactors.offset, axis=1) + contactors.bounding_radius)[bounded]
         self._longest = float(reach.max(initial=0.0))
-        """Largest radius around the centre of a body that holds it; twice that is less than the width."""
+        """Largest radius of a circle or sphere around the centre of a body that contains it; the cell must be wider than
+        twice this radius."""
         self._set(np.zeros(0, np.int64), np.zeros((0, len(lattice.rows))))
 
     def _set(self, contactor: np.ndarray, shift: np.ndarray) -> None:
@@ -68,7 +69,8 @@ class Images:
         return 0.499 * width - max(2.0 * self._largest, self._longest)
 
     def check_width(self, placed: np.ndarray, reach: float) -> None:
-        """ValueError where two images of a contactor may be within ``reach`` [m] of another one, or a body of its own."""
+        """ValueError if two images of a contactor may be within ``reach`` [m] of another contactor, or if a body may be
+        within ``reach`` of its own image."""
         least = 2.0 * max(2.0 * self._largest, self._longest) + 2.0 * reach
         width = float(self.lattice.widths(self._edges(placed)).min())
         if not width > least:
@@ -101,8 +103,8 @@ class Images:
         return bounded.astype(np.int32).take(sorted_pairs(near, count))
 
     def course(self, rows: np.ndarray, bodies: np.ndarray) -> np.ndarray | None:
-        """Positions of the bodies in some rows (l + 1,), each as the image nearest to the one before, (l + 1, 3); None if
-        all are the bodies themselves."""
+        """Positions of the bodies in some rows (l + 1,), each as the image nearest to the one before, (l + 1, 3). None if
+        no image differs from its body."""
         points, d = bodies[rows], self.lattice.dimension
         course = self.lattice.course(points[:, :d], self.lattice.edges(bodies))
         if np.shares_memory(course, points):
@@ -111,10 +113,10 @@ class Images:
         return points
 
     def carried_along(self, listed_at: np.ndarray, placed: np.ndarray) -> tuple[np.ndarray, float]:
-        """Where contactors would be now had they moved with the cell since a list was made, (k + p, 3), and the least
-        ratio by which the cell has shortened distances since then.
+        """Positions (k + p, 3) that contactors would have if they had moved with the cell since a list was made, and the
+        least ratio by which the cell has shortened distances since then.
 
-        Between the lists a pair outside of one may have come nearer by the shortening and by what both moved apart from
+        A pair outside the list may have come nearer since then by this shortening, and by the motions of both relative to
         the cell.
         """
         d = self.lattice.dimension
@@ -170,6 +172,6 @@ class Images:
         )
 
     def name_bodies(self, antagonist: np.ndarray, count: int) -> None:
-        """Put the rows of the bodies in place of those of their images; ``count``: of the bodies."""
+        """Replace the rows of images by the rows of their bodies; ``count``: number of bodies."""
         image = antagonist >= count
         antagonist[image] = self._body[antagonist[image] - count]

@@ -33,8 +33,8 @@ class Interactions(NamedTuple):
 
 
 def empty_interactions(capacity: int, central: bool, dimension: int, *, plain: bool = False) -> Interactions:
-    """Arrays for so many interactions. ``central``: whether all contact points lie between the centres; ``plain``: whether
-    the scene has nothing but contacts in 3D with diagonal blocks of W."""
+    """Arrays for ``capacity`` interactions. ``central``: whether all contact points lie between the centres. ``plain``:
+    whether all interactions of the scene are contacts in 3D with diagonal blocks of W."""
     in_space = capacity if dimension == 3 else 0
     return Interactions(
         candidate=np.empty(capacity, np.uint32),

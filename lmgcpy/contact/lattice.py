@@ -13,7 +13,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Lattice:
-    """Where the p edges of a cell stand in arrays of bodies, and which axes they belong to; d dimensions."""
+    """Rows of the p edges of a cell in arrays of bodies, and the axes of these edges; d dimensions."""
 
     rows: np.ndarray
     """Row of each edge among the bodies, (p,) int64. Its position is the edge [m]."""
@@ -46,7 +46,8 @@ class Lattice:
     def nearest(self, differences: np.ndarray, edges: np.ndarray) -> np.ndarray:
         """Whole numbers n (m, p) for which ``x - n L`` is the shortest image of each difference x of positions (m, d).
 
-        It is the shortest one if that is below half the least width: its reduced coordinates are below one half then.
+        The result is the shortest image if the shortest image is below half the least width: its reduced coordinates are
+        then below one half.
         """
         return np.rint(self.reduced(differences, edges))
 
@@ -68,8 +69,9 @@ class Lattice:
     def straightened(self, edges: np.ndarray) -> np.ndarray:
         """Edges of the same lattice that lean less, (p, d): a cell that is sheared on and on stays a box.
 
-        An edge loses whole multiples of another one where its component along that one is above 0.6 of it, not above
-        one half, so that a cell that rocks about there is not changed in every step. Each change shortens an edge.
+        An edge loses whole multiples of another edge if its component along that edge is above 0.6 of its length. The
+        bound is not one half, so that a cell that rocks about one half is not changed in every step. Each change shortens
+        an edge.
         """
         edges = edges.copy()
         again = True

@@ -17,7 +17,7 @@ from lmgcpy.contact.narrow_phase_3d import mobility, weighted
 centre_line: Callable[..., Any] = Slot("centre_line")
 """``(bodies, c, a)``: distance between two centres [m] and unit vector from a to c; upward if they coincide."""
 link_block: Callable[..., Any] = Slot("link_block")
-"""``(i, n, c, a, inverse_mass, tangent)``: diagonal of the local block of W [1/kg]; writes the tangent, where kept."""
+"""``(i, n, c, a, inverse_mass, tangent)``: diagonal of the local block of W [1/kg]; writes the tangent if it is kept."""
 
 
 @kernel

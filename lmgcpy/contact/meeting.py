@@ -1,4 +1,4 @@
-"""How two contactors meet, in kernels: what every kernel shares that asks the narrow phase of a pair of kinds.
+"""How two contactors meet: the part shared by all kernels that call the narrow phase of a pair of kinds.
 
 A kernel that calls :func:`meet` is specialised with ``KindPair.meaning`` (see :mod:`lmgcpy.contact.neighbours`).
 """
@@ -21,9 +21,9 @@ FLIPPED = False
 """The candidate is the antagonist of the narrow phase."""
 read_position: Callable[..., Any] = row_reader(3)
 FOREIGN = False
-"""Whether the narrow phase is somebody else's: what it returns is looked at."""
+"""Whether the narrow phase is not lmgcpy's own; its answers are then checked."""
 UNIT = 1e-6
-"""By how much the square of a normal may differ from one: as much in impulses."""
+"""Largest difference of the square of a normal from one; impulses are wrong by the same share."""
 
 
 def is_sound(gap, n):
@@ -35,8 +35,8 @@ def is_sound(gap, n):
 
 
 def meet(k_c, k_a, contactors, shapes, stride):
-    """(gap [m], normal, contact point [m]) of the contactors ``k_c`` and ``k_a``; the normal still has to be multiplied
-    with :func:`normal_sign`.
+    """(gap [m], normal, contact point [m]) of the contactors ``k_c`` and ``k_a``; the caller multiplies the normal with
+    :func:`normal_sign`.
 
     ``contactors``: their positions, flat; ``shapes``: the numbers of their shapes, flat, ``stride`` of them each.
     """
@@ -50,5 +50,5 @@ def meet(k_c, k_a, contactors, shapes, stride):
 
 
 def normal_sign():
-    """What turns the normal of the narrow phase into the one from the antagonist to the candidate."""
+    """Factor (1 or -1) that turns the normal of the narrow phase into the normal from the antagonist to the candidate."""
     return -1.0 if FLIPPED else 1.0

@@ -1,4 +1,4 @@
-"""What a step leaves for the next one: impulses and states by the identity of their interactions.
+"""The memory of a step for the next one: impulses and states by the identity of their interactions.
 
 The impulse of an interaction is kept by its slot in the list of neighbours, hence by identity: both contactors, and the
 row of the visibility table or the chain. So is the state of laws that have one; it lives as long as the interaction does,
@@ -18,24 +18,25 @@ from lmgcpy.contact.spare_rows import with_spare_rows
 
 @dataclass(frozen=True)
 class Memory:
-    """What the last step left, by identity, and where the list of neighbours was made; m interactions, c contactors.
+    """Impulses and states of the last step by identity, and the positions at which the list of neighbours was made; m
+    interactions, c contactors.
 
-    A list made anew from ``listed_at`` and ``reach`` is the same list, so that a simulation that goes on from it makes
+    A list made anew from ``listed_at`` and ``reach`` is the same list, so a simulation that goes on from a memory gives
     the same numbers to the last bit.
     """
 
     identity: np.ndarray
-    """Table (the chain, or the number of chains plus the row of the visibility table), and there the two contactors, or
-    the link and -1; (m, 3) int64."""
+    """Number of the table (of the chain, or the number of chains plus the row of the visibility table), then the two
+    contactors, or the link and -1; (m, 3) int64."""
     impulse: np.ndarray
     """In the local frame, normal first [N s], (m, d)."""
     state: np.ndarray
-    """What the laws keep for each interaction, (m, k + 1) with k the longest of the scene; NaN beyond a law's own. In the
-    last column the gap that a contact is to have at the next detection [m], NaN where not known."""
+    """State of the law of each interaction, (m, k + 1), k the longest state of the scene; NaN beyond the state of a shorter
+    one. The last column is the gap that a contact is predicted to have at the next detection [m], NaN if not known."""
     listed: bool
-    """Whether there is a list of neighbours; none before the first step."""
+    """Whether there is a list of neighbours; False before the first step."""
     listed_at: np.ndarray
-    """Positions and angles of the contactors then [m, rad], (c, 3)."""
+    """Positions and angles of the contactors when the list was made [m, rad], (c, 3)."""
     reach: float
     """Distance between surfaces up to which pairs are in the list [m]."""
     rebuilds: int
@@ -46,21 +47,20 @@ class LastStep:
     """Impulses and states of the last step, by the slots of the present list of neighbours."""
 
     def __init__(self, components: int, width: int):
-        """``components``: of an impulse, at the most; ``width``: how many numbers the laws keep for an interaction, at the
-        most."""
+        """``components``: largest number of components of an impulse; ``width``: length of the longest state of a law."""
         self._slots = np.zeros(0, np.int32)
         self._impulses = np.zeros((0, components))
         self._states = np.zeros((0, width))
 
     def __copy__(self) -> LastStep:
-        """One that goes on by itself: arrays are replaced, never changed in place."""
+        """An independent copy. It shares arrays: they are replaced, never changed in place."""
         other = object.__new__(type(self))
         other.__dict__.update(self.__dict__)
         return other
 
     def remember(self, slots: np.ndarray, impulse: np.ndarray, state: np.ndarray) -> None:
         """Keep impulses (m, d) and states (m, k) of the interactions in these slots, (m,), ascending."""
-        # copies, as the next step may use the same arrays, and fail
+        # copies: the next step may write into the same arrays and then fail
         count = len(slots)
         self._slots = with_spare_rows(count, dtype=np.int32)
         self._impulses, self._states = (with_spare_rows(count, width) for width in self.width)
@@ -68,21 +68,22 @@ class LastStep:
 
     @property
     def width(self) -> tuple[int, int]:
-        """How many numbers the impulse of an interaction and the state of its law have at the most."""
+        """Largest number of components of an impulse, and length of the longest state of a law."""
         return self._impulses.shape[1], self._states.shape[1]
 
     def recall(self, slots: np.ndarray, impulse: np.ndarray, state: np.ndarray) -> None:
-        """Fill in the impulses of the interactions in these slots, zero for new ones, (m, d), and their states, (m, k); NaN
-        for new ones and beyond a law's own."""
+        """Fill in the impulses (m, d) and states (m, k) of the interactions in these slots. A new interaction gets the
+        impulse zero and the state NaN; so does the part of a row beyond the state of its law."""
         for values, known, new in ((self._impulses, impulse, 0.0), (self._states, state, np.nan)):
             known.fill(new)
             recall(slots, self._slots, values, known)
 
     def carry_over(self, before: list[Group], groups: list[Group], slots: int) -> None:
-        """Take impulses and states from the slots of one list to those of another, which has so many."""
+        """Move impulses and states from the slots of the groups ``before`` to the slots of the new ``groups``, which have
+        ``slots`` slots in all."""
         known = {group.identity: group for group in before}
         source = np.full(slots, -1, np.int32)
-        """Index in the memory of what each new slot gets, or -1."""
+        """Index in the memory of the impulse and state that each new slot gets, or -1."""
         for group in groups:
             old = known.get(group.identity)
             if old is None:
@@ -100,7 +101,7 @@ class LastStep:
         self._impulses, self._states = self._impulses.take(kept, axis=0), self._states.take(kept, axis=0)
 
     def by_identity(self, groups: list[Group], tables: list) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """(identity, impulse, state) of what is not zero or has a state, see :class:`Memory`, as copies."""
+        """(identity, impulse, state) of the interactions that have an impulse or a state, see :class:`Memory`; copies."""
         acting = self._impulses.view(np.int64).any(axis=1)  # bits: minus zero is kept as well
         kept = np.flatnonzero(acting | ~np.isnan(self._states).all(axis=1))
         slots = self._slots[kept]
@@ -117,7 +118,7 @@ class LastStep:
         return identity, self._impulses[kept], self._states[kept]
 
     def take(self, memory: Memory, groups: list[Group], tables: list, contactor_count: int) -> None:
-        """Go on from a memory; ValueError where it holds interactions that these groups cannot have."""
+        """Go on from a memory; ValueError if it holds interactions that these groups cannot have."""
         slots = np.full(len(memory.identity), -1)
         for group in groups:
             mine = memory.identity[:, 0] == table_index(group, tables)
@@ -152,8 +153,8 @@ def table_index(group: Group, tables: list) -> int:
 
 @kernel
 def recall(slots, known, values, result):
-    """Rows of ``values`` that belong to the slots ``known``, into ``result`` where its ``slots`` are the same; both
-    ascend."""
+    """Copy the rows of ``values``, one for each of the slots ``known``, to the rows of ``result`` with the same ``slots``.
+    Both ascend."""
     k = 0
     for i in range(slots.shape[0]):
         while k < known.shape[0] and known[k] < slots[i]:
@@ -165,8 +166,8 @@ def recall(slots, known, values, result):
 
 @kernel
 def carry(old, old_rank, remembered, new, new_rank, source):
-    """From one list of pairs to another: what is ``remembered`` of a pair in the old one, if not below zero, goes into
-    ``source`` at the same pair of the new one. ``rank``: where the pairs, taken by ids, stand in their list."""
+    """Carry an index from each pair of the old list to the same pair of the new list: ``source[new] = remembered[old]`` if
+    that is not negative. ``old_rank``, ``new_rank``: index in its list of each pair in the order of ids."""
     k = 0
     for p in range(old_rank.shape[0]):
         here = old_rank[p]
@@ -174,7 +175,7 @@ def carry(old, old_rank, remembered, new, new_rank, source):
             continue
         c = old[here, 0]
         a = old[here, 1]
-        # both lists ascend by ids: go on in the new one to this pair, or to where it would stand
+        # both lists ascend by ids: go on in the new list to this pair, or to the first pair after it
         while k < new_rank.shape[0]:
             there = new_rank[k]
             if new[there, 0] > c or (new[there, 0] == c and new[there, 1] >= a):

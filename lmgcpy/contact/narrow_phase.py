@@ -21,8 +21,8 @@ def detect_contacts(
 ):
     """Narrow phase of one group: write interactions from row ``first`` on.
 
-    Returns (row after the last, whether all local blocks of W are diagonal); below zero, -1 less the index of a pair whose
-    narrow phase gave what it must not.
+    Returns (row after the last, whether all local blocks of W are diagonal). If the answer of a foreign narrow phase is
+    wrong, the first number is ``-1 - p``, p the index of the pair.
     """
     m = first
     diagonal = True
@@ -43,7 +43,7 @@ def detect_contacts(
         # normal part of the levers, positive from each centre to the contact point: it turns spin into u_t
         arm_c = n_x * (bodies[c, 0] - p_x) + n_y * (bodies[c, 1] - p_y)
         arm_a = n_x * (p_x - bodies[a, 0]) + n_y * (p_y - bodies[a, 1])
-        # W = H^T M^-1 H: what translation yields, then what the levers add
+        # W = H^T M^-1 H: first the part of the translations, then the part of the levers
         x = inverse_mass[c, 0] + inverse_mass[a, 0]
         y = inverse_mass[c, 1] + inverse_mass[a, 1]
         w_nn, w_tt, w_nt = translation_block(n_x, n_y, x, y)
@@ -56,12 +56,12 @@ def detect_contacts(
             result.lateral[m, 1] = lateral_a
             w_nn += lateral_c * lateral_c * inverse_c + lateral_a * lateral_a * inverse_a
             w_nt += arm_c * lateral_c * inverse_c - arm_a * lateral_a * inverse_a
-        elif result.lateral.shape[0] > 0:  # other groups need it, and the arrays are used again
+        elif result.lateral.shape[0] > 0:  # other groups need it, and the arrays still hold older values
             result.lateral[m, 0] = 0.0
             result.lateral[m, 1] = 0.0
-        if w_nn <= 0.0:  # neither can move along the normal: no impulse changes anything
+        if w_nn <= 0.0:  # neither body can move along the normal: no impulse changes anything
             continue
-        if w_tt <= 0.0:  # held along the tangent: friction moves nothing, and any positive weight finds it
+        if w_tt <= 0.0:  # both are held along the tangent: friction moves nothing, and any positive weight gives it
             w_tt = w_nn
         if w_nt != 0.0:
             diagonal = False

@@ -1,7 +1,7 @@
 """Narrow phase of contacts in 3D: gap, local frame, levers and local block of W of every interaction.
 
-Contact points lie on the line along the normal through both centres; the tangent is that of
-:func:`lmgcpy.contact.frames.tangent_of`.
+Contact points lie on the line along the normal through both centres. :func:`lmgcpy.contact.frames.tangent_of` gives the
+tangent.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ def weighted(x, diagonal, y):
 
 
 def mobility(c, a, arm_c, arm_a, inverse_mass):
-    """Diagonals of what two bodies yield to an impulse between them: by moving along x, y, z [1/kg], and by turning about
-    them, the levers [m] included [1/kg]."""
+    """Diagonals of the mobility of two bodies under an impulse between them: of translation along x, y, z [1/kg], and of
+    rotation about these axes, times the levers squared [1/kg]."""
     square_c = arm_c * arm_c
     square_a = arm_a * arm_a
     moving = (
@@ -38,10 +38,10 @@ def mobility(c, a, arm_c, arm_a, inverse_mass):
 def local_block(n, t, moving, turning):
     """The local block of W: its diagonal, W_nt, (W_ns, W_ts), and whether it is diagonal.
 
-    With masses and inertias that are the same in all directions it is ``diag(w, w + l, w + l)``: l is what turning adds.
+    With masses and inertias that are the same in all directions it is ``diag(w, w + l, w + l)``, l the part of rotation.
 
-    It gets numbers, not the arrays of :class:`Interactions`: those are a hundred words, which the compiler pushed on the
-    stack at every interaction, at twice the cost of all the rest.
+    The arguments are numbers, not the arrays of :class:`Interactions`: these are a hundred words, which the compiler pushed
+    on the stack at every interaction, at twice the cost of all the rest.
     """
     if moving[0] == moving[1] == moving[2] and turning[0] == turning[1] == turning[2]:
         w = moving[0]
@@ -52,7 +52,7 @@ def local_block(n, t, moving, turning):
     w_nn = weighted(n, moving, n)
     w_tt = weighted(t, moving, t) + weighted(s, turning, s)
     w_ss = weighted(s, moving, s) + weighted(t, turning, t)
-    if w_tt <= 0.0:  # held along a tangent: friction moves nothing, and any positive weight finds it
+    if w_tt <= 0.0:  # both are held along a tangent: friction moves nothing, and any positive weight gives it
         w_tt = w_nn
     if w_ss <= 0.0:
         w_ss = w_nn
@@ -69,8 +69,8 @@ def detect_contacts(
 ):
     """Narrow phase of one group: write interactions from row ``first`` on.
 
-    Returns (row after the last, whether all local blocks of W are diagonal); below zero, -1 less the index of a pair whose
-    narrow phase gave what it must not.
+    Returns (row after the last, whether all local blocks of W are diagonal). If the answer of a foreign narrow phase is
+    wrong, the first number is ``-1 - p``, p the index of the pair.
     """
     m = first
     diagonal = True
@@ -95,7 +95,7 @@ def detect_contacts(
         normal = (n_x, n_y, n_z)
         t = tangent_of(n_x, n_y, n_z)
         block, w_nt, shear, plain = local_block(normal, t, moving, turning)
-        if block[0] <= 0.0:  # neither can move along the normal: no impulse changes anything
+        if block[0] <= 0.0:  # neither body can move along the normal: no impulse changes anything
             continue
         diagonal = diagonal and plain
         result.candidate[m] = c

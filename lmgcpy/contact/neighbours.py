@@ -29,23 +29,23 @@ class KindPair:
     is_antagonist: np.ndarray
     """Which contactors may be antagonists, (k,) bool."""
     shape_sizes: tuple[int, int]
-    """How many numbers the shapes of the two kinds have."""
+    """Length of the shape of each of the two kinds."""
 
     @property
     def pair(self) -> NarrowPhase:
-        """How the kinds meet; LookupError if nobody has told."""
+        """The narrow phase of the two kinds; LookupError if there is none."""
         return find_pair(self.candidate, self.antagonist)
 
     @property
     def meaning(self) -> dict[str, Any]:
-        """What kernels that call :func:`lmgcpy.contact.meeting.meet` are specialised with."""
+        """Arguments for ``specialise`` of kernels that call :func:`lmgcpy.contact.meeting.meet`."""
         size_c, size_a = self.shape_sizes
         readers = {"read_shape_c": row_reader(size_c), "read_shape_a": row_reader(size_a)}
         return {"narrow": self.pair.narrow, "FLIPPED": self.pair.flipped, **readers}
 
     @property
     def foreign(self) -> bool:
-        """Whether it is somebody else's function that tells how the kinds meet."""
+        """Whether the narrow phase of the kinds is not lmgcpy's own."""
         return is_foreign(self.candidate, self.antagonist)
 
 
@@ -63,10 +63,10 @@ def kind_pairs(contactors: ContactorTable, row: VisibilityRow) -> list[KindPair]
 
 @kernel
 def _choose(near, is_candidate, is_antagonist, same, body, free, chosen):
-    """Write the near pairs of two kinds as (candidate, antagonist); returns (how many, whether the candidate is the first
-    of its near pair in all of them).
+    """Write the near pairs of two kinds as (candidate, antagonist). Returns their number, and whether the candidate is
+    the first contactor of every near pair.
 
-    ``same``: the colours are the same, and the candidate is the contactor of the lower body.
+    ``same``: whether the two colours are the same; the candidate is then the contactor of the lower body.
     """
     count = 0
     in_order = True
@@ -88,7 +88,7 @@ def _choose(near, is_candidate, is_antagonist, same, body, free, chosen):
 
 @kernel
 def _choose_unbounded(candidates, antagonists, same, body, free, reach, contactors, shapes, stride, chosen):
-    """Write the pairs whose gap is within ``reach``, sorted; returns how many there are, more than fit included."""
+    """Write the pairs whose gap is within ``reach``, sorted. Returns their number, with those that do not fit."""
     count = 0
     for k in range(candidates.shape[0]):
         c = candidates[k]
@@ -108,7 +108,7 @@ def _choose_unbounded(candidates, antagonists, same, body, free, reach, contacto
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What lists are made from; k contactors, n bodies."""
+    """The input of a list of neighbours; k contactors, n bodies."""
 
     near: np.ndarray
     """Pairs of bounded contactors within reach, (p, 2), sorted."""
@@ -162,6 +162,6 @@ def _against_unbounded(
 
 
 def _merged(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Two lists of pairs as one, sorted: of kinds that have contactors with and without bounds."""
+    """Two lists of pairs as one, sorted; for kinds with both bounded and unbounded contactors."""
     pairs = np.concatenate([one, other])
     return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]

@@ -9,7 +9,7 @@ from lmgcpy.compiled.kernel import kernel
 
 @kernel
 def place_contactors(bodies, body, offset, result):
-    """Positions (x, y, angle) of the contactors from those of their bodies."""
+    """Positions (x, y, angle) of the contactors from the positions of their bodies."""
     for k in range(body.shape[0]):
         b = body[k]
         cosine = np.cos(bodies[b, 2])

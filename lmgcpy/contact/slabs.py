@@ -1,14 +1,14 @@
 """The partition of a large scene into slabs, from its geometry alone, so that threads can share a sweep.
 
-Every body is in one slab. Slabs stand side by side across the longest horizontal axis of the sample. A pair within a slab,
-or between a slab and the next, belongs to the lower of the two; so slabs i and i + 2 share no body, and all even slabs can
-be swept side by side, then all odd ones, whatever the number of threads: the bits are those of one thread. Bodies without
-bounds that are held (walls) are never written to and count in no slab. What is left comes last, by one thread: pairs that
-reach further, and walls that move under a load.
+Every bounded body is in one slab. Slabs lie side by side along the longest horizontal axis of the sample. A pair within a
+slab, or between a slab and the next, belongs to the lower of the two slabs. So slabs i and i + 2 share no body: all even
+slabs can be swept at the same time, then all odd ones. The result has the same bits for every number of threads. Bodies
+without bounds that are held (walls) are never written to and belong to no slab. One thread sweeps the other pairs at the
+end: pairs that reach further than the next slab, and pairs with walls that move under a load.
 
-Within a slab the sweep goes upward, row by row, and the solver keeps the bodies in that order, so that what it needs next
-is in the cache or comes in a stream. One thread gains by that, too, in large scenes: ids say nothing of where a body is,
-and a sweep by ids over 50 000 spheres waits for memory.
+Within a slab the sweep goes upward, row by row, and the solver keeps the bodies in that order, so that the next data are
+in the cache or come in a stream. In large scenes one thread gains by this order, too: ids are unrelated to positions, and
+a sweep by ids over 50 000 spheres waits for memory.
 """
 
 from __future__ import annotations
@@ -23,31 +23,31 @@ from lmgcpy.compiled.kernel import kernel
 from lmgcpy.contact.detection_tables import ContactorTable
 
 _partition_from = [{2: 10_000, 3: 3000}]
-"""Scenes with so many bounded contactors are partitioned, by dimension; smaller ones keep the plain order by ids. From here
-on one thread loses nothing where ids say nothing of where a body is, and two gain 1.7 times and more
+"""Least number of bounded contactors of a scene that is partitioned, by dimension; smaller scenes keep the order of ids.
+From this number on one thread loses nothing if ids are unrelated to positions, and two threads are faster by 1.7 and more
 (``benchmarks/threads.py``)."""
 MOST_SLABS = 32
-"""Half of them can be swept side by side."""
+"""Greatest number of slabs; half of them can be swept at the same time."""
 LEAST_SLABS = 8
-"""A sample with room for so many slabs side by side is cut across a horizontal axis."""
+"""A sample with room for this many slabs along a horizontal axis is cut across that axis."""
 BODIES_A_SLAB = 1250
-"""Fewer bodies than that do not fill a slab, beyond the first :data:`LEAST_SLABS`: the fewer slabs, the fewer sweeps."""
+"""Least number of bodies in a slab if there are more than :data:`LEAST_SLABS` slabs: fewer slabs need fewer sweeps."""
 BINS = 1024
-"""The axis is cut at the borders of so many bins."""
+"""Number of bins along the axis; slabs are cut at their borders."""
 MOST_ROWS = 64
-"""Rows of places along each of the other axes."""
+"""Greatest number of rows along each of the other axes."""
 NOWHERE, EVERYWHERE = -1, -2
 """Slab of a body without bounds: held, or moving."""
 
 
 def is_large(count: int, dimension: int) -> bool:
-    """Whether a scene of so many bounded contactors is partitioned."""
+    """Whether a scene of ``count`` bounded contactors is partitioned."""
     return count >= _partition_from[-1][dimension]
 
 
 @contextmanager
 def partition_from(count: int) -> Iterator[None]:
-    """Simulations made meanwhile are partitioned from so many bounded contactors on: for tests and benchmarks."""
+    """In this context, simulations are partitioned from ``count`` bounded contactors on; for tests and benchmarks."""
     _partition_from.append({2: count, 3: count})
     try:
         yield
@@ -57,17 +57,17 @@ def partition_from(count: int) -> Iterator[None]:
 
 @dataclass(frozen=True)
 class Slabs:
-    """Where each body is; n bodies."""
+    """Slab and place of each of n bodies."""
 
     count: int
     slab: np.ndarray
-    """(n,) int32, NOWHERE or EVERYWHERE where it has no bounds."""
+    """Slab of each body, (n,) int32; NOWHERE or EVERYWHERE if it has no bounds."""
     place: np.ndarray
-    """Place of the body in the order of the sweep, slab by slab, (n,) int32; those without bounds come last."""
+    """Place of each body in the order of the sweep, slab by slab, (n,) int32; bodies without bounds come last."""
 
 
 def cut_slabs(along: np.ndarray, width: float) -> tuple[int, np.ndarray]:
-    """Slabs of about equal numbers of points and no narrower than ``width`` [m]: (how many, which each point is in).
+    """Slabs of about equal numbers of points and no narrower than ``width`` [m]: their number, and the slab of each point.
 
     ``along``: coordinates of the points along the axis [m], (n,).
     """
@@ -93,7 +93,7 @@ def sweep_axes(spans: np.ndarray, width: float) -> list[int]:
 
     ``spans``: extent of the sample along each axis [m], (d,), the last of them upward.
 
-    Weight goes down from body to body, so that a sweep should meet them in the order of their height: slabs stand side by
+    Weight goes down from body to body, so a sweep should visit bodies in the order of their height: slabs lie side by
     side, and rows are counted upward. Only a sample that is too slender for that is cut across its height.
     """
     *level, upward = range(len(spans))
@@ -104,8 +104,8 @@ def sweep_axes(spans: np.ndarray, width: float) -> list[int]:
 
 
 def partition(centres: np.ndarray, width: float) -> tuple[int, np.ndarray, np.ndarray]:
-    """Slabs no narrower than ``width`` [m], and rows within them, of points (n, d): (how many slabs, which each point is
-    in, its place in the order of the sweep)."""
+    """Partition of points (n, d) into slabs no narrower than ``width`` [m], and rows within them: the number of slabs, the
+    slab of each point, and its place in the order of the sweep."""
     spans = np.array([np.ptp(along) for along in centres.T])
     across, *others = sweep_axes(spans, width)
     count, slab = cut_slabs(centres[:, across], width)
@@ -125,8 +125,8 @@ def cut_bodies(
 ) -> Slabs:
     """The partition of the bodies, by their first contactor, into slabs no narrower than ``width`` [m].
 
-    ``placed``: positions of the contactors, (k, d); ``bounded``: which of them are bounded, (k,); ``free``: which bodies
-    have a component that is not held, (n,).
+    ``placed``: positions of the contactors, (k, d); ``bounded``: whether each is bounded, (k,); ``free``: whether each body
+    has a component that is not held, (n,).
     """
     indices = np.flatnonzero(bounded)
     first = indices[np.diff(contactors.body[indices], prepend=-1) > 0]  # bodies ascend
@@ -142,11 +142,11 @@ def cut_bodies(
 
 @kernel
 def sort_pairs(pairs, body, count, slab, place, walls, rank, result, cuts):
-    """Write the pairs into ``result`` in the order of the sweep: by the body that comes first, pairs of the same body in
-    their order; and into ``rank`` where each pair has gone.
+    """Write the pairs into ``result`` in the order of the sweep, and the new index of each pair into ``rank``. Pairs are
+    sorted by the earlier of their two bodies; pairs with the same one keep their order.
 
-    ``walls``: 0 or 1 where held walls are the candidates or antagonists, else -1. ``cuts``: where each slab begins, and
-    what is in none, and the end.
+    ``walls``: 0 if the candidates are walls, 1 if the antagonists are, else -1. ``cuts``: start of each slab in
+    ``result``, then the start of the pairs in no slab, then the total.
     """
     # key of a pair: the place of its body that comes first; pairs of no slab come last
     cuts[:] = 0

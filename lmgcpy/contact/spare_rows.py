@@ -7,14 +7,14 @@ from typing import Any
 import numpy as np
 
 FEW = 64
-"""Memory for so few rows is found everywhere."""
+"""Arrays of at most this many rows get no spare rows: memory for them fits in any hole."""
 
 
 def with_spare_rows(*shape: int, fill: float | None = None, dtype: Any = float) -> np.ndarray:
-    """An array of a shape, the beginning of one that has up to an eighth more rows.
+    """An array of this shape, a view of the first rows of an array with up to an eighth more rows.
 
-    An array that is slightly longer than the last does not fit into the memory that the last has left, and the memory of
-    a process grows by such holes: by 400 bytes a body at 100 000 spheres. With spare rows lengths repeat.
+    An array that is slightly longer than the last does not fit into the memory that the last has freed, and such holes
+    let the memory of a process grow: by 400 bytes a body at 100 000 spheres. With spare rows lengths repeat.
     """
     count = shape[0]
     if count <= FEW:
