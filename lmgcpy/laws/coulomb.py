@@ -37,7 +37,7 @@ def react_in_plane(W, q_n, q_t, friction):
 
 
 def react_to_full_block_in_plane(W, q_n, q_t, friction):
-    """The same for ``q_n < 0``, ``W_nn > 0`` and any block; a function of its own, as :func:`react_to_full_block` is.
+    """The impulse for ``q_n < 0``, ``W_nn > 0`` and any block; a separate function, as :func:`react_to_full_block` is.
 
     Statuses are tried in the order open, stick, slide. For a symmetric positive definite ``W`` a solution exists; with
     strong coupling, ``mu |W_nt| > W_nn``, there may be several, and this order is the rule that picks one. A singular
@@ -109,16 +109,16 @@ def react_in_space(W, q_n, q_t, q_s, friction):
 
 
 def react_to_full_block(W, q_n, q_t, q_s, friction):
-    """The same for ``q_n < 0`` and any symmetric block without negative eigenvalues.
+    """The impulse for ``q_n < 0`` and any symmetric block without negative eigenvalues.
 
-    It is a function of its own, so that the compiler inlines :func:`react_in_space` in the sweep and leaves this long one
-    out. Statuses are tried in the order open, stick, slide. A contact that slides has ``u_t = -l r_t``, l > 0. Where W is
-    positive definite, ``|r_t| - mu r_n`` falls from above zero at l = 0, where it sticks, to ``mu q_n / W_nn < 0``. So
-    there is a root, and regula falsi finds it in a bracket. Where W couples n strongly with t there may be several roots;
-    the function takes the one of the bracket.
+    It is a separate function, so that the compiler inlines :func:`react_in_space` in the sweep and leaves this long one
+    out. Statuses are tried in the order open, stick, slide. A contact that slides has ``u_t = -l r_t``, l > 0. If W is
+    positive definite, ``|r_t| - mu r_n`` falls from above zero at l = 0, the sticking contact, to ``mu q_n / W_nn < 0``.
+    So there is a root, and regula falsi finds it in a bracket. If W couples n strongly with t, there may be several roots;
+    the function takes the one in the bracket.
 
-    Where S, the Schur complement of the normal row, is singular, sticking is the limit of l to 0: the least ``r_t`` that
-    stops the contact. Where no ``r_t`` stops it, ``|r_t|`` grows without bound as l falls, and ``mu r_n`` may grow faster:
+    If S, the Schur complement of the normal row, is singular, sticking is the limit of l to 0: the least ``r_t`` that
+    stops the contact. If no ``r_t`` stops it, ``|r_t|`` grows without bound as l falls, and ``mu r_n`` may grow faster:
     friction presses the contact in. Then :func:`first_root` searches a root among growing values of l. If there is none,
     no impulse satisfies the law: the function returns the impulse without friction, and :func:`lmgcpy.solve_local` reports
     the status "infeasible".
@@ -195,8 +195,8 @@ def react_to_full_block(W, q_n, q_t, q_s, friction):
 def in_eigenframe(coupling, shear, free, scale, error):
     """Eigenframe of a singular S: cos and sin of its angle, then coupling, ``S = diag(lambda, 0)`` and free velocity in it.
 
-    Where S vanishes, the frame is that of the free velocity. A free velocity across it below ``error`` [m/s] counts as
-    zero.
+    If S vanishes, the first axis is along the free velocity. A free velocity along the second axis below ``error`` [m/s]
+    counts as zero.
     """
     eigenvalue = max(shear[0] + shear[2], 0.0)
     angle = 0.5 * math.atan2(2.0 * shear[1], shear[0] - shear[2])

@@ -26,9 +26,9 @@ _checked: set[tuple] = set()
 
 
 def check_answers(law: Law, dimension: int) -> None:
-    """Raise TypeError with a sentence where a function of the law fails, or returns what it must not.
+    """Raise TypeError with a sentence if a function of the law fails or returns a wrong answer.
 
-    Laws of lmgcpy itself are not asked: its tests ask them.
+    Laws of lmgcpy itself are not called: its tests call them.
     """
     kind = type(law)
     functions = kind.prepare, kind.react, kind.slope, kind.energy, kind.initial, kind.commit, kind.dissipation
@@ -41,7 +41,7 @@ def check_answers(law: Law, dimension: int) -> None:
 
 
 def _situations(law: Law, dimension: int) -> Iterator[tuple[float, tuple[float, ...], tuple[Any, ...]]]:
-    """Gaps [m], velocities before the step [m/s], and what a law of interface version 2 is told of the pair."""
+    """Gaps [m], velocities before the step [m/s], and the :class:`Pair` that a law of interface version 2 gets."""
     rows = law.rows(dimension)
     reach = number(
         law.acts_within(LENGTH_OF_LINK, LENGTH_OF_LINK), f"acts_within of law '{law.NAME}'", minimum=0.0, unit="m"
@@ -84,7 +84,7 @@ def _ask_everything(law: Law, dimension: int, gap: float, before: tuple[float, .
 
 
 def _numbers(law: Law, function: str, count: int, why: str, *given: Any) -> tuple[float, ...] | None:
-    """The tuple of numbers that a function returns, None where the numbers given are too much for it."""
+    """The tuple of numbers that a function returns; None if the numbers given are beyond its range."""
     answer = _ask(law, function, *given)
     if answer is None:
         return None
@@ -114,7 +114,7 @@ def _number(law: Law, function: str, *given: Any) -> None:
 
 
 def _ask(law: Law, function: str, *given: Any) -> tuple[Any] | None:
-    """The answer of a function in a tuple, None where the numbers given are too much for it."""
+    """The answer of a function in a tuple; None if the numbers given are beyond its range."""
     try:
         with np.errstate(all="ignore"):
             return (getattr(law, function)(*given),)

@@ -1,4 +1,4 @@
-"""What a law may know of the two bodies of an interaction."""
+"""The data of the two bodies of an interaction that a law may use."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from typing import NamedTuple
 class Pair(NamedTuple):
     """The two bodies of an interaction, the last argument of the functions of laws of interface version 2.
 
-    The radii of a contact are those of the two contactors, infinite for walls; a foreign contactor has that of a circle or
-    sphere around it. The radii of a link go from the centres to the surfaces. Masses are infinite for bodies that cannot be
-    moved.
+    In a contact the radii are the radii of the two contactors, infinite for walls; a contactor of a plug-in has the radius
+    of its bounding circle or sphere. In a link they are the distances from the centres to the surfaces. Masses are infinite
+    for bodies that cannot be moved.
     """
 
     radius: float
@@ -26,7 +26,7 @@ class Pair(NamedTuple):
 
 
 def pair_of(radii: tuple[float, float], masses: tuple[float, float], time: float) -> Pair:
-    """The pair with these numbers. An effective value is the other one where one is infinite, and 0 where one is 0."""
+    """The pair with these numbers. If one value is infinite, the effective value is the other; if one is 0, it is 0."""
     return Pair(effective(*radii), effective(*masses), radii, masses, time)
 
 

@@ -194,8 +194,8 @@ def check_interface(law: Any) -> None:
 
 @contextmanager
 def _noted_interrupts() -> Iterator[list[int]]:
-    """Yield a list that gets an item when Ctrl-C is pressed, which raises KeyboardInterrupt as ever: by it a plug-in that
-    raises KeyboardInterrupt by itself is told apart."""
+    """Yield a list that gets an item when Ctrl-C is pressed; Ctrl-C raises KeyboardInterrupt as always. If the list is
+    empty after a KeyboardInterrupt, the plug-in has raised it by itself."""
     pressed: list[int] = []
 
     def note(number: int, frame: Any) -> None:

@@ -23,17 +23,19 @@ down. What is left is kept, and taken back where it is faster again: a ball that
 An opening contact that is pressed shut returns at most with the velocity with which it opened: its gap is then what it was
 one step before, so that it does not sink.
 
-**Friction.** Coulomb's condition on ``u_t^+`` gains energy where a shock turns the slip round, as off the centre of a rod
-(Kane, Levinson 1985: up to 19 %): what sticks has the work ``r_t . u_t^-/2``, of either sign. Here friction resists only
-slip that leaves the segment S from ``-u_t^-`` to 0,
+**Friction.** Coulomb's condition on ``u_t^+`` gains energy if a shock reverses the slip, as off the centre of a rod
+(Kane, Levinson 1985: up to 19 %): a contact that sticks has the work ``r_t . u_t^-/2``, of either sign. Here friction
+resists only slip that leaves the segment S from ``-u_t^-`` to 0,
 
     r_t in -mu r_n (subdifferential of the distance to S at u_t^+),
 
-that is, towards the nearest point of S with the whole ``mu r_n`` outside, and with what it takes to stay at its ends. As
-the distance is convex and zero on S, ``r_t . (u_t^+ + u_t^-) <= 0``. Where friction resists the slip that was, at 0, it is
-Coulomb's, as it always is for a single disk or sphere. A step with ``u_t^- = 0`` sticks at 0.
+that is, outside of S friction is the whole ``mu r_n`` towards the nearest point of S, and at the ends of S it is as large
+as it takes to stay there. As the distance is convex and zero on S, ``r_t . (u_t^+ + u_t^-) <= 0``. If friction resists the
+slip before the step, at the end 0, it is Coulomb's, as it always is for a single disk or sphere. If ``u_t^- = 0``, S is the
+point 0.
 
-Poisson's law has no such bound: the friction of its second phase may work on what that phase gives back.
+Poisson's law has no such bound: the friction of its second phase may do positive work on the velocity that this phase gives
+back.
 """
 
 from __future__ import annotations
@@ -76,18 +78,18 @@ def resist_in_space(W, q_n, q_t, q_s, before, friction):
 
 
 class Restitution(Coulomb):
-    """Where the gap is closed: ``0 <= u_n + max(u_n^-, e u_n^-)  _|_  r_n >= 0`` and friction; else ``r = 0``.
+    """If the gap is closed: ``0 <= u_n + max(u_n^-, e u_n^-)  _|_  r_n >= 0`` and friction; else ``r = 0``.
 
     ``u_n^-`` is the normal velocity at the start of the step. No contact makes energy, in any scene
-    (``laws/restitution.py``). Friction is Coulomb's, but for shocks that turn the slip round: it does not act along the
-    slip that was until the contact slips faster than that.
+    (``laws/restitution.py``). Friction is Coulomb's, except in shocks that reverse the slip: then it does not act until the
+    contact slips back faster than it slipped before.
 
     All shocks of a step happen at once: with ``e = 1`` a disk that meets a row of touching disks bounces off as from one
     block, and keeps the energy. A contact whose gap is open has no impulse in that step. So for shocks that follow one
     another, as in Newton's cradle, leave gaps of ``h v/e``, the travel of one step divided by the coefficient.
 
-    ``conic`` has plain Coulomb friction. Newton steps need no more to find which contacts act, slide and stick; whether a
-    step is solved, this law says.
+    ``conic`` has plain Coulomb friction. Newton steps need no more to find which contacts act, slide and stick; this law
+    decides whether a step is solved.
     """
 
     NAME = "restitution"

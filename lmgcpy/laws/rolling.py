@@ -11,20 +11,20 @@ from lmgcpy.laws.signorini import approach
 
 def react_rolling_in_plane(W, q, friction, rolling):
     """Impulse (r_n, r_t, r_r) of ``0 <= u_n _|_ r_n >= 0``, ``|r_t| <= mu r_n`` and ``|r_r| <= mu_r r_n``, each opposing
-    its velocity where it is at its bound, for ``u = q + W r``.
+    its velocity if it is at its bound, for ``u = q + W r``.
 
-    Statuses are tried in the order open, sticks and holds, sticks and rolls, slides and holds, slides and rolls. Where the
-    contact point lies between the centres, r_n does not depend on the others; these then minimise a strictly convex
-    function in a rectangle, and the solution is the only one. For any symmetric positive definite W one exists: with the
-    bounds frozen at a given s in place of r_n, the problem is convex and its r_n depends continuously on s; it is
-    ``-q_n / W_nn > 0`` at s = 0 and does not grow with s in the end. Where n couples strongly with the others there may
+    Statuses are tried in the order open, sticks and holds, sticks and rolls, slides and holds, slides and rolls. If the
+    contact point lies between the centres, r_n does not depend on the other components; these then minimise a strictly
+    convex function in a rectangle, and the solution is unique. For any symmetric positive definite W one exists: with
+    the bounds frozen at a given s in place of r_n, the problem is convex and its r_n depends continuously on s; r_n is
+    ``-q_n / W_nn > 0`` at s = 0 and does not grow with s in the end. If n couples strongly with the other rows, there may
     be several solutions, and the order is the rule that picks one.
     """
     # open: u = q satisfies the law with r = 0
     if q[0] >= 0.0 or W[0][0] <= 0.0:
         return (0.0, 0.0, 0.0)
     best, chosen = status_in_plane(W, q, friction, rolling, 0.0, 0.0)
-    # statuses by number: three signs of sliding, three of rolling; 0 stands for sticks and holds
+    # statuses by number: three signs of sliding, three of rolling; 0 is sticks and holds
     for k in range(1, 9):
         if best == 0.0:
             break
@@ -44,10 +44,10 @@ NEVER = 1e300
 
 
 def status_in_plane(W, q, friction, rolling, slides, rolls):
-    """(by how much a status is wrong [m/s], its impulse): 0 where it is the right one.
+    """(violation of a status [m/s], its impulse); the violation is 0 if the status is right.
 
-    ``slides``: 0 where u_t = 0, else the sign of ``r_t = +-mu r_n``; ``rolls``: the same of r_r. With u_n = 0 these are
-    three linear equations.
+    ``slides``: 0 for u_t = 0, else the sign of ``r_t = +-mu r_n``; ``rolls``: the same for u_r and r_r. With u_n = 0 there
+    are three linear equations.
     """
     (w_nn, w_nt, w_nr), (_, w_tt, w_tr), (_, _, w_rr) = W
     # rows of the equations for t and r: a velocity of zero, or an impulse at its bound
@@ -93,11 +93,11 @@ SINGULAR = 1e-14
 class RollingCoulomb(Law):
     """Coulomb friction, and a moment at the contact that opposes the relative spin, up to ``mu_r R r_n``.
 
-    R is the effective radius of the two bodies, ``1/R = 1/R_c + 1/R_a``, that of the other one for a wall. In 2D the last
-    row of the interaction is the rolling velocity ``u_r = R (spin_c - spin_a)`` [m/s] with the impulse ``r_r = m / R``
+    R is the effective radius of the two bodies, ``1/R = 1/R_c + 1/R_a``; at a wall it is the radius of the body. In 2D the
+    last row of the interaction is the rolling velocity ``u_r = R (spin_c - spin_a)`` [m/s] with the impulse ``r_r = m / R``
     [N s], m being the moment's impulse on the candidate [N m s]. So ``|m| <= mu_r R r_n`` reads ``|r_r| <= mu_r r_n``, and
-    rolling friction is a number without unit, as friction is. On an incline a disk or a sphere at rest starts to roll where
-    the tangent of its angle is mu_r, if friction is larger.
+    rolling friction is a number without unit, as friction is. On an incline a disk or a sphere at rest starts to roll when
+    the tangent of the angle exceeds mu_r, if friction is larger.
 
     In 3D the rolling velocity ``R (spin_c - spin_a) x n`` is a vector of the tangent plane, rows 4 and 5, and the rolling
     impulse is in the disk of radius ``mu_r r_n``. Row 6 is torsion, ``u_z = R n . (spin_c - spin_a)``, with

@@ -1,24 +1,25 @@
 """The local solve of contact with friction, rolling friction and torsion friction in 3D.
 
 The impulse is (r_n, r_t, r_s, r_1, r_2, r_z): normal, friction in the disk ``|(r_t, r_s)| <= mu r_n``, rolling in the disk
-``|(r_1, r_2)| <= mu_r r_n``, torsion ``|r_z| <= mu_z r_n``, each opposing its velocity where it is at its bound.
+``|(r_1, r_2)| <= mu_r r_n``, torsion ``|r_z| <= mu_z r_n``, each opposing its velocity if it is at its bound.
 
 With ``s`` given for r_n in the bounds, ``u_n = 0`` and r_n eliminated (S: the Schur complement of the normal row of W), the
-conditions on x = (r_t, r_s, r_1, r_2, r_z) are those of
+conditions on x = (r_t, r_s, r_1, r_2, r_z) are the optimality conditions of
 
     minimise  x . S x / 2 + p . x      in two disks and an interval of sizes mu s, mu_r s, mu_z s,
 
 a strictly convex problem, whose only solution is continuous in s. So ``r_n = -(q_n + W_nx x(s)) / W_nn`` equals s for some
-``s > 0``: at s = 0 it is ``-q_n / W_nn > 0``, and it stays bounded as s grows. That is the existence of a solution for
-every symmetric positive definite W. Where W does not couple n with the others, as for spheres, whose contact lies between
-the centres, ``r_n = -q_n / W_nn`` at once, and the solution is the only one; with strong coupling there may be several, and
-the bracket of the root picks one.
+``s > 0``: at s = 0 it is ``-q_n / W_nn > 0``, and it stays bounded as s grows. So a solution exists for every symmetric
+positive definite W. If W does not couple n with the other rows, as for spheres, whose contact lies between the centres,
+``r_n = -q_n / W_nn`` at once, and the solution is unique. With strong coupling there may be several solutions, and the
+bracket of the root picks one.
 
-The convex problem is solved from the inside out, every equation in one unknown being monotone:
+The convex problem is solved from the inside out; every equation in one unknown is monotone:
 
-* torsion: the function that is left when the disks have taken their share is convex in r_z. So its least value in the
-  interval is where it is least at all, or at the nearer end;
-* friction: it slides where ``|x_t|`` exceeds its bound at ``l = 0``; then ``u_t = -l x_t``, and ``|x_t|`` falls as l grows.
+* torsion: after the minimisation over both disks the function is convex in r_z. So its minimiser in the interval is its
+  free minimiser, or the nearer end;
+* friction: the contact slides if ``|x_t|`` exceeds its bound at ``l = 0``; then ``u_t = -l x_t``, and ``|x_t|`` falls as l
+  grows.
   A bracketed secant on ``1/|x_t|``, which is nearly linear in l, finds the root (Hebden 1973; More, Sorensen 1983);
 * rolling: for given l the same in a single disk, ``(C + k) y = -p``, where Newton steps on ``1/|y|`` from k = 0 rise to the
   root. For spheres C is a multiple of the identity, y is along -p, and no step is needed.
@@ -31,12 +32,13 @@ import math
 from lmgcpy.compiled.kernel import inlined
 
 REGULAR = 4e-15
-"""This part of its diagonal is added to S: where S is singular (a body that turns about one axis only) there are many x,
-and this takes the least. What it changes of a velocity is no more than round-off of ``W r``, as x is bounded."""
+"""Part of its diagonal that is added to S. If S is singular (a body that turns about one axis only), there are many x, and
+this picks the least. As x is bounded, the change of the velocities is within the round-off of ``W r``."""
 ENOUGH = 4e-16
 """Relative error at which a root is found."""
 LARGE = 1e10
-"""Where r_n would be so many times that without friction there is no solution: the answer is that without friction."""
+"""If r_n grows beyond this multiple of the impulse without friction, no impulse satisfies the law; the impulse without
+friction is returned."""
 
 
 @inlined
@@ -59,14 +61,14 @@ def react_rolling_in_space(W, q, friction, rolling, torsion):
 
 
 def in_interval(w, p, limit):
-    """Where ``w z^2 / 2 + p z`` is least in ``|z| <= limit``; the least one for w = 0."""
+    """Minimiser of ``w z^2 / 2 + p z`` in ``|z| <= limit``; for w = 0 the minimiser of least magnitude."""
     if abs(p) <= w * limit:
         return -p / w if w > 0.0 else 0.0
     return -limit if p > 0.0 else limit
 
 
 def in_two_equal_disks(a, b, c, p, d, first, second):
-    """(x, y) where ``a |x|^2 / 2 + b x . y + c |y|^2 / 2 + p . x + d . y`` is least in ``|x| <= first``, ``|y| <= second``.
+    """Minimiser (x, y) of ``a |x|^2/2 + b x . y + c |y|^2/2 + p . x + d . y`` in ``|x| <= first``, ``|y| <= second``.
 
     For given l the disk of y is solved in closed form (:func:`rolling_at`), so that there is one equation for l.
     """
@@ -115,7 +117,7 @@ def in_two_equal_disks(a, b, c, p, d, first, second):
 
 
 def in_equal_disk(c, d_1, d_2, limit):
-    """Where ``c |y|^2 / 2 + d . y`` is least in ``|y| <= limit``; the least one for c = 0."""
+    """Minimiser of ``c |y|^2 / 2 + d . y`` in ``|y| <= limit``; for c = 0 the minimiser of least length."""
     size = math.hypot(d_1, d_2)
     if size <= c * limit:
         return (-d_1 / c, -d_2 / c) if c > 0.0 else (0.0, 0.0)
@@ -137,7 +139,7 @@ def rolling_at(slowness, a, b, c, p, d, limit):
 
 
 def react_to_any_block(W, q, friction, rolling, torsion):
-    """The same for ``q_n < 0`` and any symmetric block without negative eigenvalues; a function of its own, so that the
+    """The impulse for ``q_n < 0`` and any symmetric block without negative eigenvalues; a separate function, so that the
     compiler leaves it out of the sweep."""
     w_nn = W[0][0]
     shares = (friction, rolling, torsion)
@@ -248,14 +250,16 @@ def tangential_at(reduced, free, shares, s):
 
 
 def in_two_disks(A, B, C, p, d, first, second):
-    """(x, y) where ``x . A x / 2 + x . B y + y . C y / 2 + p . x + d . y`` is least in ``|x| <= first``,
-    ``|y| <= second``; as :func:`in_two_equal_disks`."""
+    """Minimiser (x, y) of ``x . A x / 2 + x . B y + y . C y / 2 + p . x + d . y`` in ``|x| <= first``, ``|y| <= second``;
+    the method of :func:`in_two_equal_disks`."""
     if first <= 0.0:
         y_1, y_2 = in_disk(C, d[0], d[1], second)
         return (0.0, 0.0, y_1, y_2)
+    # sticks: u_t = 0 with |x| within its bound
     size, x_1, x_2, y_1, y_2 = both_at(0.0, A, B, C, p, d, second)
     if size <= first:
         return (x_1, x_2, y_1, y_2)
+    # slides: bracket of the root l of f = first/|x| - 1, from |x| = |(A + l)^-1 (p + B y)| <= (|p| + |B| second)/l
     low = 0.0
     below = first / size - 1.0
     coupling = math.hypot(math.hypot(B[0][0], B[0][1]), math.hypot(B[1][0], B[1][1]))
@@ -264,6 +268,7 @@ def in_two_disks(A, B, C, p, d, first, second):
     above = min(first / size - 1.0, 1e3) if size > 0.0 else 1e3
     side = 0
     for _ in range(200):
+        # secant on f, or bisection if round-off puts it outside
         middle = (low * above - high * below) / (above - below)
         if not low < middle < high:
             middle = 0.5 * (low + high)
@@ -271,6 +276,7 @@ def in_two_disks(A, B, C, p, d, first, second):
         there = min(first / size - 1.0, 1e3) if size > 0.0 else 1e3
         if abs(there) <= ENOUGH or high - low <= ENOUGH * high:
             break
+        # Illinois step: the end that stays twice counts half
         if there < 0.0:
             low, below = middle, there
             if side == 1:
@@ -281,6 +287,7 @@ def in_two_disks(A, B, C, p, d, first, second):
             if side == -1:
                 below *= 0.5
             side = -1
+    # x exactly at its bound, and the y that belongs to it
     if size > 0.0:
         x_1 *= first / size
         x_2 *= first / size
@@ -290,7 +297,7 @@ def in_two_disks(A, B, C, p, d, first, second):
 
 
 def both_at(slowness, A, B, C, p, d, limit):
-    """``(|x|, x, y)`` where ``u_t = -l x``."""
+    """``(|x|, x, y)`` for ``u_t = -l x``; ``slowness``: l."""
     a_11, a_12, a_22 = A[0] + slowness, A[1], A[2] + slowness
     determinant = less(a_11 * a_22, a_12 * a_12)
     # (A + l)^-1 B by columns, and (A + l)^-1 p
@@ -300,7 +307,7 @@ def both_at(slowness, A, B, C, p, d, limit):
     k_22 = (a_11 * B[1][1] - a_12 * B[0][1]) / determinant
     m_1 = (a_22 * p[0] - a_12 * p[1]) / determinant
     m_2 = (a_11 * p[1] - a_12 * p[0]) / determinant
-    # Schur complement of the rows of friction, and what is left of d
+    # Schur complement of the rows of friction, and d after the elimination of x
     left = (
         less(C[0], B[0][0] * k_11 + B[1][0] * k_21),
         C[1] - B[0][0] * k_12 - B[1][0] * k_22,
@@ -315,12 +322,12 @@ def both_at(slowness, A, B, C, p, d, limit):
 
 
 def less(a, b):
-    """``a - b`` > 0 of a positive definite block: not less than what round-off leaves of it."""
+    """``a - b`` > 0 of a positive definite block, at least ``REGULAR * a`` in spite of round-off."""
     return max(a - b, REGULAR * a)
 
 
 def in_disk(C, d_1, d_2, limit):
-    """Where ``y . C y / 2 + d . y`` is least in ``|y| <= limit``; C: (C_11, C_12, C_22)."""
+    """Minimiser of ``y . C y / 2 + d . y`` in ``|y| <= limit``; C: (C_11, C_12, C_22)."""
     if limit <= 0.0:
         return (0.0, 0.0)
     slowness = 0.0

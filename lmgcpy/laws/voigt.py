@@ -53,7 +53,7 @@ class VoigtRod(VoigtLink):
 
 
 class VoigtWire(VoigtLink):
-    """The force of the Voigt rod where it is a tension and the predicted gap exceeds the reference; elsewhere no force.
+    """The force of the Voigt rod if it is a tension and the predicted gap exceeds the reference; otherwise no force.
 
     In a slack link that is drawn taut within the step, the viscous force sets in at once, and the graph of the law jumps.
     The law completes the graph by its vertical part, on which the link ends the step at its reference gap. So it stays
