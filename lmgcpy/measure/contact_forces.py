@@ -42,8 +42,9 @@ class ContactForces(Table):
 
     @named_arguments
     def distribution(self, bins: int = 30, *, largest: float = 6.0) -> tuple[np.ndarray, np.ndarray]:
-        """P(f): centres of so many ``bins`` of f = normal force over its mean up to the ``largest``, and the density there,
-        (bins,) each. Its integral is the part of the contacts below the largest, and its mean is 1 where that is all."""
+        """P(f), f the normal force over its mean: centres of ``bins`` bins from 0 to ``largest``, and the density there,
+        (bins,) each. The integral of P is the share of the contacts below ``largest``. If these are all contacts, the mean
+        of f is 1."""
         edges = np.linspace(0.0, number(largest, "largest", above=0.0), whole(bins, "bins", minimum=1) + 1)
         counts, _ = np.histogram(self.relative, edges)
         return 0.5 * (edges[1:] + edges[:-1]), counts / (max(len(self), 1) * np.diff(edges))
@@ -51,7 +52,7 @@ class ContactForces(Table):
 
 @named_arguments
 def contact_forces(sim: Source, *, frame: int | None = None) -> ContactForces:
-    """Forces of the contacts that push in the last step of a simulation, or in that of a ``frame`` of an open run."""
+    """Forces of the contacts that push, in the last step of a simulation or in the step of a ``frame`` of an open run."""
     now = moment(sim, frame, "contact_forces")
     net = now.net
     acting = (net.impulse[:, 0] > 0.0) & ~now.is_link
@@ -68,8 +69,8 @@ def contact_forces(sim: Source, *, frame: int | None = None) -> ContactForces:
 
 
 def friction_of(now: Moment, pairs: np.ndarray, law: np.ndarray) -> np.ndarray:
-    """Coefficients of friction of contacts, (c,), from their pairs of bodies (c, 2) and the names of their laws (c,): those
-    of the rows of the visibility table for their colours, as several rows may have laws of one name."""
+    """Coefficients of friction of contacts, (c,), from their pairs of bodies (c, 2) and the names of their laws (c,). They
+    are looked up by the colours of the pair in the visibility table, as several rows may have laws of the same name."""
     scene = now.scene
     bodies = scene["bodies"]
     color, code = bodies["color"][pairs], {name: k for k, name in enumerate(bodies["colors"])}

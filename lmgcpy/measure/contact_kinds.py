@@ -40,9 +40,10 @@ class ContactKinds(Table):
 
 @named_arguments
 def contact_kinds(sim: Source, *, frame: int | None = None, tolerance: float = SLIDING) -> ContactKinds:
-    """Contacts by kind in the last step of a simulation, or in that of a ``frame`` of an open run.
+    """Contacts by kind, in the last step of a simulation or in the step of a ``frame`` of an open run.
 
-    A contact slides if ``|f_t| >= (1 - tolerance) mu f_n``. Contacts without friction count as neither.
+    A contact slides if ``|f_t| >= (1 - tolerance) mu f_n``. A contact without friction counts neither as sliding nor as
+    sticking.
     """
     now = moment(sim, frame, "contact_kinds")
     forces = contact_forces(sim, frame=frame)
@@ -61,7 +62,7 @@ def contact_kinds(sim: Source, *, frame: int | None = None, tolerance: float = S
 
 
 def sliding(forces: ContactForces, tolerance: float = SLIDING) -> np.ndarray:
-    """Which contacts slide, (c,) bool; none without friction."""
+    """Whether each contact slides, (c,) bool; False for contacts without friction."""
     return forces.mobilised >= 1.0 - number(tolerance, "tolerance", minimum=0.0, maximum=1.0)
 
 

@@ -15,9 +15,9 @@ from lmgcpy.measure.sphere_in_box import sphere_volume_in_box
 def density(positions: Any, radii: Any, window: Any) -> float:
     """Solid fraction [-] in a window: the area of the disks inside the rectangle over its own area; in 3D the volumes.
 
-    Disks that overlap by more than a hundredth of the smaller radius, as those of clusters do, are taken together: what
-    they share counts once. Of smaller overlaps, and of spheres, it counts twice; of spheres that overlap by more a warning
-    says so.
+    If disks overlap by more than a hundredth of the smaller radius, as in clusters, their shared area counts once. The
+    shared area of smaller overlaps counts twice, and so does the shared volume of spheres; if spheres overlap by more than
+    a hundredth, the function warns.
 
     ``positions`` [m], shape (n, d); ``radii`` [m], shape (n,); ``window`` the corners ((x0, y0), (x1, y1)) [m], lower
     left and upper right, in 3D ((x0, y0, z0), (x1, y1, z1)).
@@ -58,11 +58,11 @@ def density(positions: Any, radii: Any, window: Any) -> float:
 
 
 OVERLAP = 1e-2
-"""Overlap, in parts of the smaller radius, below which what two disks share is left out of account: 5e-4 of the disk."""
+"""Overlap of two disks, in parts of the smaller radius, below which their shared area counts twice: 5e-4 of the disk."""
 
 
 def _overlapping(centres: np.ndarray, radii: np.ndarray) -> bool:
-    """Whether some overlap by more than :data:`OVERLAP`."""
+    """Whether two of the disks overlap by more than :data:`OVERLAP`."""
     from scipy.spatial import cKDTree  # takes as long to import as the rest of lmgcpy
 
     there = radii > 0.0

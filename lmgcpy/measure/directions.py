@@ -57,13 +57,13 @@ def means_along(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Mean of the values (m,) in each of ``count`` bins and its standard error, (count,) each; NaN in empty bins.
 
-    Values that follow each other along a wire are not independent. The variance of the mean is that of Newey and West
-    (Econometrica 55, 1987): with r the values less their mean, over pairs of one bin and one chain,
+    Values that follow each other along a wire are not independent. The variance of the mean is the estimate of Newey and
+    West (Econometrica 55, 1987): with r the values less their mean, over pairs of one bin and one chain,
 
         n^2 var = sum r_i^2 + 2 sum_k (1 - k/(K + 1)) sum_i r_i r_{i+k},    k = 1 ... K,
 
-    and n/(n - 1) for the mean that was taken. K is ``reach``, by default ``4 (m/100)^(2/9)`` (their rule of 1994), at most
-    m - 1. It falls somewhat short where the correlation reaches beyond K.
+    times n/(n - 1), as the mean is taken from the same values. K is ``reach``, by default ``4 (m/100)^(2/9)`` (their rule
+    of 1994), at most m - 1. If the correlation reaches beyond K, the variance is somewhat too small.
     """
     size = np.bincount(bins, minlength=count).astype(float)
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -1,4 +1,4 @@
-"""Strain of a sample: one displacement gradient fitted to the displacements of its bodies, beside that of the box."""
+"""Strain of a sample: one displacement gradient fitted to the displacements of its bodies, and the gradient of the box."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class MeanStrain:
     """Standard errors of its components, (d, d); NaN for a few bodies."""
     box: np.ndarray
     """The gradient of the box, (d, d): on the diagonal the change of the distance of opposite walls over this distance, in
-    a periodic cell the change of its edges; NaN where there is neither."""
+    a periodic cell the change of its edges. NaN if there is neither."""
     centre: np.ndarray
     """Mean position of the bodies at the beginning [m], (d,)."""
     mean: np.ndarray
@@ -38,9 +38,9 @@ class MeanStrain:
     position: np.ndarray
     """Their positions at the beginning [m], (p, d)."""
     rest: np.ndarray
-    """What the fit leaves of their displacements, the non-affine part [m], (p, d)."""
+    """Displacements less the fitted field, their non-affine part [m], (p, d)."""
     non_affine_share: float
-    """``sum |rest|^2 / sum |u - mean|^2``: 0 for an affine field, 1 where the gradient explains nothing; NaN at rest."""
+    """``sum |rest|^2 / sum |u - mean|^2``: 0 for an affine field, 1 if the gradient explains nothing; NaN at rest."""
 
     @property
     def strain(self) -> np.ndarray:
@@ -85,9 +85,10 @@ def mean_strain(
 ) -> MeanStrain:
     """Fit one displacement gradient to the displacements of the bodies with bounds, hidden ones left out.
 
-    Of an open run, from a frame ``since``, by default the first, to a ``frame``, by default the last. Of a simulation, from
-    positions that were copied earlier, ``since=sim.positions.copy()`` [m], (n, d), to those of now. The fit minimises
-    ``sum |u - mean - G (x - centre)|^2``, all bodies alike, x their positions at the beginning.
+    In an open run the displacements are from the frame ``since``, by default the first, to ``frame``, by default the last.
+    In a simulation they are from positions that were copied earlier, ``since=sim.positions.copy()`` [m], (n, d), to the
+    present positions. The fit minimises ``sum |u - mean - G (x - centre)|^2`` with equal weights, x the positions at the
+    beginning.
 
     ``window``: two corners ((x, y), (x, y)) [m], with z in 3D: bodies whose centres lay there at the beginning.
     ``margin``: bodies whose centres were farther than this from every plane wall [m]; it leaves out layers at walls.
@@ -172,7 +173,7 @@ def _jackknife(x: np.ndarray, u: np.ndarray) -> np.ndarray:
 
 
 def _box_gradient(now: Moment, moved: Motion, fitted: np.ndarray) -> np.ndarray:
-    """Gradient of the box between opposite walls and of the periodic cell, (d, d); NaN where there is neither."""
+    """Gradient of the box between opposite walls and of the periodic cell, (d, d); NaN if there is neither."""
     begin, end = moved.begin, moved.end
     d = begin.shape[1]
     axes = np.zeros(0, dtype=np.int64) if now.lattice is None else now.lattice.axes

@@ -31,16 +31,16 @@ class Moment:
     """Radius of the circle or sphere that holds each body [m], infinite for walls, (n,)."""
     wall_normals: dict[int, np.ndarray]
     lattice: Lattice | None
-    """That of a periodic cell."""
+    """The lattice of the periodic cell; None without a cell."""
     laws: list[str]
     """Names of the laws of the scene."""
     links: frozenset[str]
-    """Names of those that act in chains."""
+    """Names of the laws that act in chains."""
     source: Source
     number: int = -1
-    """Number of the frame; of a simulation it means nothing."""
+    """Number of the frame of a run; -1 for a simulation."""
     described: Mapping[str, Any] | None = None
-    """The description of the scene as the run has it, which takes some milliseconds to read; None of a simulation."""
+    """The description of the scene from the run file, which takes some milliseconds to read; None for a simulation."""
 
     @cached_property
     def scene(self) -> Mapping[str, Any]:
@@ -51,7 +51,7 @@ class Moment:
 
     @property
     def hidden(self) -> np.ndarray:
-        """Which bodies are hidden, (n,) bool."""
+        """Whether each body is hidden, (n,) bool."""
         return self.source.model.hidden if isinstance(self.source, Stepper) else self.source.hidden(self.number)
 
     @property
@@ -75,7 +75,7 @@ class Moment:
 
     @property
     def is_link(self) -> np.ndarray:
-        """Which interactions are links, (m,) bool."""
+        """Whether each interaction is a link, (m,) bool."""
         return np.isin(self.net.law, list(self.links))
 
 
@@ -115,7 +115,8 @@ def moment(source: Any, frame: int | None, call: str) -> Moment:
 def frame_number(run: Run, frame: Any, name: str) -> int:
     """The number of a frame of a run, counted from 0; ``frame`` may count from the end.
 
-    Raises TypeError, and IndexError with a sentence that calls it ``name`` where the run has no such frame.
+    Raises TypeError if ``frame`` is not a whole number, and IndexError if the run has no such frame; the sentence calls it
+    ``name``.
     """
     k = whole(frame, name, minimum=-(2**62))
     count = run.frame_count
@@ -138,8 +139,8 @@ class Motion:
 
 
 def motion(source: Any, frame: int | None, since: Any, call: str) -> Motion:
-    """From a frame ``since`` of an open run to a ``frame``, by default the last, or from positions of a simulation that
-    were copied earlier, (n, d) [m], to those of now. Raises TypeError, ValueError and IndexError with a sentence."""
+    """The motion from a frame ``since`` of an open run to ``frame``, by default the last; in a simulation from positions
+    that were copied earlier, (n, d) [m], to the present. Raises TypeError, ValueError and IndexError with a sentence."""
     if isinstance(source, Stepper):
         if frame is not None:
             raise TypeError("frame is for run files: a simulation knows its last step only.")

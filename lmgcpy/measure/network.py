@@ -38,7 +38,7 @@ class Network:
 
 @named_arguments
 def network(sim: Source, *, frame: int | None = None) -> Network:
-    """The contact network of the last step of a simulation, or of that of a ``frame`` of an open run.
+    """The contact network in the last step of a simulation, or in the step of a ``frame`` of an open run.
 
     A contact counts if its normal impulse is above zero. Bodies with fewer than two contacts are rattlers. Their contacts
     are left out, which may make rattlers of other bodies; this is repeated until no rattler has a contact. The measure is

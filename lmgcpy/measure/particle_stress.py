@@ -23,9 +23,9 @@ class ParticleStress(Table):
     position: np.ndarray
     """Centres [m], (p, d)."""
     volume: np.ndarray
-    """Their own volumes [m^3, per metre of depth in 2D], (p,); 0 where a shape of a plug-in has none."""
+    """Their own volumes [m^3, per metre of depth in 2D], (p,); 0 if a shape of a plug-in has none."""
     moment: np.ndarray
-    """Sum of force (x) lever over all that acts on the body [N m], (p, d, d): its part of V sigma, where V holds it."""
+    """Sum of force (x) lever over all forces on the body [N m], (p, d, d): its part of V sigma for a volume V around it."""
 
     @property
     def stress(self) -> np.ndarray:
@@ -74,7 +74,8 @@ def window_stress(sim: Source, window: tuple, *, frame: int | None = None) -> np
 
 
 def images_near(now: Moment, centre: np.ndarray) -> list[np.ndarray]:
-    """Positions of the bodies [m], (n, d); in a periodic cell those of their images around a point (d,), each apart."""
+    """List with the positions of the bodies [m], (n, d). In a periodic cell: one array (n, d) for each shift, with the
+    images of the bodies around a point ``centre`` (d,)."""
     if now.lattice is None:
         return [now.positions]
     edges = now.lattice.edges(now.positions)
@@ -97,7 +98,7 @@ def moments_of(now: Moment) -> np.ndarray:
 def volumes_of(now: Moment) -> np.ndarray:
     """Volumes of the shapes of each body [m^3, per metre of depth in 2D], (n,).
 
-    What the disks of a cluster share counts once. Of other shapes of one body overlaps count twice.
+    The area that disks of a cluster share counts once. Overlaps of other shapes of one body count twice.
     """
     table = now.scene["contactors"]
     body, sizes = np.asarray(table["body"]), np.array(table["area"], dtype=float)

@@ -37,12 +37,13 @@ class LocalStrain(Table):
 def strain(sim: Source, *, frame: int | None = None, since: Any = 0) -> LocalStrain:
     """Displacements since an earlier state, and the strain around each body.
 
-    Of an open run, from a frame ``since``, by default the first, to a ``frame``, by default the last. Of a simulation, from
-    positions that were copied earlier, ``since=sim.positions.copy()`` [m], (n, d), to those of now.
+    In an open run they are from the frame ``since``, by default the first, to ``frame``, by default the last. In a
+    simulation they are from positions that were copied earlier, ``since=sim.positions.copy()`` [m], (n, d), to the present
+    positions.
 
-    The neighbours of a body are those of the Delaunay triangulation of the centres at the beginning. The gradient G is
-    the least-squares fit of their relative displacements, ``minimise sum |du - G dx|^2``, and ``rest`` is what is left
-    (Falk and Langer, Phys. Rev. E 57, 1998, whose D^2_min is the sum). An affine field is found to round-off.
+    The neighbours of a body are its neighbours in the Delaunay triangulation of the centres at the beginning. The gradient
+    G is the least-squares fit of their relative displacements, ``minimise sum |du - G dx|^2``; ``rest`` measures the
+    remainder (Falk and Langer, Phys. Rev. E 57, 1998, whose D^2_min is the sum). An affine field is found to round-off.
     In a periodic cell bodies across its faces do not count as neighbours.
     """
     from scipy.spatial import Delaunay, QhullError  # takes as long to import as the rest of lmgcpy

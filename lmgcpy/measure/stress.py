@@ -21,12 +21,12 @@ def stress(sim: Source, *, frame: int | None = None, volume: float | None = None
 
     "kinetic" is the stress of bodies that fly about, ``-(1/V) sum m v' (x) v'`` at the end of the step: v' is the velocity
     relative to the mean flow in a periodic cell, else to the velocity of the centre of mass of all bodies with bounds. In
-    a gas it is nearly all, in a sample at rest nothing. The flux of momentum, which a cell that yields to a stress
-    balances, is "total" and "kinetic" together.
+    a gas it is nearly all of the stress, in a sample at rest it is zero. The flux of momentum, which a cell that yields to
+    a stress balances, is "total" and "kinetic" together.
 
-    ``volume`` [m^3, per metre of depth in 2D] is by default that of the periodic cell, or of the box between opposite
-    walls. A scene without both raises ValueError, which asks for the volume. In a periodic cell the antagonist is the
-    nearest image.
+    ``volume`` [m^3, per metre of depth in 2D] is by default the volume of the periodic cell, or of the box between
+    opposite walls. A scene without both raises ValueError, which asks for the volume. In a periodic cell the antagonist is
+    the nearest image.
     """
     now = moment(sim, frame, "stress")
     net, positions = now.net, now.positions
@@ -61,7 +61,7 @@ def sample_volume(now: Moment) -> float:
     edges = now.lattice.edges(now.positions)
     if len(edges) == now.lattice.dimension:
         return now.lattice.volume(edges)
-    # the distance between walls along the other axes: that of a box whose further walls are a unit apart
+    # add walls a unit apart along the axes of the cell: the volume of this box is then the extent along the other axes
     normals, positions = dict(now.wall_normals), now.positions.copy()
     for axis in now.lattice.axes.tolist():
         for sign in (1.0, -1.0):
@@ -77,7 +77,7 @@ def box_volume(positions: np.ndarray, wall_normals: dict[int, np.ndarray]) -> fl
     It is the product of the distances between walls that face each other. The function raises ValueError unless there is
     one such pair of walls in each direction, at right angles.
 
-    ``positions`` are those of all bodies [m], (n, d); ``wall_normals`` are the outward normals, (d,), by id of the body.
+    ``positions``: positions of all bodies [m], (n, d); ``wall_normals``: outward normals, (d,), by id of the body.
     """
     walls = [(normal, positions[body]) for body, normal in wall_normals.items()]
     pairs = [

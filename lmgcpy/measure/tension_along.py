@@ -19,7 +19,7 @@ class TensionCorrelation(Table):
     lag: np.ndarray
     """Number of links by which the two are apart, (k,)."""
     distance: np.ndarray
-    """The same as a length of wire, lag times the mean length of a link [m], (k,)."""
+    """Length of wire between the two, ``lag`` times the mean length of a link [m], (k,)."""
     correlation: np.ndarray
     """``C = <dT_i dT_{i+k}> / <dT^2>``, dT the tension less its mean over all links, (k,); NaN if all are equal."""
     error: np.ndarray
@@ -43,7 +43,7 @@ class TensionCorrelation(Table):
 
 @named_arguments
 def tension_correlation(sim: Source, *, frame: int | None = None, lags: int = 100) -> TensionCorrelation:
-    """Autocorrelation of the tension along all chains, in the last step of a simulation or that of a ``frame`` of a run.
+    """Autocorrelation of the tension along all chains, in the last step of a simulation or in the step of a ``frame``.
 
     It is given for 0 to ``lags`` links, and not beyond half of the longest chain. Slack links count, with tension 0. Links
     of two chains are no pair; a closed chain is taken as open.
@@ -53,7 +53,7 @@ def tension_correlation(sim: Source, *, frame: int | None = None, lags: int = 10
 
 
 def correlation_of(links: WireLinks, lags: int) -> TensionCorrelation:
-    """The correlation of the tensions of links, up to so many lags."""
+    """The correlation of the tensions of links for 0 to ``lags`` links."""
     longest = int(np.bincount(links.chain).max()) if len(links) else 0
     last = min(lags, longest // 2)
     rest = links.tension - links.tension.mean() if len(links) else links.tension
@@ -103,16 +103,16 @@ class TautRuns(Table):
 
 @named_arguments
 def taut_runs(sim: Source, *, frame: int | None = None) -> TautRuns:
-    """Runs of consecutive links that pull, in the last step of a simulation or in that of a ``frame`` of an open run.
+    """Runs of consecutive links that pull, in the last step of a simulation or in the step of a ``frame`` of an open run.
 
-    In a closed chain a run may lead over the link where counting begins: it has the number of its first link.
+    In a closed chain a run may pass the link at which counting begins: it has the number of its first link.
     """
     now = moment(sim, frame, "taut_runs")
     return runs_of(pulling_links(now), np.asarray(now.scene["chains"]["closed"], dtype=bool))
 
 
 def runs_of(links: WireLinks, closed: np.ndarray) -> TautRuns:
-    """The runs among links; ``closed``: which of the c chains are, (c,) bool."""
+    """The runs among links; ``closed``: whether each of the c chains is closed, (c,) bool."""
     rows: list[tuple[int, int, np.ndarray]] = []
     for chain in np.unique(links.chain).tolist():
         mine = np.flatnonzero(links.chain == chain)

@@ -1,4 +1,4 @@
-"""Fabric of the wire: how much there is, where it leads, and what of it pulls in which direction."""
+"""Fabric of the wire: its length per volume, its directions, and its tension by direction."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ class WireFabric:
     length: float
     """Length of all wires, ``sum l_i`` [m]."""
     volume: float
-    """Volume of the sample [m^3, per metre of depth in 2D]; NaN where it is not known."""
+    """Volume of the sample [m^3, per metre of depth in 2D]; NaN if it is not known."""
     fabric: np.ndarray
-    """``sum l_i t_i (x) t_i / sum l_i``, t the directions of the links, of trace 1, (d, d); zero without a wire. Isotropic
-    in all directions it is 1/d times the unit tensor."""
+    """``sum l_i t_i (x) t_i / sum l_i``, t the directions of the links, of trace 1, (d, d); zero without a wire. For an
+    isotropic wire it is 1/d times the unit tensor."""
     fabric_error: np.ndarray
     """Standard errors of its components, (d, d), with the correlation of links along a wire."""
     taut_share: float
@@ -38,7 +38,7 @@ class WireFabric:
 
     @property
     def length_per_volume(self) -> float:
-        """Length of wire per volume of the sample [1/m^2, in 2D 1/m]; NaN where the volume is not known."""
+        """Length of wire per volume of the sample [1/m^2, in 2D 1/m]; NaN if the volume is not known."""
         return self.length / self.volume
 
     @property
@@ -55,8 +55,8 @@ class WireFabric:
 def wire_fabric(sim: Source, *, frame: int | None = None, volume: float | None = None) -> WireFabric:
     """Fabric of the wire after the last step of a simulation, or at a ``frame`` of an open run.
 
-    ``volume`` [m^3, per metre of depth in 2D] is by default that of the periodic cell, or of the box between opposite
-    walls. A scene without both has no length per volume: it is NaN.
+    ``volume`` [m^3, per metre of depth in 2D] is by default the volume of the periodic cell, or of the box between
+    opposite walls. In a scene without both the length per volume is NaN.
     """
     now = moment(sim, frame, "wire_fabric")
     d, links = now.positions.shape[1], links_of(now)
@@ -64,7 +64,7 @@ def wire_fabric(sim: Source, *, frame: int | None = None, volume: float | None =
     fabric, error = np.zeros((2, d, d))
     if len(links) and length > 0.0:
         dyads = links.direction[:, :, None] * links.direction[:, None, :]
-        # to first order the error of a ratio of means is that of the mean of l (t (x) t - fabric), over the mean of l
+        # to first order, error of a ratio of means = (error of the mean of l (t (x) t - fabric)) / (mean of l)
         fabric = np.einsum("l,lij->ij", links.length, dyads) / length
         rest = links.length[:, None, None] * (dyads - fabric)
         one = np.zeros(len(links), dtype=np.int64)
@@ -84,7 +84,7 @@ def wire_fabric(sim: Source, *, frame: int | None = None, volume: float | None =
 
 
 def volume_if_known(now: Moment, volume: Any) -> float:
-    """The volume that was given, or that of the sample [m^d]; NaN where none was and it is not known."""
+    """The given volume, or the volume of the sample if None is given [m^d]; NaN if that is not known."""
     if volume is not None:
         return number(volume, "volume", above=0.0, unit=f"m^{now.positions.shape[1]}")
     try:
@@ -115,18 +115,18 @@ class TensionByDirection(Table):
     """``sum f l`` over the links, f their tensions [N m], (b,)."""
     stress: np.ndarray
     """Part of the links in the stress of the sample, ``(1/V) sum f l t (x) t`` [Pa], traction positive, (b, d, d); NaN
-    where the volume V is not known. The sum over the bins is the stress of the laws of the chains."""
+    if the volume V is not known. The sum over the bins is the stress of the laws of the chains."""
 
 
 @named_arguments
 def tension_by_direction(
     sim: Source, *, frame: int | None = None, axis: Any = None, bins: int = 9, volume: float | None = None
 ) -> TensionByDirection:
-    """How the links of each direction pull, in the last step of a simulation or that of a ``frame`` of an open run.
+    """Tension of the links by direction, in the last step of a simulation or in the step of a ``frame`` of an open run.
 
     ``axis`` is "x", "y", "z" or a vector, by default upward. Directions are sorted by their angle to it, from 0 to 90
-    degrees, into so many ``bins``: of the same angle in 2D, of the same solid angle in 3D, so that an isotropic wire fills
-    all alike. Directions and lengths are those of the detection, as in :func:`stress`. Standard errors take the
+    degrees, into ``bins`` bins: of the same angle in 2D, of the same solid angle in 3D, so that an isotropic wire fills
+    all alike. Directions and lengths are taken at the detection, as in :func:`stress`. Standard errors take the
     correlation of neighbouring links along a wire into account. ``volume`` as in :func:`wire_fabric`.
 
     Raises ValueError before the first step, if there are chains.

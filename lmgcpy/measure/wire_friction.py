@@ -1,4 +1,4 @@
-"""What holds a wire in the sand: contact forces along it, bead by bead, and by how much its beads slip through the sand."""
+"""Anchorage of a wire in the sand: contact forces along it, bead by bead, and the slip of its beads through the sand."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class WireContacts(Table):
 
     @property
     def friction_per_length(self) -> float:
-        """The same of ``friction_along`` [N/m]."""
+        """Mean of ``|friction_along|`` per length of taut wire [N/m]."""
         return _ratio(np.abs(self.friction_along[self.taut]), self.length[self.taut])
 
     @property
@@ -74,11 +74,11 @@ class WireContacts(Table):
 
 @named_arguments
 def wire_contacts(sim: Source, *, frame: int | None = None, tolerance: float = SLIDING) -> WireContacts:
-    """Contacts of the beads in the last step of a simulation, or in that of a ``frame`` of an open run.
+    """Contacts of the beads, in the last step of a simulation or in the step of a ``frame`` of an open run.
 
-    The direction of the wire at a bead is that from the bead before it to the one behind it. At rest the change of the
-    tension along the wire is what contacts give: ``T_after - T_before = -force_along``, up to the turn of the wire at the
-    bead and its weight. A contact slides if ``|f_t| >= (1 - tolerance) mu f_n``.
+    The wire's direction at a bead is the direction from the bead before it to the bead after it. At rest the contacts
+    change the tension along the wire: ``T_after - T_before = -force_along``, up to the turn of the wire at the bead and
+    its weight. A contact slides if ``|f_t| >= (1 - tolerance) mu f_n``.
     """
     now = moment(sim, frame, "wire_contacts")
     forces, bead = contact_forces(sim, frame=frame), beads_of(now)
@@ -125,10 +125,10 @@ class BeadSlip(Table):
     to_end: np.ndarray
     """Length of wire to the nearer end of the chain [m], (b,); infinite in closed chains."""
     from_mean: np.ndarray
-    """Displacement less that of the mean strain of the grains at the bead [m], (b, d)."""
+    """Displacement less the displacement by the mean strain of the grains at the bead [m], (b, d)."""
     from_neighbours: np.ndarray
-    """Displacement less that of the surrounding grains, an affine field fitted to the nearest of them [m], (b, d); NaN in
-    scenes with too few."""
+    """Displacement less the affine field fitted to the displacements of the nearest grains [m], (b, d); NaN in scenes with
+    too few grains."""
     along_mean: np.ndarray
     """Component of ``from_mean`` along the wire [m], (b,)."""
     along_neighbours: np.ndarray
@@ -137,15 +137,15 @@ class BeadSlip(Table):
 
 @named_arguments
 def bead_slip(sim: Source, *, frame: int | None = None, since: Any = 0, neighbours: int | None = None) -> BeadSlip:
-    """By how much the beads have moved beyond the sand around them.
+    """Displacements of the beads relative to the sand around them.
 
-    ``since`` and ``frame`` as in :func:`mean_strain`. ``from_mean`` leaves out the best fit of one gradient to all
-    grains, the bodies of no chain; ``from_neighbours`` that of an affine field to the ``neighbours`` nearest grains, by
-    default 8 in 2D and 16 in 3D; in a periodic cell images count. Both leave out an affine field to round-off. The second
-    one contains the scatter of the fit: in the midst of n grains which scatter by s independently of each other it is off
-    by some ``s sqrt(1/n)``.
+    ``since`` and ``frame`` as in :func:`mean_strain`. ``from_mean`` subtracts the fit of one gradient to all grains (the
+    bodies of no chain). ``from_neighbours`` subtracts the fit of an affine field to the ``neighbours`` nearest grains, by
+    default 8 in 2D and 16 in 3D; in a periodic cell images count. An affine field gives zero in both, to round-off. The
+    second one contains the scatter of the fit: amid n grains that scatter by s independently of each other its error is
+    some ``s sqrt(1/n)``.
 
-    Raises ValueError where the grains are fewer than d + 1.
+    Raises ValueError if there are fewer than d + 1 grains.
     """
     now, moved = moment(sim, frame, "bead_slip"), motion(sim, frame, since, "bead_slip")
     d = now.positions.shape[1]
@@ -184,7 +184,7 @@ def _in_the_cell(
 
 
 def _with_images(edges: tuple[np.ndarray, np.ndarray], x: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The same with those of all images in the cells around."""
+    """Positions x and displacements u of the bodies, and of their images in all neighbouring cells."""
     before, after = edges
     shifts = [np.array(shift, dtype=float) for shift in itertools.product((-1, 0, 1), repeat=len(before))]
     return np.vstack([x + s @ before for s in shifts]), np.vstack([u + s @ (after - before) for s in shifts])

@@ -1,4 +1,4 @@
-"""The links of all wires: where they lie, where they lead, how slack they are and how they pull."""
+"""The links of all wires: their positions, directions, slack and tensions."""
 
 from __future__ import annotations
 
@@ -49,10 +49,10 @@ class WireLinks(Table):
 
 @named_arguments
 def wire_links(sim: Source, *, frame: int | None = None) -> WireLinks:
-    """The links of all chains after the last step of a simulation, or at a ``frame`` of an open run; none without chains.
+    """The links of all chains after the last step of a simulation, or at a ``frame`` of an open run; empty without chains.
 
-    Lengths and directions are those of the positions at the end of the step, tensions those of the step. While a chain
-    relaxes to its reference (``relaxation=``), the reference length is the one at the end of the relaxation.
+    Lengths and directions are taken at the end of the step, tensions are means over the step. While a chain relaxes to its
+    reference (``relaxation=``), the reference length is the one at the end of the relaxation.
     """
     return links_of(moment(sim, frame, "wire_links"))
 
@@ -80,7 +80,7 @@ def links_of(now: Moment) -> WireLinks:
 
 
 def pulling_links(now: Moment) -> WireLinks:
-    """The same; ValueError where no step has given them tensions."""
+    """The links of a moment; ValueError if there was no step yet, and so no tension."""
     links = links_of(now)
     if np.isnan(links.tension).any():
         raise ValueError("There is no step yet, and so no tension: run the simulation first, or take a later frame.")
@@ -109,7 +109,7 @@ def chain_paths(now: Moment) -> list[np.ndarray]:
 
 
 def beads_of(now: Moment) -> np.ndarray:
-    """Which bodies belong to a chain, (n,) bool."""
+    """Whether each body belongs to a chain, (n,) bool."""
     found = np.zeros(len(now.extent), dtype=bool)
     found[np.asarray(now.scene["chains"]["bodies"], dtype=np.int64)] = True
     return found

@@ -50,14 +50,14 @@ def stretch_by_direction(
     links: int = 1,
     kind: str = "all",
 ) -> StretchByDirection:
-    """Mean stretch of the wire by direction, and what the affine assumption says of the same pieces.
+    """Mean stretch of the wire by direction, and the stretch of the same pieces under the affine assumption.
 
     ``since`` and ``frame`` as in :func:`mean_strain`, which gives G and its symmetric part eps, fitted to the bodies of a
     ``kind``. ``axis`` and ``bins`` as in :func:`tension_by_direction`.
 
-    A piece is the chord of so many ``links``: its length is the distance of its two end beads. Pieces follow each other
-    without overlap, what is left at the end of a chain is not counted. Links that are taut keep their length, while the
-    chord of several stretches as the wire straightens. Standard errors take the correlation of neighbouring pieces along
+    A piece is the chord of ``links`` links: its length is the distance of its two end beads. Pieces follow each other
+    without overlap; the links left at the end of a chain are not counted. Taut links keep their length, while the chord of
+    several stretches as the wire straightens. Standard errors take the correlation of neighbouring pieces along
     a wire into account, but take the mean strain as known.
     """
     now, moved = moment(sim, frame, "stretch_by_direction"), motion(sim, frame, since, "stretch_by_direction")
@@ -90,7 +90,7 @@ def stretch_by_direction(
 
 
 def _pieces(paths: list[np.ndarray], size: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Ids of the first and the last bead of the pieces of so many links, and their chains, (m,) each."""
+    """Ids of the first and the last bead of the pieces of ``size`` links, and their chains, (m,) each."""
     nodes = [path[::size] for path in paths]
     none = np.zeros(0, dtype=np.int64)
     return (
