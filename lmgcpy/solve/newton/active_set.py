@@ -37,7 +37,7 @@ from lmgcpy.solve.newton.rows import LINK, impulses_by, local_maps, natural_map,
 from lmgcpy.solve.problem import Problem
 
 LARGE = 1e12
-"""Impulses beyond so many times what would cancel ``e(0)`` leave less than four digits of a velocity."""
+"""Impulses beyond this multiple of an impulse that cancels ``e(0)`` leave less than four digits of a velocity."""
 
 
 class Status(NamedTuple):
@@ -46,7 +46,7 @@ class Status(NamedTuple):
     kind: np.ndarray
     """OPEN, STICK, SLIDE or LINK, (m,)."""
     direction: np.ndarray
-    """tau of those that slide, (m, d - 1), zero elsewhere."""
+    """tau of sliding contacts, (m, d - 1), zero for the others."""
     turning: np.ndarray
     """``|a_t| / (mu a_n) - 1`` of those that slide, (m,), zero elsewhere."""
 
@@ -89,7 +89,7 @@ class ActiveSet:
         return u if centre is None else u + epsilon * self.weight[:, None] * (r - centre)
 
     def error(self, r: np.ndarray, epsilon: float = 0.0, centre: np.ndarray | None = None) -> tuple[np.ndarray, Status]:
-        """``e = w (r - react(w I, u - w r))`` [m/s], (m, d), of the problem or the proximal one, and the statuses."""
+        """``e = w (r - react(w I, u - w r))`` [m/s], (m, d), of the problem or the proximal problem, and the statuses."""
         return self.natural(self.velocities(r, epsilon, centre), r)
 
     def natural(self, u: np.ndarray, r: np.ndarray) -> tuple[np.ndarray, Status]:
@@ -101,7 +101,7 @@ class ActiveSet:
         return error, status
 
     def residual(self, r: np.ndarray) -> float:
-        """``|e(r)| / |e(0)|``, zero where ``e(0)`` is."""
+        """``|e(r)| / |e(0)|``; zero if ``e(0)`` is zero."""
         return float(np.linalg.norm(self.error(r)[0])) / self.nothing if self.nothing > 0.0 else 0.0
 
     def lost(self, r: np.ndarray) -> bool:
@@ -112,12 +112,12 @@ class ActiveSet:
     def factors(self, status: Status, epsilon: float) -> Factors:
         """The matrix of these statuses, factorised.
 
-        Where W has a part ``C C^T`` of low rank, it stays sparse with the unknowns ``y = C^T E x`` beside x,
+        If W has a part ``C C^T`` of low rank, the matrix stays sparse with the further unknowns ``y = C^T E x``,
 
             [ S (W_sparse + epsilon w) E + D    S C ]
             [ C^T E                             -1  ].
 
-        Raises RuntimeError where it is singular to round-off.
+        Raises RuntimeError if the matrix is singular to round-off.
         """
         import scipy.sparse as sparse
 
@@ -132,7 +132,7 @@ class ActiveSet:
         diagonal[:, 0] += np.where(status.kind == LINK, self.problem.compliance, 0.0)
         diagonal[:, 1 : 1 + across.shape[1]] += self.weight[:, None] * across
         stiff = np.flatnonzero(self.geometric)
-        if len(stiff):  # the rows across a link come first where it is slack
+        if len(stiff):  # a slack link has only the rows across it, and these then come first
             beside = np.arange(self.width) >= (status.kind[stiff] == LINK)[:, None]
             diagonal[stiff] += beside / self.geometric[stiff, None]
         size = int(free.sum())
@@ -158,7 +158,7 @@ class ActiveSet:
     def newton(self, status: Status, epsilon: float, centre: np.ndarray) -> np.ndarray:
         """The impulses that satisfy the proximal problem with these statuses, (m, d).
 
-        Raises RuntimeError where the matrix is singular to round-off.
+        Raises RuntimeError if the matrix is singular to round-off.
         """
         r = self.factors(status, epsilon).impulses(epsilon * self.weight[:, None] * centre - self.q)
         if not np.isfinite(r).all():
@@ -203,13 +203,13 @@ class Factors:
 
     lu: Any
     order: np.ndarray
-    """The interactions that act, as they are eliminated, (k,)."""
+    """The interactions that act, in the order of their elimination, (k,)."""
     E: np.ndarray
     S: np.ndarray
     free: np.ndarray
-    """How many columns of E, and rows of S, are there, (k,)."""
+    """Number of columns of E, and of rows of S, (k,)."""
     size: int
-    """Number of unknowns; those of a periodic cell come last."""
+    """Number of unknowns; the unknowns of a periodic cell come last."""
 
     @property
     def sign(self) -> float:

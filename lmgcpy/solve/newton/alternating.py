@@ -1,24 +1,24 @@
 """Solvers that alternate sweeps with Newton steps: ``Newton`` for the last digits, ``Auto`` for everything.
 
 Sweeps are cheap and find most statuses within some hundreds, but they hardly reduce the slow modes of a jammed sample
-or of a locked chain. Newton steps on the statuses found solve these modes at once, and fail where many statuses are
-wrong. So each hands over to the other: sweeps, Newton steps as long as they gain, twice as many sweeps, and so on.
-``Auto`` tries a few Newton steps first, and has its sweeps go on where these gain nothing: on steps of samples they are
-mostly three times too early after the sweeps that cost as much.
+or of a locked chain. Newton steps on the statuses found solve these modes at once, and fail if many statuses are wrong.
+So they alternate: sweeps, Newton steps as long as they gain, twice as many sweeps, and so on. ``Auto`` first tries a few
+Newton steps, and goes on with its sweeps if these gain nothing: on steps of samples, Newton steps after sweeps of the
+same cost are mostly three times too early.
 
-The patience with Newton steps that gain nothing doubles as well. Where a solution has just ceased to exist as loads
-grew, sweeps always return to the same impulses, and the residual must grow for many steps before it falls. (A step of a
-biaxial test with rigid rods, solved to 1e-6 from eight first turns of 700 to 1500 sweeps within 300 Newton steps: 8
-times, against 3 with a constant patience.)
+The patience with Newton steps that gain nothing doubles as well. If a solution has just ceased to exist as loads grew,
+sweeps always return to the same impulses, and the residual must grow for many steps before it falls. (A step of a
+biaxial test with rigid rods was solved to 1e-6 within 300 Newton steps from 8 of eight first turns of 700 to 1500
+sweeps; with a constant patience from 3.)
 
-Where Newton steps have gained nothing all the same, their last impulses are disturbed a little, with the same random
-numbers every time, as sweeps alone would lead back to them. (Starting from these and not from the best impulses so far,
-and measuring a gain from the largest residual since the last one, solves 46 of 48 steps of compactions of 100 to 200
-spheres to 1e-8, in 23 600 Newton steps; without the two it is 42, in 31 600.)
+If Newton steps have still gained nothing, their last impulses are disturbed a little, with the same random numbers every
+time, because sweeps alone would lead back to them. (Sweeps then start from these impulses, not from the best so far, and
+a gain is measured from the largest residual since the last gain. This solves 46 of 48 steps of compactions of 100 to 200
+spheres to 1e-8, in 23 600 Newton steps; without both it is 42, in 31 600.)
 
-A solve that gains nothing any more is given up as ``progress`` says, with the status "stagnated".
+A solve that gains nothing any more is given up by the rule of ``progress``, with the status "stagnated".
 
-Every result is measured by the kernels of the laws, as that of every other solver is.
+The kernels of the laws measure every result, as they do for every other solver.
 """
 
 from __future__ import annotations
@@ -42,23 +42,24 @@ from lmgcpy.solve.step import Step
 ENDED = (CONVERGED, ROUND_OFF, NOT_FINITE)
 """Statuses of sweeps after which nothing is left to do."""
 WORK = 320_000
-"""Newton steps of a solve may cost as much as so many sweeps: in large samples in space one takes seconds."""
+"""Greatest cost of the Newton steps of a solve, in sweeps: in large samples in 3D one Newton step takes seconds."""
 LONGEST = 8000
-"""Most sweeps of a turn. (With 16 000 instead of 4000 three of a hundred errors more are reached on the steps of
-``benchmarks/auto_choice.py``, and those that are not cost a sixth more.)"""
+"""Most sweeps of a turn. (With 16 000 instead of 4000 three more of a hundred errors are reached on the steps of
+``benchmarks/auto_choice.py``, and the errors that are not reached cost a sixth more.)"""
 NEARLY = 2
-"""Before the first Newton steps sweeps go on where they are expected to end within the cost of so many times seven Newton
-steps, their residual taken to fall as one over their number. (Between one and three times makes no difference on the steps
+"""Before the first Newton steps, sweeps go on if they are expected to end within the cost of ``NEARLY`` times seven Newton
+steps; their residual is taken to fall as one over their number. (Values from one to three make no difference on the steps
 of ``benchmarks/auto_choice.py``.)"""
 TRIAL = 4
-"""Newton steps that ``Auto`` tries first: where the statuses are right the residual halves within these, and else sweeps go
-on as if there had been none, :data:`LONGER` times as long."""
+"""Newton steps that ``Auto`` tries first. If the statuses are right, the residual halves within these. If not, sweeps go on
+as if there had been no Newton steps, :data:`LONGER` times as long."""
 LONGER = 4
-"""With five times their first turn sweeps have cost what the first Newton steps in earnest may cost, :data:`PATIENCE`."""
+"""Factor of the turn after a trial. First turn and this one together, five first turns, cost as much as the first Newton
+steps after the trial may cost, :data:`PATIENCE`."""
 MOST_PATIENCE, LAST_PATIENCE = 8 * PATIENCE, 400
 """Largest patience with Newton steps, and the patience with the last ones, when the sweeps are spent."""
 GAIN = 0.5
-"""Newton steps that leave more than this part of the least residual so far have gained nothing."""
+"""Newton steps that leave more than this share of the least residual so far have gained nothing."""
 DISTURBANCE = 0.01
 """Standard deviation of the factors by which impulses are disturbed then. (Eight steps of biaxial tests, each from eleven
 first turns of 100 to 2000 sweeps: all 88 solves succeed to 1e-8, 85 of them within 400 Newton steps.)"""
@@ -71,7 +72,7 @@ def sweeps_of_seven_steps(interactions: int, dimension: int) -> int:
 
 
 def newton_steps(sweeps: int, interactions: int, dimension: int) -> int:
-    """Newton steps that cost as much as so many sweeps."""
+    """Number of Newton steps that cost as much as ``sweeps`` sweeps."""
     return 7 * sweeps // sweeps_of_seven_steps(interactions, dimension)
 
 
@@ -79,10 +80,10 @@ def newton_steps(sweeps: int, interactions: int, dimension: int) -> int:
 class Alternating(Solver):
     """Sweeps with momentum and Newton steps by turns.
 
-    ``tolerance``, ``wire_blocks``, ``slip``, ``force``: as of :class:`Solver <lmgcpy.Solver>`; ``max_iterations``: sweeps;
-    ``max_factorisations``: Newton steps in all, each of which factorises a sparse matrix (a path counts as the Newton steps
-    that cost as much), and fewer where they would cost more than :data:`WORK` sweeps, or where nothing is gained any more:
-    what costs twice as much as all that came before the last gain, and a grace, is given up as "stagnated".
+    ``tolerance``, ``wire_blocks``, ``slip``, ``force``: as of :class:`Solver <lmgcpy.Solver>`. ``max_iterations``: largest
+    number of sweeps. ``max_factorisations``: largest number of Newton steps, each of which factorises a sparse matrix (a
+    path counts as the Newton steps that cost as much). Newton steps never cost more than :data:`WORK` sweeps. A solve ends
+    as "stagnated" if it has cost twice as much as up to its last gain, plus a grace.
     """
 
     tolerance: float = 1e-8
@@ -92,7 +93,7 @@ class Alternating(Solver):
     NEEDS_CONIC: ClassVar[bool]
     """Whether laws without a conic form are refused; else they get sweeps alone."""
     TRIES: ClassVar[bool]
-    """Whether the first Newton steps are on trial, or wanted anyway."""
+    """Whether the first Newton steps are a trial of :data:`TRIAL` steps."""
 
     @abstractmethod
     def first_turn(self, interactions: int, dimension: int) -> int:
@@ -188,10 +189,10 @@ def steps_that_gain(active: ActiveSet, start: np.ndarray, aim: float, most: int,
 class Newton(Alternating):
     """Newton steps on active sets that a few sweeps find: for the last digits, stiff wires and rods.
 
-    ``tolerance``: residual at which a problem is solved; ``max_iterations``: sweeps in all; ``max_factorisations``: Newton
-    steps in all, each of which factorises a sparse matrix (a path counts as the Newton steps that cost as much), and fewer
-    where they would cost more than 320 000 sweeps; ``wire_blocks``, ``slip``, ``force``: as of ``GaussSeidel``. Needs laws
-    with a conic form, as those that come with lmgcpy have; TypeError where a scene's law has none.
+    ``tolerance``: residual at which a problem is solved. ``max_iterations``: largest number of sweeps.
+    ``max_factorisations``: largest number of Newton steps, each of which factorises a sparse matrix (a path counts as the
+    Newton steps that cost as much); they never cost more than 320 000 sweeps. ``wire_blocks``, ``slip``, ``force``: as of
+    ``GaussSeidel``. Needs laws with a conic form, as the laws of lmgcpy have; TypeError if a law of the scene has none.
     """
 
     NEEDS_CONIC = True

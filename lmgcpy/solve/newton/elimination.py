@@ -1,9 +1,9 @@
 """The order in which the unknowns of Newton steps are eliminated.
 
-An order that keeps the factors sparse takes, in 2D, as long to find as the factors themselves (8.7 ms against 4.6 ms with
+In 2D the search for an order that keeps the factors sparse takes as long as the factorisation (8.7 ms against 4.6 ms with
 the order given, 4400 unknowns; 95 ms against 80 ms with 9900 unknowns in 3D). From one Newton step to the next few
-interactions come or go, and an order found for the others serves as well. So it is kept, of interactions, as long as the
-factors stay about as sparse as when it was found.
+interactions come or go, and the order found for the others is still good. So the order of the interactions is kept as long
+as the factors stay about as sparse as when it was found.
 """
 
 from __future__ import annotations
@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 
 PIVOT = 1e-3
-"""A diagonal pivot is taken where it is at least so much of the largest entry of its column: the matrix is nearly that of
-a symmetric positive definite one, and fill grows with other choices."""
+"""A diagonal pivot is taken if it is at least this share of the largest entry of its column: the matrix is nearly symmetric
+positive definite, and fill grows with other choices."""
 NEW = 0.02
-"""A new order is found where so many of the interactions are not in the old one; fewer are eliminated last."""
+"""A new order is found if more than this share of the interactions are not in the old one; fewer are eliminated last."""
 FILL = 1.1
-"""A new order is found as well where the entries of the factors have grown by this factor."""
+"""A new order is also found if the number of entries of the factors has grown by this factor."""
 
 
 class Elimination:
@@ -30,7 +30,7 @@ class Elimination:
         self._fill = 0.0
 
     def order(self, acting: np.ndarray) -> tuple[np.ndarray, bool]:
-        """The rows ``acting`` of interactions in the order kept; or as they are, and False, where one is to be found."""
+        """(the rows ``acting`` of interactions in the order kept, True); (``acting``, False) if a new order is needed."""
         if self._rank is None:
             return acting, False
         rank = self._rank[acting]
@@ -41,7 +41,7 @@ class Elimination:
     def factorise(self, matrix: Any, order: np.ndarray, unknown: np.ndarray, known: bool) -> Any:
         """Factors of a matrix with the unknowns of the interactions in ``order``; ``unknown``: the first one of each.
 
-        Raises RuntimeError where the matrix is singular to round-off.
+        Raises RuntimeError if the matrix is singular to round-off.
         """
         from scipy.sparse.linalg import splu
 

@@ -1,17 +1,17 @@
-"""Following the path to the solution of a proximal problem in the plane, where Newton steps do not find its statuses.
+"""Following the path to the solution of a proximal problem in the plane, if Newton steps do not find its statuses.
 
 In the plane the map
 
     F(a) = W r(a) + q + epsilon w (r(a) - centre) - w (r(a) - a),      r(a) = react(w I, -w a),
 
 which is zero at the solution (``a = r - u / w``), is linear in every cell of statuses. Any ``a`` is the solution of a
-problem, that whose q is less by F(a); so from any start q can be led back to what it is. The path ``F(a) = rest
-F(start)`` is a chain of straight lines, from ``rest`` = 1 to ``rest`` = 0. It bends where one interaction changes its
-status; there the matrix changes by rank one, which costs one solution with the factors at hand (Sherman, Morrison). They
-are made anew every :data:`RENEW` bends.
+problem, the one with ``q - F(a)`` in place of q; so from any start this q can be led back to the given q. The path
+``F(a) = rest F(start)`` is a chain of straight lines, from ``rest`` = 1 to ``rest`` = 0. It bends where one interaction
+changes its status; there the matrix changes by rank one, which costs one solution with the factors at hand (Sherman,
+Morrison). The matrix is factorised anew every :data:`RENEW` bends.
 
-Friction is not associated, and ``rest`` may have to grow in between: where a solution ceases to exist the path turns
-back and leads to another one at some distance, while sweeps and Newton steps return to the same impulses again and
+Friction is not associated, and ``rest`` may have to grow in between: where a solution ceases to exist, the path turns
+back and leads to another solution at some distance, while sweeps and Newton steps return to the same impulses again and
 again. The path crosses a wall into the cell behind it, whether ``rest`` falls or grows there.
 
 As ``epsilon > 0``, the only solution with q = 0 is zero: a path cannot go to infinity at a bounded ``rest``. It may come
@@ -49,7 +49,7 @@ class Path(NamedTuple):
 class Derivative:
     """The derivative of F in a cell, factorised, and the bends passed since, :data:`RENEW` at most.
 
-    Raises RuntimeError where it is singular to round-off.
+    Raises RuntimeError if it is singular to round-off.
     """
 
     def __init__(self, active: ActiveSet, status: Status, epsilon: float):
@@ -74,9 +74,9 @@ class Derivative:
         return y
 
     def bend(self, i: int, wall: np.ndarray, jump: np.ndarray, along: np.ndarray) -> tuple[np.ndarray, bool]:
-        """Let the impulses of interaction ``i`` change by ``jump wall^T``, (d,) both, with ``a``: (what the step ``along``
-        (m, d) becomes, whether the determinant changes its sign). Raises RuntimeError where the determinant behind the bend
-        is zero: there the path has no direction."""
+        """Add ``jump wall^T``, (d,) both, to the derivative of the impulses of interaction ``i`` by its ``a``. Returns the
+        step ``along`` (m, d) behind the bend, and whether the determinant changes its sign. Raises RuntimeError if the
+        determinant behind the bend is zero: there the path has no direction."""
         change = self._changes[self.passed]
         # Sherman-Morrison: A^-1 g / (1 + wall . A^-1 g)
         change_of_matrix(i, jump, self._epsilon, *self._active.columns, self._active.weight, change)

@@ -1,15 +1,15 @@
-"""Following the path to the solution of a proximal problem in space, where Newton steps do not find its statuses.
+"""Following the path to the solution of a proximal problem in space, if Newton steps do not find its statuses.
 
-The path is that of ``path``, but sliding contacts turn on the way, so that it is curved between its bends. It is followed
-in a model, whose directions of sliding turn as they began to when its matrix was factorised: there it is a chain of
-straight lines, and a bend costs a solution or two, as in the plane. When the model has gone astray by :data:`OFF` of what
-is left of F, or after as many bends as in the plane, the matrix is made anew, and what F has become takes the place of
-F(start). Whether ``rest`` falls or grows, the sign of the determinant tells: it falls where that is the sign at the start
-(Allgower, Georg 1990, Numerical Continuation Methods).
+The path is defined as in ``path``, but sliding contacts turn on the way, so that it is curved between its bends. It is
+followed in a model, in which the directions of sliding turn as they began to when the matrix was factorised. In the model
+the path is a chain of straight lines, and a bend costs a solution or two, as in the plane. When the error of the model
+exceeds :data:`OFF` of the F that is left, or after as many bends as in the plane, the matrix is factorised anew, and the
+present F replaces F(start). ``rest`` falls if the determinant has the same sign as at the start, and else grows (Allgower,
+Georg 1990, Numerical Continuation Methods).
 
-A path may lead back to its start, as the problem that this solves may have other solutions: an interaction that changes
-its status for the :data:`ROUNDS`-th time is taken for the sign of it. Or it may go to infinity, while F grows without end,
-by a part of itself from piece to piece: past :data:`FAR` it is taken for such.
+A path may lead back to its start, as the start problem may have other solutions: this is assumed if an interaction changes
+its status for the :data:`ROUNDS`-th time. Or the path may go to infinity, while F grows without end, in each piece by a
+share of itself: this is assumed past :data:`FAR`.
 
 The end is near the solution: Newton steps from its statuses do the rest.
 """
@@ -27,9 +27,9 @@ from lmgcpy.solve.newton.path import RENEW, Derivative, cell_of
 ANGLE = 0.3
 """Largest turn of a sliding direction from bend to bend [rad]: 1 - cos(ANGLE) is 4 %."""
 OFF = 0.1
-"""Error of the model, in parts of what is left of F, from which the matrix is made anew. (With 0.03 or
-0.3 no more steps of compactions are solved, and in no fewer Newton steps. Kept to within 0.01 by steps that correct them,
-71 of 378 paths came to an end instead of 265 of 420: what strays ends sooner.)"""
+"""Error of the model, in parts of the F that is left, beyond which the matrix is factorised anew. (With 0.03 or
+0.3 no more steps of compactions are solved, and in no fewer Newton steps. With correction steps that keep the error within
+0.01, 71 of 378 paths came to an end, instead of 265 of 420: a path that strays ends sooner.)"""
 ROUNDS = 10
 """Changes of status of one interaction after which a path is given up. (Of 21 paths that came to an end, in
 steps of triaxial tests and of a compaction, 20 had less.)"""
@@ -68,7 +68,7 @@ def follow_curve(active: ActiveSet, start: np.ndarray, epsilon: float, centre: n
             matrix = Derivative(active, status, epsilon)
             cost += 1.0
             model = type(status)(kind.copy(), status.direction.copy(), status.turning.copy())
-            # rest falls where the determinant has the sign of the start
+            # rest falls if the determinant has the same sign as at the start
             orientation = orientation or -matrix.sign
             rest, growth = 1.0, orientation * matrix.sign
             along = growth * matrix.step(push)

@@ -4,7 +4,7 @@ behind it.
 Between two bends a path is a straight line in ``a = r - u / w``, in a cell that belongs to the statuses: open contacts
 ``a_n < 0``; sticking ``|a_t| < mu a_n``; sliding to ``tau``, ``tau a_t > mu a_n > 0``; taut wires ``a_n < 0``. The maps
 from a to impulses in two cells that touch agree on the wall between them, so that they differ by ``jump wall^T``, with
-``wall`` the gradient of what is zero there.
+``wall`` the gradient of the function that is zero on the wall.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from lmgcpy.solve.problem import BOTH, CONTACT
 def next_bend(a, along, kind, direction, mu, cones):
     """(interaction, side, distance) of the first bend on the way from ``a`` along ``along``, both (m, 2).
 
-    ``side``: the tau of the sliding on one side of the wall, 0 where the wall is that of open contacts or slack wires.
-    The distance is in parts of ``along``, infinite where the path does not bend any more.
+    ``side``: the tau of the sliding on one side of the wall, 0 at the wall ``a_n = 0`` of open contacts and slack wires.
+    The distance is in parts of ``along``, infinite if the path does not bend any more.
     """
     nearest = np.inf
     where = -1

@@ -28,7 +28,7 @@ def impulses_of(a, kind, direction, turning, w, mu, compliance, geometric, r):
         elif kind[i] == SLIDE:
             r[i, 0] = a[i, 0]
             limit = mu[i] * a[i, 0]
-            # the limit is zero where a contact closes: turning, infinite there, is what still leaves a matrix
+            # the limit is zero when a contact closes, and turning infinite: the bound keeps the matrix finite
             turning[i] = min(max(size / max(limit, 1e-300) - 1.0, 0.0), 1e12)
             for k in range(2):
                 direction[i, k] = a[i, 1 + k] / size
@@ -37,8 +37,8 @@ def impulses_of(a, kind, direction, turning, w, mu, compliance, geometric, r):
 
 @kernel
 def next_wall(a, along, kind, direction, mu, cones):
-    """(interaction, between sticking and sliding rather than open and not, distance of its wall, distance within which a
-    sliding direction turns by 1), distances in parts of ``along`` (m, 3)."""
+    """(interaction that meets its wall first; whether this wall is the one between sticking and sliding, not ``a_n = 0``;
+    its distance; distance within which a sliding direction turns by 1), distances in parts of ``along`` (m, 3)."""
     nearest = np.inf
     turn = np.inf
     where = -1
@@ -58,7 +58,7 @@ def next_wall(a, along, kind, direction, mu, cones):
         c0 = inward * (a[i, 1] ** 2 + a[i, 2] ** 2 - (mu[i] * a[i, 0]) ** 2)
         c1 = inward * (a[i, 1] * along[i, 1] + a[i, 2] * along[i, 2] - mu[i] ** 2 * a[i, 0] * along[i, 0])
         c2 = inward * (along[i, 1] ** 2 + along[i, 2] ** 2 - (mu[i] * along[i, 0]) ** 2)
-        # least positive root, by the form that does not cancel
+        # least positive root, by the form without cancellation
         distance = np.inf
         if c0 <= 0.0:
             if c1 < 0.0:
@@ -85,8 +85,8 @@ def next_wall(a, along, kind, direction, mu, cones):
 @kernel
 def pass_wall(i, between, a, kind, direction, turning, w, mu, compliance, cones, wall, jump, across, turned):
     """Give interaction ``i`` its status behind the wall. Fill ``wall`` (3,), which grows into that cell, and ``jump`` (3,);
-    ``across`` and ``turned`` (3,): what the derivative changes by beside ``jump wall^T``, as the direction of sliding does
-    not turn any more."""
+    beside ``jump wall^T`` the derivative changes by ``turned across^T``, (3,) both, as the direction of sliding does not
+    turn any more."""
     wall[:] = 0.0
     jump[:] = 0.0
     across[:] = 0.0

@@ -3,20 +3,20 @@
 The problem is solved as a sequence of proximal problems (see ``active_set``), each centred at the solution of the one
 before (Rockafellar 1976, SIAM J. Control Optim. 14). With a small ``epsilon`` the sequence converges fast, also along
 directions in which W is singular or nearly so, as the self-stresses of a jammed sample or of rods are. But the smaller it
-is, the more statuses change from one solution to the next, and Newton steps converge only where few do. So ``epsilon`` is
+is, the more statuses change from one solution to the next, and Newton steps converge only if few do. So ``epsilon`` is
 controlled like the radius of a trust region: it falls after a success, by a larger factor after fewer steps, and rises
 after a failure. Afterwards it halves its distance to the value that failed (on a logarithmic scale).
 
 A Newton step is not damped: with the statuses of the solution it is exact, whatever it started from, and statuses that
 change wildly are the sign of an ``epsilon`` that is too small. A proximal problem need not be solved well: an error of
-:data:`LOOSE` times that of the problem itself is enough. Where the steps fail, by a few statuses that come and go, the
-last of them may be nearer the solution of the problem itself than the centre is; then it is the next centre.
+:data:`LOOSE` times the error of the problem itself is enough. If the steps fail because a few statuses come and go, the
+last iterate may be nearer the solution of the problem itself than the centre is; then it becomes the next centre.
 
-Where Newton steps fail, the path to the solution of the proximal problem is followed (see ``path`` and ``path_3d``):
+If Newton steps fail, the path to the solution of the proximal problem is followed (see ``path`` and ``path_3d``):
 through statuses that come and go, and past points from which the residual grows in every direction.
 
-Friction that is not associated makes the problem non-monotone; then convergence is not proved. Measured on what is said to
-be hard: docs/solvers.md.
+Friction that is not associated makes the problem non-monotone; then convergence is not proved. Measurements on hard
+problems: docs/solvers.md.
 """
 
 from __future__ import annotations
@@ -37,20 +37,20 @@ FALL = (10.0, 4.0, 4.0, 2.0, 2.0, 2.0)
 RISE = 10.0
 LEAST, MOST = 1e-14, 1.0
 LOOSE = 0.3
-"""A proximal problem is solved where its error is at most this part of that of the problem itself."""
+"""A proximal problem is solved if its error is at most this share of the error of the problem itself."""
 WORSE = 3.0
-"""A solution of a proximal problem may have so many times the residual of its centre: the way to the solution of a locked
-sample is not downhill all along."""
+"""Largest ratio of the residual of a proximal solution to the residual of its centre: on the way to the solution of a
+locked sample the residual does not fall in every step."""
 WILD = 100
 """Changes of status after a first Newton step from which no second is tried."""
 PATIENCE = 30
 """Factorisations within which the residual must halve, as a rule."""
 BENDS = 150
-"""Bends after which a path is given up. Most have less than 50, and those that have more than this often have thousands."""
+"""Bends after which a path is given up. Most paths have less than 50; paths with more than this often have thousands."""
 PATH_FALL = ((30, 10.0), (100, 4.0), (np.inf, 2.0))
-"""epsilon is divided by the second number after a path that bends at most as often as the first says."""
+"""Pairs (number of bends, factor): after a path with at most this number of bends epsilon is divided by the factor."""
 MOST_IN_SPACE = 60
-"""Factorisations that one in space may cost."""
+"""Factorisations that a path in space may cost."""
 COST = 6
 """Number of bends that count as a factorisation; the two ends of a path count as two more. (Ten cost as
 much, with 970 interactions. With ten, paths are tried for longer, and on the steps of ``benchmarks/auto_choice.py``
@@ -58,7 +58,7 @@ much, with 970 interactions. With ten, paths are tried for longer, and on the st
 
 
 class Attempt(NamedTuple):
-    """The best impulses found (m, d), their residual, those come to in the end, and how many matrices were factorised."""
+    """The best impulses found (m, d), their residual, the last impulses (m, d), and the number of factorisations."""
 
     impulses: np.ndarray
     residual: float
@@ -68,7 +68,8 @@ class Attempt(NamedTuple):
 
 def proximal_newton(active: ActiveSet, start: np.ndarray, tolerance: float, most: int, patience: int = PATIENCE) -> Attempt:
     """Go on from the impulses ``start`` (m, d) until the residual is at most ``tolerance``, ``most`` matrices have been
-    factorised, or the residual has not halved, from the highest it was since it last did, within ``patience`` of them."""
+    factorised, or ``patience`` factorisations have not halved the residual; the half is counted from the highest residual
+    since it last halved."""
     r = best = start
     residual = least = active.residual(r)
     epsilon, failed = FIRST, 0.0
@@ -111,9 +112,10 @@ def proximal_newton(active: ActiveSet, start: np.ndarray, tolerance: float, most
 def proximal_solution(
     active: ActiveSet, centre: np.ndarray, epsilon: float, tolerance: float, most: int, status: Status | None = None
 ) -> tuple[np.ndarray | None, bool, int]:
-    """(impulses (m, d), or None where there are none; whether they solve the proximal problem; matrices factorised).
+    """Newton steps on the proximal problem. Returns the impulses (m, d), or None if a matrix was singular; whether they
+    solve the proximal problem; the number of factorisations.
 
-    ``status``: to start from; that of the centre if none is given.
+    ``status``: statuses to start from, by default the statuses of the centre.
     """
     if status is None:
         _, status = active.error(centre, epsilon, centre)
@@ -129,7 +131,7 @@ def proximal_solution(
         enough = max(LOOSE * active.residual(r), 0.1 * tolerance) * active.nothing
         if np.linalg.norm(error) <= enough:
             return r, True, step
-        # Newton steps converge where few statuses change
+        # Newton steps converge if few statuses change
         changes = status.changes(there)
         if changes > 2 * fewest + 3 or (step == 1 and changes > WILD):
             break
@@ -140,8 +142,8 @@ def proximal_solution(
 def solution_by_path(
     active: ActiveSet, centre: np.ndarray, epsilon: float, tolerance: float, most: int
 ) -> tuple[np.ndarray | None, int, float]:
-    """(impulses (m, d) that solve the proximal problem, or None; what that cost, in factorisations; by what epsilon may
-    fall)."""
+    """Follows the path to the proximal solution. Returns the impulses (m, d), or None without success; the cost in
+    factorisations; the factor by which epsilon may fall."""
     start = centre - active.velocities(centre) / active.weight[:, None]
     if active.dimension == 2:
         bends = min(BENDS, COST * (most - 2))
@@ -160,5 +162,5 @@ def solution_by_path(
 
 
 def fall_after(bends: int) -> float:
-    """Factor by which epsilon falls after a path of so many bends."""
+    """Factor by which epsilon falls after a path with this number of bends."""
     return next(by for most, by in PATH_FALL if bends <= most)

@@ -1,7 +1,7 @@
-"""Compiled parts of following a path where contacts roll, as ``path_kernels`` and ``path_3d`` have them where none does.
+"""Compiled parts of following a path for scenes with rolling contacts; for all others see ``path_kernels``.
 
-The walls are those of every disk of a contact: ``|a_t| = mu a_n``, ``|a_r| = mu_r a_n`` and in 3D ``|a_z| = mu_z a_n``, and
-``a_n = 0``. A disk of one dimension, as all are in 2D and torsion is in 3D, does not turn.
+Each disk of a contact has its wall, ``|a_t| = mu a_n``, ``|a_r| = mu_r a_n`` and in 3D ``|a_z| = mu_z a_n``; the last wall
+is ``a_n = 0``. The direction in a disk of one dimension (all disks in 2D, torsion in 3D) does not turn.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ def slides(kind, g):
 
 
 def meets_open(i, kind, shares):
-    """Whether the way of interaction ``i`` may end at ``a_n = 0``: not of a contact of which a disk sticks, as the wall of
-    that disk comes first."""
+    """Whether the way of interaction ``i`` may end at ``a_n = 0``. If a disk of a contact sticks, it may not, as the wall
+    of that disk comes first."""
     if kind[i] >= CLOSED:
         for g in range(shares.shape[1]):
             if shares[i, g] > 0.0 and not slides(kind[i], g):
@@ -34,14 +34,15 @@ def meets_open(i, kind, shares):
 
 @kernel
 def next_rolling_bend(a, along, kind, direction, shares, cones):
-    """As ``path_kernels.next_bend``; ``side``: tau of the sliding on one side of the wall times one more than the number of
-    the disk."""
+    """As ``path_kernels.next_bend``. ``side``: ``tau (1 + g)``, tau of the sliding on one side of the wall, g the number of
+    the disk; 0 at the wall ``a_n = 0``."""
     nearest = np.inf
     where = -1
     side = 0.0
     for i in range(a.shape[0]):
         if cones[i] == BOTH:
             continue
+        # wall a_n = 0 of open contacts and slack wires, and of contacts all of whose disks slide
         if meets_open(i, kind, shares):
             inward = -1.0 if (kind[i] == OPEN) == (cones[i] == CONTACT) else 1.0
             speed = -inward * along[i, 0]
@@ -70,10 +71,12 @@ def pass_rolling_bend(i, side, a, kind, direction, w, shares, compliance, cones,
     """As ``path_kernels.pass_bend``."""
     wall[:] = 0.0
     jump[:] = 0.0
+    # gradient of the wall, and r_behind - r_before = jump (wall . a)
     if cones[i] != CONTACT:
         wall[0] = -1.0 if kind[i] == OPEN else 1.0
         jump[0] = -w[i] / (w[i] + compliance[i])
         kind[i] = LINK if kind[i] == OPEN else OPEN
+    # tau a_g = c a_n: r_g comes free, or is bound to r_n
     elif side != 0.0:
         g = int(abs(side)) - 1
         tau = 1.0 if side > 0.0 else -1.0
@@ -83,6 +86,7 @@ def pass_rolling_bend(i, side, a, kind, direction, w, shares, compliance, cones,
         jump[1 + g] = -tau
         kind[i] += -(1 << g) if inward > 0.0 else 1 << g
         direction[i, g] = 0.0 if inward > 0.0 else tau
+    # a_n = 0: r_n comes free, with r_g = c r_n tau in every disk
     else:
         closes = kind[i] == OPEN
         wall[0] = 1.0 if closes else -1.0
@@ -103,8 +107,9 @@ def pass_rolling_bend(i, side, a, kind, direction, w, shares, compliance, cones,
 
 @kernel
 def rolling_impulses_of(a, kind, direction, turning, w, shares, compliance, geometric, r):
-    """As ``path_3d.impulses_of``; a, r (m, 6), ``direction`` (m, 5), ``turning`` (m, 3)."""
+    """As ``path_kernels_3d.impulses_of``; a, r (m, 6), ``direction`` (m, 5), ``turning`` (m, 3)."""
     for i in range(a.shape[0]):
+        # a taut link: r_n = w a_n / (w + C), and kappa w a_t / (1 + kappa w) across it
         if kind[i] == LINK:
             r[i, 0] = a[i, 0] * w[i] / (w[i] + compliance[i])
         if geometric[i] > 0.0:
@@ -115,11 +120,13 @@ def rolling_impulses_of(a, kind, direction, turning, w, shares, compliance, geom
         r[i, 0] = a[i, 0]
         for g in range(shares.shape[1]):
             first, end = disk_columns(g, 3)
+            # sticking: r_g = a_g
             if not slides(kind[i], g):
                 if shares[i, g] > 0.0:
                     for k in range(first, end):
                         r[i, k] = a[i, k]
                 continue
+            # sliding: r_g = c a_n a_g / |a_g|
             size = size_in(a, i, first, end)
             limit = shares[i, g] * a[i, 0]
             turning[i, g] = min(max(size / max(limit, 1e-300) - 1.0, 0.0), 1e12)
@@ -138,7 +145,7 @@ def size_in(a, i, first, end):
 
 @kernel
 def next_rolling_wall(a, along, kind, direction, shares, cones):
-    """As ``path_3d.next_wall``; the number of the disk takes the place of ``between``, -1 for the wall ``a_n = 0``."""
+    """As ``path_kernels_3d.next_wall``; the number of the disk replaces ``between``, -1 for the wall ``a_n = 0``."""
     nearest = np.inf
     turn = np.inf
     where = -1
@@ -180,8 +187,8 @@ def next_rolling_wall(a, along, kind, direction, shares, cones):
 
 
 def least_root(c0, c1, c2):
-    """Least positive root of ``c0 + 2 c1 x + c2 x^2``, which falls there, by the form that does not cancel; infinite where
-    there is none."""
+    """Least positive root of ``c0 + 2 c1 x + c2 x^2`` at which the polynomial falls, by the form without cancellation;
+    infinite if there is none."""
     if c0 <= 0.0:
         if c1 < 0.0:
             return 0.0
@@ -197,7 +204,7 @@ def least_root(c0, c1, c2):
 
 @kernel
 def pass_rolling_wall(i, disk, a, kind, direction, turning, w, shares, compliance, cones, wall, jump, across, turned):
-    """As ``path_3d.pass_wall``; ``across`` and ``turned`` (2, 6), one row for each disk that turns."""
+    """As ``path_kernels_3d.pass_wall``; ``across`` and ``turned`` (2, 6), one row for each disk that turns."""
     wall[:] = 0.0
     jump[:] = 0.0
     across[:, :] = 0.0

@@ -1,4 +1,4 @@
-"""Compiled parts of a Newton step where contacts roll, as ``rows`` has them where none does.
+"""Compiled parts of a Newton step for scenes with rolling contacts; for all others see ``rows``.
 
 A contact that is closed holds its impulse in a product of disks: friction, rolling, and torsion in 3D (one of one dimension
 is an interval). Each sticks or slides on its own, as friction alone does; the number of the status is :data:`CLOSED` and
@@ -14,7 +14,7 @@ from lmgcpy.solve.newton.rows import LINK, OPEN
 from lmgcpy.solve.problem import BOTH, CONTACT, PULL
 
 CLOSED = 4
-"""Status of a contact all of whose disks stick; plus 1 where friction slides, 2 where it rolls, 4 where it twists."""
+"""Status of a contact all of whose disks stick; plus 1 if friction slides, 2 if it rolls, 4 if it twists."""
 
 
 def disk_columns(g, d):
@@ -70,14 +70,14 @@ def rolling_natural_map(u, r, w, shares, compliance, geometric, cones, d, error,
 
 @kernel
 def rolling_local_maps(kind, direction, turning, shares, geometric, d, free, E, S, across):
-    """As ``rows.local_maps``; ``across`` (m, D - 1): ``turning`` of the rows after the first, zero for those that do not
+    """As ``rows.local_maps``; ``across`` (m, D - 1): ``turning`` of the rows after the first, zero if a row does not
     turn."""
     E[:, :, :] = 0.0
     S[:, :, :] = 0.0
     across[:, :] = 0.0
     for i in range(kind.shape[0]):
         free[i] = 0
-        if geometric[i] > 0.0:  # a link: across it always, along it where it is taut
+        if geometric[i] > 0.0:  # a link has its rows across it always, the row along it only if it is taut
             first = 0 if kind[i] == LINK else 1
             free[i] = d - first
             for k in range(free[i]):

@@ -38,7 +38,7 @@ class RollingStatus(NamedTuple):
 
 
 class RollingActiveSet(ActiveSet):
-    """The same where contacts have rolling components: friction and rolling stick or slide each on its own."""
+    """The active set for contacts with rolling components: friction and rolling each stick or slide on their own."""
 
     def __init__(self, problem: Problem):
         self.shares = np.stack([share for _, share in problem.disks], axis=1)

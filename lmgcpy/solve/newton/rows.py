@@ -67,7 +67,7 @@ def local_maps(kind, direction, mu, geometric, free, E, S):
     S[:, :, :] = 0.0
     for i in range(kind.shape[0]):
         free[i] = 0
-        if geometric[i] > 0.0:  # a link: across it always, along it where it is taut
+        if geometric[i] > 0.0:  # a link has its rows across it always, the row along it only if it is taut
             first = 0 if kind[i] == LINK else 1
             free[i] = d - first
             for k in range(free[i]):
@@ -145,7 +145,7 @@ def newton_rows(first, column, block, order, unknown, free, E, S, diagonal, poin
 def velocities_given(u, order, S, free, right):
     """Fill ``right`` (n,) with ``S u`` of the interactions in ``order`` (k,), S (k, d, d) with ``free`` (k,) rows.
 
-    What ``right`` has beyond, of a periodic cell, stays as it is.
+    The entries behind them, of a periodic cell, are not changed.
     """
     d = u.shape[1]
     row = 0
@@ -162,7 +162,7 @@ def velocities_given(u, order, S, free, right):
 def impulses_by(x, order, E, free, r):
     """Fill ``r`` (m, d) with ``E x`` of the interactions in ``order`` (k,), E (k, d, d) with ``free`` (k,) columns.
 
-    What ``x`` has beyond, of a periodic cell, is not read.
+    The entries of ``x`` behind them, of a periodic cell, are not read.
     """
     d = r.shape[1]
     first = 0
