@@ -1,9 +1,9 @@
 """One interaction as a block of Gauss-Seidel, in 2D and 3D: templates, specialised for a law's ``react``
 (``lmgcpy.compiled.kernel``).
 
-With the relative velocity ``u`` under the present impulses, the free velocity of one interaction is ``u - W r``; the law
-gives the new impulse; the bodies' velocities follow at once. How ``u`` is read and an impulse is given to the bodies is the
-interaction's form (``forms``); vectors are tuples of d numbers (``small_matrices``).
+With the relative velocity ``u`` under the present impulses, the free velocity of one interaction is ``u - W r``. The law
+gives the new impulse, and the bodies' velocities follow at once. The form of the interaction (``forms``) defines how ``u``
+is read and how an impulse is given to the bodies. Vectors are tuples of d numbers (``small_matrices``).
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ react: Callable[..., Any] = Slot("react")  # given by the specialisation
 read: Callable[..., Any] = Slot("read")
 """Reader of one row of prepared numbers."""
 PREPARED = 0
-"""How many numbers the law prepares."""
+"""Number of numbers that the law prepares."""
 ROWS = 2
-"""1 where the impulse is normal only."""
+"""Number of components of the law's impulse; 1 if it is normal only."""
 relative_velocity: Callable[..., Any] = Slot("relative_velocity")
-"""``H^T v``; as what follows, of the dimension."""
+"""Computes ``H^T v``. This function and those below exist once for 2D and once for 3D."""
 push: Callable[..., Any] = Slot("push")
 """Adds ``M^-1 H d``."""
 local_problem: Callable[..., Any] = Slot("local_problem")
@@ -97,7 +97,7 @@ def error(start, stop, offset, s: System):
             (new_n,) = react(((w,),), (u[0] - w * r_n,), prepared)
             square = (w * (r_n - new_n)) ** 2
         else:
-            # the law with w I for W; for any w > 0 it gives r back where r is the solution
+            # the law with w I for W: for any w > 0 it gives r back if r is the solution
             w = mean(row(s.delassus, i, 0))
             r = row(s.impulse, i, 0)
             new = exactly(react(multiple(w), less_row(u, multiple_row(w, r)), prepared))

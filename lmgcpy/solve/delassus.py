@@ -16,15 +16,15 @@ if TYPE_CHECKING:
     import scipy.sparse as sparse
 
 UNSYMMETRIC = 1e-2
-"""Scaled entries across the diagonal may differ by so much: those of most published problems do by up to 2e-3."""
+"""Largest accepted difference of two scaled entries across the diagonal: up to 2e-3 in most published problems."""
 MOST_UNSYMMETRIC = 0.3
-"""If they differ by no more than this, the symmetric part is taken, with a warning: entries of two published problems do by
-1.9 % and 22 %, and their symmetric parts are solved to 1e-8."""
+"""If they differ by no more than this, the symmetric part is taken, with a warning. In two published problems they differ
+by 1.9 % and 22 %, and the symmetric parts are solved to 1e-8."""
 ONE_SIDED = 0.5
-"""The part of W that changes sign across the diagonal, over the rest of what is off it (Frobenius' norms, scaled): above
-this W is no Delassus operator. A triangle has 1."""
+"""Largest ratio of the antisymmetric part of W to the symmetric part off the diagonal (Frobenius' norms, scaled): above
+this W is no Delassus operator. A triangular matrix has 1."""
 EXCESS = 1e-2
-"""A scaled entry may exceed 1 by so much: in published problems it does by up to 4e-6."""
+"""Largest excess of a scaled entry over 1: up to 4e-6 in published problems."""
 NEGATIVE = -1e-3
 """An eigenvalue of the scaled W below this is no round-off: the least one of published problems is -6e-7."""
 TINY = 1e-12
@@ -76,10 +76,10 @@ def sparse_rows(csr: sparse.csr_array) -> sparse.csr_array:
 
 
 def checked_lines(entries: int, indices: Any, pointers: Any, lines: int, size: int) -> tuple[np.ndarray, np.ndarray]:
-    """Indices and pointers of compressed rows, or columns, that stay within ``size`` and the ``entries`` there are.
+    """Check indices and pointers of compressed rows or columns: they must stay within ``size`` and ``entries``.
 
-    Returns both, (k,) and (lines + 1,), cut to the entries that the pointers know. Raises TypeError where they are no whole
-    numbers, ValueError where they lead elsewhere.
+    Returns both, (k,) and (lines + 1,), cut to the entries to which the pointers refer. Raises TypeError if they are not
+    whole numbers, ValueError if they are out of range.
     """
     indices, pointers = _whole(indices, f"indices of {WHAT}"), _whole(pointers, f"pointers of {WHAT}")
     if len(pointers) != lines + 1:
@@ -108,7 +108,7 @@ def _whole(values: Any, name: str) -> np.ndarray:
         raise TypeError(f"{name} must be whole numbers, got numbers of type {values.dtype}.")
     if values.ndim != 1:
         raise ValueError(f"{name} must be one row of numbers, got shape {values.shape}.")
-    return values.astype(np.int64)  # those of 2^63 and more turn negative, and are refused as that
+    return values.astype(np.int64)  # values of 2^63 and more become negative, and are refused as negative
 
 
 def _check_range(values: np.ndarray, size: int, name: str) -> None:
@@ -119,10 +119,10 @@ def _check_range(values: np.ndarray, size: int, name: str) -> None:
 
 
 def symmetric_semidefinite(W: sparse.csr_array) -> sparse.csr_array:
-    """A square W, as :func:`checked_operator` made it, or its symmetric part with a warning where that is another one.
+    """A square W from :func:`checked_operator`; if it is not symmetric, its symmetric part, with a warning.
 
-    ValueError where it is far from symmetric, where its diagonal has a negative entry, or two of its rows alone tell that
-    it is not positive semidefinite.
+    Raises ValueError if W is far from symmetric, if its diagonal has a negative entry, or if two of its rows alone show
+    that it is not positive semidefinite.
     """
     diagonal = W.diagonal()
     if not len(diagonal):
@@ -172,8 +172,8 @@ def least_eigenvalue(W: sparse.csr_array) -> float:
     """An upper bound of the least eigenvalue of the symmetric part of W, scaled to a unit diagonal: a negative one proves
     that W is not positive semidefinite.
 
-    Lanczos' method without reorthogonalisation, whose extreme values stay those of the matrix (Paige 1980); it costs
-    :data:`STEPS` products with W, so that it is for problems that could not be solved.
+    Lanczos' method without reorthogonalisation; its extreme values still converge to those of the matrix (Paige 1980). It
+    costs :data:`STEPS` products with W, so it is called only for problems that could not be solved.
     """
     import scipy.sparse as sparse
     from scipy.linalg import eigvalsh_tridiagonal

@@ -55,8 +55,10 @@ def iterates_work(kind, task, job):
     own = job.iterates
     first, last = part(task, own.impulse.shape[0], job.chunks)
     low, high = part(task, own.velocity.shape[0], job.chunks)
+    # |w (r - r_start)|^2, r_start the impulses before the sweep
     if kind == STEP:
         job.partial[task, 0] = squares(own.weight, own.impulse, own.start, first, last)
+    # momentum: r <- r + beta (r - r_last), and v likewise
     elif kind == EXTRAPOLATE:
         extrapolate(own.impulse, own.last_impulse, job.beta[0], first, last)
         copy(own.impulse, own.start, first, last)
@@ -67,6 +69,7 @@ def iterates_work(kind, task, job):
         copy(own.best_impulse, own.impulse, first, last)
     elif kind == RESUME:
         copy(own.start, own.impulse, first, last)
+    # begin: no momentum yet
     else:
         copy(own.impulse, own.best_impulse, first, last)
         copy(own.impulse, own.last_impulse, first, last)

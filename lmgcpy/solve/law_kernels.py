@@ -1,4 +1,4 @@
-"""The compiled kernels of a law for its groups: sweep and error, and those of the law's own functions."""
+"""The compiled kernels of a law for its groups: sweep, error, and one kernel for each of the law's own functions."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ from lmgcpy.solve.guarded_kernels import finite_matrix, finite_vector, guard, no
 from lmgcpy.solve.system import System
 
 prepare: Callable[..., Any] = Slot("prepare")
-"""The law's, given by the specialisation, as what follows."""
+"""The law's ``prepare``. The specialisation gives this name and those below."""
 energy: Callable[..., Any] = Slot("energy")
 initial: Callable[..., Any] = Slot("initial")
 commit: Callable[..., Any] = Slot("commit")
 dissipation: Callable[..., Any] = Slot("dissipation")
 pair: Callable[..., Any] = Slot("pair")
-"""What a law of interface version 2 is given in addition: ``()`` for the others."""
+"""Gives the further arguments of a law: ``(Pair,)`` for interface version 2, ``()`` for version 1."""
 read_parameters: Callable[..., Any] = Slot("read_parameters")
 read_local: Callable[..., Any] = Slot("read_local")
 read_state: Callable[..., Any] = Slot("read_state")
@@ -43,7 +43,7 @@ STATE = 0
 
 @by_reference
 class StepData(NamedTuple):
-    """What the laws of a step are given beside the impulses; m interactions."""
+    """Arguments of the laws in a step, except the impulses; m interactions."""
 
     gap: np.ndarray
     """Gaps at the detection configuration [m], (m,)."""
@@ -63,7 +63,7 @@ class StepData(NamedTuple):
     time_step: float
     """[s]."""
     at: np.ndarray
-    """(1,): row of the interaction for which a law is called, for the error where it raises."""
+    """(1,): row of the interaction for which a law is called; if the law raises, the error names it."""
 
 
 def parameters_of(i, start, parameters):
@@ -72,12 +72,12 @@ def parameters_of(i, start, parameters):
 
 
 def no_pair(i, data):
-    """Laws of interface version 1 know nothing of the pair."""
+    """No further argument, for laws of interface version 1."""
     return ()
 
 
 def known_pair(i, data):
-    """What a law of interface version 2 may know of the bodies of interaction ``i``."""
+    """The pair of bodies of interaction ``i``, the further argument of laws of interface version 2."""
     radii = (data.pairs[i, 0], data.pairs[i, 1])
     masses = (data.pairs[i, 2], data.pairs[i, 3])
     return (pair_of(radii, masses, data.time),)
@@ -85,15 +85,16 @@ def known_pair(i, data):
 
 @kernel
 def prepare_group(start, stop, offset, data: StepData, parameters, prepared):
-    """Call the law's ``prepare`` for the interactions of one group, and ``initial`` for those that have no state yet;
-    returns the row i of the first one prepared with a NaN, -2 - i of the first whose ``initial`` gave one, or -1: ``max``
-    and comparisons could hide it from the solver."""
+    """Call the law's ``prepare`` for the interactions of one group, and ``initial`` for interactions without a state.
+    Returns -1, or i if ``prepare`` gives a NaN at row i, or -2 - i if ``initial`` does: ``max`` and comparisons could hide
+    a NaN from the solver."""
     before = data.before.ravel()
     states = data.state.ravel()
     width = data.state.shape[1]
     for i in range(start, stop):
         data.at[0] = i
         given = parameters_of(i, start, parameters)
+        # a new interaction has NaN for its state
         if STATE > 0 and np.isnan(data.state[i, 0]):
             first = as_state(initial(data.gap[i], data.reference_gap[i], data.time, given, *pair(i, data)))
             for k in range(STATE):
@@ -103,6 +104,7 @@ def prepare_group(start, stop, offset, data: StepData, parameters, prepared):
         state = read_state(states, i * width)
         local = read_local(before, data.before.shape[1] * i)
         known = pair(i, data)
+        # numbers of the local solve from gap, reference gap, velocity before the step, h, parameters and state
         numbers = as_prepared(prepare(data.gap[i], data.reference_gap[i], local, data.time_step, given, state, *known))
         for k in range(PREPARED):
             prepared[offset + (i - start) * PREPARED + k] = numbers[k]
@@ -203,7 +205,7 @@ SYSTEM_TYPE = numba.typeof(
 
 @dataclass(frozen=True)
 class KernelKey:
-    """What the kernels of a group depend on beside the functions of its law."""
+    """Key of the kernels of a group; beside it they depend only on the functions of its law."""
 
     form: Form
     """The form of the rows of ``H^T``."""
@@ -220,9 +222,9 @@ class KernelKey:
     walls: int = -1
     """0 or 1 if the candidates or antagonists are held walls, which other threads see and nobody writes to."""
     watched: bool = False
-    """Whether to find out what went wrong: kernels end for good at a law that raises or returns what is not finite, and
-    leave in the last entry of ``System.prepared``, which has two more than there are numbers, where those of that
-    interaction begin."""
+    """Whether to find the interaction at fault: kernels stop for good at a law that raises or returns a value that is not
+    finite. They leave the start of the prepared numbers of this interaction in the last entry of ``System.prepared``, which
+    then has two entries more."""
     system_type: Any = SYSTEM_TYPE
     """numba type of the system."""
 
@@ -248,7 +250,7 @@ class LawKernels:
 
 
 def law_kernels(law: type[Law], key: KernelKey) -> LawKernels:
-    """The kernels of a law, of its functions as they are now: somebody may replace them, or define the class again."""
+    """The kernels of a law from its present functions: a user may replace them, or define the class again."""
     functions = law.react, law.slope if key.block else None
     rest = law.prepare, law.energy, law.initial, law.commit, law.dissipation
     return _law_kernels(law, functions, rest, key)
@@ -353,12 +355,12 @@ def _step_kernels(
 
 @cache
 def as_floats(count: int) -> Callable:
-    """Function ``row -> (float(row[0]), ...)``, a tuple of so many."""
+    """Function ``row -> (float(row[0]), ...)``, a tuple of ``count`` numbers."""
     return eval(f"lambda row: ({''.join(f'float(row[{k}]), ' for k in range(count))})", {"__name__": __name__})
 
 
 @cache
 def zeros(count: int, takes_pair: bool) -> Callable:
-    """An ``initial`` of so many zeros."""
+    """An ``initial`` that returns ``count`` zeros."""
     arguments = "gap, reference_gap, time, parameters" + (", pair" if takes_pair else "")
     return eval(f"lambda {arguments}: ({'0.0, ' * count})", {"__name__": __name__})

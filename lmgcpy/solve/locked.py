@@ -1,6 +1,6 @@
 """Locked or not yet solved: the certificate of a step for which there is no solution.
 
-Rigid bodies between a platen that moves and one that stands may have no velocities left that satisfy all constraints. Then
+For rigid bodies between a moving and a fixed platen there may be no velocities that satisfy all constraints. Then
 impulses grow from sweep to sweep along a self-stress: impulses in their cones that leave no body a resultant,
 ``W rho = 0``, and on which the imposed velocities do positive work. Such a rho proves that there is no solution:
 
@@ -13,11 +13,10 @@ the work that the imposed velocities do on rho less what slip dissipates. With t
 
     |x|_W >= P(rho) / |rho|_W,    |x|_W = sqrt(x . W x),
 
-and |x|_W is the kinetic norm ``sqrt(sum m (v - v_free)^2)`` of the change of velocities that impulses x make. Impulses
-rho of a self-stress with P > 0 thus tell that no change of velocities, however large, is enough; impulses that are nearly
-one tell how large it must be at least. Where a step is solved, the bound is the change itself. The statement is that of
-the convex problem with the sliding velocities s (Acary, Cadoux, Lemarechal, Malick 2011), which are taken from the last
-impulses.
+and |x|_W is the kinetic norm ``sqrt(sum m (v - v_free)^2)`` of the change of velocities that impulses x make. So if rho is
+a self-stress with P > 0, no change of velocities, however large, is enough. If rho is nearly a self-stress, the bound is
+the least change. If a step is solved, the bound equals the change. The statement holds for the convex problem with the
+sliding velocities s (Acary, Cadoux, Lemarechal, Malick 2011), which are taken from the last impulses.
 
 Elastic laws and geometric stiffness add a positive diagonal to W, so that they never lock.
 """
@@ -56,8 +55,9 @@ def least_motion(problem: Problem, impulses: np.ndarray) -> LeastMotion:
     """Least motion of a step that was not solved, from the impulses r (m, d) at which its solver ended.
 
     With ``q_s = q + mu s n`` the step is the convex problem of the least ``1/2 rho . W rho + q_s . rho`` in the cones. One
-    large implicit step of its gradient, ``(I + t W)^-1 (r - t q_s)``, follows -q_s along self-stresses without end, and
-    stays where rho moves bodies. The result is brought back into the cones, and what still moves bodies is damped in turn.
+    large implicit step of its gradient, ``(I + t W)^-1 (r - t q_s)``, moves far along -q_s in the directions of
+    self-stresses, and hardly in directions that move bodies. The result is projected on the cones; this step, which damps
+    the part that moves bodies, and the projection alternate.
     """
     import scipy.sparse as sparse
     from scipy.sparse.linalg import splu
@@ -89,7 +89,7 @@ def least_motion(problem: Problem, impulses: np.ndarray) -> LeastMotion:
 
 
 def _own(problem: Problem) -> np.ndarray:
-    """What laws add to the diagonal of W, (D m,): along the normal a compliance, across it 1 / geometric stiffness."""
+    """Diagonal that the laws add to W, (D m,): along the normal a compliance, across it 1 / geometric stiffness."""
     own = np.zeros((len(problem.mu), problem.width))
     own[:, 0] = problem.compliance
     stiff = problem.geometric > 0.0
@@ -98,11 +98,12 @@ def _own(problem: Problem) -> np.ndarray:
 
 
 def within_cones(problem: Problem, impulses: np.ndarray) -> np.ndarray:
-    """The impulses of the cones that are nearest to these (m, D).
+    """Projection of impulses (m, D) on the cones.
 
-    Of a contact's cone, ``|r_j| <= c_j r_n`` for friction and, where there is any, rolling and torsion: the normal part
-    solves ``n = r_n + sum c_j max(|r_j| - c_j n, 0)``, by Newton steps from ``n = r_n``, which rise from one bend of this
-    concave equation to the next; 0 where it is negative. The other parts are cut to ``c_j n``.
+    The cone of a contact is ``|r_j| <= c_j r_n`` for friction and, if there are any, rolling and torsion. The normal part
+    n of the projection solves ``n = r_n + sum c_j max(|r_j| - c_j n, 0)``, by Newton steps from ``n = r_n``, which rise
+    from one bend of this concave, piecewise linear equation to the next; 0 if n is negative. The other parts are cut to
+    ``c_j n``.
     """
     near = np.where(problem.rows, impulses, 0.0)
     pull, contact = problem.cones == PULL, problem.cones == CONTACT

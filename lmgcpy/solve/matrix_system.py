@@ -1,8 +1,8 @@
 """The kernels of Gauss-Seidel on an assembled Delassus operator, for problems that come without bodies.
 
-The templates of ``contact_block`` and ``wire_block`` stay as they are: only how a relative velocity is read and how an
-impulse is passed on differ, in the same way in 2D and 3D. Here the relative velocities of all interactions are kept, and
-an impulse of one changes those that its block column of W reaches.
+The templates are ``contact_block`` and ``wire_block``, unchanged. Only the functions that read a relative velocity and
+pass on an impulse are others, the same in 2D and 3D. The system keeps the relative velocities of all interactions; an
+impulse at one interaction changes the velocities that its block column of W reaches.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ STANDARD: dict[int, type[Law]] = {CONTACT: Coulomb, PULL: ElasticWire, BOTH: Ela
 
 @by_reference
 class MatrixSystem(NamedTuple):
-    """Arrays of a problem in dimension d; m interactions. Where contacts roll D stands for d in the shapes of blocks, W,
-    impulses and velocities."""
+    """Arrays of a problem in dimension d; m interactions. If contacts roll, blocks, W, impulses and velocities have D, not
+    d, components."""
 
     first: np.ndarray
     """First block of each block column, and the end, (m + 1,) int64."""
@@ -56,9 +56,9 @@ class MatrixSystem(NamedTuple):
     velocity: np.ndarray
     """Relative velocities under the present impulses [m/s], (m, d)."""
     geometric: np.ndarray
-    """Geometric stiffness of each interaction [kg], (m,); (0,) where none has any."""
+    """Geometric stiffness of each interaction [kg], (m,); (0,) if no interaction has any."""
     carried: np.ndarray
-    """Zeros, (m, d - 1) or none: it is part of q."""
+    """Zeros, (m, d - 1), or (0, d - 1): q contains the velocity that wires carry along."""
     own: np.ndarray
     """Local block of W of each interaction [1/kg], (m, d, d), or none."""
     following: np.ndarray
@@ -72,7 +72,7 @@ class MatrixSystem(NamedTuple):
     measured: np.ndarray
 
 
-_of_two = small_matrices(2)  # the specialisation gives those of the dimension
+_of_two = small_matrices(2)  # the specialisation gives the functions of its dimension
 row, block, times, add_row = _of_two["row"], _of_two["block"], _of_two["times"], _of_two["add_row"]
 less_row = _of_two["less_row"]
 
@@ -89,7 +89,7 @@ def push(i, s, d):
 
 
 def push_first(i, s, d):
-    """The same for an impulse with fewer components than a block has rows: those after its own are zero."""
+    """Passes on an impulse with fewer components than a block has rows; the components after its own are zero."""
     for k in range(np.uintp(s.first[i]), np.uintp(s.first[i + np.uintp(1)])):
         j = s.row[k]
         for a in range(s.block.shape[1]):
@@ -157,7 +157,7 @@ def gather_noise(first, last, s):
 
 
 def begin_noise(first, last, s, free_velocity, gaps):
-    """Sizes of the terms of the velocities without impulses: their own."""
+    """Sizes of the terms of the velocities without impulses: the sizes of these velocities."""
     for i in range(first, last):
         s.noise[i, 0] = abs(free_velocity[i, 0])
         s.noise[i, 1] = 0.0
@@ -166,7 +166,7 @@ def begin_noise(first, last, s, free_velocity, gaps):
 
 
 def kinetic_energy(first, last, s, velocity):
-    """None that is known: there are no masses."""
+    """Zero, as there are no masses."""
     return 0.0
 
 
@@ -230,8 +230,8 @@ def _runs(problem: Problem) -> list[tuple[int, int]]:
 
 
 def _stiffening(problem: Problem, runs: list[tuple[int, int]]) -> dict[str, np.ndarray]:
-    """Further arrays of a system whose links have geometric stiffness; empty where none has any, but for the local blocks
-    where contacts roll."""
+    """Further arrays of a system whose links have geometric stiffness. They are empty if no link has any, except the local
+    blocks if contacts roll."""
     d, width = problem.dimension, problem.width
     count = len(problem.mu) if problem.geometric.any() else 0
     own, following = np.zeros((len(problem.mu) if count or width > d else 0, width, width)), np.zeros((count, d, d))

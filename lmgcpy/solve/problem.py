@@ -1,7 +1,7 @@
 """One step as a problem of its own: ``u = W r + q`` with an assembled Delassus operator, and a cone per interaction.
 
-The laws enter in conic form: biases are part of ``q``, and what is left of a law is its cone, its friction and its
-compliance. Three cones cover the laws that come with lmgcpy:
+The laws enter in conic form: biases are part of ``q``, and a law is reduced to its cone, its friction and its compliance.
+Three cones cover the laws that come with lmgcpy:
 
 * contact: ``0 <= u_n _|_ r_n >= 0`` and ``r_t`` in the disk of radius ``mu r_n``, opposing ``u_t`` when sliding;
 * pull: ``0 <= -(u_n + C r_n) _|_ -r_n >= 0``, ``r_t = 0`` (wires);
@@ -9,7 +9,7 @@ compliance. Three cones cover the laws that come with lmgcpy:
 
 A link with geometric stiffness kappa has ``r_t = -kappa u_t`` in place of ``r_t = 0``.
 
-Where contacts have rolling friction every interaction has rolling components as well, after the others: one in 2D, in 3D
+If contacts have rolling friction, every interaction has rolling components as well, after the others: one in 2D, in 3D
 two of rolling and one of torsion. Their impulses are in a disk of radius ``mu_r r_n`` and an interval up to ``mu_z r_n``,
 each opposing its velocity at its bound: a product of disks under one normal impulse.
 """
@@ -35,7 +35,7 @@ CONTACT, PULL, BOTH = range(3)
 
 
 def cone_of(law: type[Law]) -> int:
-    """Which of the three cones a law's impulse lives in."""
+    """The cone of a law's impulse: CONTACT, PULL or BOTH."""
     if law.APPLIES_TO == "contact":
         return CONTACT
     return PULL if "pull" in law.TRAITS else BOTH
@@ -78,15 +78,15 @@ class Problem:
     guess: np.ndarray
     """Impulses to start from [N s], (m, D)."""
     geometric: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    """Geometric stiffness of the links [kg], (m,): what they answer to a velocity across them; zero if none is given."""
+    """Geometric stiffness kappa of the links [kg], (m,), in ``r_t = -kappa u_t``; zero if none is given."""
     scale: np.ndarray | None = None
-    """Time step over the radius of the smaller body [s/m], (m,); None where it is not known."""
+    """Time step over the radius of the smaller body [s/m], (m,); None if it is not known."""
     split: Split | None = None
-    """W in two parts, which Newton steps factorise faster; None where it has one."""
+    """W in two parts, which Newton steps factorise faster; None if it is not split."""
     cone_by_law: Mapping[str, int] = field(default_factory=dict)
     """Cone (0 contact, 1 pull, 2 both) of the laws that are not registered, by name."""
     rolling: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    """Coefficient of rolling friction of the contacts, (m,); none where no interaction has rolling components."""
+    """Coefficient of rolling friction of the contacts, (m,); (0,) if interactions have no rolling components."""
     torsion: np.ndarray = field(default_factory=lambda: np.zeros(0))
     """Coefficient of torsion friction of the contacts in 3D, (m,); zero if none is given."""
 
@@ -167,18 +167,18 @@ class Problem:
 
     @property
     def _turning(self) -> tuple[tuple[str, np.ndarray], ...]:
-        """Names and coefficients of the rolling components, where there are any."""
+        """Names and coefficients of the rolling components; empty if there are none."""
         return (("rolling", self.rolling), ("torsion", self.torsion)) if self.rolling.size else ()
 
     @property
     def width(self) -> int:
-        """Number of components of each interaction: ``dimension``, or where contacts roll 3 in 2D and 6 in 3D."""
+        """Number of components of each interaction: ``dimension``, or with rolling components 3 in 2D and 6 in 3D."""
         return ROLLING_ROWS[self.dimension] if self._turning else self.dimension
 
     @property
     def disks(self) -> list[tuple[slice, np.ndarray]]:
-        """Components of an impulse that a contact holds in a disk together, and its radius over r_n, (m,): friction, and
-        where there are any those of rolling, and of torsion in 3D."""
+        """The disks of a contact, each with its components of an impulse and its radius over r_n, (m,): friction, and if
+        there are any rolling components, rolling, and torsion in 3D."""
         d = self.dimension
         found = [(slice(1, d), self.mu)]
         if self._turning:
@@ -193,7 +193,7 @@ class Problem:
 
     @property
     def rolls(self) -> np.ndarray:
-        """Which contacts have rolling friction, or torsion friction in 3D, (m,) bool."""
+        """Whether each contact has rolling friction, or torsion friction in 3D, (m,) bool."""
         return (self.rolling > 0.0) | (self.torsion > 0.0) if self._turning else np.zeros(len(self.mu), dtype=bool)
 
     def times(self, r: np.ndarray) -> np.ndarray:
@@ -205,7 +205,7 @@ class Problem:
 
     @property
     def rows(self) -> np.ndarray:
-        """Which components of an impulse may be other than zero, (m, D) bool."""
+        """Whether each component of an impulse may differ from zero, (m, D) bool."""
         rows = np.zeros((len(self.mu), self.width), dtype=bool)
         rows[:, 0] = True
         for part, share in self.disks:
@@ -259,11 +259,11 @@ class Conic(NamedTuple):
 
     problem: Problem
     acting: np.ndarray
-    """Which interactions of the step are in the problem, (m,) bool."""
+    """Whether each interaction of the step is in the problem, (m,) bool."""
 
 
 def check_problem(problem: Any, call: str) -> None:
-    """TypeError where ``problem`` is none."""
+    """TypeError if ``problem`` is not a :class:`Problem`."""
     if not isinstance(problem, Problem):
         raise TypeError(
             f"{call} takes a problem, from lmgcpy.io.fclib.read(path) or Simulation.problem(), got {shown(problem)}."

@@ -1,24 +1,25 @@
 """The round-off of errors: the sizes of the terms that the relative velocity of an interaction is a sum of.
 
-A relative velocity is a difference of velocities of bodies, each of which is a sum: its free velocity and what every
-impulse on it adds. A sum is rounded by at most a few ``eps`` times the sum of the sizes of its terms, and so is every
+A relative velocity is a difference of velocities of bodies. The velocity of a body is a sum: its free velocity plus a term
+for every impulse on it. A sum is rounded by at most a few ``eps`` times the sum of the sizes of its terms, and so is every
 impulse, which enters with the same terms. With N and S the sums of these sizes for the centre of a body and its spin,
 
     N_b = |v_free,b| + (1/m_b) sum over its interactions of |r_j|,         S_b = |spin_free,b| + (1/I_b) sum of lever |r_j|,
     noise_i = N_c + N_a + lever_c S_c + lever_a S_a                                                            [m/s],
 
-no error below ``ROUNDING noise_i`` means anything. Where the errors of all interactions are below, the impulses solve
+no error below ``ROUNDING noise_i`` means anything. If the errors of all interactions are below it, the impulses solve
 exactly a problem whose operator and free velocities differ from the given ones by ``ROUNDING``, relative, number by number
-(Oettli, Prager 1964): no arithmetic of this precision can tell the two apart, and none can do better.
+(Oettli, Prager 1964): arithmetic of this precision cannot distinguish the two problems, and cannot do better.
 
-**Gaps** are rounded as well, by ``eps |x| / 2`` for each of the two positions, and laws take them for velocities,
-``gap / h``. A solver can do better than that, as its numbers are what they are; but all that it then finds out is which of
-many contacts bear by the last digit of their gaps, and that may take any time. So ``|x_b| / 4 h``, twice that rounding, is
-added to N_b if a solve takes long, and for the question whether there is anything to do at all.
+**Gaps** are rounded as well, by ``eps |x| / 2`` for each of the two positions, and enter the laws as velocities,
+``gap / h``. A solver can go below this rounding, as it takes the given numbers for exact. But then it only finds out which
+of many contacts bear by the last digit of their gaps, and that may take any time. So ``|x_b| / 4 h``, twice that rounding,
+is added to N_b if a solve takes long, and for the question whether there is anything to do at all.
 
-In a periodic cell that deforms, the columns of its velocity gradient count as bodies do, by the components of the branch.
+In a periodic cell that deforms, the columns of its velocity gradient count as bodies, with the components of the branch as
+factors.
 
-Spins count by the lever at which they act, so that lengths, whatever their unit, are never added to turns.
+Spins count by the lever at which they act, so that lengths, in any unit, are never added to angles.
 """
 
 from __future__ import annotations

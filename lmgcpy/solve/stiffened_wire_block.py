@@ -5,17 +5,17 @@ has the linear rows
 
     r_t = -kappa (u_t - c_t)        kappa: its geometric stiffness [kg]; c_t: velocity that the wire carries along
 
-so that an interaction has d unknowns and the links of a wire form a block-tridiagonal problem (cyclic where the chain is
-closed), with blocks of size d. The driver of ``wire_block`` stays as it is. A Newton step ``d`` satisfies, row by row,
+so that an interaction has d unknowns and the links of a wire form a block-tridiagonal problem (cyclic if the chain is
+closed), with blocks of size d. The driver of ``wire_block`` solves it. A Newton step ``d`` satisfies, row by row,
 
     d_a + s_a (w_a d_a - (W d)_a) = -F_a
 
 with the law's slope s and weight w along the normal, and ``s = -kappa, w = 0, F = r_t + kappa (u_t - c_t)`` across it.
-Rows where kappa is zero read ``r_t = 0``. The matrix is a symmetric positive definite one with scaled rows, so that block
+Rows with kappa = 0 read ``r_t = 0``. The matrix is a symmetric positive definite one with scaled rows, so that block
 elimination needs no pivoting.
 
-Across the links ``1/kappa`` stands beside W; along them nothing does, and the normal pivots are held up as those of
-``wire_block`` are, a straight wire between held beads being just as singular.
+Across the links ``1/kappa`` is added to W; along them nothing is. So the normal pivots are held up as in ``wire_block``: a
+straight wire between held beads is just as singular.
 
 The eliminated blocks depend on W and the slopes alone, and W and kappa do not change while ``System.scratch`` lives. So
 the blocks are kept there from one Newton step and one visit to the next, up to the first link whose law has changed its
@@ -49,7 +49,7 @@ def scratch_columns(dimension: int) -> dict[str, int]:
 
 
 PREPARED = 0
-"""How many numbers the law prepares; given by the specialisation, as what follows."""
+"""Number of numbers that the law prepares. The specialisation gives this name and those below."""
 ROWS = 2
 """The dimension d."""
 SLOPES, ELIMINATED, PIVOT_ERROR, INVERSE, ABOVE, CORNER, _ = scratch_columns(ROWS).values()
@@ -123,8 +123,8 @@ def inverse_held_up(P, error):
 
 
 def eliminate(start, stop, s):
-    """Eliminate the links one after another, from the first one on that is not or has another slope than it had then;
-    returns how many, -1 where a block is singular."""
+    """Eliminate the links one after another, from the first link on that is not eliminated or has changed its slope since.
+    Returns the number of eliminated links, -1 if a block is singular."""
     count = 0
     for k in range(start, stop):
         i = np.uintp(k)
@@ -172,8 +172,8 @@ def substitute(start, stop, s):
 
 
 def substitute_columns(start, last, s):
-    """Solve the system of :func:`substitute` for the columns of the last link of a closed chain; returns what
-    ``wire_block.substitute`` does, of the normal pivots."""
+    """Solve the system of :func:`substitute` for the columns of the last link of a closed chain. Returns the same sum as
+    ``wire_block.substitute``, over the normal pivots."""
     passed_on = 0.0
     for k in range(start, last):
         columns = less(block(s.own, k), block(s.own, k))  # zeros
@@ -197,7 +197,7 @@ def substitute_columns(start, last, s):
 
 
 def newton_step(start, count, s):
-    """The Newton step in the first columns of the scratch; False where the matrix is singular.
+    """Write the Newton step into the first columns of the scratch. Returns False if the matrix is singular.
 
     In a closed chain the last link also meets the first. Its rows and columns are split off, as in ``wire_block``.
     """
@@ -281,16 +281,19 @@ def error(start, stop, offset, s: System):
     for k in range(start, stop):
         prepared = read(s.prepared, offset + (k - start) * PREPARED)
         i = np.uintp(k)
+        # w = trace(W) / d
         w = 0.0
         for a in range(ROWS):
             w += s.delassus[i, a] / ROWS
         if w == 0.0:
             s.squared_error[i] = 0.0
             continue
+        # e_n = w (r_n - react(w, u_n - w r_n))
         u = relative_velocity(i, s)
         r = s.impulse[i, 0]
         (new,) = react(((w,),), (u[0] - w * r,), prepared)
         square = (w * (r - new)) ** 2
+        # e_t = w (r_t + kappa (u_t - c_t)) / (1 + kappa w)
         stiffness = s.geometric[i]
         for a in range(1, ROWS):
             lag = s.impulse[i, a] + stiffness * (u[a] - s.carried[i, a - 1])

@@ -1,7 +1,7 @@
 """A whole wire as one block of Gauss-Seidel: template, specialised for a law's ``react`` and ``slope``.
 
 The links of a chain see each other through the beads they share: their part of the Delassus operator is tridiagonal
-(cyclic where the chain is closed). The law of every link at once,
+(cyclic if the chain is closed). The laws of all links together,
 
     F_i(r) = r_i - react(w_i, u_i - w_i r_i) = 0,    any w_i > 0,
 
@@ -15,21 +15,21 @@ active-set method, which ends after finitely many steps. ``F`` is always evaluat
 that repeated steps refine the solution beyond what the elimination loses to round-off.
 
 Under a heavy load ``w r`` dwarfs ``u``: of beads that carry a million times their weight, ``u`` is lost to round-off in
-``u - W_ii r`` where it matters for the tension. Hence ``w_i`` is a small fraction of ``W_ii``; for links that are slack
-or rigid, or slack or elastic, the fraction makes no difference to the active sets after the first step, as every iterate
-has ``r_i`` or the law's velocity at its bound. In the first step it does: of a taut wire that contacts have moved a
-little, half the links look slack. And a law of three pieces, as the Voigt wire, may cycle between the two outer ones.
-Where either is seen, the visit goes on with ``w_i = W_ii``, the pieces of the single updates, until the active set has
+``u - W_ii r``, although it matters for the tension. Hence ``w_i`` is a small fraction of ``W_ii``. For links that are
+slack or rigid, or slack or elastic, the fraction makes no difference to the active sets after the first step, as every
+iterate has ``r_i`` or the law's velocity at its bound. In the first step it does: if contacts have moved a taut wire a
+little, half its links look slack. And a law of three pieces, as the Voigt wire, may cycle between the two outer pieces.
+If either is seen, the visit goes on with ``w_i = W_ii``, the pieces of the single updates, until the active set has
 settled.
 
 A straight wire between held beads is singular: with its ends held, a constant tension moves nothing. Its last pivot is of
-the order of the square of the angles between its links, and below 1e-8 rad it is what rounding left, of any sign. So every
+the order of the square of the angles between its links, and below 1e-8 rad it is round-off of any sign. So every
 pivot p comes with a bound E of its error,
 
     E_i = ROUNDING + (W_{i,i-1} / p_{i-1})^2 E_{i-1},        both in the scaling of row i,
 
 and p is never less than ``FLOOR E``. That is a dashpot on one link, ``(p' - p) (r - r_before)``, which a repeated step
-takes back: the solution, F = 0, stays what it was, and where tensions move nothing they change as little as they can.
+takes back: the solution, F = 0, stays the same, and tensions that move nothing change as little as they can.
 
 ``System.scratch`` has four columns: right-hand side, slope, eliminated superdiagonal, column of the last link of a closed
 chain. The slopes stay from one visit to the next.
@@ -59,16 +59,16 @@ LIGHT = 2.0**-20
 NEWTON_STEPS = 30
 """Bound on the steps of one visit; one or two are usual, and the next sweep goes on from where this one ends."""
 FLOOR = 16.0
-"""Least pivot in parts of the bound of its error. What is above it is right to 6 %, so that a Newton step leaves at most so
-much of the error and the next one goes on."""
+"""Least pivot in parts of the bound of its error. A pivot above it is right to 6 %, so a Newton step leaves at most 6 % of
+the error, and the next step reduces that further."""
 COLUMN = 3
-"""Where the scratch holds the column of the last link of a closed chain."""
+"""Column of the scratch that holds the column of the last link of a closed chain."""
 SAME = 1e-9
 """Relative difference up to which two slopes, or two impulses, are the same but for round-off."""
 
 
 def held_up(pivot, error):
-    """A pivot, or the least that it may be; ``error``: the bound of its error."""
+    """A pivot, raised to its least value ``FLOOR * error``; ``error``: the bound of its error."""
     return pivot if abs(pivot) >= FLOOR * error else FLOOR * error
 
 
@@ -243,4 +243,4 @@ def sweep(start, stop, offset, s: System):
         elif changed and not merit < before:
             relax(start, count, offset, s)
             merit, _ = residual(start, count, offset, weight, s)
-    return 0.0 * merit  # NaN where it is not finite
+    return 0.0 * merit  # 0, or NaN if the merit is not finite
