@@ -62,7 +62,7 @@ def _exchange(typing_context, array, index, expected, value):
 
 
 def _load_alone(array, index):
-    """What stands in where kernels run as plain Python, which one thread does; likewise the three below."""
+    """Replaces the atomic load if kernels run as plain Python, in one thread; the three functions below do the same."""
     return array[index]
 
 

@@ -26,7 +26,7 @@ ROOM = 1024
 
 
 def _write(typing_context, address, value):
-    """``*address = value``, of arrays and numbers; a number that stands for the type of the value."""
+    """``*address = value`` for a tuple of arrays and numbers; returns a hash of the type of the value."""
     kind = int(hashlib.sha256(described(value).encode()).hexdigest()[:15], 16)
 
     def generate(context, builder, signature, arguments):
@@ -72,7 +72,7 @@ def _call_at(typing_context, address):
 
 
 _written: dict[int, Any] = {}
-"""Tuples by address, where kernels run as plain Python; an address that is used again has one tuple, the last."""
+"""Tuples by address, for kernels that run as plain Python. An address that is used again keeps only the last tuple."""
 
 
 def _call_in_python(address, *arguments):

@@ -61,11 +61,11 @@ class CacheWarning(RuntimeWarning):
 
 
 class KernelCache(NullCache):
-    """The cache of one kernel, as numba asks for it.
+    """The cache of one kernel, with the methods that numba calls.
 
-    ``stem``: name and fingerprint of the kernel; ``why_not_kept``: is called when the kernel has been compiled, and
-    before that where another process compiles it, and returns a clause where the fingerprint does not cover all that the
-    code depends on.
+    ``stem``: name and fingerprint of the kernel. ``why_not_kept``: function that returns a clause if the fingerprint does
+    not cover all that the code depends on. It is called when the kernel has been compiled, and earlier if another process
+    is compiling it.
     """
 
     def __init__(self, stem: str, why_not_kept: Callable[[], str | None]):
@@ -73,11 +73,11 @@ class KernelCache(NullCache):
         self.why_not_kept = why_not_kept
 
     def load_overload(self, signature: Any, context: Any) -> CompileResult | None:
-        """The code for a signature; None where there is none to be used, and this process is to compile it.
+        """The code for a signature; None if there is no usable code and this process must compile it.
 
-        It waits for a process that compiles the same at this time, and then looks again.
+        If another process is compiling the same code, it waits for that process and then looks again.
         """
-        # the symbols that machine code is linked to; the compiler's registries take four times as long as all kernels
+        # only the symbols to which machine code is linked: the compiler's registries take four times as long as all kernels
         rtsys.initialize(context)
         arguments, _ = normalize_signature(signature)
         try:
@@ -144,7 +144,7 @@ class KernelCache(NullCache):
 
 
 def _read(path: Path, arguments: tuple, context: Any) -> CompileResult | None:
-    """The code in a file, None where there is none to be used."""
+    """The code in a file; None if there is no usable code."""
     try:
         content = _content(path)
     except OSError:
@@ -161,8 +161,8 @@ def _read(path: Path, arguments: tuple, context: Any) -> CompileResult | None:
 
 
 def _content(path: Path) -> bytes:
-    """What is in a file; nothing where it is none, such as a pipe, or where somebody else may have written it."""
-    # to open a pipe without O_NONBLOCK would wait for a writer
+    """The content of a file; empty if it is not a regular file, such as a pipe, or if another user may have written it."""
+    # without O_NONBLOCK, opening a pipe would wait for a writer
     flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
     with open(os.open(path, flags), "rb") as file:
         about = os.fstat(file.fileno())
@@ -207,7 +207,7 @@ def _is_open_to_others(kernels: Path) -> bool:
 
 
 def open_to_others(about: os.stat_result) -> str | None:
-    """A clause on who may have written a file or directory, None where it is the user or root alone."""
+    """A clause on who may have written a file or directory; None if only the user or root may have."""
     if not hasattr(os, "geteuid"):  # Windows keeps the user's directories to the user
         return None
     if about.st_uid not in (0, os.geteuid()):

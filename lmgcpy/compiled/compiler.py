@@ -1,8 +1,8 @@
-"""numba's compiler, as kernels and the functions that only kernels call go through it.
+"""numba's compiler for kernels and for the functions that only kernels call.
 
-The code of such a function is linked into that of each kernel, and optimised and made machine code there. numba would do
-both for the function alone as well, and again for each function on the way to the kernel: of the kernel that deposits
-spheres, which calls a hundred functions, up to nine deep, that is half of the time.
+The code of such a function is linked into the code of each kernel, and is optimised and turned into machine code there.
+numba would do both for the function alone as well, and again for each function on the way to the kernel. For the kernel
+that deposits spheres, which calls a hundred functions, up to nine deep, that is half of the time.
 """
 
 from __future__ import annotations
@@ -57,11 +57,11 @@ class KernelCode(JITCodeLibrary):
 
 
 class LinkedCode(KernelCode):
-    """Code that is to be linked into that of kernels."""
+    """Code that is to be linked into the code of kernels."""
 
     @property
     def codegen(self) -> Any:
-        """What takes the environment of a function's machine code, of which there is none."""
+        """An object that accepts the environment of the machine code and ignores it, as there is no machine code."""
         return _Nowhere()
 
     def _optimize_final_module(self) -> None:
@@ -107,8 +107,8 @@ class _ChooseCode(FunctionPass):
 
 @register_pass(mutates_CFG=False, analysis_only=True)
 class _RefuseNone(FunctionPass):
-    """Refuses a function that kernels call and that returns None in some cases, in others a tuple, as those of laws do.
-    numba compiles it, and raises where the tuple is read; a kernel that cannot raise would go on."""
+    """Refuses a function called by kernels, such as a law's, that returns a tuple in some cases and None in others. numba
+    compiles it, and raises when the tuple is read; a kernel that cannot raise would go on."""
 
     _name = "lmgcpy_refuse_none"
 
@@ -131,7 +131,7 @@ def _is_linked(flags: Any) -> bool:
 
 
 def _return_of_none(state: Any) -> Any:
-    """Where the function returns None."""
+    """Place in the source where the function returns None."""
     for block in state.func_ir.blocks.values():
         if isinstance(block.terminator, numba_ir.Return):
             cast = state.func_ir.get_definition(block.terminator.value)

@@ -15,7 +15,7 @@ AT_HOME = ("numba", "lmgcpy", "abc")
 
 
 def extension_in_use(read: set[str]) -> str | None:
-    """A clause about an extension that code which reads these names may use, None where there is none."""
+    """A clause about an extension of numba that code with these names may use; None if there is none."""
     for template in (*builtin_registry.functions, *builtin_registry.attributes):
         maker = made_by(template)
         if maker is None or not answered(template):
@@ -29,7 +29,7 @@ def extension_in_use(read: set[str]) -> str | None:
 def answered(template: Any) -> bool:
     """Whether a template has ever applied in this process: numba asks most of them about types that are not theirs."""
     answers = getattr(template, "_impl_cache", None)
-    if answers is None or hasattr(template, "_attr"):  # those of attributes are not kept there
+    if answers is None or hasattr(template, "_attr"):  # answers for attributes are not kept there
         return True
     return any((answer[0] if isinstance(answer, tuple) else answer) is not None for answer in answers.values())
 
@@ -51,6 +51,6 @@ def foreign(made: Any) -> bool:
 
 
 def stands_for(template: Any) -> str | None:
-    """The name by which code uses what a template defines; None for an operator, which has no name."""
+    """The name in code of the function or attribute that a template defines; None for an operator, which has no name."""
     name = getattr(template, "_attr", None) or getattr(getattr(template, "key", None), "__name__", None)
     return None if getattr(template.key, "__module__", None) == "_operator" else name

@@ -1,9 +1,9 @@
-"""What the machine code of a function depends on: a hash of its content, or the names whose content cannot be hashed.
+"""Fingerprint of everything that the machine code of a function depends on, and the names that cannot be hashed.
 
-Only what is listed in :meth:`Content._add` is hashed: numbers, strings, members of an Enum, arrays, tuples of these, plain
-functions and ``numba.njit`` ones with all that they read in turn, and what belongs to Python, numpy or numba, whose
-versions are hashed. The content of anything else, of a ``numba.vectorize`` function or an intrinsic for example, is not
-guessed: its name is entered in :attr:`Content.unknown`, and the machine code is not kept (see
+:meth:`Content._add` hashes numbers, strings, members of an Enum, arrays, tuples of these, plain functions and
+``numba.njit`` functions with all that they read in turn. Objects of Python, numpy and numba are hashed by name, and the
+versions of these packages as well. The content of any other object, such as a ``numba.vectorize`` function or an
+intrinsic, is not guessed: its name is entered in :attr:`Content.unknown`, and the machine code is not kept (see
 :mod:`lmgcpy.compiled.cache`).
 """
 
@@ -40,18 +40,18 @@ SWITCHES = (
     *("OPT", "BOUNDSCHECK", "LOOP_VECTORIZE", "SLP_VECTORIZE", "ENABLE_AVX", "DEBUGINFO_DEFAULT", "LLVM_REFPRUNE_PASS"),
     *("DISABLE_INTEL_SVML", "USING_SVML", "ENABLE_PROFILING"),
 )
-"""What in ``numba.config``, or in the environment as ``NUMBA_...``, makes other machine code."""
+"""Settings of ``numba.config``, or ``NUMBA_...`` in the environment, that change the machine code."""
 HOUSES = ("builtins", "math", "cmath", "_operator", "numpy", "numba")
 """Packages whose functions and classes are hashed by name, as the versions of the packages are hashed."""
 ALLOCATING = frozenset(("array", "empty", "full", "ravel", "zeros"))
 """Names under which lmgcpy's own kernels make arrays: with another one they would not compile."""
 KIND = inspect.CO_VARARGS | inspect.CO_VARKEYWORDS | inspect.CO_GENERATOR | inspect.CO_COROUTINE
-"""Flags of code that say what it is. numba changes others in functions that it calls under a profiler."""
+"""Flags of a code object that describe the kind of function. Under a profiler numba changes other flags."""
 PLAIN = (bool, int, float, complex, str, bytes, type(None), type(Ellipsis))
 
 
 class Template:
-    """A function, and what stands in for the global ``names`` that it reads."""
+    """A function, and the values that replace global ``names`` in it."""
 
     def __init__(self, function: Callable, names: dict[str, Any] | None = None):
         self.function = function
@@ -73,11 +73,11 @@ class Content:
 
     def __init__(self, function: Callable, names: dict[str, Any] | None = None, arguments: tuple = ()):
         self.unknown: list[str] = []
-        """What the code reads and cannot be hashed, one clause each."""
+        """Objects that the code reads and that cannot be hashed, one clause each."""
         self.read: set[str] = set()
         """Every name that is read, of globals and of attributes."""
         self.foreign = False
-        """Whether a function of somebody else's takes part."""
+        """Whether a function from outside lmgcpy takes part."""
         self._digest = hashlib.sha256()
         self._seen: dict[tuple, int] = {}
         self._trail: list[str] = []
@@ -87,7 +87,7 @@ class Content:
 
     @property
     def mark(self) -> str:
-        """The hash; where some content is unknown, a hash that never comes again."""
+        """The hash; if some content is unknown, a hash that never comes again."""
         digest = self._digest.copy()
         digest.update(repr(self.counts_references).encode())
         if self.unknown:
@@ -110,8 +110,9 @@ class Content:
         self.unknown.append(f"{here}{called} reads '{name}', {what}")
 
     def _add(self, value: Any, name: str, names: dict[str, Any], *, direct: bool = False) -> None:
-        """A value, called ``name`` where it is read; ``names``: what is replaced in it, if it is a plain function;
-        ``direct``: read by this name alone, so that a ``numba.njit`` function is made anew under a name of its own."""
+        """Add a value to the hash; ``name``: its name in the code that reads it. ``names``: names that are replaced in it,
+        if it is a plain function. ``direct``: whether it is read by this name alone, so that a ``numba.njit`` function is
+        made anew under a name of its own."""
         kind = type(value)
         if isinstance(value, Template):
             self._add_function(value.function, {**names, **value.names})
@@ -210,7 +211,7 @@ class Content:
             self._add(value, name, {})
 
     def _add_intrinsic(self, value: Any) -> None:
-        """One of lmgcpy's own: Python that writes code, and reads nothing but its constants, llvmlite and numba."""
+        """Add an intrinsic of lmgcpy: Python that writes code and reads only its constants, llvmlite and numba."""
         known = len(self.unknown)
         self._add_function(value._defn, {})
         del self.unknown[known:]
@@ -255,7 +256,7 @@ def at_home(value: Any) -> bool:
 
 
 def home_of(value: Any) -> Any:
-    """The module of a function or class; those of numpy's universal functions have none before numpy 2.2."""
+    """The module of a function or class; before numpy 2.2 universal functions do not name theirs."""
     return "numpy" if isinstance(value, np.ufunc) else getattr(value, "__module__", None)
 
 
@@ -294,7 +295,7 @@ def own_intrinsic(value: Any) -> bool:
 
 
 def described_kind(value: Any) -> str:
-    """What a value is, for a sentence."""
+    """Description of a value, for a sentence."""
     if isinstance(value, Dispatcher):
         return "a numba.jit function with signatures or options of its own, or without a name in its module"
     if is_jitted(value):
@@ -334,7 +335,7 @@ def _code_may_raise(code: types.CodeType) -> bool:
 
 
 def code_objects(code: types.CodeType) -> Iterator[types.CodeType]:
-    """A function's code and that of the functions written in it."""
+    """A function's code, and the codes of the functions defined in it."""
     yield code
     for constant in code.co_consts:
         if isinstance(constant, types.CodeType):
@@ -352,8 +353,8 @@ def free_names(function: types.FunctionType, names: dict[str, Any]) -> dict[str,
 
 
 def slots_of(function: Any, names: dict[str, Any]) -> set[str]:
-    """The names that can be replaced in a function: those of globals and closures that it reads, and that the functions
-    read which it calls; not inside what replaces them."""
+    """The names that can be replaced in a function: the globals and closures that it, and the functions that it calls,
+    read. Functions that replace a name are not searched."""
     found: set[str] = set()
     todo: list[tuple[Any, dict[str, Any]]] = [(function, names)]
     seen: set[tuple] = set()
@@ -373,8 +374,8 @@ def slots_of(function: Any, names: dict[str, Any]) -> set[str]:
 
 
 def attributes_read(function: types.FunctionType) -> dict[str, set[tuple[str, ...]]]:
-    """Of each global or closure name, the attributes that are read of it, one after another: ``a.b.c`` and ``a`` alone
-    are ``{"a": {("b", "c"), ()}}``."""
+    """Chains of attributes that a function reads, by global or closure name: ``a.b.c`` and ``a`` alone are
+    ``{"a": {("b", "c"), ()}}``."""
     found: dict[str, set[tuple[str, ...]]] = {}
     for code in code_objects(function.__code__):
         for name, chain in chains(code):
@@ -384,7 +385,7 @@ def attributes_read(function: types.FunctionType) -> dict[str, set[tuple[str, ..
 
 @cache
 def chains(code: types.CodeType) -> set[tuple[str, tuple[str, ...]]]:
-    """The same of one code, which many kernels share."""
+    """Pairs (name, chain of attributes) of one code object; cached, as many kernels share it."""
     found = set()
     name: str | None = None
     chain: tuple[str, ...] = ()

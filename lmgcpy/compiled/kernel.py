@@ -55,7 +55,7 @@ CompilerError = (
     numba.core.errors.NumbaError,
     getattr(numba.core.errors, "UnsupportedBytecodeError", numba.core.errors.NumbaError),
 )
-"""What numba raises where it cannot compile a function; 0.60 has one class for all."""
+"""Errors that numba raises if it cannot compile a function; 0.60 has one class for all."""
 INTERPRETED = bool(numba.config.DISABLE_JIT)  # type: ignore[attr-defined]
 """Whether kernels run as plain Python: ``NUMBA_DISABLE_JIT=1`` at the start of the process, for debuggers and coverage."""
 
@@ -106,10 +106,10 @@ class Kernel(Template):
         dispatcher.compile(tuple(map(dispatcher.typeof_pyval, arguments)))
 
     def specialise(self, **names: Any) -> Kernel:
-        """The same kernel with the global ``names`` replaced: functions or constants, known to the compiler.
+        """The kernel with the global ``names`` replaced by functions or constants, which the compiler knows.
 
-        They are replaced in the functions that the kernel calls as well, but not inside what replaces them: a law's
-        own globals stay its own. Raises TypeError for a name that none of these reads.
+        They are also replaced in the functions that the kernel calls, but not in the functions that replace a name: a
+        law's own globals stay its own. Raises TypeError for a name that none of these functions reads.
         """
         if not names:
             return self
@@ -184,16 +184,16 @@ def inlined(function: Callable) -> Callable:
 
 @dataclass(frozen=True)
 class Statistics:
-    """Where the kernels of this process come from: names with fingerprints, and the types of what they take."""
+    """Origin of the kernels of this process: names with fingerprints, and the types of the arguments."""
 
     loaded: tuple[str, ...]
-    """Found in the cache."""
+    """Kernels found in the cache."""
     compiled: tuple[str, ...]
-    """Not found there."""
+    """Kernels compiled by this process."""
 
 
 def statistics() -> Statistics:
-    """Which kernels of this process were loaded and which were compiled so far."""
+    """The kernels of this process so far, loaded and compiled."""
     loaded: list[str] = []
     compiled: list[str] = []
     for one in _in_use:
@@ -228,8 +228,8 @@ UNWRAPPED = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 
 def _undisturbed(compile: Callable, complete: Callable[[], None]) -> Callable:
-    """Complete a function before numba compiles it, and let the collector of garbage wait meanwhile: it takes a fifth of
-    the time, and finds nothing. Where that fails, processes that wait for the code go on."""
+    """Complete a function before numba compiles it, with the garbage collector off: it takes a fifth of the time and finds
+    nothing. If the compilation fails, the turn ends, so that processes that wait for the code go on."""
 
     def call(*arguments: Any) -> Any:
         enabled = gc.isenabled()
@@ -255,11 +255,11 @@ def _compilable(
     flags: dict[str, Any],
     built: dict[tuple, Any] | None = None,
 ) -> tuple[types.FunctionType, Callable[[], None]]:
-    """A copy of ``function``, and what completes it: gives it its names, replaced, and a numba function for every plain one
-    that it calls. A kernel that is found in the cache is never completed.
+    """A copy of ``function``, and a function that completes the copy: it sets the replaced names, and a numba function for
+    every plain function that it calls. A kernel that is found in the cache is never completed.
 
-    ``mark``: its fingerprint, which makes a name that no other code has; ``flags``: of the compiler, for the plain
-    functions; ``built``: the functions of one kernel, by what they are made of; None begins with none.
+    ``mark``: fingerprint, part of the copy's name, which no other code then has. ``flags``: flags of the compiler for the
+    plain functions. ``built``: the functions already made for this kernel, by their content; None if there are none yet.
     """
 
     def ready(value: Any, names: dict[str, Any], built: dict[tuple, Any]) -> Any:
@@ -307,7 +307,7 @@ def _inner(
     flags: dict[str, Any],
     built: dict[tuple, Any],
 ) -> Dispatcher:
-    """The numba function that stands for a plain one, in all kernels that call the same with the same flags."""
+    """The numba function made from a plain function. Kernels that call the same function with the same flags share it."""
     mark = Content(function, names, (repr((sorted(options.items()), sorted(flags.items()))),)).mark
     if mark not in _shared:
         copy, complete = _compilable(function, names, mark, flags, built)

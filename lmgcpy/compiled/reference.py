@@ -49,7 +49,7 @@ class _Field(AttributeTemplate):
     key = ReferenceType
 
     def generic_resolve(self, reference: ReferenceType, name: str) -> Any:  # type: ignore[override]
-        """Type of a field, None where the tuple has none of this name."""
+        """Type of a field; None if the tuple has no field of this name."""
         if name not in reference.kind.fields:
             return None
         member = reference.kind.types[reference.kind.fields.index(name)]
@@ -75,7 +75,7 @@ def _load_field(context, builder, reference, address, name):
 
 
 def _load(builder, place):
-    """What no store of a kernel changes: it may be loaded before a loop instead of in it."""
+    """Load a value that no store of a kernel changes: the compiler may load it before a loop instead of in it."""
     loaded = builder.load(place)
     loaded.set_metadata("invariant.load", builder.module.add_metadata([]))
     return loaded

@@ -38,10 +38,10 @@ class Turn:
     def take(self, kernel: Path, worth_waiting: Callable[[], bool]) -> None:
         """Take the turn for a kernel's file, or wait for the process that has it, and then take none.
 
-        After waiting, there is the file, or it cannot be kept or compiled: then nobody should wait again. ``worth_waiting``
-        is asked where another process has the turn: whether it will keep what it compiles.
+        After waiting the file exists, or the kernel cannot be kept or compiled: then nobody should wait again.
+        ``worth_waiting`` is called if another process has the turn: whether the compiled code will be kept.
         """
-        self.end()  # what an interruption may have left, and that of a kernel whose compilation calls this one
+        self.end()  # a turn that an interruption has left, or the turn of a kernel whose compilation calls this one
         taken = False
         try:
             self._handle = _open_lock_file(kernel)
@@ -78,7 +78,7 @@ def _open_lock_file(kernel: Path) -> int | None:
 
 
 def _lock(handle: int, byte: int) -> bool:
-    """Lock a byte, unless another process has it; raises OSError where there are no locks."""
+    """Lock a byte unless another process has locked it; raises OSError if the system has no locks."""
     import fcntl
 
     try:

@@ -9,11 +9,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 PATIENCE = 1.0
-"""After so many seconds of compiling a user is told [s]."""
+"""Time of compiling after which the user sees a message [s]."""
 
 
 class _Waiting:
-    """What this process has compiled so far."""
+    """Number of kernels that this process has compiled so far, and the time this took [s]."""
 
     def __init__(self) -> None:
         self.count = 0
