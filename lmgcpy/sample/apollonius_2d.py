@@ -9,8 +9,8 @@ from lmgcpy.sample.supports import FLOOR, LEFT
 def tangent_radii(first, second, third, bed: DiskBed):
     """Radii [m] of the two circles that touch three supports, the smaller one first; NaN if there are none.
 
-    With v = c - p0 from the centre of one of the disks and s = r + r0, the circle's equation |v| = s turns those of the
-    others into linear ones: d . v + (rq - r0) s = (d² - (rq - r0)²)/2 for a disk at p0 + d, n . v - s = const for a
+    With v = c - p0 from the centre of one of the disks and s = r + r0, the circle's equation |v| = s makes the equations
+    of the other supports linear: d . v + (rq - r0) s = (d² - (rq - r0)²)/2 for a disk at p0 + d, n . v - s = const for a
     line. They give v = alpha + beta s, and |v| = s is a quadratic for s. Two radii on one side of two of the supports
     need that quadratic: if the centres are in line, or all supports are lines, there is only one radius, and the answer
     is NaN.

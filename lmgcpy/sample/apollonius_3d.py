@@ -1,17 +1,17 @@
 """The spheres that touch three supports from outside (problem of Apollonius): a curve, and gaps to others along it.
 
 Let one of the supports, the base, be a sphere of radius r0 around p0. For a sphere of radius r around c that touches it
-let v = c - p0 and s = r + r0: |v| = s. It touches any other support where a gap form is zero, which is linear in v and s,
+let v = c - p0 and s = r + r0: |v| = s. It touches another support if a gap form, linear in v and s, is zero,
 
     F(v, s) = e - d . v - rho s,
 
 with d = p - p0, rho = r_p - r0, e = (d² - rho²)/2 for a sphere of radius r_p around p, and with d = -n, rho = 1,
-e = r0 + n . p0 - offset for a plane; F > 0 where there is a gap. Two such equations leave v = alpha + beta s + g w, with
+e = r0 + n . p0 - offset for a plane; F > 0 if there is a gap. Two such equations leave v = alpha + beta s + g w, with
 a unit vector w normal to both d, and |v| = s gives g(s) = sqrt(s² - |alpha + beta s|²): one branch for each sign of w.
 With k = 1 - beta² and h = alpha . beta it is g² = k s² - 2 h s - alpha². As this is not positive at s = 0, g is real in
 one interval of s > 0 only, and concave there.
 
-GapAlong the curve any gap form is A + B s + C g(s): convex or concave, with at most two roots.
+Along the curve any gap form is A + B s + C g(s) (:class:`GapAlong`): convex or concave, with at most two roots.
 """
 
 # no `from __future__ import annotations`: the fingerprint of a kernel reads the fields of the named tuples it takes
@@ -153,7 +153,7 @@ def negative(form: GapAlong, curve: TangentCurve, s):
 
 
 def between_roots(form: GapAlong, curve: TangentCurve, s):
-    """The interval around s in which F has no root: its ends, infinite where there is none.
+    """Ends of the interval around s in which F has no root; an end is infinite if there is no root on its side.
 
     A + B s = -C g, squared, is (B² - C² k) s² + 2 (A B + C² h) s + A² + C² alpha² = 0. Its discriminant has a factor C²,
     which is taken out by hand because of round-off. Roots of A + B s = +C g are left out; in doubt they count as ends.

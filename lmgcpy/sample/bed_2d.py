@@ -22,7 +22,7 @@ class DiskBed(NamedTuple):
     """
 
     x: np.ndarray
-    """Centres of obstacles, then grains [m]; those of grains that are not placed yet are undefined."""
+    """Centres of obstacles, then of grains [m]; undefined for grains that are not placed yet."""
     y: np.ndarray
     radius: np.ndarray
     width: float

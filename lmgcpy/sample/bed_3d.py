@@ -21,7 +21,7 @@ class SphereBed(NamedTuple):
     """
 
     centre: np.ndarray
-    """Centres of obstacles, then grains [m], shape (n, 3); those of grains that are not placed yet are undefined."""
+    """Centres of obstacles, then of grains [m], shape (n, 3); undefined for grains that are not placed yet."""
     radius: np.ndarray
     width: float
     depth: float

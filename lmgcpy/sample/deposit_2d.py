@@ -60,8 +60,8 @@ def empty_bed(radii: np.ndarray, width: float, obstacle_positions: np.ndarray, o
 def fill(bed: DiskBed, obstacle_count, height):
     """Enter the obstacles, then place the grains in their order; returns the number placed and sets ``bed.x``, ``bed.y``.
 
-    Open pockets are those of the surface and of the holes below it, about as many as a row of grains has. Searching all of
-    them for every grain costs less than keeping them sorted.
+    Open pockets lie at the surface and in the holes below it; there are about as many as grains in a row. To search all of
+    them for every grain costs less than to keep them sorted.
     """
     finest, coarsest = bed.radius[obstacle_count:].min(), bed.radius[obstacle_count:].max()
     pockets = new_pockets(1024)

@@ -24,13 +24,14 @@ def grid_positions(
 
     The cells are ``spacing`` coarsest diameters wide, or a little more so that whole cells fill the box; a cell that an
     obstacle reaches into stays empty. Within its cell a grain lies at random, so that it does not fall straight onto
-    the one below. In the order of ``radii`` [m]; ``order`` says whether the cells are filled at "random" or as "given".
+    the one below. The positions are in the order of ``radii`` [m]; ``order``: whether the cells are filled at "random" or
+    as "given".
 
     ``box``: lengths [m] from the origin, 2D or 3D, the last may be ``None``, an open top. ``obstacles``: pair
     (positions, radii) [m] or ``None``. ``seed``: whatever ``numpy.random.default_rng`` takes.
 
-    Raises ValueError where the grains do not fit, saying how many did, and ValueError or TypeError where an argument
-    makes no sense.
+    Raises ValueError if the grains do not fit, with the number that did, and ValueError or TypeError if an argument makes
+    no sense.
     """
     sizes = arguments.radii(radii)
     lengths = arguments.box(box)

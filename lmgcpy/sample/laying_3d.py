@@ -95,7 +95,8 @@ def lay(positions, theta, phi, phi_up, marks, counts, lengths, radius, rules, ob
 def drawn_bead(beads, obstacles, bead, theta_before, phi_up, links_left, planned_rise, lengths, radius, rules, rng):
     """Draw a bead that is free: (found, x, y, z, theta, phi, phi_up, mark).
 
-    ``links_left`` counts this link and those after it. ``planned_rise`` is that of one link of a wire that ends at the top.
+    ``links_left``: number of this link and of the links after it. ``planned_rise``: rise of one link of a wire that ends at
+    the top [m].
     """
     start = beads.positions[bead - 1]
     lowest, highest = radius, max(radius, lengths[2] - radius)

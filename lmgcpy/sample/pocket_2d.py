@@ -2,7 +2,7 @@
 
 A pocket is a pair of supports, the left one and the right one. A disk of radius r in it has its centre c at r + r_i
 from the centre of each disk it rests on, r above the floor, r beside a wall. With contact normals n_i and n_j towards
-c, it is stable without friction where the vertical is a n_i + b n_j with a, b >= 0: c lies horizontally between the
+c, it is stable without friction if the vertical is a n_i + b n_j with a, b >= 0: c lies horizontally between the
 two supports and above the line that joins them. There dc . n_i = dc . n_j = dr, so that dy/dr = a + b > 0: a coarser
 disk rests higher.
 
@@ -58,7 +58,7 @@ def copy_pocket(source, n, target, m):
 
 
 def enlarged(pockets):
-    """The same pockets in arrays twice as long."""
+    """Copy of the pockets in arrays twice as long."""
     size = len(pockets.left)
     larger = new_pockets(2 * size)
     for n in range(size):

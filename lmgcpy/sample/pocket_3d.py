@@ -1,16 +1,16 @@
 """Pockets of a 3D bed: triples of supports on which a sphere can rest, opened by each new sphere.
 
 A pocket is a triple of supports; the first of them, its base, is a sphere. The spheres that touch all three lie on a
-curve: see :mod:`lmgcpy.sample.apollonius_3d`. Such a sphere is stable without friction where the vertical is a combination
+curve: see :mod:`lmgcpy.sample.apollonius_3d`. Such a sphere is stable without friction if the vertical is a combination
 of the contact normals with coefficients a, b, c >= 0. With the floor among the supports it is stable everywhere. Otherwise
-it is stable where its centre is above the plane of the supports' centres and, seen from above, between them; the centre of
-a wall is at infinity behind it. As dv . n = dr for each of the normals, dz/dr = a + b + c >= 1: in one pocket the bottom
-of a coarser sphere is not lower than that of a finer one.
+it is stable if its centre is above the plane of the supports' centres and, seen from above, between them; the centre of
+a wall is at infinity behind it. As dv . n = dr for each of the normals, dz/dr = a + b + c >= 1: in one pocket a coarser
+sphere does not reach lower than a finer one.
 
-A pocket keeps an interval of s, the sum of the radii of the sphere and of the base. What the sphere has to keep clear of,
-another support or the end of stability, is a gap form that must not be negative. Where a gap form is negative for one s, it
-is negative in an interval around s. The ends of that interval are known, and it is taken away from the pocket. Nothing else
-closes a pocket, so that no position is missed.
+A pocket keeps an interval of s, the sum of the radii of the sphere and of the base. Each further support and each limit of
+stability is a gap form that must not be negative. If a gap form is negative for one s, it is negative in an interval around
+s. The ends of that interval are known, and it is taken away from the pocket. Nothing else closes a pocket, so that no
+position is missed.
 """
 
 # no `from __future__ import annotations`: the fingerprint of a kernel reads the fields of the named tuples it takes
@@ -146,10 +146,11 @@ def within(one, other, reach, bed: SphereBed):
 
 
 def stability(one: GapForm, other: GapForm, one_is_sphere, other_is_sphere, slack):
-    """Three gap forms that are not negative where a sphere on the base and two supports is stable, by ``slack`` [m].
+    """Three gap forms that are not negative if a sphere on the base and two supports is stable, up to ``slack`` [m].
 
-    The coefficients a, b, c go as the areas, seen from above, that two each of the contact vectors span: v for the base,
-    v - d for a sphere and -d for a wall. One and other are such that one.d x other.d points upward.
+    The coefficients a, b, c are proportional to the areas, seen from above, spanned by two of the contact vectors each: v
+    for the base, v - d for a sphere and -d for a wall. ``one`` and ``other`` are ordered so that one.d x other.d points
+    upward.
     """
     ax, ay, bx, by = one.d[0], one.d[1], other.d[0], other.d[1]
     # Side of the triangle that does not meet the base: from sphere to sphere, or along a wall.

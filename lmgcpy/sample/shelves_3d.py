@@ -68,7 +68,7 @@ def new_shelves(shelf_count, height, finest, coarsest):
 
 
 def enlarged(pockets: SpherePockets):
-    """The same pockets in arrays twice as long."""
+    """Copy of the pockets in arrays twice as long."""
     size = len(pockets.first)
     larger = new_pockets(2 * size)
     larger.supports[:size], larger.curve[:size] = pockets.supports, pockets.curve

@@ -10,7 +10,7 @@ DTEX = 1e-7
 
 @named_arguments
 def bead_mass(*, linear_density_dtex: float, spacing: float) -> float:
-    """Mass of a bead [kg] such that the chain weighs what the wire does: linear density times spacing.
+    """Mass of a bead [kg] such that the chain has the mass of the wire: linear density times spacing.
 
     ``linear_density_dtex`` [dtex]; ``spacing``: between the centres of consecutive beads, ``interstice`` + 2
     ``bead_radius`` [m].
@@ -24,7 +24,7 @@ def axial_rigidity(*, linear_density_dtex: float, young_modulus: float, density:
     """Axial rigidity EA [N] of a wire: E times its section, which is linear density / density.
 
     ``linear_density_dtex`` [dtex], ``young_modulus`` of the polymer [Pa], ``density`` of the polymer [kg/m³]. Elastic
-    and Voigt links take it as it is (``axial_rigidity=``), whatever the spacing of the beads.
+    and Voigt links take this value (``axial_rigidity=``) for any spacing of the beads.
     """
     linear = number(linear_density_dtex, "linear_density_dtex", above=0.0, unit="dtex") * DTEX
     modulus = number(young_modulus, "young_modulus", above=0.0, unit="Pa")
@@ -46,7 +46,7 @@ def wire_length(
     ``content_by_weight``: mass of the wire over that of the dry sand, in (0, 1], 0.002 for 0.2 %, with the ``sand_mass``
     [kg] and the ``linear_density_dtex`` [dtex].
 
-    Raises ValueError where neither way or both ways are given, or a way only in part.
+    Raises ValueError if neither way or both ways are given, or one of them only in part.
     """
     by_length = {"content_km_per_m3": content_km_per_m3, "volume": volume}
     by_weight = {

@@ -11,7 +11,7 @@ from lmgcpy.sample.wire import Wire
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Wires(Wire):
-    """One wire or several, wire after wire; n beads in all. ``requested_count`` and ``length`` are those of all wires.
+    """One wire or several, wire after wire; n beads in all. ``requested_count`` and ``length`` are sums over all wires.
 
     The first bead of a wire has no link behind it: its angles are zero.
     """
