@@ -25,7 +25,7 @@ ISOTROPIC = 1.0 / math.sqrt(3.0)
 FLAT = 1e-6
 """Spread below which a layer is a plane."""
 FINER = 8
-"""Number of directions of the finer rule over that of the rule whose error is estimated."""
+"""Ratio of the numbers of directions of the finer rule and of the rule whose error is estimated."""
 SEED = 7
 """Seed of the strains with which errors are estimated."""
 
@@ -111,11 +111,11 @@ def layers(axis: str, spread: float, count: int = 200) -> Directions:
     if spread >= 1.0:
         raise ValueError(f"spread must be below 1, where all directions lie along the axis, got {spread:g}.")
     count = whole(count, "count", minimum=8, maximum=10**7)
-    # as many rings as makes their distance that of the directions in a ring
+    # number of rings: their distance equals the distance of the directions in a ring
     rings = max(1, round(math.sqrt(0.25 * count * min(spread / ISOTROPIC, 1.0))))
     spread = spread if spread > FLAT else 0.0
     heights, shares = _elevations(spread, rings) if spread > 0.0 else (np.zeros(1), np.ones(1))
-    # the two halves of a circle are the same
+    # a direction and its opposite are the same: half a circle is enough
     around = 4 * max(2, round((count if spread > 0.0 else 2 * count) / (4 * len(heights))))
     ring = np.arange(len(heights))[:, None]
     # every second ring is turned by half a step; all keep the symmetry of reflections on the axes
@@ -165,9 +165,9 @@ def _means(rule: Directions, strains: np.ndarray) -> np.ndarray:
 def quadrature_error(make: Callable[[int], Directions], count: int, finer: int = FINER) -> float:
     """Largest relative error of the wire's stress with ``make(count)``, against ``finer`` times as many directions.
 
-    ``make`` gives a rule of about so many directions, such as ``lambda count: layers("z", 0.1, count)``. The error is the
-    largest, over compression and shear along the axes and 20 strains without a symmetry, of the length of the difference
-    of the stresses over the length of the greatest of all these stresses. Slack is zero.
+    ``make`` gives a rule of about ``count`` directions, such as ``lambda count: layers("z", 0.1, count)``. The strains are
+    compression and shear along the axes, and 20 strains without a symmetry. The error is the greatest length of a
+    difference of the stresses, over the greatest length of all these stresses. Slack is zero.
     """
     count, finer = whole(count, "count", minimum=8), whole(finer, "finer", minimum=2)
     coarse, fine = make(count), make(count * finer)

@@ -24,7 +24,7 @@ def dual_strain(products: np.ndarray, stiffnesses: np.ndarray, slack: np.ndarray
     """A strain (m,) with ``sum_k c_k <N_k.eps - slack_k>_+ N_k = stress``, c_k the ``stiffnesses`` [Pa]; None if there is
     none.
 
-    Raises ArithmeticError where Newton steps do not find it.
+    Raises ArithmeticError if Newton steps do not find it.
     """
     used = stiffnesses > 0.0
     products, stiffnesses, slack = products[used], stiffnesses[used], slack[used]

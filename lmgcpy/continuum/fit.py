@@ -77,13 +77,13 @@ class SandFit:
 
 @named_arguments
 def fit_sand(measured: MeasuredCompression | Sequence[MeasuredCompression]) -> SandFit:
-    """Least-squares fit of a sand to one compression or several, such as those of several seeds, all of one dimension.
+    """Least-squares fit of a sand to one compression or several of one dimension, for example of several seeds.
 
     Residuals of q/p and of the volume are each divided by their own root mean square, which is found from a first fit, so
-    that both count alike. Standard errors are those of least squares, with the covariance ``A^-1 (sum tau J^T J) A^-1``,
-    ``A = J^T J``: residuals of neighbouring moments are not independent, and tau is the number of moments that count as
-    one, by the sum of their correlations or as in a series of first order, whichever is more. What several compressions
-    scatter by is seen from fits of one by one.
+    that both have the same weight. Standard errors are from least squares, with the covariance
+    ``A^-1 (sum tau J^T J) A^-1``, ``A = J^T J``. Residuals of neighbouring moments are not independent: tau is the number
+    of moments that count as one, the greater of two estimates, the sum of their correlations and the value for a series of
+    first order. The scatter among several compressions is seen from a fit of each.
 
     Parameters stay where :class:`~lmgcpy.continuum.sand.DruckerPrager` takes them. Raises TypeError or ValueError with a
     sentence.
@@ -140,7 +140,7 @@ class _Curves:
         )
 
     def shears(self, critical: float, a: float, peak: float, b: float, dilation: float, turning: float) -> np.ndarray:
-        """The plastic shears of the measured crushings, by Newton's steps from those of the parameters before."""
+        """The plastic shears of the measured crushings, by Newton steps from the shears of the last parameters."""
         first = np.maximum(self.crushing, 0.0)
         for kappa in (self.kappa, first):
             for _ in range(SHIFTS):

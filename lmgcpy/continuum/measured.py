@@ -19,7 +19,7 @@ class MeasuredCompression:
     ``axis``: the one that was compressed, "x", "y" or "z"; ``strain`` (s, d): logarithmic strains of the sample along the
     axes, zero at the start; ``stress`` (s, d): normal stresses along the axes [Pa]. Both are traction positive.
 
-    Raises TypeError or ValueError for other shapes, for fewer than 20 moments, or where a mean pressure is not above zero.
+    Raises TypeError or ValueError for other shapes, for fewer than 20 moments, or if a mean pressure is not above zero.
     """
 
     axis: str

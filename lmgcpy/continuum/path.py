@@ -1,7 +1,7 @@
-"""Paths of a material point: some components of the strain are imposed, and the stresses of the others.
+"""Paths of a material point: each component has either its strain or its stress imposed.
 
 Every increment is a few Newton steps on the strains that are not imposed, with the tangent of the material point. They
-start from the last increment. Where they fail they start from no strain, and then the increment is halved.
+start from the last increment. If they fail, they start from zero strain; if that fails too, the increment is halved.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class NoSolution(ArithmeticError):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class DrivenPath:
-    """What a material point did on a path of s increments, in vectors of Mandel's notation, traction positive."""
+    """Response of a material point on a path of s increments, in vectors of Mandel's notation, traction positive."""
 
     strain: np.ndarray
     """[-], (s, m)."""
@@ -92,11 +92,12 @@ class DrivenPath:
 def drive(material: TexSol, state: PointState, strains: Any, stresses: Any, axis: str = "") -> DrivenPath:
     """Lead a material point from ``state`` along a path.
 
-    ``strains`` (s, m): strains at the end of each increment, NaN where they are not imposed; ``stresses`` (s, m) [Pa]:
-    those of sand and wire together, NaN where the strain is imposed. Every component of every increment has one of the two.
+    ``strains`` (s, m): strains at the end of each increment, NaN for components that are not imposed; ``stresses`` (s, m)
+    [Pa]: stresses of sand and wire together, NaN for components with an imposed strain. Every component of every increment
+    has one of the two.
 
     Prescribed stresses are met to 1e-10 of the largest of them, or to the round-off of the strains if that is more. Raises
-    TypeError or ValueError for other arrays, and NoSolution where an increment has no answer: the sentence names it.
+    TypeError or ValueError for other arrays, and NoSolution if an increment has no solution: the sentence names it.
     """
     if not isinstance(material, TexSol):
         raise TypeError(f"material must be a TexSol, got {shown(material)}.")
@@ -234,10 +235,10 @@ def _compression(
 def triaxial(
     material: TexSol, axial_strain: Any, *, pressure: float, axis: str = "z", state: PointState | None = None
 ) -> DrivenPath:
-    """Triaxial compression (3D) of a box with smooth walls: ``pressure`` [Pa] on the four lateral ones.
+    """Triaxial compression (3D) of a box with smooth walls: ``pressure`` [Pa] on the four lateral walls.
 
     ``axial_strain`` (s,): strains along ``axis`` at the end of the increments, logarithmic, compression negative. The sides
-    stay at right angles, so that there is no shear strain. ``state``: None starts at the pressure without strain.
+    stay at right angles, so that there is no shear strain. ``state``: if None, the start is the pressure without strain.
 
     Raises TypeError or ValueError with a sentence, and NoSolution as :func:`drive` does.
     """
@@ -259,7 +260,7 @@ def biaxial(
     """Biaxial compression in 2D, or in plane strain of a material in 3D: ``pressure`` [Pa] on the lateral sides.
 
     ``axial_strain`` (s,): strains along ``axis`` at the end of the increments, logarithmic, compression negative;
-    ``normal``: in 3D, the axis along which there is no strain. ``state``: None starts at the pressure without strain.
+    ``normal``: in 3D, the axis along which there is no strain. ``state``: if None, the start is the pressure, no strain.
 
     Raises TypeError or ValueError with a sentence, and NoSolution as :func:`drive` does.
     """

@@ -1,7 +1,7 @@
 """Sand as a Drucker-Prager material whose mobilised friction hardens, softens and dilates.
 
 With the pressure ``p = -tr sigma / d`` and the deviator ``q = c |dev sigma|``, c = sqrt(3/2) in 3D and sqrt2 in 2D, q is
-the difference of the principal stresses of a triaxial or biaxial test. In 2D the law is that of Mohr and Coulomb, with
+the difference of the principal stresses of a triaxial or biaxial test. In 2D it is the law of Mohr and Coulomb, with
 ``sin phi = M/2``; in 3D triaxial compression it has ``M = 6 sin phi / (3 - sin phi)``. ::
 
     yield       q = M(kappa) p
@@ -36,12 +36,12 @@ PIECES = 32
 
 
 class SandResponse(NamedTuple):
-    """What the sand answers to an increment of strain."""
+    """Response of the sand to an increment of strain."""
 
     stress: np.ndarray
     """[Pa], (m,)."""
     tangent: np.ndarray
-    """Derivative of the stress by the increment of strain [Pa], (m, m); not symmetric where the sand flows."""
+    """Derivative of the stress by the increment of strain [Pa], (m, m); not symmetric if the sand flows."""
     kappa: float
     """Plastic shear at the end [-]."""
 
@@ -54,15 +54,16 @@ class SandResponse(NamedTuple):
 class DruckerPrager:
     """Cohesionless sand in ``dimension`` 2 or 3.
 
-    ``critical`` M_c: q/p at large shear; ``hardening`` a: plastic shear by which 63 % of it is mobilised; ``peak`` B: what
-    the peak adds to q/p at most, at the plastic shear ``peak_shear`` b; ``dilation`` beta and ``turning`` M_d: dilatancy
-    per q/p, and the q/p at which contraction turns into dilation; ``bulk_modulus`` K and ``shear_modulus`` G [Pa]. A sand
-    of rigid grains is not elastic: K and G stand in for that, some 1000 times the pressure, and results must not depend
-    on them.
+    ``critical`` M_c: q/p at large shear; ``hardening`` a: plastic shear at which 63 % of it is mobilised; ``peak`` B:
+    greatest part of the peak in q/p, at the plastic shear ``peak_shear`` b; ``dilation`` beta and ``turning`` M_d:
+    dilatancy per q/p, and the q/p at which contraction turns into dilation; ``bulk_modulus`` K and ``shear_modulus`` G
+    [Pa]. A sand of rigid grains is not elastic: K and G, some 1000 times the pressure, approximate rigid grains, and
+    results must not depend on them.
 
-    Where ``beta (M_c + B - M_d) <= M_c + B`` nothing gains work: M lies between 0 and M_c + B, and D - M is linear in M,
-    not positive at M = 0 and, by this, not at M_c + B. With beta <= 1 it always holds. Raises TypeError or ValueError with
-    a sentence if it does not, or if M_c + B reaches 2 (2D) or 3 (3D), where a compressed sand would need no support.
+    If ``beta (M_c + B - M_d) <= M_c + B``, the sand never gains work: M lies between 0 and M_c + B, and D - M is linear in
+    M, not positive at M = 0 and, by this condition, not at M_c + B. With beta <= 1 it always holds. Raises TypeError or
+    ValueError with a sentence if it does not hold, or if M_c + B reaches 2 (2D) or 3 (3D): a compressed sand would then
+    need no support.
     """
 
     dimension: int
@@ -139,9 +140,9 @@ class DruckerPrager:
     def respond(self, increment: np.ndarray, stress: np.ndarray, kappa: float) -> SandResponse:
         """The sand after an increment of strain (m,) from a stress (m,) [Pa] and a plastic shear kappa.
 
-        Flow and friction are those at the end of the increment, so that the increment of shear is the first root of the
-        yield condition; the dilatancy is the mean of those at its ends, the integral of D to second order. The tangent is
-        the exact derivative of this stress. Where no pressure is left the stress is zero, and so is the tangent.
+        Flow and friction are taken at the end of the increment, so that the increment of shear is the first root of the
+        yield condition. The dilatancy is the mean of its values at both ends, the integral of D to second order. The
+        tangent is the exact derivative of this stress. If no pressure is left, the stress and the tangent are zero.
         """
         c, G, K, d = SHAPE[self.dimension], self.shear_modulus, self.bulk_modulus, self.dimension
         trial = stress + self.elastic @ increment
@@ -171,12 +172,12 @@ class DruckerPrager:
         return SandResponse(left * shear - pressure * self.unit, tangent, end)
 
     def _return(self, deviator: float, pressure: float, kappa: float, before: float) -> float | None:
-        """The first root of ``r(gamma) = q_tr - 2 c^2 G gamma - M (p_tr + K D gamma)``; M is that at kappa + gamma,
-        ``before`` that at kappa, and D the mean of both ends.
+        """The first root of ``r(gamma) = q_tr - 2 c^2 G gamma - M (p_tr + K D gamma)``, with M at kappa + gamma, ``before``
+        = M at kappa, and D the mean of both ends.
 
-        r is above zero at gamma = 0. Where q vanishes, at ``q_tr/(2 c^2 G)``, it is -M p: below zero if a pressure is left.
-        If none is, a root is looked for in pieces, and without one the sand is at its apex: None. Newton's steps that leave
-        the interval, or that do not halve it, are replaced by its middle.
+        r is above zero at gamma = 0. At ``q_tr/(2 c^2 G)``, where q vanishes, r = -M p: below zero if a pressure is left.
+        If no pressure is left, a root is searched piece by piece; without a root the sand is at its apex, and the result is
+        None. A Newton step that leaves the interval, or does not halve it, is replaced by a step to its middle.
         """
         K, soft = self.bulk_modulus, 2.0 * SHAPE[self.dimension] ** 2 * self.shear_modulus
 

@@ -1,11 +1,11 @@
-"""Spans of wire that share one tension: what the local model lacks where a wire slips along itself.
+"""Spans of wire that share one tension: they extend the local model to wires that slip along themselves.
 
-A wire in sand hands its tension on along itself as far as the sand lets it. If the sand moves as its mean strain, a span
+A wire in sand transmits its tension along itself as far as the sand lets it. If the sand follows its mean strain, a span
 of wire with the directions t(s) stretches by ``N : eps``, with the mean ``N = (1/l) int t (x) t ds`` over the span: parts
-that are shortened give way to parts that are lengthened. So a span is in the sums of
-:class:`~lmgcpy.continuum.wire.WireNetwork` what a direction is, with N in the place of ``n (x) n``: the energy stays convex
-and the tangent symmetric. With spans of one link it is the local model, with spans of whole wires that of a wire without
-friction. Stress is local all the same: the sample is one material point, larger than a span.
+that are shortened give way to parts that are lengthened. So in the sums of :class:`~lmgcpy.continuum.wire.WireNetwork` a
+span replaces a direction, and N replaces ``n (x) n``: the energy stays convex and the tangent symmetric. Spans of one link
+give the local model, spans of whole wires the model of a wire without friction. Stress is still local: the sample is one
+material point, larger than a span.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from lmgcpy.errors import named_arguments, number, numbers, shown
 @named_arguments
 @dataclass(frozen=True, eq=False, repr=False)
 class Spans:
-    """Spans of wire, and the part of the wire's length that each stands for.
+    """Spans of wire, and the share of the wire's length that each represents.
 
-    ``products``: N of each, vectors in Mandel's notation of trace 1 (k, m); ``weights``: (k,), taken to sum 1. Raises
+    ``products``: N of each, vectors in Mandel's notation of trace 1 (k, m); ``weights``: (k,), scaled to the sum 1. Raises
     TypeError or ValueError for other shapes, for negative weights or weights that are all zero.
     """
 
@@ -61,11 +61,11 @@ class Spans:
 
 @named_arguments
 def spans_of(units: Any, lengths: Any, span: float, chain: Any = None) -> Spans:
-    """A span around each link of wires, of the length ``span`` [m]; all of a wire that is shorter.
+    """A span of the length ``span`` [m] around each link of wires; the whole wire if it is shorter.
 
-    ``units``: directions of the links in their order along the wires (l, d); ``lengths``: theirs [m], (l,); ``chain``:
-    numbers of their wires, (l,), None: all of one. Spans keep their length at the ends of a wire, where they lie to one
-    side. ``span`` 0 is the link alone. Raises TypeError or ValueError with a sentence.
+    ``units``: directions of the links in their order along the wires (l, d); ``lengths``: lengths of the links [m], (l,);
+    ``chain``: numbers of their wires, (l,), None if all belong to one wire. At the ends of a wire spans keep their length
+    and lie to one side of the link. ``span`` 0 is the link alone. Raises TypeError or ValueError with a sentence.
     """
     directions = numbers(units, "units", "directions of links (l, d)")
     size = numbers(lengths, "lengths", "lengths of links [m]")

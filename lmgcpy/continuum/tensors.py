@@ -1,8 +1,8 @@
 """Symmetric tensors as vectors in Mandel's notation: the product of two vectors is the product of the tensors.
 
 In 3D the components are xx, yy, zz, sqrt2 yz, sqrt2 xz, sqrt2 xy, in 2D xx, yy, sqrt2 xy. So ``sigma . eps`` is work, the
-length of a vector is that of its tensor, a turn of space is an orthogonal matrix, and a tangent is a (6, 6) or (3, 3)
-matrix that is symmetric where the fourth-order tensor is.
+length of a vector is the length of its tensor, a turn of space is an orthogonal matrix, and a tangent is a (6, 6) or (3, 3)
+matrix, symmetric if the fourth-order tensor is.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def check_dimension(value: Any) -> int:
 
 
 def dimension_of(components: int) -> int:
-    """Dimension of vectors of so many components; raises ValueError for other numbers than 3 and 6."""
+    """Dimension of vectors of 3 or 6 components; raises ValueError for other numbers."""
     for dimension, size in SIZE.items():
         if size == components:
             return dimension
@@ -77,6 +77,6 @@ def identity(dimension: int) -> np.ndarray:
 
 
 def turn(rotation: np.ndarray) -> np.ndarray:
-    """Orthogonal matrix (m, m) that takes the vector of a tensor A to that of ``R A R^T``, R the ``rotation`` (d, d)."""
+    """Orthogonal matrix (m, m) that maps the vector of A to the vector of ``R A R^T``, R the ``rotation`` (d, d)."""
     units = np.eye(SIZE[len(rotation)])
     return mandel(np.array([rotation @ tensor_of(unit) @ rotation.T for unit in units])).T

@@ -41,7 +41,7 @@ class PointState(NamedTuple):
 
 
 class PointResponse(NamedTuple):
-    """What a material point answers to an increment of strain."""
+    """Response of a material point to an increment of strain."""
 
     stress: np.ndarray
     """[Pa], (m,)."""

@@ -7,8 +7,8 @@ continuous gradient::
     sigma    = L EA sum_k w_k <...>_+ N_k                        [Pa]
     tangent  = L EA sum_k w_k H(...) N_k N_k^T                   [Pa]
 
-As wire it holds where the sand holds it: with an ``anchorage`` the tension of a wire is at most chi p, p the pressure
-of the sand, and a wire that would pull more slips. See docs/continuum.md.
+The sand holds the wire: with an ``anchorage`` the tension of a wire is at most chi p, p the pressure of the sand, and a
+wire that would pull more slips. See docs/continuum.md.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ from lmgcpy.errors import named_arguments, number, numbers, shown
 
 
 class WireResponse(NamedTuple):
-    """What the wire answers to a strain, with the derivatives that a tangent needs."""
+    """Response of the wire to a strain, with the derivatives that a tangent needs."""
 
     stress: np.ndarray
     """[Pa], (m,)."""
     stiffness: np.ndarray
     """Derivative of the stress by the strain at constant pressure of the sand [Pa], (m, m), symmetric."""
     slope: np.ndarray | None
-    """Derivative of the stress by the pressure of the sand, (m,); None where no wire slips."""
+    """Derivative of the stress by the pressure of the sand, (m,); None if no wire slips."""
     slip: np.ndarray
     """Slip of each direction at the end [-], (k,)."""
 
@@ -52,7 +52,7 @@ class WireNetwork:
     ``length`` L: length of wire per volume [m/m^3], in 2D per area [m/m^2]; ``axial_rigidity`` EA [N], in 2D per metre of
     depth as all forces; ``directions``: their :class:`~lmgcpy.continuum.directions.Directions`, or the
     :class:`~lmgcpy.continuum.spans.Spans` that share a tension; ``slack``: strain at which
-    a wire begins to pull, a number or one for each direction, negative where it pulls from the start; ``anchorage`` chi:
+    a wire begins to pull, a number or one for each direction, negative if it pulls from the start; ``anchorage`` chi:
     greatest tension over the pressure of the sand [m^2], in 2D [m]; infinite: wires do not slip.
 
     Raises TypeError or ValueError with a sentence.
@@ -105,7 +105,7 @@ class WireNetwork:
         )
 
     def elongation(self, strain: Any) -> np.ndarray:
-        """``n.eps.n - slack`` of each direction for a strain (m,), shape (k,): a wire pulls where it is above zero."""
+        """``n.eps.n - slack`` of each direction for a strain (m,), shape (k,): a wire pulls if it is above zero."""
         return self.products @ self._vector(strain, "strain") - self.slack
 
     def energy(self, strain: Any) -> float:
@@ -118,7 +118,7 @@ class WireNetwork:
 
     def tangent(self, strain: Any) -> np.ndarray:
         """Derivative of the stress [Pa], (m, m), at a strain (m,), without slip. It is symmetric and has no negative
-        eigenvalue; where a wire begins to pull it is the one of the slack side."""
+        eigenvalue. At the strain at which a wire begins to pull, it is the derivative on the slack side."""
         return (self._weighted * (self.elongation(strain) > 0.0)) @ self.products
 
     def tensions(self, strain: Any, slip: Any = 0.0) -> np.ndarray:
@@ -128,7 +128,7 @@ class WireNetwork:
     def respond(self, strain: np.ndarray, slip: np.ndarray, pressure: float) -> WireResponse:
         """The wire at a strain (m,), after the ``slip`` (k,) at the start of the increment, in sand of ``pressure`` [Pa].
 
-        ``T = EA <n.eps.n - slack - slip>_+``; where this is above chi p the wire slips until it is chi p. Slip only grows,
+        ``T = EA <n.eps.n - slack - slip>_+``; if this exceeds chi p, the wire slips until it equals chi p. Slip only grows,
         and in an increment the wire loses ``L w T dslip >= 0`` to friction.
         """
         stretch = self.products @ strain
@@ -160,14 +160,14 @@ class WireNetwork:
         """Legendre transform ``psi*(sigma) = sup over eps of (sigma . eps - psi(eps))`` [J/m^3] of a stress (m,) [Pa].
 
         It is ``min sum_k t_k^2 / (2 L EA w_k) + slack_k t_k`` over tensions per area ``t_k >= 0`` with ``sum_k t_k N_k =
-        sigma``: infinite where the wires cannot make the stress, which is outside of the cone of the N_k. Slip is zero.
+        sigma``: infinite if the wires cannot make the stress, that is, outside of the cone of the N_k. Slip is zero.
         """
         sigma = self._vector(stress, "stress")
         strain = dual_strain(self.products, self.stiffnesses, self.slack, sigma)
         return math.inf if strain is None else float(sigma @ strain) - self.energy(strain)
 
     def strain(self, stress: Any) -> np.ndarray:
-        """Strain (m,) at which the network has the stress (m,) [Pa], where there is one and no other: gradient of psi*.
+        """Strain (m,) at which the network has the stress (m,) [Pa], if there is exactly one: gradient of psi*.
 
         Raises ValueError if the wires cannot make the stress, or if the wires that pull leave a strain free.
         """
