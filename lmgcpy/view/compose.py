@@ -198,8 +198,8 @@ def _wires(snap: Snapshot, style: Style, wrong: np.ndarray, legend: list[tuple[s
 
 
 def _mean_radius(snap: Snapshot) -> float:
-    """Mean radius of the grains [m]; mean radius of the beads if there are no grains; if there are neither, that of the
-    circles around the shapes with an outline; else 1."""
+    """Mean radius of the grains [m]. If there are no grains: mean radius of the beads; if there are no beads: mean radius
+    of the circles around the shapes with an outline; else 1."""
     radii, bead = snap.rounds.shape[:, 0], snap.beads[snap.rounds.body]
     chosen = radii if bead.all() else radii[~bead]
     if not len(chosen):

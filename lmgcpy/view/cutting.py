@@ -100,7 +100,7 @@ def _parts(polygons: list[np.ndarray], region: np.ndarray) -> list[np.ndarray]:
 
 
 def section(drawing: Drawing, plane: Plane) -> Drawing:
-    """What the plane cuts, flat: balls as the disks that are cut out of them, tubes that keep within a mean radius of the
+    """The flat drawing of a cut: the disks in which the plane cuts balls, tubes that stay within a mean radius of the
     plane, walls as lines."""
     axis, at = plane[0], coordinate(drawing, plane)
 

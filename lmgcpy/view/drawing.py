@@ -14,7 +14,7 @@ from lmgcpy.view.quantities import Limits, Quantity
 
 @dataclass(frozen=True)
 class Paint:
-    """One colour, one colour an item, or values of a quantity; k items."""
+    """Paint of k items: one colour for all, a colour for each, or values of a quantity."""
 
     color: str = ""
     """One colour for all items, as '#rrggbb'."""
@@ -101,11 +101,11 @@ class Drawing:
     ground: list[np.ndarray] = field(default_factory=list)
     """Filled polygons: walls on which bodies lie [m], (v, 3) each."""
     time: float | None = None
-    """[s]; None of a scene."""
+    """Time [s]; None for a scene."""
     legend: list[tuple[str, str]] = field(default_factory=list)
     """Meaning of the plain colours: label and colour."""
     region: np.ndarray | None = None
-    """Low and high corner of what is seen [m], (2, 3); None: everything."""
+    """Low and high corner of the visible region [m], (2, 3); None if everything is visible."""
 
     def bounds(self) -> np.ndarray:
         """Corners of the region, or of a box that holds everything [m], (k, 3)."""

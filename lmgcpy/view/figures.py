@@ -29,8 +29,8 @@ def new_figure(width: float = 7.0, height: float = 4.6) -> Figure:
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write a figure: as PNG, or as what the path ends in; raises as :func:`lmgcpy.writing.new_file`."""
-    memory = io.BytesIO()  # where writing a PDF fails, matplotlib raises an AttributeError
+    """Write a figure in the format of the path's suffix, by default PNG; raises as :func:`lmgcpy.writing.new_file`."""
+    memory = io.BytesIO()  # if it fails to write a PDF to a file, matplotlib raises an AttributeError
     kind = path.suffix[1:] or "png"
     figure.savefig(memory, format=kind, dpi=160, bbox_inches="tight", pad_inches=0.08)  # or titles are cut off
     write_bytes(path, memory.getbuffer())
@@ -39,8 +39,8 @@ def save(figure: Figure, path: Path) -> None:
 def reaction_figure(records: Sequence[Tested], names: Sequence[str] | None = None) -> Figure:
     """Support reaction against crushing percentage, one curve a test (fig. 3): running means, and faintly the steps.
 
-    If one test bears many times what another bears, a second panel shows all tests on a logarithmic scale, and the first
-    one shows those of similar size. ``names`` of the tests are by default those of their laws.
+    If one test bears many times the load of another, a second panel shows all tests on a logarithmic scale, and the first
+    panel shows tests of similar size. ``names``: names of the tests, by default the names of their laws.
     """
     names = names_of(records) if names is None else names
     tops = [float(record.smooth(record.reaction).max()) for record in records]
@@ -106,7 +106,7 @@ def stress_figure(*records: Tested, names: Sequence[str] | None = None) -> Figur
 
 
 def draw_principal(axes: Axes, abscissa: np.ndarray, stress: dict[str, np.ndarray]) -> None:
-    """Draw the greatest and smallest principal value of each part [Pa] in kPa; without a wire only those of the whole."""
+    """Draw the greatest and smallest principal value of each part [Pa] in kPa; without a wire only of the whole."""
     parts = [("total", "black", "whole sample"), ("sand", CURVES["none"], "sand part"), ("wire", WIRE, "wire part")]
     for part, color, label in parts if stress["wire"].any() else parts[:1]:
         values = 1e-3 * principal_values(stress[part])
@@ -147,7 +147,7 @@ def name_of(law: str) -> str:
 
 
 def names_of(records: Sequence[Tested]) -> list[str]:
-    """Names of tests: those of their laws."""
+    """Names of the laws of the tests."""
     return [name_of(record.law) for record in records]
 
 

@@ -1,4 +1,4 @@
-"""Panels of a picture: from a user's sources and options, where lists make several panels."""
+"""Panels of a picture, from a user's sources and options; a list makes several panels."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from lmgcpy.view.style import Style, style_of
 
 @dataclass(frozen=True)
 class Panel:
-    """One panel through time."""
+    """A panel through time."""
 
     drawings: Sequence[Callable[[], Drawing]]
-    """Functions that make the drawings of the pictures, one by one; a panel that stands still has one."""
+    """Functions that make the drawings, one for each picture; a panel that does not change has one."""
     camera: Camera
     dimension: int
     """Dimension of the scene, 2 or 3; a section of a scene in 3D is drawn flat."""

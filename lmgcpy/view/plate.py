@@ -63,10 +63,11 @@ def plate(
     columns: int,
     zoom: float = 1.0,
 ) -> Plate:
-    """Put images (height, width, 3) of uint8 on one plate, so many ``columns`` in a row.
+    """Put images (height, width, 3) of uint8 on one plate, with ``columns`` images in a row.
 
-    In a row images stand on one line, each in the middle of its column. A column is wide enough for as many ``letters`` as
-    its longest title ever has, so that all plates of a film have one size. ``zoom`` enlarges text and colour scales.
+    The images of a row have a common base line, each in the middle of its column. ``letters``: greatest number of letters
+    of each column's titles; columns are wide enough for it, so that all plates of a film have one size. ``zoom`` enlarges
+    text and colour scales.
     """
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D

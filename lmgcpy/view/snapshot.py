@@ -94,7 +94,7 @@ class Snapshot:
     forces: Forces | None
     """None if no step was made yet."""
     hidden: np.ndarray
-    """Bodies that are not there, (n,) bool."""
+    """Whether each body is hidden, (n,) bool."""
 
     @property
     def dimension(self) -> int:
@@ -108,7 +108,7 @@ class Snapshot:
 
     @cached_property
     def lattice(self) -> Lattice | None:
-        """That of a periodic cell."""
+        """The lattice of the periodic cell; None without a cell."""
         return lattice_of(self.scene)
 
     @property
@@ -117,7 +117,7 @@ class Snapshot:
         return np.zeros((0, self.dimension)) if self.lattice is None else self.lattice.edges(self.positions)
 
     def into_cell(self, points: np.ndarray) -> np.ndarray:
-        """What takes points (m, d) to their images in the periodic cell [m], (m, d); zero without one."""
+        """Displacements of points (m, d) to their images in the periodic cell [m], (m, d); zero without a cell."""
         if self.lattice is None:
             return np.zeros_like(points)
         return self.lattice.wrapped(points, self.edges) - points
@@ -233,14 +233,14 @@ STUB = 0.25
 def acting_lines(snap: Snapshot) -> tuple[np.ndarray, np.ndarray]:
     """Ends of the line along which each interaction acts [m], (m, d) each, from the antagonist to the candidate.
 
-    A link goes from centre to centre. A contact goes through its point: from the centre of the disk or sphere of the one
-    body that touches to that of the other. At a wall or a shape of a plug-in it ends at the contact point; between two of
-    these it is a short piece of the normal. In a periodic cell the antagonist is its image next to the candidate.
+    The line of a link joins the two centres. The line of a contact passes through its point and joins the centres of the
+    two touching disks or spheres. At a wall or a shape of a plug-in it ends at the contact point; between two of these it
+    is a short piece of the normal. In a periodic cell the antagonist is its image next to the candidate.
     """
     forces = snap.forces
     assert forces is not None
     c, a = forces.candidate, forces.antagonist
-    # the contact point is seen from whichever side is bounded: of a wall that is far from its point it would be less exact
+    # contact point from the lever of the bounded side: the lever from a wall far away would be less exact
     from_candidate = snap.positions[c] + forces.lever[:, 0]
     from_antagonist = snap.positions[a] + forces.lever[:, 1]
     start, start_is_centre = _ends(snap, a, np.where(snap.unbounded[a, None], from_candidate, from_antagonist))
@@ -298,7 +298,7 @@ def snapshot(source: Any, frame: Any = None) -> Snapshot:
 
 
 def frame_number(run: Run, frame: Any) -> int:
-    """Number of a frame, counted from the start; None is the last."""
+    """Number of a frame, counted from the start; if None, the last frame."""
     count = run.frame_count
     if count == 0:
         raise ValueError(f"There is no frame in '{run.path}' yet: wait until the run has written its first.")

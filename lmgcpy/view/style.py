@@ -41,9 +41,9 @@ class Style:
 
 
 def style_of(options: Mapping[str, Any], *, dimension: int, is_scene: bool) -> Style:
-    """A style from a user's :data:`OPTIONS`; None stands for the default of the picture.
+    """A style from a user's :data:`OPTIONS`; an option that is None has the default of the picture.
 
-    The function raises TypeError or ValueError, with a sentence, for what is not possible.
+    The function raises TypeError or ValueError, with a sentence, for impossible options.
     """
     what, grains, wires, opacity, clip, section, camera, title, region = (options[name] for name in OPTIONS)
     what = one_of(("layout" if is_scene else "grains") if what is None else what, "what", SUITABLE)

@@ -40,7 +40,7 @@ def add_arrays(attributes: Any, arrays: dict[str, np.ndarray]) -> None:
 
 
 def add_words(data: Any, name: str, words: list[str]) -> None:
-    """Add the words that integer codes stand for."""
+    """Add an array of words, the meanings of integer codes."""
     from vtkmodules.vtkCommonCore import vtkStringArray
 
     array = vtkStringArray()
