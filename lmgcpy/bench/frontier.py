@@ -30,8 +30,8 @@ from lmgcpy.solve.standalone import Solution, solve
 
 TOLERANCES = tuple(10.0**-k for k in range(1, 11))
 UPDATES, LARGE_UPDATES = 2e8, 1e8
-"""Number of updates of interactions (sweeps times interactions) of a solve, see ``sweep_budget``; half as many for a large
-problem, where they take a minute (packings of 10 000 and 50 000 spheres on a shared core: 28 to 67 s)."""
+"""Number of updates of interactions (sweeps times interactions) of a solve, see ``sweep_budget``; half of it for a large
+problem: these take a minute (packings of 10 000 and 50 000 spheres on a shared core: 28 to 67 s)."""
 SHORT, REPEATS = 0.2, 5
 """Time [s] below which a solve is repeated, and the number of solves."""
 
@@ -47,7 +47,7 @@ class SolverRun:
     residual: float
     """Residual in the ``natural`` measure."""
     error: float
-    """Error of the relative velocities, relative to that of doing nothing."""
+    """Error of the relative velocities, divided by the error of doing nothing."""
     sweeps: int
     newton_steps: int
     updates: int

@@ -13,7 +13,7 @@ SMALLEST = 20
 """Smallest number of interactions of a problem; on smaller ones the time of the function call dominates."""
 
 OVERHEAD = 1e-3
-"""Smallest time that counts [s]; shorter times are mostly those of a call from Python."""
+"""Smallest time that counts [s]; shorter times are mostly the time of a call from Python."""
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class Profile:
     target: float
     """Error to be reached."""
     ratios: dict[str, np.ndarray]
-    """For each solver its time divided by that of the fastest, (problems,) ascending; infinite if it missed the error."""
+    """For each solver its time divided by the fastest time, (problems,) ascending; infinite if it missed the error."""
     unsolved: int
     """Number of problems that no solver solved to the error; they are left out."""
 

@@ -1,7 +1,7 @@
 """References for solvers: two solutions of a problem by different methods, and their distance.
 
-In hyperstatic packings impulses are not unique, while velocities are unique in practice. So errors are those of the
-relative velocities, ``|u - u_ref| / |q - u_ref|``; like the residual they are relative to the error of doing nothing. The
+In hyperstatic packings impulses are not unique, while velocities are unique in practice. So an error is measured on the
+relative velocities, ``|u - u_ref| / |q - u_ref|``; like the residual it is relative to the error of doing nothing. The
 distance of the two references limits the accuracy: only errors above :data:`MARGIN` times this distance are judged.
 
 With friction a problem may have several solutions with different velocities. Any impulses with a residual of at most
@@ -59,7 +59,7 @@ class Reference:
         return MARGIN * (APART if len(self.solutions) > 1 else self.distance)
 
     def error(self, velocities: np.ndarray) -> float:
-        """Error of relative velocities (m, d), relative to that of doing nothing."""
+        """Error of relative velocities (m, d), divided by the error of doing nothing."""
         return min(float(np.linalg.norm(velocities - solution)) for solution in self.solutions) / self.scale
 
     def with_solutions(self, found: Iterable[np.ndarray]) -> Reference:

@@ -63,7 +63,7 @@ def conditions(load_before: str) -> list[str]:
 
 
 def how_to_read(left_out: Sequence[str]) -> list[str]:
-    """What the numbers mean, in words."""
+    """Meaning of the numbers, in words."""
     lines = [
         "An error is that of the relative velocities, |u - u_ref| / |q - u_ref|: 1 is the error of doing nothing. Each "
         "problem has two references, found by different methods. The tables give their distance. Errors below "

@@ -23,7 +23,7 @@ FAMILIES = ("chains", "2d", "3d", "packings")
 
 @dataclass(frozen=True)
 class Bench:
-    """Which solvers are compared on which problems."""
+    """Choice of the problems and of the solvers that are compared on them."""
 
     folders: tuple[Path, ...] = ()
     """Folders with problems of the user, FCLIB files."""
