@@ -16,7 +16,7 @@ try:
 except ImportError as error:
     raise ImportError('lmgcpy.testing needs hypothesis and pytest: pip install "lmgcpy[test]"') from error
 
-# the order of imports is that of the properties: from the basic ones to those that take the longest
+# the imports set the order of the properties: basic ones first, the longest last
 from lmgcpy.testing import local_solve, traits, invariance, purity, compiled, runs  # noqa: F401, I001
 from lmgcpy.testing.answers import Nonconformance
 from lmgcpy.testing.conformance import Check, Finding, LawReport, conformance, report

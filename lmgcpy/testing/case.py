@@ -82,7 +82,7 @@ class LawCase:
     # ----------------------------------------------------------------------------------------------------- answers
 
     def known(self, time: float) -> tuple[Pair, ...]:
-        """What the functions of a law of interface version 2 are given in addition; nothing for version 1."""
+        """Further arguments of a law: ``(Pair,)`` for interface version 2, ``()`` for version 1."""
         return (pair_of(self.radii, self.masses, time),) if self.law.INTERFACE >= 2 else ()
 
     def first_state(self, gap: float) -> Numbers:

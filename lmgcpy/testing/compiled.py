@@ -86,7 +86,7 @@ def no_pair(numbers, time):
 
 
 def known_pair(numbers, time):
-    """What a law of interface version 2 may know of the bodies; ``time``: index of the time."""
+    """The pair of bodies, the further argument of laws of interface version 2; ``time``: index of the time."""
     return (pair_of((numbers[5], numbers[6]), (numbers[7], numbers[8]), numbers[time]),)
 
 

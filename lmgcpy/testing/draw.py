@@ -1,8 +1,8 @@
 """Strategies of hypothesis for the properties of a law: parameters, time steps, gaps, velocities, blocks of W, histories.
 
 Magnitudes are powers of ten around centres. The centres are 1 m/s, 1 mm and 1/kg, and others that follow from the
-parameters of the law and their units. So the draws cover the thresholds of the law: a strength F matters where F h W is
-about the velocity, a stiffness k where h^2 k W is about one, and a length where it is about the gap.
+parameters of the law and their units. So the draws cover the thresholds of the law: a strength F matters if F h W is
+about the velocity, a stiffness k if h^2 k W is about one, and a length if it is about the gap.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ RHO = st.integers(-33, 33).map(lambda k: COUPLING * k / 33.0)
 
 
 def instance(draw: Draw, law: Law, spread: Spread) -> Law:
-    """The given law, or one with parameters around those of the given law, within their bounds."""
+    """The given law, or a law with parameters around the given ones, within their bounds."""
     if not law.parameters() or draw(YES_OR_NO):
         return law
     values: dict[str, float] = {}
@@ -136,7 +136,7 @@ def block(draw: Draw, size: int, centre: float, spread: Spread) -> Matrix:
     rho = [draw(RHO) if coupled else 0.0 for _ in range(size * (size - 1) // 2)]
     if size > 3:
         return of_partial_correlations(rho, entries)
-    if size == 3:  # the last as what the first two leave to it
+    if size == 3:  # the third correlation within the bounds that the first two set: W stays positive definite
         rho[2] = rho[0] * rho[1] + rho[2] * math.sqrt((1.0 - rho[0] ** 2) * (1.0 - rho[1] ** 2))
     roots = [math.sqrt(entry) for entry in entries]
     return tuple(

@@ -43,8 +43,8 @@ def units(law: Law) -> str:
     scaled by their units; then impulses, states and energies must scale by theirs. This finds a wrong power of the time
     step, a length in millimetres and a hidden threshold.
 
-    A 2D scene is per metre of depth. So units are read in two ways, as they are written and with one metre of every area as
-    that depth (a stress [Pa] times a length is then a force). The property must hold in one of them.
+    A 2D scene is per metre of depth. So units are read in two ways: literally, and with one metre of every area as that
+    depth (a stress [Pa] times a length is then a force). The property must hold in one of the two.
     """
     plain = declared_dimensions(law)
     planar = {name: of.in_the_plane() for name, of in plain.items()}
@@ -116,10 +116,10 @@ QUARTER = 0.5 * math.pi
 
 @drawn("isotropy", "in 3D, tangents turned about the normal: r_n as before, r_t turned", to_laws_in_space)
 def isotropy(case: LawCase, draw: Any) -> str:
-    """Frame indifference in 3D: the tangents t and s are a choice, and with them turned about the normal the vectors of the
-    tangent plane turn back, those of friction and those of rolling; the normal and the torsion components stay. W is the
-    same in all directions here, diagonal but for what couples friction with rolling. The numbers of a state are not
-    looked at: they may be components."""
+    """Frame indifference in 3D: the tangents t and s are a choice. If they turn about the normal, the components of the
+    vectors in the tangent plane (friction and rolling) turn back, and the normal and torsion components stay. Here W is
+    the same in all directions, diagonal except for the coupling of friction with rolling. The numbers of a state are not
+    compared: they may be components."""
     if case.dimension != 3:
         return ""
     angle, share = draw(st.integers(1, 15)) * QUARTER / 4.0, draw(st.integers(-9, 9)) / 10.0

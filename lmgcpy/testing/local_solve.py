@@ -94,7 +94,7 @@ def error(case: LawCase, u: Sequence[float], r: Sequence[float], w: float) -> tu
 
 
 def allowed(case: LawCase, r: Sequence[float], w: float) -> float:
-    """Allowed round-off of :func:`error`. An error of u changes the answer by u / w; at large w that of r dominates."""
+    """Allowed round-off of :func:`error`. An error of u changes the answer by u / w; at large w errors of r dominate."""
     own = min(case.W[i][i] for i in range(case.size))
     return ROUND_OFF * max(1.0, w / own) * (case.speed + w * sum(map(abs, r)))
 

@@ -55,8 +55,8 @@ def friction_of(case: LawCase, name: str = "friction") -> float:
     examples=200,
 )
 def cone(case: LawCase, draw: Any) -> str:
-    """The tangential impulse is at most friction times the normal one, up to round-off of the product; and where there are
-    any, the rolling one at most rolling friction times it, that of torsion at most torsion friction times it."""
+    """The tangential impulse is at most friction times the normal impulse, up to round-off of the product. If there are
+    any, the rolling impulse is at most rolling friction times it, and the torsion impulse torsion friction times it."""
     normal, d = case.impulse[0], case.dimension
     parts = {"friction": case.impulse[1:d], "rolling_friction": case.impulse[d : 2 * d - 1]}
     parts["torsion_friction"] = case.impulse[2 * d - 1 :]

@@ -38,7 +38,7 @@ class Dimensions(NamedTuple):
         return length**self.length * time**self.time * mass**self.mass
 
     def in_the_plane(self) -> Dimensions:
-        """The dimensions in 2D, where one metre of every area is the metre of depth."""
+        """The dimensions in 2D: one metre of every area is the metre of depth."""
         return self._replace(length=self.length - self.areas, areas=0.0)
 
 
