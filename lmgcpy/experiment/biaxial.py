@@ -37,7 +37,7 @@ class Frame:
 
 @dataclass(kw_only=True, repr=False)
 class BiaxialRecord(CompressionRecord):
-    """What a biaxial test measured, step by step."""
+    """Measurements of a biaxial test, step by step."""
 
     lateral: np.ndarray
     """Mean force on the lateral walls [N], (s,)."""

@@ -102,10 +102,10 @@ class Box:
     """The scene of a sample in its box, without gravity; the caller sets the boundary conditions.
 
     The platens stand across ``axis``, by default the last one. ``friction`` acts between particles, ``platen_friction`` at
-    the platens; the lateral walls are smooth. ``law`` links the beads of each wire; with None they are grains like the
-    others. ``reference_gap``: "wire" takes the sample's, and the present gap where a link is longer; "built" takes the
-    present gaps. ``block_spin`` keeps linked beads from rolling; free ones roll, and the wire slips through the sand as if
-    there were no friction. The mass of a wall is a tenth of the sample's.
+    the platens; the lateral walls are smooth. ``law`` links the beads of each wire; if None, beads are grains like the
+    others. ``reference_gap``: "wire" takes the sample's reference gap, or the present gap if a link is longer; "built"
+    takes the present gaps. ``block_spin`` keeps linked beads from rolling; beads that can roll do, and the wire slips
+    through the sand as if there were no friction. The mass of a wall is a tenth of the mass of the sample.
     """
 
     def __init__(

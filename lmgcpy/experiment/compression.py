@@ -32,7 +32,7 @@ PARTS = ("total", "sand", "wire")
 
 @dataclass(kw_only=True, repr=False)
 class CompressionRecord:
-    """What a test in d dimensions measured, step by step; forces in 2D per metre of depth."""
+    """Measurements of a test in d dimensions, step by step; forces in 2D per metre of depth."""
 
     law: str
     """Name of the law between the beads, "none" without one."""
@@ -168,12 +168,12 @@ class Compression(ABC):
         on_step: Callable[[int], None] | None = None,
         interrupted: Callable[[], bool] | None = None,
     ) -> Any:
-        """Crush the sample by ``strain`` of its height and return the record, with so many ``frames``, evenly spaced.
+        """Crush the sample by ``strain`` of its height and return the record with ``frames`` frames, evenly spaced.
 
-        The test ends before if the sample is locked, so that no motion of the platen is possible (``lmgcpy.solve.locked``),
-        and where the support reaction exceeds ``greatest_reaction``, in units of the pressure times the area of the platen
-        at the start: what the press can bear.
-        ``file``, ``on_step`` and ``interrupted`` as in :func:`lmgcpy.experiment.carry_out`.
+        The test ends earlier if the sample is locked, so that no motion of the platen is possible
+        (``lmgcpy.solve.locked``), or if the support reaction exceeds ``greatest_reaction``, the capacity of the press, in
+        units of the pressure times the area of the platen at the start. ``file``, ``on_step`` and ``interrupted`` as in
+        :func:`lmgcpy.experiment.carry_out`.
         """
         number(strain, "strain", above=0.0, maximum=0.9)
         whole(frames, "frames")

@@ -78,7 +78,7 @@ class PeriodicSample:
 
     @property
     def solid_fraction(self) -> float:
-        """Volume of the grains over that of the cell."""
+        """Volume of the grains over the volume of the cell."""
         return self.solid_volume / abs(float(np.linalg.det(self.edges)))
 
     def __repr__(self) -> str:
@@ -195,7 +195,7 @@ class PeriodicCompaction:
     stress: np.ndarray
     """Mean Weber stress [Pa], (d, d), traction positive."""
     solid_fraction: float
-    """Volume of the grains over that of the cell."""
+    """Volume of the grains over the volume of the cell."""
     coordination: float
     """Mean number of contacts of the grains that are no rattlers."""
     rattlers: float
@@ -307,7 +307,7 @@ def compact_periodic(
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class PeriodicShearRecord:
-    """What a simple shear measured, step by step; d dimensions. Shear is along x, its gradient along y."""
+    """Measurements of a simple shear, step by step; d dimensions. Shear is along x, its gradient along y."""
 
     inertial_number: float
     """``G_xy d sqrt(rho/p)``."""
@@ -320,7 +320,7 @@ class PeriodicShearRecord:
     rate: np.ndarray
     """Velocity gradient [1/s], (s, d, d)."""
     solid_fraction: np.ndarray
-    """Volume of the grains over that of the cell, (s,)."""
+    """Volume of the grains over the volume of the cell, (s,)."""
     coordination: np.ndarray
     """Mean number of contacts of the grains that are no rattlers, (s,)."""
     fabric: np.ndarray

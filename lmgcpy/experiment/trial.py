@@ -18,13 +18,13 @@ from lmgcpy.io.take_up import take_up
 from lmgcpy.simulation import Simulation
 
 FLUSH = 2.0
-"""Greatest age of what is not yet in the file [s]."""
+"""Greatest age of data that are not yet in the file [s]."""
 NO_FLUSH = 1e9
-"""The same for a temporary file, from which nobody goes on: it is written at the end [s]."""
+"""Greatest age for a temporary file [s]: it is written only at the end, as no test goes on from it."""
 
 Rule = Callable[[Mapping[str, np.ndarray]], bool]
-"""Says whether a test is over, from the last rows of its observations and of the solver's "status", a word; the newest row
-is the last one."""
+"""Function that returns whether a test is over, from the last rows of its observations and of the solver's "status", a
+word; the newest row is the last one."""
 
 
 class TemporaryRun(Run):
@@ -58,14 +58,14 @@ def carry_out(
 ) -> Run:
     """Make ``steps`` steps, fewer if the ``rule`` ends the test, and return the run, which the caller closes.
 
-    The rule is asked after every step; it gets the last ``window`` rows of what the functions ``observe`` return, and of
+    The rule is called after every step with the last ``window`` rows of the results of the functions ``observe``, and of
     the solver's "status", a word. The run is recorded in the ``file``. If the file exists, the simulation, which is at its
     start, goes on from where the file ends, and a test that is over is only read. Without a ``file`` the run is recorded in
-    a temporary one, which is deleted when the run is closed. ``notes``: what identifies a test beside its scene and its
-    options. A frame is recorded ``every`` so many steps; ``on_step`` is called with the number of steps done.
+    a temporary file, which is deleted when the run is closed. ``notes``: data that identify a test beside its scene and its
+    options. A frame is recorded every ``every`` steps; ``on_step`` is called with the number of steps done.
 
     Raises KeyboardInterrupt if ``interrupted`` ends the test between two steps; the file is then complete up to there.
-    Raises ValueError if the file is that of another test.
+    Raises ValueError if the file belongs to another test.
     """
     with _run_file(file) as (path, directory):
         recent: dict[str, deque] = {name: deque(maxlen=window) for name in (*observe, "status")}
@@ -110,7 +110,7 @@ def carry_out(
 
 @contextmanager
 def _run_file(file: str | os.PathLike | None) -> Iterator[tuple[str, tempfile.TemporaryDirectory | None]]:
-    """The path of the run file; if there is no ``file``, that of one in a temporary directory.
+    """The path of the run file; if there is no ``file``, a path in a temporary directory.
 
     The directory is deleted if the block fails.
     """

@@ -14,7 +14,7 @@ from lmgcpy.io.run import Run
 
 @dataclass(kw_only=True, repr=False)
 class TriaxialRecord(CompressionRecord):
-    """What a triaxial test measured, step by step. Pressures are positive, Weber stresses are traction positive."""
+    """Measurements of a triaxial test, step by step. Pressures are positive, Weber stresses are traction positive."""
 
     axis: str
     """Axis along which the sample was compressed."""

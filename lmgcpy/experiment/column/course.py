@@ -27,7 +27,7 @@ GRAVITY = 9.81
 GRAIN, GROUND, MOULD = "GRAIN", "GROUND", "MOULD"
 REST = 1e-3
 """Kinetic energy over weight times mean grain diameter below which a column is at rest, if it stays so for half a
-time unit: a mean speed of 4 % of that of a fall by a radius, 7 % of a diameter in that time."""
+time unit: a mean speed of 4 % of the speed after a fall by a radius, or 7 % of a diameter in that time."""
 LEAST, POUR, RELEASE = 2.0, 4.0, 8.0
 """Least duration of a release, and greatest durations of pour and release, in time units."""
 FRAMES = 16
@@ -193,9 +193,9 @@ def let_go(
     """Let a column move until it is at rest, for at least ``least`` [s] and at most ``duration`` [s].
 
     In one step a grain that has fallen through the whole height moves by ``travel`` radii of a bead. The column is at rest
-    if for half a time unit the kinetic energy stays below a thousandth of weight times mean grain diameter. So many
-    ``frames`` are recorded in ``duration``. ``name`` is that of the run in its notes; ``file``, ``on_step`` and
-    ``interrupted`` as in :func:`lmgcpy.experiment.carry_out`.
+    if for half a time unit the kinetic energy stays below a thousandth of weight times mean grain diameter. ``frames``:
+    number of frames in ``duration``. ``name``: name of the run in its notes. ``file``, ``on_step`` and ``interrupted`` as
+    in :func:`lmgcpy.experiment.carry_out`.
     """
     number(duration, "duration", above=0.0, unit="s")
     number(least, "least", minimum=0.0, maximum=duration, unit="s")

@@ -22,8 +22,8 @@ def holding(share: float, coordinate: np.ndarray, mass: np.ndarray) -> float:
 def front(distance: np.ndarray, radii: np.ndarray, ring: float) -> float:
     """Radius [m] out to which the ground is covered without a break.
 
-    The ground is divided into rings of width ``ring`` [m] around the axis. A ring is covered where the cross-sections
-    of the grains whose centres lie above it make up half its area; single grains that ran ahead do not count. The front
+    The ground is divided into rings of width ``ring`` [m] around the axis. A ring is covered if the cross-sections of the
+    grains whose centres lie above it make up half its area; single grains that ran ahead do not count. The front
     lies between the last covered ring and the next, by linear interpolation of their covers. ``distance`` from the axis
     and ``radii`` [m], (n,).
     """

@@ -1,4 +1,4 @@
-"""What the report of the columns tells of them: weights, contents, volumes, tensions."""
+"""Quantities in the report of the columns: weights, contents, volumes, tensions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What ``lmgcpy column`` writes: tables, figures and the summary of a study."""
+"""Output of ``lmgcpy column``: tables, figures and the summary of a study."""
 
 from __future__ import annotations
 

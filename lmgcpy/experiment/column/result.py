@@ -1,4 +1,4 @@
-"""What became of the columns of a study, and which content of wire makes them stand."""
+"""Results of the columns of a study, and the content of wire with which they stand."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ it then."""
 
 @dataclass(frozen=True)
 class Fall:
-    """What became of one column."""
+    """Result of one column."""
 
     content: float
-    """Wire content asked for; :attr:`Laid.content` is what was laid."""
+    """Requested wire content; :attr:`Laid.content` is the content that was laid."""
     laid: Laid
     pour: Course
     release: Course
@@ -73,9 +73,10 @@ def words(content: float) -> str:
 
 
 def bracket(stands: Mapping[float, bool]) -> tuple[float | None, float | None]:
-    """(greatest content that falls, least content that stands); None if there is none. The dry column has content 0.
+    """(greatest content that falls, least content that stands), None for each that does not exist. The dry column has
+    content 0.
 
-    More wire is assumed to hold better: contents above the least that stands do not matter.
+    More wire is assumed to hold better: contents above the least content that stands do not matter.
     """
     standing = [content for content, stood in stands.items() if stood]
     least = min(standing, default=None)

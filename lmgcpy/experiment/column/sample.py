@@ -1,4 +1,4 @@
-"""What a column is made of: sand in a square mould, a wire in layers across its height, and the ground below."""
+"""The parts of a column: sand in a square mould, a wire in layers across its height, and the ground below."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ class Laid:
 
     @property
     def content_by_weight(self) -> float:
-        """Mass of the wire over that of the sand [-]."""
+        """Mass of the wire over the mass of the sand [-]."""
         sand = SAND_DENSITY * 4.0 / 3.0 * math.pi * float(np.sum(self.sample.radii[self.sample.bead_count :] ** 3))
         return self.linear_density * DTEX * self.wire_length / sand
 

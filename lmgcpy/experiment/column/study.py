@@ -36,12 +36,12 @@ GROUND_MARGIN = 1.4
 @named_arguments
 @dataclass(frozen=True)
 class ColumnStudy(Study):
-    """What to compute: columns with these ``contents`` of wire beside the dry one.
+    """Study of columns with these ``contents`` of wire, and of the dry column.
 
     A content is the wire's length times the mean grain ``diameter`` [m] squared, over the volume of the sand. ``aspect`` is
     the height over the radius; ``bead_diameter`` is in mean grain diameters; ``travel`` is the displacement in one step of
-    a grain that has fallen through the whole height, in radii of a bead. If some contents stand and some do not, the least
-    is found by ``refinements`` bisections.
+    a grain that has fallen through the whole height, in radii of a bead. If some contents stand and some do not,
+    ``refinements`` bisections find the least content that stands.
     """
 
     COMMAND: ClassVar[str] = "column"
@@ -83,7 +83,7 @@ class ColumnStudy(Study):
         whole(self.threads, "threads", minimum=1)
 
     def quick(self) -> ColumnStudy:
-        """The same on a small column with one content, for a look: 300 grains."""
+        """A study of a small column with one content, for a first look: 300 grains."""
         return replace(self, contents=(0.4,), grain_count=300)
 
     @property

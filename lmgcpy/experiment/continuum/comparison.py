@@ -1,6 +1,6 @@
 """The comparison of several folders of one study, such as those of its seeds.
 
-How the sand holds the wire is measured in the others, and in the only one if there is one.
+For the prediction of a folder, the anchorage of the wire is measured in the other folders; a single folder uses its own.
 """
 
 from __future__ import annotations
@@ -24,18 +24,18 @@ UNILATERAL = ("elastic-wire", "rigid-wire")
 
 @dataclass(frozen=True)
 class Comparison:
-    """What the continuous model says of a study, beside its runs."""
+    """Predictions of the continuous model for a study, with its runs."""
 
     studies: list[Any]
-    """One of each folder."""
+    """The study of each folder."""
     measured_in: str
-    """Name of the test in which it was measured how the sand holds the wire."""
+    """Name of the test in which the anchorage of the wire was measured."""
     anchorages: list[Anchorage]
-    """What was measured in it, one of each folder."""
+    """The anchorage measured in this test, for each folder."""
     used: list[Anchorage]
-    """What the predictions of each folder were made with: the mean of the others, or its own if it is the only one."""
+    """The anchorage used in the predictions of each folder: the mean of the others, or its own if it is the only one."""
     predictions: dict[str, list[Prediction]]
-    """By the name of the test, one of each folder."""
+    """By the name of the test, a prediction for each folder."""
     diameters: list[float]
     """Mean diameter of the grains of each sample [m]."""
     wires: list[LaidWire]
@@ -46,10 +46,10 @@ class Comparison:
 
 
 def compare(folders: Sequence[Path], tell: Callable[[str], None] = lambda text: None) -> Comparison:
-    """Fit, measure and predict; ``tell`` is called with a line on what is done.
+    """Fit, measure and predict; ``tell`` is called with a line on each action.
 
-    Raises FileNotFoundError where a folder holds no TexSol study or lacks a run, ValueError where studies differ in more
-    than their seed or have the same, a run is not complete, or there is no test without a wire or none with one.
+    Raises FileNotFoundError if a folder holds no TexSol study or lacks a run. Raises ValueError if studies differ in more
+    than their seed or have the same seed, if a run is not complete, or if tests without a wire or with one are missing.
     """
     results: list[TexSolResult] = []
     runs: list[StudyFolder] = []

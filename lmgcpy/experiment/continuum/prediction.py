@@ -40,7 +40,7 @@ class Curves:
     """Normal components of the wire's part of the stress, traction positive [Pa], (s, d)."""
 
     def at(self, crushing: np.ndarray) -> Curves:
-        """The same at other moments, NaN beyond the end."""
+        """The curves at other moments, NaN beyond the end."""
 
         def between(values: np.ndarray) -> np.ndarray:
             return np.interp(crushing, self.crushing, values, right=np.nan)
@@ -114,7 +114,7 @@ def curves_of(record: Any, sample: Sample) -> Curves:
 
 
 def driven(sand: SandFit, wire: WireNetwork | None, axis: str, crushing: float, pressure: float) -> Curves:
-    """The test that the model predicts up to a crushing; up to where it has a solution, if it ends before."""
+    """The test predicted by the model up to a crushing, or as far as the model has a solution."""
     material = TexSol(sand.sand(), wire)
     test = biaxial if material.dimension == 2 else triaxial
     strain = -np.linspace(0.0, crushing, INCREMENTS + 1)[1:]

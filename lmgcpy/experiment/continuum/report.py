@@ -1,4 +1,4 @@
-"""What ``lmgcpy continuum`` writes: a page, a table of how far the models are off, curves, and a figure for every test."""
+"""Output of ``lmgcpy continuum``: a page, a table of the errors of the models, curves, and a figure for every test."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ MODELS = {"local": "local model", "anchored": "anchored wire"}
 """The models by their field in a prediction."""
 COLORS = {"sand": "tab:olive", "run": "black", "local": "tab:red", "anchored": "tab:blue"}
 HIGHEST = 1.6
-"""Greatest ordinate of a figure over that of the run: the local model leaves it."""
+"""Greatest ordinate of a figure over the greatest ordinate of the run: the local model leaves the figure."""
 
 
 def write_comparison(found: Comparison, path: Path) -> list[Path]:
@@ -78,7 +78,7 @@ def page(found: Comparison) -> str:
 
 
 def setting(found: Comparison) -> str:
-    """What was compared, and what was measured."""
+    """Words on the studies compared and on the quantities measured."""
     seeds = ", ".join(str(study.seed) for study in found.studies)
     d = len(found.wires[0].direction.T)
     size = np.mean(found.diameters)

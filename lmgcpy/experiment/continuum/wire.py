@@ -1,12 +1,12 @@
-"""The wire of a sample as the continuous model takes it: as it lies at the start of a test, and as the sand holds it.
+"""The wire of a sample in the continuous model: its geometry at the start of a test, and its anchorage in the sand.
 
-The local model takes each link for a wire of its own that follows the mean strain: length per volume, directions and slack
-are those of the links. The anchored one is what the runs call for (docs/continuum.md):
+The local model takes each link as a separate wire that follows the mean strain, with the length per volume, the direction
+and the slack of the link. The runs show that three things must be added, in the anchored model (docs/continuum.md):
 
 * **span**: a wire slips along itself, so that a span of it shares one tension. Its length is the correlation length of
   the tension along the wire.
-* **slack**: a span is straightened before it pulls, as the pores are wide enough for what it winds within a grain. Its
-  slack is what the chord over one grain is shorter than the wire.
+* **slack**: a span is straightened before it pulls, as the pores have room for its windings within a grain. Its slack is
+  the relative difference between the length of wire and its chord over one grain.
 * **anchorage**: sand holds a wire with a force that grows with its pressure. A wire that would pull more slips. Its
   greatest tension is the mean tension of the links that pull, over the pressure of the sand.
 
@@ -51,9 +51,9 @@ class LaidWire:
     length: np.ndarray
     """Lengths at which they pull [m], (l,)."""
     slack: np.ndarray
-    """What they are shorter than that, relative to it, (l,)."""
+    """Slack: shortening of each link relative to its length at which it pulls, (l,)."""
     winding: np.ndarray
-    """The same of the chord around each link that is as long as a grain, (l,)."""
+    """Shortening of the chord around each link, over a length of one grain, relative to the wire, (l,)."""
     chain: np.ndarray
     """Number of the wire, (l,)."""
     volume: float

@@ -1,4 +1,4 @@
-"""What the 2D study concludes from its records (paper, section 3)."""
+"""Conclusions of the 2D study from its records (paper, section 3)."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ def stiffening(wire: BiaxialRecord, sand: BiaxialRecord, strains: Sequence[float
 
 
 def column(rod: BiaxialRecord, wire: BiaxialRecord, factor: float = 2.0) -> tuple[float | None, float]:
-    """(crushing, ratio): where the rods' mean reaction first exceeds ``factor`` times the wire's, and the greatest ratio
-    of the two. The crushing is None where it never does so for 0.5 % on end.
+    """(crushing at which the rods' mean reaction first exceeds ``factor`` times the wire's, greatest ratio of the two). The
+    crushing is None if the reaction never exceeds it over 0.5 % of crushing without a break.
     """
     strain = rod.strain[rod.strain <= wire.strain[-1]]
     of_wire = np.interp(strain, wire.strain, wire.smooth(wire.reaction))
@@ -34,7 +34,7 @@ def column(rod: BiaxialRecord, wire: BiaxialRecord, factor: float = 2.0) -> tupl
 
 
 def frames_of_column(rod: BiaxialRecord, wire: BiaxialRecord) -> tuple[Frame, Frame] | None:
-    """The last frame before the rods' reaction jumps, and the one with the greatest load after it; None without a jump."""
+    """The last frame before the rods' reaction jumps, and the frame of the greatest load after it; None without a jump."""
     where, _ = column(rod, wire)
     earlier = [frame for frame in rod.frames if where is not None and frame.strain < where]
     later = [frame for frame in rod.frames if where is not None and frame.strain >= where]

@@ -1,4 +1,4 @@
-"""What the 3D study concludes from its records (paper, section 4)."""
+"""Conclusions of the 3D study from its records (paper, section 4)."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ def friction_angle(deviator: float, mean_pressure: float) -> float:
 
 
 def mobilised_angle(deviator: float, lateral_pressure: float) -> float:
-    """The same from the lateral pressure s3, in triaxial and in biaxial compression: sin phi = q/(q + 2 s3)."""
+    """Mobilised friction angle from the lateral pressure s3, in triaxial or biaxial compression: sin phi = q/(q + 2 s3)."""
     return friction_angle(deviator, lateral_pressure + deviator / 3.0)
 
 
 def peak(record: TriaxialRecord | BiaxialRecord) -> tuple[float, float, float]:
-    """(crushing, deviator [Pa], mobilised angle [degrees]) where the running mean of the deviator is greatest."""
+    """(crushing, deviator [Pa], mobilised angle [degrees]) at the greatest running mean of the deviator."""
     q, lateral = record.smooth(record.deviator, 0.01), record.smooth(record.lateral_pressure, 0.01)
     k = int(np.argmax(q))
     return float(record.strain[k]), float(q[k]), mobilised_angle(float(q[k]), float(lateral[k]))

@@ -1,4 +1,4 @@
-"""What a campaign keeps of a TexSol study: strengths by test, their gains over the sand, and curves."""
+"""Measures of a TexSol study that a campaign keeps: strengths by test, their gains over the sand, and curves."""
 
 from __future__ import annotations
 

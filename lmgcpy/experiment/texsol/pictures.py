@@ -92,9 +92,9 @@ def reason_without_pictures() -> str:
 
 
 def draw_flat_pictures(result: TexSolResult, report: ReportFolder) -> str:
-    """Draw the sample of a 2D study, and force chains of each test with a wire beside those of the sand (figure 4).
+    """Draw the sample of a 2D study, and for each test with a wire its force chains beside the sand's (figure 4).
 
-    Returns the sentence that says why there are no pictures, or nothing.
+    Returns a sentence on why there are no pictures, or an empty one.
     """
     reason = reason_without_pictures()
     if reason:

@@ -1,4 +1,4 @@
-"""What ``lmgcpy texsol`` writes in 2D: tables, figures and the summary of a study."""
+"""Output of ``lmgcpy texsol`` in 2D: tables, figures and the summary of a study."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from lmgcpy.experiment.texsol.taut_links import LinkDirections, cone_ratio, exte
 NEAR_ZERO = 0.2
 """A principal stress counts as near zero if its ratio to the other one is below this."""
 LATE = 0.5
-"""The wire's stress is that of the test beyond this part of the crushing."""
+"""The wire's stress is taken beyond this share of the crushing."""
 
 
 def write_report(result: TexSolResult, folder: StudyFolder) -> list[Path]:
@@ -206,7 +206,7 @@ def _wire_stress_part(result: TexSolResult) -> str:
 
 
 def _why(found: LinkDirections, ratio: float, bound: float) -> str:
-    """What of a ratio the directions of the taut links explain, and what their forces do."""
+    """Words on the parts of a ratio that the directions of the taut links explain, and that their forces explain."""
     share = found.taut_share
     low, high = (float(np.nanmean(part)) for part in (share[: len(share) // 3], share[-(len(share) // 3) :]))
     text = f"{100 * low:.0f} % of the links within 30° of x are taut, {100 * high:.0f} % of those beyond 60°; "

@@ -1,4 +1,4 @@
-"""What ``lmgcpy texsol --dimension 3`` writes: tables, figures, pictures and the summary of a study."""
+"""Output of ``lmgcpy texsol --dimension 3``: tables, figures, pictures and the summary of a study."""
 
 from __future__ import annotations
 
@@ -205,7 +205,7 @@ def _anisotropy_part(result: TexSolResult) -> str:
 
 
 def _across_against_along(result: TexSolResult, law: str) -> str:
-    """What the wire adds where its layers are stretched both ways, and where they are compressed one way."""
+    """Words on the strength added by the wire if its layers are stretched both ways, and if they are compressed one way."""
     added = {}
     for axis in result.study.axes:
         record, sand = result.records[f"{law}-{axis}"], result.records.get(f"none-{axis}")

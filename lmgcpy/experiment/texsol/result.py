@@ -1,4 +1,4 @@
-"""What a TexSol study computed."""
+"""Result of a TexSol study."""
 
 from __future__ import annotations
 

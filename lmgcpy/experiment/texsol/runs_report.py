@@ -20,10 +20,11 @@ def runs_part(
     mismatch: Callable[[Any], float],
     compaction: str = "",
 ) -> str:
-    """What every run took and how exact it is.
+    """Table of the cost and the accuracy of every run.
 
-    ``test``: heading of the tests' names; ``own``: heading and entry, of a record, of the dimension's own column;
-    ``mismatch``: relative difference of the Weber stress and the walls' forces; ``compaction``: a sentence on it.
+    ``test``: heading of the tests' names; ``own``: heading and entry (a function of a record) of a column for this
+    dimension; ``mismatch``: relative difference of the Weber stress and the walls' forces; ``compaction``: a sentence on
+    the compaction.
     """
     heading, entry = own
     rows = [
@@ -74,7 +75,7 @@ def state_words(result: TexSolResult) -> str:
 
 
 def ended_words(result: TexSolResult) -> str:
-    """Which tests ended before their strain, and why; nothing if none did."""
+    """Sentences on the tests that ended before their strain, and why; empty if none did."""
     study, told = result.study, []
     for name, record in result.records.items():
         at = f"{100 * record.strain[-1]:.2f} % of crushing"

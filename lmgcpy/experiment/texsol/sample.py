@@ -21,9 +21,9 @@ THETA_MAX_2D = 2.0
 
 A wire has a random orientation on lengths beyond its persistence length. Of 40 wires of 300 beads each, with turns up to
 0.6, 1.2, 2.0 and 2.6 rad, it is 0.59, 0.28, 0.14 and 0.11 of the sample's width; |mean exp(2 i theta)|^2 over the links in
-a sixteenth of the sample is 3.5, 2.2, 1.7 and 1.7 times that of independent links; the variance of the numbers of beads in
-the sixteenths is 0.86, 0.57, 0.51 and 0.60 of their mean. With 2.0 the wire is the most even of all, and twisted no more
-than that takes."""
+a sixteenth of the sample is 3.5, 2.2, 1.7 and 1.7 times its value for independent links; the variance of the numbers of
+beads in the sixteenths is 0.86, 0.57, 0.51 and 0.60 of their mean. With 2.0 the wire is the most even of all, and not
+twisted more than necessary."""
 THETA_MAX_3D, PHI_MAX = 0.1, 0.05
 """Random turns from bead to bead in 3D [rad] in the layer and out of it: a thread that is straight over some grains."""
 
@@ -42,10 +42,10 @@ def lay_sample(
     """Lay the wire and deposit the grains around it; not yet relaxed.
 
     Grain radii are uniform by diameter between ``minimum`` and ``maximum`` [m]. The beads have the mean radius of the
-    grains, close to that of the sand so that the chain makes no membrane, and the reference gap is 5 % wider than the
-    coarsest grain, so that every grain passes between two beads of a taut wire. The wire is laid with gaps as wide as
-    the coarsest grain, 3 % slack: laid taut it would be tense in all directions after relaxation. ``theta_max`` [rad] is
-    that of :func:`lmgcpy.sample.wire_2d`, ``method`` that of :func:`lmgcpy.sample.deposit`.
+    grains, so that the chain makes no membrane, and the reference gap is 5 % wider than the coarsest grain, so that every
+    grain passes between two beads of a taut wire. The wire is laid with gaps as wide as the coarsest grain, 3 % slack:
+    laid taut it would be tense in all directions after relaxation. ``theta_max`` [rad] as in
+    :func:`lmgcpy.sample.wire_2d`, ``method`` as in :func:`lmgcpy.sample.deposit`.
     """
     whole(grain_count, "grains", minimum=10)
     whole(bead_count, "beads", minimum=0)
@@ -98,8 +98,8 @@ def lay_sample_3d(
     Grain radii are uniform by diameter between ``minimum`` and ``maximum`` [m]. A bead is 20 % as large as the smallest
     grain (paper, section 4) and the interstice as wide as a bead: no grain passes between two beads. A bead weighs as
     much as a mean grain of ``density`` [kg/m^3], as inertia plays no part in tests as slow as these.
-    ``bead_count`` is that of all ``wires`` together, which lie side by side. ``theta_max`` [rad] is the greatest
-    turn from bead to bead within the layer.
+    ``bead_count``: number of beads of all ``wires`` together, which lie side by side. ``theta_max`` [rad]: greatest turn
+    from bead to bead within the layer.
     """
     whole(grain_count, "grains", minimum=10)
     whole(wires, "wires", minimum=1)

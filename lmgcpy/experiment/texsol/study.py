@@ -38,7 +38,7 @@ DENSITY = 2600.0
 RELAXATION_STEPS = 800
 """Greatest number of steps of a relaxation, if the study does not say otherwise."""
 BEAD_MASSES = ("grain", "own")
-"""Whose mass a bead has in the tests in 3D: a mean grain's, or that of its part of the thread."""
+"""Mass of a bead in the tests in 3D: the mass of a mean grain, or of its part of the thread."""
 THREAD = 167.0
 """Linear density of the thread in 3D [dtex]."""
 RELAXATION_STEP_3D = 0.08
@@ -83,15 +83,14 @@ class PlannedTest:
 @named_arguments
 @dataclass(frozen=True)
 class TexSolStudy(Study):
-    """What to compute; the subclasses have the defaults.
+    """A study of wire-reinforced sand; the subclasses have the defaults.
 
     ``preparation``: "loose", relaxed with the friction of the test, as the paper's "little LMGC90 deposit" does it, or
     "dense", relaxed without friction, to the densest state that there is. ``theta_max``: greatest turn of the wire from
     bead to bead as it is laid [rad]. ``solver`` of the tests: "auto", sweeps and Newton steps by turns, or "accelerated",
-    sweeps alone. ``axial_rigidity`` EA [N] is that of the elastic laws. ``check_strain``: crushing
-    over which the tests are made again at a tighter tolerance. ``greatest_reaction``: a test ends where its support
-    reaction exceeds so many times the pressure times the area of the platen, None: never; it also ends where the sample is
-    locked.
+    sweeps alone. ``axial_rigidity``: EA [N] of the elastic laws. ``check_strain``: crushing over which the tests are made
+    again at a tighter tolerance. ``greatest_reaction``: a test ends if its support reaction exceeds this multiple of the
+    pressure times the area of the platen; never if None. A test also ends if the sample is locked.
     """
 
     COMMAND: ClassVar[str] = "texsol"
@@ -169,7 +168,7 @@ class TexSolStudy(Study):
 
     @abstractmethod
     def quick(self) -> TexSolStudy:
-        """The same on a small sample, for a look."""
+        """A study of a small sample, for a first look."""
 
     @property
     def test_axes(self) -> Sequence[str | None]:
@@ -272,7 +271,7 @@ def _compress(site: Site, study: TexSolStudy, sample: Sample, planned: PlannedTe
 @named_arguments
 @dataclass(frozen=True)
 class Study2D(TexSolStudy):
-    """What to compute in 2D. The defaults are the paper's sample: 2000 particles, of which 300 are wire beads.
+    """A study in 2D. The defaults are the paper's sample: 2000 particles, of which 300 are wire beads.
 
     Other fields as in :class:`TexSolStudy`.
     """
@@ -303,7 +302,7 @@ class Study2D(TexSolStudy):
     threads: int = 2
 
     def quick(self) -> Study2D:
-        """The same on a small sample, for a look: 340 particles, 5 % crushing."""
+        """A study of a small sample, for a first look: 340 particles, 5 % crushing."""
         return replace(self, grain_count=280, bead_count=60, strain=0.05)
 
     def lay_sample(self) -> Sample:
@@ -318,13 +317,13 @@ class Study2D(TexSolStudy):
 @named_arguments
 @dataclass(frozen=True)
 class Study3D(TexSolStudy):
-    """What to compute in 3D. The defaults are a sample of 10 000 particles, of which 3500 are wire beads.
+    """A study in 3D. The defaults are a sample of 10 000 particles, of which 3500 are wire beads.
 
-    ``axes`` along which the sample is compressed, a test each: "z" is across the layers of the wire, "x" and "y" are
-    along them. ``wires`` share the beads. ``bead_mass`` in the tests with a wire: "grain", that of a mean grain, or "own",
-    that of the thread.
-    Checks, none by default, are made along the first axis: with 10 000 particles their steps take thousands of
-    sweeps. Other fields as in :class:`TexSolStudy`.
+    ``axes``: axes along which the sample is compressed, with a test for each; "z" is across the layers of the wire, "x"
+    and "y" are along them. ``wires``: number of wires that share the beads. ``bead_mass`` in the tests with a wire:
+    "grain", the mass of a mean grain, or "own", the mass of its part of the thread. Checks, none by default, are made
+    along the first axis: with 10 000 particles their steps take thousands of sweeps. Other fields as in
+    :class:`TexSolStudy`.
     """
 
     DIMENSION: ClassVar[int] = 3
@@ -370,12 +369,13 @@ class Study3D(TexSolStudy):
         whole(self.wires, "wires", minimum=1)
 
     def quick(self) -> Study3D:
-        """The same on a small sample, for a look: 770 particles, 8 % crushing."""
+        """A study of a small sample, for a first look: 770 particles, 8 % crushing."""
         return replace(self, grain_count=500, bead_count=270, strain=0.08, tolerance=3e-3)
 
     @property
     def wire_blocks(self) -> bool:
-        """Grains hold heavy beads one by one: blocks take as many sweeps as links, and each 1.5 times as long."""
+        """Whether wires are solved as blocks. Grains hold heavy beads one by one: with blocks the number of sweeps is the
+        same as with single links, and a sweep takes 1.5 times as long."""
         return self.bead_mass == "own"
 
     @property

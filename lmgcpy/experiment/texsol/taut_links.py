@@ -1,4 +1,4 @@
-"""Which links of a wire pull, and what second principal stress their directions leave: figure 5 of the paper, explained.
+"""The links of a wire that pull, and the second principal stress from their directions: figure 5 of the paper, explained.
 
 A wire's part of the Weber stress is ``sigma = (1/V) sum f l t (x) t`` over its links, f the tension, l the length, t the
 direction. Under compression along y the sample widens along x, and links within some angle of x are drawn taut. With equal
@@ -31,9 +31,9 @@ class LinkDirections:
     links: np.ndarray
     """Number of links in each bin, (b,)."""
     taut: np.ndarray
-    """Number of those that pull, (b,)."""
+    """Number of links in each bin that pull, (b,)."""
     pulled: np.ndarray
-    """Sum of ``f l`` of those [N m], (b,)."""
+    """Sum of ``f l`` over the links that pull [N m], (b,)."""
     pushed: np.ndarray
     """Sum of ``-f l`` of the links that push [N m], (b,); zero for a wire."""
     equal: float
