@@ -1,9 +1,9 @@
 """Detection: from the positions at the middle of a step to its interactions, in canonical order.
 
 Chains come first, in the order in which they were made, then contacts by row of the visibility table and kind of
-contactor pair, and within those by ids. The list of neighbours is made anew only when something has moved as far as it
-may; what it yields does not depend on when that was. In large scenes interactions are sorted by place instead of by ids
-(:mod:`lmgcpy.contact.slabs`), the place of the bodies when the list was made.
+contactor pair, and then by ids. The list of neighbours is made anew only when something has moved as far as the list
+allows; the interactions do not depend on when it was made. In large scenes interactions are sorted by place instead of by
+ids (:mod:`lmgcpy.contact.slabs`), the place of the bodies when the list was made.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from lmgcpy.contact.slabs import Slabs, cut_bodies, is_large
 
 
 class Detector:
-    """Keeps the neighbours of a scene and what its last step left."""
+    """Keeps the neighbours of a scene, and the impulses and states of the last step."""
 
     def __init__(
         self,
@@ -70,7 +70,7 @@ class Detector:
         self._partitioned = is_large(len(radii), dimension) and lattice is None
         self._usual = float(np.quantile(radii, 0.95)) if len(radii) else 0.0
         self._hidden: np.ndarray | None = None
-        """Contactors that are not there, (k,); None for none."""
+        """Whether each contactor is hidden, (k,) bool; None if none is."""
         self._reach = 0.0
         self._listed_at: np.ndarray | None = None
         self.groups: list[Group] = []
@@ -127,7 +127,7 @@ class Detector:
         """A detector of other tables, which remembers what this one does: with more bodies, added after these, with other
         parameters of laws; ``bodies``: positions of all, (n, 3)."""
         lattice = None if self._images is None else self._images.lattice
-        # first as bodies were when the memory was made, which may hold what some did that are hidden or fixed since
+        # first with the old inverse masses: the memory may hold impulses of bodies that are hidden or fixed since
         then = np.concatenate([self.inverse_mass, inverse_mass[len(self.inverse_mass) :]])
         detector = Detector(*tables, then, self.dimension, apart, lattice)
         memory = self.give_memory()
@@ -203,7 +203,7 @@ class Detector:
         self._last.recall(interactions.slot, impulse, state)
 
     def give_memory(self) -> Memory:
-        """Impulses of the last step and states by identity, and what the list of neighbours came from, as copies."""
+        """Impulses of the last step and states by identity, and the data from which the list was made; copies."""
         identity, impulse, state = self._last.by_identity(self.groups, [*self.chains, *self.rows])
         return Memory(
             identity=identity,

@@ -1,8 +1,8 @@
 """Contacts across the faces of a periodic cell.
 
-Pairs of contactors are near if some image of the one is near the other; a cell that is wide enough has one such image
-at most (:meth:`Images.check_width`). The narrow phase is the same as without a cell: an antagonist that is an image gets
-a row of its own behind the rows of the contactors and bodies. In the interactions the body itself then replaces the image.
+Two contactors are near if an image of one is near the other; a cell that is wide enough has at most one such image
+(:meth:`Images.check_width`). The narrow phase is the same as without a cell: an antagonist that is an image gets a row of
+its own behind the rows of the contactors and bodies. In the interactions the body itself then replaces the image.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class Images:
         self._set(np.zeros(0, np.int64), np.zeros((0, len(lattice.rows))))
 
     def _set(self, contactor: np.ndarray, shift: np.ndarray) -> None:
-        """The contactor of each image, (g,), and by how many edges it is shifted, (g, p)."""
+        """Set the contactor of each image, (g,), and the number of edges by which it is shifted, (g, p)."""
         self._contactor, self._shift = contactor, shift
         self._body = self._contactors.body[contactor]
 
@@ -156,7 +156,7 @@ class Images:
             first = last
 
     def seen(self, plain: Seen, stride: int) -> Seen:
-        """Contactors and bodies with the images behind them; ``stride``: how many numbers the shape of one has."""
+        """Contactors and bodies with the images behind them; ``stride``: length of the row of a shape."""
         d, p = self.lattice.dimension, len(self.lattice.rows)
         count = len(plain.bodies)
         shift = np.zeros((len(self._shift), 3))

@@ -128,7 +128,7 @@ class Surroundings:
 def neighbours(row: VisibilityRow, kinds: KindPair, around: Surroundings) -> np.ndarray:
     """The pairs (candidate, antagonist) of one row and two kinds, (p, 2) int32, sorted.
 
-    Bounded contactors come from the near pairs; a contactor without bounds is looked at with every bounded one.
+    Bounded contactors come from the near pairs; a contactor without bounds is tested against every bounded one.
     """
     same = row.candidate == row.antagonist
     body, free = around.contactors.body, around.free

@@ -19,13 +19,13 @@ from lmgcpy.laws.signorini import approach
 ROUND_OFF = 1e-14
 """A sum that is no larger than this part of its terms counts as zero. The test for singular blocks of W uses it."""
 LEAST = 1e-300
-"""In place of a ``W_tt`` that is zero: what slides has all its friction, and what stands none."""
+"""Replaces ``W_tt = 0``: a sliding contact gets its full friction, a contact at rest gets none."""
 
 
 def react_in_plane(W, q_n, q_t, friction):
     """Impulse (r_n, r_t) of ``0 <= u_n _|_ r_n >= 0``, ``|r_t| <= mu r_n``, opposing ``u_t``, for ``u = q + W r``."""
     (w_nn, w_nt), (w_tn, w_tt) = W
-    # open: u = q satisfies the law with r = 0; and no impulse does better where none moves the bodies
+    # open: u = q satisfies the law with r = 0. The same if no impulse moves the bodies.
     if q_n >= 0.0 or w_nn <= 0.0:
         return (0.0, 0.0)
     # diagonal block: r_n and r_t decouple, and r_t is projected on the disk of radius mu r_n, W_tt = 0 or not
@@ -61,7 +61,7 @@ def react_to_full_block_in_plane(W, q_n, q_t, friction):
     if r_n >= 0.0 and abs(r_t) <= friction * r_n:
         return (r_n, r_t)
     # slide: r_t = side mu r_n, u_n = 0, and u_t of the other sign. Both signs can fail by round-off only; the loop keeps
-    # the one that fails by less.
+    # the sign with the smaller error.
     best = -1.0
     chosen = (0.0, 0.0)
     for side in (1.0, -1.0):

@@ -17,8 +17,8 @@ from lmgcpy.laws.law import Law
 from lmgcpy.laws.pair import pair_of
 
 FAULTS = (NameError, AttributeError, TypeError, IndexError)
-"""Errors that are faults of the program, whatever the numbers are. Others, as a division by zero, a run tells where they
-happen."""
+"""Errors that are faults of the program for any numbers. Other errors, such as a division by zero, are raised in the run
+if they happen."""
 LENGTH, TIME_STEP, LENGTH_OF_LINK = 1e-3, 1e-4, 0.1
 """Gaps [m], time step [s], and reference length of a link [m] of the calls."""
 

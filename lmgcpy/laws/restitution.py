@@ -48,7 +48,8 @@ from lmgcpy.laws.signorini import taken_back
 
 
 def resist_in_plane(W, q_n, q_t, before, friction):
-    """Impulse (r_n, r_t) of a contact that slipped with ``before``: with the first end of S, or the other, or none."""
+    """Impulse (r_n, r_t) of a contact that slipped with ``before``: friction at the end 0 of S, or at the other end
+    ``-before``, or no friction between."""
     r_n, r_t = react_in_plane(W, q_n, q_t, friction)
     if r_t * before <= 0.0:
         return (r_n, r_t)
@@ -59,7 +60,7 @@ def resist_in_plane(W, q_n, q_t, before, friction):
 
 
 def resist_in_space(W, q_n, q_t, q_s, before, friction):
-    """The same, (r_n, r_t, r_s); beside S friction is at right angles to it."""
+    """The impulse (r_n, r_t, r_s) in space; beside S friction is at right angles to it."""
     b_t, b_s = before
     r_n, r_t, r_s = react_in_space(W, q_n, q_t, q_s, friction)
     if r_t * b_t + r_s * b_s <= 0.0:

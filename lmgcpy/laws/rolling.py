@@ -68,7 +68,7 @@ def status_in_plane(W, q, friction, rolling, slides, rolls):
     r_r = (w_nn * (b * h - f * e) - w_nt * (a * h - f * d) - q[0] * (a * e - b * d)) / determinant
     if not r_n >= 0.0:
         return NEVER, (0.0, 0.0, 0.0)
-    # the impulse is in its cone to the last digit; what it lacks of sticking or holding counts, or a velocity along it
+    # the impulse is exactly in its cone; violation: velocity along a sliding impulse, or impulse beyond its bound
     if slides != 0.0:
         r_t = slides * friction * r_n
         wrong = max(0.0, slides * (q[1] + w_nt * r_n + w_tt * r_t + w_tr * r_r))

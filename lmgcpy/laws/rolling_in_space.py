@@ -126,7 +126,7 @@ def in_equal_disk(c, d_1, d_2, limit):
 
 
 def rolling_at(slowness, a, b, c, p, d, limit):
-    """``(|x|, x, y)`` where ``u_t = -l x``: x is eliminated, and y is along what is left of d."""
+    """``(|x|, x, y)`` for ``u_t = -l x``: x is eliminated, and y is along d after this elimination; ``slowness``: l."""
     stiff = a + slowness
     ratio = b / stiff
     y_1, y_2 = in_equal_disk(c - b * ratio, d[0] - ratio * p[0], d[1] - ratio * p[1], limit)

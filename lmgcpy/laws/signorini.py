@@ -2,16 +2,16 @@
 
 **Overlap that turning made.** The gap is linear in the velocities only to first order. A contact that moves by ``h u_t``
 along a path of radius a, as a ball in a pipe, ends the step ``e = (h u_t)^2/(2 a)`` below the gap that its law predicted.
-If that were left alone, as an overlap of the start is, the ball would sink by e at every step, without bound. So the next
-step takes it back, ``u_n >= e/h``, as rigid links do with their stretch.
+If this overlap were kept, as an overlap of the start is, the ball would sink by e at every step, without bound. So the
+next step takes it back, ``u_n >= e/h``, as rigid links do with their stretch.
 
 On a circle ``u_n^- = e'/h - 2 e/h``, if the step before took back e'. With ``r u`` at the mean velocity the work is
 
     r (u_n^- + u_n^+)/2 = r (e' - e)/(2 h)
 
 so that steady motion makes no energy and loses none (a law that leaves e alone takes ``r e/h`` a step: the ball slows down
-in first order). The speed is at most twice that with which the contact closes, which on a circle it never exceeds: a gap
-that jumps for another reason throws nobody out.
+in first order). The speed ``e/h`` is bounded by twice the closing speed of the contact, a bound that it never exceeds on a
+circle: so a gap that jumps for another reason does not throw bodies out.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ def taken_back(gap, reference_gap, normal_velocity, time_step):
 
 
 def approach(gap, reference_gap, normal_velocity, time_step):
-    """Velocity bias [m/s]: that which closes an open gap within the step, or takes back what turning closed; an overlap
-    that was there before is left alone."""
+    """Velocity bias [m/s]: it closes an open gap within the step, or takes back the overlap that turning made; an older
+    overlap is kept."""
     return gap / time_step if gap > 0.0 else -taken_back(gap, reference_gap, normal_velocity, time_step)
 
 
 class Signorini(Law):
-    """``0 <= u_n + b  _|_  r_n >= 0``, with ``b = g/h`` where ``g > 0``; else it takes back what turning closed."""
+    """``0 <= u_n + b  _|_  r_n >= 0``, with ``b = g/h`` if ``g > 0``; else b takes back the overlap that turning made."""
 
     NAME = "signorini"
     APPLIES_TO = "contact"

@@ -35,7 +35,7 @@ class ContactForces(Table):
 
     @property
     def mobilised(self) -> np.ndarray:
-        """Part of the friction that is mobilised, ``|f_t| / (mu f_n)``, (c,): 1 where a contact slides; NaN without
+        """Part of the friction that is mobilised, ``|f_t| / (mu f_n)``, (c,): 1 if a contact slides; NaN without
         friction."""
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.where(self.friction > 0.0, self.tangential / (self.friction * self.normal), np.nan)

@@ -1,4 +1,4 @@
-"""Contacts by what meets in them, grains, beads of wires or walls: how many push, how many slide."""
+"""Contacts by the kinds of their bodies, grains, beads of wires or walls: numbers that push and that slide."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from lmgcpy.measure.wire_links import beads_of
 
 KINDS = ("grain-grain", "grain-bead", "bead-bead", "wall")
 SLIDING = 1e-6
-"""How near to the whole of its friction a contact must be to count as sliding, as a part of it. Solvers put the impulse of
-a sliding contact on its cone to round-off, however loose their tolerance: of a test that was solved to 1e-2 the same
-contacts slide by 1e-12 and by 1e-4, and some 3 % more by 1e-2, which are close to sliding but stick."""
+"""A contact counts as sliding if its friction is within this share of ``mu f_n``. Solvers put the impulse of a sliding
+contact on its cone to round-off, however loose their tolerance: in a test solved to 1e-2 the same contacts slide with a
+share of 1e-12 and of 1e-4; with 1e-2 there are some 3 % more, which are close to sliding but stick."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -33,9 +33,9 @@ class ContactKinds(Table):
     normal: np.ndarray
     """Their mean normal force [N], (4,); NaN without any, as all means."""
     sliding_share: np.ndarray
-    """Share of those with friction that slide, (4,)."""
+    """Share of the contacts with friction that slide, (4,)."""
     mobilised: np.ndarray
-    """Mean of ``|f_t| / (mu f_n)`` over those with friction, (4,)."""
+    """Mean of ``|f_t| / (mu f_n)`` over the contacts with friction, (4,)."""
 
 
 @named_arguments

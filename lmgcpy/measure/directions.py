@@ -12,10 +12,10 @@ from lmgcpy.errors import AXES, one_of, shown, vector, whole
 
 @dataclass(frozen=True)
 class DirectionBins:
-    """Bins of the angle between a direction and an axis, from 0 to 90 degrees; a direction and its opposite are one.
+    """Bins of the angle between a direction and an axis, from 0 to 90 degrees; a direction and its opposite count as one.
 
-    In 2D the angle is divided evenly. In 3D its cosine is, so that each bin has the same solid angle: directions that
-    prefer none fill all bins alike in both.
+    In 2D the angle is divided evenly, in 3D its cosine, so that each bin has the same solid angle: isotropic directions
+    fill all bins alike.
     """
 
     axis: np.ndarray

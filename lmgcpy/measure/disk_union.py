@@ -1,7 +1,7 @@
-"""Area that disks cover together, within a rectangle if there is one; exact, also where they overlap.
+"""Area that disks cover together, within a rectangle if there is one; exact for overlapping disks as well.
 
-Green's theorem on the boundary of what is covered, ``A = 1/2 sum of the integrals of x dy - y dx``: of each circle the arcs
-that lie in no other disk and within the rectangle, of the rectangle the parts of its sides that lie in a disk. An arc of
+Green's theorem on the boundary of the covered area, ``A = 1/2 sum of the integrals of x dy - y dx``: the arcs of each
+circle that lie in no other disk and within the rectangle, and the parts of the rectangle's sides in a disk. An arc of
 radius r around c from the angle a to b gives ``r/2 (r (b - a) + c_x (sin b - sin a) - c_y (cos b - cos a))``.
 """
 
@@ -37,7 +37,7 @@ def _arcs(i: int, x: np.ndarray, r: np.ndarray, others: list[int], corners: tupl
         if distance >= r[i] + r[j] or distance < r[i] - r[j]:
             continue
         if distance <= r[j] - r[i]:
-            if distance < r[j] - r[i] or j < i:  # of two that are the same the first counts
+            if distance < r[j] - r[i] or j < i:  # the first of two equal disks counts
                 return 0.0
             continue
         cosine = (distance**2 + r[i] ** 2 - r[j] ** 2) / (2.0 * distance * r[i])

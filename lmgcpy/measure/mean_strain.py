@@ -201,9 +201,10 @@ def _edges_gradient(
 def edges_then_and_now(
     lattice: Lattice, begin: np.ndarray, end: np.ndarray, gradient: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Edges of the periodic cell at the beginning, and what became of them [m], (p, d) each.
+    """Edges of the periodic cell at the beginning, and the same edges at the end [m], (p, d) each.
 
-    A cell that was straightened has other edges of the same lattice: those nearest to where the gradient carried them.
+    A cell that was straightened has other edges of the same lattice: the edges at the end are the vectors of the lattice
+    nearest to the old edges carried by the gradient.
     """
     before, after = lattice.edges(begin), lattice.edges(end)
     carried = before @ (np.eye(len(gradient)) + gradient).T

@@ -40,15 +40,15 @@ class WireContacts(Table):
     contacts: np.ndarray
     """Number of contacts with bodies of no chain, walls included, (b,)."""
     sliding: np.ndarray
-    """Number of those that slide, (b,)."""
+    """Number of these contacts that slide, (b,)."""
     normal: np.ndarray
     """Sum of the normal forces of all contacts of the bead [N], (b,)."""
     limit: np.ndarray
-    """``sum mu f_n``: the friction that they could give at most [N], (b,)."""
+    """``sum mu f_n``: the greatest friction that these contacts can give [N], (b,)."""
     force_along: np.ndarray
     """Component of the sum of the contact forces along the wire, toward its last bead [N], (b,)."""
     friction_along: np.ndarray
-    """The part of it that tangential forces make [N], (b,); the rest is grains that lie before or behind the bead."""
+    """Part of ``force_along`` from tangential forces [N], (b,); the rest is from grains before or behind the bead."""
 
     @property
     def sliding_share(self) -> float:
@@ -57,8 +57,8 @@ class WireContacts(Table):
 
     @property
     def force_per_length(self) -> float:
-        """Mean of the size of ``force_along`` per length of taut wire [N/m]: what anchors the wire. Forces on neighbouring
-        beads may oppose each other, so that less is left over a length: see :attr:`TautRuns.anchorage`."""
+        """Mean of ``|force_along|`` per length of taut wire [N/m], its anchorage. Forces on neighbouring beads may oppose
+        each other, so that the resultant over a length is less: see :attr:`TautRuns.anchorage`."""
         return _ratio(np.abs(self.force_along[self.taut]), self.length[self.taut])
 
     @property
@@ -114,7 +114,7 @@ def wire_contacts(sim: Source, *, frame: int | None = None, tolerance: float = S
 
 @dataclass(frozen=True, repr=False)
 class BeadSlip(Table):
-    """The b beads of all chains, chain after chain, and what they moved beyond the sand; d dimensions."""
+    """The b beads of all chains, chain after chain, and their displacements relative to the sand; d dimensions."""
 
     chain: np.ndarray
     """Number of the chain, (b,)."""

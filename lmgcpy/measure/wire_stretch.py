@@ -1,4 +1,4 @@
-"""By how much the wire stretches in each direction, beside what the sample's mean strain would make of it."""
+"""Stretch of the wire in each direction, and the stretch that the sample's mean strain would give."""
 
 from __future__ import annotations
 

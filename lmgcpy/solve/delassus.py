@@ -199,8 +199,8 @@ def least_eigenvalue(W: sparse.csr_array) -> float:
 
 
 def unsolvable(W: sparse.csr_array, *, finite: bool) -> None:
-    """Say why a solve went astray: ValueError where W is not positive semidefinite, else FloatingPointError unless what it
-    left is ``finite``."""
+    """Raise the reason why a solve failed: ValueError if W is not positive semidefinite, else FloatingPointError unless the
+    impulses are ``finite``."""
     least = least_eigenvalue(W)
     if least < NEGATIVE:
         raise ValueError(

@@ -9,7 +9,7 @@ every contact (de Saxce and Feng 1998), so that any rho in the cones obeys ``rho
 
     rho . W x >= P(rho) = -rho . q - sum mu rho_n s,
 
-the work that the imposed velocities do on rho less what slip dissipates. With the inequality of Cauchy and Schwarz,
+the work of the imposed velocities on rho less the dissipation by slip. With the inequality of Cauchy and Schwarz,
 
     |x|_W >= P(rho) / |rho|_W,    |x|_W = sqrt(x . W x),
 
@@ -37,13 +37,13 @@ TURNS = 20
 """A column by itself is found to round-off in two."""
 
 LEAST_WORK = 1e-6
-"""Work that is a smaller part of the sum of its absolute terms may be what rounding left of zero."""
+"""Work below this part of the sum of its absolute terms may be the round-off of zero."""
 ROUNDING = 1e-13
-"""Velocities are not known better than to this part of those that single impulses make."""
+"""Round-off of velocities, in parts of the velocities that single impulses make."""
 
 
 class LeastMotion(NamedTuple):
-    """The least change of velocities that any solution makes, as some impulses tell it."""
+    """Lower bound of the change of velocities in any solution, and the impulses that prove it."""
 
     norm: float
     """In the kinetic norm [sqrt(kg) m/s]; for a self-stress as large as rounding lets it be."""

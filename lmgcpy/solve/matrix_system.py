@@ -111,7 +111,7 @@ def add_impulses(start, stop, walls, s):
 
 
 def kept_velocities(start, stop, s, velocity, result):
-    """The relative velocities are what is known."""
+    """Copies the relative velocities, which this system keeps instead of velocities of bodies."""
     result[start:stop] = velocity[start:stop]
 
 
@@ -126,7 +126,7 @@ def add_noise(start, stop, walls, s):
 
 
 def add_load(start, stop, walls, s, found):
-    """Let all interactions that an impulse reaches know of its size [N s], in the last column of ``s.noise``."""
+    """Column 2 of ``s.noise``: the greatest impulse [N s] among the interactions that reach an interaction by W."""
     for i in range(start, stop):
         size = 0.0
         for k in range(s.impulse.shape[1]):
@@ -139,7 +139,7 @@ def add_load(start, stop, walls, s, found):
 
 
 def share_load(start, stop, walls, s):
-    """Let all interactions know what those bear that they reach, in the column after that."""
+    """Column 3 of ``s.noise``: the greatest column 2 among the interactions that reach an interaction by W [N s]."""
     for i in range(start, stop):
         for k in range(s.first[i], s.first[i + 1]):
             s.noise[s.row[k], 3] = max(s.noise[s.row[k], 3], s.noise[i, 2])
@@ -213,7 +213,7 @@ DRIVER = {
 def _runs(problem: Problem) -> list[tuple[int, int]]:
     """Rows (start, stop) of interactions that one kernel call solves: contacts that roll, others, or links of one wire.
 
-    Links are one wire as long as each meets the one before it and none of those before that.
+    Links form one wire as long as each meets the link before it and no earlier one.
     """
     d, cones, W, rolls = problem.width, problem.cones, problem.W.tocsr(), problem.rolls
     bounds = [0] if len(cones) else []
@@ -249,7 +249,7 @@ def _stiffening(problem: Problem, runs: list[tuple[int, int]]) -> dict[str, np.n
 
 
 def assemble_problem(problem: Problem, wire_blocks: bool) -> tuple[Groups, MatrixSystem, list[LawKernels]]:
-    """Groups and system of a problem, and what must stay alive while they are used."""
+    """Groups and system of a problem, and the kernels, which must stay alive while the groups are used."""
     count, d, width = len(problem.mu), problem.dimension, problem.width
     columns = problem.W.T.tobsr(blocksize=(width, width)) if count else problem.W.T.tobsr(blocksize=(1, 1))
     diagonal = problem.W.diagonal().reshape(-1, width)
@@ -307,8 +307,8 @@ def assemble_problem(problem: Problem, wire_blocks: bool) -> tuple[Groups, Matri
 
 
 def prepared_numbers(problem: Problem, second: np.ndarray, runs: list[tuple[int, int]]) -> tuple[np.ndarray, list[int]]:
-    """The numbers of the laws one after another, a bias of zero and ``second`` (m,), of contacts that roll the coefficients
-    of rolling and torsion in addition; and the first of each run."""
+    """The prepared numbers of all interactions in a row, and the start of each run. An interaction has the bias 0 and
+    ``second`` (m,), a rolling contact in addition its coefficients of rolling and torsion."""
     pieces, offset, rolls = [np.zeros(0)], [], problem.rolls
     for start, stop in runs:
         offset.append(sum(map(len, pieces)))

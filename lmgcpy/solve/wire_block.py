@@ -116,7 +116,7 @@ def substitute(start, stop, s, right):
     """Solve the tridiagonal Newton system for the right-hand side in column ``right`` of the scratch, in place.
 
     Column 2 holds the eliminated superdiagonal. If the right-hand side is the column of a further link, the errors of the
-    pivots make an error of its Schur complement: the sum that is returned times its slope.
+    pivots cause an error of its Schur complement: the returned sum times its slope.
     """
     x = above = coupling = error = passed_on = 0.0
     inverse = 1.0
@@ -147,10 +147,10 @@ def substitute(start, stop, s, right):
 
 
 def newton_step(start, count, s):
-    """The Newton step in column 0 of the scratch; True, as with pivots that are held up there is one.
+    """Write the Newton step into column 0 of the scratch. Returns True: pivots that are held up are never zero.
 
     In a closed chain the last link also meets the first. Its row and column are split off: two substitutions for the
-    others, then its own equation.
+    other links, then the equation of the last link.
     """
     last = start + count - 1
     corner = s.coupling[last]

@@ -1,8 +1,8 @@
 """The semi-smooth Newton step of a proximal problem: the interactions that act, and one sparse system for their impulses.
 
 A proximal problem has the velocities ``u + epsilon w (r - centre)`` in place of ``u = W r + q``: a small dashpot beside
-every interaction, ``w`` the mean diagonal of its block of W, so that there is one solution where impulses are not unique.
-Its natural map asks every law where it stands at ``a = r - u / w`` (Alart, Curnier 1991, with the scaling of DESIGN's
+every interaction, ``w`` the mean diagonal of its block of W, so that the solution is unique even if impulses are not.
+Its natural map gives the status of every law at ``a = r - u / w`` (Alart, Curnier 1991, with the scaling of DESIGN's
 error):
 
 * open, ``a_n <= 0``:                            r = 0
@@ -12,14 +12,14 @@ error):
 * a taut wire or a rod of compliance C:          u_n + C r_n = 0
 * across a link of geometric stiffness kappa:    u_t + r_t / kappa = 0, taut or slack
 
-The last line of sliding is what the derivative of ``mu a_n a_t / |a_t|`` leaves across the direction of sliding: the
-direction turns with r_sigma. Every line either ties impulses to each other or velocities to impulses. With ``E`` the
-impulses by those that are free in them, and ``S`` the rows in which a velocity is given, a Newton step is
+The last line of sliding is the derivative of ``mu a_n a_t / |a_t|`` across the direction of sliding: the direction turns
+with r_sigma. Every line either ties impulses to each other or velocities to impulses. With ``r = E x``, x the free
+impulses, and ``S`` the rows in which a velocity is given, a Newton step is
 
     S (W + epsilon w) E x + D x = S (-q + epsilon w centre),    r = E x,
 
-with D from compliance and turning. It depends on the present impulses by the statuses and directions alone, so that where
-these do not change any more, in 2D, a step is exact.
+with D from compliance and turning. It depends on the present impulses only by the statuses, directions and ``|a_t| / (mu
+a_n)``. So in 2D a step is exact if the statuses do not change any more.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class Status(NamedTuple):
     direction: np.ndarray
     """tau of sliding contacts, (m, d - 1), zero for the others."""
     turning: np.ndarray
-    """``|a_t| / (mu a_n) - 1`` of those that slide, (m,), zero elsewhere."""
+    """``|a_t| / (mu a_n) - 1`` of sliding contacts, (m,), zero for the others."""
 
     def changes(self, other: Status) -> int:
         """Number of interactions that differ in kind or slide in the opposite direction."""

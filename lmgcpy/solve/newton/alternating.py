@@ -176,7 +176,7 @@ class Alternating(Solver):
 
 
 def steps_that_gain(active: ActiveSet, start: np.ndarray, aim: float, most: int, patience: int, enough: float) -> Attempt:
-    """:data:`TRIAL` Newton steps, and further ones where these have gained: where they leave ``enough`` or less."""
+    """:data:`TRIAL` Newton steps, and further steps if these have gained, that is, if they leave ``enough`` or less."""
     first = proximal_newton(active, start, aim, min(TRIAL, most), patience)
     if first.residual > enough or first.residual <= aim:
         return first
@@ -205,10 +205,10 @@ class Newton(Alternating):
 @named_arguments
 @dataclass(frozen=True)
 class Auto(Alternating):
-    """The solver for everything: sweeps with momentum, and Newton steps where these take too many.
+    """The solver for everything: sweeps with momentum, and Newton steps if sweeps alone would be too many.
 
-    Newton steps come when the sweeps have cost as much as some Newton steps will, and not at all for laws without a conic
-    form; how many there were of both is in the report. ``tolerance``, ``max_iterations``, ``max_factorisations``,
+    Newton steps begin when the sweeps have cost as much as some Newton steps. Laws without a conic form get none. The
+    report has the numbers of sweeps and of Newton steps. ``tolerance``, ``max_iterations``, ``max_factorisations``,
     ``wire_blocks``, ``slip``, ``force``: as of :class:`Newton`.
     """
 

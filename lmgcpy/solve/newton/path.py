@@ -42,7 +42,7 @@ class Path(NamedTuple):
     """End of a path."""
 
     impulses: np.ndarray | None
-    """Solution of the proximal problem (m, 2), or None where the path was given up."""
+    """Solution of the proximal problem (m, 2), or None if the path was given up."""
     bends: int
 
 

@@ -35,7 +35,7 @@ ROUNDS = 10
 steps of triaxial tests and of a compaction, 20 had less.)"""
 FAR = 1e6
 """Growth of F past which a path is given up. (On paths that came to an end, in steps of triaxial tests, it grew by 200
-at most, of 132; on such as went to infinity, in a published problem of 24 contacts, by 1e160.)"""
+at most, of 132; on paths that went to infinity, in a published problem of 24 contacts, by 1e160.)"""
 STEPS = 8
 """Number of straight pieces that cost as much as a factorisation: measured, 5 with 1900 interactions and 10 with 4400."""
 
@@ -44,7 +44,7 @@ class Curve(NamedTuple):
     """End of a path."""
 
     status: Status | None
-    """Statuses near the solution of the proximal problem, or None where the path was given up."""
+    """Statuses near the solution of the proximal problem, or None if the path was given up."""
     bends: int
     cost: int
     """Cost in factorisations."""

@@ -101,17 +101,17 @@ def change_of_matrix(i, jump, epsilon, first, row, block, w, g):
 def change_of_a(r, given, Wr, epsilon, w, count, at, walls, changes, y):
     """Fill ``y`` (m, d) with the change of ``a`` that changes F by ``given`` (m, d).
 
-    ``r`` (m, d) and ``Wr`` (m d,): by how much impulses and velocities change then with the matrix that was factorised;
-    ``epsilon``, ``w`` (m,): its dashpots. ``at`` (count,), ``walls`` (count, d) and ``changes`` (count, m, d): of every
-    bend since, its interaction, its wall and ``A^-1 g / (1 + wall . A^-1 g)``, A the matrix before it. They turn the
-    solution with the matrix that was factorised into that with the present one.
+    ``r`` (m, d) and ``Wr`` (m d,): changes of impulses and velocities by ``given`` with the matrix that was factorised;
+    ``epsilon``, ``w`` (m,): its dashpots. ``at`` (count,), ``walls`` (count, d) and ``changes`` (count, m, d): interaction,
+    wall and ``A^-1 g / (1 + wall . A^-1 g)`` of every bend since, A the matrix before the bend. They turn the solution with
+    the factorised matrix into the solution with the present matrix.
     """
     m, d = y.shape
     # F = W r + q + epsilon w (r - centre) - w (r - a)
     for j in range(m):
         for c in range(d):
             y[j, c] = r[j, c] + (given[j, c] - Wr[j * d + c] - epsilon * w[j] * r[j, c]) / w[j]
-    flat = y.reshape(m * d)  # one loop over all components is one that the compiler makes a vector loop
+    flat = y.reshape(m * d)  # the compiler vectorises one loop over all components
     for k in range(count):
         # Sherman-Morrison: y <- y - (wall . y) A^-1 g / (1 + wall . A^-1 g)
         part = 0.0

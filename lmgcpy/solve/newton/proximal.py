@@ -7,8 +7,8 @@ is, the more statuses change from one solution to the next, and Newton steps con
 controlled like the radius of a trust region: it falls after a success, by a larger factor after fewer steps, and rises
 after a failure. Afterwards it halves its distance to the value that failed (on a logarithmic scale).
 
-A Newton step is not damped: with the statuses of the solution it is exact, whatever it started from, and statuses that
-change wildly are the sign of an ``epsilon`` that is too small. A proximal problem need not be solved well: an error of
+A Newton step is not damped: with the statuses of the solution it is exact from any start, and statuses that change wildly
+are the sign of an ``epsilon`` that is too small. A proximal problem need not be solved well: an error of
 :data:`LOOSE` times the error of the problem itself is enough. If the steps fail because a few statuses come and go, the
 last iterate may be nearer the solution of the problem itself than the centre is; then it becomes the next centre.
 
