@@ -42,8 +42,8 @@ def check_narrow_phase(kinds: KindPair, contactors: ContactorTable, dimension: i
     into each other.
 
     TypeError if it fails or returns a wrong answer. ValueError if its normal points inward, found by the gap: if bodies
-    move apart along n the gap grows, d gap/d x_c . n = 1 for any gap that is a distance. Pairs that are apart and pairs that
-    overlap are judged separately, as n = d / gap changes its sign with the gap: it is raised if all of one group fail.
+    move apart along n the gap grows, d gap/d x_c . n = 1 for any gap that is a distance. Pairs that are apart and pairs
+    that overlap are judged separately, as n = d / gap changes its sign with the gap: one group that fails is enough.
     """
     pair = kinds.pair
     ids = [int(np.argmax(mine)) for mine in (kinds.is_candidate, kinds.is_antagonist)]
