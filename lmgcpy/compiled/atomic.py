@@ -20,7 +20,7 @@ def _pointer(context, builder, kind, array, index):
 
 
 def _load(typing_context, array, index):
-    """``array[index]``; what its writer wrote before is visible afterwards."""
+    """``array[index]``; everything that its writer wrote before is visible afterwards."""
 
     def generate(context, builder, signature, arguments):
         pointer = _pointer(context, builder, signature.args[0], *arguments)
@@ -41,7 +41,7 @@ def _store(typing_context, array, index, value):
 
 
 def _add(typing_context, array, index, value):
-    """``array[index] += value`` as one step; returns what was there."""
+    """``array[index] += value`` as one step; returns the old value."""
 
     def generate(context, builder, signature, arguments):
         pointer = _pointer(context, builder, signature.args[0], *arguments[:2])

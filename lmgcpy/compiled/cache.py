@@ -1,12 +1,12 @@
 """Compiled kernels on disk: one file for every kernel, signature and kind of processor.
 
-numba's own cache keeps an index beside the code of each function, and stops at one that it cannot read; two processes that
-write at once can leave an index that points to the other's code; and it does not even read where it may not write. Here a
-file counts only if it is whole: it gets its name when it is complete, and starts with a digest of its content. A kernel
-whose file is missing or damaged is compiled again.
+numba's own cache keeps an index beside the code of each function, and fails if it cannot read the index; two processes that
+write at once can leave an index that points to the other's code; and numba does not read from a directory in which it
+cannot write. Here a file counts only if it is whole: it gets its name when it is complete, and starts with a digest of its
+content. A kernel whose file is missing or damaged is compiled again.
 
-What is read becomes code of this process. So directories and files count only if they belong to the user or to root, and
-nobody else may write to them. (A group of the user's own, with the user's number, is not somebody else.)
+The content of a file becomes code of this process. So directories and files count only if they belong to the user or to
+root, and no other user may write to them. (The user's own group, with the user's number, is allowed.)
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ class KernelCache(NullCache):
         return result
 
     def save_overload(self, signature: Any, result: Any) -> None:
-        """Keep compiled code, and let those go on who wait for it; warns once of a directory that cannot be written."""
+        """Keep compiled code, and end the wait of other processes for it; warns once if the directory cannot be written."""
         try:
             self._save(signature, result)
         finally:
@@ -178,7 +178,7 @@ def _content(path: Path) -> bytes:
 
 
 def _clear_away(path: Path) -> None:
-    """Remove what has a kernel's name and is not to be used; raises OSError."""
+    """Remove a file that has a kernel's name but must not be used; raises OSError."""
     try:
         about = path.lstat()
     except FileNotFoundError:
@@ -188,7 +188,7 @@ def _clear_away(path: Path) -> None:
 
 
 def _is_open_to_others(kernels: Path) -> bool:
-    """Whether somebody else may write to a directory of kernels or to the one above, with a warning, once."""
+    """Whether another user may write to a directory of kernels or to its parent; warns once."""
     for folder in (kernels.parent, kernels):
         try:
             why = open_to_others(folder.stat())

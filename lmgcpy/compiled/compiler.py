@@ -20,7 +20,7 @@ from numba.core.untyped_passes import TranslateByteCode
 
 from lmgcpy.compiled.reference import ADDRESS, ReferenceType
 
-# what numba's name for the environment of a function begins with
+# start of numba's name for the environment of a function
 _ENVIRONMENT = "_ZN08NumbaEnv"
 
 
@@ -28,13 +28,13 @@ class KernelCode(JITCodeLibrary):
     """Code of one kernel, which numba makes with its functions."""
 
     def __init__(self, codegen: Any, name: str, references: dict[str, int]):
-        """``references``: arguments that are references, and the size of what they refer to [bytes]."""
+        """``references``: arguments that are references, and the size of the tuple to which each refers [bytes]."""
         super().__init__(codegen, name)
         self.references = references
 
     def add_ir_module(self, ir_module: ir.Module) -> None:
-        """Say of each reference that it can be read, whether or not it will be, and that nothing is written by it: so what
-        a loop reads of it is loaded before the loop."""
+        """Mark each reference as readable at any time and never written: then values that a loop reads by it are loaded
+        before the loop."""
         for function in ir_module.functions:
             for argument in () if function.is_declaration else function.args:
                 if argument.name in self.references and argument.type == ADDRESS:

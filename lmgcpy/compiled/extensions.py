@@ -1,7 +1,7 @@
 """Extensions of numba by other packages: ``numba.extending.overload`` and its kind.
 
 An extension changes what a kernel does although the kernel's own text does not name it: ``np.i0(x)``, ``x.half`` or
-``a * b`` of tuples do what somebody's function says, and that function may read anything while it makes code.
+``a * b`` of tuples call a function of another package, and that function may read anything while it makes code.
 """
 
 from __future__ import annotations

@@ -59,7 +59,8 @@ class Template:
 
 
 class Slot:
-    """Stands where a template calls what only a specialisation gives; nothing that still reads one can be compiled."""
+    """Placeholder for a function that only a specialisation of a template gives; code that still reads one cannot be
+    compiled."""
 
     def __init__(self, name: str):
         self.name = name
@@ -81,7 +82,7 @@ class Content:
         self._digest = hashlib.sha256()
         self._seen: dict[tuple, int] = {}
         self._trail: list[str] = []
-        """The functions that call each other down to the one that is being hashed."""
+        """The chain of calls down to the function that is being hashed."""
         self._note(versions(), *map(described, arguments))
         self._add_function(function, names or {})
 
@@ -96,8 +97,8 @@ class Content:
 
     @property
     def counts_references(self) -> bool:
-        """Whether arrays may be made, so that somebody has to count who still needs them; what others wrote may do
-        anything. Code that counts is half as long again, and takes an eighth longer to compile."""
+        """Whether the code must count references, as it may make arrays; functions from outside lmgcpy may always. Code
+        that counts is half as long again, and takes an eighth longer to compile."""
         return self.foreign or not ALLOCATING.isdisjoint(self.read)
 
     def _note(self, *values: Any) -> None:
@@ -194,7 +195,7 @@ class Content:
         self._note(getattr(code, "co_exceptiontable", None))
 
     def _add_attribute(self, module: types.ModuleType, name: str, chain: tuple[str, ...]) -> None:
-        """What is read of a module, or of a module in it."""
+        """Add the attributes that the code reads of a module, or of a module in it."""
         value: Any = module
         for attribute in chain:
             if not isinstance(value, types.ModuleType):
@@ -235,7 +236,7 @@ def versions() -> tuple:
 
 @cache
 def own_part() -> str:
-    """Hash of what lmgcpy adds to numba's compiler."""
+    """Hash of the parts that lmgcpy adds to numba's compiler."""
     added = (Path(__file__).with_name(name).read_bytes() for name in ("compiler.py", "reference.py"))
     return hashlib.sha256(b"".join(added)).hexdigest()
 
@@ -266,7 +267,7 @@ def name_of(value: Any) -> Any:
 
 
 def has_its_name(value: Any, home: str | None = None) -> bool:
-    """Whether a function or class is what its module has under its name: no other of that name is in the process."""
+    """Whether the name of a function or class in its module refers to it, so that the name identifies it."""
     name, home = name_of(value), home or value.__module__
     if not isinstance(name, str) or not isinstance(home, str):
         return False
@@ -343,7 +344,7 @@ def code_objects(code: types.CodeType) -> Iterator[types.CodeType]:
 
 
 def free_names(function: types.FunctionType, names: dict[str, Any]) -> dict[str, tuple[Any, dict[str, Any]]]:
-    """The global and closure names that a function reads: their values, and the replacements that hold inside those."""
+    """The global and closure names that a function reads: their values, and the replacements that hold in each value."""
     read = {name for code in code_objects(function.__code__) for name in code.co_names}
     found = {name: (function.__globals__[name], names) for name in read if name in function.__globals__}
     for name, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True):

@@ -3,7 +3,7 @@
 A :class:`Kernel` is a plain Python function that is compiled by numba at its first call and kept in the user's cache
 directory. It does four things that ``numba.njit(cache=True)`` does not:
 
-* Plain functions that a kernel calls are compiled with it, so that nobody has to decorate a helper.
+* Plain functions that a kernel calls are compiled with it; they need no decorator.
 * Its name in the cache carries a fingerprint of everything the code depends on: its own byte code, the functions it
   calls, in whatever file, the constants it reads, the fields of the named tuples it takes, numba and Python. numba's own
   cache watches the defining file only and would run stale code after an edit elsewhere. A kernel that reads something
@@ -135,8 +135,8 @@ class Kernel(Template):
         return pointer
 
     def _prepare(self, arguments: tuple) -> tuple[types.FunctionType, Callable[[], None], KernelCache, dict[str, Any]]:
-        """The function as numba wants it, what completes it before it is compiled, its place in the cache, and the
-        compiler's flags; ``arguments``: their types, of a C function."""
+        """The function in the form that numba needs, a function that completes it before it is compiled, its cache, and
+        the compiler's flags. ``arguments``: types of the arguments, for a C function."""
         assert isinstance(self.function, types.FunctionType)
         content = Content(self.function, self.names, arguments)
         mark = content.mark
@@ -166,7 +166,7 @@ class Pointer:
 
 def intrinsic(stand_in: Callable) -> Callable[[Callable], Any]:
     """Decorator of a function that writes machine code for kernels, see ``numba.extending.intrinsic``; ``stand_in``: a
-    function that does the same where kernels run as plain Python."""
+    function that does the same if kernels run as plain Python."""
     return (lambda definition: stand_in) if INTERPRETED else numba.extending.intrinsic
 
 
@@ -176,8 +176,8 @@ def kernel(function: Callable) -> Kernel:
 
 
 def inlined(function: Callable) -> Callable:
-    """Mark a function that the compiler is to put into every kernel that calls it, whatever it thinks of its size: of the
-    few that are called for each interaction, a call would cost half as much as their work."""
+    """Mark a function that the compiler must inline in every kernel that calls it, regardless of its size. It is for the
+    few functions that are called for each interaction: a call would cost half as much as their work."""
     function.inlined = True  # type: ignore[attr-defined]
     return function
 
@@ -283,7 +283,7 @@ def _compilable(
         return built[key]
 
     closure = tuple(types.CellType() for _ in function.__code__.co_freevars) or None
-    # numba imports the module of this name when it loads machine code: one that is always there, as a law's need not be
+    # numba imports the module of this name when it loads machine code: this one always exists, a law's may not
     scope: dict[str, Any] = {"__builtins__": __builtins__, "__name__": __name__}
 
     def complete() -> None:

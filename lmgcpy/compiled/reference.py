@@ -1,7 +1,7 @@
 """Named tuples of arrays that kernels take by reference.
 
-A tuple that is passed by value is hundreds of numbers to the compiler, at every use of its name anew. Of a reference it
-loads what is read: the array or the number of a field; a field that is a named tuple is a reference again.
+For the compiler a tuple passed by value is hundreds of numbers, at each use of its name. By reference, only the fields that
+are read are loaded: an array or a number. A field that is a named tuple is a reference again.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def by_reference(tuple_class: Any) -> Any:
 
 
 def _kind(value: Any, purpose: Any) -> Any:
-    """Type of a named tuple by value, and of those in it."""
+    """Type of a named tuple by value, and of the named tuples in it."""
     members = [_kind(member, purpose) if hasattr(member, "_fields") else typeof_impl(member, purpose) for member in value]
     return types.BaseTuple.from_types(members, type(value))
 
@@ -119,7 +119,7 @@ def _typed(context, builder, kind, address):
 
 
 def copy_words(context, builder, reference, address, target):
-    """Copy what a reference refers to; returns how many bytes."""
+    """Copy the tuple behind a reference; returns the number of bytes."""
     source = _typed(context, builder, reference.kind, address)
     size = context.get_abi_sizeof(source.type.pointee)
     cgutils.raw_memcpy(builder, builder.inttoptr(target, source.type), source, cgutils.intp_t(1), size)

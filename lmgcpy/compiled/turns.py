@@ -1,12 +1,12 @@
-"""Who compiles a kernel that several processes need at once: one of them, and the others wait for what it keeps.
+"""Turns of processes that need the same kernel at once: one of them compiles it, and the others wait for its file.
 
 A process that compiles a kernel locks a byte of a file beside the kernels; the name of the kernel's file says which byte.
-The system unlocks it when the process ends, however it ends, and no copy of a process inherits it. The lock file is never
-removed: who removes it while others use it parts them from those who come later. Without locks, for whatever reason, every
+The system unlocks it when the process ends, in any way, and no copy of a process inherits it. The lock file is never
+removed: otherwise processes that use the old file and later ones would not see each other's locks. Without locks every
 process compiles by itself.
 
-A process has one turn at most, and ends it before it waits for another: so no two can wait for each other, even where
-compiling one kernel calls another. What is here is called under numba's lock, by one thread of a process at a time.
+A process has at most one turn, and ends it before it waits for another: so no two can wait for each other, even if the
+compilation of one kernel calls another. numba's lock is held when these functions are called: one thread of a process.
 """
 
 from __future__ import annotations
