@@ -176,7 +176,7 @@ def between_roots(form: GapAlong, curve: TangentCurve, s):
 
 
 def clipped(form: GapAlong, curve: TangentCurve, first, last):
-    """What is left of an interval of s if a gap form is negative at its ends; first > last if nothing is left."""
+    """Cut an interval of s at its ends where a gap form is negative; first > last if nothing is left."""
     if negative(form, curve, last):
         last = min(last, between_roots(form, curve, last)[0])
     if first <= last and negative(form, curve, first):

@@ -91,26 +91,26 @@ def open_pockets(base, finest, coarsest, bed: SphereBed, near: NearSupports, poc
 
 
 def hosted_by_two(i, one: GapForm, first, last, near: NearSupports, count):
-    """What is left of an interval of s for spheres that touch the base and a support near it.
+    """The open part of an interval of s for spheres that touch the base and a support near it.
 
     Nothing is left if the other supports cover the whole ring of these spheres at each s. Most supports near a sphere lie
     behind others: leaving them out here saves two thirds of the time for a wide grading.
     """
     ring = tangent_ring(one)
-    # The ring exists where its radius g(s) is real.
+    # The ring exists if its radius g(s) is real.
     least, most = real_interval(ring)
     first, last = max(first, least), min(last, most)
     for k in range(count):
         if first > last:
             break
-        # A support closes s where even the largest gap on the ring is negative.
+        # A support closes s if even the largest gap on the ring is negative.
         if k != i:
             first, last = clipped(largest_on(form_of(k, near), one, ring), ring, first, last)
     return first, last
 
 
 def hosted_by_three(i, j, one: GapForm, other: GapForm, first, last, tolerance, near: NearSupports, count):
-    """What is left of an interval of s in a pocket, on the branch one.d x other.d: (curve, first, last)."""
+    """The open part of an interval of s in a pocket, on the branch one.d x other.d: (curve, first, last)."""
     found, curve = tangent_curve(one, other)
     with_floor = near.support[i] == FLOOR or near.support[j] == FLOOR
     # A branch that does not lead upward is not stable.

@@ -149,7 +149,8 @@ def lowest_rest(r, bed: SphereBed, pockets: SpherePockets, shelves: Shelves):
 
 
 def lowest_on_shelf(rack, shelf, r, best, failed, bed: SphereBed, pockets: SpherePockets, shelves: Shelves):
-    """The lowest of a centre and those on a shelf: (centre, first of the failed pockets, which leave the shelf).
+    """The lowest of the centre ``best`` and the centres on a shelf: (centre, first of the failed pockets, which leave the
+    shelf).
 
     ``pockets`` is not returned: returning the arrays for every shelf took most of the time.
     """
