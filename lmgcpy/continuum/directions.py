@@ -101,10 +101,10 @@ def layers(axis: str, spread: float, count: int = 200) -> Directions:
     """Layers across ``axis`` ("x", "y" or "z"), in 3D, by about ``count`` directions.
 
     The density per solid angle is ``p(n) ~ cos(phi)^k``, phi the elevation of n above the layer. ``spread`` is the root
-    of the mean of sin(phi)^2, that is of the component of n along the axis; it gives ``k = 1/spread^2 - 3``. This family is
-    taken, and not a Gaussian of phi, as one number that is measured by a mean fixes it, and as it holds isotropy
-    (spread 1/sqrt3, k = 0) and the plane (spread 0); for a small spread the two agree. Between 1/sqrt3 and 1 directions
-    gather about the axis (k < 0). Raises TypeError or ValueError with a sentence.
+    mean square of sin(phi), the component of n along the axis; it gives ``k = 1/spread^2 - 3``. This family is taken, not
+    a Gaussian of phi, because one number, a measured mean, determines it, and because it contains isotropy (spread
+    1/sqrt3, k = 0) and the plane (spread 0); for a small spread the two agree. Between 1/sqrt3 and 1 directions gather
+    about the axis (k < 0). Raises TypeError or ValueError with a sentence.
     """
     upright = AXES.index(one_of(axis, "axis", AXES))
     spread = number(spread, "spread", minimum=0.0)

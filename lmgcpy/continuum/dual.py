@@ -17,7 +17,7 @@ CLOSE = 1e-11
 IN_CONE = 1e-9
 """Largest distance from the cone over the stress of a stress that counts as one of the cone."""
 SHIFT = 1e-12
-"""What is added to the diagonal of the tangent, over the stiffness of all wires: a strain that nobody resists stays."""
+"""Number added to the diagonal of the tangent, over the stiffness of all wires: a strain that no wire resists stays."""
 
 
 def dual_strain(products: np.ndarray, stiffnesses: np.ndarray, slack: np.ndarray, stress: np.ndarray) -> np.ndarray | None:

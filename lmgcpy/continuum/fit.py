@@ -30,17 +30,17 @@ NAMES = ("critical", "hardening", "peak", "peak_shear", "dilation", "turning")
 STIFF = 1000.0
 """Elastic moduli of a fitted sand over its pressure, if none are given."""
 CEILING = 0.999
-"""Greatest q/p of a fit over that at which a sand needs no lateral pressure."""
+"""Greatest q/p of a fit, over the q/p at which a sand needs no lateral pressure."""
 LEAST_SHEAR = 1e-6
 """Least hardening and peak shear."""
 NO_PEAK = 1e-4
-"""Peak below which there is none, over critical: its shear is not determined."""
+"""Ratio peak/critical below which there is no peak: its shear is not determined."""
 SHIFTS = 40
 """Newton steps for the plastic shear of a crushing."""
 LAST_SHIFT = 1e-9
 """Newton step over the longest crushing after which no other follows: the error left is of the order of its square."""
 KNOWN = 1e-10
-"""Part of a parameter in a direction that is not determined, above which the parameter is not."""
+"""Component of a parameter in an undetermined direction above which the parameter counts as undetermined."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -54,15 +54,15 @@ class SandFit:
     values: dict[str, float]
     """Parameters of :class:`~lmgcpy.continuum.sand.DruckerPrager` by name."""
     errors: dict[str, float]
-    """Their standard errors; infinite for what the data do not determine."""
+    """Their standard errors; infinite for parameters that the data do not determine."""
     covariance: np.ndarray
-    """Of the parameters in their order, (6, 6), with zeros for what is not determined."""
+    """Covariance of the parameters in their order, (6, 6), with zeros for parameters that are not determined."""
     misfit: dict[str, float]
     """Root mean squares of the residuals of "friction", q/p, and "volume", the change of volume."""
     correlated: dict[str, float]
     """Moments, of "friction" and "volume", that count as one independent moment."""
     notes: tuple[str, ...]
-    """Sentences on what the data do not determine."""
+    """Sentences on the parameters that the data do not determine."""
 
     def sand(self, bulk_modulus: float | None = None, shear_modulus: float | None = None) -> DruckerPrager:
         """The fitted sand; its moduli [Pa], elastic stand-ins, are 1000 times the pressure if they are not given."""

@@ -22,9 +22,9 @@ ROUND_OFF = 1e-15
 MOST_STEPS = 30
 """Newton steps of an increment before it is halved."""
 MOST_HALVINGS = 20
-"""Times that an increment is halved before the path ends."""
+"""Greatest number of times that an increment is halved before the path ends."""
 SEARCHES = 6
-"""Times that a Newton step is halved where it makes the error larger."""
+"""Greatest number of times that a Newton step is halved if it makes the error larger."""
 
 
 class NoSolution(ArithmeticError):
@@ -213,7 +213,7 @@ def _newton(
 def _compression(
     material: TexSol, axial_strain: Any, pressure: float, axis: str, flat: str | None, state: PointState | None
 ) -> DrivenPath:
-    """A compression along ``axis``: the other sides have the ``pressure``, but for the axis ``flat``, without strain."""
+    """A compression along ``axis``: the other sides have the ``pressure``, except along ``flat``, which has no strain."""
     if not isinstance(material, TexSol):
         raise TypeError(f"material must be a TexSol, got {shown(material)}.")
     pressure = number(pressure, "pressure", above=0.0, unit="Pa")
