@@ -28,7 +28,7 @@ OF_MOTION, OF_TURNING = ("speed", "layer"), ("spin", "rotation")
 PALE = 0.35
 """Opacity of disks behind forces."""
 AMONG_WIRES = 0.3
-"""Opacity of the other forces in space where links are taut, so that the tensions inside are seen."""
+"""Opacity of the other forces in 3D if links are taut, so that the tensions inside are visible."""
 WEAKEST = 0.01
 """Smallest force that is drawn, as part of the largest; smaller forces would be thinner than a pixel."""
 

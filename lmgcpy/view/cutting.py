@@ -1,4 +1,4 @@
-"""Part of a drawing: what is in a box; in 3D all that is behind a plane, or only what the plane cuts."""
+"""Parts of a drawing: the content of a box; in 3D everything behind a plane, or only the cut by the plane."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ def clip(drawing: Drawing, plane: Plane, direction: tuple[float, float, float]) 
 
 
 def within(drawing: Drawing, region: np.ndarray) -> Drawing:
-    """What is in the box from ``region[0]`` to ``region[1]`` [m], (2, 3): balls and tubes that reach into it, and the
-    parts of walls and lines that are in it."""
+    """The content of the box from ``region[0]`` to ``region[1]`` [m], (2, 3): balls and tubes that reach into it, and the
+    parts of walls and lines inside it."""
     return replace(
         drawing,
         balls=[balls.take(reaching(balls.centres, balls.radii, region)) for balls in drawing.balls],
@@ -52,7 +52,7 @@ def within(drawing: Drawing, region: np.ndarray) -> Drawing:
 
 
 def reaching(centres: np.ndarray, radii: np.ndarray, region: np.ndarray) -> np.ndarray:
-    """Whether balls (k, 3) reach into a box (2, 3) [m], (k,): its point that is nearest to their centre is in them."""
+    """Whether each ball (k, 3) reaches into a box (2, 3) [m], (k,): the point of the box nearest to its centre is in it."""
     return np.linalg.norm(centres - np.clip(centres, *region), axis=1) <= radii
 
 
@@ -73,7 +73,7 @@ def _pieces(lines: np.ndarray, region: np.ndarray) -> np.ndarray:
 
 
 def _inside(starts: np.ndarray, ends: np.ndarray, region: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Parts of their length at which lines (k, 3) enter and leave the box, (k,) each; enter > leave of those that pass it
+    """Parts of their length at which lines (k, 3) enter and leave the box, (k,) each; enter > leave if a line passes it
     by. A line is between the two planes of an axis from the smaller to the larger of its crossings (Liang and Barsky 1984).
     """
     along = ends - starts

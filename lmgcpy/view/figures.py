@@ -87,7 +87,7 @@ def deviator_figure(records: Sequence[Tested], names: Sequence[str] | None = Non
 
 def stress_figure(*records: Tested, names: Sequence[str] | None = None) -> Figure:
     """Greatest and smallest principal value of the Weber stress against crushing: total, wire part, sand part (fig. 5);
-    traction positive. A panel a test; all have one scale, unless a test bears more than three times what another bears."""
+    traction positive. A panel a test, all with one scale, unless one test bears more than three times another's load."""
     names = names_of(records) if names is None else names
     figure = new_figure(5.0 * len(records) if len(records) > 1 else 7.0)
     smoothed = [{part: record.smooth(sigma) for part, sigma in record.stress.items()} for record in records]

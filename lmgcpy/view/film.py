@@ -18,7 +18,7 @@ from lmgcpy.view.quantities import Limits, Quantity
 THICKEST = 0.5
 """Thickness of the force that the scale of forces names, in mean diameters of the grains."""
 REFERENCE = 0.999
-"""Quantile of the forces that the scale names if the user names no force."""
+"""Quantile of the forces that the scale shows if the user gives no force."""
 READ_WIDTH = 1000.0
 """Width at which pictures are read [pixels]. Text and thin lines of a wider picture grow with it."""
 
