@@ -146,7 +146,7 @@ def block(draw: Draw, size: int, centre: float, spread: Spread) -> Matrix:
 
 def of_partial_correlations(rho: list[float], entries: list[float]) -> Matrix:
     """The symmetric positive definite matrix with this diagonal and the correlations ``L L^T``, L triangular with rows of
-    length one: entry by entry ``rho``, halved, of what the entries before have left of that length."""
+    length one: each entry is ``rho``/2 times the length that the entries before leave."""
     size = len(entries)
     given = iter(rho)
     L = np.zeros((size, size))

@@ -136,7 +136,7 @@ def isotropy(case: LawCase, draw: Any) -> str:
 
 
 def turn(vector: Numbers, angle: float) -> Numbers:
-    """Components of a vector in a frame that is turned about the normal by an angle, rolling ones included."""
+    """Components of a vector, with its rolling components, in a frame that is turned about the normal by an angle."""
     c, s = math.cos(angle), math.sin(angle)
     parts = list(vector)
     for k in range(1, len(vector) - 1, 2):
@@ -145,8 +145,8 @@ def turn(vector: Numbers, angle: float) -> Numbers:
 
 
 def isotropic(W: Matrix, share: float) -> Matrix:
-    """A block with the diagonal of W, made the same along both tangents; t and s are coupled with the rolling components,
-    if there are any, by ``share`` of what keeps it positive definite."""
+    """A block with the diagonal of W, made equal along both tangents. If there are rolling components, t and s are coupled
+    with them by ``share`` of the greatest coupling of a positive definite block."""
     block = np.diag(np.diag(W))
     for k in range(1, len(W) - 1, 2):
         block[k + 1, k + 1] = block[k, k]

@@ -238,8 +238,8 @@ def wrong_slope(case: LawCase, u: Numbers) -> str:
 @drawn("conic", "conic's bias, friction and compliance describe react", to_laws_that_give("conic"))
 def conic(case: LawCase, draw: Any) -> str:
     """With b, mu and C of ``conic`` the answer satisfies ``0 <= u_n + b _|_ r_n >= 0`` and Coulomb's friction (contacts),
-    ``0 <= -(u_n + b + C r_n) _|_ -r_n >= 0`` (links that pull), or ``u_n + b + C r_n = 0`` (other links). Of a law with
-    rolling components it gives mu_r and mu_z as well, and rolling and torsion impulses satisfy the same with these.
+    ``0 <= -(u_n + b + C r_n) _|_ -r_n >= 0`` (links that pull), or ``u_n + b + C r_n = 0`` (other links). For a law with
+    rolling components it also gives mu_r and mu_z: rolling and torsion impulses satisfy Coulomb's condition with these.
     Prepared numbers ``slip_t`` and ``slip_s``, if a law has them, are zero here: friction that knows the slip before the
     step has no conic form, but the solvers that need one only take statuses from it."""
     law, d = case.law, case.dimension
