@@ -161,7 +161,7 @@ class Box:
         for chain in sample.chains:
             beads, radii = sample.positions[chain], sample.radii[chain]
             built = np.linalg.norm(np.diff(beads, axis=0), axis=1) - radii[1:] - radii[:-1]
-            # a relaxed wire is longer than its reference by what the solver's tolerance left
+            # a relaxed wire is longer than its reference by an error within the solver's tolerance
             reference = built if reference_gap == "built" else np.maximum(sample.reference_gap, built)
             members = [self.particles[bead] for bead in chain]
             self.scene.chain(members, law, reference_gap=reference, block_spin=block_spin)

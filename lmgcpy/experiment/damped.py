@@ -11,7 +11,7 @@ from lmgcpy.solve.report import Report
 class DampedSimulation(Simulation):
     """Before every step all velocities decay by ``exp(-h / drag_time)``: the exact answer to a drag ``-(m / drag_time) v``.
 
-    The drag does not act within the step, so that impulses at rest are those without it. ``drag_time`` [s].
+    The drag does not act within the step, so that it does not change impulses at rest. ``drag_time`` [s].
     """
 
     _kept = 1.0

@@ -62,8 +62,8 @@ def _colors(count: int) -> list:
 
 
 def draw_columns(result: ColumnResult, folder: StudyFolder, report: ReportFolder) -> None:
-    """The dry column and the one with the most wire side by side, at the release and at the end, grains by the layer they
-    were in; and the latter cut open. Raises ImportError where pyvista is missing.
+    """The dry column and the column with the most wire side by side, at the release and at the end, grains coloured by
+    their first layer; and the column with wire cut open. Raises ImportError if pyvista is missing.
     """
     from lmgcpy.view import render
 

@@ -28,12 +28,12 @@ class Fall:
 
     @property
     def kept_height(self) -> float:
-        """Height at the end over that at the release."""
+        """Height at the end over the height at the release."""
         return float(self.release.height[-1, 0] / self.pour.height[-1, 0])
 
     @property
     def grown_radius(self) -> float:
-        """Radius that holds 95 % of the mass at the end over that at the release."""
+        """Radius that holds 95 % of the mass at the end, over the same radius at the release."""
         return float(self.release.spread[-1, 0] / self.pour.spread[-1, 0])
 
     @property

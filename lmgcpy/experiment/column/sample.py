@@ -174,7 +174,7 @@ def sand(grain_count: int, diameter: float, seed: int) -> np.ndarray:
 def glued_grains(mould: Mould, reach: float, diameter: float, seed: int) -> tuple[np.ndarray, np.ndarray]:
     """A rough ground: a layer of the sand's grains that are stuck to it, their tops at z = 0, around the mould's axis.
 
-    Centres [m], (n, 3), and radii [m], (n,), of those within ``reach`` [m] of the axis.
+    Returns centres [m], (n, 3), and radii [m], (n,), of the grains within ``reach`` [m] of the axis.
     """
     mean_section = 0.25 * math.pi * diameter**2 * (1.0 + SPREAD**2 / 3.0)
     radii = sand(max(1, round(GROUND_COVER * (2.0 * reach) ** 2 / mean_section)), diameter, seed)

@@ -1,7 +1,7 @@
 """Predictions of the tests with a wire: the sand is fitted to the test without one, and nothing else is fitted.
 
 Everything is compared over the logarithmic crushing of the sample. The rigid wire is the limit of an elastic one: its axial
-rigidity is :data:`RIGID` times what would stretch to its double under ``p d^(D-1)``.
+rigidity is :data:`RIGID` times the rigidity with which ``p d^(D-1)`` would double its length.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ class Miss:
 
 
 def miss(prediction: Prediction, model: Curves) -> Miss:
-    """How far a model is from the run, in the mean of the moments that are judged; infinite where it ended before them."""
+    """Mean distance of a model from the run over the judged moments; infinite if the model ended before them."""
     moments = prediction.judged()
     ours, theirs = model.at(moments), prediction.run.at(moments)
     if np.isnan(ours.deviator).any():
@@ -139,7 +139,7 @@ def axial_rigidity_of(law: str, study: Any, sample: Sample) -> float:
 
 
 def predict(result: Any, name: str, held: Anchorage) -> Prediction:
-    """The prediction of the test of that ``name`` of a TexSol study's result, with the sand of the test without a wire
+    """The prediction of the test ``name`` in the result of a TexSol study, with the sand fitted to the test without a wire
     along the same axis."""
     study, sample, record = result.study, result.sample, result.records[name]
     bare = result.records[name.replace(record.law, "none", 1)]

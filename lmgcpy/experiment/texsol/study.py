@@ -393,8 +393,8 @@ class Study3D(TexSolStudy):
         )
 
     def test(self, sample: Sample, planned: PlannedTest) -> Compression:
-        """A planned test of the sample, which was relaxed with heavy beads: light ones are flung about by grains on
-        their way to rest, and the wire crumples."""
+        """A planned test of the sample, which was relaxed with heavy beads: grains on their way to rest would
+        fling light beads about, and the wire would crumple."""
         if self.bead_mass == "own" and sample.wires and planned.law != "none":
             spacing = sample.reference_gap + 2.0 * float(sample.radii[0])
             own = mass_of_a_bead(linear_density_dtex=THREAD, spacing=spacing)

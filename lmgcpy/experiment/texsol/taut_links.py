@@ -24,7 +24,7 @@ from lmgcpy.experiment.biaxial import BiaxialRecord, Frame
 
 @dataclass(frozen=True)
 class LinkDirections:
-    """Directions of the links of a wire in some frames of a biaxial test, and what they bear; b bins of angles."""
+    """Directions of the links of a wire in some frames of a biaxial test, and their forces; b bins of angles."""
 
     edges: np.ndarray
     """Bounds of the bins of the angle to x, from 0 to 90 degrees, (b + 1,)."""
@@ -37,8 +37,7 @@ class LinkDirections:
     pushed: np.ndarray
     """Sum of ``-f l`` of the links that push [N m], (b,); zero for a wire."""
     equal: float
-    """Ratio of the principal values of ``sum t (x) t`` over the taut links: what is left at equal tensions; nan without
-    any."""
+    """Ratio of the principal values of ``sum t (x) t`` over the taut links, as at equal tensions; nan without any."""
 
     @property
     def taut_share(self) -> np.ndarray:
