@@ -1,7 +1,7 @@
 """Local frames from normals.
 
 In 2D t is n turned by +90 degrees. In 3D t is horizontal, ``n x z`` turned to the left, unless n is steep: then it lies in
-the plane y z; and s = n x t. So the frame of a scene in the plane x y is that of 2D.
+the plane y z; and s = n x t. So a scene in the plane x y has the same frames as in 2D.
 """
 
 from __future__ import annotations

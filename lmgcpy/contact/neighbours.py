@@ -25,9 +25,9 @@ class KindPair:
     candidate: str
     antagonist: str
     is_candidate: np.ndarray
-    """Which contactors may be candidates, (k,) bool."""
+    """Whether each contactor may be a candidate, (k,) bool."""
     is_antagonist: np.ndarray
-    """Which contactors may be antagonists, (k,) bool."""
+    """Whether each contactor may be an antagonist, (k,) bool."""
     shape_sizes: tuple[int, int]
     """Length of the shape of each of the two kinds."""
 
@@ -118,9 +118,9 @@ class Surroundings:
     """Distance between surfaces up to which a pair with a contactor without bounds is a neighbour [m]."""
     contactors: ContactorTable
     bounded: np.ndarray
-    """Which contactors are bounded, (k,) bool."""
+    """Whether each contactor is bounded, (k,) bool."""
     free: np.ndarray
-    """Which bodies have a component that is not held, (n,) bool."""
+    """Whether each body has a component that is not held, (n,) bool."""
     excluded: ExcludedPairs
     """Pairs of bodies that never meet; ``near`` has none of them."""
 
