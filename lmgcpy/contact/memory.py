@@ -73,7 +73,7 @@ class LastStep:
 
     def recall(self, slots: np.ndarray, impulse: np.ndarray, state: np.ndarray) -> None:
         """Fill in the impulses (m, d) and states (m, k) of the interactions in these slots. A new interaction gets the
-        impulse zero and the state NaN; so does the part of a row beyond the state of its law."""
+        impulse zero and the state NaN. Columns beyond the state of a law are NaN, too."""
         for values, known, new in ((self._impulses, impulse, 0.0), (self._states, state, np.nan)):
             known.fill(new)
             recall(slots, self._slots, values, known)

@@ -48,7 +48,7 @@ class LeastMotion(NamedTuple):
     norm: float
     """In the kinetic norm [sqrt(kg) m/s]; for a self-stress as large as rounding lets it be."""
     stress: np.ndarray
-    """The impulses that tell it [N s], (m, d)."""
+    """The impulses that prove it [N s], (m, d)."""
 
 
 def least_motion(problem: Problem, impulses: np.ndarray) -> LeastMotion:
