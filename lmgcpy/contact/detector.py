@@ -124,8 +124,8 @@ class Detector:
         apart: np.ndarray,
         bodies: np.ndarray,
     ) -> Detector:
-        """A detector of other tables, which remembers what this one does: with more bodies, added after these, with other
-        parameters of laws; ``bodies``: positions of all, (n, 3)."""
+        """A detector for other tables with the memory of this one: with more bodies, added after these, or other parameters
+        of laws; ``bodies``: positions of all bodies, (n, 3)."""
         lattice = None if self._images is None else self._images.lattice
         # first with the old inverse masses: the memory may hold impulses of bodies that are hidden or fixed since
         then = np.concatenate([self.inverse_mass, inverse_mass[len(self.inverse_mass) :]])

@@ -63,6 +63,7 @@ def iterates_work(kind, task, job):
         extrapolate(own.impulse, own.last_impulse, job.beta[0], first, last)
         copy(own.impulse, own.start, first, last)
         extrapolate(own.velocity, own.last_velocity, job.beta[0], low, high)
+    # the best impulses so far, and the way back to them or to the start of the sweep
     elif kind == KEEP:
         copy(own.impulse, own.best_impulse, first, last)
     elif kind == TAKE_BEST:
