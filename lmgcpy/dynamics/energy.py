@@ -50,6 +50,7 @@ class Energy:
     """Energy that was given to chains in this step by setting their reference gaps or laws, or by the function of time that
     their gaps are: the work of a winch."""
     total_by_hand: float = 0.0
+    """Its sum over the run."""
     made: float = 0.0
     """Energy that interactions have made: the work and the stored energy of all laws that promise to make none, less what
     was given ``by_hand``, less the smallest value of this sum so far. Not counted while links relax to their reference."""

@@ -218,8 +218,8 @@ class Chain:
         return None if self.function is None else partial(self._gaps_of, self.function)
 
     def _gaps_of(self, function: Callable[[float], Any], time: float) -> np.ndarray:
-        """Reference gaps that a function gives at a time [s], (links,); RuntimeError where it fails or gives what no chain
-        can have."""
+        """Reference gaps that a function gives at a time [s], (links,). RuntimeError if the function fails, TypeError or
+        ValueError if it gives what no chain can have."""
         where = f"The function of time for reference_gap of {self!r} at t = {time:g} s"
         try:
             given = function(time)
@@ -228,7 +228,8 @@ class Chain:
         try:
             return self._checked(given)
         except (TypeError, ValueError) as error:
-            raise RuntimeError(f"{where} gave what cannot be: {error}") from error
+            kind = TypeError if isinstance(error, TypeError) else ValueError
+            raise kind(f"{where} gave what cannot be: {error}") from error
 
     def _checked(self, gaps: Any) -> np.ndarray:
         """Reference gaps that were given, one for each link, (links,); ValueError where they cannot be."""
