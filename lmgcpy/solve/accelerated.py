@@ -72,13 +72,32 @@ def step_size(team):
     return np.sqrt(total)
 
 
-def no_memory() -> np.ndarray:
-    """Room for the twelve numbers that a solve remembers of its sweeps when it pauses; zeros as long as it has not."""
-    return np.zeros(12)
+STATE = np.dtype(
+    [
+        ("nothing", np.float64),  # |e(0)|, 0 before the first call
+        ("best", np.float64),  # least residual
+        ("milestone", np.float64),  # least residual when it last gained 1 % ...
+        ("milestone_sweep", np.int64),  # ... and after which sweep that was
+        ("damping", np.float64),  # the momentum stays below 1 - damping
+        ("run", np.int64),  # slow sweeps since the last restart, j
+        ("previous", np.float64),  # size of the last step
+        ("least", np.float64),  # least size of a step since the last restart
+        ("ratio", np.float64),  # residual over size of the step, as last measured
+        ("sweeps", np.int64),
+        ("measured", np.int64),  # sweep after which the residual was measured
+        ("check", np.int64),  # sweep after which it is measured next at the latest
+    ]
+)
+"""What a solve knows of its sweeps; after a pause it goes on from here."""
+
+
+def new_state() -> np.ndarray:
+    """The state of a solve that has not begun, (1,) of :data:`STATE`."""
+    return np.zeros(1, STATE).view(np.recarray)
 
 
 @kernel
-def accelerated_gauss_seidel(team: Team, turn, overtime, most, momentum_bound, swept, memory):
+def accelerated_gauss_seidel(team: Team, turn, overtime, most, momentum_bound, swept, state):
     """Sweep with momentum until the errors are within ``team.bounds``; returns (sweeps, status).
 
     The error is measured after sweeps 1, 2, 3 ..., then at intervals of an eighth of the sweeps done and where the size of
@@ -86,87 +105,82 @@ def accelerated_gauss_seidel(team: Team, turn, overtime, most, momentum_bound, s
     of the sweeps, and 4000, gained less than 1 %.
 
     There are ``turn`` sweeps, and another turn, up to ``most`` in all, where they are expected to end within ``overtime``
-    sweeps, the residual taken to fall as one over their number. A further call with the same ``memory`` goes on as if there
-    had been no pause.
+    sweeps, the residual taken to fall as one over their number. A further call with the same ``state`` goes on as if
+    there had been no pause.
     """
     tolerance = team.bounds[0]
-    if memory[0] > 0.0:
-        nothing, damping, previous, least = memory[0], memory[1], memory[2], memory[3]
-        ratio, best, milestone = memory[4], memory[5], memory[6]
-        milestone_sweep, run = int(memory[7]), int(memory[8])
-        sweeps, measured, check = int(memory[9]), int(memory[10]), int(memory[11])
+    now = state[0]
+    if now.nothing > 0.0:
         share_chunks(RESUME, team)
         apply_impulses(team)
         if team.light > 0:  # centres are no longer those of the last sweep
-            run, previous = 0, np.inf
+            now.run = 0
+            now.previous = np.inf
     else:
         nothing, residual, done, status = begin(team, swept)
         if done:
             return 0, status
         share_chunks(START, team)
-        best = np.inf
-        milestone = residual
-        milestone_sweep = 0
-        damping = 1.0 - momentum_bound
-        run = 0  # slow sweeps since the last restart
-        previous = np.inf  # step
-        least = np.inf  # step since then
-        ratio = 0.0  # residual to step, as last measured
-        sweeps = 0
-        measured = 0
-        check = 1
-    begun = sweeps
+        now.nothing = nothing
+        now.best = now.previous = now.least = np.inf
+        now.milestone = residual
+        now.damping = 1.0 - momentum_bound
+        now.check = 1
+    begun = now.sweeps
     last = begun + most
     limit = min(begun + turn, last)
     status = SPENT
-    while sweeps < limit:
+    while now.sweeps < limit:
         if not sweep_groups(team):
             status = NOT_FINITE
             break
-        sweeps += 1
+        now.sweeps += 1
         step = step_size(team)
-        promising = ratio * step <= tolerance and sweeps >= measured + 8
-        if sweeps >= check or promising or sweeps == limit:
-            measured = sweeps
-            check = sweeps + 1 + sweeps // 8
-            residual = measure(team, nothing)
+        # measure: at the latest after an eighth more sweeps, or if the step is as small as a solved one's would be
+        promising = now.ratio * step <= tolerance and now.sweeps >= now.measured + 8
+        if now.sweeps >= now.check or promising or now.sweeps == limit:
+            now.measured = now.sweeps
+            now.check = now.sweeps + 1 + now.sweeps // 8
+            residual = measure(team, now.nothing)
             if residual <= tolerance:
                 status = CONVERGED
                 break
             if not np.isfinite(residual):
                 status = NOT_FINITE
                 break
-            if at_round_off(team, nothing):
+            if at_round_off(team, now.nothing):
                 status = ROUND_OFF
                 break
-            ratio = residual / step
-            if residual < best:
-                best = residual
+            now.ratio = residual / step
+            if residual < now.best:
+                now.best = residual
                 share_chunks(KEEP, team)
                 if team.light > 0:
                     share_chunks(KEEP_CENTRE, team)
-            if sweeps == limit and sweeps * (best - tolerance) <= overtime * tolerance:
+            if now.sweeps == limit and now.sweeps * (now.best - tolerance) <= overtime * tolerance:
                 limit = min(limit + turn, last)
-            if best < 0.99 * milestone:
-                milestone = best
-                milestone_sweep = sweeps
-            elif sweeps >= 4 * milestone_sweep + 4000:
+            if now.best < 0.99 * now.milestone:
+                now.milestone = now.best
+                now.milestone_sweep = now.sweeps
+            elif now.sweeps >= 4 * now.milestone_sweep + 4000:
                 status = STAGNATED
                 break
-        if step > FAST * previous:
-            run += 1
+        # weigh the last results: beta_j grows with the slow sweeps, unless light bodies are out of balance
+        if step > FAST * now.previous:
+            now.run += 1
         if team.light > 0 and team.measured[5] > CALM * team.bounds[2]:
-            run = 0
-        previous = step
-        beta = min(run / (run + 3.0), 1.0 - damping)
-        if step > GROWTH * least:
-            damping = min(MOST_DAMPING, 2.0 * max(damping, 1.0 - beta))
+            now.run = 0
+        now.previous = step
+        beta = min(now.run / (now.run + 3.0), 1.0 - now.damping)
+        # restart: the step has grown, so momentum made a mode swing
+        if step > GROWTH * now.least:
+            now.damping = min(MOST_DAMPING, 2.0 * max(now.damping, 1.0 - beta))
             beta = 0.0
-            run = 0
-            least = step
+            now.run = 0
+            now.least = step
         else:
-            damping = max(1.0 - momentum_bound, RECOVERY * damping)
-            least = min(least, step)
+            now.damping = max(1.0 - momentum_bound, RECOVERY * now.damping)
+            now.least = min(now.least, step)
         team.beta[0] = beta
         if team.light > 0:
             share_chunks(MOVE, team)
@@ -176,12 +190,8 @@ def accelerated_gauss_seidel(team: Team, turn, overtime, most, momentum_bound, s
         if team.light > 0:
             share_chunks(BEST_CENTRE, team)
         apply_impulses(team)
-        rate(team, nothing)
-        memory[0], memory[1], memory[2], memory[3] = nothing, damping, previous, least
-        memory[4], memory[5], memory[6] = ratio, best, milestone
-        memory[7], memory[8] = milestone_sweep, run
-        memory[9], memory[10], memory[11] = sweeps, measured, check
-    return sweeps - begun, status
+        rate(team, now.nothing)
+    return now.sweeps - begun, status
 
 
 def sweep_with_momentum(
@@ -193,16 +203,16 @@ def sweep_with_momentum(
     overtime: float = -1.0,
     most: int | None = None,
     swept: bool = False,
-    memory: np.ndarray | None = None,
+    state: np.ndarray | None = None,
 ) -> Outcome:
     """Sweep from the guess of a step, ``turn`` times at the most, with a momentum of at most so much.
 
     ``overtime``, ``most``: see :func:`accelerated_gauss_seidel`; ``swept``: whether the guess comes from sweeps on this
-    step and may pass as it is; ``memory``: of :func:`no_memory`, to go on later from where the sweeps on the same ``step``
+    step and may pass as it is; ``state``: of :func:`new_state`, to go on later from where the sweeps on the same ``step``
     ended.
     """
     limits = turn, float(overtime), turn if most is None else most, momentum
-    arguments = *limits, swept, no_memory() if memory is None else memory
+    arguments = *limits, swept, new_state() if state is None else state
     return step.led(accelerated_gauss_seidel, bounds, *arguments, iterates=True)
 
 

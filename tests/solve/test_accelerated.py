@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import lmgcpy as lm
-from lmgcpy.solve.accelerated import AcceleratedGaussSeidel, no_memory, sweep_with_momentum
+from lmgcpy.solve.accelerated import AcceleratedGaussSeidel, new_state, sweep_with_momentum
 
 G = 9.81
 R = 0.01
@@ -196,9 +196,9 @@ def in_turns(turns, **options):
 
     class InTurns(lm.AcceleratedGaussSeidel):
         def solve(self, step):
-            memory = no_memory()
+            state = new_state()
             for turn in turns:
-                outcome = sweep_with_momentum(step, (1e-12, np.inf, np.inf), turn, 0.97, memory=memory, **options)
+                outcome = sweep_with_momentum(step, (1e-12, np.inf, np.inf), turn, 0.97, state=state, **options)
             return outcome
 
     return InTurns()

@@ -30,7 +30,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from lmgcpy.errors import named_arguments, whole
-from lmgcpy.solve.accelerated import MOMENTUM, no_memory, sweep_with_momentum
+from lmgcpy.solve.accelerated import MOMENTUM, new_state, sweep_with_momentum
 from lmgcpy.solve.newton.active_set import ActiveSet
 from lmgcpy.solve.newton.progress import Progress
 from lmgcpy.solve.newton.proximal import PATIENCE, Attempt, proximal_newton
@@ -112,14 +112,14 @@ class Alternating(Solver):
         sweeps = factorisations = 0
         best, least = step.guess, np.inf
         guess: np.ndarray | None = None
-        memory = no_memory()
+        state = new_state()
         active: ActiveSet | None = None
         last = False
         while True:
             left = max(self.max_iterations - sweeps, 1)
             if guess is None:  # the first sweeps, or they go on
                 overtime = NEARLY * sweeps_of_seven_steps(*size)
-                swept = self._sweep(step, min(turn, left), overtime=overtime, most=left, memory=memory)
+                swept = self._sweep(step, min(turn, left), overtime=overtime, most=left, state=state)
             else:
                 swept = self._sweep(step.starting_from(guess), min(turn, left), swept=True)
             sweeps += swept.iterations

@@ -338,8 +338,8 @@ def test_auto_tries_newton_steps_before_it_relies_on_them(gain, monkeypatch):
         residual[0] *= gain if len(newton) < 4 else 0.0
         return Attempt(impulses=start, residual=residual[0], last=start, factorisations=1)
 
-    def idle_sweeps(self, step, turn, *, memory=None, **others):
-        sweeps.append((turn, memory is None))
+    def idle_sweeps(self, step, turn, *, state=None, **others):
+        sweeps.append((turn, state is None))
         return lm.Outcome(turn, residual[0], SPENT if residual[0] > 0.0 else CONVERGED)
 
     monkeypatch.setattr(module, "proximal_newton", steps)
