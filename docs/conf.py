@@ -32,7 +32,7 @@ highlight_language = "none"
 nitpicky = True
 OTHERS = r"(Sequence|Mapping)\[.*|(np|numpy|os|pathlib|collections\.abc|concurrent|sparse)\..*|Path|.*\.SomeBody"
 KERNELS = r"solve\.(system|matrix_system|team|light_bodies)|compiled\.kernel"
-INSIDE = rf"lmgcpy\.({KERNELS}|experiment\.study\.stages|experiment\.campaign)\..*"
+INSIDE = rf"lmgcpy\.({KERNELS}|dynamics\.changes|experiment\.study\.stages|experiment\.campaign)\..*"
 nitpick_ignore_regex = [("py:class", f"{OTHERS}|{INSIDE}")]
 
 # reference: members in the order of the source, hints where the signature is
