@@ -23,7 +23,7 @@ from scipy.optimize import least_squares
 
 from lmgcpy.continuum.measured import MeasuredCompression
 from lmgcpy.continuum.sand import STEEPEST, DruckerPrager
-from lmgcpy.errors import named_arguments, shown
+from lmgcpy.errors import named_arguments, number, shown
 
 NAMES = ("critical", "hardening", "peak", "peak_shear", "dilation", "turning")
 """Parameters that are fitted, in their order."""
@@ -76,8 +76,17 @@ class SandFit:
 
 
 @named_arguments
-def fit_sand(measured: MeasuredCompression | Sequence[MeasuredCompression]) -> SandFit:
+def fit_sand(
+    measured: MeasuredCompression | Sequence[MeasuredCompression],
+    *,
+    bulk_modulus: float | None = None,
+    shear_modulus: float | None = None,
+) -> SandFit:
     """Least-squares fit of a sand to one compression or several of one dimension, for example of several seeds.
+
+    ``bulk_modulus``, ``shear_modulus``: those of a sand that was elastic as well [Pa]; the model is fitted to the rest of
+    its strains. Without them all strain is plastic. Elastic strains of a part x of the hardening shear a then make errors
+    of a and of the dilatancy of about x, which the standard errors do not know.
 
     Residuals of q/p and of the volume are each divided by their own root mean square, which is found from a first fit, so
     that both have the same weight. Standard errors are from least squares, with the covariance
@@ -93,7 +102,11 @@ def fit_sand(measured: MeasuredCompression | Sequence[MeasuredCompression]) -> S
         raise TypeError(f"measured must be a MeasuredCompression or a list of them, got {shown(measured)}.")
     if len({one.dimension for one in data}) > 1:
         raise ValueError("All compressions of a fit must be of one dimension: fit those of 2D and of 3D by themselves.")
-    model = _Curves(data)
+    moduli = (
+        math.inf if modulus is None else number(modulus, name, above=0.0, unit="Pa")
+        for modulus, name in ((bulk_modulus, "bulk_modulus"), (shear_modulus, "shear_modulus"))
+    )
+    model = _Curves(data, *moduli)
     best = model.solve(model.orders(), model.guesses(), 1e-6)
     for accuracy in (1e-6, 1e-10):  # the scales change little after the first
         best = model.solve(model.scales(best), [best], accuracy)
@@ -118,14 +131,15 @@ def fit_sand(measured: MeasuredCompression | Sequence[MeasuredCompression]) -> S
 
 
 class _Curves:
-    """q/p and the change of volume over the crushing, measured and of a set of parameters."""
+    """q/p and the change of volume over the crushing, plastic both, measured and of a set of parameters."""
 
-    def __init__(self, data: Sequence[MeasuredCompression]):
+    def __init__(self, data: Sequence[MeasuredCompression], bulk_modulus: float, shear_modulus: float):
         self.dimension = data[0].dimension
         self.ends = np.cumsum([len(one.strain) for one in data])[:-1]
-        self.crushing = np.concatenate([one.crushing for one in data])
+        plastic = [one.plastic(bulk_modulus, shear_modulus) for one in data]
+        self.crushing = np.concatenate([one.crushing for one in plastic])
         self.friction = np.concatenate([one.deviator / one.pressure for one in data])
-        self.volume = np.concatenate([one.volume_change for one in data])
+        self.volume = np.concatenate([one.volume_change for one in plastic])
         self.longest = float(self.crushing.max())
         self.kappa = np.maximum(self.crushing, 0.0)  # of the parameters before
 

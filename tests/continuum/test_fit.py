@@ -56,6 +56,20 @@ def test_a_path_without_noise_gives_its_parameters_back(dimension):
     np.testing.assert_allclose(again.volume_change, driven(dimension).volume_change, atol=2e-4)
 
 
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_with_its_moduli_a_path_gives_its_parameters_back_to_the_order_of_its_increments(dimension):
+    """600 increments of second order make some 1e-4; elastic strains of 4e-4 of a, left in, make 4e-4 to 7e-4 of it."""
+    for stiff, bound in ((STIFF, 2e-4), (STIFF / 100.0, 4e-4)):
+        material = TexSol(DruckerPrager(dimension, **TRUE, bulk_modulus=stiff * P, shear_modulus=2.0 * stiff * P))
+        path = (biaxial if dimension == 2 else triaxial)(material, -np.linspace(0.0, 0.15, 601)[1:], pressure=P, axis="y")
+        data = MeasuredCompression("y", path.strain[:, :dimension], path.stress[:, :dimension])
+        found = fit_sand(data, bulk_modulus=stiff * P, shear_modulus=2.0 * stiff * P)
+        for name, value in TRUE.items():
+            assert found.values[name] == pytest.approx(value, rel=bound), name
+    with pytest.raises(ValueError, match="shear_modulus must be above 0 Pa"):
+        fit_sand(data, shear_modulus=0.0)
+
+
 @pytest.mark.long
 @pytest.mark.parametrize(("dimension", "memory"), [(2, 0.0), (3, 0.8)])
 def test_standard_errors_are_what_50_noisy_draws_scatter_by(dimension, memory):
