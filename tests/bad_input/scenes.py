@@ -236,7 +236,7 @@ ROWS: dict[str, tuple] = {
     "closed in words": (lambda w: w.scene.chain(w.beads, lm.RigidRod(), closed="no"), TypeError,
         "closed must be True or False, got 'no'"),
     "gaps too few": (lambda w: w.scene.chain(w.beads, lm.RigidWire(), reference_gap=[0.01, 0.01]), ValueError,
-        "reference_gap must be a number [m], 3 numbers (one a link) or None, got [0.01, 0.01]"),
+        "reference_gap must be a number [m], 3 numbers (one a link), a function of time or None, got [0.01, 0.01]"),
     "gap in words": (lambda w: w.scene.chain(w.beads, lm.RigidWire(), reference_gap="wide"), TypeError,
         "reference_gap must be a number [m]", "got 'wide'"),
     "gap NaN": (lambda w: w.scene.chain(w.beads, lm.RigidWire(), reference_gap=nan), ValueError,

@@ -245,6 +245,7 @@ def storms(count, seed):
 
 
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # in hypothesis, as garbage is collected
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="Windows has no timers that send signals")
 @pytest.mark.parametrize("count", [5, pytest.param(1000, marks=pytest.mark.long)])
 def test_runs_that_signals_interrupt_go_on_as_if_nothing_had_been(count):
