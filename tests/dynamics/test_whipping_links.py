@@ -125,6 +125,7 @@ def test_left_alone_rods_are_twice_as_long(monkeypatch):
     assert longest > 2.0
 
 
+@pytest.mark.default_parameters("2")
 @pytest.mark.filterwarnings("ignore:In the step")
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_the_balance_of_energy_and_the_work_of_gravity_close(projected, dimension):

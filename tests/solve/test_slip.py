@@ -66,7 +66,7 @@ def test_nor_does_a_column(mass, tolerance, h):
     assert sim.report.slip <= slip
 
 
-@pytest.mark.default_parameters("Newton-1e-10-1e-10")
+@pytest.mark.long
 @pytest.mark.parametrize("tolerance", [1e-8, 1e-10])
 @pytest.mark.parametrize("mass", [1e-2, 1e-4, 1e-6, 1e-8, 1e-9, 1e-10])
 @pytest.mark.parametrize("solver", [lm.AcceleratedGaussSeidel, lm.Newton, lm.Auto])
