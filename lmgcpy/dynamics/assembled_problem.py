@@ -18,15 +18,15 @@ if TYPE_CHECKING:
 
 
 def law_without_conic(step: StepProblem) -> str | None:
-    """Name of a law of the step that has no conic form; None where all have one."""
+    """Name of the first law of the step without a conic form; None if all laws have one."""
     return next((group.law.NAME for group in step.groups if group.law.conic is None), None)
 
 
 def as_problem(step: StepProblem) -> Conic:
     """``W = H^T M^-1 H`` and ``q = H^T v_free + biases`` of a step.
 
-    Interactions that cannot act in this step, such as restitution across an open gap, are left out. Raises TypeError for
-    a law that has no conic form, RuntimeError where that of a law raises.
+    Interactions that cannot act in this step, such as restitution across an open gap, are left out. Raises TypeError if a
+    law has no conic form, and RuntimeError if the function ``conic`` of a law raises.
     """
     import scipy.sparse as sparse  # takes as long to import as the rest of lmgcpy
 
@@ -89,8 +89,8 @@ def as_problem(step: StepProblem) -> Conic:
 
 
 def cell_columns(H: sparse.csr_array, system: System) -> np.ndarray:
-    """``H^T M^(-1/2)`` of the components of a periodic cell that yield, (m d, q): what they add to W is this times its
-    transpose."""
+    """``H^T M^(-1/2)`` of the components of a periodic cell that yield, (m d, q). They add this times its transpose to
+    W."""
     if not system.deforms:
         return np.zeros((H.shape[0], 0))
     k = system.inverse_mass.shape[1]
@@ -105,11 +105,11 @@ def conic_form(step: StepProblem) -> ConicForm:
 
 
 def interaction_matrix(step: StepProblem) -> sparse.csr_array:
-    """``H^T``: relative velocities (u_n, u_t(, u_s) of each interaction, and rolling ones) from those of the bodies,
-    (D m, k n).
+    """``H^T``, (D m, k n): from velocities of the bodies to the relative velocities of each interaction, (u_n, u_t(, u_s))
+    and rolling ones.
 
-    A row of a form meets both bodies; in a periodic cell that deforms the rows of the local frame, e, meet the columns of
-    the velocity gradient with ``e l_b`` as well.
+    A row of a form has entries for both bodies. In a periodic cell that deforms, a row of the local frame, e, also has the
+    entries ``e l_b`` in the columns of the velocity gradient.
     """
     import scipy.sparse as sparse
 

@@ -26,7 +26,7 @@ from lmgcpy.solve.step import Step
 from lmgcpy.solve.system import Groups, System
 
 NO_MOBILITY = float(np.finfo(float).tiny)
-"""In place of a ``W_nn`` of zero, by which a law may divide: beside any compliance nothing."""
+"""Replaces ``W_nn = 0``, by which a law may divide. It is negligible beside any compliance."""
 
 
 @dataclass
@@ -54,15 +54,15 @@ class StepProblem:
     light: LightBodies
     """Bodies that are swept with more than their own mass: ``system`` knows the masses of the sweep."""
     inverse_mass: np.ndarray
-    """Inverse masses and inertias of the bodies as they are, with drag their mobilities, (n, k)."""
+    """Inverse of the bodies' own masses and inertias, not of the masses in the sweep; with drag the mobilities, (n, k)."""
     keeps_gap: np.ndarray
-    """Which interactions are contacts whose laws keep the gap that they predict, (m,) bool."""
+    """Whether an interaction is a contact whose law keeps the gap that it predicts, (m,) bool."""
     stuck: list[tuple[Group, np.ndarray]]
-    """Links that yield though the bodies at both ends do not, by group: their rows."""
+    """Rows of the links, by group, whose law yields but whose bodies do not yield along them."""
     after: np.ndarray
     """Memory for the relative velocities at the end, (m, d); the problems that are solved in one step share it."""
     step: Step | None = field(default=None, init=False, compare=False)
-    """What the solver was given, where these arrays are for the next step as well."""
+    """The step that the solver was given, kept if the next step may use the same arrays."""
 
     @property
     def dimension(self) -> int:
@@ -78,8 +78,9 @@ class StepProblem:
         return result
 
     def end(self) -> None:
-        """Let the data of the laws have the relative velocities at the end of the step, and links between bodies that are
-        held or driven the impulses that their laws give at these: they change no velocity, and no solver looks at them."""
+        """Enter the relative velocities at the end of the step into the data of the laws. Links between bodies that are
+        held or driven get the impulses of their laws at these velocities: no solver computes them, as they change no
+        velocity."""
         self.data = self.data._replace(after=self.relative_velocities(self.system.velocity, self.after))
         for group, rows in self.stuck:
             width, first = len(group.law.PREPARED), self.offset[self.groups.index(group)]
@@ -116,7 +117,7 @@ class StepProblem:
         return spans
 
     def components(self) -> np.ndarray:
-        """Which components of its impulse the law of each interaction has, (m, d) bool."""
+        """Whether the law of an interaction has a component of the impulse, (m, d) bool."""
         d = self.dimension
         there = np.zeros(self.system.impulse.shape, dtype=bool)
         for group in self.groups:
@@ -126,7 +127,7 @@ class StepProblem:
         return there
 
     def commit(self) -> None:
-        """The laws commit their states at the end of the step; FloatingPointError where one is not finite."""
+        """Let each law commit its states at the end of the step; FloatingPointError if a state is not finite."""
         for group, kernels in zip(self.groups, self.kernels, strict=True):
             if kernels.commit is not None:
                 arguments = group.start, group.stop, self.data, self.system.impulse, group.parameters.ravel()
@@ -140,7 +141,7 @@ class StepProblem:
 
     def predicted_gaps(self) -> np.ndarray:
         """Gaps of the next detection as laws predict them from the velocities ``after`` [m], (m,); NaN for laws that do not
-        keep them. To contacts that may take back later what turning closed, what this step has left of it is added."""
+        keep them. If a law may take back later what turning closed, the rest that this step left is added."""
         result = self.data.time_step * self.data.after[:, 0]
         result += self.data.gap
         result[~self.keeps_gap] = np.nan
@@ -165,7 +166,7 @@ class StepProblem:
 
 
 def ask(group: Group, kernel: Kernel, functions: str, system: System, data: StepData, arguments: tuple) -> Any:
-    """Call a kernel of a law; TypeError where it cannot be compiled, RuntimeError where the law raises."""
+    """Call a kernel of a law; TypeError if it cannot be compiled, RuntimeError if the law raises."""
     try:
         return kernel(*arguments)
     except CompilerError as error:
@@ -179,7 +180,7 @@ def ask(group: Group, kernel: Kernel, functions: str, system: System, data: Step
 
 
 def kernels_of(group: Group, dimension: int, wire_blocks: bool, deforms: bool) -> LawKernels:
-    """The kernels of a group as it is in this step; ``deforms``: whether a periodic cell does."""
+    """The kernels of a group in this step; ``deforms``: whether a periodic cell deforms."""
     rows = group.law.rows(dimension)
     form = FORMS[dimension, group.form]
     if rows > dimension:
@@ -196,13 +197,13 @@ def kernels_of(group: Group, dimension: int, wire_blocks: bool, deforms: bool) -
 
 
 KEPT = 2000
-"""Most interactions of a step whose arrays the next one may use again. In a small scene to make them costs as much as all
-kernels; in a large one interactions come and go at every step, and memory counts."""
+"""A step with at most this many interactions may leave its arrays to the next one. In a small scene, making the arrays
+costs as much as all kernels; in a large one, interactions come and go at every step, and memory counts."""
 
 
 class Assembler:
-    """Makes the problem of each step of a simulation; as long as the interactions of a small scene stay the same, in the
-    same arrays."""
+    """Makes the problem of each step of a simulation. It uses the same arrays again as long as the interactions of a small
+    scene stay the same."""
 
     def __init__(self, model: Model):
         self._model = model
@@ -210,7 +211,7 @@ class Assembler:
         self._kept: StepProblem | None = None
         self._groups: list[Group] = []
         self._kind: tuple = ()
-        """What ``_kept`` was laid out for: the list of neighbours, the slots in it, and what else it depends on."""
+        """Slots, time step, wire blocks, diagonal blocks and masses of the sweep for which ``_kept`` was laid out."""
 
     def assemble(
         self,
@@ -238,11 +239,11 @@ class Assembler:
         swept = (b"" if more is None else more.tobytes()) + (b"" if model.drag is None else mobility.tobytes())
         kind = interactions.slot[:KEPT].tobytes(), time_step, wire_blocks, [group.diagonal for group in groups], swept
         if kept is None or groups is not self._groups or kind != self._kind or cell is not None:
-            self._kept = kept = None  # its arrays make room
+            self._kept = kept = None  # frees its arrays before the new ones are made
             rate = time_step / self._size
             bodies = model, rate, mobility
             kept = lay_out(detector, interactions, *bodies, more=more, wire_blocks=wire_blocks, cell=cell)
-            # what rolling contacts and cells that deform add to W is made from each detection
+            # the terms of W from rolling contacts and from cells that deform are made at each detection
             if len(interactions.slot) <= KEPT and cell is None and not len(kept.system.rolling):
                 self._kept, self._groups, self._kind = kept, groups, kind
         detector.recall(interactions, kept.guess, kept.data.state)
@@ -264,7 +265,7 @@ def lay_out(
     wire_blocks: bool,
     cell: CellMotion | None,
 ) -> StepProblem:
-    """The arrays of a step, with all that depends on nothing but which interactions it has.
+    """The arrays of a step, filled with all that depends only on the set of its interactions.
 
     ``rate``: time step over the radius of the smallest contactor of each body [s/m], (n,); ``mobility``: inverse masses in
     the step, (n, k); ``more``: mass in the sweep over mass, (n,); ``cell``: a periodic cell that deforms in this step.
@@ -351,13 +352,13 @@ def lay_out(
 
 
 def keeps_gap(groups: list[Group]) -> np.ndarray:
-    """Which interactions are contacts whose laws keep the gap that they predict, (m,) bool."""
+    """Whether an interaction is a contact whose law keeps the gap that it predicts, (m,) bool."""
     keeps = np.array([group.chain is None and group.law.KEEPS_GAP for group in groups], dtype=bool)
     return np.repeat(keeps, [group.stop - group.start for group in groups])
 
 
 def stuck_links(groups: list[Group], delassus: np.ndarray) -> list[tuple[Group, np.ndarray]]:
-    """Links of laws that yield, by group, whose bodies do not yield along them: their rows."""
+    """Rows of the links, by group, whose law yields but whose bodies do not yield along them."""
     found = []
     for group in groups:
         if group.chain is not None and "rigid" not in group.law.TRAITS:
@@ -369,7 +370,7 @@ def stuck_links(groups: list[Group], delassus: np.ndarray) -> list[tuple[Group, 
 
 def light_bodies(more: np.ndarray, rate: np.ndarray, mass: np.ndarray) -> LightBodies:
     """The light bodies of a step, from M / m of all bodies (n,), the time step over their size [s/m], (n,), and their
-    masses where they are free (n, k)."""
+    masses by component (n, k), zero for components that are held."""
     body = np.flatnonzero(more > 1.0)
     rows = {name: np.empty((len(body), mass.shape[1])) for name in ("free", "start", "centre", "best", "aside", "way")}
     share, stride = 1.0 / more[body], np.ones(len(body))
@@ -401,7 +402,7 @@ def fill(problem: StepProblem, time: float, time_step: float, before: np.ndarray
 
 
 def prepare(groups: list[Group], kernels: list[LawKernels], offset: np.ndarray, system: System, data: StepData) -> None:
-    """Let each law prepare its numbers, into ``system.prepared``; FloatingPointError where one is not finite."""
+    """Let each law prepare its numbers, into ``system.prepared``; FloatingPointError if a number is not finite."""
     for group, kernel, where in zip(groups, kernels, offset, strict=False):
         arguments = group.start, group.stop, where, data, group.parameters.ravel(), system.prepared
         row = ask(group, kernel.prepare, "initial or prepare" if group.law.initial else "prepare", system, data, arguments)

@@ -7,13 +7,13 @@ images are taken. Bodies move by
 
     dv/dt = F/m - G v        (SLLOD: Evans, Morriss, Statistical Mechanics of Nonequilibrium Liquids, 1990, section 6.3).
 
-In a steady shear, where ``G G = 0``, a body on which no force acts goes straight on as seen from outside. In other flows
-this leaves out the acceleration ``(dG/dt + G G) x``, another one for each image: what drives the cell gives it.
+In a steady shear (``G G = 0``) a body on which no force acts goes straight on as seen from outside. In other flows this
+leaves out the acceleration ``(dG/dt + G G) x``, another one for each image: the drive of the cell gives it.
 
-The power of an impulse r at a contact contains ``r . G l``, so that G is a velocity like others: its rows of ``H^T`` are
-those of l, what contacts do to it is ``V sigma`` with Weber's stress sigma, and a stress imposed on the cell is the load
-``V sigma_imposed`` on G. What the mean flow takes from the velocities, ``sum m v . G v``, it must get, which is the kinetic
-stress ``sum m v (x) v``. So
+The power of an impulse r at a contact contains ``r . G l``, so that G is a velocity like others: its entries in ``H^T`` are
+the components of l, contacts act on it with ``V sigma``, Weber's stress sigma, and a stress imposed on the cell is the load
+``V sigma_imposed`` on G. The mean flow takes the power ``sum m v . G v`` from the velocities. The same power must go to G,
+through the kinetic stress ``sum m v (x) v``. So
 
     I dG/dt = V (sigma_imposed - sigma) + sum m v (x) v
 
@@ -34,8 +34,8 @@ from lmgcpy.contact.interactions import Interactions
 from lmgcpy.contact.lattice import Lattice
 
 TURNS = 1e-6
-"""A flow turns if G has an eigenvalue with an imaginary part above this part of its norm. Of a shear, whose eigenvalues are
-zero, rounding makes 1e-8 of it."""
+"""A flow turns if an eigenvalue of G has an imaginary part above this part of the norm of G. (The eigenvalues of a shear
+are zero; rounding makes them 1e-8 of the norm.)"""
 THINNEST = 1e-9
 """Least volume of a cell, in parts of the product of its edges: beyond that its inverse loses all digits of a gap."""
 
@@ -48,8 +48,8 @@ class TurnedOver(Exception):
 class CellMotion:
     """The periodic cell of a model; n bodies, d dimensions, p edges.
 
-    The velocity of the row of an edge is the column of G that belongs to its axis [1/s], its mass that column's inertia
-    [kg m^2], and a load on it is a stress [Pa].
+    An edge has a row among the bodies: its velocity is the column of G for its axis [1/s], its mass is the inertia of that
+    column [kg m^2], and a load on it is a stress [Pa].
     """
 
     lattice: Lattice
@@ -58,7 +58,8 @@ class CellMotion:
 
     @classmethod
     def of(cls, lattice: Lattice, extent: np.ndarray) -> CellMotion:
-        """The motion of a cell and of bodies of these extents [m], (n,), infinite of those without bounds and of edges."""
+        """The motion of a cell and of bodies of these extents [m], (n,), infinite for bodies without bounds and for
+        edges."""
         unbounded = ~np.isfinite(extent)
         unbounded[lattice.rows] = False
         return cls(lattice, unbounded)
@@ -111,8 +112,8 @@ class CellMotion:
         """Displacements with the positions x' at the end of the time in place of those at its beginning,
         ``x' - x = s + S x'``.
 
-        After a first move of the same length bodies on which no force acts have gone straight on in a shear flow: what
-        x' has more than x makes up for the change ``-G v`` of their velocity.
+        After a first move over the same time, bodies on which no force acts have gone straight on in a shear flow: the
+        difference between x' and x makes up for the change ``-G v`` of their velocity.
         """
         d = self.lattice.dimension
         self._refuse_turning_over(self.gradient(moving), positions)
@@ -161,7 +162,7 @@ class CellMotion:
         return self.yields(inverse_mass) or any(v[self.lattice.rows].any() for v in velocities)
 
     def branches(self, groups: list[Group], interactions: Interactions) -> np.ndarray:
-        """Components of l along the axes of the edges [m], (m, p); zero where a body has no bounds."""
+        """Components of l along the axes of the edges [m], (m, p); zero if one of the two bodies has no bounds."""
         normal = interactions.normal
         along = interactions.arm.sum(axis=1)
         for group in groups:
@@ -178,15 +179,15 @@ class CellMotion:
     def add_to_blocks(
         self, branch: np.ndarray, groups: list[Group], interactions: Interactions, inverse_mass: np.ndarray
     ) -> None:
-        """Add what the cell yields to the local blocks of W, in place: ``e . D e'`` for axes e, e' of the local frame, with
-        the diagonal ``D_a = sum_b l_b^2 / I_ab`` [1/kg]."""
+        """Add the mobility of the cell to the local blocks of W, in place: ``e . D e'`` for axes e, e' of the local frame,
+        with the diagonal ``D_a = sum_b l_b^2 / I_ab`` [1/kg]."""
         d = self.lattice.dimension
         mobility = branch**2 @ inverse_mass[self.lattice.rows, :d]
         frame = local_frames(interactions.normal)
         blocks = (frame * mobility[:, None]) @ frame.transpose(0, 2, 1)
         links = max((group.stop for group in groups if group.chain is not None), default=0)
         interactions.delassus[:] += np.einsum("mii->mi", blocks)
-        # of links the coupling is with the next link; what the cell adds there is left to the iteration
+        # a link is coupled with the next link: the term of the cell there is left to the iteration
         interactions.coupling[links:] += blocks[links:, 0, 1]
         if d == 3:
             interactions.shear[links:] += blocks[links:, :2, 2]
@@ -197,12 +198,13 @@ class CellMotion:
 def convection(gradient: np.ndarray, time_step: float) -> np.ndarray:
     """The matrix K, (d, d), of the change ``-h K v`` of velocities in a step with the gradient G, (d, d) [1/s].
 
-    ``K = G`` is that of explicit steps. In a flow that turns they make speeds grow, by ``sqrt(1 + (h w)^2)`` in each step
-    of a rotation w. There it is that of the implicit midpoint, ``v+ - v = -h G (v+ + v) / 2``, which gives
+    Explicit steps have ``K = G``. In a flow that rotates with the rate w they make speeds grow by the factor
+    ``sqrt(1 + (h w)^2)`` in each step. There K comes from the implicit midpoint, ``v+ - v = -h G (v+ + v) / 2``, which
+    gives
 
         K = (1 + h G / 2)^-1 G
 
-    and keeps the speeds of a rotation at any h. In a shear, where ``G G = 0``, both are the same.
+    and keeps the speeds of a rotation at any h. In a shear (``G G = 0``) both are the same.
     """
     if not (np.abs(np.linalg.eigvals(gradient).imag) > TURNS * np.linalg.norm(gradient)).any():
         return gradient

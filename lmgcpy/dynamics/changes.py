@@ -15,13 +15,14 @@ from lmgcpy.laws import Law
 
 KINDS = DRIVEN, LOADED, FREE, HIDDEN, SHOWN, GRAVITY, REFERENCE, SEEN_LAW, LINK_LAW, NOTED = range(10)
 """Kinds of statements; the ``value`` is a velocity [m/s, rad/s], a force [N, N m], an acceleration [m/s^2], a gap [m], a
-parameter of a law. NOTED is none: it notes the reference gaps that a function of time has at a frame of a file."""
+parameter of a law. NOTED is no statement: it notes the reference gaps that a function of time gives at a frame of a
+file."""
 OF_COMPONENTS = (DRIVEN, LOADED, FREE)
-"""Those that name a component of a body."""
+"""Kinds of statements that name a component of a body."""
 OF_GAPS = (REFERENCE, NOTED)
 OF_LAWS = (SEEN_LAW, LINK_LAW)
-"""Those that give a row of the visibility table, or a chain, other parameters: one that names none (-1) and after it one
-for each parameter that the law has been given."""
+"""Kinds of statements that give a row of the visibility table, or a chain, other parameters: first one with the component
+-1, then one for each parameter that the law was given."""
 
 
 class Change(NamedTuple):
@@ -39,7 +40,7 @@ class Change(NamedTuple):
 
 
 class Counts(NamedTuple):
-    """How many there are of what statements name."""
+    """Numbers of the bodies, links and parameters that statements can name."""
 
     bodies: int
     dimension: int
@@ -48,7 +49,7 @@ class Counts(NamedTuple):
     seen_parameters: Sequence[int]
     """Parameters of the law of each row of the visibility table."""
     link_parameters: Sequence[int]
-    """Those of the law of each chain."""
+    """Parameters of the law of each chain."""
 
 
 def law_values(law: Law) -> list[tuple[int, float]]:
@@ -75,7 +76,7 @@ def as_rows(changes: list[Change]) -> np.ndarray:
 
 
 def from_rows(rows: np.ndarray, counts: Counts) -> list[Change]:
-    """The statements of an array (c, 5); ValueError where one of them cannot be."""
+    """The statements of an array (c, 5); ValueError if one of them is impossible."""
     if rows.ndim != 2 or rows.shape[1] != len(Change._fields) or not np.isfinite(rows).all():
         raise ValueError("the statements between steps are no rows of five finite numbers")
     step, kind, body, component = rows[:, :4].astype(np.int64).T
@@ -93,7 +94,7 @@ def from_rows(rows: np.ndarray, counts: Counts) -> list[Change]:
         if sound:
             most = np.asarray(have, dtype=np.int64)[body[chosen]]
             sound = bool(((component[chosen] >= -1) & (component[chosen] < most)).all())
-    # a parameter of a law comes after the statement that names none, or after another one
+    # a parameter of a law comes after the statement with component -1, or after another parameter
     later = np.flatnonzero(np.isin(kind, OF_LAWS) & (component >= 0))
     same = (rows[later, :3] == rows[later - 1, :3]).all() and (component[later] > component[later - 1]).all()
     if not (sound and same and (later > 0).all()):
@@ -103,7 +104,7 @@ def from_rows(rows: np.ndarray, counts: Counts) -> list[Change]:
 
 
 def hidden_after(changes: list[Change], step: int, hidden: np.ndarray) -> np.ndarray:
-    """Which bodies are hidden after so many steps, (n,); ``hidden``: those that were so from the start."""
+    """Whether a body is hidden after ``step`` steps, (n,); ``hidden``: whether it was hidden at the start."""
     now = hidden.copy()
     for change in changes:
         if change.step <= step and change.kind in (HIDDEN, SHOWN):
@@ -112,7 +113,7 @@ def hidden_after(changes: list[Change], step: int, hidden: np.ndarray) -> np.nda
 
 
 def gaps_after(changes: list[Change], step: int, gaps: Sequence[np.ndarray]) -> list[np.ndarray]:
-    """Reference gaps of chains [m] after so many steps; ``gaps``: those at the start."""
+    """Reference gaps of chains [m] after ``step`` steps; ``gaps``: the gaps at the start."""
     now = [of_chain.copy() for of_chain in gaps]
     for change in changes:
         if change.step <= step and change.kind in OF_GAPS:

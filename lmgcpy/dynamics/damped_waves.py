@@ -1,17 +1,17 @@
-"""A warning where the step damps waves of a taut wire that it resolves.
+"""A warning if the step damps waves of a taut wire that it resolves.
 
-Where ``s = 4 h^2 T/(m l) > 2``, links have geometric stiffness, which resists that the wire bends
-(``geometric_stiffness.py``). What the step cannot resolve is gone within a step, as it should. A slow wave of the same
-wire, of a frequency w with ``h w << 1``, loses amplitude by the factor ``exp(-pi alpha h w)`` in each period, with
-``alpha = 1 - 2/s``, and to the eye that is friction.
+If ``s = 4 h^2 T/(m l) > 2``, links have geometric stiffness, which resists bending of the wire
+(``geometric_stiffness.py``). Waves that the step cannot resolve are gone within a step, as they should be. A slow wave of
+the same wire, of a frequency w with ``h w << 1``, loses amplitude by the factor ``exp(-pi alpha h w)`` in each period, with
+``alpha = 1 - 2/s``. This looks like friction.
 
 With the velocities v across the wire, relative to the line between its ends, of a single mode
 
     w^2 = v . K v / v . M v,      v . C v / v . M v = alpha (h w)^2,
 
-whatever its phase: ``K = sum (T/l) b b^T`` and ``C = sum kappa b b^T``, b taking velocities to those across a link. A
-motion is a standing wave if v is turned round half a period later, and is back after the whole. A wire among grains, or one
-that is laid, is none.
+whatever its phase: ``K = sum (T/l) b b^T`` and ``C = sum kappa b b^T``, with b the map from velocities to the relative
+velocity across a link. A motion is a standing wave if v is reversed half a period later, and is back after a whole period.
+The motion of a wire among grains, or of one that is being laid, is none.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from lmgcpy.dynamics.geometric_stiffness import LinkStiffness
 from lmgcpy.dynamics.model import Model
 
 EVERY = 16
-"""For a wave that has not been seen yet it is looked in one of so many steps."""
+"""New waves are looked for once in this number of steps."""
 RESOLVED = 0.5
 """Largest ``h w`` of a wave that a step resolves, twelve steps a period."""
 LOST = 0.02
@@ -39,7 +39,7 @@ ALIKE = 0.8
 
 
 class Wave(NamedTuple):
-    """What may be a standing wave."""
+    """A motion that may be a standing wave."""
 
     chain: int
     start: float
@@ -49,13 +49,13 @@ class Wave(NamedTuple):
     lost: float
     """Part of its amplitude that it loses in a period."""
     velocity: np.ndarray
-    """Velocities of the beads across the wire then [m/s], (b, d)."""
+    """Velocities of the beads across the wire at that time [m/s], (b, d)."""
     turned: bool = False
-    """Whether it was turned round half a period later."""
+    """Whether it was reversed half a period later."""
 
 
 class DampedWaves:
-    """Looks for waves that are damped, until one was told."""
+    """Looks for damped waves until the first one was reported."""
 
     def __init__(self, model: Model):
         self._told = False
@@ -110,7 +110,7 @@ class DampedWaves:
         return without(velocity - (1.0 - share) * velocity[0] - share * velocity[-1], np.concatenate([normal, normal[-1:]]))
 
     def _seen(self, problem: StepProblem, links: LinkStiffness, chain: int, across: np.ndarray) -> tuple[float, float]:
-        """Frequency [rad/s] of what swings, and the part of its amplitude that it loses in a period."""
+        """Frequency [rad/s] of the motion, and the part of its amplitude that it loses in a period."""
         part, h, d = slice(self._cuts[chain], self._cuts[chain + 1]), problem.data.time_step, problem.dimension
         system, data = problem.system, problem.data
         inertia = float((self._mass[self._chains[chain]] * across * across).sum())

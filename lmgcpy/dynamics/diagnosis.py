@@ -37,7 +37,7 @@ def fault_of_solve(problem: StepProblem, solve: Callable[[StepProblem], object])
 def asked(problem: StepProblem, group: Group, row: int, prepared: tuple[float, ...]) -> str:
     """A sentence with the results of ``react`` and ``slope``, interpreted, at the present velocities.
 
-    Raises LawFault where one of them raises.
+    Raises LawFault if one of them raises.
     """
     system = problem.system
     velocity = problem.relative_velocities(system.velocity)

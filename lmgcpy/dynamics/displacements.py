@@ -1,4 +1,4 @@
-"""Displacements of bodies in one step: the alert distance that they need, and a warning where they are too large.
+"""Displacements of bodies in one step: the alert distance that they need, and a warning if they are too large.
 
 A contact is seen in time if the alert distance covers the distance by which its two sides close in a step. The displacement
 of a body includes its spin, as contactors off its centre move by ``h (|v| + |omega| arm)``. The displacement of a wall is
@@ -17,11 +17,11 @@ from lmgcpy.compiled.kernel import kernel
 from lmgcpy.dynamics.model import Model
 
 OWN, OTHERS = 0.5, 1.0
-"""A body may move in a step by so many of its own radii, and by so many of the smallest radius that it meets, before the
-run warns. Two bodies that meet head-on then pass no more than the radius, or the diameter, of the smaller one."""
+"""The run warns if a body moves in a step by more than OWN times its own radius, or OTHERS times the smallest radius that
+it meets. Two bodies that meet head-on then close no more than the radius, or the diameter, of the smaller one."""
 LENGTHS = 2.0
-"""The ends of a link may move relative to each other in a step by so many lengths before the run warns: twice its length is
-the diameter of the circle on which one end turns about the other, the most that a link admits which keeps its length."""
+"""The run warns if the ends of a link move relative to each other in a step by more than this number of lengths. Twice the
+length is the diameter of the circle on which one end turns about the other: a link that keeps its length admits no more."""
 TURN = 0.5
 """Angle by which a link turns in the time step that the warning proposes [rad]."""
 
@@ -36,8 +36,8 @@ class Displacements(NamedTuple):
     travel: float
     """Largest displacement of a body or a wall, with the spin of off-centre contactors."""
     closing: float
-    """Largest distance by which a body and a wall may come closer: the largest displacement of a bounded body, and that of
-    a wall along its normal."""
+    """Largest distance by which a body and a wall may come closer: the largest displacement of a bounded body, plus the
+    largest displacement of a wall along its normal."""
     body: int
     body_distance: float
     body_excess: float
@@ -59,7 +59,8 @@ def worse(one: Displacements, other: Displacements) -> Displacements:
 def _measure(velocities, dimension, arm, limit, walls, across, wall_limit):
     """(greatest speed, greatest closing speed, worst body, its speed, its speed over its limit, and the same of the walls).
 
-    ``arm``: at least 0 for bounded bodies; ``across`` (k, d, d) takes the velocity of a wall to that of its surface.
+    ``arm``: at least 0 for bounded bodies; ``across`` (k, d, d): from the velocity of a wall to the velocity of its surface
+    along the normal.
     """
     fastest = 0.0
     fastest_bounded = 0.0
@@ -67,6 +68,7 @@ def _measure(velocities, dimension, arm, limit, walls, across, wall_limit):
     body_speed = 0.0
     body_excess = 0.0
     for i in range(velocities.shape[0]):
+        # |v| + |omega| arm
         square = 0.0
         for k in range(dimension):
             square += velocities[i, k] * velocities[i, k]
@@ -74,6 +76,7 @@ def _measure(velocities, dimension, arm, limit, walls, across, wall_limit):
         if arm[i] > 0.0:
             speed += arm[i] * abs(velocities[i, dimension])
         fastest = max(fastest, speed)
+        # bounded bodies have limits, and close gaps with walls
         if arm[i] >= 0.0:
             fastest_bounded = max(fastest_bounded, speed)
             if speed > body_excess * limit[i]:
@@ -85,6 +88,7 @@ def _measure(velocities, dimension, arm, limit, walls, across, wall_limit):
     wall_speed = 0.0
     wall_excess = 0.0
     for j in range(walls.shape[0]):
+        # speed of the wall's surface along its normal
         square = 0.0
         for k in range(dimension):
             along = 0.0
@@ -120,7 +124,7 @@ class DisplacementWatch:
         self._late = LATE * float(np.minimum(self._own, self._others).min(initial=np.inf))
         self._links = unseen_links(model, np.isfinite(self._limit))
         self.said: frozenset[str] = frozenset()
-        """Of which kinds a sentence was said: "body", "wall", "link"."""
+        """Kinds for which the run has warned: "body", "wall", "link"."""
 
     def measure(self, velocities: np.ndarray, time_step: float) -> Displacements:
         """The largest displacements of a step with these velocities (n, k)."""
@@ -129,8 +133,8 @@ class DisplacementWatch:
             gradient = self._cell.gradient(velocities)
             velocities = velocities.copy()
             velocities[self._cell.lattice.rows] = 0.0
-            # two bodies that touch come closer by h |G| (R_c + R_a) with the cell, half of it each; twice that for what is
-            # not yet in contact
+            # with the cell, two bodies that touch come closer by h |G| (R_c + R_a), half of it each; twice that for bodies
+            # that do not touch yet
             flow = float(np.abs(gradient).sum()) * self._widest
         given = self._dimension, self._arm, self._limit, self._walls, self._across, self._limit[self._walls]
         speed, closing, body, body_speed, excess, wall, wall_speed, wall_excess = _measure(velocities, *given)
@@ -139,8 +143,8 @@ class DisplacementWatch:
         return Displacements(h * (speed + flow), h * closing, *of_bodies, *of_walls)
 
     def unseen(self, moves: Displacements, after: Displacements, widest: Callable[[float, float], float]) -> bool:
-        """Whether a step may have closed gaps that were not seen, as the displacements ``after`` it are larger than those
-        for which it was made. ``widest``: alert distance by travel and closing [m].
+        """Whether a step may have closed gaps that were not seen: the displacements ``after`` it are larger than the
+        displacements ``moves`` for which gaps were detected. ``widest``: alert distance by travel and closing [m].
 
         A wall under a load, or a body that is hit, gets its velocity in the step.
         """
@@ -194,7 +198,7 @@ class DisplacementWatch:
 
 
 def rounded_down(value: float) -> str:
-    """A positive number with two digits that is not above it: what would do, does."""
+    """A positive number rounded down to two digits: a time step that is proposed must not be too long."""
     if not 0.0 < value < math.inf:
         return f"{value:.2g}"
     unit = 10.0 ** (math.floor(math.log10(value)) - 1)
@@ -204,7 +208,7 @@ def rounded_down(value: float) -> str:
 def radii_that_meet(model: Model) -> tuple[np.ndarray, np.ndarray]:
     """For each body the smallest radius among its contactors, and among those that they see [m], each (n,).
 
-    A radius is infinite where a body has no bounds or meets nobody.
+    A radius is infinite if the contactors have no bounds or meet none.
     """
     contactors = model.contactors
     listed = list(zip(contactors.color, contactors.bounding_radius.tolist(), strict=True))
@@ -222,7 +226,7 @@ def radii_that_meet(model: Model) -> tuple[np.ndarray, np.ndarray]:
 
 
 def across(model: Model, body: int) -> np.ndarray:
-    """Matrix (d, d) that takes the velocity of a body without bounds to that of its surface along the normal."""
+    """Matrix (d, d) from the velocity of a body without bounds to the velocity of its surface along the normal."""
     d, contactors = model.dimension, model.contactors
     mine = np.flatnonzero(contactors.body == body)
     kind, shape = contactors.kind[mine[0]], contactors.shape[mine[0]]
@@ -239,11 +243,11 @@ class UnseenLinks(NamedTuple):
     candidate: np.ndarray
     antagonist: np.ndarray
     length: np.ndarray
-    """Between the centres at the reference [m], (m,)."""
+    """Distance between the centres at the reference gap [m], (m,)."""
 
 
 def unseen_links(model: Model, seen: np.ndarray) -> UnseenLinks:
-    """Links that the radii of contacts do not watch; ``seen``: which bodies contacts watch, (n,) bool."""
+    """Links that the radii of contacts do not watch; ``seen``: whether contacts watch a body, (n,) bool."""
     ends = [np.column_stack([chain.bodies[1:], chain.bodies[:-1]]) for chain in model.chains]
     pairs = np.concatenate([np.zeros((0, 2), np.int64), *ends])
     lengths = np.concatenate([np.zeros(0), *(chain.radius_sum + chain.reference_gap for chain in model.chains)])

@@ -5,7 +5,7 @@
     v+ = e^-a v + (1 - e^-a) F/c = v + phi h/m (F - c v),    a = h c/m,  phi(a) = (1 - e^-a)/a,
 
 so a body has the mobility phi/m in the step in place of 1/m, in free flight and in W (exponential time differencing:
-Hochbruck, Ostermann 2010, Acta Numerica 19). A body that sinks comes to ``F/c`` with the time m/c, exactly, and at any
+Hochbruck, Ostermann 2010, Acta Numerica 19). A sinking body approaches ``F/c`` with the time constant m/c, exactly, at any
 step; phi is 1 - a/2 for short steps and 1/a for long ones.
 
 **Quadratic**, ``-k |v| v``, by backward Euler. Without impulses, with w the velocity that linear drag alone would leave and
@@ -13,7 +13,7 @@ step; phi is 1 - a/2 for short steps and 1/a for long ones.
 
     v+ (1 + b s) = w,    s = |v+| = (sqrt(1 + 4 b |w|) - 1)/(2 b),
 
-a speed below that of equilibrium from below it and above it from above it; first order in the step. Its mobility is
+a speed that approaches the equilibrium speed without passing it; first order in the step. Its mobility is
 ``phi/(m (1 + b s))``: impulses are answered with the drag at the speed s. A free flight without load is
 ``1/v+ = 1/v + k h/m`` to first order.
 """

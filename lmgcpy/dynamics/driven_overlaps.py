@@ -1,8 +1,8 @@
 """Bodies that are driven into each other. No impulse can keep two bodies apart of which neither yields along the normal of
 their contact: detection leaves such pairs out, as no law could act, and they overlap.
 
-It is looked at in scenes with a body that is driven by a velocity other than zero and sees another one that is held or
-driven, at the cost of a detection of these bodies. Scenes without do not pay for it.
+Such overlaps are looked for if a body is driven by a velocity other than zero and sees another one that is held or driven,
+at the cost of a detection of these bodies. Other scenes do not pay for it.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from lmgcpy.contact.interactions import Interactions
 from lmgcpy.dynamics.model import Model
 
 DEEPER = 0.01
-"""Part of the smaller radius by which two bodies may be driven into each other before the run warns. (What bodies that are
-driven side by side round a corner gain and lose by the step is a thousandth at 0.05 rad a step.)"""
+"""Part of the smaller radius by which two bodies may be driven into each other before the run warns. (Bodies that are
+driven side by side round a corner gain and lose a thousandth by the error of steps of 0.05 rad.)"""
 
 
 class DrivenOverlaps:
@@ -26,13 +26,14 @@ class DrivenOverlaps:
 
     def __init__(self, model: Model, positions: np.ndarray):
         self._told: frozenset[tuple[str, str]] = frozenset()
-        """Pairs of colours of which it was said."""
+        """Pairs of colours for which the run has warned."""
         self._pairs, self._least = np.zeros(0, np.int64), np.zeros(0)
         """Pairs that overlapped after the last step, ascending, and their least overlap since they do [m]."""
         self.look_at(model, positions)
 
     def look_at(self, model: Model, positions: np.ndarray) -> None:
-        """Go on with another model, or at other positions of its bodies, (n, 3): what overlaps there was not driven."""
+        """Go on with another model, or at other positions of its bodies, (n, 3): bodies that overlap there were not driven
+        into each other."""
         self._model, self._detector = model, None
         stuck, moving = held_and_driven(model)
         if not may_meet(model, stuck, moving):
@@ -74,15 +75,15 @@ class DrivenOverlaps:
         return sentences
 
     def _before(self, pairs: np.ndarray, otherwise: np.ndarray) -> np.ndarray:
-        """Least overlaps of pairs [m], (p,), so far; ``otherwise``: of those that did not overlap."""
+        """Least overlaps of pairs [m], (p,), so far; ``otherwise``: the result for pairs that did not overlap."""
         if not len(self._pairs):
             return otherwise
         at = np.minimum(np.searchsorted(self._pairs, pairs), len(self._pairs) - 1)
         return np.where(self._pairs[at] == pairs, self._least[at], otherwise)
 
     def _overlaps(self, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Pairs of contactors that overlap and that nothing keeps apart, ascending, as one number each, by how much [m],
-        and the smaller radius [m], (p,) each."""
+        """Pairs of contactors that overlap and that nothing keeps apart, as one number each, ascending; their overlaps [m];
+        the smaller radii [m]; (p,) each."""
         assert self._detector is not None
         detector, table = copy(self._detector), self._model.contactors  # a copy, as a step that fails goes back
         try:
@@ -100,8 +101,8 @@ class DrivenOverlaps:
 
 
 def held_and_driven(model: Model) -> tuple[np.ndarray, np.ndarray]:
-    """Bodies that are held or driven along an axis, and those of them that are driven by a velocity other than zero, (n,)
-    bool each. In a periodic cell that may deform held bodies go with it."""
+    """Whether a body is held or driven along an axis, and whether such a body is driven by a velocity other than zero, (n,)
+    bool each. In a periodic cell that may deform, held bodies move with the cell."""
     d = model.dimension
     stuck = (model.inverse_mass[:, :d] == 0.0).any(axis=1) & ~model.hidden
     moving = np.zeros(len(stuck), dtype=bool)
@@ -131,7 +132,7 @@ def may_meet(model: Model, stuck: np.ndarray, moving: np.ndarray) -> bool:
 
 
 def yields(found: Interactions, inverse_mass: np.ndarray) -> np.ndarray:
-    """``W_nn`` [1/kg] of contacts, (m,), with the inverse masses of the bodies (n, k); zero where neither body moves along
+    """``W_nn`` [1/kg] of contacts, (m,), with the inverse masses of the bodies (n, k); zero if neither body yields along
     the normal."""
     c, a = found.candidate, found.antagonist
     d = found.normal.shape[1]

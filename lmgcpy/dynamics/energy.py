@@ -19,11 +19,11 @@ class Energy:
     """Energies and works in [J] (per metre of depth in 2D).
 
     At every step ``kinetic - kinetic before = loads + drives + sum of interactions + drag + unbalanced`` holds to
-    round-off, each term the work at the mean velocity of the step: ``loads`` of gravity, imposed forces, and stresses
-    imposed on a cell, ``drives`` of whatever holds the driven components, its part for the inertia of bodies in the mean
-    flow of a cell included, and ``interactions`` of the impulses by name of law. ``kinetic`` is that of the free
-    components.
-    ``total_loads``, ``total_drives``, ``total_interactions`` and ``total_dissipated`` are sums over the run.
+    round-off. Each term is a work at the mean velocity of the step: ``loads`` the work of gravity, imposed forces, and
+    stresses imposed on a cell; ``drives`` the work of whatever holds the driven components, with its part for the inertia
+    of bodies in the mean flow of a cell; ``interactions`` the work of the impulses by name of law. ``kinetic`` is the
+    energy of the free components. ``total_loads``, ``total_drives``, ``total_interactions`` and ``total_dissipated`` are
+    sums over the run.
     """
 
     kinetic: float = 0.0
@@ -34,8 +34,8 @@ class Energy:
     """Energy in elastic links at the predicted gaps, by law; at each step its change and the work of the links'
     impulses sum to what the scheme damps, plus the links' second-order stretch."""
     dissipated: dict[str, float] = field(default_factory=dict)
-    """What laws that tell say that they have dissipated in this step, by law; the work of their impulses and the change of
-    what they store may be more, as of a contact whose friction tells and whose shocks do not."""
+    """Energy that laws report as dissipated in this step, by law. The work of their impulses and the change of their stored
+    energy may be more: a contact may report its friction but not its shocks."""
     drag: float = 0.0
     """Work of the drag of a medium."""
     unbalanced: float = 0.0
@@ -47,16 +47,16 @@ class Energy:
     total_interactions: dict[str, float] = field(default_factory=dict)
     total_dissipated: dict[str, float] = field(default_factory=dict)
     by_hand: float = 0.0
-    """Energy that was given to chains in this step by setting their reference gaps or laws, or by the function of time that
-    their gaps are: the work of a winch."""
+    """Energy that was given to chains in this step by setting their reference gaps or laws, or by a function of time for
+    their gaps: the work of a winch."""
     total_by_hand: float = 0.0
-    """Its sum over the run."""
+    """Sum of ``by_hand`` over the run."""
     made: float = 0.0
     """Energy that interactions have made: the work and the stored energy of all laws that promise to make none, less what
     was given ``by_hand``, less the smallest value of this sum so far. Not counted while links relax to their reference."""
 
     made_by_law: dict[str, float] = field(default_factory=dict)
-    """The same by law: what one law makes, another may take."""
+    """``made`` for each law alone: one law may make energy that another takes."""
 
     @property
     def mechanical(self) -> float:
@@ -71,7 +71,8 @@ class Energy:
 
     @property
     def turned(self) -> float:
-        """The largest of mechanical energy and the works of loads, drives and interactions: ``made`` is measured by it."""
+        """The largest of mechanical energy and the works of loads, drives and interactions: ``made`` is compared with
+        it."""
         work = abs(sum(self.total_interactions.values()))
         return max(self.mechanical, abs(self.total_loads), abs(self.total_drives), work)
 
@@ -89,9 +90,9 @@ class Energy:
         """Enter a step at its end: the external forces (n, k), and the velocities of the bodies before it (n, k).
 
         ``dissipated``: see :func:`dissipated_by_law`. ``pushed``: impulses that moved bodies without giving them velocity
-        (m, d), None for none; their work is what they do against the loads on the way. ``inertial``: forces of
-        inertia in a periodic cell (n, k), None for none; ``given``: see :func:`given_by_hand`. Raises FloatingPointError
-        where a stored energy is not finite, and enters nothing.
+        (m, d), None for none; their work is the work against the loads on the way. ``inertial``: forces of inertia in a
+        periodic cell (n, k), None for none; ``given``: see :func:`given_by_hand`. Raises FloatingPointError, and enters
+        nothing, if a stored energy is not finite.
         """
         data, system, after = problem.data, problem.system, problem.system.velocity
         against = None if pushed is None else pushed * problem.relative_velocities(fallen(problem, before))
@@ -110,7 +111,7 @@ class Energy:
                 check_energy(problem, group, energy)
                 stored[name] = stored.get(name, 0.0) + energy
         gain, self.kinetic, power = totals(terms_of_bodies, model.free_mass, force, before, after)
-        # what was stored before the first step is not known: of laws that store the first step does not count
+        # the energy stored before the first step is not known: for laws that store, the first step does not count
         counted = [name for name in works if name in model.passive and (name not in stored or name in self.stored)]
         change = {name: works[name] + stored.get(name, 0.0) - self.stored.get(name, 0.0) for name in counted}
         given = list(given)
@@ -141,7 +142,7 @@ class Energy:
         self.defect = gain - (self.loads + self.drives + sum(works.values()) + self.drag + self.unbalanced)
         self.total_loads += self.loads
         self.total_drives += self.drives
-        # new ones, as a step that fails takes the old ones back
+        # new dictionaries, as a step that fails goes back to the old ones
         self.total_interactions = added(self.total_interactions, works)
         self.total_dissipated = added(self.total_dissipated, dissipated)
 
@@ -152,9 +153,9 @@ def added(totals: dict[str, float], more: dict[str, float]) -> dict[str, float]:
 
 
 def dissipated_by_law(problem: StepProblem) -> dict[str, float]:
-    """Energies that the laws which tell have dissipated in a step [J]; before they commit.
+    """Energies [J] that laws report as dissipated in a step, by law; asked before the laws commit.
 
-    Raises FloatingPointError where one is not finite.
+    Raises FloatingPointError if one is not finite.
     """
     found: dict[str, float] = {}
     data, impulse = problem.data, problem.system.impulse
@@ -174,10 +175,10 @@ def dissipated_by_law(problem: StepProblem) -> dict[str, float]:
 
 
 def given_by_hand(problem: StepProblem, earlier: list[ChainTable], predicted: np.ndarray) -> Iterator[tuple[str, float]]:
-    """Energies [J] by law that chains were given, as they were other ones in the step before: ``earlier``.
+    """Energies [J], by law, that chains got because they changed since the step before, in which they were ``earlier``.
 
-    What a law stores changes by ``E'(g) - E(g)`` at the gaps ``predicted`` by the step before [m], (L,), or at those of the
-    detection where none are known. A rigid link stores nothing: as it is drawn, it is given the work that its impulse does.
+    The stored energy changes by ``E'(g) - E(g)`` at the gaps ``predicted`` by the step before [m], (L,), or at the detected
+    gaps if no prediction is known. A rigid link stores nothing: while it is drawn, it gets the work of its impulse.
     """
     data = problem.data
     chains = [pair for pair in zip(problem.groups, problem.kernels, strict=True) if pair[0].chain]
@@ -214,8 +215,8 @@ def work_of_imbalance(problem: StepProblem, before: np.ndarray) -> float:
 
 
 def work_of_drag(problem: StepProblem, model: Model, given: np.ndarray, before: np.ndarray) -> float:
-    """Work [J] of the impulses ``M (v+ - v) - h F - (v+ - v_free) / mobility`` at the mean velocity: what bodies got beside
-    forces, which have ``given`` h F (n, k), and interactions."""
+    """Work [J] of the impulses ``M (v+ - v) - h F - (v+ - v_free) / mobility`` at the mean velocity: bodies got these
+    besides the impulses of the forces, ``given`` as h F (n, k), and of the interactions."""
     after, free = problem.system.velocity, model.inverse_mass > 0.0
     answered = (after - problem.free_velocity) / np.where(free, problem.inverse_mass, 1.0)
     impulse = np.where(free, model.free_mass * (after - before) - given - answered, 0.0)
@@ -237,9 +238,9 @@ def fallen(problem: StepProblem, before: np.ndarray) -> np.ndarray:
 
 
 PIECE = 8192
-"""Number of products in a call of BLAS. It shares out longer sums among threads: their number would show in the last bits,
-and on a busy machine the wait for them took longer than all the rest (16 ms at 10 000 spheres). Intermediate arrays stay in
-the cache."""
+"""Number of products in a call of BLAS. BLAS shares longer sums among threads: the number of threads would show in the last
+bits, and on a busy machine the wait for them took longer than all the rest (16 ms at 10 000 spheres). Intermediate arrays
+stay in the cache."""
 
 
 def totals(of: Callable[..., tuple[float, ...]], *arrays: np.ndarray) -> tuple[float, ...]:

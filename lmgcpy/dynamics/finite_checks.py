@@ -25,18 +25,19 @@ VELOCITY = {
 
 
 QUICK = 8192
-"""Up to so many numbers their sum of squares, one call of BLAS by one thread, tells in a third of the time that all are
-well."""
+"""Up to this many numbers, their sum of squares, one call of BLAS by one thread, shows in a third of the time that all are
+finite."""
 
 
 def squares_within(values: np.ndarray, bound: float) -> bool:
-    """Whether the squares of not too many numbers sum to no more than a bound; not so where one of them is NaN."""
+    """Whether the squares of at most QUICK numbers sum to no more than a bound; False for more numbers, or if one is
+    NaN."""
     flat = values.reshape(-1)
-    return flat.size <= QUICK and bool(np.vdot(flat, flat) <= bound)  # which does not warn where it overflows, as dot does
+    return flat.size <= QUICK and bool(np.vdot(flat, flat) <= bound)  # dot would warn of an overflow
 
 
 def check_bodies(values: np.ndarray, names: tuple[str, ...], when: str, time: float) -> None:
-    """FloatingPointError where one of the values (n, k) of the bodies is not finite, or too large to be squared."""
+    """FloatingPointError if one of the values (n, k) of the bodies is not finite, or too large to be squared."""
     if squares_within(values, LARGEST**2):
         return
     if values.min(initial=0.0) >= -LARGEST and values.max(initial=0.0) <= LARGEST:  # not so for NaN
@@ -49,7 +50,7 @@ def check_bodies(values: np.ndarray, names: tuple[str, ...], when: str, time: fl
 
 
 def check_detection(groups: list[Group], found: Interactions, time: float) -> None:
-    """FloatingPointError where the narrow phase of two contactors gave a number that is not finite."""
+    """FloatingPointError if the narrow phase of two contactors gave a number that is not finite."""
     for what, values in (("gap", found.gap), ("normal or contact point", found.delassus)):
         if not (squares_within(values, sys.float_info.max) or math.isfinite(values.sum())):
             row = int(np.argmin(np.isfinite(values).reshape(len(values), -1).all(axis=1)))
@@ -61,7 +62,7 @@ def check_detection(groups: list[Group], found: Interactions, time: float) -> No
 
 
 def check_impulses(problem: StepProblem, solver: object) -> None:
-    """FloatingPointError where a solver reports success and an impulse is not finite."""
+    """FloatingPointError if a solver reports success and an impulse is not finite."""
     impulse = problem.system.impulse
     if not (squares_within(impulse, sys.float_info.max) or math.isfinite(impulse.sum())):
         row = int(np.argmin(np.isfinite(impulse).all(axis=1)))
@@ -73,13 +74,13 @@ def check_impulses(problem: StepProblem, solver: object) -> None:
 
 
 def check_energy(problem: StepProblem, group: Group, energy: float) -> None:
-    """FloatingPointError where the energy stored in a group is not finite; the law is asked again to find out where."""
+    """FloatingPointError if the energy stored in a group is not finite; the law is asked again to find the interaction."""
     if math.isfinite(energy):
         return
     data, law = problem.data, group.law
     assert law.energy is not None
     row: int = group.start
-    given: Any = energy  # an exception where Python has one and compiled code a NaN
+    given: Any = energy  # in Python the law may raise if compiled code gave NaN
     for row in range(group.start, group.stop):
         gap = float(data.gap[row] + data.time_step * data.after[row, 0])
         parameters = tuple(group.parameters[row - group.start if len(group.parameters) > 1 else 0].tolist())

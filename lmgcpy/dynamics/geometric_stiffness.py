@@ -1,6 +1,6 @@
 """Geometric stiffness: the impulse across a taut link that answers motion across it, within the step.
 
-The normal of a link is that of the detection, so that the turning of its tension T within the step is explicit. Across a
+The normal of a link is taken at the detection, so that the turning of its tension T within the step is explicit. Across a
 wire of beads of mass m and links of length l the step is then a leapfrog, unstable beyond ``s = 4 h^2 T/(m l) = 4``: light
 beads under a heavy load zigzag, the stretch this leaves is pulled back in the next step, and that is a blow which makes
 energy. The remedy is the term that the linearisation of the normal drops (Tournier, Nesme, Gilles, Faure 2015, ACM Trans.
@@ -8,20 +8,21 @@ Graph. 34; Andrews, Teichmann, Kovecses 2017): the impulse acts along the link a
 
     r_t = -kappa (u_t - c_t),      kappa = max(0, h |r_n| / l - 2 / P)  in tension,  0 otherwise,
 
-with ``P = p_c / m_c + p_a / m_a`` for a link whose beads are held by p_c and p_a links. Where ``s = h |r_n| P / l <= 2``
-the step resolves the motion of the beads and nothing is added; in compression nothing is added either, as a rod that
-buckles does so for good physical reasons.
+with ``P = p_c / m_c + p_a / m_a`` for a link whose beads are held by p_c and p_a links. If ``s = h |r_n| P / l <= 2``, the
+step resolves the motion of the beads, and nothing is added. In compression nothing is added either: a rod that buckles does
+so for good physical reasons.
 
 ``c_t = l (omega x n)_t`` is what the turning of the wire as a whole gives the link, at the angular velocity omega that it
-had before the step. So the term resists that the wire bends, and neither a pendulum nor a spinning wire is slowed down.
+had before the step. So the term resists bending of the wire, and slows down neither a pendulum nor a spinning wire.
 
-**Stability** (docs/nscd.md). With ``C = sum kappa b b^T`` and ``K = sum (T/l) b b^T`` over the links, b taking velocities
-to those across a link, the quantity ``v.(M + C/2 - h^2 K/4) v / 2 + x.K x / 2`` does not grow, and it is positive at any
-step, mass and tension: ``sum b b^T / P <= M``, as the masses are shared out among the links.
+**Stability** (docs/nscd.md). With ``C = sum kappa b b^T`` and ``K = sum (T/l) b b^T`` over the links, b the map from
+velocities to the relative velocity across a link, the quantity ``v.(M + C/2 - h^2 K/4) v / 2 + x.K x / 2`` does not grow,
+and it is positive at any step, mass and tension: ``sum b b^T / P <= M``, as the masses are shared out among the links.
 
 **kappa and r_n.** kappa is kept while a step is solved, so that what is solved stays the linear complementarity problem
-that solvers know, one more linear row a link and direction. Afterwards it is compared with what the impulses found call
-for; where they differ the step is solved again from there. In smooth motion the kappa of the impulses before is enough.
+that solvers know, one more linear row a link and direction. Afterwards it is compared with the kappa of the impulses found.
+If they differ, the step is solved again from these impulses. In smooth motion the kappa of the last step's impulses is
+enough.
 """
 
 from __future__ import annotations
@@ -39,14 +40,14 @@ from lmgcpy.solve.report import NOT_FINITE, SOLVED_CODES, Outcome
 from lmgcpy.solve.stiffened_wire_block import scratch_columns
 
 ENOUGH = 0.1
-"""A stiffness within this part of what the impulses call for is enough: at a tenth below, ``alpha = 0.9 - 1.8/s`` is still
-far from the least that is stable, ``1/2 - 2/s``."""
+"""A stiffness is enough if it differs by no more than this part from the one that the impulses call for: a tenth below it,
+``alpha = 0.9 - 1.8/s`` is still far from the least stable value, ``1/2 - 2/s``."""
 TURNS = 30
 """Most solves of a step. (Jerked wires of 21 beads, mass ratios of 1e3 and 1e5: 17 at the worst, in the
 first step of the jerk, and 1.0 to 1.3 in the mean.)"""
 BOTH_WAYS = 2
-"""From this turn on stiffnesses only grow, and may be larger than what is called for: where a link is taut in one turn
-and slack in the next, the larger one is stable and ends the search."""
+"""From this turn on stiffnesses only grow, and may be larger than called for: if a link is taut in one turn and slack in
+the next, the larger stiffness is stable and ends the search."""
 
 
 @dataclass(frozen=True)
@@ -62,9 +63,9 @@ class LinkStiffness:
     joined: np.ndarray
     """Whether a link shares a bead with the next one of its chain, (L,) bool."""
     following: np.ndarray
-    """Row of that link, (L,)."""
+    """Row of the next link of its chain, (L,)."""
     cuts: np.ndarray
-    """First link of each chain, and the end."""
+    """First link of each chain, and the number of links."""
 
     @classmethod
     def of(cls, chains: list[ChainTable], inverse_mass: np.ndarray, dimension: int) -> LinkStiffness:
@@ -109,8 +110,8 @@ class LinkStiffness:
         return np.maximum(used, needed) if turn >= BOTH_WAYS else needed
 
     def stiffen(self, problem: StepProblem, stiffness: np.ndarray, before: np.ndarray) -> StepProblem:
-        """The problem of the step with these stiffnesses (L,); ``before``: those of the impulses at its start, (L,), by
-        which the turning of the wires is weighed."""
+        """The problem of the step with these stiffnesses (L,); ``before``: stiffnesses of the impulses at its start, (L,),
+        the weights of the links in the turning of their wire."""
         s, d = problem.system, self.dimension
         frame = local_frames(s.normal[: self.count])
         across = frame.transpose(0, 2, 1)
@@ -131,7 +132,7 @@ class LinkStiffness:
     def _carried(self, frame: np.ndarray, length: np.ndarray, velocity: np.ndarray, weight: np.ndarray) -> np.ndarray:
         """c_t of each link [m/s], (L, d - 1), from the relative velocities (L, d) at the start of the step.
 
-        The angular velocity of a wire is that which leaves the least ``sum weight |u_t - l (omega x n)_t|^2``.
+        The angular velocity omega of a wire minimises ``sum weight |u_t - l (omega x n)_t|^2``.
         """
         carried = np.zeros((self.count, self.dimension - 1))
         for first, end in zip(self.cuts[:-1], self.cuts[1:], strict=True):
@@ -154,10 +155,10 @@ class LinkStiffness:
 def solve_stiffened(
     links: LinkStiffness, problem: StepProblem, solve: Callable[[StepProblem], Outcome]
 ) -> tuple[StepProblem, Outcome, int]:
-    """Solve a step until the stiffnesses of its links are those that the impulses call for; returns the problem as it was
-    solved last, sweeps and Newton steps of all turns, and their number.
+    """Solve a step until the stiffnesses of its links fit the impulses found. Returns the problem of the last turn; its
+    outcome, with the sweeps and Newton steps of all turns; the number of turns.
 
-    Turns end as well where one is not solved for the third time.
+    The turns also end once three of them were not solved.
     """
     gap, h = problem.data.gap, problem.data.time_step
     plain = problem

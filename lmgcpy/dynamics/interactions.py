@@ -36,7 +36,7 @@ class InteractionView:
     lever: np.ndarray
     """Contact point seen from the centre of the candidate, and of the antagonist [m], (m, 2, d)."""
     state: dict[str, np.ndarray]
-    """Numbers that laws with a state keep, by name, (m,) each; NaN where the law of an interaction keeps no such number."""
+    """Numbers that laws with a state keep, by name, (m,) each; NaN if the law of an interaction keeps no such number."""
 
     @property
     def normal(self) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""What laws may know of the bodies of each interaction: radii and masses."""
+"""Radii and masses of the bodies of each interaction, for laws that ask for them."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from lmgcpy.dynamics.model import Model
 
 
 def known_pairs(groups: list[Group], interactions: Interactions, model: Model) -> np.ndarray:
-    """Radii [m] and masses [kg] of candidates and antagonists, (m, 4); (0, 4) where no law of the scene asks.
+    """Radii [m] and masses [kg] of candidates and antagonists, (m, 4); (0, 4) if no law of the scene asks.
 
-    Only the rows of laws that ask are filled, and of those with rolling components.
+    Only the rows of laws that ask, and of laws with rolling components, are filled.
     """
     d = model.dimension
     asking = [group for group in groups if group.stop > group.start and (group.law.INTERFACE >= 2 or group.law.rows(d) > d)]

@@ -12,17 +12,17 @@ from lmgcpy.solve.newton.alternating import newton_steps
 from lmgcpy.solve.report import Lock, Report
 
 WORTH = 10
-"""Number of Newton steps that a solve must have cost before a lock is looked for, which costs as much as one."""
+"""A lock is looked for if the solve has cost at least this number of Newton steps. The search costs as much as one."""
 CARRIES = 0.1
 """A body belongs to a lock if it bears more than this part of the greatest force of the self-stress."""
 
 
 def find_lock(problem: StepProblem, report: Report, spans: StraightSpans) -> Lock | None:
-    """The lock of a step that was not solved; None if there is none, or if the solver gave up early. ``spans``: of the
-    model.
+    """The lock of a step that was not solved, or None if there is no lock or the solver gave up early. ``spans``: the
+    straight spans of the model.
 
     The step is locked if any solution would move the bodies, in the mean weighted by mass, by more than the radius of one:
-    in such a step the constraints are no longer those that were linearised. Laws without a conic form are not examined.
+    in such a step the linearised constraints no longer hold. Laws without a conic form are not examined.
     """
     cost = report.factorisations + newton_steps(report.iterations, *problem.system.impulse.shape)
     if cost < WORTH or law_without_conic(problem) is not None:

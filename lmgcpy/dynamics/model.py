@@ -32,8 +32,8 @@ class Drive:
     def at(self, time: float) -> float:
         """Value at a time [s].
 
-        Raises RuntimeError where a user's function fails, TypeError where it gives no number, and FloatingPointError
-        where that is not finite.
+        Raises RuntimeError if a user's function fails, TypeError if it gives no number, and FloatingPointError if the
+        number is not finite.
         """
         if not callable(self.value):
             return self.value
@@ -56,9 +56,9 @@ class Model:
 
     dimension: int
     mass: np.ndarray
-    """Mass or inertia by component [kg, kg m^2], (n, k); infinite where no mass was needed."""
+    """Mass or inertia by component [kg, kg m^2], (n, k); infinite if no mass was needed."""
     inverse_mass: np.ndarray
-    """Inverse of the mass, zero where the component is driven, (n, k)."""
+    """Inverse of the mass, zero if the component is driven, (n, k)."""
     radius: np.ndarray
     """Distance from the centre to the surface along a link [m], (n,); zero for bodies that are no disks or spheres."""
     extent: np.ndarray
@@ -81,11 +81,11 @@ class Model:
     start: BodyState
     """State of the bodies at the beginning."""
     hidden: np.ndarray
-    """Bodies that are not there, (n,) bool."""
+    """Whether a body is hidden, (n,) bool."""
     cell: CellMotion | None = None
     """The periodic cell, if there is one."""
     drag: Drag | None = None
-    """That of a medium, if there is one."""
+    """The drag of a medium, if there is one."""
     earlier: list[ChainTable] | None = None
     """The chains before statements gave them other reference gaps or laws, for the step from the time ``drawn``."""
     drawn: float = -np.inf
@@ -93,7 +93,7 @@ class Model:
 
     @property
     def lattice(self) -> Lattice | None:
-        """That of the periodic cell."""
+        """The lattice of the periodic cell, if there is one."""
         return None if self.cell is None else self.cell.lattice
 
     def cell_in_step(self, *velocities: np.ndarray) -> CellMotion | None:
@@ -102,8 +102,8 @@ class Model:
 
     @property
     def size(self) -> np.ndarray:
-        """Radius of the smallest bounded contactor of each body [m], infinite where it has none, (n,): what a displacement
-        is large or small against."""
+        """Radius of the smallest bounded contactor of each body [m], (n,), infinite if it has none. Displacements are
+        compared with it."""
         size = np.full(len(self.mass), np.inf)
         np.minimum.at(size, self.contactors.body, self.contactors.bounding_radius)
         return size
@@ -121,7 +121,7 @@ class Model:
 
     @cached_property
     def free_mass(self) -> np.ndarray:
-        """Mass or inertia by component [kg, kg m^2], (n, k), zero where driven."""
+        """Mass or inertia by component [kg, kg m^2], (n, k), zero if driven."""
         return np.where(self.inverse_mass > 0.0, self.mass, 0.0)
 
     @cached_property
@@ -147,17 +147,17 @@ class Model:
 
     @cached_property
     def movable_mass(self) -> np.ndarray:
-        """Mass [kg], (n,), infinite where a body is held in all directions."""
+        """Mass [kg], (n,), infinite if the body is held in all directions."""
         d = self.dimension
         return np.where((self.inverse_mass[:, :d] > 0.0).any(axis=1), self.mass[:, :d].min(axis=1), np.inf)
 
     @cached_property
     def weight(self) -> np.ndarray:
-        """Force of gravity by component [N], (n, k), zero where driven; at the start where gravity changes with time."""
+        """Force of gravity by component [N], (n, k), zero if driven; the force at t = 0 if gravity changes with time."""
         return self.weight_at(0.0)
 
     def weight_at(self, time: float) -> np.ndarray:
-        """Force of gravity by component at a time [N], (n, k), zero where driven; raises the errors of the function."""
+        """Force of gravity by component at a time [N], (n, k), zero if driven; raises the errors of the function."""
         gravity = self.gravity_at(time)
         weight = np.zeros_like(self.mass)
         for axis in np.flatnonzero(gravity):
@@ -179,7 +179,7 @@ class Model:
             raise FloatingPointError(str(error)) from error
 
     def force(self, loads: list[tuple[Drive, float]], time: float) -> np.ndarray:
-        """External forces on the free components at a time [N], (n, k): gravity and the ``loads``, with what each is."""
+        """External forces on the free components at a time [N], (n, k): gravity and the ``loads``, each with its value."""
         weight = self.weight_at(time) if callable(self.gravity) else self.weight
         force = weight.copy() if loads else weight
         for load, value in loads:
@@ -215,7 +215,7 @@ class BodyState:
     recorded: bool = False
     """Whether the next step goes into a file, which holds one time step, one solver, and one number of bodies."""
     overlap: str = "ignore"
-    """What happens if bodies overlap that are added, see :class:`lmgcpy.Simulation`."""
+    """Answer to added bodies that overlap others, see :class:`lmgcpy.Simulation`."""
 
     def keep(self, kind: int, body: int, component: int, value: float) -> None:
         """Keep a statement between steps, see :class:`~lmgcpy.dynamics.changes.Change`."""
@@ -228,7 +228,7 @@ class BodyState:
             self.keep(kind, index, component, value)
 
     def refuse_recorded(self, what: str) -> None:
-        """RuntimeError where steps are recorded, as ``what`` is one in a file."""
+        """RuntimeError if steps are recorded: a file holds only one ``what``."""
         if self.recorded:
             raise RuntimeError(
                 f"{what} cannot change in a run that is recorded, as its file holds one "
@@ -236,13 +236,13 @@ class BodyState:
             )
 
     def with_those_of(self, laid: BodyState) -> BodyState:
-        """These bodies and, appended, those that another state has beyond them, as they are there."""
+        """These bodies, followed by the further bodies of another state."""
         count = len(self.positions)
         positions = np.concatenate([self.positions, laid.positions[count:]])
         return BodyState(positions, np.concatenate([self.velocities, laid.velocities[count:]]), self.time)
 
     def grow(self, laid: BodyState) -> None:
-        """Append the bodies that another state has beyond these."""
+        """Append the further bodies of another state."""
         both = self.with_those_of(laid)
         self.positions, self.velocities, self.stale = both.positions, both.velocities, True
 

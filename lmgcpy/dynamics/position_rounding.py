@@ -15,7 +15,7 @@ what moves by less than ``eps |x|`` in a step does not move at all. A disk of 1 
 
 
 def check_positions(model: Model) -> None:
-    """ValueError where a body starts so far away that its position is rounded by more than :data:`COARSE` of its size."""
+    """ValueError if a body starts so far away that its position is rounded by more than :data:`COARSE` of its size."""
     far = np.abs(model.start.positions[:, : model.dimension]).max(axis=1, initial=0.0)
     share = 2.0**-52 * far / model.size
     if not (share > COARSE).any():

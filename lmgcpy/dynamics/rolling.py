@@ -1,4 +1,4 @@
-"""What the rolling components of contacts need beside those of the others: a lever, and their entries of W."""
+"""The lever of the rolling components of contacts, and their entries of W."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from lmgcpy.laws.pair import effective
 
 
 def rolling_radius(groups: list[Group], pairs: np.ndarray, dimension: int, count: int) -> np.ndarray:
-    """Effective radius R of the contacts with rolling components [m], 0 of other interactions, (m,).
+    """Effective radius R of the contacts with rolling components [m], 0 for other interactions, (m,).
 
     ``1/R = 1/R_c + 1/R_a``; walls are flat. ``pairs``: radii and masses of candidates and antagonists, (m, 4).
     """
@@ -38,7 +38,7 @@ def with_rolling(
 
 
 def mark_isotropic(groups: list[Group], interactions: Interactions, inverse_mass: np.ndarray) -> None:
-    """Tell the groups with rolling components in 3D whether all of their bodies turn alike about all axes."""
+    """Mark whether each body of a group with rolling components in 3D has the same inertia about all axes."""
     d = interactions.normal.shape[1]
     alike = (inverse_mass[:, d:] == inverse_mass[:, d : d + 1]).all(axis=1)
     both = alike[interactions.candidate] & alike[interactions.antagonist]
@@ -48,7 +48,7 @@ def mark_isotropic(groups: list[Group], interactions: Interactions, inverse_mass
 
 def moments(rolling: np.ndarray, impulse: np.ndarray, dimension: int) -> np.ndarray:
     """Impulses of the moments on the candidates [N m s], from effective radii (m,) and impulses with rolling components:
-    (m, 1) in 2D, (m, 3) in the local frame in 3D, (m, 0) where there are none."""
+    (m, 1) in 2D, (m, 3) in the local frame in 3D, (m, 0) if there are none."""
     parts = impulse[:, dimension:]
     if not parts.shape[1]:
         return parts.copy()

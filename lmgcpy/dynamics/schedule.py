@@ -15,8 +15,8 @@ Piece = tuple[int, int, int, bool]
 
 
 def schedule(groups: list[Group], kernels: list[LawKernels], offset: np.ndarray) -> Groups:
-    """The groups one after another; those of a partitioned scene (:mod:`lmgcpy.contact.slabs`) in four phases: chains side
-    by side if no body is in two of them, even slabs, odd slabs, and what is in no slab.
+    """The groups of a step, one after another. A partitioned scene (:mod:`lmgcpy.contact.slabs`) has four phases: chains,
+    side by side if no body is in two of them; even slabs; odd slabs; pairs in no slab.
 
     ``offset``: where the numbers of each group begin in ``System.prepared``.
     """

@@ -22,9 +22,9 @@ def solve_step(
 ) -> tuple[StepProblem, Report]:
     """Solve from the guess; returns the problem with the stiffness of its links and the velocities at its end.
 
-    ``links``: those that have geometric stiffness, None without; ``row``: row of each body in the solver's arrays (n,),
-    None where it keeps its own. Raises FloatingPointError with the interaction where a number stops being finite, and
-    RuntimeError where a law fails.
+    ``links``: the links if they have geometric stiffness, else None; ``row``: row of each body in the solver's arrays (n,),
+    None if each body keeps its own row. Raises FloatingPointError, with the interaction, if a number stops being finite,
+    and RuntimeError if a law fails.
     """
 
     def call(problem: StepProblem) -> Outcome:
@@ -75,7 +75,7 @@ def call_solver(problem: StepProblem, solver: Solver, row: np.ndarray | None = N
 def as_step(
     problem: StepProblem, system: System, free_velocity: np.ndarray, threads: int, row: np.ndarray | None = None
 ) -> Step:
-    """What a solver is given; ``row``: see :func:`solve_step`."""
+    """The step as a solver gets it; ``row``: see :func:`solve_step`."""
     light = problem.light
     if len(light.body):
         free_velocity = free_velocity.copy()  # sweeps move the centres of light bodies

@@ -1,4 +1,5 @@
-"""Bodies that overlap before the first step. It is allowed, as laws leave an old penetration alone, but rarely meant."""
+"""Bodies that overlap before the first step. Overlaps are allowed, as laws leave an old penetration alone, but rarely
+meant."""
 
 from __future__ import annotations
 
@@ -25,8 +26,8 @@ def check_start(model: Model, overlap: str, first: int = 0) -> list[str]:
 
 
 def overlaps_at_start(model: Model, first: int = 0) -> list[str]:
-    """A sentence about the pairs that see each other and overlap at the start of a model, none where there are none; of
-    bodies that were added to a simulation, rows ``first`` and later, about their pairs.
+    """A sentence about the pairs that see each other and overlap at the start of a model, if there are any. If bodies were
+    added to a simulation, in rows ``first`` and later, only their pairs count.
 
     It says how many pairs of bodies overlap by more than :data:`SHARE` of the smaller radius (of the circle that holds
     the contactor), and the worst: its bodies, depth, share of that radius, and law. Linked neighbours that do not

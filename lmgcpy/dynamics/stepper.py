@@ -55,11 +55,11 @@ class Flight(NamedTuple):
     force: np.ndarray
     """External forces at the middle of the step (n, k)."""
     inertial: np.ndarray | None
-    """Those of inertia in a periodic cell (n, k)."""
+    """Forces of inertia in a periodic cell (n, k), None without a cell."""
     mobility: np.ndarray
     """Velocity that an impulse gives [1/kg], (n, k): the inverse masses, less with drag."""
     free_velocity: np.ndarray
-    """Velocities without impulses (n, k), with what is imposed at its end."""
+    """Velocities without impulses (n, k), with the imposed velocities at the end of the step."""
 
 
 class Found(NamedTuple):
@@ -69,16 +69,17 @@ class Found(NamedTuple):
     solved: StepProblem
     """The step as it was solved first."""
     displacement: np.ndarray
-    """``h v`` of the first solve, and what projects links that whip [m, m, m or rad ...], (n, k): by it the step moves the
-    bodies."""
+    """Displacement of the bodies in the step [m, m, m or rad ...], (n, k): ``h v`` of the first solve, plus the projection
+    of links that whip."""
     problem: StepProblem
-    """The step as it was solved last. Its velocities and impulses are those of the step."""
+    """The step as it was solved last, which gives the velocities and impulses at the end."""
     pushed: np.ndarray | None
-    """Impulses that moved only positions (m, d), None for none: those of the first solve less those of the last, and those
-    that project links that whip."""
+    """Impulses that moved only positions (m, d), or None: impulses of the first solve minus impulses of the last, plus the
+    impulses that project links that whip."""
     moves: Displacements
     predicted_gap: np.ndarray
-    """Gaps of contacts at the next detection, as the first solve predicts them [m], (m,), NaN where nobody asks."""
+    """Gaps of contacts at the next detection, as the first solve predicts them [m], (m,), NaN if the law does not keep
+    it."""
 
 
 CHANGED = (
@@ -88,7 +89,7 @@ CHANGED = (
 """Attributes of a simulation that a step or a restore sets, besides detector and assembler."""
 
 Before = tuple[np.ndarray, np.ndarray, list[tuple[dict[str, Any], dict[str, Any]]]]
-"""What a simulation was before a step: positions, velocities, and the attributes of objects, now and as they were."""
+"""A simulation before a step: positions, velocities, and for each object its attributes, live and as a copy."""
 
 
 @named_arguments
@@ -103,16 +104,16 @@ class Stepper:
         v      = v_free + M^-1 H r
         q      = q_m + theta h v
 
-    In a periodic cell bodies move with ``v + G q`` instead of v (``lmgcpy/dynamics/cell.py``). Where links would make
-    energy as they are pulled back, positions and velocities come from two solves (``lmgcpy/dynamics/turning_stretch.py``),
-    or contacts (``turning_overlap.py``); where light bodies whip, displacements are projected
+    In a periodic cell bodies move with ``v + G q`` instead of v (``lmgcpy/dynamics/cell.py``). If links or contacts would
+    make energy as they are pulled back, positions and velocities come from two solves
+    (``lmgcpy/dynamics/turning_stretch.py``, ``turning_overlap.py``). If light bodies whip, displacements are projected
     (``lmgcpy/dynamics/whipping_links.py``).
     """
 
     _made = False
     """Whether the simulation has all its attributes."""
     _asked = ""
-    """Which function of the user's a run is calling."""
+    """The function of the user that a run is calling, in words."""
 
     def __init__(
         self,
@@ -175,13 +176,13 @@ class Stepper:
         As ``on_unconverged`` says, the first step that the solver did not solve to its tolerance warns (RuntimeWarning), or
         every such step raises RuntimeError; the step is made all the same.
 
-        Raises FloatingPointError where a number stops being finite, with the body or the interaction, its law and bodies,
-        and the time; RuntimeError or TypeError where an imposed function of time or a narrow phase fails. Then, and where
-        Ctrl-C or another signal ends it at any line, no step was made: all is as after the last whole step, and with the
-        cause removed the simulation goes on as if nothing had been. Only ``interactions`` are empty until then.
+        Raises FloatingPointError if a number stops being finite, with the body or the interaction, its law and bodies, and
+        the time; RuntimeError or TypeError if an imposed function of time or a narrow phase fails. Then, or if Ctrl-C or
+        another signal ends it at any line, no step was made: everything is as after the last whole step. Once the cause is
+        removed, the simulation goes on as if nothing had happened. Only ``interactions`` are empty until then.
         """
         self._refuse_asked("step")
-        self._last = None  # the arrays of the step before make room
+        self._last = None  # frees the arrays of the step before
         sentences = self._whole_or_not_at_all(self._make_step)
         for sentence in sentences:  # last: where warnings are errors, the step is made all the same
             warn(sentence)
@@ -202,7 +203,7 @@ class Stepper:
         dissipated = dissipated_by_law(problem)
         problem.commit()
         problem.data.state[:, -1] = found.predicted_gap
-        # q = q_m + theta h v, where one solve gives the displacements and the velocities, as it mostly does
+        # q = q_m + theta h v if one solve gives the displacements and the velocities, as it mostly does
         state.positions += self._last_move(found.displacement - (1.0 - theta) * h * problem.system.velocity)
         if self.model.cell is not None:
             self.model.cell.straighten(state.positions)
@@ -230,7 +231,7 @@ class Stepper:
         before, model = len(self.model.mass), self.scene.changed(self.model)
         sentences: list[str] = []
         if len(model.mass) > before or model.rows is not self.model.rows:
-            if len(model.mass) > before and self.state.overlap == "warn":  # what would stop was refused as it was added
+            if len(model.mass) > before and self.state.overlap == "warn":  # with "stop" it was refused as it was added
                 sentences += overlaps_at_start(model, before)
             tables = model.contactors, model.rows, model.chains
             detector = self._detector.grown(tables, model.inverse_mass, model.hidden, model.apart, self.state.positions)
@@ -242,7 +243,7 @@ class Stepper:
                 detector = detector.with_chains(model.chains)
             detector.change(model.inverse_mass, model.hidden)
         for row, now in zip(self.model.rows, model.rows, strict=True):
-            if row is not now:  # what contacts store under other parameters is not known before the step
+            if row is not now:  # the energy of contacts under other parameters is not known before the step
                 self.energy.stored = {name: value for name, value in self.energy.stored.items() if name != row.law.NAME}
         self.model, self._detector, self._assembler = model, detector, Assembler(model)
         self._links = LinkStiffness.of(model.chains, model.inverse_mass, model.dimension)
@@ -256,8 +257,8 @@ class Stepper:
         return sentences
 
     def _draw_chains(self) -> list[ChainTable] | None:
-        """Give chains whose reference gaps are functions of time those of the next detection, which the step is to reach;
-        the chains as they were before, None if none of them changes."""
+        """Set reference gaps that are functions of time to their values at the next detection, which the step is to reach.
+        Returns the chains as they were before, or None if no chain changes."""
         model, time = self.model, self.state.time
         earlier = model.earlier if model.drawn == time else None
         if earlier is None and all(chain.function is None for chain in model.chains):
@@ -278,7 +279,7 @@ class Stepper:
         return self._journal.whole_or_not_at_all(self._all, make, self._go_back)
 
     def _all(self) -> Before:
-        """All that a step changes: these objects set attributes and change nothing in place, but for the detector."""
+        """Everything that a step changes. These objects set attributes and change nothing in place, except the detector."""
         watches = (self._watch, self._driven_overlaps, self._damped_waves, self._displacement_watch, self._turning_stretch)
         kept = [(now, now.copy()) for now in map(vars, (*watches, self.energy, self.state))]
         own = self.__dict__
@@ -297,15 +298,15 @@ class Stepper:
         own.update(then, _assembler=Assembler(then["model"]))  # its arrays may be half filled
 
     def _first_move(self, moving: np.ndarray) -> np.ndarray:
-        """What velocities times a time (n, k) add to the positions, (n, 3)."""
+        """Displacements (n, 3) from the start of a step to its middle; ``moving``: velocities times the time (n, k)."""
         return self._moved(moving, CellMotion.first_move)
 
     def _last_move(self, moving: np.ndarray) -> np.ndarray:
-        """The same from the middle of a step to its end."""
+        """Displacements (n, 3) from the middle of a step to its end; ``moving``: velocities times the time (n, k)."""
         return self._moved(moving, CellMotion.last_move)
 
     def _moved(self, moving: np.ndarray, move: Callable[[CellMotion, np.ndarray, np.ndarray], np.ndarray]) -> np.ndarray:
-        """What a ``move`` of a periodic cell makes of velocities times a time; themselves without a cell."""
+        """Displacements by a ``move`` of the periodic cell; without a cell, the velocities times the time."""
         if self.model.cell is None:
             return moving[:, :3]
         try:
@@ -332,12 +333,12 @@ class Stepper:
         return Flight(force, inertial, mobility, free_velocity)
 
     def _unit(self, load: Drive) -> float:
-        """What a load is multiplied with: a stress on a cell with its volume [m^d]."""
+        """Factor of a load: the volume of the cell [m^d] if it is a stress, else 1."""
         cell = self.model.cell
         return cell.volume(self.state.positions) if cell is not None and load.body in cell.lattice.rows else 1.0
 
     def _find_impulses(self, before: np.ndarray, flight: Flight) -> Found:
-        """Detect, assemble and solve; do so a second time where bodies got so fast that contacts were not seen."""
+        """Detect, assemble and solve; do so a second time if bodies got so fast that contacts were not seen."""
         far, h = self._displacement_watch, self.time_step
         moves = far.measure(before, h)
         interactions, given, solved = self._detect_and_solve(before, flight, moves)
@@ -364,7 +365,7 @@ class Stepper:
         except NarrowPhaseError as error:
             raise RuntimeError(f"In the step from t = {state.time:g} s {error}.") from error.__cause__
         more = sweep_mass(self.model, interactions, self.solver.tolerance)
-        if more is not None:  # the local blocks of W are those of the sweep
+        if more is not None:  # W of the sweep needs its masses
             swept = mobility / more[:, None]
             interactions = detector.detect(state.positions, moves.travel, moves.closing, swept)
         check_detection(detector.groups, interactions, state.time)
@@ -410,18 +411,18 @@ class Stepper:
     # ---------------------------------------------------------------------------------------------------- warnings
 
     def _watched(self, found: Found, force: np.ndarray, before: np.ndarray) -> list[str]:
-        """Warnings of a step: large displacements, links off their length, energy that links took, and that was made."""
+        """Warnings of a step: large displacements, links off their length, energy that links took, energy that was made."""
         h, end = self.time_step, self.state.time + self.time_step
 
         def thrust() -> float:
-            """Kinetic energy that the external forces of a step would give to the bodies from rest [J], and that of
-            velocities which are some roundings of a position a step."""
+            """Kinetic energy [J] that the external forces of a step would give to bodies at rest, plus the energy of
+            velocities of eight roundings of a position per step."""
             given = float((self.model.inverse_mass * (h * force) ** 2).sum())
             rounding = 8.0 * np.finfo(float).eps * found.problem.system.farness
             return 0.5 * (given + float(self.model.free_mass[:, 0].dot(rounding**2)))
 
         def shock() -> float:
-            """Kinetic energy that the normal impulses of the step would give from rest, one by one [J]."""
+            """Kinetic energy [J] that the normal impulses of the step would give to bodies at rest, one by one."""
             system = found.problem.system
             return 0.5 * float((system.impulse[:, 0] ** 2 * system.delassus[:, 0]).sum())
 
@@ -440,7 +441,7 @@ class Stepper:
         ]
 
     def _count_unsolved(self) -> list[str]:
-        """Count a step that was not solved; a sentence at the first one that a loop on ``step`` leaves."""
+        """Count a step that was not solved; returns a sentence for the first one outside a run."""
         self.unconverged_steps += 1
         self.worst_residual = max(self.worst_residual, self.report.residual)
         self.worst_slip = max(self.worst_slip, self.report.slip)
@@ -489,7 +490,7 @@ class Stepper:
         self._whole_or_not_at_all(lambda: self._take(checkpoint, changes))
 
     def _take(self, checkpoint: Checkpoint, changes: list[Change]) -> None:
-        """Become what a checkpoint says; ValueError where it holds interactions of another scene."""
+        """Take the state of a checkpoint; ValueError if it holds interactions of another scene."""
         self._go_through(changes, checkpoint)
         self._detector.take_memory(checkpoint.memory)
         self.state.positions[:] = checkpoint.positions
@@ -506,8 +507,8 @@ class Stepper:
         self.report = Report()
 
     def _go_through(self, changes: list[Change], checkpoint: Checkpoint) -> None:
-        """Make the scene what it is after these statements from its start. Those that were made at the checkpoint give
-        energy in the step after it, for which the model must know how chains were before."""
+        """Make the scene again from its start with these statements. Statements that were made at the checkpoint give
+        energy in the step after it, so the model must know the chains before them."""
         if changes != self.state.changes:
             self.state.time = checkpoint.time
             self.model = replace(self.model, drawn=-np.inf)
@@ -541,7 +542,7 @@ class Stepper:
 
     @property
     def on_unconverged(self) -> str:
-        """What a step does that the solver did not solve: "warn", "stop" or "ignore"."""
+        """Answer to a step that the solver did not solve: "warn", "stop" or "ignore"."""
         return self._on_unconverged
 
     @on_unconverged.setter
@@ -566,7 +567,7 @@ class Stepper:
         super().__setattr__(name, value)
 
     def _is_own(self) -> bool:
-        """Whether it is of lmgcpy: a class of a user's may have what it likes."""
+        """Whether the class is one of lmgcpy: a user's own class may have any attribute."""
         return type(self).__module__.startswith("lmgcpy.")
 
     @property
@@ -639,7 +640,7 @@ class Stepper:
     def problem(self) -> Problem:
         """The last step as a problem of its own: to solve otherwise, to measure, to write out.
 
-        Raises RuntimeError before the first step and TypeError where a law has no conic form.
+        Raises RuntimeError before the first step and TypeError if a law has no conic form.
         """
         if self._last is None:
             raise RuntimeError("There is no step yet to make a problem of: call step() or run() first.")

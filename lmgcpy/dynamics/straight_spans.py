@@ -2,14 +2,14 @@
 
 If both ends are held, the same tension T in every link of a span gives the body between two links ``T (n' - n)``, nothing
 if the span is straight: no finite tension holds its weight, and the laws leave its tension to round-off and to tolerances.
-A solver keeps what it was given, with errors that are a part of it. By itself a span is one block of the sweep, and stays
-as it is. But where spans share bodies, as in a flat net, these errors are handed on between them; tensions of some and
-compressions of others walk from sweep to sweep and from step to step, without end.
+A solver keeps the tension that it was given, with errors in proportion to it. A single span is one block of the sweep, and
+its tension stays. But if spans share bodies, as in a flat net, these errors pass from one span to another; tensions of some
+and compressions of others walk from sweep to sweep and from step to step, without end.
 
 Of all tensions that solve the step the least is wanted, the limit of small slack: with slack a span sags by an angle a
-until ``T = m g/a``. So such a span begins a step with half of what its links bore. A solver finds what the laws determine
-from there all the same; what they do not determine falls from step to step, until the span sags by angles that they see.
-(In a step half of a sag is pulled back, and the tension doubles: "Straight between held beads" in docs/nscd.md.)
+until ``T = m g/a``. So such a span begins a step with half of the impulses that its links had. A solver still finds the
+tensions that the laws determine; the others fall from step to step, until the span sags by angles that the laws see. (In a
+step half of a sag is pulled back, and the tension doubles: "Straight between held beads" in docs/nscd.md.)
 """
 
 from __future__ import annotations
@@ -37,13 +37,13 @@ class StraightSpans:
     crosses: np.ndarray
     """Whether one of its inner bodies is in another span too, (S,) bool."""
     link: np.ndarray
-    """Rows of its links, one span after another, (S + J,), as the detector orders them."""
+    """Rows of the links, one span after another, (S + J,), as the detector orders them."""
     span: np.ndarray
-    """Span of each of these, (S + J,)."""
+    """Span of each of these links, (S + J,)."""
     inner: np.ndarray
-    """Places in ``link`` of the links before the inner bodies, (J,); those behind follow."""
+    """Places in ``link`` of the links before the inner bodies, (J,); the links after the bodies come next."""
     weight: np.ndarray
-    """Inverse masses of the inner bodies by component, over those of their span, (J, d)."""
+    """Inverse masses of the inner bodies by component, divided by the sum of the largest ones over the span, (J, d)."""
 
     @classmethod
     def of(cls, chains: list[ChainTable], inverse_mass: np.ndarray, dimension: int) -> StraightSpans:
@@ -76,13 +76,13 @@ class StraightSpans:
         )
 
     def straight(self, normal: np.ndarray) -> np.ndarray:
-        """Which spans are straight, (S,) bool, by the normals of all interactions (m, d)."""
+        """Whether a span is straight, (S,) bool, from the normals of all interactions (m, d)."""
         bend = normal[self.link[self.inner + 1]] - normal[self.link[self.inner]]
         square = np.bincount(self.span[self.inner], (self.weight * bend * bend).sum(axis=1), len(self.ends))
         return square < STRAIGHT
 
     def let_go(self, guess: np.ndarray, normal: np.ndarray) -> None:
-        """Take their part off the impulses (m, d) that straight spans that cross begin a step with."""
+        """Reduce the guess (m, d) of straight spans that cross to the part KEPT."""
         if self.crosses.any():
             guess[self.link[(self.crosses & self.straight(normal))[self.span]]] *= KEPT
 

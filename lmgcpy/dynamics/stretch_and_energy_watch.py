@@ -7,8 +7,8 @@ that remains is pulled back in the next step.
 **Jerks.** A rigid link does no work in nature. A body of mass M that stretches out two links of length l round a light body
 of mass m turns it round ever faster. It is thrown back with all its energy after the light body has gone through the line,
 which takes ``(l/2) m / r``, with r the impulse that stops M. A longer step finds the links straight and takes the energy.
-So the number of a jerk is ``h |r_n| W_nn / l``, with ``W_nn`` about 1/m. (From a wire that was slack it is the law that
-takes energy.)
+So the number of a jerk is ``h |r_n| W_nn / l``, with ``W_nn`` about 1/m. (If the wire was slack, the law itself takes the
+energy.)
 
 Each warning comes once, with its number, the bodies, and a time step that would do. It costs some sums over the links and
 the laws of a step.
@@ -31,41 +31,43 @@ STRETCH = 0.1
 """Part of its reference length by which a rigid link may be off for :data:`RUNNING` steps before the run warns. A link that
 turns by 0.45 rad in a step is off by as much. (The column study, at a tolerance of 1e-2, leaves 5 %.)"""
 DRIVEN_OFF = 0.01
-"""The same of a link between bodies that are held or driven along it, which nothing brings back, as it gets worse."""
+"""Part by which a link between bodies that are held or driven along it may be off while it gets worse: no impulse can bring
+it back."""
 RUNNING = 3
-"""Steps in a row. A single blow, as that of a wire which is thrown taut, leaves a stretch that the next step pulls back."""
+"""Steps in a row. A single blow, as in a wire that is thrown taut, leaves a stretch that the next step pulls back."""
 AT_ONCE = 0.25
 """Part of its reference length by which a rigid link may be off in one step. A link that turns by 0.65 rad in a step is.
 Light bodies that whip are put back from a tenth on (whipping_links.py), so that no right blow leaves as much."""
 MADE_BY_CONTACTS = 0.02
 """Part of the energy turned over that a law of contacts may have made before the run warns, if it promises to dissipate."""
 MADE_BY_LINKS = 0.05
-"""The same of a law of rigid links, which give back the stretch of turning. (Wires that are jerked make up to 2 %, at eight
+"""Limit for a law of rigid links, which give back the stretch of turning. (Wires that are jerked make up to 2 %, at eight
 octaves of the time step and mass ratios of 1 to 1e7. A run that goes wrong makes 100 % and more.)"""
 MADE_BY_POTENTIALS = 0.1
-"""The same of a law that stores energy: its potential is that of linear springs, its stretch that of links that turn."""
+"""Limit for a law that stores energy: its links have the potential of linear springs and stretch as they turn."""
 MADE_BY_ALL = 0.25
-"""The same of all of them and the imbalance of light bodies, if no law is told."""
+"""Limit for all laws together with the imbalance of light bodies, if the run has warned of no law."""
 SUNK = 0.1
 """Part of the smaller radius by which a rigid contact may overlap, beyond the largest overlap of the start, before the run
 warns. (A relaxation at a tolerance of 1e-2 leaves up to 0.035.)"""
 START = 10.0
-"""Near rest the energy turned over is less than the error of a step. So the run warns only where interactions have made
-more than loads give to bodies at rest in so many steps."""
+"""Near rest the energy turned over is less than the error of a step. So the run warns only if interactions have made more
+than loads give to bodies at rest in this number of steps."""
 ERRORS = 1e-3
-"""Nor does it warn where a law has made less than this part of what the normal impulses of a step would give from rest, one
-by one. (A taut wire without slack on a drum: 3e-6, which the drum makes and the wire takes by errors of the velocities.)"""
+"""It does not warn either if a law has made less than this part of the energy that the normal impulses of a step would give
+to bodies at rest, one by one. (A taut wire without slack on a drum: 3e-6, which the drum makes and the wire takes by errors
+of the velocities.)"""
 TAKEN = 0.05
 """Part of the energy turned over that rigid links may take in a step that does not resolve how they turn before the run
-warns. (Double pendulums with a light elbow: 0.2 to 0.67 where the first straightening is lost.)"""
+warns. (Double pendulums with a light elbow: 0.2 to 0.67 if the first straightening is lost.)"""
 FIRST = 3.0
-"""Nor does the run warn where they took less than loads give to bodies at rest in so many steps."""
+"""The run does not warn if rigid links took less than loads give to bodies at rest in this number of steps."""
 JERK = 0.1
 """``h |r_n| W_nn / l`` of a jerk that a step resolves. (Pendulums and wires lose up to 0.02 of their energy there.)"""
 AT_LENGTH = 1e-9
 """A wire is slack if it is shorter by more than this part of its length."""
 RESOLVED = 4.0
-"""Beads zigzag across their wire where ``s = 4 h^2 T/(m l)`` is larger, unless there is geometric stiffness."""
+"""Beads zigzag across their wire if ``s = 4 h^2 T/(m l)`` is larger, unless there is geometric stiffness."""
 
 
 class Watch:
@@ -99,7 +101,7 @@ class Watch:
         """Largest overlap of the first step that is looked at, in parts of the smaller radius; None before it."""
 
     def links(self, problem: StepProblem, s: np.ndarray) -> Iterator[str]:
-        """Sentences on the links of a step; ``s``: of those whose beads nothing keeps from zigzagging, (L,) or none."""
+        """Sentences on the links of a step; ``s``: ``4 h^2 T/(m l)`` of the links, (L,), empty with geometric stiffness."""
         count = len(self._rigid)
         if not count:
             return
@@ -206,9 +208,9 @@ class Watch:
     def energy(
         self, energy: Energy, thrust: Callable[[], float], shock: Callable[[], float], time: float, time_step: float
     ) -> Iterator[str]:
-        """A sentence on each law that promises to make no energy and has made some; ``thrust``: gives the energy that the
-        loads of a step alone would give to bodies at rest [J], ``shock`` what its normal impulses would, one by one: where
-        bodies are tensioned against each other, works are errors beside that."""
+        """A sentence on each law that promises to make no energy and has made some; ``thrust`` computes the energy that the
+        loads of a step alone would give to bodies at rest [J]; ``shock``, the energy that its normal impulses would give
+        them, one by one. If bodies are tensioned against each other, works below a part of it are errors."""
         makers = [
             (f"interactions of law '{name}'", made, self._most_made[name]) for name, made in energy.made_by_law.items()
         ]

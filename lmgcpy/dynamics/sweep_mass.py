@@ -1,4 +1,4 @@
-"""With what mass a body is swept: its own, or more if it is light and squeezed between heavy ones.
+"""The mass with which a body is swept: its own, or more if it is light and squeezed between heavy ones.
 
 See :mod:`lmgcpy.solve.light_bodies` for what a solver makes of it.
 """
@@ -11,14 +11,14 @@ from lmgcpy.contact.interactions import Interactions
 from lmgcpy.dynamics.model import Model
 
 HEAVY = 32.0
-"""A body is heavy beside another one that it touches if its mass is so many times as large. Up to there sweeps with
-momentum arrive sooner by themselves."""
+"""A body is heavy beside another one that it touches if its mass is at least this number of times as large. Below that,
+sweeps with momentum converge sooner by themselves."""
 SHARE = 0.25
 """Mass in the sweep, in parts of the heaviest body touched."""
 TIGHT = 1e-6
-"""Tolerance of a solver up to which bodies are swept as they are: to the last digits Newton steps are the shorter way."""
+"""Up to this tolerance of a solver, bodies are swept with their own mass: for the last digits Newton steps cost less."""
 PASSES = 2
-"""A body may be heavy only because it is swept so."""
+"""Passes over the pairs: a body may be heavy only because it is swept with a larger mass."""
 
 
 def sweep_mass(model: Model, interactions: Interactions, tolerance: float) -> np.ndarray | None:

@@ -1,9 +1,10 @@
-"""Overlap of contacts that turning made, taken back without energy where light bodies under heavy loads would make some.
+"""Overlap of contacts that turning made, taken back without energy if light bodies under heavy loads would make some.
 
 Laws of contacts take back what turning closed in the last step (``laws/signorini.py``), with the work ``r (e' - e)/(2 h)``.
-In a steady motion that is nothing. Where a heavy body comes down on a light one that went fast along a curved path, r is
-that of the heavy body while e is still that of the light one. Then the step is solved a second time as if nothing had
-turned, for the velocities, and bodies move by the first solve, as links do (:mod:`lmgcpy.dynamics.turning_stretch`).
+In a steady motion this work is zero. But if a heavy body comes down on a light one that went fast along a curved path, r
+bears the heavy body while e is still due to the motion of the light one. Then the step is solved a second time, for the
+velocities, as if nothing had turned, and bodies move by the first solve, as for links
+(:mod:`lmgcpy.dynamics.turning_stretch`).
 """
 
 from __future__ import annotations
@@ -22,11 +23,11 @@ MADE = 0.01
 def take_back(
     given: StepProblem, solved: StepProblem, before: np.ndarray, solve: Callable[[StepProblem], StepProblem]
 ) -> tuple[StepProblem, np.ndarray | None]:
-    """The step as its velocities are to be, and the impulses of the first solve less those of the last (m, d) if it was
-    solved twice, else None.
+    """The problem that gives the velocities of the step; and the impulses of the first solve minus the impulses of the
+    second (m, d), or None if the step was solved once.
 
-    ``given``: the problem as it was assembled; ``before``: velocities at the start of the step (n, k); ``solved`` and what
-    ``solve`` returns know the velocities ``after``.
+    ``given``: the problem as it was assembled; ``before``: velocities at the start of the step (n, k); ``solved`` and the
+    problem that ``solve`` returns have the velocities ``after``.
     """
     data = solved.data
     turned = (data.gap < data.reference_gap) & given.keeps_gap

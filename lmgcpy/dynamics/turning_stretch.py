@@ -3,29 +3,29 @@
 A law keeps its link to the gap that it predicts, ``g + h u_n``. A link of length l that turns by the angle h u_t / l is
 longer than that at the end, by ``(h u_t)^2 / 2 l``, and its law pulls the excess back in the next step. As a rule this is
 right: this pull turns the velocity of a pendulum. But light beads that whip before a heavy end leave a large excess at the
-cost of next to no energy, and the step in which all links are taut at once pulls the sum of it back within h, with the
+cost of next to no energy. The step in which all links are taut at once pulls the sum of the excess back within h, with the
 heavy end.
 
-So where a chain makes energy that its excess accounts for, the step is solved a second time, as if the chain had the gaps
-``lambda`` that its laws predicted in the step before. Velocities and impulses are those of the second solve; displacements
-are those of the first, which takes the excess back (as projected time stepping does with penetrations: Acary 2013, Comput.
-Methods Appl. Mech. Eng. 256):
+So if a chain makes energy that its excess accounts for, the step is solved a second time, as if the chain had the gaps
+``lambda`` that its laws predicted in the step before. Velocities and impulses come from the second solve, displacements
+from the first, which takes the excess back (as projected time stepping does with penetrations: Acary 2013, Comput. Methods
+Appl. Mech. Eng. 256):
 
     v   = v_free + M^-1 H r      r from lambda
     q_m + h v_1                  where the next step detects, v_1 from g
 
-**No energy is made.** With S(lambda) what links store, a convex function, infinite where a rigid one is too long, v is
-where ``|v - v_free|^2_M / 2 + S(lambda + h H^T v)`` is least. The value at rest is at least that least one plus
+**No energy is made.** Let S(lambda) be the energy that links store, a convex function, infinite if a rigid link is too
+long. Then v minimises ``|v - v_free|^2_M / 2 + S(lambda + h H^T v)``. The value at rest is at least the minimum plus
 ``|v|^2_M / 2``, so that ``|v|^2_M / 2 + S(lambda + h H^T v) <= |v_free|^2_M / 2 + S(lambda)``.
 
 **Nets of rods.** The gaps of all links follow from one displacement of the bodies, and so do the excesses. Rigid rods that
-cross are more equations than motions; they agree with each other for the gaps as they are, and for the predicted ones, but
-not for those of some chains and the predicted ones of others: then the step has no solution, and stresses of the net in
-itself grow without bound. So a chain of rigid rods and all rigid chains with which it shares bodies that may move form one
-net, of which all links or none are taken back. A wire holds one way: it may be shorter than its neighbours ask for.
+cross give more equations than motions. The equations agree if all chains have their detected gaps, or all their predicted
+ones, but not if some have the one and some the other: then the step has no solution, and self-stresses of the net grow
+without bound. So a chain of rigid rods and all rigid chains with which it shares bodies that may move form one net, of
+which all links or none are taken back. A wire holds one way: it may be shorter than its neighbours ask for.
 
-**Tolerances.** The proof asks for ``S(lambda) = 0``, and ``lambda`` is off by what the step before left. Impulses of rods
-that are nearly straight make energy of that. If the second solve of a net with rods makes more than the first, the step
+**Tolerances.** The proof asks for ``S(lambda) = 0``, and ``lambda`` is off by what the step before left. The impulses of
+nearly straight rods turn this error into energy. If the second solve of a net with rods makes more than the first, the step
 goes back to g.
 """
 
@@ -50,14 +50,14 @@ ACCOUNTS = 0.5
 TINY = 1e-12
 """A step with less excess, in parts of the shortest link, is not looked at: a link that turns by 1.4e-6 rad has as much."""
 TURNS = 4
-"""Most solves of a step: where some nets make no energy any more, others may begin to."""
+"""Most solves of a step: once some nets make no more energy, others may begin to."""
 
 
 class TurningStretch:
-    """Remembers the gaps that the links of a model predict, and solves steps anew where the excess would make energy.
+    """Remembers the gaps that the links of a model predict, and solves steps anew if the excess would make energy.
 
     L links, as the detector orders them; ``predicted``: their gaps by the laws at the end of the last step [m], (L,), NaN
-    where there was none.
+    if there was no step.
     """
 
     def __init__(self, model: Model):
@@ -85,14 +85,14 @@ class TurningStretch:
         before: np.ndarray,
         solve: Callable[[StepProblem], StepProblem],
     ) -> tuple[StepProblem, np.ndarray | None]:
-        """The step as its velocities are to be, as it was ``solved`` or, where a net makes energy, solved anew; and then
-        the impulses of the first solve less those of the last (m, d), which only moved positions.
+        """The problem that gives the velocities of the step: ``solved``, or the one solved anew if a net makes energy; and
+        in that case the impulses of the first solve minus the impulses of the last (m, d), which only moved positions.
 
         ``given``: the problem as it was assembled; ``before``: velocities at the start of the step (n, k). ``solved`` and
-        what ``solve`` returns know the velocities ``after``.
+        the problem that ``solve`` returns have the velocities ``after``.
         """
         count, h = len(self.predicted), given.data.time_step
-        excess = np.fmax(solved.data.gap[:count] - self.predicted, 0.0)  # none where nothing is known
+        excess = np.fmax(solved.data.gap[:count] - self.predicted, 0.0)  # zero if no gap was predicted
         if not excess.max() > self._tiny:
             return solved, None
         gap, first = given.data.gap, None
@@ -120,14 +120,14 @@ class TurningStretch:
             prepare(again.groups, again.kernels, again.offset, again.system, again.data)
             solved = solve(again)
             if any(self._made_by(solved, net) > made[net] for net in found if self._rods[self._chains[net]].any()):
-                # errors of lambda made more than the excess did: back to the gaps as they are
+                # errors of lambda made more than the excess did: back to the detected gaps
                 given.guess[:] = first
                 prepare(given.groups, given.kernels, given.offset, given.system, given.data)
                 return solve(given), None
         return solved, None if first is None else first - solved.system.impulse
 
     def restore(self, predicted: np.ndarray) -> None:
-        """Go on from the gaps that a checkpoint holds; files from before there were any hold none."""
+        """Go on from the gaps that a checkpoint holds; older files hold none."""
         self.predicted = predicted.copy() if len(predicted) else np.full(len(self.predicted), np.nan)
 
     def remember(self, problem: StepProblem) -> None:

@@ -5,31 +5,32 @@ across itself ends at ``sqrt(L^2 + (h u_t)^2)``. If the step resolves the motion
 But a light body between two rods that straighten or buckle moves by its length and more in a step, and the rods would end
 at twice their length.
 
-So where a rigid link ends too long by more than a tenth, positions are projected together with all rigid links of its
-component (those that free bodies join): the bodies move on by the ways d for which, with the masses M, ``|d|^2_M / 2`` is
-least and
+So if a rigid link ends too long by more than a tenth, positions are projected together with all rigid links of its
+component (the links that free bodies join): the bodies move on by the ways d that minimise ``|d|^2_M / 2``, with the masses
+M, under the constraints
 
     |x_c + d_c - x_a - d_a| = L for rods,    <= max(L, reference) for wires.
 
-Velocities stay as they are. (Positions as in SHAKE: Ryckaert, Ciccotti, Berendsen 1977, J. Comput. Phys. 23; there the
-normals are those of the start, which fail from a right angle on, and the impulses give velocities too.)
+Velocities do not change. (Positions as in SHAKE: Ryckaert, Ciccotti, Berendsen 1977, J. Comput. Phys. 23; there the normals
+are taken at the start, which fails from a right angle on, and the impulses change velocities too.)
 
-**Newton steps.** With the vectors x of the links, pulls p, and b that takes ways to those across a link, a step solves
+**Newton steps.** With the vectors x of the links, pulls p, and b the map from ways of bodies to the relative way of a link,
+a step solves
 
     (M + sum max(p, 0) b b^T) dd + J^T dp = -(M d + J^T p),    J dd = -(|x|^2 - L^2)/2,    J = x b^T.
 
-The second term is geometric stiffness: without it Newton steps go astray where a chain ends stretched out, as light bodies
-run off across it before a heavy one follows.
+The second term is geometric stiffness: without it Newton steps go astray if a chain ends stretched out, as light bodies run
+off across it before a heavy one follows.
 
 **No energy is made**: rigid links have no excess then, and the next step starts at their reference, as an inelastic law
 does. It takes the velocity along the new normal. For a link that turned by phi, ``cos(phi) = L/(L + e)``, that is the part
-``sin(phi)^2`` of the energy of its turning. If all the kinetic energy T of a component were that of turning, as in a pair
-of bodies that spins, its ways would have
+``sin(phi)^2`` of the energy of its turning. If all the kinetic energy T of a component were in its turning, as in a pair of
+bodies that spins, its ways would have
 
     |d/h|^2_M / 2 = tan(phi/2)^2 T,    tan(phi/2)^2 = e/(2 L + e).
 
-So a component is projected only if ``|d/h|^2_M / 2`` is a small part of that, that is, if what turns is light. Where heavy
-bodies turn by as much in a step the step is too long, which the run tells.
+So a component is projected only if ``|d/h|^2_M / 2`` is a small part of that, that is, if what turns is light. If heavy
+bodies turn by as much in a step, the step is too long, and the run warns.
 """
 
 from __future__ import annotations
@@ -41,19 +42,20 @@ from lmgcpy.dynamics.assembly import StepProblem
 from lmgcpy.dynamics.model import Model
 
 BEYOND = 0.1
-"""Part of its length by which a rigid link must be too long at the end of a step. One that turns by 0.43 rad is."""
+"""Part of its length by which a rigid link must be too long at the end of a step. A link that turns by 0.43 rad is."""
 TURNING = 0.5
 """Part of the kinetic energy of a component, in the sense above, that may be in the turning of links that whip. (Elbows at
 mass ratios of 1e6 and 1e7: up to 0.35. A pair of bodies that spins: 1.)"""
 TURNING_OF_WIRES = 0.1
-"""The same of a component of wires alone. A whip that cracks has its energy in its light end, which must not be put back.
+"""Limit for a component of wires alone. A whip that cracks has its energy in its light end, which must not be put back.
 (One tapered to 1e-6: between 0.2 and 0.3; put back, its greatest speed changed by 29 %. Elbows of wires: below 0.1.)"""
 STEPS = 60
-"""Most Newton steps. (A bead 15 lengths away takes nine. Where a chain ends stretched out, each halves the error.)"""
+"""Most Newton steps. (A bead 15 lengths away takes nine. If a chain ends stretched out, each halves the error.)"""
 ACCURACY = 1e-10
-"""Newton steps end where links are off by no more than this part of their length, and pulls of theirs."""
+"""Newton steps end if links are off by no more than this part of their length, and the balance of ways and pulls by no more
+than this part of the largest way."""
 KEPT = 1e-6
-"""A component with a link that is off by more than this part of its length after them is left as it was."""
+"""A component with a link that is off by more than this part of its length after the Newton steps is left as it was."""
 SMALL = 1e-12
 """Compliance of the links in a Newton step, the lightest mass being 1: in closed polygons they may depend on each other."""
 
@@ -72,10 +74,10 @@ class WhippingLinks:
     def put_back(
         self, solved: StepProblem, displacement: np.ndarray, before: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray | None]:
-        """The displacements of a step (n, k), projected where light bodies whip, and the impulses (m, d) that would have
-        given what was added; else the displacements as they were, and None.
+        """The displacements of a step (n, k), projected if light bodies whip, and the impulses (m, d) that would give the
+        ways added; else the displacements as they were, and None.
 
-        ``solved``: knows the velocities ``after``; ``before``: velocities at the start of the step (n, k).
+        ``solved``: has the velocities ``after``; ``before``: velocities at the start of the step (n, k).
         """
         system, data, d, count = solved.system, solved.data, solved.dimension, len(self._rigid)
         c, a = system.candidate[:count], system.antagonist[:count]
@@ -146,7 +148,7 @@ def components(c: np.ndarray, a: np.ndarray, free: np.ndarray) -> tuple[np.ndarr
 
 
 def kinetic(velocity: np.ndarray, inverse: np.ndarray, label: np.ndarray, held: np.ndarray) -> np.ndarray:
-    """Kinetic energy of each component [J], (n,), relative to its centre of mass where it is not ``held``; velocities and
+    """Kinetic energy of each component [J], (n,), relative to its centre of mass if it is not ``held``; velocities and
     inverse masses (n, d)."""
     mass = np.where(inverse > 0.0, 1.0 / np.where(inverse > 0.0, inverse, 1.0), 0.0)
 
@@ -167,10 +169,10 @@ def excess(arrow: np.ndarray, aim: np.ndarray) -> np.ndarray:
 def project(
     start: np.ndarray, c: np.ndarray, a: np.ndarray, aim: np.ndarray, held: np.ndarray, inverse: np.ndarray
 ) -> np.ndarray:
-    """What pushes the candidates of links [kg m], (r, d), and antagonists the other way, so that their vectors ``start``
-    (r, d) get the lengths ``aim`` (r,).
+    """Pushes on the candidates of links [kg m], (r, d), and in the other direction on the antagonists, that give their
+    vectors ``start`` (r, d) the lengths ``aim`` (r,).
 
-    ``c``, ``a``: rows of the bodies (r,); ``held``: which links may not be shorter either, (r,); ``inverse``: inverse
+    ``c``, ``a``: rows of the bodies (r,); ``held``: whether a link may not be shorter either, (r,); ``inverse``: inverse
     masses (n, d). Wires that were too long once stay at their length.
     """
     from scipy.sparse import block_array, csr_array, diags_array
