@@ -239,8 +239,8 @@ class Body(ABC):
     def hide(self) -> Body:
         """Take the body away: it touches nothing, moves nowhere, and is in no picture, until ``show``. Returns the body.
 
-        Its velocity is zero from then on. A body of a chain cannot be hidden (ValueError where the scene is compiled, or
-        here, between steps).
+        Its velocity is zero from then on. A body of a chain cannot be hidden (ValueError when the scene is compiled;
+        between steps, here).
         """
         self._state_change(HIDDEN, -1, 0.0)
         return self
@@ -291,7 +291,7 @@ class Body(ABC):
         self._take(kind, component, value)
 
     def _take(self, kind: int, component: int, value: Prescribed) -> None:
-        """What a statement makes of the conditions of the body."""
+        """Apply a statement to the conditions of the body."""
         if kind in (HIDDEN, SHOWN):
             self._hidden = kind == HIDDEN
             return

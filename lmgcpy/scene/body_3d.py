@@ -57,8 +57,8 @@ class CylinderWall(Boundary):
     def impose_velocity(self, **components: Prescribed) -> Body:
         """Drive components x, y, z [m/s], spin … [rad/s] by a number or a function of time [s]. Returns the body.
 
-        A cylinder turns about its own axis only: it has no other position than that of ``point`` and ``axis``. So a spin
-        must be along the axis; as a function of time only that about a coordinate axis on which the cylinder lies.
+        A cylinder turns about its own axis only: ``point`` and ``axis`` are all of its position. So a spin must be along
+        the axis. A function of time can be a spin only if the cylinder lies along a coordinate axis.
         """
         spins = np.array([_rate(components.get(name, 0.0)) for name in self.components[3:]])
         axis = self._contactor.axis

@@ -75,7 +75,7 @@ class Cell:
 
     @property
     def lattice(self) -> Lattice:
-        """Where the edges stand among the bodies."""
+        """Rows of the edges among the bodies, and their axes."""
         rows, axes = ([getattr(edge, name) for edge in self._edges] for name in ("id", "axis"))
         return Lattice(np.array(rows, dtype=np.int64), np.array(axes, dtype=np.int64), self.dimension)
 
@@ -119,8 +119,8 @@ class Cell:
         ``impose_stress(xx=-1e5, yy=-1e5)``. Returns the cell.
 
         At rest Weber's stress of the cell, ``lmgcpy.measure.stress``, is the imposed one; in motion it differs by the
-        inertia of cell and bodies. Raises ValueError where the cell is not periodic in all directions: it has no volume
-        that a stress could act on.
+        inertia of cell and bodies. Raises ValueError if the cell is not periodic in all directions: it has no volume that a
+        stress could act on.
         """
         if len(self._edges) < self.dimension:
             raise ValueError(
@@ -158,15 +158,15 @@ class Cell:
         return self
 
     def _mean_inertia(self, axis: int) -> float:
-        """Inertia of a column of G [kg m^2]: that of the bodies if they moved with the mean flow, spread evenly over the
-        width of the cell, ``M width^2 / 12``."""
+        """Inertia of a column of G [kg m^2]: ``M width^2 / 12``, as if the mass M of all bodies moved with the mean flow,
+        spread evenly over the width of the cell."""
         mass = sum(body.mass for body in self._bodies if math.isfinite(body.extent) and not isinstance(body, Edge))
         lattice = self.lattice
         start = np.array([edge._position[: self.dimension] for edge in self._edges])
         return mass * float(lattice.widths(start)[lattice.axes.tolist().index(axis)]) ** 2 / 12.0
 
     def check(self) -> None:
-        """ValueError where something without bounds does not go on beyond the faces as it is, or a cell that yields has no
+        """ValueError if a body without bounds does not go on unchanged beyond the faces, or if a cell that yields has no
         inertia."""
         for edge in self._edges:
             if edge.mass == 0.0 and edge._forces:

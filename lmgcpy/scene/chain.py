@@ -30,9 +30,9 @@ link pulls and the contact pushes without bound."""
 class Chain:
     """Bodies, each linked to the next: link i goes from ``bodies[i]``, antagonist, to ``bodies[i + 1]``, candidate.
 
-    ``reference_gaps`` [m], (links,), are gaps between surfaces. ``parameters`` are those of the law that differ from link
-    to link, (links,) each. Links act between centres and carry no moment. ``settled``: rigid links may be off their
-    reference by what the steps of a run have left.
+    ``reference_gaps`` [m], (links,), are gaps between surfaces. ``parameters`` are the parameters of the law that differ
+    from link to link, (links,) each. Links act between centres and carry no moment. ``settled``: rigid links may be off
+    their reference by what the steps of a run have left.
     """
 
     def __init__(
@@ -51,9 +51,9 @@ class Chain:
         self._law = law
         self._cell = cell
         self._state: BodyState | None = None
-        """That of the simulation which has compiled the scene."""
+        """State of the simulation that has compiled the scene."""
         self._number = -1
-        """Which chain of that scene it is."""
+        """Number of the chain in that scene."""
         self.function: Callable[[float], Any] | None = reference_gap if callable(reference_gap) else None
         """Function of time [s] that gives the reference gaps, None for none."""
         self.bodies = list(bodies)
@@ -118,8 +118,8 @@ class Chain:
 
     @property
     def law(self) -> Law:
-        """The law of the links. It may be set to one of the same class with other parameters, also between the steps of a
-        simulation, where it acts from the next step on. What ``parameters`` gave each link stays."""
+        """The law of the links. It may be set to a law of the same class with other parameters. Between the steps of a
+        simulation, the new law acts from the next step on. The values that ``parameters`` gave each link stay."""
         return self._law
 
     @law.setter
@@ -208,7 +208,7 @@ class Chain:
         self.reference_gaps, self.function = wanted, None
 
     def _drive(self, function: Callable[[float], Any]) -> None:
-        """Take a function of time for the reference gaps; where it is wrong at the start nothing changes."""
+        """Take a function of time for the reference gaps; if it is wrong at the start, nothing changes."""
         self.reference_gaps, self.function = self._gaps_of(function, 0.0), function
         self._as_built = False
 
@@ -249,7 +249,7 @@ class Chain:
             raise ValueError("The reference_gap of a chain that relaxes cannot be set: make it with relaxation=0.")
 
     def _take(self, link: int, gap: float) -> None:
-        """What a statement makes of the reference gaps; ``link`` -1 means all."""
+        """Apply a statement to the reference gaps; ``link`` -1 means all."""
         gaps = self.reference_gaps.copy()
         gaps[slice(None) if link < 0 else link] = gap
         self.reference_gaps, self.function = gaps, None

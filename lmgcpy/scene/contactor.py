@@ -17,7 +17,7 @@ from lmgcpy.errors import named_arguments, number, vector
 
 
 class Contactor(ABC):
-    """A shape fixed to a body. Areas and moments are those of 2D, per metre of depth."""
+    """A shape fixed to a body. Areas and moments are per metre of depth, as in 2D."""
 
     __slots__ = ()
 
@@ -46,8 +46,8 @@ class Contactor(ABC):
 
     @property
     def outline(self) -> Sequence[np.ndarray] | None:
-        """How the contactor is drawn: polylines in its own frame [m], (v, d) each. None draws what is round as it is, and
-        any other shape as the circle or sphere that contains it."""
+        """How the contactor is drawn: polylines in its own frame [m], (v, d) each. If None, round contactors are drawn as
+        they are, others as their bounding circle or sphere."""
         return None
 
     def __repr__(self) -> str:

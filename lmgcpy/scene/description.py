@@ -56,8 +56,8 @@ _CONDITION_FIELDS = ("body", "component", "loaded", "function", "value")
 
 Key = tuple[int, str] | tuple[str, int] | str
 Functions = Mapping[Key, Callable[[float], Any]]
-"""Functions of time by id of the body and name of the component, those of reference gaps by ``("chain", 0)``, the number of
-the chain, and that of "gravity"."""
+"""Functions of time by id of the body and name of the component; functions of reference gaps by ``("chain", 0)``, with the
+number of the chain; the function of gravity by "gravity"."""
 
 
 class RecordedContactor(Contactor):
@@ -246,7 +246,7 @@ def asked_again(functions: list[Key]) -> str:
 def _outlines(contactors: dict[int, Contactor], dimension: int) -> dict[str, np.ndarray]:
     """Polylines of the contactors, by row, that have some: the contactor of each, its number of points, and the points [m].
 
-    Raises ValueError with a sentence where one is none.
+    Raises ValueError with a sentence if an outline is no polyline.
     """
     owners, lines = [], []
     for k, contactor in contactors.items():
@@ -273,7 +273,7 @@ def _outlines(contactors: dict[int, Contactor], dimension: int) -> dict[str, np.
 def outlines_of(table: Mapping[str, Any]) -> list[tuple[int, np.ndarray]]:
     """Contactor and points [m], (v, d), of each polyline in the table of contactors of a description.
 
-    Files of former versions have none. Raises ValueError where the fields do not fit together.
+    Files of former versions have none. Raises ValueError if the fields do not fit together.
     """
     outlines = table.get("outlines")
     if outlines is None:
@@ -286,7 +286,7 @@ def outlines_of(table: Mapping[str, Any]) -> list[tuple[int, np.ndarray]]:
 
 
 def lattice_of(description: Mapping[str, Any]) -> Lattice | None:
-    """The lattice of the periodic cell in a description, None where there is none."""
+    """The lattice of the periodic cell in a description, None without a cell."""
     bodies = description["bodies"]
     if not set(EDGES) & set(bodies["kinds"]):
         return None
@@ -462,7 +462,7 @@ def _check_conditions(scene: Scene, conditions: Mapping[str, Any]) -> None:
 
 
 def impose(scene: Scene, description: Mapping[str, Any], functions: Functions) -> None:
-    """Impose the conditions of a description on its scene, and gravity and reference gaps where they are functions of time;
+    """Impose the conditions of a description on its scene, and gravity and reference gaps if they are functions of time;
     raises the errors of :func:`from_description`."""
     conditions = description["conditions"]
     if not isinstance(functions, Mapping):

@@ -96,12 +96,12 @@ def _above_zero(value: Any, name: str, kind: type[Round], count: int, unit: str)
 
 
 class StartNumbers(NamedTuple):
-    """What bodies are before the first step, as arrays; n bodies."""
+    """Numbers of the bodies before the first step, as arrays; n bodies."""
 
     rows: np.ndarray
     """Positions, velocities, radii, masses and inertias, (n, 12), see :class:`~lmgcpy.scene.body.StartRows`."""
     plain: np.ndarray
-    """Which bodies are disks or spheres of lmgcpy, of which their row says all, (n,) bool."""
+    """Whether a body is a disk or sphere of lmgcpy that its row describes completely, (n,) bool."""
     extent: np.ndarray
     link_radius: np.ndarray
     """[m], (n,)."""
@@ -110,7 +110,7 @@ class StartNumbers(NamedTuple):
 
     @classmethod
     def of(cls, bodies: Sequence[Body]) -> StartNumbers:
-        """Those of bodies, copied. Bodies that are no plain disks or spheres are asked one by one."""
+        """Copy the numbers of bodies. Bodies that are no plain disks or spheres are asked one by one."""
         rows = _rows_of(bodies)
         plain = np.fromiter((type(body) in PLAIN for body in bodies), bool, len(bodies))
         start = cls(rows, plain, rows[:, RADIUS].copy(), rows[:, RADIUS].copy(), np.ones(len(bodies), dtype=bool))

@@ -19,10 +19,10 @@ between Reynolds numbers of some 1e3 and 1e5."""
 
 @dataclass(frozen=True)
 class Medium:
-    """One statement ``scene.drag``; its numbers as there."""
+    """A statement ``scene.drag``; the numbers are its arguments."""
 
     bodies: tuple[int, ...] | None
-    """Ids of the bodies; None of all with bounds."""
+    """Ids of the bodies, or None for all bodies with bounds."""
     rate: float = 0.0
     linear: float = 0.0
     quadratic: float = 0.0

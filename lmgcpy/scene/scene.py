@@ -67,11 +67,11 @@ class Scene:
         """The scene of a run file as it was after a ``step`` that has a frame, by default the last: a new scene, which may
         be edited, and in which a simulation begins at time 0.
 
-        Bodies have their positions and velocities, conditions and gravity are those of then, and bodies that were hidden
-        are. Impulses and states of laws are not kept: the first step starts from none. Functions of time, which no file can
-        hold, are given as to :func:`lmgcpy.resume`, and begin at time 0 again.
+        Bodies have their positions and velocities after that step; conditions, gravity and hidden bodies are as they were
+        then. Impulses and states of laws are not kept: the first step starts from none. Functions of time, which no file
+        can hold, are given as to :func:`lmgcpy.resume`, and begin at time 0 again.
 
-        Raises the errors of ``lmgcpy.io.open_run``, and ValueError where there is no frame of that step.
+        Raises the errors of ``lmgcpy.io.open_run``, and ValueError if there is no frame of that step.
         """
         return cls._from_run(path, step, functions)
 
@@ -121,9 +121,10 @@ class Scene:
     def add(self, body: SomeBody) -> SomeBody:
         """Add a body and give it its id. Returns the body.
 
-        Between the steps of a simulation it comes with the velocity that it has, but not into a run that is recorded
-        (RuntimeError), as all frames of a file have the same bodies. ValueError where the simulation could not begin with
-        it: too far from the origin, too big for its periodic cell, or on another one if ``overlap`` is "stop".
+        Between the steps of a simulation the body comes with its velocity. A run that is recorded takes no further body
+        (RuntimeError), as all frames of a file have the same bodies. ValueError if the simulation could not begin with the
+        body: it is too far from the origin, too big for the periodic cell, or overlaps another one if ``overlap`` is
+        "stop".
         """
         if not isinstance(body, Body):
             raise TypeError(f"Scene.add takes a body such as lmgcpy.disk(...), got {shown(body)}.")
@@ -139,7 +140,7 @@ class Scene:
         return body
 
     def _join(self, bodies: Sequence[Body]) -> None:
-        """Give bodies their ids. Those that come between the steps of a simulation were hidden until now."""
+        """Give bodies their ids. Bodies that are added between the steps of a simulation were hidden until now."""
         if self._state is not None:
             self._state.refuse_recorded("The number of bodies")
         for id, body in enumerate(bodies, len(self.bodies)):
@@ -168,16 +169,16 @@ class Scene:
 
     @named_arguments
     def periodic(self, *, x: Any = None, y: Any = None, z: Any = None, inertia: float | None = None) -> Cell:
-        """Make the scene periodic along some axes: each gets the edge of the cell, a length or a vector [m]. Returns the
-        cell, which says how it deforms; it is held unless told otherwise.
+        """Make the scene periodic along some axes: each axis gets an edge of the cell, a length or a vector [m]. Returns
+        the cell, whose statements say how it deforms; without them it is held.
 
-        What is near a face of the cell meets the images of what is near the opposite one. Positions, which may lie outside
-        of the cell, are not folded back, so that wires go across its faces as they are laid. The edges of a cell that is
-        not periodic in all directions must lie along the periodic axes. The cell must be wider than four times the largest
-        radius and twice the distance within which contacts are looked for.
+        Bodies near a face of the cell meet the images of bodies near the opposite face. Positions may lie outside of the
+        cell and are not folded back, so that wires may be laid across its faces. The edges of a cell that is not periodic
+        in all directions must lie along the periodic axes. The cell must be wider than four times the largest radius and
+        twice the distance within which contacts are looked for.
 
-        ``inertia`` [kg m^2] is that of each component of the velocity gradient that yields to a stress; None takes, for the
-        column of an axis, the mass of all bodies times the square of the width of the cell, over 12.
+        ``inertia`` [kg m^2] is the inertia of each component of the velocity gradient that yields to a stress. If None, the
+        column of an axis gets the mass of all bodies times the square of the width of the cell, over 12.
         """
         self._editable("make it periodic")
         if self._cell is not None:
@@ -206,7 +207,7 @@ class Scene:
         return self._take_edges(made)
 
     def _take_edges(self, edges: list[Edge]) -> Cell:
-        """Make these edges, bodies of the scene, those of its periodic cell."""
+        """Make the periodic cell from these edges, which are bodies of the scene."""
         self._cell = Cell(self.dimension, self.bodies, edges)
         for chain in self.chains:
             chain.lie_in(self._cell)
@@ -214,7 +215,7 @@ class Scene:
 
     @property
     def cell(self) -> Cell | None:
-        """The periodic cell, None where there is none."""
+        """The periodic cell, None without one."""
         return self._cell
 
     @named_arguments
@@ -297,9 +298,9 @@ class Scene:
     def see(self, candidate: str, antagonist: str, law: Law, *, alert: float | None = None) -> None:
         """Let bodies of two colours touch under a law; a pair of colours has one row, in either order.
 
-        ``alert`` is the gap [m] up to which a pair is an interaction. None takes a fifth of the smallest radius of the two
-        colours, or twice the travel of the fastest body in a step if that is more, and for walls the distance by which a
-        wall and a body approach each other in a step. A gap that is beyond the alert distance and closes within one step
+        ``alert`` is the gap [m] up to which a pair is an interaction. If None, it is a fifth of the smallest radius of the
+        two colours, or twice the travel of the fastest body in a step if that is more, and for walls the distance by which
+        a wall and a body approach each other in a step. A gap that is beyond the alert distance and closes within one step
         is detected too late, as a penetration that stays. A law that acts at a distance (``Law.acts_within``) is seen at
         least up to there.
         """
@@ -371,10 +372,10 @@ class Scene:
         over a drum without friction. ``closed`` links the last body to the first. A rigid link that starts beyond its
         reference is refused, unless ``relaxation`` [s] gives the time in which it is drawn in.
 
-        ``neighbours_collide`` says whether linked neighbours whose colours see each other may also be in contact. None
-        allows it if the gap that the link holds is above a thousandth of the smaller radius, from the start of a
-        relaxation to its end. With a smaller gap, link and contact of the same pair would prestress each other without
-        bound. Link beads by rods if they touch and must not be pushed into each other.
+        ``neighbours_collide`` says whether linked neighbours whose colours see each other may also be in contact. If None,
+        they may if the gap that the link holds is above a thousandth of the smaller radius, from the start of a relaxation
+        to its end. With a smaller gap, link and contact of the same pair would prestress each other without bound. Link
+        beads by rods if they touch and must not be pushed into each other.
         """
         self._editable("add a chain")
         self._check_law(law, "link", "chain")
@@ -447,7 +448,7 @@ class Scene:
         return self._model(0.0)
 
     def _model(self, time: float) -> Model:
-        """The model of all bodies as they are laid, with the values of imposed velocities at a time [s]."""
+        """The model of all bodies where they were laid, with the values of imposed velocities at a time [s]."""
         start, d, count = StartNumbers.of(self.bodies), self.dimension, len(COMPONENTS[self.dimension])
         positions, velocities = start.rows[:, :3].copy(), start.rows[:, 3 : 3 + count].copy()
         mass = np.repeat(start.rows[:, [MASS, INERTIA]], [d, count - d], axis=1)
@@ -602,8 +603,7 @@ class Scene:
         )
 
     def note_gaps(self) -> None:
-        """Note the reference gaps that are functions of time as they are now, for those who read a file, which holds no
-        functions."""
+        """Note the present reference gaps that are functions of time, for readers of a file, which holds no functions."""
         assert self._state is not None
         for k, chain in enumerate(self.chains):
             if chain.function is not None:
