@@ -35,7 +35,7 @@ class Difference:
     where: str = ""
     """The body, or the two values."""
     parameter: str = ""
-    """What was given differently, if anything was: the first option, law or number of the scene."""
+    """The first option, law or number of the scene that was given differently, if any."""
 
     def __str__(self) -> str:
         when = f"at t = {self.time:g} s, step {self.step}" if np.isfinite(self.time) else "as wholes"
@@ -49,7 +49,7 @@ class Difference:
 
 @named_arguments
 def compare(a: Run, b: Run, *, tolerance: float = 0.0) -> Difference | None:
-    """The first difference of two runs; None if they agree.
+    """The first difference of two runs, or None if they agree.
 
     ``tolerance`` is the allowed difference, relative to the largest value of the quantity in the two runs. With 0 the runs
     must agree to the last bit, and so must the iterations and residuals of the solver. Impulses are compared by the
@@ -176,7 +176,7 @@ def _difference(quantity: str, row: Any, by: float, largest: float, where: str =
 
 
 def _identities(net: RunInteractions) -> list[tuple[str, int, int, int]]:
-    """Law, candidate, antagonist, and the number of the interaction among those of the same three."""
+    """Law, candidate, antagonist, and the number of the interaction among the interactions with the same three."""
     seen: dict[tuple[str, int, int], int] = {}
     result = []
     for key in zip(net.law.tolist(), net.candidate.tolist(), net.antagonist.tolist(), strict=True):

@@ -325,5 +325,5 @@ def checked_notes(notes: Any) -> dict[str, Any]:
 
 
 def as_plain(value: Any) -> Any:
-    """Numbers and arrays of numpy as those of Python."""
+    """Numbers and arrays of numpy as numbers and lists of Python; other values unchanged."""
     return value.tolist() if isinstance(value, (np.generic, np.ndarray)) else value

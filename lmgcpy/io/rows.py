@@ -27,7 +27,7 @@ class Rows:
         self.begin([], 2, 0)
 
     def begin(self, laws: list[str], dimension: int, moments: int) -> None:
-        """Begin a run with these laws and so many moments of an interaction, without rows."""
+        """Begin a run without rows, with these laws and this number of moments of an interaction."""
         self.last_frame = -1
         self.laws = laws
         self.kind = interaction_type(dimension, moments)
@@ -45,7 +45,7 @@ class Rows:
         self._interaction_count = interactions
 
     def end(self, sim: Stepper) -> None:
-        """See that the last frame is that of the last step, whatever ``every`` is."""
+        """Make a frame of the last step, whatever ``every`` is."""
         if self.last_frame != sim.steps:
             self.frame(sim)
 

@@ -69,7 +69,7 @@ class RunInteractions:
         lattice: Lattice | None = None,
     ) -> RunInteractions:
         """Interactions from rows of the file; ``detected`` are the positions of the bodies at the detection [m], (n, d);
-        ``lattice``: of a periodic cell, where the antagonist is the nearest image."""
+        ``lattice``: of a periodic cell, in which the antagonist is the nearest image."""
         candidate, antagonist = net["candidate"].astype(np.int64), net["antagonist"].astype(np.int64)
         from_candidate, from_antagonist = (net["point"] - detected[bodies] for bodies in (candidate, antagonist))
         if lattice is not None:
@@ -287,8 +287,8 @@ class Run:
 
     @property
     def history(self) -> FileArray:
-        """One row a step, (s,): step, time, iterations, residual, status (code), interactions, seconds, slip, stretch, made
-        and energies. Older files lack some columns."""
+        """Rows of the steps, (s,): step, time, iterations, residual, status (code), interactions, seconds, slip, stretch,
+        made and energies. Older files lack some columns."""
         return self._array("history")
 
     @property
@@ -310,7 +310,7 @@ class Run:
         """Energies at each step [J]: "kinetic", "loads", "drives", "drag", "unbalanced", "defect" (s,); "work" and "stored"
         by law.
 
-        What they are: :class:`lmgcpy.dynamics.energy.Energy`. Older files have no "drag" and no "unbalanced".
+        :class:`lmgcpy.dynamics.energy.Energy` defines them. Older files have no "drag" and no "unbalanced".
         """
         history = self.history[:]
         names = ("kinetic", "loads", "drives", "drag", "unbalanced", "defect")
@@ -394,7 +394,7 @@ class Run:
         return self._commit.closed
 
     def hidden(self, frame: int) -> np.ndarray:
-        """Which bodies were hidden after the step of a frame, (n,) bool."""
+        """Whether a body was hidden after the step of a frame, (n,) bool."""
         bodies = self.scene["bodies"]
         start = np.asarray(bodies.get("hidden", np.zeros(len(bodies["mass"]), dtype=bool)), dtype=bool)
         if not self._statements:

@@ -15,7 +15,7 @@ from lmgcpy.io.run_file.commits import Commit
 
 ENERGIES = ("kinetic", "loads", "drives", "defect", "total_loads", "total_drives")
 LAST_ENERGIES = ("time", "worst", "made", "by_hand", "total_by_hand")
-"""What stands after them; older files have less."""
+"""Numbers that follow them; older files have fewer."""
 BY_LAW = ("interactions", "stored", "total_interactions", "dissipated", "total_dissipated", "made_by_law")
 COUNTS = ("sequence", "frames", "interactions", "history")
 """Fields of the commit that belongs to a checkpoint."""

@@ -18,7 +18,7 @@ INDEX = np.dtype([("time", "f8"), ("step", "i8"), ("first", "i8"), ("count", "i8
 
 def interaction_type(dimension: int, moments: int = 0) -> np.dtype:
     """Type of a row of ``interactions``: ids, code of the law, gap [m], normal, contact point [m], impulse [N s], and in
-    scenes with rolling friction so many ``moments`` [N m s].
+    scenes with rolling friction a number ``moments`` of moments [N m s].
 
     The impulse is in the local frame, and so are the moments.
     """
