@@ -22,11 +22,11 @@ def resume(
     """The simulation of a run file at its last checkpoint; its runs continue in the same file.
 
     No file can hold functions. ``functions`` gives the imposed functions of time, by id of the body and name of the
-    component, ``{(3, "y"): f}``, and that of gravity, ``{"gravity": f}``. ``observe`` gives the functions of the
+    component, ``{(3, "y"): f}``, and the function of gravity, ``{"gravity": f}``. ``observe`` gives the functions of the
     simulation that the run observes, by name. ``solver`` is needed if the run has a solver of another package; it may also
     replace the solver of the run. Statements between steps (``body.hide()``, ``body.fix("x")``, ``scene.gravity = ...``)
     are in the file and act again. If the run was killed, the steps after the last checkpoint are made again. With the same
-    versions on one type of processor the result equals that of an uninterrupted run to the last bit.
+    versions on one type of processor the result equals the result of an uninterrupted run to the last bit.
 
     Raises the errors of ``lmgcpy.io.open_run``, PermissionError for a read-only file, BlockingIOError for one that is being
     written, ValueError for a missing function, and LookupError for a law that is not registered.

@@ -38,9 +38,9 @@ class Recorder(Protocol):
 class Simulation(Stepper):
     """Steps a scene through time.
 
-    ``time_step`` is h [s]. ``theta`` in [0.5, 1] is that of the time stepping; 0.5 is of second order in free motion and
-    keeps the energy. ``solver`` solves the problem of each step; the default is ``Auto()``. The scene is compiled and can
-    no longer be edited; its bodies become views of the simulation's state.
+    ``time_step`` is h [s]. ``theta`` in [0.5, 1] is the parameter of the time stepping; 0.5 is of second order in free
+    motion and keeps the energy. ``solver`` solves the problem of each step; the default is ``Auto()``. The scene is
+    compiled and can no longer be edited; its bodies become views of the simulation's state.
 
     ``on_unconverged`` says what happens after a step that the solver did not solve to its tolerance: "warn" gives one
     RuntimeWarning at the end of a ``run``, or at the first such step in a loop on ``step``; "stop" raises RuntimeError
@@ -100,8 +100,8 @@ class Simulation(Stepper):
         """Make ``steps`` steps, or as many as ``duration`` [s] takes; returns the simulation itself.
 
         ``progress`` shows a bar if standard error is a terminal. ``record`` is the path of a run file (HDF5). The file gets
-        a frame every ``every`` steps and one where the run ends, and the history of every step; unwritten steps are at most
-        ``flush`` [s] of clock time old. An existing file is replaced only with ``force``. Ctrl-C ends a recorded run
+        a frame every ``every`` steps and one at the end of the run, and the history of every step; unwritten steps are at
+        most ``flush`` [s] of clock time old. An existing file is replaced only with ``force``. Ctrl-C ends a recorded run
         between two steps, with a complete file.
 
         ``observe`` gives functions of the simulation by name, called before the first step and after every step. Each
@@ -111,9 +111,9 @@ class Simulation(Stepper):
 
         ``on_step`` is a function of the simulation, called after every step and before the step is recorded: it may look,
         and make statements for the next steps (``sim.scene.bodies[3].hide()``), but neither ``run``, nor in a recorded run
-        ``step`` or ``restore`` (RuntimeError). A run that goes on from its file goes
-        through the statements that it has made; give it again for those to come. If it raises, the run ends, its file
-        complete up to the step before.
+        ``step`` or ``restore`` (RuntimeError). A run that goes on from its file goes through the statements that it has
+        made; give ``on_step`` again for the statements to come. If it raises, the run ends, its file complete up to the
+        step before.
         """
         if self._running:
             raise RuntimeError("run cannot be called inside a run, as by its on_step or until: call it after the run.")
@@ -207,7 +207,7 @@ class Simulation(Stepper):
         return bool(self._ask("until", until))
 
     def _ask(self, what: str, function: Callable[[Simulation], Any] | None) -> Any:
-        """What a function of the user's says of the simulation; None if there is none."""
+        """The value of a user's function of the simulation, or None without a function."""
         if function is None:
             return None
         self._asked = what
@@ -218,7 +218,7 @@ class Simulation(Stepper):
 
 
 class _Summary:
-    """One line about a run; the text is made only if it is logged."""
+    """A line about a run; the text is made only if it is logged."""
 
     def __init__(self, sim: Simulation, steps: int, seconds: float):
         self.sim, self.steps, self.seconds = sim, steps, seconds
