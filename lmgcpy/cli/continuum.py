@@ -19,10 +19,10 @@ import click
 def continuum(folders: tuple[Path, ...], out: Path | None, force: bool) -> None:
     """Predict the tests of a TexSol study with a wire from the one without, by the continuous model.
 
-    FOLDERS are those of a study with the laws none and elastic-wire or rigid-wire, and of the same study with other seeds,
-    as lmgcpy texsol and the cases of lmgcpy campaign write them. The sand is fitted to the test without a wire; the wire is
-    taken as it lies. The command writes figures of prediction over run, tables, and the page continuum.md, with the local
-    model, in which every link follows the mean strain, and one in which the wire is held by the sand.
+    FOLDERS are the folders of a study with the laws none and elastic-wire or rigid-wire, and of the same study with other
+    seeds, as lmgcpy texsol and the cases of lmgcpy campaign write them. The sand is fitted to the test without a wire; the
+    wire is taken as it lies. The command writes figures of prediction over run, tables, and the page continuum.md, with the
+    local model, in which every link follows the mean strain, and one in which the wire is held by the sand.
     """
     from lmgcpy.experiment.continuum.comparison import compare
     from lmgcpy.experiment.continuum.report import page, write_comparison

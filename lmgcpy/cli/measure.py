@@ -29,8 +29,8 @@ FILE = click.Path(path_type=Path)
 def measure(file: Path, frame: int, since: int, axis: str | None, out: Path | None, force: bool) -> None:
     """Show what a frame of a run measures: stress, contacts, strain, wires, friction.
 
-    Strain, stretch of the wire and slip of its beads are those since an earlier frame. With --out each measure is written
-    as a table. The measures are those of lmgcpy.measure. A number after "+-" is a standard error.
+    Strain, stretch of the wire and slip of its beads are counted from an earlier frame. With --out each measure is written
+    as a table. The measures come from lmgcpy.measure. A number after "+-" is a standard error.
     """
     from lmgcpy.cli.measure_report import Subject, direction_table, report
     from lmgcpy.io.csv_tables import folder_for
@@ -137,5 +137,5 @@ def tables(subject: Subject, found: dict[str, list[Any]], folder: Path) -> Itera
 
 
 def unit_of(column: str) -> str:
-    """The unit of a column, by its name or by that of the vector or tensor whose component it is."""
+    """The unit of a column, by its own name or by the name of the vector or tensor whose component it is."""
     return UNITS.get(column) or UNITS.get(column.rpartition("_")[0], "")

@@ -22,13 +22,13 @@ from lmgcpy.measure.wire_links import beads_of
 CHORD = 10
 """Links of the longer pieces of wire whose stretch is shown."""
 ROUND_OFF = 1e-9
-"""Part of a number below which its error is that of rounding, and is not shown."""
+"""Part of a number below which its error is due to rounding, and is not shown."""
 BINS = 6
 """Bins of directions that are shown."""
 
 
 class Entry(NamedTuple):
-    """A number in words; ``value`` is nan where there is none, ``error`` where none is known."""
+    """A number in words; ``value`` is nan if there is none, ``error`` is nan if none is known."""
 
     label: str
     value: float
@@ -47,7 +47,7 @@ class Subject:
 
     @classmethod
     def of(cls, run: Run, frame: int, since: int, axis: str | None) -> Subject:
-        """The subject of a call; the axis is by default that of the test, as the run notes it, or upward."""
+        """The subject of a call; the axis is by default the axis of the test that the run notes, or upward."""
         names = AXES[: run.dimension]
         noted = run.notes.get("axis")
         chosen = axis or (noted if isinstance(noted, str) and noted in tuple(names) else names[-1])
@@ -253,7 +253,7 @@ def _size(values: np.ndarray) -> float:
 
 
 def direction_table(subject: Subject) -> list[list[str]]:
-    """Rows of a table of the wire by direction: the head, the units, and one for each bin; none where there is no wire, or
+    """Rows of a table of the wire by direction: the head, the units, and one for each bin; no rows if there is no wire, or
     neither a step nor a motion."""
     columns: list[tuple[str, str, list[str]]] = []
     if subject.has_wire and subject.has_step:
@@ -302,7 +302,7 @@ def _cells(values: np.ndarray, errors: np.ndarray) -> list[str]:
 
 
 def plain(value: float) -> str:
-    """A number to four digits, "-" where there is none."""
+    """A number to four digits, "-" if there is none."""
     if math.isnan(value):
         return "-"
     return str(int(value)) if float(value).is_integer() and abs(value) < 1e9 else f"{value:.4g}"

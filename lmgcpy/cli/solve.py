@@ -94,7 +94,7 @@ def report(
 
 
 def briefly(solver: AnySolver) -> AnySolver:
-    """The same solver with one sweep and at most one Newton step."""
+    """A copy of the solver with one sweep and at most one Newton step."""
     from lmgcpy.solve.newton.alternating import Alternating
 
     if isinstance(solver, Alternating):

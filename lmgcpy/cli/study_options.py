@@ -1,4 +1,5 @@
-"""What the commands of studies share: options with the study's defaults, a folder, ``--force``, ``--resume``, Ctrl-C."""
+"""Common parts of the commands of studies: options with the study's defaults, a folder, ``--force``, ``--resume``,
+Ctrl-C."""
 
 from __future__ import annotations
 

@@ -154,7 +154,7 @@ def render(
 
 
 def one_or_list(values: Sequence[Any]) -> Any:
-    """None without values, a single value by itself, several values as a list."""
+    """No value as None, a single value by itself, several values as a list."""
     return list(values) if len(values) > 1 else next(iter(values), None)
 
 
