@@ -51,7 +51,7 @@ def do_case_within(order: Order, seconds: float) -> CaseResult:
 
 
 def _answer(here: Connection, process: BaseProcess, end: float) -> CaseResult | None:
-    """What the process sends by then, None if nothing; EOFError where it dies before."""
+    """The result that the process sends until ``end``, None if it sends nothing; EOFError if it dies before."""
     while (left := end - clock.monotonic()) > 0.0:
         if wait([here, process.sentinel], min(LONGEST_WAIT, left)):
             if here.poll():
@@ -61,7 +61,7 @@ def _answer(here: Connection, process: BaseProcess, end: float) -> CaseResult | 
 
 
 def _killed(order: Order, seconds: float) -> CaseResult:
-    """What became of a case that did not end."""
+    """The result of a case that did not end in time."""
     with suppress(OSError):
         order.progress_file.unlink()
     error = f"TimeoutError: the case did not end within {seconds:g} s and was killed."
@@ -77,7 +77,8 @@ def _kill(process: BaseProcess) -> None:
 
 
 def _packed(order: Order) -> bytes:
-    """An order in bytes. A worker of Dask may have its function by value, which cloudpickle, needed by Dask, hands on."""
+    """An order in bytes. A worker of Dask may have its function by value: only cloudpickle, which Dask needs, can pickle it
+    again."""
     return importlib.import_module("cloudpickle" if find_spec("cloudpickle") else "pickle").dumps(order)
 
 

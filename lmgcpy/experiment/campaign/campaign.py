@@ -30,8 +30,7 @@ class Campaign(CampaignDescription):
     in a process of its own, whose start, a few seconds, counts. It is no part of what the campaign computes: a campaign may
     go on with another one.
 
-    Raises TypeError and ValueError with a sentence where the work has no such parameter, or where there is no case, or one
-    twice.
+    Raises TypeError and ValueError with a sentence if the work has no such parameter, or if there is no case, or one twice.
     """
 
     def __repr__(self) -> str:
@@ -52,11 +51,11 @@ class Campaign(CampaignDescription):
 
         The cases go to ``workers`` processes of this machine, by default as many as it has processors, or to the Dask
         cluster of a ``client``. A case that fails is recorded with its error; one whose worker dies is done again.
-        ``resume`` goes on with what is in the folder, and tries again what has failed; ``force`` writes into a folder that
-        is not empty; ``progress`` shows the running cases on a terminal.
+        ``resume`` goes on with the cases in the folder, and tries again those that failed; ``force`` writes into a folder
+        that is not empty; ``progress`` shows the running cases on a terminal.
 
         Ctrl-C (KeyboardInterrupt) ends the runs between two steps. Raises FileExistsError, FileNotFoundError, ValueError or
-        BlockingIOError where the folder is not fit for it, and RuntimeError where workers have another version of lmgcpy.
+        BlockingIOError if the folder is not fit for it, and RuntimeError if workers have another version of lmgcpy.
         """
         options = {"workers": workers, "client": client, "resume": resume, "force": force, "progress": progress}
         return carry_out(self, out, **options)

@@ -42,15 +42,15 @@ def carry_out(
     """Carry a campaign out in the folder ``out`` and return its results.
 
     The cases go to ``workers`` processes of this machine, by default as many as it has processors; or to the Dask cluster
-    of a ``client``, or of the ``scheduler`` at an address or in a file. With Dask installed the processes are its own, else
-    those of ``concurrent.futures``; the results are the same bits. A case that fails is recorded with its error, and so is
+    of a ``client``, or of the ``scheduler`` at an address or in a file. The processes belong to Dask if it is installed,
+    else to ``concurrent.futures``; the results have the same bits. A case that fails is recorded with its error, and so is
     one that is killed at the end of the ``case_timeout``; one whose worker dies is done again, from its run files if the
-    worker sees the folder. ``resume`` does what is to come, and again what has failed.
-    ``progress`` shows the running cases on a terminal. Ctrl-C (KeyboardInterrupt) ends the runs between two steps.
+    worker sees the folder. ``resume`` does the cases to come, and again those that failed. ``progress`` shows the running
+    cases on a terminal. Ctrl-C (KeyboardInterrupt) ends the runs between two steps.
 
-    Raises FileExistsError, FileNotFoundError and ValueError as :meth:`CampaignFolder.begin`, BlockingIOError where another
-    campaign works in the folder, ConnectionError where no scheduler answers, RuntimeError where workers have another
-    version of lmgcpy.
+    Raises FileExistsError, FileNotFoundError and ValueError as :meth:`CampaignFolder.begin`, BlockingIOError if another
+    campaign works in the folder, ConnectionError if no scheduler answers, RuntimeError if workers have another version of
+    lmgcpy.
     """
     if getattr(current_process(), "_inheriting", False):  # a worker imports the script that has begun it
         said = WORKER in os.environ  # by the one who began the worker

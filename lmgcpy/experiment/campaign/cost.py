@@ -1,4 +1,4 @@
-"""What the cases of a campaign will cost, told before anybody pays for it."""
+"""The cost of the cases of a campaign, estimated before anybody pays for it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ RELAXATION = 0.5
 
 
 def seconds_of(case: CampaignCase, so_far: CampaignResults) -> tuple[float | None, str]:
-    """Expected seconds of a case on one processor, and where they are from; None where nothing is known.
+    """Expected seconds of a case on one processor, None if nothing is known, and their source.
 
     They are the mean of the finished cases that differ from it in the fewest parameters; else, of a TexSol study, the
     number of tests, steps and particles times what each has cost.

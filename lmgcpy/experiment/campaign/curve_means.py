@@ -68,7 +68,8 @@ def _runs(group: CaseGroup, test: str) -> dict[tuple[str, str], list[tuple[np.nd
 
 
 def mean_of_runs(runs: Sequence[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, Band]:
-    """Abscissa and mean of curves (abscissa, values) where all of them have values; NaN where one has none.
+    """Abscissa and mean of curves (abscissa, values) over the range that all of them have; NaN at places at which one has
+    no value.
 
     Curves with different abscissas are interpolated, from the greatest beginning to the least end. ValueError is raised
     with a sentence if that cannot be done.

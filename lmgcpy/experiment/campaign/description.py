@@ -1,4 +1,4 @@
-"""What a campaign computes: a study or a function, the parameters that are varied, and the cases that this makes."""
+"""The description of a campaign: a study or a function, the parameters that are varied, and the cases that result."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Parameter = float | str | bool | None | tuple
 PLAIN = (bool, int, float, str, type(None))
 """Types of a parameter, which a file can hold; a tuple holds some of them."""
 LONGEST = 150
-"""Most bytes of the name of a case, which is that of its folder: file systems count bytes, and allow 255."""
+"""Most bytes of the name of a case, which also names its folder: file systems count bytes, and allow 255."""
 MOST = 1_000_000
 """Most cases of a campaign."""
 
@@ -33,7 +33,7 @@ class CampaignCase:
     name: str
     """Its parameters in words, which name its folder."""
     parameters: dict[str, Parameter]
-    """What distinguishes it from the others."""
+    """The parameters by which it differs from the others."""
     work: Any
     """The study to be carried out, or the function to be called."""
     arguments: dict[str, Parameter]
@@ -43,7 +43,7 @@ class CampaignCase:
 @named_arguments
 @dataclass(frozen=True)
 class CampaignDescription:
-    """What a campaign computes; its fields are those of :class:`~lmgcpy.experiment.Campaign`."""
+    """The computation of a campaign, with the fields of :class:`~lmgcpy.experiment.Campaign`."""
 
     work: Any
     over: Mapping[str, Iterable[Any]] = field(default_factory=dict)
@@ -127,7 +127,7 @@ def case_name(parameters: Mapping[str, Any]) -> str:
 
 
 def function_of(path: str) -> Callable[..., Any]:
-    """The function that "module:function" names; ValueError with a sentence where there is none."""
+    """The function that "module:function" names; ValueError with a sentence if there is none."""
     module, _, name = path.partition(":")
     try:
         found = getattr(importlib.import_module(module), name)
@@ -139,7 +139,7 @@ def function_of(path: str) -> Callable[..., Any]:
 
 
 def _study_with(study: Study, given: Mapping[str, Any], case: str) -> Study:
-    """The study with other values of some of its fields. A single value stands for a tuple of one."""
+    """The study with other values of some of its fields. A single value is taken as a tuple of one."""
     fields = {item.name: getattr(study, item.name) for item in dataclasses.fields(study)}  # type: ignore[arg-type]
     for name in given:
         if name not in fields or name == "threads":

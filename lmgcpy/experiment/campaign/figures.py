@@ -90,7 +90,7 @@ def _figure(of_column: MeanCurves, curves: Sequence[MeanCurve], part: Sequence[s
 
 
 def _told(counts: Sequence[int]) -> str:
-    """What the curves show."""
+    """A sentence on the curves."""
     if counts == [1]:
         return "one run each"
     many = str(counts[0]) if len(counts) == 1 else "several"

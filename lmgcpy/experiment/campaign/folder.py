@@ -48,8 +48,8 @@ class CampaignFolder:
     def check(self, campaign: CampaignDescription, *, resume: bool, force: bool) -> None:
         """See that the folder may be used for a campaign, or holds this one if it is to be resumed; writes nothing.
 
-        Raises FileExistsError where it is not empty and neither ``resume`` nor ``force`` is given, FileNotFoundError where
-        there is nothing to resume, and ValueError where it holds another campaign.
+        Raises FileExistsError if it is not empty and neither ``resume`` nor ``force`` is given, FileNotFoundError if there
+        is nothing to resume, and ValueError if it holds another campaign.
         """
         described = campaign.described()
         if resume:
@@ -67,7 +67,8 @@ class CampaignFolder:
                 raise FileExistsError(f"The folder '{self.path}' {held}, or force to write there.")
 
     def begin(self, campaign: CampaignDescription) -> None:
-        """Write the description of a campaign in place of that of a former one, whose files go; the folder is held."""
+        """Write the description of a campaign in place of the description of a former one, whose files are removed; the
+        folder is held."""
         with suppress(ValueError, FileNotFoundError):  # of a damaged description no case is known: its files stay
             for name in (case_name(parameters) for parameters in self.described()["cases"]):
                 shutil.rmtree(self.cases / name, ignore_errors=True)
@@ -81,7 +82,7 @@ class CampaignFolder:
             flush(new)
 
     def described(self) -> dict[str, Any]:
-        """The description of the campaign that the folder holds; FileNotFoundError or ValueError where there is none."""
+        """The description of the campaign that the folder holds; FileNotFoundError or ValueError if there is none."""
         if not self.description_file.exists():
             raise FileNotFoundError(f"There is no campaign in '{self.path}': '{self.description_file}' is missing.")
         try:
@@ -140,7 +141,7 @@ class CampaignFolder:
             os.fsync(file.fileno())
 
     def results(self, cases: list[CampaignCase] | None = None) -> CampaignResults:
-        """What became of all cases so far: of these, or of those that the description names."""
+        """The results of all cases so far: of these cases, or of the cases that the description names."""
         if cases is None:
             listed = [{name: _tupled(v) for name, v in case.items()} for case in self.described()["cases"]]
             wanted = {case_name(parameters): parameters for parameters in listed}
@@ -173,7 +174,7 @@ class CampaignFolder:
         return found
 
     def _read_curves(self, name: str, of_curves: str) -> dict[str, dict[str, np.ndarray]]:
-        """The curves of a case, whose file has this sum, "" for none; OSError or ValueError where it is not as it was."""
+        """The curves of a case, whose file has this sum, "" for none; OSError or ValueError if the file has changed."""
         curves: dict[str, dict[str, np.ndarray]] = {}
         if not of_curves:
             return curves
@@ -193,7 +194,7 @@ def _sum(content: bytes) -> str:
 
 
 def _entry(text: str) -> dict[str, Any] | None:
-    """A line of the ledger; None where it does not say what became of a case, whatever its sum."""
+    """A line of the ledger, or None if it is not the result of a case, whatever its sum."""
     try:
         about = json.loads(text)
     except (ValueError, RecursionError):
@@ -217,7 +218,7 @@ def _tupled(value: Any) -> Any:
 
 
 def _difference(there: Mapping[str, Any], here: Mapping[str, Any]) -> str:
-    """What of a description differs, in a clause."""
+    """The differences of two descriptions, in a clause."""
     here = json.loads(json.dumps(here))
     differs = next((name for name in ("work", "study", "fixed", "cases") if there[name] != here[name]), "")
     if differs == "work":

@@ -1,4 +1,4 @@
-"""What a campaign shows of its cases while they run: on a terminal a bar each and one for all, else a line for each end."""
+"""The display of the cases that run: on a terminal a bar for each and one for all, else a line at the end of each."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ class ProgressView:
             bar.set_postfix_str(stage, refresh=True)
 
     def _told(self) -> dict[str, tuple[str, int, int]]:
-        """What the workers have told of the cases that run: stage, steps done, steps in all."""
+        """Progress of the cases that run, as the workers report it: stage, steps done, steps in all."""
         told: dict[str, tuple[str, int, int]] = {}
         for file in sorted(self._folder.cases.glob("*.progress")):
             try:

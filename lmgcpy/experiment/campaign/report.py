@@ -1,4 +1,4 @@
-"""What a campaign is told as: a page with counts, means over the seeds and errors, and figures of the curves."""
+"""The report of a campaign: a page with counts, means over the seeds and errors, and figures of the curves."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What became of the cases of a campaign."""
+"""The results of the cases of a campaign."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ FINISHED, FAILED, TO_COME = "finished", "failed", "to come"
 
 @dataclass(frozen=True, repr=False)
 class CaseResult:
-    """What became of a case."""
+    """The result of a case."""
 
     name: str
     """Its parameters in words: "bead_count=200,axes=z,seed=0"."""
@@ -22,15 +22,15 @@ class CaseResult:
     status: str
     """"finished", "failed" or "to come"."""
     seconds: float
-    """Time of the clock, 0 where it is to come [s]."""
+    """Time of the clock [s], 0 for a case to come."""
     error: str
     """A sentence, empty where there was none."""
     numbers: dict[str, float]
     """Results by name, with the unit in brackets at the end: "peak deviator [Pa]"."""
     curves: dict[str, dict[str, np.ndarray]]
-    """By test ("" where there is one): columns of one length, the first of them the abscissa."""
+    """By test ("" if there is only one): columns of one length, the first of them the abscissa."""
     versions: dict[str, str]
-    """Of lmgcpy and what the numbers depend on, where it was done."""
+    """Versions of lmgcpy and of what the numbers depend on, from the worker that did the case."""
 
     def __repr__(self) -> str:
         how = f"{self.status} in {self.seconds:.3g} s" if self.seconds else self.status
@@ -48,7 +48,7 @@ class CampaignResults:
 
     @property
     def finished(self) -> list[CaseResult]:
-        """Those that are finished."""
+        """The finished cases."""
         return [case for case in self.cases if case.status == FINISHED]
 
     def __repr__(self) -> str:

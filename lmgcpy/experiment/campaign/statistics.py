@@ -5,10 +5,10 @@ Chapman & Hall 1993, chapters 6 and 13). A resample draws n values from the n va
 between quantiles of the means of many resamples.
 
 The mean of a resample has the variance ``sum((x - mean)²) / n²`` exactly, which is ``(n - 1) / n`` of the squared standard
-error ``s² / n``. So the interval is that of a normal law of this variance for large n, and it is too narrow for small n.
-It holds the true mean of normal values with about the probability ``P(|t| < 1.96 sqrt((n - 1) / n))`` of Student's t with
-n - 1 degrees of freedom. Measured over 20000 samples, intervals of 95 % hold it in 75 % for n = 3, in 84 % for n = 5, in
-90 % for n = 10 and in 94 % for n = 30; the formula gives 75, 85, 90 and 94 %.
+error ``s² / n``. So for large n the interval is the one of a normal law with this variance, and for small n it is too
+narrow. It holds the true mean of normal values with about the probability ``P(|t| < 1.96 sqrt((n - 1) / n))`` of Student's
+t with n - 1 degrees of freedom. Measured over 20000 samples, intervals of 95 % hold it in 75 % for n = 3, in 84 % for n =
+5, in 90 % for n = 10 and in 94 % for n = 30; the formula gives 75, 85, 90 and 94 %.
 """
 
 from __future__ import annotations
@@ -62,9 +62,9 @@ class CaseGroup:
 def mean_and_interval(values: Any, seed: int = 0, resamples: int = 2000, level: float = 0.95) -> Estimate:
     """The mean of n values, its standard error, and its percentile bootstrap interval; the same for the same ``seed``.
 
-    Intervals of few values are too narrow: of 95 % and 5 normal values, it holds the true mean in 84 % of all samples, see
-    the head of this module. One value has neither an error nor an interval (NaN). TypeError and ValueError are
-    raised for no values and for NaN.
+    Intervals of few values are too narrow: an interval of 95 % from 5 normal values holds the true mean in 84 % of all
+    samples, see the head of this module. A single value has neither an error nor an interval (NaN). TypeError and
+    ValueError are raised for no values and for NaN.
     """
     column = numbers(values, "values", "numbers of which there is a mean")
     if column.ndim != 1:
@@ -74,7 +74,7 @@ def mean_and_interval(values: Any, seed: int = 0, resamples: int = 2000, level: 
 
 
 def mean_and_band(curves: np.ndarray, seed: int = 0, resamples: int = 2000, level: float = 0.95) -> Band:
-    """The same at every place of n curves, shape (n, m).
+    """Mean, standard error and interval at every place of n curves, shape (n, m).
 
     A resample draws whole curves. The interval holds at each place for itself, not for all places at once.
     """

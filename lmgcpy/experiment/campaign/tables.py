@@ -35,7 +35,7 @@ class TableColumn:
         return self.name if not self.unit or self.name.endswith(end) else self.name + end
 
     def texts(self) -> list[str]:
-        """The values with all their digits; empty where there is none."""
+        """The values with all their digits; empty if there is none."""
         form = "{:.17g}" if self.values.dtype.kind == "f" else "{}"
         return [form.format(v) if there else "" for v, there in zip(self.values, self.present, strict=True)]
 

@@ -9,7 +9,7 @@ import numpy as np
 
 
 def in_words(value: Any) -> str:
-    """A parameter in words, with all its digits; those of a tuple are joined by "+"."""
+    """A parameter in words, with all its digits; the values of a tuple are joined by "+"."""
     value = value.item() if isinstance(value, np.generic) else value
     if isinstance(value, (tuple, list)):
         return "+".join(map(in_words, value))

@@ -1,4 +1,4 @@
-"""The work of one case, where a worker does it."""
+"""The work of one case, in the worker that does it."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ TOLD_EVERY = 0.5
 
 @dataclass(frozen=True)
 class Order:
-    """What a worker is to do."""
+    """An order for a worker: a case, and the campaign to which it belongs."""
 
     case: CampaignCase
     campaign: str
@@ -38,7 +38,7 @@ class Order:
 
     @property
     def progress_file(self) -> Path:
-        """Where the case tells how far it is."""
+        """File into which the case writes how far it is."""
         return Path(self.campaign) / "cases" / f"{self.case.name}.progress"
 
 

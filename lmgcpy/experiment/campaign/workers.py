@@ -24,15 +24,15 @@ from lmgcpy.version import versions
 ANSWER = 8.0
 """A scheduler has so long to answer [s]."""
 GONE = 30.0
-"""Workers of this machine that have died come back within so long [s]."""
+"""Workers of this machine that have died come back within this time [s]."""
 DEATHS = 4
-"""A case is given up over which so many workers have died, the last one while it did no other case."""
+"""A case is given up once this number of workers has died over it, the last one while it did no other case."""
 WORKER = "LMGCPY_CAMPAIGN_WORKER"
 """Variable that the workers of this machine have."""
 ENVIRONMENT = (WORKER, "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 """Variables that are 1 for them: one thread for linear algebra, as there are as many workers as processors."""
 GUARD = "put the call under if __name__ == '__main__':"
-"""What a script that begins a campaign is to do."""
+"""Advice for a script that begins a campaign."""
 
 
 class Workers(ABC):
@@ -137,7 +137,8 @@ class Cluster(Workers):
 
     @classmethod
     def at(cls, address: str | None, file: str | None) -> Cluster:
-        """Those of a scheduler at an address, or in the file that it has written; ConnectionError where nobody answers."""
+        """The workers of a scheduler at an address, or at the one in a file that it has written; ConnectionError if nobody
+        answers."""
         from distributed import Client
 
         address = address or _address_in(str(file))
@@ -200,7 +201,7 @@ def _did_not_start(error: Exception) -> RuntimeError:
 
 
 def _address_in(file: str) -> str:
-    """The address in the file of a scheduler; ValueError where it has none."""
+    """The address in the file of a scheduler; ValueError if it has none."""
     try:
         return str(json.loads(Path(regular_file(file, "the file of a scheduler")).read_text(encoding="utf-8"))["address"])
     except (ValueError, KeyError, TypeError, RecursionError) as error:
@@ -224,7 +225,8 @@ async def _close_pages(server: Any) -> None:
 
 
 def _within(seconds: float, call: Callable[[], Any]) -> Any:
-    """What a call returns or raises; TimeoutError if it does neither in time. It then waits on, in a thread of its own."""
+    """Return or raise what a call does; TimeoutError if it does neither in time. The call then goes on in a thread of its
+    own."""
     done: list[tuple[Any, BaseException | None]] = []
 
     def make() -> None:
