@@ -47,10 +47,11 @@ LOOK = 0.2
 
 
 class Site:
-    """Where the tasks of a study work: it gives every run its file and its stage, and tells whether it shall end.
+    """The site at which the tasks of a study work: it gives every run its file and its stage, and says whether the run
+    shall end.
 
-    Threads share it. Another process gets a copy, which is told to end by a file: the engine creates it beside the run
-    files, or among the temporary files if the study has no folder.
+    Threads share it. Another process gets a copy. The copy ends its runs if it finds a file, which the engine creates
+    beside the run files, or among the temporary files if the study has no folder.
     """
 
     def __init__(self, stages: Stages, runs: Path | None, stopped: Callable[[], bool] = lambda: False):
@@ -82,7 +83,7 @@ class Site:
     def run(self, name: str, label: str, steps: int, call: Callable[..., Any], /, *arguments: Any, **options: Any) -> Any:
         """``call(*arguments, **options)``, with ``file``, ``on_step`` and ``interrupted`` of the run of that name.
 
-        ``label`` is the name of its stage, of at most so many ``steps``.
+        ``label`` is the name of its stage, which has at most ``steps`` steps.
         """
         file = None
         if self._runs is not None:
@@ -105,7 +106,7 @@ class Site:
 
     @contextmanager
     def listening(self) -> Iterator[Callable[[], bool]]:
-        """Ctrl-C ends the runs between two steps; gives a function that tells whether it was pressed."""
+        """Let Ctrl-C end the runs between two steps; gives a function that returns whether it was pressed."""
         try:
             with between_steps() as self._pressed:
                 yield self._pressed
@@ -131,7 +132,7 @@ class Task:
 
 
 class Study(ABC):
-    """What to compute: the base of the dataclasses of studies; see the description of the module."""
+    """The base of the dataclasses of studies, which say what to compute; see the description of the module."""
 
     COMMAND: ClassVar[str]
     """The command of ``lmgcpy`` that makes such studies; it names their kind in study.json."""
@@ -165,13 +166,13 @@ class Study(ABC):
         """Write the report into the folder, the summary last; returns the files."""
 
     def measures(self, result: Any) -> tuple[dict[str, float], dict[str, dict[str, np.ndarray]]]:
-        """What a campaign keeps of the result: numbers by name, with the unit at the end as "strength [Pa]", and by test
-        columns of one length, the first of them the abscissa."""
+        """The part of the result that a campaign keeps: numbers by name, with the unit at the end as "strength [Pa]", and
+        by test columns of one length, the first of them the abscissa."""
         return {}, {}
 
     @classmethod
     def kind(cls) -> dict[str, Any]:
-        """What study.json says beside the fields, to tell the classes of one command apart."""
+        """Entries of study.json beside the fields, by which the classes of one command differ."""
         return {}
 
     @classmethod
@@ -220,7 +221,7 @@ class RunInterrupted(Exception):
 
 
 def _perform(study: Study, task: Task, site: Site) -> Any:
-    """Do a task where the executor has brought it."""
+    """Do a task in the thread or process to which the executor has brought it."""
     if not site.is_copy:
         return task.work(site, *task.arguments)
     with _ignoring(study), site.listening():  # the process has signals and warnings of its own

@@ -1,4 +1,4 @@
-"""What every report is made of: the files in its folder, tables as CSV and as Markdown, and the versions used."""
+"""The parts of every report: the files in its folder, tables as CSV and as Markdown, and the versions used."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def markdown(rows: Sequence[Mapping[str, str]]) -> str:
 
 
 def sections(title: str, parts: Iterable[str]) -> str:
-    """A page in Markdown: its title and those of the parts that are not empty."""
+    """A page in Markdown: its title, and the parts that are not empty."""
     return "\n\n".join([f"# {title}", *filter(None, parts)]) + "\n"
 
 

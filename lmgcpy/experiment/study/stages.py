@@ -18,7 +18,7 @@ class Tick(Protocol):
 class Stages:
     """Shows the stages of a study on ``stream``; if ``quiet``, nothing is shown.
 
-    In another process, where a pickled copy arrives, the lines go to that process' standard error and there are no bars.
+    In another process, a pickled copy writes the lines to that process' standard error and there are no bars.
     """
 
     def __init__(self, stream: TextIO | None = None, *, quiet: bool = False):
