@@ -132,15 +132,15 @@ class Law(ABC):
     * ``PREPARED``: names of the numbers that ``prepare`` returns;
     * ``TRAITS``: what the law promises, out of :data:`~lmgcpy.laws.law.TRAITS`;
     * ``PAIRS``: pairs of contactor kinds that a contact law serves, as ``{("disk", "wall")}``; None for all;
-    * ``DIMENSIONS``: those of the scenes that the law is for, 2 and 3 unless it says less;
+    * ``DIMENSIONS``: dimensions of the scenes that the law is for, by default 2 and 3;
     * ``INTERFACE``: version of the interface that the law is written for. With ``INTERFACE = 2`` the functions ``prepare``,
       ``initial``, ``commit``, ``energy`` and ``dissipation`` take a last argument ``pair``, a
       :class:`~lmgcpy.laws.Pair` with radii, masses and the time;
     * ``KEEPS_GAP``: whether the ``reference_gap`` of a contact is the gap that the law predicted in the step before,
       ``gap + time_step * velocity[0]``, if that is below zero, and 0 if not (of a new contact: its own gap, if below zero).
-      What the gap is below that, turning has closed (``laws/signorini.py``). False: 0;
-    * ``TAKES_BACK_LATER``: whether what a step has left of that is added to the gap that the law predicted, so that the
-      next one may take it back;
+      If the gap is smaller, turning has closed the difference (``laws/signorini.py``). False: 0;
+    * ``TAKES_BACK_LATER``: whether the rest of this difference that a step leaves is added to the gap that the law
+      predicted, so that the next step may take it back;
     * :class:`Parameter` attributes, in the order in which ``prepare`` receives their values;
     * :class:`State` attributes, in the same order: numbers that the law keeps for each interaction (damage, plastic
       length, wear).
@@ -173,20 +173,23 @@ class Law(ABC):
     velocity at the end of the step: the predicted gap is ``gap + time_step * velocity[0]``. ``impulse`` [N s] is
     ``time_step`` times the force."""
     slope: ClassVar[Callable | None] = None
-    """``slope(W, u, prepared)``: generalized derivative of ``react`` by ``u``, a tuple of rows; None if there is none."""
+    """``slope(W, u, prepared)``: generalized derivative of ``react`` by ``u``, a tuple of rows. A law without slope leaves
+    it None."""
     energy: ClassVar[Callable | None] = None
-    """``energy(gap, reference_gap, parameters, state)``: energy stored in one interaction [J]; None if it stores none."""
+    """``energy(gap, reference_gap, parameters, state)``: energy stored in one interaction [J]. A law that stores none
+    leaves it None."""
 
     dissipation: ClassVar[Callable | None] = None
     """``dissipation(gap, reference_gap, velocity, impulse, time_step, parameters, state)``: energy that one interaction has
-    dissipated in the step [J]; None if the law does not tell. ``velocity`` [m/s] is the mean of those at the start and at
-    the end of the step, so that ``impulse . velocity`` is the work of the impulse; ``state`` is that before the step."""
+    dissipated in the step [J]. A law that does not report it leaves it None. ``velocity`` [m/s] is the mean of the
+    velocities at the start and at the end of the step, so that ``impulse . velocity`` is the work of the impulse; ``state``
+    is the state before the step."""
 
     conic: ClassVar[Callable | None] = None
     """``conic(prepared)``: bias [m/s], friction and compliance [1/kg] of the law in conic form (see
-    ``lmgcpy.solve.problem``), from columns of prepared numbers; of a law with rolling components rolling friction and
-    torsion friction in addition (in 2D any number for the latter). Some solvers need it. None if the law has no conic
-    form."""
+    ``lmgcpy.solve.problem``), from columns of prepared numbers; for a law with rolling components also rolling friction and
+    torsion friction (in 2D any number for the latter). Solvers that assemble W need it. A law without conic form leaves it
+    None."""
 
     @staticmethod
     @abstractmethod
@@ -200,14 +203,15 @@ class Law(ABC):
     ) -> tuple[float, ...]:
         """The few numbers that ``react`` needs, a tuple as long as ``PREPARED``; called once a step and interaction.
 
-        ``gap`` [m] is the gap at the detection configuration, ``reference_gap`` [m] that of a link (of contacts see
-        ``KEEPS_GAP``), ``velocity`` [m/s] the relative velocity at the start of the step, a tuple, normal component first,
-        ``time_step`` [s] the step. ``parameters`` and ``state`` are tuples; ``state`` is empty for a law without state."""
+        ``gap`` [m] is the gap at the detection configuration, ``reference_gap`` [m] the reference gap of a link (for
+        contacts see ``KEEPS_GAP``), ``velocity`` [m/s] the relative velocity at the start of the step, a tuple, normal
+        component first, ``time_step`` [s] the step. ``parameters`` and ``state`` are tuples; ``state`` is empty for a law
+        without state."""
 
     @staticmethod
     @abstractmethod
     def react(W: tuple[tuple[float, ...], ...], u: tuple[float, ...], prepared: tuple[float, ...]) -> tuple[float, ...]:
-        """The impulse (a tuple, [N s]) that satisfies the law exactly where the velocity is ``u + W impulse``.
+        """The impulse (a tuple, [N s]) that satisfies the law exactly with the velocity ``u + W impulse``.
 
         ``W``: a tuple of rows [1/kg], symmetric positive definite; ``u``: free velocity [m/s], a tuple.
         """
@@ -252,7 +256,7 @@ class Law(ABC):
         return dict(self.__dict__["_values"])
 
     def with_values(self, **values: Any) -> Law:
-        """The same law with other values of some parameters; raises the errors of a law that is made with them."""
+        """A copy of the law with other values of some parameters; raises the errors of a law that is made with them."""
         given = {name: value for name, value in {**self.values, **values}.items() if value is not None}
         return type(self)(**given)
 

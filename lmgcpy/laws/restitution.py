@@ -10,15 +10,15 @@ So each contact dissipates by itself: for any masses, loads, coefficients side b
 
 * With ``e min(u_n^-, 0)`` instead, a contact that opens and is pressed shut by its neighbours ends at ``u_n^+ = 0``, and
   works ``r_n u_n^-/2 > 0``. Bodies wedged between others may even have no solution: for impulses s > 0 that balance each
-  other, ``s . u = 0`` for every motion, so that ``u^+ >= -phi`` asks for ``s . phi >= 0``. That holds as
-  ``phi >= u_n^-`` everywhere.
+  other, ``s . u = 0`` for every motion, so that ``u^+ >= -phi`` asks for ``s . phi >= 0``. This holds as ``phi >= u_n^-``
+  everywhere.
 * Moreau's ``0 <= u_n^+ + e u_n^- _|_ r_n >= 0`` dissipates ``(1 - e)/(2 (1 + e)) r . W r`` in all (no loads, no friction)
   if e is the same everywhere, and may gain if it is not. It is the same law for contacts that close, and for e = 1.
 
-**Overlap that turning made** (``laws/signorini.py``) is taken back at ``|u_n^-|`` at most, as more would make energy. That
-is enough where a contact goes round a circle ever faster, ``h |u_n^-| = 2 e - e' >= e``, and too little where it slows
-down. What is left is kept, and taken back where it is faster again: a ball that swings in a bowl is never deeper than
-``e = (h u_t)^2/(2 a)`` of its fastest point. (It sank by half of that in every swing.)
+**Overlap that turning made** (``laws/signorini.py``) is taken back at ``|u_n^-|`` at most, as more would make energy. This
+is enough if a contact goes round a circle ever faster, ``h |u_n^-| = 2 e - e' >= e``, and too little if it slows down. The
+rest is kept, and taken back when the contact is faster again: a ball that swings in a bowl is never deeper than
+``e = (h u_t)^2/(2 a)`` of its fastest point. (Without this it sank by half of that in every swing.)
 
 An opening contact that is pressed shut returns at most with the velocity with which it opened: its gap is then what it was
 one step before, so that it does not sink.
