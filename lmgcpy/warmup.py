@@ -28,20 +28,20 @@ REACH = 1.0
 
 
 class Part(NamedTuple):
-    """What one process compiles at a time."""
+    """A part of the kernels, which one process compiles at a time."""
 
     dimension: int
     law: str | None
-    """Name of a law; None for samples, neighbour lists and Newton steps, which all laws share."""
+    """Name of a law, or None for samples, neighbour lists and Newton steps, which all laws share."""
 
 
 class Made(NamedTuple):
-    """What became of a part."""
+    """The result of compiling a part."""
 
     part: Part
     failure: Exception | None
     statistics: Statistics
-    """Where the kernels of the process come from, that of this part and of those before it."""
+    """Origins of the kernels of the process, for this part and the parts before it."""
 
 
 def warm_up(
@@ -226,8 +226,8 @@ def two_in_flight(dimension: int) -> None:
 
 
 def newton_step() -> None:
-    """One step of Newton's method by itself, of contacts that roll and of others: in scenes as small as these, sweeps leave
-    it nothing to do."""
+    """A single step of Newton's method, for contacts that roll and for others: in scenes as small as these, sweeps leave
+    nothing to it."""
     for law in (lm.Coulomb(friction=0.3), lm.RollingCoulomb(friction=0.3, rolling_friction=0.1)):
         sim = lm.Simulation(plain(law, 2), time_step=1e-3, on_unconverged="ignore").run(steps=1)
         problem = sim.problem()

@@ -48,15 +48,15 @@ def render(
     is needed.
 
     ``source``: a Scene, a Simulation, or a run that ``lmgcpy.io.open_run`` opened, of which ``frame`` is shown, by default
-    the last (negative: from the end). A ``path`` that ends in .gif or .mp4 shows all frames of a run, or those of a
-    ``range`` that is given as ``frame``, ``frames_per_second`` of them. In .pdf and .svg words and scales are lines that
-    can be edited, and bodies are pixels. A file of that name is replaced, as by ``savefig``: a picture can be drawn again,
-    which a run cannot. Returns the path.
+    the last (negative: from the end). A ``path`` that ends in .gif or .mp4 shows all frames of a run, or the frames of a
+    ``range`` that is given as ``frame``, at ``frames_per_second``. In .pdf and .svg words and scales are lines that can be
+    edited, and bodies are pixels. A file of that name is replaced, as by ``savefig``: a picture can be drawn again, which a
+    run cannot. Returns the path.
 
     ``what``, by default "layout" of a scene and "grains" of the others:
 
-    * "layout": before a run. Wires as tubes, grains translucent where there are wires, and in red what :func:`check`
-      finds: bodies that overlap and links longer than their reference;
+    * "layout": before a run. Wires as tubes, grains translucent if there are wires, and in red what :func:`check` finds:
+      bodies that overlap and links longer than their reference;
     * "grains": grains by speed;
     * "forces": force chains as tubes as thick as the normal force: contacts in red, wires in tension in blue, links in
       compression in orange.
@@ -64,7 +64,7 @@ def render(
     Options say how each of these shows bodies and wires:
 
     * ``grains``, what their colour means: "speed", "spin", "rotation" (2D), "coordination", "radius", "layer" (height at
-      the start), "color" (that of the visibility table), "plain", or "hidden";
+      the start), "color" (of the visibility table), "plain", or "hidden";
     * ``wires``: "length" (of arc, along each chain), "tension", "layer", "plain" or "hidden";
     * ``opacity`` of the grains in [0, 1];
     * ``clip``: an axis "x", "y", "z" or a pair (axis, coordinate [m]), by default the middle: the grains on the near side
@@ -137,7 +137,7 @@ def show(
 ) -> None:
     """Show a scene, a simulation or a run in a window, which the mouse turns, or in a notebook.
 
-    Arguments are those of :func:`render`, for one panel. The function returns when the window is closed, and raises OSError
+    Arguments are as for :func:`render`, with one panel. The function returns when the window is closed, and raises OSError
     if there is no display.
     """
     given = (what, grains, wires, opacity, clip, section, camera, title, region)
@@ -204,8 +204,8 @@ def _write_gif(film: Film, painter: Painter, path: Path, frames_per_second: floa
 
 
 def palette_of(pixels: np.ndarray) -> Any:
-    """An image with a palette of 256 colours for pixels (height, width, 3). Rare colours, as those of a wire, are kept by
-    maximum coverage, where median cut mixes them with others; white stays white."""
+    """An image with a palette of 256 colours for pixels (height, width, 3). Maximum coverage keeps rare colours, such as
+    the colours of a wire; median cut would mix them with others. White stays white."""
     from PIL import Image
 
     palette = Image.fromarray(pixels).quantize(255, method=Image.Quantize.MAXCOVERAGE)
