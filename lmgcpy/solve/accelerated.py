@@ -14,11 +14,11 @@ only results of sweeps are measured and returned.
 
 Without friction a step is a convex problem and momentum may grow freely. Sliding with friction is not associated, its
 operator is not symmetric, and momentum makes some of its modes grow: beyond ``1 - beta`` of about the square of the
-asymmetry they swing without end. Hence restarts, and a damping that the swings control. The size of a step is
-``|W_d (G(y) - y)|``, with W_d the diagonal of W: a velocity, mostly 0.5 to 0.7 times which is the residual in the samples
-measured. When it has grown to twice the least since the last restart, the momentum is dropped (``j = 0``) and the
-damping doubled; with every other sweep the damping decays by 0.3 %. What the step says of the residual also decides when
-the residual is measured, beside the intervals of plain Gauss-Seidel.
+asymmetry they swing without end. Hence restarts, and a damping that the swings control. The size of a step is the velocity
+``|W_d (G(y) - y)|``, with W_d the diagonal of W. In the samples measured the residual is mostly 0.5 to 0.7 times as large.
+When it has grown to twice the least since the last restart, the momentum is dropped (``j = 0``) and the damping doubled;
+with every other sweep the damping decays by 0.3 %. As an estimate of the residual, the size of the step also decides when
+it is measured, beside the intervals of plain Gauss-Seidel.
 
 Measured, sweeps a step, mean over a 2D biaxial test to 5 % (1700 grains, wire of 300 beads, friction 0.4, warm start),
 Gauss-Seidel at a budget of 20 000 against this: residual 1e-2, sand 2 100 against 350, rigid wire 5 600 to 6 100 against
@@ -48,13 +48,13 @@ from lmgcpy.solve.sweeps import apply_impulses, at_round_off, begin, measure, ra
 from lmgcpy.solve.team import Team, share_chunks
 
 GROWTH = 2.0
-"""A step of so many times the least one since the last restart drops the momentum."""
+"""A step larger than this number of times the least one since the last restart drops the momentum."""
 RECOVERY = 0.997
 """Decay of the damping a sweep: it halves in 230."""
 FAST = 0.8
 """The momentum does not grow while a step is less than this part of the one before: the sweeps converge by themselves."""
 MOMENTUM = 0.97
-"""Bound of the momentum where nobody says another."""
+"""Bound of the momentum by default."""
 CALM = 0.3
 """There is no momentum while the imbalance of a light body, as last measured, is above this part of its bound. (Taut wires
 of 1/100 and 1/400 of a grain: with 0.3 and 0.5 a third fewer sweeps than without momentum, with 1 as many or a third fewer,
@@ -88,7 +88,7 @@ STATE = np.dtype(
         ("check", np.int64),  # sweep after which it is measured next at the latest
     ]
 )
-"""What a solve knows of its sweeps; after a pause it goes on from here."""
+"""State of the sweeps of a solve, from which it goes on after a pause."""
 
 
 def new_state() -> np.ndarray:
@@ -100,20 +100,20 @@ def new_state() -> np.ndarray:
 def accelerated_gauss_seidel(team: Team, turn, overtime, most, momentum_bound, swept, state):
     """Sweep with momentum until the errors are within ``team.bounds``; returns (sweeps, status).
 
-    The error is measured after sweeps 1, 2, 3 ..., then at intervals of an eighth of the sweeps done and where the size of
+    The error is measured after sweeps 1, 2, 3 ..., then at intervals of an eighth of the sweeps done, and if the size of
     the step promises success. Without success the best impulses measured are returned. Stagnation: the last three quarters
     of the sweeps, and 4000, gained less than 1 %.
 
-    There are ``turn`` sweeps, and another turn, up to ``most`` in all, where they are expected to end within ``overtime``
-    sweeps, the residual taken to fall as one over their number. A further call with the same ``state`` goes on as if
-    there had been no pause.
+    There are ``turn`` sweeps. If they are expected to end within ``overtime`` more, for a residual that falls as one over
+    the number of sweeps, there is another turn, up to ``most`` sweeps in all. A further call with the same ``state`` goes
+    on as if there had been no pause.
     """
     tolerance = team.bounds[0]
     now = state[0]
     if now.nothing > 0.0:
         share_chunks(RESUME, team)
         apply_impulses(team)
-        if team.light > 0:  # centres are no longer those of the last sweep
+        if team.light > 0:  # their centres have moved since the last sweep
             now.run = 0
             now.previous = np.inf
     else:
@@ -205,7 +205,7 @@ def sweep_with_momentum(
     swept: bool = False,
     state: np.ndarray | None = None,
 ) -> Outcome:
-    """Sweep from the guess of a step, ``turn`` times at the most, with a momentum of at most so much.
+    """Sweep from the guess of a step, ``turn`` times at the most, with a momentum of at most ``momentum``.
 
     ``overtime``, ``most``: see :func:`accelerated_gauss_seidel`; ``swept``: whether the guess comes from sweeps on this
     step and may pass as it is; ``state``: of :func:`new_state`, to go on later from where the sweeps on the same ``step``
@@ -222,7 +222,7 @@ class AcceleratedGaussSeidel(Solver):
     """Gauss-Seidel with momentum, for steps that take more than a few dozen sweeps; any law, wires as blocks.
 
     ``tolerance``, ``max_iterations``, ``wire_blocks``, ``slip``, ``force``: as of :class:`Solver <lmgcpy.Solver>`;
-    ``momentum``: bound of the momentum, in [0, 1); with 0 the sweeps are those of Gauss-Seidel.
+    ``momentum``: bound of the momentum, in [0, 1); with 0 the sweeps are plain Gauss-Seidel.
     """
 
     momentum: float = MOMENTUM

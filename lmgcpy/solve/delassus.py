@@ -172,8 +172,8 @@ def least_eigenvalue(W: sparse.csr_array) -> float:
     """An upper bound of the least eigenvalue of the symmetric part of W, scaled to a unit diagonal: a negative one proves
     that W is not positive semidefinite.
 
-    Lanczos' method without reorthogonalisation; its extreme values still converge to those of the matrix (Paige 1980). It
-    costs :data:`STEPS` products with W, so it is called only for problems that could not be solved.
+    Lanczos' method without reorthogonalisation; its extreme values still converge to the extreme eigenvalues (Paige 1980).
+    It costs :data:`STEPS` products with W, so it is called only for problems that could not be solved.
     """
     import scipy.sparse as sparse
     from scipy.linalg import eigvalsh_tridiagonal

@@ -20,8 +20,8 @@ from lmgcpy.solve.team import Team, share_chunks
 def gauss_seidel(team: Team, max_iterations):
     """Sweep until the errors are within ``team.bounds``; returns (sweeps, status).
 
-    The error is measured after sweeps 1, 2, 3 ... and then at intervals of an eighth of the sweeps done, so that
-    measuring costs about an eighth; before success is told it is measured again on velocities made anew from the
+    The error is measured after sweeps 1, 2, 3 ... and then at intervals of an eighth of the sweeps done, so that measuring
+    costs about an eighth. Before the solver reports success, it measures again on velocities computed anew from the
     impulses. Stagnation: the last half of the sweeps, at least 1000 of them, gained less than 1 %.
     """
     nothing, residual, done, status = begin(team, False)
@@ -34,14 +34,17 @@ def gauss_seidel(team: Team, max_iterations):
     check = 1
     status = SPENT
     while sweeps < max_iterations:
+        # proximal step of light bodies: the centre v_c follows v
         if sweeps > 0 and team.light > 0:
             share_chunks(MOVE, team)
+        # one sweep: each law gives the impulse r at the free velocity u - W r
         if not sweep_groups(team):
             status = NOT_FINITE
             break
         sweeps += 1
         if sweeps < check and sweeps < max_iterations:
             continue
+        # |e(r)| / |e(0)|, after an eighth more sweeps
         check = sweeps + 1 + sweeps // 8
         residual = measure(team, nothing)
         if residual <= team.bounds[0]:
@@ -53,6 +56,7 @@ def gauss_seidel(team: Team, max_iterations):
         if at_round_off(team, nothing):
             status = ROUND_OFF
             break
+        # stagnation: the last half of the sweeps gained less than 1 %
         best = min(best, residual)
         if sweeps >= 2 * milestone_sweep and sweeps - milestone_sweep >= 1000:
             if best > 0.99 * milestone:
@@ -60,6 +64,7 @@ def gauss_seidel(team: Team, max_iterations):
                 break
             milestone = best
             milestone_sweep = sweeps
+    # v = v_free + M^-1 H r anew, and its errors
     if status in (SPENT, STAGNATED):
         apply_impulses(team)
         rate(team, nothing)

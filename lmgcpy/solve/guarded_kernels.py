@@ -1,8 +1,8 @@
-"""Kernels of laws that end where a law raises or returns NaN, instead of going on.
+"""Kernels of laws that end if a law raises or returns NaN, instead of going on.
 
-A C function cannot hand an exception on; numba would print it and go on. :func:`guard` makes one that returns NaN
-instead, which ends the solver. It costs nothing elsewhere: only laws with a ``raise`` get it, and a solve that is repeated
-to find its fault.
+A C function cannot pass an exception to its caller; numba would print it and go on. :func:`guard` makes a kernel that
+returns NaN instead, which ends the solver. It costs nothing elsewhere: only laws with a ``raise`` get it, and a solve that
+is repeated to find its fault.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ import numpy as np
 
 from lmgcpy.compiled.fingerprint import Slot
 
-body: Callable[..., Any] = Slot("body")  # given by the specialisation, as what follows
+body: Callable[..., Any] = Slot("body")  # given by the specialisation, as the next two
 compute: Callable[..., Any] = Slot("compute")
 read: Callable[..., Any] = Slot("read")
 
 
 def guard(start, stop, offset, s):
-    """What ``body`` returns, NaN where it raises."""
+    """The value of ``body``, NaN if it raises."""
     try:
         result = body(start, stop, offset, s)
     except Exception:
@@ -29,8 +29,8 @@ def guard(start, stop, offset, s):
 
 
 def noting_guard(start, stop, offset, s):
-    """As :func:`guard`; the first fault is noted in the last but one of the prepared numbers. After it nothing is done any
-    more, so that what was read last and the velocities are those of the fault."""
+    """As :func:`guard`; the first fault is noted in the last but one of the prepared numbers. After a fault nothing is done
+    any more, so that the numbers read last and the velocities belong to the fault."""
     if s.prepared[-2] != 0.0:
         return np.nan
     try:
@@ -48,7 +48,7 @@ def noting_reader(array, start):
 
 
 def finite_vector(W, u, prepared):
-    """The law's ``react``; raises where a component is not finite."""
+    """The law's ``react``; raises if a component is not finite."""
     impulse = compute(W, u, prepared)
     for component in impulse:
         if not np.isfinite(component):
@@ -57,7 +57,7 @@ def finite_vector(W, u, prepared):
 
 
 def finite_matrix(W, u, prepared):
-    """The law's ``slope``; raises where an entry is not finite."""
+    """The law's ``slope``; raises if an entry is not finite."""
     rows = compute(W, u, prepared)
     for row in rows:
         for entry in row:

@@ -1,4 +1,4 @@
-"""What accelerated sweeps do to their iterates, one part of the flat arrays at a time.
+"""Work of accelerated sweeps on their iterates, one part of the flat arrays at a time.
 
 It belongs to the one kernel of :mod:`lmgcpy.solve.sweeps` that does all work, which plain sweeps then share: to compile a
 kernel of their own would take them seconds.
@@ -9,11 +9,11 @@ from __future__ import annotations
 import numpy as np
 
 STEP, EXTRAPOLATE, KEEP, TAKE_BEST, START, RESUME = map(np.int64, range(16, 22))
-"""Kinds of work beyond those of plain sweeps."""
+"""Kinds of work that plain sweeps do not have."""
 
 
 def part(task, count, chunks):
-    """Which of so many rows a task has that works on whole arrays: the first, and the one after the last."""
+    """First row, and the row after the last, of a task that works on whole arrays of ``count`` rows in ``chunks`` parts."""
     return task * count // chunks, (task + 1) * count // chunks
 
 
@@ -58,7 +58,7 @@ def iterates_work(kind, task, job):
     # |w (r - r_start)|^2, r_start the impulses before the sweep
     if kind == STEP:
         job.partial[task, 0] = squares(own.weight, own.impulse, own.start, first, last)
-    # momentum: r <- r + beta (r - r_last), and v likewise
+    # momentum: r <- r + beta (r - r_last), v <- v + beta (v - v_last)
     elif kind == EXTRAPOLATE:
         extrapolate(own.impulse, own.last_impulse, job.beta[0], first, last)
         copy(own.impulse, own.start, first, last)

@@ -1,6 +1,6 @@
 """Light bodies between heavy ones: heavy in the sweep, light in the answer.
 
-A bead between two grains hands on to them, in one visit, no more momentum than it has itself. If it weighs a hundredth of a
+In one visit, a bead between two grains passes no more momentum to them than it has itself. If it weighs a hundredth of a
 grain, a sweep moves the load of the grains by a hundredth, and thousands of sweeps pass before the bead bears it. So a
 light body of mass m is swept as if it weighed M, and a force makes up for the difference that vanishes in the end.
 
@@ -12,16 +12,16 @@ and one solve with M for m is a proximal point of F in the metric ``D = M - m`` 
 
     v_{j+1} = argmin F(v) + 1/2 (v - v_c).D (v - v_c),    v_c = v_j.
 
-The two quadratic forms add up to the form of M around ``v_f' = (m v_f + (M - m) v_c)/M``, so that a solve *is* that of an
-ordinary step with these masses and free velocities, and sweeps need to know nothing else. At a fixed point ``v = v_c``, the
-force ``D (v_c - v)/h`` is zero, and v solves the step with the mass m, also with friction, whose laws hold by themselves.
-Without friction it contracts towards the solution whatever M is (Rockafellar 1976, SIAM J. Control Optim. 14):
+The two quadratic forms add up to the form of M around ``v_f' = (m v_f + (M - m) v_c)/M``, so that a solve *is* the solve of
+an ordinary step with these masses and free velocities, and sweeps need to know nothing else. At a fixed point ``v = v_c``,
+the force ``D (v_c - v)/h`` is zero, and v solves the step with the mass m, also with friction, whose laws hold by
+themselves. Without friction it contracts towards the solution whatever M is (Rockafellar 1976, SIAM J. Control Optim. 14):
 
     |v_{j+1} - v*|^2_{2 m + D} + |v_{j+1} - v_j|^2_D <= |v_j - v*|^2_D.
 
 If S is the mass that the body feels through its active laws, the error of a mode falls by ``D/(D + S)`` a move: a body that
 is held arrives in one move, one that takes a heavy one along in a few, and one that flies (S = m) in M/m. So a body whose
-moves have the same direction goes further each time. One sweep is made for each move: an inexact proximal point, for which
+moves have the same direction goes further each time. Each move takes a single sweep: an inexact proximal point, for which
 there is no proof, nor is there one with friction. Momentum of the impulses makes it diverge as long as centres are on their
 way, and takes a third of the sweeps away when they have arrived (``accelerated.py``).
 
@@ -40,7 +40,7 @@ from lmgcpy.solve.iterates import part
 from lmgcpy.solve.loads import NEARBY, is_little
 
 FLY, CENTRE, MOVE, SETTLE, WEIGH, KEEP_CENTRE, BEST_CENTRE, LAY_ASIDE, TAKE_BACK = map(np.int64, range(22, 31))
-"""Kinds of work, after those of ``iterates``."""
+"""Kinds of work, numbered after the kinds of ``iterates``."""
 ALIGNED, GROWTH = 0.99, 2.5
 """If the cosine between a move and the last one is above the first number, the move is longer by the second, up to M/m, as
 long as impulses have no momentum.
@@ -68,7 +68,7 @@ class LightBodies(NamedTuple):
     best: np.ndarray
     """Centre at the best impulses, (L, k)."""
     aside: np.ndarray
-    """Centre that is laid aside while others are looked at, (L, k)."""
+    """Centre that is laid aside while another one is tried, (L, k)."""
     way: np.ndarray
     """``v - v_c`` of the last move, (L, k)."""
     stride: np.ndarray
@@ -86,14 +86,19 @@ def no_light_bodies(components: int) -> LightBodies:
 def light_work(kind, task, job):
     """Work on one part of the light bodies, by kind."""
     first, last = part(task, job.light.body.shape[0], job.chunks)
+    # v_f' of a flight with the body's own mass: v_c = v_f
     if kind == FLY:
         shift(first, last, job.light.free, job)
+    # v_f' around the centre v_c
     elif kind == CENTRE:
         shift(first, last, job.light.centre, job)
+    # v_c <- v_c + stride (v - v_c)
     elif kind == MOVE:
         move(first, last, job)
+    # the centre at which the imbalance D (v_c - v) is zero
     elif kind == SETTLE:
         settle(first, last, job)
+    # centres of the best impulses, and centres laid aside
     elif kind == KEEP_CENTRE:
         take_over(first, last, job.light.centre, job.light.best)
     elif kind == BEST_CENTRE:
@@ -104,6 +109,7 @@ def light_work(kind, task, job):
     elif kind == TAKE_BACK:
         take_over(first, last, job.light.aside, job.light.centre)
         shift(first, last, job.light.centre, job)
+    # |D (v_c - v)| over the load of the body
     else:
         job.partial[task, 0] = imbalance(first, last, job)
 
@@ -128,7 +134,7 @@ def take_over(first, last, x, y):
 
 
 def move(first, last, job):
-    """``v_c <- v_c + stride (v - v_c)`` of some light bodies, and what this changes of ``v_f'`` and of v.
+    """``v_c <- v_c + stride (v - v_c)`` of some light bodies, with the changes of ``v_f'`` and v that follow.
 
     The velocities before, which sweeps with momentum keep, change by the same: momentum is of impulses only.
     """
@@ -177,10 +183,10 @@ def settle(first, last, job):
 
 
 def imbalance(first, last, job):
-    """The largest ``|D (v - v_c)|`` of some light bodies, over what the body bears; spins count by the radius of gyration.
+    """The largest ``|D (v - v_c)|`` of some light bodies, over the load of the body; spins count by the radius of gyration.
 
-    An imbalance that is next to nothing beside what interactions bear is none, unless it is the body's own load: it would
-    never fall.
+    An imbalance that is next to nothing beside the impulses of the step does not count, unless it is the body's own load:
+    then the body would never fall.
     """
     light, s = job.light, job.s
     d = s.carried.shape[1] + 1

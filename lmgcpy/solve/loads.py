@@ -1,9 +1,8 @@
-"""What a body bears: the greatest impulse of its interactions, against which the error of a force is large or small.
+"""The load of a body: the greatest impulse of its interactions, with which the error of a force is compared.
 
-``|e_i| / W_nn`` is the impulse by which the error of interaction i would be made good. Compared with what its two
-bodies bear it says by which part a force is off, in whatever scene: neither the size of the sample nor the time step is
-in it, and a press elsewhere only by a floor of a thousandth. Bodies that nothing can move do not count, as a floor
-bears the loads of all.
+``|e_i| / W_nn`` is the impulse that would correct the error of interaction i. Over the load of its two bodies, it is the
+part by which a force is off. It depends neither on the size of the sample nor on the time step, and on a press elsewhere
+only by a floor of a thousandth. Bodies that nothing can move do not count, as a floor bears the loads of all.
 """
 
 from __future__ import annotations
@@ -11,12 +10,12 @@ from __future__ import annotations
 import numpy as np
 
 NEARBY = 0.1
-"""Part of what its neighbours bear that counts as a body's own load: between loaded grains lie some that bear nothing."""
+"""Part of its neighbours' load that counts as a body's own load: between loaded grains lie some that bear nothing."""
 LITTLE = 1e-3
-"""An impulse is little if it is this part of what interactions bear in the geometric mean, and moves a light body by no
-more than the slip allows ..."""
+"""An impulse is little if it is at most this part of the geometric mean of all impulses, and moves a light body by no more
+than the slip allows ..."""
 NOTHING = 1e-6
-"""... or if it is this part of it."""
+"""... or if it is at most this part of that mean."""
 
 
 def is_little(impulse, slip, bounds):
@@ -25,7 +24,8 @@ def is_little(impulse, slip, bounds):
 
 
 def add_load(start, stop, walls, s, found):
-    """Let the bodies of some interactions know of their impulses [N s], in ``s.noise``; not held walls, see ``momentum``.
+    """Enter the impulses of some interactions [N s] as loads of their bodies, in ``s.noise``; not for held walls, see
+    ``momentum``.
 
     Adds to ``found`` the logarithms of the impulses and their number.
     """
@@ -53,7 +53,7 @@ def bear(b, size, s):
 
 
 def share_load(start, stop, walls, s):
-    """Let the bodies of some interactions know what the other one bears, in the column after that."""
+    """Enter for the bodies of some interactions the load of the other one, in the next column."""
     for i in range(start, stop):
         c = s.candidate[i]
         a = s.antagonist[i]
@@ -64,9 +64,9 @@ def share_load(start, stop, walls, s):
 
 
 def load_of(i, s, typical):
-    """What the two bodies of an interaction bear [N s]: the one that bears less, or a part of the one that bears more.
+    """Load of the two bodies of an interaction [N s]: the smaller one, or a part of the larger one if that is more.
 
-    ``typical``: what interactions bear in the geometric mean; a small part of it counts as borne by all.
+    ``typical``: geometric mean of all impulses; every body counts as bearing a small part of it.
     """
     c = s.candidate[i]
     a = s.antagonist[i]

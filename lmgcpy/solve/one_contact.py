@@ -13,8 +13,8 @@ from lmgcpy.laws.coulomb import react_in_plane, react_in_space
 
 SOUND = 1e-9
 """A difference of at most this part of its terms is taken for round-off: blocks that miss symmetry or a zero eigenvalue by
-it, and errors ``e = w (r - react(w I, u - w r))`` of a solution. The errors of positive definite blocks stay below 1e-9
-where the condition does (``tests/solve/test_one_contact.py``)."""
+it, and errors ``e = w (r - react(w I, u - w r))`` of a solution. The errors of positive definite blocks stay below 1e-9 up
+to a condition of 1e9 (``tests/solve/test_one_contact.py``)."""
 
 
 @dataclass(frozen=True)
@@ -26,8 +26,8 @@ class LocalSolution:
     velocity: np.ndarray
     """``q + W r`` [m/s], (d,)."""
     status: str
-    """"open", "stick", "slide", or "infeasible": no impulse satisfies the law, and the one given is that without friction,
-    or zero where no impulse changes the normal velocity."""
+    """"open", "stick", "slide", or "infeasible": no impulse satisfies the law, and the impulse given is the one without
+    friction, or zero if no impulse changes the normal velocity."""
 
     def __repr__(self) -> str:
         given = ", ".join(f"{component:.6g}" for component in self.impulse)
@@ -36,13 +36,13 @@ class LocalSolution:
 
 @kernel
 def react_plane_alone(W, q, friction, impulse):
-    """One contact in the plane, its block (2, 2), into ``impulse``."""
+    """The impulse of a single contact in the plane, with the block W (2, 2), into ``impulse``."""
     impulse[0], impulse[1] = react_in_plane(((W[0, 0], W[0, 1]), (W[1, 0], W[1, 1])), q[0], q[1], friction)
 
 
 @kernel
 def react_space_alone(W, q, friction, impulse):
-    """One contact in space, its block (3, 3), into ``impulse``."""
+    """The impulse of a single contact in space, with the block W (3, 3), into ``impulse``."""
     block = ((W[0, 0], W[0, 1], W[0, 2]), (W[1, 0], W[1, 1], W[1, 2]), (W[2, 0], W[2, 1], W[2, 2]))
     impulse[0], impulse[1], impulse[2] = react_in_space(block, q[0], q[1], q[2], friction)
 
@@ -53,8 +53,8 @@ def solve_local(W: Any, q: Any, *, friction: float) -> LocalSolution:
 
     ``W``: block of the Delassus operator [1/kg], (2, 2) or (3, 3), symmetric, without negative eigenvalues; ``q``: velocity
     without the impulse [m/s], (2,) or (3,); ``friction``: mu >= 0. A positive definite block always has a solution
-    (which one, where there are several, docs/solvers.md says), and a singular one a solution or the status
-    "infeasible". ValueError for a block that is neither.
+    (docs/solvers.md says which one if there are several), and a singular one a solution or the status "infeasible".
+    ValueError for a block that is neither.
     """
     block, free = numbers(W, "W"), numbers(q, "q")
     friction = number(friction, "friction", minimum=0.0)

@@ -42,8 +42,8 @@ def cone_of(law: type[Law]) -> int:
 
 
 class Split(NamedTuple):
-    """The operator as ``W = sparse + columns columns^T``: where a periodic cell yields, each of its q components couples
-    all interactions, which makes W dense by a part of rank q."""
+    """The operator as ``W = sparse + columns columns^T``: if a periodic cell yields, each of its q components couples all
+    interactions, which makes W dense by a part of rank q."""
 
     sparse: sparse.csr_array
     """Without the cell [1/kg], (m d, m d)."""
@@ -80,9 +80,9 @@ class Problem:
     geometric: np.ndarray = field(default_factory=lambda: np.zeros(0))
     """Geometric stiffness kappa of the links [kg], (m,), in ``r_t = -kappa u_t``; zero if none is given."""
     scale: np.ndarray | None = None
-    """Time step over the radius of the smaller body [s/m], (m,); None if it is not known."""
+    """Time step over the radius of the smaller body [s/m], (m,), or None if it is not known."""
     split: Split | None = None
-    """W in two parts, which Newton steps factorise faster; None if it is not split."""
+    """W in two parts, which Newton steps factorise faster, or None if it is not split."""
     cone_by_law: Mapping[str, int] = field(default_factory=dict)
     """Cone (0 contact, 1 pull, 2 both) of the laws that are not registered, by name."""
     rolling: np.ndarray = field(default_factory=lambda: np.zeros(0))

@@ -25,7 +25,7 @@ class Outcome(NamedTuple):
     factorisations: int = 0
     """Newton steps, each of which factorised a sparse matrix."""
     slip: float = 0.0
-    """Largest ``h |e_i| / R_i``; 0 where no sizes are known."""
+    """Largest ``h |e_i| / R_i``; 0 if no sizes are known."""
     force: float = 0.0
     """Largest ``|e_i| / W_nn`` over what the two bodies of an interaction bear, see ``lmgcpy.solve.loads``; of light bodies
     between heavy ones the imbalance as well."""
@@ -92,16 +92,16 @@ def _listed(ids: tuple[int, ...], one: str, many: str, most: int = 12) -> str:
 class Report:
     """How the last step was solved.
 
-    ``iterations``: sweeps; ``factorisations``: Newton steps; ``residual``: ``|e(r)| / |e(0)|``, the error relative to that
-    of doing nothing; ``slip``: the largest ``h |e_i| / R_i``, the displacement that the error of one interaction makes in
-    the step, in parts of its smaller body's radius; ``force``: the largest error of a force over what its bodies bear, and
-    imbalance of a light body; ``status``: "converged", "budget spent", "stagnated", "not finite",
-    "round-off", or "locked" for a step that has no solution; ``lock``: why it has none, None otherwise; ``worst``: the
-    interaction of that slip, None where there is none; ``interactions``: how many there were;
-    ``seconds``: of the solver; ``step_seconds``: of the whole step; ``stretch``: the largest part of its reference length
-    by which a rigid link was off when the step began, a wire too long, a rod either way;
-    ``solves``: how often the step was solved, until the geometric stiffness of its links was that of their impulses, and
-    once more where links are pulled back by positions alone; ``iterations`` and ``factorisations`` are of all together.
+    ``iterations``: sweeps; ``factorisations``: Newton steps; ``residual``: ``|e(r)| / |e(0)|``, the error relative to the
+    error of doing nothing; ``slip``: the largest ``h |e_i| / R_i``, the displacement that the error of one interaction
+    makes in the step, in parts of its smaller body's radius; ``force``: the largest error of a force over what its bodies
+    bear, and imbalance of a light body; ``status``: "converged", "budget spent", "stagnated", "not finite", "round-off", or
+    "locked" for a step that has no solution; ``lock``: why it has none, None otherwise; ``worst``: the interaction of that
+    slip, None if there is none; ``interactions``: how many there were; ``seconds``: of the solver; ``step_seconds``: of the
+    whole step; ``stretch``: the largest part of its reference length by which a rigid link was off when the step began, a
+    wire too long, a rod either way; ``solves``: how often the step was solved, until the geometric stiffness of its links
+    fitted their impulses, and once more if links are pulled back by positions alone; ``iterations`` and ``factorisations``
+    count all solves together.
     """
 
     iterations: int = 0

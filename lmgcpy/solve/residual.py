@@ -16,12 +16,11 @@ MEASURES = ("natural", "fclib", "slip")
 def residual(problem: Problem, impulses: Any, *, measure: str = "natural") -> float:
     """How far impulses (m, D) are from solving a problem; D is its ``width``.
 
-    "natural": ``|e(r)| / |e(0)|`` with ``e = w (r - react(w I, u - w r))``, ``w`` the mean diagonal of the local block:
-    the error of the velocities relative to that of doing nothing. "fclib": ``|w0 r - P_K(w0 r - (u + mu |u_t| n))| / |q|``
+    "natural": ``|e(r)| / |e(0)|`` with ``e = w (r - react(w I, u - w r))``, ``w`` the mean diagonal of the local block: the
+    error of the velocities relative to the error of doing nothing. "fclib": ``|w0 r - P_K(w0 r - (u + mu |u_t| n))| / |q|``
     with ``w0`` the mean diagonal of W, the measure of published solvers; links have their own law's projection, rolling
-    contacts have none (ValueError). Both are infinite where they overflow.
-    "slip": the largest ``h |e_i| / R_i``, R_i the radius of the smaller body, of a problem that knows it, as those of
-    ``Simulation.problem`` do (ValueError where it does not).
+    contacts have none (ValueError). Both are infinite if they overflow. "slip": the largest ``h |e_i| / R_i``, R_i the
+    radius of the smaller body. Problems of ``Simulation.problem`` know the radii (ValueError if a problem does not).
     """
     check_problem(problem, "residual")
     one_of(measure, "measure", MEASURES)

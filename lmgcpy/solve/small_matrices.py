@@ -17,14 +17,13 @@ def small_matrices(d: int) -> dict[str, Callable]:
 
     ``block(m, i)``: matrix i of an array (n, d, d); ``row(m, i, at)`` and ``square(m, i, at)``: the vector, and the matrix,
     that stand in row i of an array from column ``at`` on; ``store_row(m, i, v)``, ``store_square(m, i, at, A)``: into it;
-    ``add_row(m, i, v)``: added to it;
-    ``unit(x)``: the identity with 1 + x in its first place; ``transposed(A)``; ``negative(v)``; ``scaled(v, A)``: rows of A
-    times the numbers v; ``product(A, B)``; ``times(A, v)``; ``plus(A, B)``, ``less(A, B)``, ``plus_row(v, w)``,
-    ``less_row(v, w)``, ``scaled_row(v, w)``: sums, differences, and products number by number; ``inverted(A)``:
-    ``(A^-1, |det A|)``, for d up to 3; ``multiple(x)``: ``x I``; ``multiple_row(x, v)``: ``x v``; ``first_only(x)``: the
-    vector with x in its first place and zeros; ``dot(v, w)``; ``squares(v)``: ``v . v``; ``mean(v)``; ``differ(v, w)``:
-    whether a number of one is not that of the other; ``exactly(v)``: v, of which the compiler is to see that it has d
-    numbers.
+    ``add_row(m, i, v)``: added to it; ``unit(x)``: the identity with 1 + x in its first place; ``transposed(A)``;
+    ``negative(v)``; ``scaled(v, A)``: rows of A times the numbers v; ``product(A, B)``; ``times(A, v)``; ``plus(A, B)``,
+    ``less(A, B)``, ``plus_row(v, w)``, ``less_row(v, w)``, ``scaled_row(v, w)``: sums, differences, and products number by
+    number; ``inverted(A)``: ``(A^-1, |det A|)``, for d up to 3; ``multiple(x)``: ``x I``; ``multiple_row(x, v)``: ``x v``;
+    ``first_only(x)``: the vector with x in its first place and zeros; ``dot(v, w)``; ``squares(v)``: ``v . v``;
+    ``mean(v)``; ``differ(v, w)``: whether v and w differ in a number; ``exactly(v)``: v, written so that the compiler sees
+    that it has d numbers.
     """
     R = range(d)
     answers = {
@@ -77,7 +76,7 @@ def _unit(i: int, j: int) -> str:
 
 
 def _by_cofactors(d: int) -> list[str]:
-    """Lines of ``inverted``: the inverse from the cofactors. It waits for one division, where elimination waits for d."""
+    """Lines of ``inverted``: the inverse from the cofactors. It waits for one division, elimination for d."""
     R = range(d)
     body = []
     for i in R:

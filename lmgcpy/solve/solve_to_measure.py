@@ -16,7 +16,7 @@ ROUNDS = 12
 
 LOOSER = 0.5
 """Both measures are errors of the same kind over different scales, ``|e(0)|`` and ``|q|``. So their quotient is, near a
-solution, about the other measure of r = 0 (within 30 % on published problems, where it is 1 to 1/260), and the natural
+solution, about the other measure of r = 0 (within 30 % on published problems, with values of 1 to 1/260), and the natural
 tolerance that is tried first is the one asked for divided by it, times this."""
 
 
@@ -38,8 +38,8 @@ def solve_to_measure(problem: Problem, solver: AnySolver, *, measure: str = "nat
     """Solve until ``residual(problem, impulses, measure=measure) <= solver.tolerance``.
 
     As long as the measure asked for is not within tolerance the solve goes on from its impulses, with a smaller natural
-    tolerance. The status is "converged" where the measure asked for is within tolerance, whatever the solver
-    says of its own, and "round-off" where it is not and nothing better can be had.
+    tolerance. The status is "converged" if the measure asked for is within tolerance, whatever the solver says of its own
+    measure, and "round-off" if it is not and nothing better can be had.
     """
     guess = problem.guess
     tolerance = solver.tolerance

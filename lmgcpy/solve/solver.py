@@ -22,22 +22,22 @@ biaxial 0.97, triaxial 2.8, column 1.22."""
 
 
 FORCE, MOST_FORCE = 100.0, 1e-2
-"""By default no force is off by more than so many times the tolerance, and no more than this part of what its bodies bear.
+"""Default bound of the error of a force, in parts of the load of its bodies: FORCE times the tolerance, MOST_FORCE at most.
 
 The residual is relative to what loads do to all bodies, which in large samples is a hundredth of what interactions bear.
-With a hundredth friction holds what hangs on it (``tests/dynamics/test_light_bodies.py``)."""
+With errors of a hundredth friction holds a body that hangs on it (``tests/dynamics/test_light_bodies.py``)."""
 
 
 @dataclass(frozen=True)
 class Solver(ABC):
     """Solves the problem of a time step to a tolerance. A solver of your own is a frozen dataclass with one :meth:`solve`.
 
-    ``tolerance``: a step is solved where ``|e(r)| <= tolerance |e(0)|`` (see ``lmgcpy.residual``); ``max_iterations``:
-    sweeps a step at the most; ``wire_blocks``: False has sweeps visit the links of a wire one at a time, as other codes
-    do; ``slip``: no interaction's error may make a displacement in the step of more than this part of its smaller
-    body's radius, ``h |e_i| <= slip R_i``, None stands for the tolerance, and for 3e-3 where the tolerance is larger;
-    ``force``: no force may be off by more than this part of what its bodies bear (``lmgcpy.solve.loads``), None stands
-    for a hundred times the tolerance, and at most 1e-2.
+    ``tolerance``: a step is solved if ``|e(r)| <= tolerance |e(0)|`` (see ``lmgcpy.residual``); ``max_iterations``: sweeps
+    a step at the most; ``wire_blocks``: if False, sweeps visit the links of a wire one at a time, as other codes do;
+    ``slip``: no interaction's error may make a displacement in the step of more than this part of its smaller body's
+    radius, ``h |e_i| <= slip R_i``, by default the tolerance, and 3e-3 if the tolerance is larger; ``force``: no force may
+    be off by more than this part of the load of its bodies (``lmgcpy.solve.loads``), by default a hundred times the
+    tolerance, 1e-2 at most.
     """
 
     tolerance: float = 1e-4

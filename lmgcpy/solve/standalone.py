@@ -50,8 +50,8 @@ class Solution:
 def solve(problem: Problem, *, solver: Solver | None = None, guess: Any = None) -> Solution:
     """Solve a problem, from ``guess`` (m, D) or the problem's own; D is the problem's ``width``.
 
-    ``solver``: such as ``lmgcpy.Newton(tolerance=1e-10)``; ``lmgcpy.Auto()`` if none is given. Where the impulses grow
-    without bound, ValueError tells that W is not positive semidefinite, or else FloatingPointError that there is no
+    ``solver``: such as ``lmgcpy.Newton(tolerance=1e-10)``; ``lmgcpy.Auto()`` if none is given. If the impulses grow without
+    bound, the function raises ValueError if W is not positive semidefinite, else FloatingPointError, as there is no
     solution.
     """
     check_problem(problem, "solve")

@@ -42,11 +42,10 @@ class Step:
 
     Arrays of shape (m, d) have further columns in scenes with rolling friction: 3 in all in 2D, and 6 in 3D.
 
-    It is what a solver is given, of a scene (dynamics makes it from its ``StepProblem``) or of a :class:`Problem
-    <lmgcpy.Problem>` that stands alone.
-    A solver leaves impulses in ``system.impulse`` and the velocities that belong to them in ``system.velocity``. One that
-    works on an assembled W asks for ``conic()`` and hands its impulses to :meth:`judged`; one that sweeps calls the kernels
-    of the groups through :meth:`led`.
+    A solver gets it from a scene (dynamics makes it from its ``StepProblem``) or from a :class:`Problem <lmgcpy.Problem>`
+    that stands alone. The solver leaves impulses in ``system.impulse`` and the velocities that belong to them in
+    ``system.velocity``. A solver on an assembled W asks for ``conic()`` and gives its impulses to :meth:`judged`; a solver
+    by sweeps calls the kernels of the groups through :meth:`led`.
     """
 
     groups: Groups
@@ -54,12 +53,12 @@ class Step:
     system: System | MatrixSystem
     """The arrays of the interactions and velocities."""
     free_velocity: np.ndarray
-    """Velocities without impulses: of the bodies (n, k), or of the interactions (m, d) where there are no bodies."""
+    """Velocities without impulses: of the bodies (n, k), or of the interactions (m, d) if there are no bodies."""
     guess: np.ndarray
     """Impulses to start from [N s], (m, d)."""
     conic: ConicForm
-    """``conic()`` gives (problem, acting): the step as a :class:`Problem <lmgcpy.Problem>`, and which of the m interactions
-    are in it, (m,) bool. It raises TypeError where a law has no conic form; ``conic.missing`` names that law."""
+    """``conic()`` gives (problem, acting): the step as a :class:`Problem <lmgcpy.Problem>`, and whether each of the m
+    interactions is in it, (m,) bool. It raises TypeError if a law has no conic form; ``conic.missing`` names that law."""
     components: Callable[[], np.ndarray]
     """``components()`` says which components of its impulse the law of each interaction has, (m, d) bool."""
     driver: Mapping[str, Any] = field(default_factory=dict)
@@ -84,8 +83,8 @@ class Step:
     def led(self, solver: Kernel, bounds: tuple[float, float, float], *limits: Any, iterates: bool = False) -> Outcome:
         """Run ``solver(team, *limits)``, a kernel that leads sweeps and returns (sweeps, status).
 
-        ``bounds``: those of :class:`Solver <lmgcpy.Solver>`.
-        ``iterates``: whether it has those of accelerated sweeps.
+        ``bounds``: of the residual, the slip and the error of a force, see :class:`Solver <lmgcpy.Solver>`. ``iterates``:
+        whether the solver keeps the iterates of accelerated sweeps.
         """
         crew = self._crew_with_iterates if iterates else self._crew
         sweeps, status = crew.lead(solver, bounds, *limits)
@@ -111,8 +110,8 @@ class Step:
     def judged(self, impulses: np.ndarray, bounds: tuple[float, float, float]) -> Outcome:
         """Take impulses (m, d) for the answer: velocities are made from them, and the kernels of the laws measure them.
 
-        Components that a law does not have are set to zero: no law would measure them. ``bounds``: those of
-        :class:`Solver <lmgcpy.Solver>`. The status is "converged", "round-off", "not finite" or "budget spent".
+        Components that a law does not have are set to zero: no law would measure them. ``bounds``: as of :meth:`led`. The
+        status is "converged", "round-off", "not finite" or "budget spent".
         """
         there = self.components()
         impulses = np.where(there, impulses, 0.0)

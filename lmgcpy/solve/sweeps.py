@@ -1,4 +1,4 @@
-"""What solvers by sweeps are made of: sweeping, measuring, and telling an error from round-off.
+"""The parts of solvers by sweeps: sweeping, measuring, and distinguishing an error from round-off.
 
 A sweep visits the groups of interactions in canonical order and calls the kernel of each group once, by its address:
 no call per interaction, and nothing to compile anew when another set of laws comes together.
@@ -12,21 +12,21 @@ from lmgcpy.compiled.by_address import call
 from lmgcpy.compiled.kernel import kernel
 from lmgcpy.solve.iterates import RESUME, iterates_work, part
 from lmgcpy.solve.light_bodies import CENTRE, FLY, LAY_ASIDE, SETTLE, TAKE_BACK, WEIGH, light_work
-from lmgcpy.solve.loads import add_load, load_of, share_load  # of bodies, unless the specialisation gives others
+from lmgcpy.solve.loads import add_load, load_of, share_load  # of bodies, if the specialisation gives no others
 from lmgcpy.solve.report import CONVERGED, NOT_FINITE, ROUND_OFF, SPENT
-from lmgcpy.solve.rounding import ROUNDING, add_noise, begin_noise, gather_noise, kinetic_energy  # of bodies, likewise
+from lmgcpy.solve.rounding import ROUNDING, add_noise, begin_noise, gather_noise, kinetic_energy  # of bodies, as the loads
 from lmgcpy.solve.team import Team, share_chunks, share_phases
 
 SWEEP, ERROR, MOMENTUM, NOISE, LOAD, SHARE, CLEAR, COMBINE, NOTHING, GUESS = map(np.int64, range(10))
 WORST, QUIET, SUM, LOUD, UNLOADED, FORCE = map(np.int64, range(10, 16))
-"""Kinds of work; those of ``iterates.py`` and ``light_bodies.py`` come after. Numbers of numpy, as plain ones make a new
-function each."""
+"""Kinds of work; the kinds of ``iterates.py`` and ``light_bodies.py`` follow. They are numbers of numpy: of plain numbers,
+each would compile a new function."""
 NEAR = 32.0
-"""Round-off is looked at closely where the error is within so many times an estimate that costs next to nothing."""
+"""Round-off is examined closely if the error is within this number of times an estimate that costs next to nothing."""
 LOST = 2.0**-53
-"""What rounding leaves off a number, in parts of it."""
+"""Largest error of rounding a number, in parts of the number."""
 LONG = 40
-"""A solve has taken long if it was measured so many times, that is after some 500 sweeps."""
+"""A solve has taken long if its round-off was examined more often than this, that is after some 500 sweeps."""
 LARGEST_RESIDUAL, LARGEST_SLIP, LARGEST_ENERGY = 1e-2, 3e-3, 100.0
 """Round-off counts as solved up to these, or to the tolerances if they are larger: its floor grows with the impulses, and
 impulses that explode would hide any error. Errors that are small along links may still be large across them, so that the
@@ -35,7 +35,7 @@ kinetic energy is bounded, too, in parts of the step's own. A jerk may make six 
 
 @kernel
 def work(kind, task, job):
-    """One task, specialised for what bodies there are; see :mod:`lmgcpy.solve.team`.
+    """Do one task; specialised for the kinds of bodies; see :mod:`lmgcpy.solve.team`.
 
     Each kind reads of the job what it needs, no more.
     """
@@ -90,7 +90,7 @@ def add_momentum(kind, task, job):
 
 
 def bodies_work(kind, task, job):
-    """What is done to the arrays of bodies and impulses, a part of each."""
+    """Work on a part of the arrays of bodies and impulses, by kind."""
     s = job.s
     first, last = part(task, s.velocity.shape[0], job.chunks)
     if kind == CLEAR:
@@ -108,22 +108,27 @@ def bodies_work(kind, task, job):
 
 
 def look(kind, task, job):
-    """What is read from the errors of the interactions, a part of them."""
+    """Read numbers from the errors of a part of the interactions, by kind."""
     s = job.s
     first, last = part(task, s.noise.shape[0], job.chunks)
     low, high = part(task, s.squared_error.shape[0], job.chunks)
     found = job.partial[task]
+    # sum of (W_nn r_n)^2 and the largest slip, (scale e)^2
     if kind == WORST:
         worst(low, high, s, found)
+    # sizes of the terms of v_free, by which round-off is known, and its kinetic energy
     elif kind == QUIET:
         begin_noise(first, last, s, job.free_velocity, job.limits[4])
         found[0] = kinetic_energy(first, last, s, job.free_velocity)
+    # loads of the bodies, before they are gathered
     elif kind == UNLOADED:
         for b in range(first, last):
             s.noise[b, 2] = 0.0
             s.noise[b, 3] = 0.0
+    # largest error of a force, |e| / W_nn over the load
     elif kind == FORCE:
         found[0] = force_error(low, high, s, job.bounds[3])
+    # sum of the squared terms of e(0), and the energy of the errors, e(0)^2 / (2 W_nn)
     elif kind == SUM:
         gather_noise(low, high, s)
         total = undone = 0.0
@@ -133,6 +138,7 @@ def look(kind, task, job):
                 undone += 0.5 * s.squared_error[i] / s.delassus[i, 0]
         found[0] = total
         found[1] = undone
+    # number of interactions with more than round-off, and kinetic energy
     else:
         gather_noise(low, high, s)
         found[0] = loud(low, high, s, job.limits, job.bounds)
@@ -158,7 +164,7 @@ def worst(first, last, s, found):
 
 
 def force_error(first, last, s, typical):
-    """The largest ``|e| / W_nn`` of some interactions over what their bodies bear; 1 if these bear nothing."""
+    """The largest ``|e| / W_nn`` of some interactions over the load of their bodies; 1 if these bear nothing."""
     largest = 0.0
     for k in range(first, last):
         i = np.uintp(k)
@@ -170,7 +176,7 @@ def force_error(first, last, s, typical):
 
 
 def loud(first, last, s, limits, bounds):
-    """How many interactions are off by more than round-off and by more than ``limits`` allow them anyway."""
+    """Number of interactions that are off by more than their round-off and by more than ``limits`` allow."""
     count = 0.0
     for i in range(first, last):
         allowed = limits[0]
@@ -219,7 +225,7 @@ def sum_of_parts(kind, team):
 
 
 def greatest(kind, team):
-    """Have a kind of work done for whole arrays; the greatest of what the parts leave."""
+    """Have a kind of work done for whole arrays; the greatest number that the parts leave."""
     share_chunks(kind, team)
     found = 0.0
     for task in range(team.chunks):
@@ -228,7 +234,7 @@ def greatest(kind, team):
 
 
 def largest_force_error(team):
-    """The largest error of a force, and imbalance of a light body, over what the bodies bear; both are left in
+    """The largest error of a force, and imbalance of a light body, over the load of the bodies; both are left in
     ``team.measured``."""
     share_chunks(UNLOADED, team)
     share_phases(LOAD, team)
@@ -249,7 +255,8 @@ def rate(team, nothing):
     """The largest of the residual, the slip and the error of a force, each over its bound, times the tolerance: all three
     are within their bounds if this is within the tolerance. They are left in ``team.measured``.
 
-    Impulses may be so large that errors of a hundredth of e(0) are lost in ``u - w r``: then no less is known of them.
+    Impulses may be so large that errors of a hundredth of e(0) are lost in ``u - w r``: then the residual is no less than
+    this loss.
     """
     tolerance, slip, force = team.bounds[0], team.bounds[1], team.bounds[2]
     residual = total_error(team) / nothing
@@ -272,7 +279,7 @@ def rate(team, nothing):
 
 
 def sweep_groups(team):
-    """One sweep over all interactions; False where a law raised an exception."""
+    """Sweep once over all interactions; False if a law raised an exception."""
     share_phases(SWEEP, team)
     total = 0.0
     for task in range(team.phase[-1]):
@@ -281,7 +288,7 @@ def sweep_groups(team):
 
 
 def measure(team, nothing):
-    """What :func:`rate` says; success is told only after measuring again on velocities made anew.
+    """The error by :func:`rate`; it is within the tolerance only if it is so on velocities computed anew.
 
     Light bodies get the velocities that their impulses give them, by which momentum is kept, if the bounds allow it.
     """
@@ -303,13 +310,13 @@ def measure(team, nothing):
 
 
 def at_round_off(team, nothing):
-    """Whether what :func:`measure` left above the tolerance is round-off.
+    """Whether the error that :func:`measure` found above the tolerance is round-off.
 
-    It is if every interaction is off by no more than its own round-off, or by so little that the tolerances are kept if all
-    others are off by no more, and if all that is small whatever the impulses are: the residual, unless e(0) itself is near
-    round-off, the slip, and the kinetic energy in parts of the step's own, that of the velocities without impulses and of
-    the errors e(0). All this is seen on velocities made anew, and only where a rough estimate allows it, the terms of all
-    velocities but for a small factor.
+    It is round-off if two conditions hold. Each interaction is off by no more than its own round-off, or by so little that
+    the tolerances would be kept if all were off by that. And the error is small for any impulses: the residual, unless e(0)
+    itself is near round-off; the slip; and the kinetic energy, in parts of the energy of the velocities without impulses
+    and of the errors e(0). Both are checked on velocities computed anew, and only if a rough estimate allows it, by the
+    round-off of the terms of all velocities times NEAR.
     """
     team.limits[5] += 1.0
     tolerance, slip = team.bounds[0], team.bounds[1]
@@ -318,7 +325,7 @@ def at_round_off(team, nothing):
     if not error <= without + NEAR * ROUNDING * np.sqrt(team.limits[6]):
         return False
     apply_impulses(team)
-    if team.light > 0:  # their velocities are those that the impulses give
+    if team.light > 0:  # their velocities follow from the impulses
         share_chunks(LAY_ASIDE, team)
         share_chunks(SETTLE, team)
     rate(team, nothing)
@@ -339,7 +346,7 @@ def at_round_off(team, nothing):
 
 
 def apply_impulses(team):
-    """``v = v_free + M^-1 H r``, from the impulses, so that nothing of the path by which they came is left in v."""
+    """``v = v_free + M^-1 H r``, from the impulses alone, so that v keeps no round-off of the sweeps."""
     share_chunks(CLEAR, team)
     share_phases(MOMENTUM, team)
     share_chunks(COMBINE, team)
@@ -348,14 +355,16 @@ def apply_impulses(team):
 def begin(team, swept):
     """Start from the guess; returns (``|e(0)|``, residual, whether nothing is left to do, status).
 
-    Where ``|e(0)|`` is no more than round-off, near rest, no error can be told relative to it, and ``r = 0`` is the answer.
-    Else there is something to do, and only a guess that was ``swept`` before may pass as it is: an interaction that begins
-    to act would otherwise be left without an impulse as long as others are loaded more.
+    If ``|e(0)|`` is no more than round-off, near rest, no error can be measured relative to it, and ``r = 0`` is the
+    answer. Otherwise only a guess that was ``swept`` before may pass without a sweep: an interaction that begins to act
+    would be left without an impulse as long as others are loaded more.
     """
-    if team.light > 0:  # doing nothing is to fly with one's own mass
+    if team.light > 0:  # e(0) is of a flight with their own mass
         share_chunks(FLY, team)
+    # |e(0)|: the errors of r = 0
     share_chunks(NOTHING, team)
     nothing = total_error(team)
+    # round-off of e(0), and the energies with which the energy of errors is compared
     team.limits[4], team.limits[5] = 1.0, 0.0
     free, _ = sum_of_parts(QUIET, team)
     team.limits[2], undone = sum_of_parts(SUM, team)
@@ -368,6 +377,7 @@ def begin(team, swept):
         return nothing, nothing, True, NOT_FINITE
     if team.light > 0:
         share_chunks(CENTRE, team)
+    # the guess and its velocities, v = v_free + M^-1 H r
     share_chunks(GUESS, team)
     apply_impulses(team)
     residual = rate(team, nothing)
@@ -382,7 +392,7 @@ def judge(team: Team):
         return 0, status
     if not np.isfinite(residual):
         return 0, NOT_FINITE
-    if team.light > 0:  # with the velocities that these impulses give to light bodies, whatever sweeps thought of them
+    if team.light > 0:  # with velocities of light bodies by these impulses, not by the sweeps
         share_chunks(SETTLE, team)
         if rate(team, nothing) <= team.bounds[0]:
             return 0, CONVERGED

@@ -38,14 +38,14 @@ class System(NamedTuple):
     """Effective radius of contacts with rolling friction [m], 0 of others, (m,); (0,) in scenes without any. Arrays of
     shape (m, d) have columns for the rolling components there, after the others."""
     edges: np.ndarray
-    """Rows of the edges of a periodic cell among the bodies, (p,) int64; (0,) where none deforms."""
+    """Rows of the edges of a periodic cell among the bodies, (p,) int64; (0,) if no cell deforms."""
     branch: np.ndarray
     """Components along the axes of the edges of the vector from the antagonist's centre to the candidate's [m], (m, p),
-    zero where one of them has no bounds; (0, 0) where no cell deforms."""
+    zero if one of them has no bounds; (0, 0) if no cell deforms."""
     delassus: np.ndarray
     """Diagonal of the local block (W_nn, W_tt, W_ss) [1/kg], (m, d)."""
     coupling: np.ndarray
-    """(m,) [1/kg]: W_nt of a contact; of a link, the entry of W between it and the next link of its chain. In 3D (0,) where
+    """(m,) [1/kg]: W_nt of a contact; of a link, the entry of W between it and the next link of its chain. In 3D (0,) if
     there are no links and all blocks are diagonal."""
     shear: np.ndarray
     """(W_ns, W_ts) of a contact in 3D [1/kg], (m, 2); (0, 2) in 2D and where ``coupling`` is empty."""
@@ -58,7 +58,7 @@ class System(NamedTuple):
     inverse_mass: np.ndarray
     """Inverse masses and inertias by component [1/kg], zero where driven, (n, k)."""
     geometric: np.ndarray
-    """Geometric stiffness of the links [kg], which come first, (links,); (0,) where it is off."""
+    """Geometric stiffness of the links [kg], which come first, (links,); (0,) if it is off."""
     carried: np.ndarray
     """Velocity across each link that its wire carries along as it turns [m/s], (links, d - 1), or none."""
     own: np.ndarray
@@ -69,8 +69,8 @@ class System(NamedTuple):
     """Scratch of the wire blocks, (links, k), k = 4 or more with geometric stiffness. It begins with zeros and is kept
     between visits."""
     scale: np.ndarray
-    """Time step over the size of the smaller body [s/m], (m,): what turns an error of velocity into a displacement in the
-    step, in parts of that body. Zero where no size is known."""
+    """Time step over the size of the smaller body [s/m], (m,): an error of velocity times this is a displacement in the
+    step, in parts of that body. Zero if no size is known."""
     squared_error: np.ndarray
     """Squares of the errors as last measured [m^2/s^2], (m,)."""
     noise: np.ndarray
@@ -122,7 +122,7 @@ class Groups(NamedTuple):
     offset: np.ndarray
     """First of its numbers in ``System.prepared``."""
     walls: np.ndarray
-    """0 or 1 where the candidates or antagonists are held walls and are not to be written to; else -1."""
+    """0 or 1 if the candidates or antagonists are held walls and are not to be written to; else -1."""
     task: np.ndarray
     """First piece of each task, and the end."""
     phase: np.ndarray
@@ -130,8 +130,8 @@ class Groups(NamedTuple):
 
     @classmethod
     def in_order(cls, kernels: Sequence[Any], start: Any, stop: Any, offset: Any) -> Groups:
-        """Groups that are swept one after another by one thread; ``kernels``: those of each, with ``sweep``, ``error`` and
-        ``momentum``."""
+        """Groups that are swept one after another by one thread; ``kernels``: the kernels of each group, with ``sweep``,
+        ``error`` and ``momentum``."""
         addresses = ([getattr(k, name).address for k in kernels] for name in ("sweep", "error", "momentum"))
         walls, ends = [-1] * len(kernels), (np.array([0, len(kernels)]), np.array([0, 1]))
         return cls._make([*np.array([*addresses, start, stop, offset, walls], dtype=np.int64), *ends])

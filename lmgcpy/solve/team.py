@@ -1,12 +1,12 @@
 """Work on one step shared by threads, with the bits of one thread.
 
-A sweep is a few phases one after another, a phase some tasks that touch no number in common, and who does a task cannot
-be seen in the result: sums are kept by task and added in their order. One thread leads: it runs the solver and offers
-every phase of more than one task; the others help. All that an offer says is in one number, the ticket, and to claim a
-task is to add one to it, at once, if it is still as it was read: so nobody can work on a phase that is over. The leader
-takes tasks as well and waits for none that nobody has claimed; helpers that are late, or that the system does not let
-run, cost nothing. Threads are started for each solve and end with it (0.1 ms): nothing is left behind that a fork, a
-second simulation in another thread or the end of the process would have to care about.
+A sweep is a few phases one after another, a phase some tasks that touch no number in common, and who does a task cannot be
+seen in the result: sums are kept by task and added in their order. One thread leads: it runs the solver and offers every
+phase of more than one task; the others help. An offer is a single number, the ticket. A thread claims a task by adding one
+to it, atomically, if the number is still the one that it has read: so nobody can work on a phase that is over. The leader
+takes tasks as well and waits for none that nobody has claimed; helpers that are late, or that the system does not let run,
+cost nothing. Threads are started for each solve and end with it (0.1 ms): nothing is left behind that a fork, a second
+simulation in another thread or the end of the process would have to care about.
 """
 
 from __future__ import annotations
@@ -34,35 +34,35 @@ PATIENCE = 5000
 
 @by_reference
 class Team(NamedTuple):
-    """What the threads have in common; the same types for every solver and kind of body, so that what leads them is
-    compiled once."""
+    """The data that all threads share, of the same types for every solver and kind of body, so that a kernel that leads
+    them is compiled once."""
 
     words: np.ndarray
     """(24,) int64: the ticket (turn, kind of work, end of the tasks, next task), how many tasks are done, how many help."""
     partial: np.ndarray
-    """What each task found: a sum, and of errors the largest share, its row and its error, (tasks, 4)."""
+    """Results of each task: a sum, and for errors the largest share, its row and its error, (tasks, 4)."""
     beta: np.ndarray
     """(1,): the momentum of the next extrapolation."""
     phase: np.ndarray
     """First task of each phase, and the end."""
     bounds: np.ndarray
-    """(4,): largest residual, slip, and error of a force of a solved step; what interactions bear in the geometric mean, as
-    last measured [N s]."""
+    """(4,): largest residual, slip, and error of a force of a solved step; the geometric mean of all impulses, as last
+    measured [N s]."""
     limits: np.ndarray
-    """(7,): the error [m/s] and the share of a body's size that an interaction may have whatever round-off is; what the
-    velocities are rounded from without impulses, squared and summed [m^2/s^2]; the most kinetic energy of a solution [J];
-    whether the rounding of gaps counts; how often round-off was looked for; the sum of ``(W_nn r_n)^2`` as last measured
-    [m^2/s^2]. They stay while a solve pauses."""
+    """(7,): the error [m/s] and the share of a body's size that an interaction may have whatever round-off is; the terms of
+    the velocities without impulses, squared and summed [m^2/s^2]; the most kinetic energy of a solution [J]; whether the
+    rounding of gaps counts; how often round-off was looked for; the sum of ``(W_nn r_n)^2`` as last measured [m^2/s^2].
+    They stay while a solve pauses."""
     measured: np.ndarray
     """(6,): see ``lmgcpy.solve.system.System``."""
     chunks: int
-    """Into so many parts whole arrays are cut."""
+    """Number of parts into which whole arrays are cut."""
     rows: int
-    """How many interactions there are."""
+    """Number of interactions."""
     light: int
-    """How many light bodies there are."""
+    """Number of light bodies."""
     work: int
-    """Address of what does a task: ``work(kind, task, job)``."""
+    """Address of the function that does a task: ``work(kind, task, job)``."""
     job: int
     """Address of the :class:`Job` as this thread has it."""
     give_way: int
@@ -74,7 +74,7 @@ class Iterates(NamedTuple):
 
     impulse: np.ndarray
     velocity: np.ndarray
-    """Those of the system, in a row."""
+    """Impulses and velocities of the system, each in a row."""
     start: np.ndarray
     """Impulses from which the sweep started."""
     last_impulse: np.ndarray
@@ -105,7 +105,7 @@ class Job(NamedTuple):
 
 @kernel
 def lay(job, address):
-    """Write the job to an address, where the work finds it; returns a number that stands for the types of its arrays."""
+    """Write the job to an address, where the work finds it; returns a number that identifies the types of its arrays."""
     return write(address, job)
 
 
@@ -159,7 +159,7 @@ def claim_one(team):
 
 @kernel
 def help_out(team: Team):
-    """Do tasks as they are offered, until the last offer."""
+    """Do the tasks of each offer, until the last offer."""
     words = team.words
     looks = 0
     while (load(words, TICKET) >> 32) & 0xFF != STOP:
@@ -172,8 +172,8 @@ def help_out(team: Team):
 
 
 def work_address(work: Kernel, job: Job, kind: int) -> int:
-    """Address of the work as it is compiled for jobs of this ``kind``, see :func:`lay`; it stays for as long as the
-    process."""
+    """Address of the work that is compiled for jobs of this ``kind``, see :func:`lay`; it is valid until the process
+    ends."""
     if (work, kind) not in _pointers:
         _pointers[work, kind] = work.pointer(work_signature(job))
     return _pointers[work, kind].address

@@ -1,7 +1,7 @@
 """A whole wire as one block of Gauss-Seidel: template, specialised for a law's ``react`` and ``slope``.
 
-The links of a chain see each other through the beads they share: their part of the Delassus operator is tridiagonal
-(cyclic if the chain is closed). The laws of all links together,
+The links of a chain see each other through the beads they share: their part of the Delassus operator is tridiagonal (cyclic
+if the chain is closed). The system of the laws of all links,
 
     F_i(r) = r_i - react(w_i, u_i - w_i r_i) = 0,    any w_i > 0,
 
@@ -28,7 +28,7 @@ pivot p comes with a bound E of its error,
 
     E_i = ROUNDING + (W_{i,i-1} / p_{i-1})^2 E_{i-1},        both in the scaling of row i,
 
-and p is never less than ``FLOOR E``. That is a dashpot on one link, ``(p' - p) (r - r_before)``, which a repeated step
+and p is never less than ``FLOOR E``. This is a dashpot on one link, ``(p' - p) (r - r_before)``, which a repeated step
 takes back: the solution, F = 0, stays the same, and tensions that move nothing change as little as they can.
 
 ``System.scratch`` has four columns: right-hand side, slope, eliminated superdiagonal, column of the last link of a closed
