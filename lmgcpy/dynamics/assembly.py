@@ -49,8 +49,8 @@ class StepProblem:
     guess: np.ndarray
     """Impulses to start from [N s], (m, d)."""
     wire_blocks: bool
-    """Whether sweeps visit a wire as one block. In a cell that yields they do not: a block knows what links do to their
-    neighbours, not what all of them do to the cell, and overshoots by up to their number."""
+    """Whether sweeps visit a wire as one block. In a cell that yields they do not: a block contains the coupling of links
+    with their neighbours, not with all others through the cell, and would overshoot by up to the number of links."""
     light: LightBodies
     """Bodies that are swept with more than their own mass: ``system`` knows the masses of the sweep."""
     inverse_mass: np.ndarray
@@ -99,7 +99,7 @@ class StepProblem:
         return result
 
     def momentum(self) -> np.ndarray:
-        """``H r``: what the impulses give to the bodies [N s, N m s], (n, k)."""
+        """``H r``: momentum that the impulses give to the bodies [N s, N m s], (n, k)."""
         given = self.system._replace(velocity=np.zeros_like(self.system.velocity))
         for form, start, stop in self.spans:
             form.momentum(start, stop, -1, given)
@@ -151,7 +151,7 @@ class StepProblem:
                 gap, up = self.data.gap[part], np.maximum(self.data.time_step * self.data.after[part, 0], 0.0)
                 left = np.fmax(
                     self.data.reference_gap[part] - gap - up, 0.0
-                )  # none of new contacts, whose reference is NaN
+                )  # 0 for new contacts, whose reference is NaN
                 result[part] += np.where(gap <= 0.0, left, 0.0)
         return result
 

@@ -1,7 +1,7 @@
 """The motion of a periodic cell and of the bodies with it.
 
 The cell deforms with the velocity gradient G; edges follow as ``dL/dt = G L``. A body at x moves with ``dx/dt = v + G x``:
-its velocity v, the one of all its images, is relative to the mean flow. Two bodies that touch at centres ``l = x_c - x_a``
+its velocity v, which all its images share, is relative to the mean flow. Two bodies that touch at centres ``l = x_c - x_a``
 apart, a being the nearest image, have the relative velocity ``v_c - v_a + G l`` besides what their spins add, whichever
 images are taken. Bodies move by
 
@@ -54,7 +54,7 @@ class CellMotion:
 
     lattice: Lattice
     unbounded: np.ndarray
-    """Bodies without bounds, (n,) bool. They do not move with the cell: what they touch slides along them."""
+    """Bodies without bounds, (n,) bool. They do not move with the cell: bodies that touch them slide along them."""
 
     @classmethod
     def of(cls, lattice: Lattice, extent: np.ndarray) -> CellMotion:

@@ -50,7 +50,7 @@ UNKNOWN = ("predicted", "state")
 def check(given: Any, like: Any, name: str = "The checkpoint's") -> None:
     """Hold a checkpoint against one of the simulation that is to go on from it; a sentence on what is wrong.
 
-    Raises TypeError for what is of another type and ValueError for other shapes and for numbers that cannot be.
+    Raises TypeError for another type, and ValueError for another shape and for impossible numbers.
     """
     for field in fields(like):
         value, other, what = getattr(given, field.name), getattr(like, field.name), f"{name} {field.name}"

@@ -208,7 +208,7 @@ def rounded_down(value: float) -> str:
 def radii_that_meet(model: Model) -> tuple[np.ndarray, np.ndarray]:
     """For each body the smallest radius among its contactors, and among those that they see [m], each (n,).
 
-    A radius is infinite if the contactors have no bounds or meet none.
+    A radius is infinite if the contactors have no bounds or see no others.
     """
     contactors = model.contactors
     listed = list(zip(contactors.color, contactors.bounding_radius.tolist(), strict=True))

@@ -48,8 +48,8 @@ class DrivenOverlaps:
         self._pairs = pairs
 
     def after_step(self, positions: np.ndarray, time: float) -> list[str]:
-        """A sentence for each pair of colours of which bodies were driven into each other, for the first time, in a step to
-        these positions (n, 3) and this ``time`` [s]."""
+        """A sentence for each pair of colours whose bodies were driven into each other for the first time, in the step that
+        ended at these positions (n, 3) and this ``time`` [s]."""
         if self._detector is None:
             return []
         pairs, depth, radius = self._overlaps(positions)

@@ -32,7 +32,7 @@ class Energy:
     interactions: dict[str, float] = field(default_factory=dict)
     stored: dict[str, float] = field(default_factory=dict)
     """Energy in elastic links at the predicted gaps, by law; at each step its change and the work of the links'
-    impulses sum to what the scheme damps, plus the links' second-order stretch."""
+    impulses sum to the energy that the scheme damps, plus a term from the links' second-order stretch."""
     dissipated: dict[str, float] = field(default_factory=dict)
     """Energy that laws report as dissipated in this step, by law. The work of their impulses and the change of their stored
     energy may be more: a contact may report its friction but not its shocks."""
@@ -52,8 +52,9 @@ class Energy:
     total_by_hand: float = 0.0
     """Sum of ``by_hand`` over the run."""
     made: float = 0.0
-    """Energy that interactions have made: the work and the stored energy of all laws that promise to make none, less what
-    was given ``by_hand``, less the smallest value of this sum so far. Not counted while links relax to their reference."""
+    """Energy that interactions have made: the work and the stored energy of all laws that promise to make none, less the
+    energy given ``by_hand``, less the smallest value of this sum so far. Not counted while links relax to their
+    reference."""
 
     made_by_law: dict[str, float] = field(default_factory=dict)
     """``made`` for each law alone: one law may make energy that another takes."""

@@ -12,17 +12,18 @@ with ``P = p_c / m_c + p_a / m_a`` for a link whose beads are held by p_c and p_
 step resolves the motion of the beads, and nothing is added. In compression nothing is added either: a rod that buckles does
 so for good physical reasons.
 
-``c_t = l (omega x n)_t`` is what the turning of the wire as a whole gives the link, at the angular velocity omega that it
-had before the step. So the term resists bending of the wire, and slows down neither a pendulum nor a spinning wire.
+``c_t = l (omega x n)_t`` is the velocity across the link by the turning of the wire as a whole, at the angular velocity
+omega that the wire had before the step. So the term resists bending of the wire, and slows down neither a pendulum nor a
+spinning wire.
 
 **Stability** (docs/nscd.md). With ``C = sum kappa b b^T`` and ``K = sum (T/l) b b^T`` over the links, b the map from
 velocities to the relative velocity across a link, the quantity ``v.(M + C/2 - h^2 K/4) v / 2 + x.K x / 2`` does not grow,
 and it is positive at any step, mass and tension: ``sum b b^T / P <= M``, as the masses are shared out among the links.
 
-**kappa and r_n.** kappa is kept while a step is solved, so that what is solved stays the linear complementarity problem
-that solvers know, one more linear row a link and direction. Afterwards it is compared with the kappa of the impulses found.
-If they differ, the step is solved again from these impulses. In smooth motion the kappa of the last step's impulses is
-enough.
+**kappa and r_n.** kappa is kept while a step is solved, so that the problem remains the linear complementarity problem that
+solvers know, with one more linear row for each link and direction. Afterwards it is compared with the kappa of the impulses
+found. If they differ, the step is solved again from these impulses. In smooth motion the kappa of the last step's impulses
+is enough.
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ OFTEN = 10
 
 
 class Journal(Generic[Before]):
-    """Keeps what was before a change until the change is made.
+    """Keeps the state before a change until the change is made.
 
     Python calls the handlers of signals where functions begin, return or loop, and not within an assignment. So the change
     is made by the one assignment that clears the journal. A second signal may end the way back, which is begun again.

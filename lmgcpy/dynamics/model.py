@@ -110,7 +110,7 @@ class Model:
 
     @cached_property
     def passive(self) -> frozenset[str]:
-        """Names of the laws that promise to give no energy but what they store."""
+        """Names of the laws that promise to give no energy but the energy that they store."""
         laws = [row.law for row in self.rows] + [chain.law for chain in self.chains]
         return frozenset(law.NAME for law in laws if {"dissipative", "potential"} & law.TRAITS or law.energy is not None)
 

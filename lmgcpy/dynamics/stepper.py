@@ -184,14 +184,14 @@ class Stepper:
         self._refuse_asked("step")
         self._last = None  # frees the arrays of the step before
         sentences = self._whole_or_not_at_all(self._make_step)
-        for sentence in sentences:  # last: where warnings are errors, the step is made all the same
+        for sentence in sentences:  # last: if warnings are errors, the step is made all the same
             warn(sentence)
         if self.on_unconverged == "stop" and not self.report.solved and not self._running:
             raise self._unsolved()
         return self.report
 
     def _make_step(self) -> list[str]:
-        """Make a step; returns what a user should know of it."""
+        """Make a step; returns sentences for the user about it."""
         begin = clock.perf_counter()
         sentences = self._take_changes() if self.state.stale else []
         earlier = self._draw_chains()
@@ -227,7 +227,7 @@ class Stepper:
         return sentences
 
     def _take_changes(self) -> list[str]:
-        """Go on with the scene as the statements since the last step have made it; returns what a user should know."""
+        """Take over the changes of the scene by the statements since the last step; returns sentences for the user."""
         before, model = len(self.model.mass), self.scene.changed(self.model)
         sentences: list[str] = []
         if len(model.mass) > before or model.rows is not self.model.rows:
@@ -275,7 +275,7 @@ class Stepper:
     # ------------------------------------------------------------------------------------------- whole or not at all
 
     def _whole_or_not_at_all(self, make: Callable[[], T]) -> T:
-        """Call a function that changes the simulation; if it ends early, everything is what it was before."""
+        """Call a function that changes the simulation; if it ends early, everything is as before."""
         return self._journal.whole_or_not_at_all(self._all, make, self._go_back)
 
     def _all(self) -> Before:

@@ -24,7 +24,7 @@ ones, but not if some have the one and some the other: then the step has no solu
 without bound. So a chain of rigid rods and all rigid chains with which it shares bodies that may move form one net, of
 which all links or none are taken back. A wire holds one way: it may be shorter than its neighbours ask for.
 
-**Tolerances.** The proof asks for ``S(lambda) = 0``, and ``lambda`` is off by what the step before left. The impulses of
+**Tolerances.** The proof asks for ``S(lambda) = 0``, and ``lambda`` contains the error of the step before. The impulses of
 nearly straight rods turn this error into energy. If the second solve of a net with rods makes more than the first, the step
 goes back to g.
 """
@@ -43,10 +43,10 @@ from lmgcpy.solve.law_kernels import StepData
 
 MADE = 0.01
 """Part of the kinetic energy of its bodies, and of what loads give them from rest, that a net may make in a step. A
-pendulum that turns by 0.1 rad in a step makes a thousandth on its way up and loses it on its way down: to take it would
-damp what the step resolves."""
+pendulum that turns by 0.1 rad in a step makes a thousandth on its way up and loses it on its way down: taking it would damp
+a motion that the step resolves."""
 ACCOUNTS = 0.5
-"""The work of pulling back the excess is at least this part of what is made: else it was made by something else."""
+"""The work of pulling back the excess is at least this part of the energy made: else something else made the energy."""
 TINY = 1e-12
 """A step with less excess, in parts of the shortest link, is not looked at: a link that turns by 1.4e-6 rad has as much."""
 TURNS = 4
@@ -131,7 +131,7 @@ class TurningStretch:
         self.predicted = predicted.copy() if len(predicted) else np.full(len(self.predicted), np.nan)
 
     def remember(self, problem: StepProblem) -> None:
-        """Keep what the laws of a step predict, with its velocities ``after``."""
+        """Keep the gaps that the laws of a step predict, with its velocities ``after``."""
         data, count = problem.data, len(self.predicted)
         self.predicted = data.gap[:count] + data.time_step * data.after[:count, 0]
 
