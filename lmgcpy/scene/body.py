@@ -119,7 +119,7 @@ class Body(ABC):
     @property
     @abstractmethod
     def mass(self) -> float:
-        """Mass [kg], per metre of depth in 2D; infinite if the body needs none."""
+        """Mass [kg], per metre of depth in 2D; infinite if the body needs no mass."""
 
     @property
     @abstractmethod
@@ -277,7 +277,7 @@ class Body(ABC):
         return checked
 
     def _state_changes(self, kind: int, checked: list[tuple[int, Prescribed]]) -> Body:
-        """Make a statement on several components, whose values are checked: one that is refused changes none."""
+        """Make a statement on several components, whose values are checked: if one is refused, none changes."""
         for component, value in checked:
             self._state_change(kind, component, value)
         return self

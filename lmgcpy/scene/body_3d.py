@@ -73,7 +73,7 @@ class CylinderWall(Boundary):
 
 
 def _rate(value: Prescribed) -> float:
-    """A spin that is a number; NaN of a function of time, 0 of what is no number, which is refused elsewhere."""
+    """A spin that is a number; NaN for a function of time, 0 for anything that is no number, which is refused elsewhere."""
     if callable(value):
         return float("nan")
     return float(value) if isinstance(value, (int, float, np.number)) else 0.0

@@ -32,7 +32,7 @@ class Chain:
 
     ``reference_gaps`` [m], (links,), are gaps between surfaces. ``parameters`` are the parameters of the law that differ
     from link to link, (links,) each. Links act between centres and carry no moment. ``settled``: rigid links may be off
-    their reference by what the steps of a run have left.
+    their reference by the errors that the steps of a run have left.
     """
 
     def __init__(
@@ -55,7 +55,7 @@ class Chain:
         self._number = -1
         """Number of the chain in that scene."""
         self.function: Callable[[float], Any] | None = reference_gap if callable(reference_gap) else None
-        """Function of time [s] that gives the reference gaps, None for none."""
+        """Function of time [s] that gives the reference gaps, or None."""
         self.bodies = list(bodies)
         self._path = self.bodies + self.bodies[:1] if closed else self.bodies
         self.closed = closed
@@ -177,9 +177,9 @@ class Chain:
         than a tenth of its length. It must keep a length, and does not relax (ValueError). Before the simulation is made, a
         rigid link that would begin with a blow is refused as by :meth:`Scene.chain`.
 
-        A step asks the function for the gaps of the next detection, ``(2 - theta) h`` after
-        its beginning, as these are what a law drives: links have the gap ``f(t)`` at each detection, and their ends the
-        velocity ``f'(t)`` at the end of each step, both to O(h^2).
+        A step asks the function for the gaps of the next detection, ``(2 - theta) h`` after its beginning, as a law drives
+        its link to these: links have the gap ``f(t)`` at each detection, and their ends the velocity ``f'(t)`` at the end
+        of each step, both to O(h^2).
         """
         if self.function is None:
             return self.reference_gaps.copy()
@@ -219,7 +219,7 @@ class Chain:
 
     def _gaps_of(self, function: Callable[[float], Any], time: float) -> np.ndarray:
         """Reference gaps that a function gives at a time [s], (links,). RuntimeError if the function fails, TypeError or
-        ValueError if it gives what no chain can have."""
+        ValueError if it gives gaps that no chain can have."""
         where = f"The function of time for reference_gap of {self!r} at t = {time:g} s"
         try:
             given = function(time)
@@ -325,7 +325,7 @@ def refuse_other_class(law: Any, now: Law, what: str) -> None:
 def core_radius(body: Body) -> float:
     """Radius [m] of the largest circle or sphere around the centre that the body certainly fills.
 
-    It is the largest of the link radius and of what the disks or spheres of the body fill; 0 if neither is known.
+    It is the larger of the link radius and the radius that the disks or spheres of the body fill; 0 if neither is known.
     """
     if isinstance(body, Round):
         return body.radius

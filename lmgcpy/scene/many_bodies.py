@@ -1,4 +1,4 @@
-"""Many disks or spheres made at once from arrays, and what is read of many bodies at once."""
+"""Many disks or spheres made at once from arrays, and numbers of many bodies read at once."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def make_round(
     inertias: Any,
     rotations: np.ndarray | None = None,
 ) -> list[SomeRound]:
-    """So many bodies of a class as there are ``positions``, each what the class itself would make, to the last bit.
+    """A body of a class for each of the ``positions``, the same to the last bit as the class itself would make it.
 
     Raises TypeError and ValueError with a sentence that names the argument and the first row that is wrong.
     """

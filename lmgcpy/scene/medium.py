@@ -1,4 +1,4 @@
-"""The medium in which bodies move: what it does to each of them."""
+"""The medium in which bodies move, and its drag on each of them."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def described(media: Sequence[Medium]) -> dict[str, np.ndarray]:
 
 
 def media_of(table: Mapping[str, np.ndarray], count: int) -> list[Medium]:
-    """The statements of a description with this many bodies; ValueError where its fields do not fit together."""
+    """The statements of a description with this many bodies; ValueError if its fields do not fit together."""
     sizes, ids, numbers = (np.asarray(table[name]) for name in ("count", "bodies", "coefficients"))
     own = np.maximum(sizes, 0)
     sound = numbers.shape == (len(sizes), len(UNITS)) and np.isfinite(numbers).all() and (numbers >= 0.0).all()
