@@ -54,7 +54,7 @@ class StepData(NamedTuple):
     after: np.ndarray
     """Relative velocities at its end [m/s], (m, d); (0, d) until it is solved."""
     pairs: np.ndarray
-    """Radii and masses of candidates and antagonists [m, m, kg, kg], (m, 4); (0, 4) where no law asks."""
+    """Radii and masses of candidates and antagonists [m, m, kg, kg], (m, 4); (0, 4) if no law asks."""
     state: np.ndarray
     """States of the laws, (m, k + 1) with k the most numbers that a law of the scene keeps; NaN beyond a law's own. In the
     last column the gap that a contact was to have at this step's detection [m], NaN where not known."""

@@ -57,7 +57,7 @@ class LightBodies(NamedTuple):
     share: np.ndarray
     """m / M, (L,)."""
     mass: np.ndarray
-    """m by component [kg, kg m^2], (L, k), zero where driven."""
+    """m by component [kg, kg m^2], (L, k), zero if driven."""
     free: np.ndarray
     """v_f: velocities without impulses, (L, k)."""
     start: np.ndarray

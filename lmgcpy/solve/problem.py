@@ -221,8 +221,8 @@ class Problem:
         return np.where(self.rolls, diagonal.mean(axis=1), weight) if self._turning else weight
 
     def react(self, free: np.ndarray, weight: np.ndarray) -> np.ndarray:
-        """Impulses that satisfy the laws where each local block of W is ``weight`` (m,) times the identity and the free
-        velocities are ``free`` (m, D), [N s], (m, D)."""
+        """Impulses [N s], (m, D), that satisfy the laws if each local block of W is ``weight`` (m,) times the identity and
+        the free velocities are ``free`` (m, D)."""
         cones = self.cones
         impulse = np.zeros_like(free)
         with_compliance = np.where(cones == CONTACT, weight, weight + self.compliance)

@@ -17,7 +17,7 @@ class Outcome(NamedTuple):
     """How a solve ended."""
 
     iterations: int
-    """Sweeps, or what a solver has in their stead."""
+    """Sweeps, or the iterations that a solver has in their stead."""
     residual: float
     """``|e(r)| / |e(0)|``."""
     status: int
@@ -27,8 +27,8 @@ class Outcome(NamedTuple):
     slip: float = 0.0
     """Largest ``h |e_i| / R_i``; 0 if no sizes are known."""
     force: float = 0.0
-    """Largest ``|e_i| / W_nn`` over what the two bodies of an interaction bear, see ``lmgcpy.solve.loads``; of light bodies
-    between heavy ones the imbalance as well."""
+    """Largest ``|e_i| / W_nn`` over the load of the two bodies of an interaction, see ``lmgcpy.solve.loads``; for light
+    bodies between heavy ones also the imbalance."""
 
     def __repr__(self) -> str:
         newton = f" and {self.factorisations} Newton steps" if self.factorisations else ""
@@ -94,14 +94,14 @@ class Report:
 
     ``iterations``: sweeps; ``factorisations``: Newton steps; ``residual``: ``|e(r)| / |e(0)|``, the error relative to the
     error of doing nothing; ``slip``: the largest ``h |e_i| / R_i``, the displacement that the error of one interaction
-    makes in the step, in parts of its smaller body's radius; ``force``: the largest error of a force over what its bodies
-    bear, and imbalance of a light body; ``status``: "converged", "budget spent", "stagnated", "not finite", "round-off", or
-    "locked" for a step that has no solution; ``lock``: why it has none, None otherwise; ``worst``: the interaction of that
-    slip, None if there is none; ``interactions``: how many there were; ``seconds``: of the solver; ``step_seconds``: of the
-    whole step; ``stretch``: the largest part of its reference length by which a rigid link was off when the step began, a
-    wire too long, a rod either way; ``solves``: how often the step was solved, until the geometric stiffness of its links
-    fitted their impulses, and once more if links are pulled back by positions alone; ``iterations`` and ``factorisations``
-    count all solves together.
+    makes in the step, in parts of its smaller body's radius; ``force``: the largest error of a force over the load of its
+    bodies, and imbalance of a light body; ``status``: "converged", "budget spent", "stagnated", "not finite", "round-off",
+    or "locked" for a step that has no solution; ``lock``: why it has none, None otherwise; ``worst``: the interaction of
+    that slip, None if there is none; ``interactions``: how many there were; ``seconds``: of the solver; ``step_seconds``:
+    of the whole step; ``stretch``: the largest part of its reference length by which a rigid link was off when the step
+    began, a wire too long, a rod either way; ``solves``: how often the step was solved, until the geometric stiffness of
+    its links fitted their impulses, and once more if links are pulled back by positions alone; ``iterations`` and
+    ``factorisations`` count all solves together.
     """
 
     iterations: int = 0
@@ -124,7 +124,7 @@ class Report:
         return self.status in SOLVED
 
     def of_step(self, stretch: float, seconds: float) -> Report:
-        """The report with what is known at the end of its step."""
+        """The report with the numbers known at the end of its step."""
         made = object.__new__(Report)  # in a fifth of the time of dataclasses.replace
         made.__dict__.update(self.__dict__, stretch=stretch, step_seconds=seconds)
         return made

@@ -109,5 +109,5 @@ def gather_noise(first, last, s):
             arm_c += abs(s.lateral[i, 0])
             arm_a += abs(s.lateral[i, 1])
         s.floor[i] = s.noise[c, 0] + s.noise[a, 0] + arm_c * s.noise[c, 1] + arm_a * s.noise[a, 1]
-        for j in range(s.edges.shape[0]):  # what a periodic cell adds, G l
+        for j in range(s.edges.shape[0]):  # the term of a periodic cell, G l
             s.floor[i] += abs(s.branch[i, j]) * s.noise[s.edges[j], 0]

@@ -16,7 +16,7 @@ def small_matrices(d: int) -> dict[str, Callable]:
     """The functions by name.
 
     ``block(m, i)``: matrix i of an array (n, d, d); ``row(m, i, at)`` and ``square(m, i, at)``: the vector, and the matrix,
-    that stand in row i of an array from column ``at`` on; ``store_row(m, i, v)``, ``store_square(m, i, at, A)``: into it;
+    in row i of an array from column ``at`` on; ``store_row(m, i, v)``, ``store_square(m, i, at, A)``: into it;
     ``add_row(m, i, v)``: added to it; ``unit(x)``: the identity with 1 + x in its first place; ``transposed(A)``;
     ``negative(v)``; ``scaled(v, A)``: rows of A times the numbers v; ``product(A, B)``; ``times(A, v)``; ``plus(A, B)``,
     ``less(A, B)``, ``plus_row(v, w)``, ``less_row(v, w)``, ``scaled_row(v, w)``: sums, differences, and products number by

@@ -22,7 +22,7 @@ tolerance that is tried first is the one asked for divided by it, times this."""
 
 @dataclass(frozen=True)
 class Solved:
-    """The impulses of the last of some solves in a row, and what they cost together."""
+    """The impulses of the last of some solves in a row, and the cost of all of them."""
 
     impulses: np.ndarray
     """[N s], (m, d)."""

@@ -80,7 +80,7 @@ class Solver(ABC):
 
 
 def check_solver(solver: Any) -> None:
-    """TypeError where ``solver`` is none."""
+    """TypeError if ``solver`` is no solver."""
     if not isinstance(solver, Solver):
         raise TypeError(
             f"solver must be a solver such as lmgcpy.GaussSeidel(), or one of your own, derived from lmgcpy.Solver, got "

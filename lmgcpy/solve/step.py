@@ -60,7 +60,7 @@ class Step:
     """``conic()`` gives (problem, acting): the step as a :class:`Problem <lmgcpy.Problem>`, and whether each of the m
     interactions is in it, (m,) bool. It raises TypeError if a law has no conic form; ``conic.missing`` names that law."""
     components: Callable[[], np.ndarray]
-    """``components()`` says which components of its impulse the law of each interaction has, (m, d) bool."""
+    """``components()`` says whether the law of an interaction has a component of the impulse, (m, d) bool."""
     driver: Mapping[str, Any] = field(default_factory=dict)
     """Slots of the kernels that lead sweeps, for the kind of bodies that there are."""
     light: LightBodies = field(default_factory=lambda: no_light_bodies(0))

@@ -37,7 +37,7 @@ kinetic energy is bounded, too, in parts of the step's own. A jerk may make six 
 def work(kind, task, job):
     """Do one task; specialised for the kinds of bodies; see :mod:`lmgcpy.solve.team`.
 
-    Each kind reads of the job what it needs, no more.
+    Each kind reads only the arrays of the job that it needs.
     """
     if kind == SWEEP:
         sweep_pieces(task, job)
@@ -56,7 +56,7 @@ def work(kind, task, job):
 
 
 def sweep_pieces(task, job):
-    """Update the impulses; leaves the sum of what the kernels return."""
+    """Update the impulses; leaves the sum of the numbers that the kernels return."""
     groups = job.groups
     total = 0.0
     for p in range(groups.task[task], groups.task[task + 1]):

@@ -32,8 +32,8 @@ class System(NamedTuple):
     """(m, 2): distance along the normal from the candidate's and the antagonist's centre to the contact point [m],
     both positive towards it; the part of the levers that turns spin into tangential velocity."""
     lateral: np.ndarray
-    """(m, 2), or (0, 2) where every pair is central: tangential coordinate of the contact point seen from the
-    candidate's and the antagonist's centre [m]; the part of the levers that turns spin into normal velocity."""
+    """(m, 2), or (0, 2) if every pair is central: tangential coordinate of the contact point seen from the candidate's and
+    the antagonist's centre [m]; the part of the levers that turns spin into normal velocity."""
     rolling: np.ndarray
     """Effective radius of contacts with rolling friction [m], 0 of others, (m,); (0,) in scenes without any. Arrays of
     shape (m, d) have columns for the rolling components there, after the others."""
@@ -48,7 +48,7 @@ class System(NamedTuple):
     """(m,) [1/kg]: W_nt of a contact; of a link, the entry of W between it and the next link of its chain. In 3D (0,) if
     there are no links and all blocks are diagonal."""
     shear: np.ndarray
-    """(W_ns, W_ts) of a contact in 3D [1/kg], (m, 2); (0, 2) in 2D and where ``coupling`` is empty."""
+    """(W_ns, W_ts) of a contact in 3D [1/kg], (m, 2); (0, 2) in 2D and if ``coupling`` is empty."""
     prepared: np.ndarray
     """Numbers that the laws' ``prepare`` returned, row by row of each group, flat."""
     impulse: np.ndarray
@@ -56,7 +56,7 @@ class System(NamedTuple):
     velocity: np.ndarray
     """Velocities of the bodies under the present impulses, (n, k)."""
     inverse_mass: np.ndarray
-    """Inverse masses and inertias by component [1/kg], zero where driven, (n, k)."""
+    """Inverse masses and inertias by component [1/kg], zero if driven, (n, k)."""
     geometric: np.ndarray
     """Geometric stiffness of the links [kg], which come first, (links,); (0,) if it is off."""
     carried: np.ndarray
@@ -82,7 +82,7 @@ class System(NamedTuple):
     """Largest coordinate of each body over the time step [m/s], (n,): its position is rounded by ``eps`` times that way."""
     measured: np.ndarray
     """(6,): the residual as last measured, the largest ``scale |e|``, the row of its interaction, its error [m/s], and the
-    largest error of a force over what the bodies bear."""
+    largest error of a force over the load of the bodies."""
 
     @property
     def deforms(self) -> bool:
@@ -106,8 +106,9 @@ class System(NamedTuple):
 class Groups(NamedTuple):
     """Rows of the groups in a :class:`System`, the order in which they are swept, and their kernels; int64.
 
-    They are listed piece by piece, (p,) each: a piece is a group, or in a partitioned scene what it has in one slab. Pieces
-    one after another are a task, which one thread does; tasks of a phase touch no body in common that they write to.
+    They are listed piece by piece, (p,) each: a piece is a group, or in a partitioned scene the part of a group in one
+    slab. Pieces one after another are a task, which one thread does; tasks of a phase touch no body in common that they
+    write to.
     """
 
     sweep: np.ndarray

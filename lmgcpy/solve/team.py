@@ -183,7 +183,7 @@ _pointers: dict[tuple, Any] = {}
 
 
 class Crew:
-    """The threads that solve a step (groups, system, velocities without impulses, guess), and what they have in common.
+    """The threads that solve a step (groups, system, velocities without impulses, guess), and the data that they share.
 
     A scene without a partition has one task and one chunk, and no use for more than one thread; neither has plain Python.
     """

@@ -212,7 +212,7 @@ def sweep(start, stop, offset, s: System):
     weight = LIGHT
     cycled = False
     merit, changed = residual(start, count, offset, weight, s, until_changed=True)
-    if changed:  # the active set is another than at the end of the last visit, or there was none
+    if changed:  # the active set differs from the one at the end of the last visit, or this is the first visit
         weight = 1.0
         merit, _ = residual(start, count, offset, weight, s)
     enough = 1e-24 * merit
