@@ -88,7 +88,7 @@ def compare(a: Run, b: Run, *, tolerance: float = 0.0) -> Difference | None:
 
 
 def _parameter(a: Run, b: Run) -> str:
-    """The first difference of what the runs were given: options, laws with their parameters, and the scene."""
+    """The first difference in the input of the runs: options, laws with their parameters, and the scene."""
     names = ("time_step", "theta", "solver", "solver_fields", "geometric_stiffness")
     given = [
         {"options": {name: run.options[name] for name in names}, **{part: run.scene.get(part, {}) for part in PARTS}}

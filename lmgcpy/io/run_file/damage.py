@@ -1,4 +1,4 @@
-"""Damage of a run file, told in a sentence."""
+"""Damage of a run file, described in a sentence."""
 
 from __future__ import annotations
 
