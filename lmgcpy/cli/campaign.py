@@ -1,4 +1,4 @@
-"""The command ``lmgcpy campaign``: many cases of a study on many workers, and the report of what they gave."""
+"""The command ``lmgcpy campaign``: many cases of a study on many workers, and the report of their results."""
 
 from __future__ import annotations
 

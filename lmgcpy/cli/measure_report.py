@@ -85,7 +85,7 @@ class Subject:
 
 
 def report(subject: Subject) -> dict[str, list[Entry | str]]:
-    """Entries, and sentences where something cannot be measured, by heading."""
+    """Entries by heading, and sentences if something cannot be measured."""
     parts: dict[str, Callable[[Subject], Iterator[Entry | str]]] = {
         "Sample": _sample,
         "Contacts": _contacts,
@@ -266,7 +266,7 @@ def direction_table(subject: Subject) -> list[list[str]]:
 
 
 def _pulling(subject: Subject) -> Iterator[tuple[str, str, list[str]]]:
-    """Columns of what the links bear: head, unit, cells."""
+    """Columns of the loads of the links: head, unit, cells."""
     axis, k = subject.axis, subject.axes.index(subject.axis)
     found = measure.tension_by_direction(subject.run, frame=subject.frame, axis=axis, bins=BINS)
     yield f"angle to {axis}", "degrees", _bounds(found)

@@ -14,14 +14,14 @@ import click
 
 
 class OfStudy(click.Option):
-    """An option for a field of a study; its help tells the default of the study."""
+    """An option for a field of a study; its help names the default of the study."""
 
     def __init__(self, *arguments: Any, told: Callable[[str], str], **more: Any):
         super().__init__(*arguments, **more)
         self._told = told
 
     def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
-        self.show_default = self._told(str(self.name)) or False  # no default: nothing to tell
+        self.show_default = self._told(str(self.name)) or False  # no default to be named
         return super().get_help_record(ctx)
 
 
