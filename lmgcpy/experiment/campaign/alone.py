@@ -23,13 +23,14 @@ from lmgcpy.version import versions
 LONGEST_WAIT = 60.0
 """Longest single wait for a process; systems have bounds of their own [s]."""
 GRACE = 10.0
-"""A process has so long to end when its case has; one whose worker is gone ends itself so long after its time [s]."""
+"""Time in which a process must end after its case; a process whose worker is gone ends itself after the same time [s]."""
 
 
 def do_case_within(order: Order, seconds: float) -> CaseResult:
-    """Do a case in a process of its own; one that does not end in time is killed, with what it began, and has failed.
+    """Do a case in a process of its own. A case that does not end in time is killed, with the processes that it began, and
+    has failed.
 
-    The time counts from the start of the process, imports included. Raises BrokenExecutor where the process dies.
+    The time counts from the start of the process, imports included. Raises BrokenExecutor if the process dies.
     """
     multiprocessing.current_process().daemon = False  # as Dask's workers are; such processes may begin none
     spawn = multiprocessing.get_context("spawn")
@@ -94,7 +95,7 @@ def _alone(there: Connection, order: bytes, seconds: float) -> None:
 
 
 def _end_with_worker() -> None:
-    """A case whose worker is gone is done again elsewhere: end this one, with what it began."""
+    """A case whose worker is gone is done again elsewhere: end this one, with the processes that it began."""
     multiprocessing.parent_process().join()  # type: ignore[union-attr]
     with suppress(OSError, AttributeError):
         os.killpg(0, signal.SIGKILL)

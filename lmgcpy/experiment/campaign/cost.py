@@ -20,7 +20,7 @@ def seconds_of(case: CampaignCase, so_far: CampaignResults) -> tuple[float | Non
     """Expected seconds of a case on one processor, None if nothing is known, and their source.
 
     They are the mean of the finished cases that differ from it in the fewest parameters; else, of a TexSol study, the
-    number of tests, steps and particles times what each has cost.
+    number of tests, steps and particles times the cost of each so far.
     """
     finished = so_far.finished
     if finished:

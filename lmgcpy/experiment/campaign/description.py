@@ -37,7 +37,7 @@ class CampaignCase:
     work: Any
     """The study to be carried out, or the function to be called."""
     arguments: dict[str, Parameter]
-    """All arguments of the function; of a study none."""
+    """All arguments of the function; empty for a study."""
 
 
 @named_arguments
@@ -156,7 +156,7 @@ def _study_with(study: Study, given: Mapping[str, Any], case: str) -> Study:
 
 
 def _plain(value: Any, name: str) -> Parameter:
-    """A parameter as a file can hold it; TypeError with a sentence where none can."""
+    """A parameter as a file can hold it; TypeError with a sentence if no file can."""
     value = value.item() if hasattr(value, "item") and getattr(value, "ndim", 0) == 0 else value
     if isinstance(value, (list, tuple)):
         return tuple(_plain(item, name) for item in value)

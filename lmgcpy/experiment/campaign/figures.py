@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 MOST = 8
 """Most curves of a figure."""
 LONGEST = 200
-"""Most characters of a name; systems allow 255 with what is added to it."""
+"""Most characters of a name; systems allow 255 with the ending."""
 WIDE = 88
 """Characters in a line of the title or of the legend."""
 NONE = "–"

@@ -24,7 +24,7 @@ class CaseResult:
     seconds: float
     """Time of the clock [s], 0 for a case to come."""
     error: str
-    """A sentence, empty where there was none."""
+    """A sentence, empty if there was no error."""
     numbers: dict[str, float]
     """Results by name, with the unit in brackets at the end: "peak deviator [Pa]"."""
     curves: dict[str, dict[str, np.ndarray]]

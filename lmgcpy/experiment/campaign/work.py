@@ -43,7 +43,7 @@ class Order:
 
 
 class Told:
-    """Stages of a case, told in a file that the campaign reads: {"stage": ..., "done": ..., "total": ...}."""
+    """Stages of a case, written to a file that the campaign reads: {"stage": ..., "done": ..., "total": ...}."""
 
     def __init__(self, file: Path | None):
         self._file = file
@@ -131,7 +131,7 @@ def _holds(folder: StudyFolder, study: Study) -> bool:
 
 
 def as_result(given: Any, name: str) -> tuple[dict[str, float], dict[str, Any]]:
-    """Numbers and curves of what a function returned; TypeError or ValueError with a sentence."""
+    """Numbers and curves in the result of a function; TypeError or ValueError with a sentence."""
     if not isinstance(given, Mapping) or not all(isinstance(key, str) for key in given):
         raise TypeError(f"{name} must return numbers and arrays by name, got {shown(given)}.")
     for key in given:

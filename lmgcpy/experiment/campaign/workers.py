@@ -22,7 +22,7 @@ from lmgcpy.io.untrusted import regular_file
 from lmgcpy.version import versions
 
 ANSWER = 8.0
-"""A scheduler has so long to answer [s]."""
+"""Time in which a scheduler must answer [s]."""
 GONE = 30.0
 """Workers of this machine that have died come back within this time [s]."""
 DEATHS = 4
@@ -36,7 +36,7 @@ GUARD = "put the call under if __name__ == '__main__':"
 
 
 class Workers(ABC):
-    """Workers that call functions; what is submitted is a future of ``concurrent.futures`` or one like it."""
+    """Workers that call functions; each call submitted is a future of ``concurrent.futures`` or one like it."""
 
     count: int
     """How many there are."""
@@ -47,15 +47,15 @@ class Workers(ABC):
 
     @abstractmethod
     def wait(self, futures: Sequence[Any], seconds: float) -> list[Any]:
-        """Those of the futures that are done, after so long at the most."""
+        """The futures that are done, after at most this time."""
 
     @abstractmethod
     def deaths(self, error: BaseException) -> int:
-        """How many workers have died over a call that ended with this error."""
+        """Number of workers that have died over a call that ended with this error."""
 
     @abstractmethod
     def close(self) -> None:
-        """End workers of one's own, without waiting for what they do."""
+        """End workers of one's own, without waiting for their work."""
 
 
 class Processes(Workers):
@@ -174,7 +174,7 @@ class Cluster(Workers):
         return [future for future in futures if future.done()]
 
     def _see_workers(self) -> None:
-        """RuntimeError where all workers of this machine have died and none has come back."""
+        """RuntimeError if all workers of this machine have died and none has come back."""
         now = clock.monotonic()
         if not self._own or self._client.scheduler_info(n_workers=-1)["workers"]:
             self._seen = now
@@ -184,7 +184,7 @@ class Cluster(Workers):
     def deaths(self, error: BaseException) -> int:
         from distributed.scheduler import KilledWorker
 
-        if isinstance(error, KilledWorker):  # Dask tries again by itself, so often as its scheduler was told
+        if isinstance(error, KilledWorker):  # Dask tries again by itself, as often as its scheduler is set to
             return error.allowed_failures + 1
         return int(isinstance(error, (CancelledError, BrokenExecutor)))
 

@@ -55,7 +55,7 @@ class Site:
     """
 
     def __init__(self, stages: Stages, runs: Path | None, stopped: Callable[[], bool] = lambda: False):
-        """``stopped`` tells, in this process, whether somebody else wants the runs to end."""
+        """``stopped`` returns, in this process, whether somebody else wants the runs to end."""
         self._stages = stages
         self._runs = runs
         self._stopped_by_others = stopped
@@ -150,7 +150,7 @@ class Study(ABC):
         """Make the sample; nothing is written yet."""
 
     def prepare(self, laid: Any, site: Site) -> Any:
-        """Bring what was laid into the state from which all tests start."""
+        """Bring the sample that was laid into the state from which all tests start."""
         return laid
 
     @abstractmethod

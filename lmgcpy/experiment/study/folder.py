@@ -1,4 +1,4 @@
-"""The folder of a study: ``study.json`` says what is computed, ``runs`` holds the run file of each of its runs.
+"""The folder of a study: ``study.json`` describes the study, ``runs`` holds the run file of each of its runs.
 
 ``runs/.names`` lists the runs that have begun: what else is there is none of the study's, and stays.
 """
