@@ -20,7 +20,7 @@ is enough if a contact goes round a circle ever faster, ``h |u_n^-| = 2 e - e' >
 rest is kept, and taken back when the contact is faster again: a ball that swings in a bowl is never deeper than
 ``e = (h u_t)^2/(2 a)`` of its fastest point. (Without this it sank by half of that in every swing.)
 
-An opening contact that is pressed shut returns at most with the velocity with which it opened: its gap is then what it was
+An opening contact that is pressed shut returns at most with the velocity with which it opened: its gap is then as it was
 one step before, so that it does not sink.
 
 **Friction.** Coulomb's condition on ``u_t^+`` gains energy if a shock reverses the slip, as off the centre of a rod

@@ -44,7 +44,7 @@ def plot(runs: Run | Sequence[Run], path: str | os.PathLike, *, what: str = "rea
     * "energy": kinetic and stored energy, and the works of loads, drives and interactions since the start;
     * "solver": residual and iterations of every step, and which steps were not solved.
 
-    The function returns the path, and raises ValueError if a run does not hold what is asked for.
+    The function returns the path, and raises ValueError if a run does not hold the quantity asked for.
     """
     given = list(runs) if isinstance(runs, (list, tuple)) else [runs]
     chosen = [run for run in given if isinstance(run, Run)]
@@ -167,7 +167,7 @@ def solver(runs: Sequence[Run], names: Sequence[str]) -> Figure:
         residual = np.where(history["residual"] > 0.0, history["residual"], np.nan)  # nothing to solve
         above.plot(history["time"], residual, color=f"C{k}", linewidth=0.8, label=label)
         above.plot(history["time"][missed], residual[missed], ".", color=f"C{k}", markersize=4)
-        fields = run.options["solver_fields"] or {}  # of a solver from elsewhere none are known
+        fields = run.options["solver_fields"] or {}  # no bounds are known of a solver from elsewhere
         tolerances = [fields["tolerance"]] if "tolerance" in fields else []
         for tolerance in tolerances:
             above.axhline(tolerance, color=f"C{k}", linestyle=":", linewidth=0.8)

@@ -71,7 +71,7 @@ def render(
       of this plane are left out;
     * ``section``, the same in 3D: what the plane cuts, flat: disks of the grains, and wires and forces beside it;
     * ``camera`` in 3D: "isometric", "x", "y", "z", or the direction (x, y, z) from which one looks, in parallel projection;
-    * ``title``: a line above, by default the time of what has one;
+    * ``title``: a line above, by default the time, for a simulation or a run;
     * ``region`` [m]: low and high corner of what is seen, ((x, y), (x, y)), in 3D with z: bodies and forces beyond it are
       left out, and do not count for the scales; by default everything, so that one body that has escaped makes all others
       small;
@@ -242,6 +242,6 @@ def _write_mp4(film: Film, painter: Painter, path: Path, frames_per_second: floa
 
 
 def _even(pixels: np.ndarray) -> np.ndarray:
-    """A picture with a white line more where its height or its width is odd."""
+    """A picture with a further white line if its height or its width is odd."""
     down, right = (size % 2 for size in pixels.shape[:2])
     return np.pad(pixels, ((0, down), (0, right), (0, 0)), constant_values=255)
