@@ -94,11 +94,13 @@ def supports_near(base, reach, bed, found):
     """Write into ``found`` all supports with a gap to a sphere of at most ``reach`` [m], the floor first: their number."""
     count = 0
     centre, r = point_of(base, bed), bed.radius[base]
+    # planes: gap n . x - offset - r
     for support in (FLOOR, LEFT, RIGHT, FRONT, BACK):
         if gap_to_plane(support, centre, r, bed) <= reach:
             found[count] = support
             count += 1
     layers, rows, columns = bed.cell_head.shape
+    # cells within r + reach + the largest radius
     size, far = bed.cell_size, r + reach + bed.coarsest
     x, y, z = centre
     for layer in range(cell_of(z - far, size, layers), cell_of(z + far, size, layers) + 1):
@@ -106,6 +108,7 @@ def supports_near(base, reach, bed, found):
             for column in range(cell_of(x - far, size, columns), cell_of(x + far, size, columns) + 1):
                 sphere = bed.cell_head[layer, row, column]
                 while sphere >= 0:
+                    # gap |dx| - r - r_sphere <= reach, without the root
                     dx, dy, dz = bed.centre[sphere, 0] - x, bed.centre[sphere, 1] - y, bed.centre[sphere, 2] - z
                     square, distance = dx * dx + dy * dy + dz * dz, r + bed.radius[sphere] + reach
                     if square <= distance * distance and sphere != base:

@@ -88,6 +88,7 @@ def error(start, stop, offset, s: System):
         prepared = read(s.prepared, offset + (k - start) * PREPARED)
         i = np.uintp(k)
         u = relative_velocity(i, s)
+        # normal row alone: e_n = W_nn (r_n - react(W_nn, u_n - W_nn r_n))
         if ROWS == 1:
             w = s.delassus[i, 0]
             if w == 0.0:

@@ -204,8 +204,10 @@ def imbalance(first, last, job):
                 load += (m * (light.free[l, k] - light.start[l, k])) ** 2
             # |(M - m) (v - v_c)|^2; for a spin I = m gyration^2
             square += m * (more * (s.velocity[b, k] - light.centre[l, k])) ** 2
+        # load: own impulses, a part of the neighbours' load, or m (v_f - v_start)
         bears = max(s.noise[b, 2], NEARBY * s.noise[b, 3], np.sqrt(load))
         left = np.sqrt(mass * square)
+        # a little imbalance does not count, unless it is the load itself
         little = is_little(left, left * light.rate[l] / mass if mass > 0.0 else 0.0, job.bounds)
         if left > 0.0 and not (little and abs(left - np.sqrt(load)) > 0.5 * np.sqrt(load)):
             worst = max(worst, left / bears if bears > 0.0 else 1.0)

@@ -320,6 +320,7 @@ def at_round_off(team, nothing):
     """
     team.limits[5] += 1.0
     tolerance, slip = team.bounds[0], team.bounds[1]
+    # rough estimate: round-off of e(0), and NEAR times the round-off of W_nn r_n
     error = team.measured[3] if team.measured[0] <= tolerance else team.measured[0] * nothing
     without = ROUNDING * np.sqrt(team.limits[2])
     if not error <= without + NEAR * ROUNDING * np.sqrt(team.limits[6]):
@@ -329,12 +330,15 @@ def at_round_off(team, nothing):
         share_chunks(LAY_ASIDE, team)
         share_chunks(SETTLE, team)
     rate(team, nothing)
+    # noise_i of each interaction, with the rounding of gaps if the solve takes long
     team.limits[4] = 1.0 if team.limits[5] > LONG else 0.0
     share_chunks(QUIET, team)
     share_phases(NOISE, team)
+    # error of an interaction if all m share the tolerance evenly, tolerance |e(0)| / sqrt(m)
     team.limits[0] = tolerance * nothing / np.sqrt(team.rows)
     team.limits[1] = slip
     count, energy = sum_of_parts(LOUD, team)
+    # small for any impulses: residual, slip and kinetic energy
     error = team.measured[0] * nothing
     small = error <= max(tolerance, LARGEST_RESIDUAL) * nothing or error <= NEAR * without
     found = count == 0.0 and small and team.measured[1] <= max(slip, LARGEST_SLIP) and energy <= team.limits[3]

@@ -49,9 +49,11 @@ def evaluate(W, numbers, vectors, parameters, state, prepared, answer, slopes, f
     given = read_parameters(parameters, 0)
     kept = read_state(state, 0)
     known = pair(numbers, 4)
+    # numbers of the local solve, prepared at the velocity before the step
     row = as_prepared(prepare(gap, reference_gap, read_vector(vectors, 0), time_step, given, kept, *known))
     for k in range(PREPARED):
         prepared[k] = row[k]
+    # r = react(W, u_free), and its slope by u
     free = read_vector(vectors, ROWS)
     if ROWS == 1:
         block: Any = ((W[0, 0, 0],),)
@@ -66,6 +68,7 @@ def evaluate(W, numbers, vectors, parameters, state, prepared, answer, slopes, f
         for i in range(ROWS):
             for j in range(ROWS):
                 slopes[i, j] = derivative[i][j]
+    # state of a new interaction, and state after the step
     if STATE > 0:
         new = as_state(initial(gap, reference_gap, birth, given, *pair(numbers, 3)))
         for k in range(STATE):
@@ -75,6 +78,7 @@ def evaluate(W, numbers, vectors, parameters, state, prepared, answer, slopes, f
         old = as_state(commit(gap, reference_gap, end, push, time_step, given, kept, *known))
         for k in range(STATE):
             after[k] = old[k]
+    # energy dissipated by the impulse at the mean velocity
     mean, push = read_vector(vectors, 4 * ROWS), read_vector(vectors, 3 * ROWS)
     lost = dissipation(gap, reference_gap, mean, push, time_step, given, kept, *known)
     return float(energy(gap, reference_gap, given, kept, *known)), float(lost)
