@@ -1,4 +1,4 @@
-"""What a deforming periodic cell adds to any form: functions around those without it.
+"""A form in a deforming periodic cell: each function calls the same function without the cell and adds the terms of G.
 
 With the branch l between two centres and the velocity gradient G of the cell, whose columns are the velocities of its
 edges' rows, bodies have ``G l`` more of relative velocity, and an impulse r gives ``r (x) l`` to G
@@ -14,7 +14,7 @@ from typing import Any
 from lmgcpy.compiled.fingerprint import Slot
 
 base_velocity: Callable[..., Any] = Slot("base_velocity")
-"""``relative_velocity`` without the cell, as what follows."""
+"""``relative_velocity`` without the cell. The names below that begin with ``base_`` are likewise without it."""
 base_push: Callable[..., Any] = Slot("base_push")
 base_momentum: Callable[..., Any] = Slot("base_momentum")
 base_velocities: Callable[..., Any] = Slot("base_velocities")

@@ -45,7 +45,7 @@ class Form:
     constants: dict[str, Any] = field(default_factory=dict)
     """Constants that its functions read."""
     seen: int | None = None
-    """Its functions see vectors and matrices of so many components; None: of the dimension."""
+    """Number of components of the vectors and matrices that its functions work on; None: the dimension."""
 
     def parts(self, names: dict[str, Any]) -> dict[str, Callable]:
         """The first three functions as slots of a template whose other slots and constants are ``names``."""
@@ -97,7 +97,7 @@ ROLLING: dict[tuple[int, str], Form] = {
     (3, "central"): written_in(rolling_in_space, 3, 6, ISOTROPIC=True),
     (3, "central, unlike"): written_in(rolling_in_space, 3, 6, ISOTROPIC=False),
 }
-"""The same for contacts with rolling friction; "unlike" where bodies do not turn alike about all axes."""
+"""Forms of contacts with rolling friction; "unlike" if bodies have different inertias about their axes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +118,7 @@ GEOMETRY: dict[int, dict[str, Callable]] = {
     2: {"flow": cell.flow_2d, "in_frame": cell.in_frame_2d, "in_space": cell.in_space_2d},
     3: {"flow": cell.flow_3d, "in_frame": cell.in_frame_3d, "in_space": cell.in_space_3d},
 }
-"""What ``cell`` reads of a dimension."""
+"""Functions of a dimension that ``cell`` calls."""
 
 
 @cache

@@ -19,13 +19,13 @@ import numpy as np
 from lmgcpy.contact.frames import local_frames
 
 ROWS = 2
-"""1 where the impulse is normal only."""
+"""1 if the impulse is normal only."""
 CENTRAL = True
 """Whether the contact point lies on the line along the normal through both centres."""
 DIAGONAL = True
 """Whether all local blocks of W are diagonal."""
 WALLS = -1
-"""0 or 1 where the candidates or antagonists are held walls, which other threads see and nobody writes to."""
+"""0 or 1 if the candidates or antagonists are held walls: other threads read their velocities, so no thread writes them."""
 
 
 def relative_velocity(i, s):

@@ -20,11 +20,11 @@ from lmgcpy.contact.frames import local_frames
 from lmgcpy.solve.small_matrices import small_matrices
 
 ROWS = 3
-"""1 where the impulse is normal only."""
+"""1 if the impulse is normal only."""
 DIAGONAL = True
 """Whether all local blocks of W are diagonal."""
 WALLS = -1
-"""0 or 1 where the candidates or antagonists are held walls, which other threads see and nobody writes to."""
+"""0 or 1 if the candidates or antagonists are held walls: other threads read their velocities, so no thread writes them."""
 _of_three = small_matrices(3)
 row, dot, multiple_row = _of_three["row"], _of_three["dot"], _of_three["multiple_row"]
 plus_row, less_row = _of_three["plus_row"], _of_three["less_row"]
