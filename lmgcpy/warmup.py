@@ -273,13 +273,13 @@ def lay_in_space() -> None:
 
 
 def crooked(law: Law, dimension: int) -> lm.Scene:
-    """A disk held in x, which couples normal and tangent, and clusters, whose contacts are not central.
+    """Disks driven in x, which couples normal and tangent, and clusters, whose contacts are not central.
 
     The local block of W of an upright cluster on the floor is still diagonal.
     """
     scene = lm.Scene(dimension=2)
     for x, y in ((0.1, 0.1), (0.25, 0.25)):
-        scene.add(lm.disk(radius=0.1, position=(x, y), mass=1.0, velocity=(0.1, -0.1))).fix("x")
+        scene.add(lm.disk(radius=0.1, position=(x, y), mass=1.0, velocity=(0.1, -0.1))).impose_velocity(x=0.1)
     for color, x, arm in (("UPRIGHT", 0.5, (0.0, 0.1)), ("LYING", 0.8, (0.1, 0.0))):
         contactors = [(lm.DiskContactor(0.1), (sign * arm[0], sign * arm[1])) for sign in (1, -1)]
         at = (x, 0.1 + arm[1])

@@ -270,7 +270,7 @@ def test_a_write_that_fails_leaves_the_simulation_usable(path, tmp_path):
         import numpy as np
         whole, sim = heap().run(steps=400), heap()
         heap().run(steps=1, record={str(tmp_path / "first.h5")!r})
-        resource.setrlimit(resource.RLIMIT_FSIZE, (400_000, resource.RLIM_INFINITY))
+        resource.setrlimit(resource.RLIMIT_FSIZE, (450_000, resource.RLIM_INFINITY))
         try:
             sim.run(steps=400, record={str(path)!r}, every=1, flush=0.0)
         except OSError as error:
