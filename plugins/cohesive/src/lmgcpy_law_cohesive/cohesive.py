@@ -24,7 +24,6 @@ this kind as IQS_MOHR_DS_CLB.
 from __future__ import annotations
 
 import lmgcpy as lm
-from lmgcpy.laws.signorini import approach
 
 coulomb = lm.Coulomb.react
 
@@ -68,7 +67,7 @@ class Cohesive(lm.Law):
     @staticmethod
     def prepare(gap, reference_gap, velocity, time_step, parameters, state):
         adhesion, friction, _ = parameters
-        return (approach(gap, time_step), friction, state[0] * time_step * adhesion)
+        return (max(gap, 0.0) / time_step, friction, state[0] * time_step * adhesion)
 
     @staticmethod
     def react(W, u, prepared):
