@@ -12,6 +12,7 @@ from functools import cache
 from typing import Any
 
 from lmgcpy.compiled.fingerprint import Slot
+from lmgcpy.solve.forms.space import cross
 
 base_velocity: Callable[..., Any] = Slot("base_velocity")
 """``relative_velocity`` without the cell. The names below that begin with ``base_`` are likewise without it."""
@@ -103,11 +104,15 @@ def flow_3d(velocity, i, s):
     return x, y, z
 
 
-def in_frame_3d(i, s, v):
+def frame_3d(i, s):
+    """The axes n, t and s = n x t of the local frame."""
     n = (s.normal[i, 0], s.normal[i, 1], s.normal[i, 2])
     t = (s.tangent[i, 0], s.tangent[i, 1], s.tangent[i, 2])
-    # s = n x t
-    b = (n[1] * t[2] - n[2] * t[1], n[2] * t[0] - n[0] * t[2], n[0] * t[1] - n[1] * t[0])
+    return n, t, cross(n, t)
+
+
+def in_frame_3d(i, s, v):
+    n, t, b = frame_3d(i, s)
     return (
         n[0] * v[0] + n[1] * v[1] + n[2] * v[2],
         t[0] * v[0] + t[1] * v[1] + t[2] * v[2],
@@ -116,9 +121,7 @@ def in_frame_3d(i, s, v):
 
 
 def in_space_3d(i, s, r):
-    n = (s.normal[i, 0], s.normal[i, 1], s.normal[i, 2])
-    t = (s.tangent[i, 0], s.tangent[i, 1], s.tangent[i, 2])
-    b = (n[1] * t[2] - n[2] * t[1], n[2] * t[0] - n[0] * t[2], n[0] * t[1] - n[1] * t[0])
+    n, t, b = frame_3d(i, s)
     return (
         n[0] * r[0] + t[0] * r[1] + b[0] * r[2],
         n[1] * r[0] + t[1] * r[1] + b[1] * r[2],
