@@ -58,6 +58,13 @@ def law_values(law: Law) -> list[tuple[int, float]]:
     return [(-1, 0.0), *given]
 
 
+def gap_values(gaps: np.ndarray) -> list[tuple[int, float]]:
+    """Components and values of the statements that give the reference gaps of a chain: one with component -1 if all are
+    equal, else one for each link."""
+    values = gaps.tolist()
+    return [(-1, values[0])] if len(set(values)) == 1 else list(enumerate(values))
+
+
 def laws_after(changes: Sequence[Change]) -> dict[tuple[int, int], dict[int, float]]:
     """Parameters by number that the last statements give to laws, by kind of statement and row or chain."""
     found: dict[tuple[int, int], dict[int, float]] = {}

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.dynamics.changes import LINK_LAW, REFERENCE
+from lmgcpy.dynamics.changes import LINK_LAW, REFERENCE, gap_values
 from lmgcpy.dynamics.model import BodyState
 from lmgcpy.errors import closest, number, numbers, shown
 from lmgcpy.laws import Law
@@ -200,9 +200,8 @@ class Chain:
         if self._state is None:
             self._refuse_blows(wanted, wanted != self.reference_gaps)
         self._as_built = False
-        one = len(set(wanted.tolist())) == 1
-        for link, gap in [(-1, float(wanted[0]))] if one else list(enumerate(wanted.tolist())):
-            new = one or self.function is not None or gap != self.reference_gaps[link]
+        for link, gap in gap_values(wanted):
+            new = link < 0 or self.function is not None or gap != self.reference_gaps[link]
             if new and self._state is not None:
                 self._state.keep(REFERENCE, self._number, link, gap)
         self.reference_gaps, self.function = wanted, None

@@ -14,7 +14,19 @@ import numpy as np
 from lmgcpy.contact.detection_tables import ChainTable, ContactorTable, VisibilityRow
 from lmgcpy.contact.groups import check_pairs
 from lmgcpy.dynamics.cell import CellMotion
-from lmgcpy.dynamics.changes import DRIVEN, GRAVITY, NOTED, OF_LAWS, REFERENCE, SEEN_LAW, SHOWN, Change, Counts, laws_after
+from lmgcpy.dynamics.changes import (
+    DRIVEN,
+    GRAVITY,
+    NOTED,
+    OF_LAWS,
+    REFERENCE,
+    SEEN_LAW,
+    SHOWN,
+    Change,
+    Counts,
+    gap_values,
+    laws_after,
+)
 from lmgcpy.dynamics.model import COMPONENTS, BodyState, Drive, Model
 from lmgcpy.dynamics.start_overlaps import check_start
 from lmgcpy.errors import AXES, LARGEST, closest, flag, named_arguments, number, shown, vector, whole
@@ -607,8 +619,7 @@ class Scene:
         assert self._state is not None
         for k, chain in enumerate(self.chains):
             if chain.function is not None:
-                gaps = chain.reference_gap.tolist()
-                for link, gap in [(-1, gaps[0])] if len(set(gaps)) == 1 else list(enumerate(gaps)):
+                for link, gap in gap_values(chain.reference_gap):
                     self._state.changes.append(Change(self._state.steps, NOTED, k, link, gap))
 
     def hand_over(self, state: BodyState) -> None:
