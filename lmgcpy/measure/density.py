@@ -17,7 +17,7 @@ def density(positions: Any, radii: Any, window: Any) -> float:
 
     If disks overlap by more than a hundredth of the smaller radius, as in clusters, their shared area counts once. The
     shared area of smaller overlaps counts twice, and so does the shared volume of spheres; if spheres overlap by more than
-    a hundredth, the function warns.
+    3.5 %, the function warns.
 
     ``positions`` [m], shape (n, d); ``radii`` [m], shape (n,); ``window`` the corners ((x0, y0), (x1, y1)) [m], lower
     left and upper right, in 3D ((x0, y0, z0), (x1, y1, z1)).
@@ -47,22 +47,25 @@ def density(positions: Any, radii: Any, window: Any) -> float:
     size = float(np.prod(high - low))
     if not ((low < high).all() and size > 0.0):
         raise ValueError(f"window must go from its lower left to its upper right corner, got {shown(window)}.")
-    overlapping = _overlapping(centres, sizes)
+    overlapping = _overlapping(centres, sizes, OVERLAP[dimension])
     if dimension == 3:
         if overlapping:
-            warn("Spheres overlap by more than a hundredth of a radius: what they share counts twice in this density.")
+            warn("Spheres overlap by more than 3.5 % of a radius: the volume that they share counts twice in this density.")
         return float(sphere_volume_in_box(centres, sizes, low, high).sum() / size)
     if overlapping:
         return disk_union(centres, sizes, low, high) / size
     return float(disk_area_in_rectangle(centres, sizes, *low, *high).sum() / size)
 
 
-OVERLAP = 1e-2
-"""Overlap of two disks, in parts of the smaller radius, below which their shared area counts twice: 5e-4 of the disk."""
+OVERLAP = {2: 1e-2, 3: 3.5e-2}
+"""Overlap in parts of the smaller radius r, by dimension, below which the shared part counts twice.
+
+Two equal disks share the part 4/(3 pi) (overlap/r)^(3/2) of a disk, two equal spheres 3/8 (overlap/r)^2: both 5e-4 here.
+"""
 
 
-def _overlapping(centres: np.ndarray, radii: np.ndarray) -> bool:
-    """Whether two of the disks overlap by more than :data:`OVERLAP`."""
+def _overlapping(centres: np.ndarray, radii: np.ndarray, share: float) -> bool:
+    """Whether two of the disks or spheres overlap by more than ``share`` of the smaller radius."""
     from scipy.spatial import cKDTree  # takes as long to import as the rest of lmgcpy
 
     there = radii > 0.0
@@ -71,7 +74,7 @@ def _overlapping(centres: np.ndarray, radii: np.ndarray) -> bool:
     x, r = centres[there], radii[there]
     pairs = cKDTree(x).query_pairs(2.0 * r.max(), output_type="ndarray")
     depth = r[pairs].sum(axis=1) - np.linalg.norm(x[pairs[:, 0]] - x[pairs[:, 1]], axis=1)
-    return bool((depth > OVERLAP * r[pairs].min(axis=1)).any())
+    return bool((depth > share * r[pairs].min(axis=1)).any())
 
 
 def disk_area_in_rectangle(

@@ -72,13 +72,11 @@ def test_a_loose_heap_in_a_cylinder_keeps_the_weight():
         scene.see(one, other, lm.Coulomb(friction=0.3))
     sim = lm.Simulation(scene, time_step=2e-3, solver=lm.AcceleratedGaussSeidel(tolerance=1e-5))
     sim.on_unconverged = "ignore"
-    sim.run(steps=1000)
+    sim.run(steps=1500)  # the last sphere stops rolling after 1150
     net = sim.interactions
     force = np.einsum("mk,mkd->md", net.force, net.frame)
     walls = net.antagonist >= 40
-    assert force[walls].sum(axis=0) == pytest.approx(
-        [0.0, 0.0, 40.0 * G], rel=1e-3, abs=0.4
-    )  # at rest but for a residual of 1e-5
+    assert force[walls].sum(axis=0) == pytest.approx([0.0, 0.0, 40.0 * G], rel=1e-5, abs=4e-3)  # the residual, 1e-5
     assert np.hypot(*sim.positions[:40, :2].T).max() <= 0.2 + 2e-4
     assert (
         net.gap.min() > -2e-4

@@ -91,5 +91,9 @@ def test_unions_by_points(seed):
 
 
 def test_spheres_that_share_much_are_told():
-    with pytest.warns(RuntimeWarning, match="what they share counts twice"):
+    """From 3.5 % of the smaller radius on, where two spheres share 5e-4 of one."""
+    density([(0.4, 0.5, 0.5), (0.5966, 0.5, 0.5)], [0.1, 0.1], ((0, 0, 0), (1, 1, 1)))
+    with pytest.warns(RuntimeWarning, match="that they share counts twice"):
+        density([(0.4, 0.5, 0.5), (0.5964, 0.5, 0.5)], [0.1, 0.1], ((0, 0, 0), (1, 1, 1)))
+    with pytest.warns(RuntimeWarning, match="that they share counts twice"):
         density([(0.4, 0.5, 0.5), (0.5, 0.5, 0.5)], [0.1, 0.1], ((0, 0, 0), (1, 1, 1)))
