@@ -17,7 +17,7 @@ from scipy.special import ellipj, ellipk
 import lmgcpy as lm
 from lmgcpy.experiment import Biaxial, compact, lay_sample
 
-# Steps and tolerances that are much too coarse are here on purpose: lmgcpy would tell it.
+# Steps and tolerances much too coarse are here on purpose: lmgcpy would tell it.
 warnings.filterwarnings("ignore", message="In the step from .* overlap by")
 folder = Path(sys.argv[1] if len(sys.argv) > 1 else "tutorial_06")
 folder.mkdir(parents=True, exist_ok=True)
