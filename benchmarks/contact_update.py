@@ -19,7 +19,7 @@ from table import report
 import lmgcpy as lm
 from lmgcpy.compiled.by_address import call
 from lmgcpy.compiled.kernel import kernel
-from lmgcpy.solve.system import Groups, System
+from lmgcpy.solve.kernels.system import Groups, System
 
 SWEEPS = 400
 RUNS = 15

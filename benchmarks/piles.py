@@ -19,7 +19,7 @@ from table import report
 
 import lmgcpy as lm
 from lmgcpy.bench.frontier import warm
-from lmgcpy.solve.report import SOLVED
+from lmgcpy.solve.problems.report import SOLVED
 from lmgcpy.solve.solvers import SOLVERS
 
 RADIUS = 0.01

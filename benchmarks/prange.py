@@ -22,9 +22,9 @@ from threads import simulation
 import lmgcpy as lm
 from lmgcpy.compiled.by_address import ROOM, call_work
 from lmgcpy.compiled.kernel import OPTIONS, Kernel
-from lmgcpy.solve.light_bodies import no_light_bodies
-from lmgcpy.solve.sweeps import SWEEP, sweep_groups, work
-from lmgcpy.solve.team import Crew, Iterates, Job, Team, lay, work_address
+from lmgcpy.solve.sweeps.light_bodies import no_light_bodies
+from lmgcpy.solve.sweeps.sweep import SWEEP, sweep_groups, work
+from lmgcpy.solve.sweeps.team import Crew, Iterates, Job, Team, lay, work_address
 
 COUNTS = (10_000, 50_000)
 SWEEPS = 5

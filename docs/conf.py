@@ -31,7 +31,7 @@ highlight_language = "none"
 # a reference that leads nowhere is a warning, unless it is to what others document or what only kernels read
 nitpicky = True
 OTHERS = r"(Sequence|Mapping)\[.*|(np|numpy|os|pathlib|collections\.abc|concurrent|sparse)\..*|Path|.*\.SomeBody"
-KERNELS = r"solve\.(system|matrix_system|team|light_bodies)|compiled\.kernel"
+KERNELS = r"solve\.(kernels\.(system|matrix_system)|sweeps\.(team|light_bodies))|compiled\.kernel"
 INSIDE = rf"lmgcpy\.({KERNELS}|dynamics\.changes|experiment\.study\.stages|experiment\.campaign)\..*"
 nitpick_ignore_regex = [("py:class", f"{OTHERS}|{INSIDE}")]
 

@@ -24,16 +24,16 @@ from lmgcpy.scene.material import Material
 from lmgcpy.scene.scene import Scene
 from lmgcpy.simulation import Simulation
 from lmgcpy.simulation.resume import resume
-from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
-from lmgcpy.solve.gauss_seidel import GaussSeidel
 from lmgcpy.solve.newton.alternating import Auto, Newton
 from lmgcpy.solve.one_contact import LocalSolution, solve_local
-from lmgcpy.solve.problem import Problem
-from lmgcpy.solve.report import Outcome
-from lmgcpy.solve.residual import residual
-from lmgcpy.solve.solver import Solver
+from lmgcpy.solve.problems.problem import Problem
+from lmgcpy.solve.problems.report import Outcome
+from lmgcpy.solve.problems.residual import residual
 from lmgcpy.solve.standalone import Solution, solve
-from lmgcpy.solve.step import Step
+from lmgcpy.solve.sweeps.accelerated import AcceleratedGaussSeidel
+from lmgcpy.solve.sweeps.gauss_seidel import GaussSeidel
+from lmgcpy.solve.sweeps.solver import Solver
+from lmgcpy.solve.sweeps.step import Step
 from lmgcpy.version import VERSION
 
 if TYPE_CHECKING:

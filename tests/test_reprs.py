@@ -40,8 +40,8 @@ from lmgcpy.experiment import (
 )
 from lmgcpy.io.compare import compare
 from lmgcpy.laws.pair import pair_of
-from lmgcpy.solve.problem import Split
-from lmgcpy.solve.report import Lock, Worst
+from lmgcpy.solve.problems.problem import Split
+from lmgcpy.solve.problems.report import Lock, Worst
 
 pytestmark = pytest.mark.filterwarnings("ignore:In the step to")
 """Three spheres are no sample: the plates of their triaxial test fly."""

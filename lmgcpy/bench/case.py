@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from lmgcpy.io import fclib
-from lmgcpy.solve.problem import Problem
+from lmgcpy.solve.problems.problem import Problem
 
 
 @dataclass(frozen=True)

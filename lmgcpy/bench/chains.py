@@ -20,7 +20,7 @@ import scipy.sparse as sparse
 
 from lmgcpy.bench.case import Case
 from lmgcpy.laws.rigid import RigidWire
-from lmgcpy.solve.problem import Problem
+from lmgcpy.solve.problems.problem import Problem
 
 BEADS = (10, 100, 1000, 10_000)
 TIPS = (1.0, 1e3, 1e6)

@@ -9,7 +9,7 @@ import numpy as np
 
 from lmgcpy.bench.frontier import Judged
 from lmgcpy.bench.profile import Profile
-from lmgcpy.solve.report import SOLVED
+from lmgcpy.solve.problems.report import SOLVED
 from lmgcpy.view.figures import new_figure
 
 if TYPE_CHECKING:

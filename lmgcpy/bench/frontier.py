@@ -17,16 +17,16 @@ import scipy.sparse as sparse
 from lmgcpy.bench.case import Case
 from lmgcpy.bench.reference import ENOUGH, Reference, is_large, make_reference, sweep_budget
 from lmgcpy.laws.coulomb import Coulomb
-from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
-from lmgcpy.solve.gauss_seidel import GaussSeidel
 from lmgcpy.solve.newton.active_set import ActiveSet
 from lmgcpy.solve.newton.alternating import newton_steps
 from lmgcpy.solve.newton.path import follow_path
 from lmgcpy.solve.newton.path_3d import follow_curve
 from lmgcpy.solve.newton.proximal import proximal_newton
-from lmgcpy.solve.problem import Problem
+from lmgcpy.solve.problems.problem import Problem
 from lmgcpy.solve.solvers import SOLVERS, AnySolver
 from lmgcpy.solve.standalone import Solution, solve
+from lmgcpy.solve.sweeps.accelerated import AcceleratedGaussSeidel
+from lmgcpy.solve.sweeps.gauss_seidel import GaussSeidel
 
 TOLERANCES = tuple(10.0**-k for k in range(1, 11))
 UPDATES, LARGE_UPDATES = 2e8, 1e8

@@ -28,7 +28,7 @@ from lmgcpy.scene.body_3d import sphere
 from lmgcpy.scene.material import Material
 from lmgcpy.scene.scene import Scene
 from lmgcpy.simulation import Simulation
-from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
+from lmgcpy.solve.sweeps.accelerated import AcceleratedGaussSeidel
 
 DENSITY, PRESSURE = 2600.0, 1e5
 """Density of the grains [kg/m^3], and pressure on the lateral walls of a biaxial test [Pa]."""

@@ -17,12 +17,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lmgcpy.bench.case import Case
-from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
-from lmgcpy.solve.gauss_seidel import GaussSeidel
 from lmgcpy.solve.newton.alternating import Auto, Newton
-from lmgcpy.solve.problem import Problem
-from lmgcpy.solve.residual import residual
+from lmgcpy.solve.problems.problem import Problem
+from lmgcpy.solve.problems.residual import residual
 from lmgcpy.solve.standalone import solve
+from lmgcpy.solve.sweeps.accelerated import AcceleratedGaussSeidel
+from lmgcpy.solve.sweeps.gauss_seidel import GaussSeidel
 
 MARGIN = 10.0
 LOOSEST, TIGHTEST = 1e-6, 1e-13

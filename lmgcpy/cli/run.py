@@ -47,7 +47,7 @@ def row_of(run, state: str) -> list[str]:
 
 def report(run, writer: str) -> list[str]:
     """The lines of ``lmgcpy info``; ``writer`` is "being written", "closed" or "killed"."""
-    from lmgcpy.solve.report import ROUND_OFF
+    from lmgcpy.solve.problems.report import ROUND_OFF
 
     scene, options, history = run.scene, run.options, run.history[:]
     bodies, conditions = scene["bodies"], scene["conditions"]

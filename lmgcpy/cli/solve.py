@@ -15,7 +15,7 @@ from lmgcpy.solve.solvers import SOLVERS
 from lmgcpy.writing import check_target, write_bytes
 
 if TYPE_CHECKING:
-    from lmgcpy.solve.problem import Problem
+    from lmgcpy.solve.problems.problem import Problem
     from lmgcpy.solve.solve_to_measure import Solved
     from lmgcpy.solve.solvers import AnySolver
 
@@ -43,8 +43,8 @@ def solve(
     interaction. Exit code 0: the problem is solved to the tolerance, or to round-off if that is larger; 1: it is not.
     """
     from lmgcpy.io import fclib
-    from lmgcpy.solve.report import SOLVED
-    from lmgcpy.solve.residual import residual
+    from lmgcpy.solve.problems.report import SOLVED
+    from lmgcpy.solve.problems.residual import residual
     from lmgcpy.solve.solve_to_measure import solve_to_measure
     from lmgcpy.solve.solvers import SOLVERS
 

@@ -19,7 +19,7 @@ from lmgcpy.errors import closest, shown
 @dataclass(frozen=True)
 class NarrowPhase:
     """How two kinds of contactor meet. ``form``: name of the form of the rows of H, "central" if the contact point lies on
-    the normal through both centres, see ``lmgcpy.solve.forms``."""
+    the normal through both centres, see ``lmgcpy.solve.kernels.forms``."""
 
     narrow: Callable
     form: str

@@ -19,7 +19,7 @@ class Group:
 
     law: Law
     form: str = "central"
-    """Name of the form of the rows of H, see ``lmgcpy.solve.forms``."""
+    """Name of the form of the rows of H, see ``lmgcpy.solve.kernels.forms``."""
     chain: ChainTable | None = None
     row: VisibilityRow | None = None
     pairs: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), np.int32))

@@ -11,7 +11,10 @@ from lmgcpy.compiled.reference import by_reference
 
 @by_reference
 class Interactions(NamedTuple):
-    """The interactions of a step; m of them (see :class:`lmgcpy.solve.system.System` for the arrays without a text)."""
+    """The interactions of a step; m of them.
+
+    :class:`lmgcpy.solve.kernels.system.System` has the arrays without a text.
+    """
 
     candidate: np.ndarray
     antagonist: np.ndarray

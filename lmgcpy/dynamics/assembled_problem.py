@@ -9,9 +9,9 @@ import numpy as np
 from lmgcpy.contact.frames import local_frames
 from lmgcpy.dynamics.assembly import StepProblem
 from lmgcpy.errors import told
-from lmgcpy.solve.problem import Conic, Problem, Split, cone_of
-from lmgcpy.solve.step import ConicForm
-from lmgcpy.solve.system import System
+from lmgcpy.solve.kernels.system import System
+from lmgcpy.solve.problems.problem import Conic, Problem, Split, cone_of
+from lmgcpy.solve.sweeps.step import ConicForm
 
 if TYPE_CHECKING:
     import scipy.sparse as sparse

@@ -18,12 +18,12 @@ from lmgcpy.dynamics.model import Model
 from lmgcpy.dynamics.rolling import mark_isotropic, rolling_radius, with_rolling
 from lmgcpy.dynamics.schedule import schedule
 from lmgcpy.errors import told
-from lmgcpy.solve.forms.form import FORMS, ROLLING, Form, in_cell
-from lmgcpy.solve.law_kernels import KernelKey, LawKernels, StepData, law_kernels, not_compiled
-from lmgcpy.solve.light_bodies import LightBodies, no_light_bodies
-from lmgcpy.solve.report import Worst
-from lmgcpy.solve.step import Step
-from lmgcpy.solve.system import Groups, System
+from lmgcpy.solve.kernels.forms.form import FORMS, ROLLING, Form, in_cell
+from lmgcpy.solve.kernels.law_kernels import KernelKey, LawKernels, StepData, law_kernels, not_compiled
+from lmgcpy.solve.kernels.system import Groups, System
+from lmgcpy.solve.problems.report import Worst
+from lmgcpy.solve.sweeps.light_bodies import LightBodies, no_light_bodies
+from lmgcpy.solve.sweeps.step import Step
 
 NO_MOBILITY = float(np.finfo(float).tiny)
 """Replaces ``W_nn = 0``, by which a law may divide. It is negligible beside any compliance."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from lmgcpy.contact.detection_tables import ChainTable
 from lmgcpy.dynamics.assembly import StepProblem, ask
-from lmgcpy.dynamics.finite_checks import check_energy
+from lmgcpy.dynamics.faults.finite_checks import check_energy
 from lmgcpy.dynamics.model import Model
 
 
@@ -206,7 +206,7 @@ def given_by_hand(problem: StepProblem, earlier: list[ChainTable], predicted: np
 
 
 def work_of_imbalance(problem: StepProblem, before: np.ndarray) -> float:
-    """Work [J] of the impulses ``(M - m) (v_c - v)`` on light bodies, see :mod:`lmgcpy.solve.light_bodies`."""
+    """Work [J] of the impulses ``(M - m) (v_c - v)`` on light bodies, see :mod:`lmgcpy.solve.sweeps.light_bodies`."""
     light = problem.light
     if not len(light.body):
         return 0.0

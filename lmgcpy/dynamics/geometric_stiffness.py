@@ -37,8 +37,8 @@ from lmgcpy.contact.detection_tables import ChainTable
 from lmgcpy.contact.frames import local_frames
 from lmgcpy.dynamics.assembly import StepProblem
 from lmgcpy.dynamics.schedule import schedule
-from lmgcpy.solve.report import NOT_FINITE, SOLVED_CODES, Outcome
-from lmgcpy.solve.stiffened_wire_block import scratch_columns
+from lmgcpy.solve.kernels.stiffened_wire_block import scratch_columns
+from lmgcpy.solve.problems.report import NOT_FINITE, SOLVED_CODES, Outcome
 
 ENOUGH = 0.1
 """A stiffness is enough if it differs by no more than this part from the one that the impulses call for: a tenth below it,

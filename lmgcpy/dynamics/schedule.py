@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from lmgcpy.contact.detector import Group
-from lmgcpy.solve.law_kernels import LawKernels
-from lmgcpy.solve.system import Groups
+from lmgcpy.solve.kernels.law_kernels import LawKernels
+from lmgcpy.solve.kernels.system import Groups
 
 Piece = tuple[int, int, int, bool]
 """Group, first row, row after the last, whether it is in a slab."""

@@ -8,13 +8,13 @@ import numpy as np
 
 from lmgcpy.dynamics.assembled_problem import conic_form
 from lmgcpy.dynamics.assembly import KEPT, StepProblem
-from lmgcpy.dynamics.diagnosis import LawFault, fault_of_solve
-from lmgcpy.dynamics.finite_checks import VELOCITY, check_bodies, check_impulses
+from lmgcpy.dynamics.faults.diagnosis import LawFault, fault_of_solve
+from lmgcpy.dynamics.faults.finite_checks import VELOCITY, check_bodies, check_impulses
 from lmgcpy.dynamics.geometric_stiffness import LinkStiffness, solve_stiffened
-from lmgcpy.solve.report import NOT_FINITE, STATUS, Outcome, Report
-from lmgcpy.solve.solver import Solver
-from lmgcpy.solve.step import Step
-from lmgcpy.solve.system import System
+from lmgcpy.solve.kernels.system import System
+from lmgcpy.solve.problems.report import NOT_FINITE, STATUS, Outcome, Report
+from lmgcpy.solve.sweeps.solver import Solver
+from lmgcpy.solve.sweeps.step import Step
 
 
 def solve_step(

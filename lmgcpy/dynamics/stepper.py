@@ -20,28 +20,28 @@ from lmgcpy.dynamics.assembly import Assembler, StepProblem
 from lmgcpy.dynamics.cell import CellMotion, TurnedOver
 from lmgcpy.dynamics.changes import Change, as_rows, from_rows
 from lmgcpy.dynamics.checkpoint import Checkpoint, check
-from lmgcpy.dynamics.damped_waves import DampedWaves
-from lmgcpy.dynamics.displacements import Displacements, DisplacementWatch, worse
-from lmgcpy.dynamics.driven_overlaps import DrivenOverlaps
 from lmgcpy.dynamics.energy import Energy, dissipated_by_law, given_by_hand, kinetic_energy
-from lmgcpy.dynamics.finite_checks import POSITION, VELOCITY, check_bodies, check_detection
+from lmgcpy.dynamics.faults.finite_checks import POSITION, VELOCITY, check_bodies, check_detection
 from lmgcpy.dynamics.geometric_stiffness import LinkStiffness
 from lmgcpy.dynamics.interactions import InteractionView
 from lmgcpy.dynamics.journal import Journal
-from lmgcpy.dynamics.lock import find_lock
 from lmgcpy.dynamics.model import BodyState, Drive, Model
 from lmgcpy.dynamics.solve_step import solve_step
-from lmgcpy.dynamics.start_overlaps import check_start, overlaps_at_start
 from lmgcpy.dynamics.straight_spans import StraightSpans
-from lmgcpy.dynamics.stretch_and_energy_watch import Watch
 from lmgcpy.dynamics.sweep_mass import sweep_mass
 from lmgcpy.dynamics.turning_stretch import TurningStretch
+from lmgcpy.dynamics.watch.damped_waves import DampedWaves
+from lmgcpy.dynamics.watch.displacements import Displacements, DisplacementWatch, worse
+from lmgcpy.dynamics.watch.driven_overlaps import DrivenOverlaps
+from lmgcpy.dynamics.watch.lock import find_lock
+from lmgcpy.dynamics.watch.start_overlaps import check_start, overlaps_at_start
+from lmgcpy.dynamics.watch.stretch_and_energy import Watch
 from lmgcpy.dynamics.whipping_links import WhippingLinks
 from lmgcpy.errors import closest, flag, named_arguments, number, one_of, shown, warn, whole
 from lmgcpy.solve.newton.alternating import Auto
-from lmgcpy.solve.problem import Problem
-from lmgcpy.solve.report import LOCKED, STATUS, Report
-from lmgcpy.solve.solver import Solver, check_solver
+from lmgcpy.solve.problems.problem import Problem
+from lmgcpy.solve.problems.report import LOCKED, STATUS, Report
+from lmgcpy.solve.sweeps.solver import Solver, check_solver
 
 T = TypeVar("T")
 
@@ -96,18 +96,7 @@ Before = tuple[np.ndarray, np.ndarray, list[tuple[dict[str, Any], dict[str, Any]
 class Stepper:
     """Makes the steps of a compiled scene; :class:`lmgcpy.Simulation` is a stepper with runs and says what the options are.
 
-    One step, for velocities v, positions q, external forces F, and impulses r along H::
-
-        q_m    = q + (1 - theta) h v    detection at q_m
-        v_free = v + h M^-1 F           imposed components: their value at the end
-        solve  u = H^T v_free + W r and the laws
-        v      = v_free + M^-1 H r
-        q      = q_m + theta h v
-
-    In a periodic cell bodies move with ``v + G q`` instead of v (``lmgcpy/dynamics/cell.py``). If links or contacts would
-    make energy as they are pulled back, positions and velocities come from two solves
-    (``lmgcpy/dynamics/turning_stretch.py``, ``turning_overlap.py``). If light bodies whip, displacements are projected
-    (``lmgcpy/dynamics/whipping_links.py``).
+    :meth:`step` has the equations.
     """
 
     _made = False
@@ -173,6 +162,19 @@ class Stepper:
     def step(self) -> Report:
         """Make one whole step, or none; returns how it was solved.
 
+        For velocities v, positions q, external forces F, and impulses r along H::
+
+            (1)  q_m    = q + (1 - theta) h v    detection at q_m
+            (2)  v_free = v + h M^-1 F           imposed components: their value at the end
+            (3)  u      = H^T v_free + W r       solved for r and u with the laws
+            (4)  v      = v_free + M^-1 H r
+            (5)  q      = q_m + theta h v
+
+        In a periodic cell bodies move with ``v + G q`` instead of v (``lmgcpy/dynamics/cell.py``). If links or contacts
+        would make energy as they are pulled back, (4) and (5) take the impulses of two solves
+        (``lmgcpy/dynamics/turning_stretch.py``, ``turning_overlap.py``). If light bodies whip, (5) is projected
+        (``lmgcpy/dynamics/whipping_links.py``).
+
         As ``on_unconverged`` says, the first step that the solver did not solve to its tolerance warns (RuntimeWarning), or
         every such step raises RuntimeError; the step is made all the same.
 
@@ -191,19 +193,19 @@ class Stepper:
         return self.report
 
     def _make_step(self) -> list[str]:
-        """Make a step; returns sentences for the user about it."""
+        """Make a step by the equations of :meth:`step`; returns sentences for the user about it."""
         begin = clock.perf_counter()
         sentences = self._take_changes() if self.state.stale else []
         earlier = self._draw_chains()
         h, theta, state, v = self.time_step, self.theta, self.state, self.state.velocities
-        state.positions += self._first_move((1.0 - theta) * h * v)  # q_m
-        flight = self._free_flight(v)  # v_free = v + h M^-1 F
-        found = self._find_impulses(v, flight)  # u = H^T v_free + W r and the laws
+        state.positions += self._first_move((1.0 - theta) * h * v)  # (1)
+        flight = self._free_flight(v)  # (2)
+        found = self._find_impulses(v, flight)  # (3), (4)
         problem = found.problem
         dissipated = dissipated_by_law(problem)
         problem.commit()
         problem.data.state[:, -1] = found.predicted_gap
-        # q = q_m + theta h v if one solve gives the displacements and the velocities, as it mostly does
+        # (5) if one solve gives the displacements and the velocities, as it mostly does
         state.positions += self._last_move(found.displacement - (1.0 - theta) * h * problem.system.velocity)
         if self.model.cell is not None:
             self.model.cell.straighten(state.positions)

@@ -1,6 +1,6 @@
 """The mass with which a body is swept: its own, or more if it is light and squeezed between heavy ones.
 
-:mod:`lmgcpy.solve.light_bodies` says how a solver uses it.
+:mod:`lmgcpy.solve.sweeps.light_bodies` says how a solver uses it.
 """
 
 from __future__ import annotations

@@ -39,7 +39,7 @@ import numpy as np
 from lmgcpy.contact.detection_tables import ChainTable
 from lmgcpy.dynamics.assembly import StepProblem, ask, prepare
 from lmgcpy.dynamics.model import Model
-from lmgcpy.solve.law_kernels import StepData
+from lmgcpy.solve.kernels.law_kernels import StepData
 
 MADE = 0.01
 """Part of the kinetic energy of its bodies, and of what loads give them from rest, that a net may make in a step. A

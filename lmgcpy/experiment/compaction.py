@@ -16,8 +16,8 @@ from lmgcpy.experiment.trial import carry_out
 from lmgcpy.laws.rigid import RigidWire
 from lmgcpy.measure.density import density as solid_fraction
 from lmgcpy.simulation import Simulation
-from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
-from lmgcpy.solve.solver import Solver
+from lmgcpy.solve.sweeps.accelerated import AcceleratedGaussSeidel
+from lmgcpy.solve.sweeps.solver import Solver
 
 WINDOW = 50
 """Number of steps over which rest is judged."""

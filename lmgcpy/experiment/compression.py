@@ -19,9 +19,9 @@ from lmgcpy.laws import Law
 from lmgcpy.laws.coulomb import Coulomb
 from lmgcpy.measure.stress import stress
 from lmgcpy.simulation import Simulation
-from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
-from lmgcpy.solve.report import SOLVED, STATUS
-from lmgcpy.solve.solver import Solver
+from lmgcpy.solve.problems.report import SOLVED, STATUS
+from lmgcpy.solve.sweeps.accelerated import AcceleratedGaussSeidel
+from lmgcpy.solve.sweeps.solver import Solver
 from lmgcpy.view.recorded import running_mean
 
 RAMP = 0.02
@@ -171,9 +171,9 @@ class Compression(ABC):
         """Crush the sample by ``strain`` of its height and return the record with ``frames`` frames, evenly spaced.
 
         The test ends earlier if the sample is locked, so that no motion of the platen is possible
-        (``lmgcpy.solve.locked``), or if the support reaction exceeds ``greatest_reaction``, the capacity of the press, in
-        units of the pressure times the area of the platen at the start. ``file``, ``on_step`` and ``interrupted`` as in
-        :func:`lmgcpy.experiment.carry_out`.
+        (``lmgcpy.solve.problems.locked``), or if the support reaction exceeds ``greatest_reaction``, the capacity of the
+        press, in units of the pressure times the area of the platen at the start. ``file``, ``on_step`` and ``interrupted``
+        as in :func:`lmgcpy.experiment.carry_out`.
         """
         number(strain, "strain", above=0.0, maximum=0.9)
         whole(frames, "frames")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from lmgcpy.simulation import Simulation
-from lmgcpy.solve.report import Report
+from lmgcpy.solve.problems.report import Report
 
 
 class DampedSimulation(Simulation):

@@ -27,9 +27,9 @@ from lmgcpy.sample.scatter import scatter
 from lmgcpy.scene.material import Material
 from lmgcpy.scene.scene import Scene
 from lmgcpy.simulation import Simulation
-from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
-from lmgcpy.solve.report import SOLVED, STATUS
-from lmgcpy.solve.solver import Solver
+from lmgcpy.solve.problems.report import SOLVED, STATUS
+from lmgcpy.solve.sweeps.accelerated import AcceleratedGaussSeidel
+from lmgcpy.solve.sweeps.solver import Solver
 
 LOOSE = {2: 0.45, 3: 0.3}
 """Solid fraction of a cell before its compaction."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from lmgcpy.errors import named_arguments, shown
 from lmgcpy.io.run import Run
-from lmgcpy.solve.report import STATUS
+from lmgcpy.solve.problems.report import STATUS
 from lmgcpy.writing import make_folder, write_table
 
 BODY = {

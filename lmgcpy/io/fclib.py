@@ -16,8 +16,8 @@ import numpy as np
 from lmgcpy.errors import named_arguments, shown
 from lmgcpy.io.hdf5 import h5py, in_memory
 from lmgcpy.io.untrusted import NumberReader, regular_file
-from lmgcpy.solve.delassus import checked_lines
-from lmgcpy.solve.problem import BOTH, CONTACT, PULL, Problem
+from lmgcpy.solve.problems.delassus import checked_lines
+from lmgcpy.solve.problems.problem import BOTH, CONTACT, PULL, Problem
 from lmgcpy.writing import check_target, write_bytes
 
 CODES = {CONTACT: "coulomb", PULL: "rigid-wire", BOTH: "rigid-rod"}

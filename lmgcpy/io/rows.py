@@ -9,7 +9,7 @@ import numpy as np
 from lmgcpy.errors import whole
 from lmgcpy.io.observations import Observations
 from lmgcpy.io.run_file.tables import INDEX, OBSERVED, history_type, interaction_type
-from lmgcpy.solve.report import STATUS
+from lmgcpy.solve.problems.report import STATUS
 
 if TYPE_CHECKING:
     from lmgcpy.dynamics.cell import CellMotion

@@ -28,7 +28,7 @@ from lmgcpy.io.run_file.tables import OBSERVED, check_table, table_types
 from lmgcpy.io.run_file.trees import check_about, check_digest, read_group, read_tree
 from lmgcpy.scene.contactor import PlaneContactor, WallContactor
 from lmgcpy.scene.description import lattice_of
-from lmgcpy.solve.report import SOLVED_CODES, STATUS
+from lmgcpy.solve.problems.report import SOLVED_CODES, STATUS
 
 log = logging.getLogger("lmgcpy")
 

@@ -187,9 +187,9 @@ class Law(ABC):
 
     conic: ClassVar[Callable | None] = None
     """``conic(prepared)``: bias [m/s], friction and compliance [1/kg] of the law in conic form (see
-    ``lmgcpy.solve.problem``), from columns of prepared numbers; for a law with rolling components also rolling friction and
-    torsion friction (in 2D any number for the latter). Solvers that assemble W need it. A law without conic form leaves it
-    None."""
+    ``lmgcpy.solve.problems.problem``), from columns of prepared numbers; for a law with rolling components also rolling
+    friction and torsion friction (in 2D any number for the latter). Solvers that assemble W need it. A law without conic
+    form leaves it None."""
 
     @staticmethod
     @abstractmethod

@@ -10,7 +10,7 @@ from lmgcpy.laws.coulomb import Coulomb
 from lmgcpy.sample import arguments
 from lmgcpy.scene.body import wall
 from lmgcpy.scene.scene import Scene
-from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
+from lmgcpy.solve.sweeps.accelerated import AcceleratedGaussSeidel
 
 GRAVITY = 9.81
 STILL = 0.01

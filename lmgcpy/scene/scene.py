@@ -28,7 +28,7 @@ from lmgcpy.dynamics.changes import (
     laws_after,
 )
 from lmgcpy.dynamics.model import COMPONENTS, BodyState, Drive, Model
-from lmgcpy.dynamics.start_overlaps import check_start
+from lmgcpy.dynamics.watch.start_overlaps import check_start
 from lmgcpy.errors import AXES, LARGEST, closest, flag, named_arguments, number, shown, vector, whole
 from lmgcpy.laws import Law
 from lmgcpy.laws.first_calls import check_answers

@@ -62,7 +62,8 @@ class Simulation(Stepper):
     may then zigzag and gain energy, and rods round light bodies become too long.
 
     Further attributes are ``steps``, the number of completed steps; ``report`` and ``energy`` of the last step, a
-    :class:`Report <lmgcpy.solve.report.Report>` and an :class:`Energy <lmgcpy.dynamics.energy.Energy>`; and ``scene``.
+    :class:`Report <lmgcpy.solve.problems.report.Report>` and an :class:`Energy <lmgcpy.dynamics.energy.Energy>`; and
+    ``scene``.
 
     The formulas of a step are in the class that makes it, :class:`Stepper <lmgcpy.dynamics.stepper.Stepper>`.
     """

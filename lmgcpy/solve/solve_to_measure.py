@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lmgcpy.solve.problem import Problem
-from lmgcpy.solve.residual import residual
+from lmgcpy.solve.problems.problem import Problem
+from lmgcpy.solve.problems.residual import residual
 from lmgcpy.solve.solvers import AnySolver
 from lmgcpy.solve.standalone import solve
 

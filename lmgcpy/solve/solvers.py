@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
-from lmgcpy.solve.gauss_seidel import GaussSeidel
 from lmgcpy.solve.newton.alternating import Auto, Newton
+from lmgcpy.solve.sweeps.accelerated import AcceleratedGaussSeidel
+from lmgcpy.solve.sweeps.gauss_seidel import GaussSeidel
 
 AnySolver = GaussSeidel | AcceleratedGaussSeidel | Newton | Auto
 

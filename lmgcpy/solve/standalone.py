@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.errors import LARGEST, named_arguments, numbers
-from lmgcpy.solve.delassus import unsolvable
-from lmgcpy.solve.matrix_system import DRIVER, assemble_problem
+from lmgcpy.solve.kernels.matrix_system import DRIVER, assemble_problem
 from lmgcpy.solve.newton.alternating import Auto
-from lmgcpy.solve.problem import Conic, Problem, check_problem
-from lmgcpy.solve.report import STATUS
-from lmgcpy.solve.residual import residual
-from lmgcpy.solve.solver import Solver, check_solver
-from lmgcpy.solve.step import ConicForm, Step
+from lmgcpy.solve.problems.delassus import unsolvable
+from lmgcpy.solve.problems.problem import Conic, Problem, check_problem
+from lmgcpy.solve.problems.report import STATUS
+from lmgcpy.solve.problems.residual import residual
+from lmgcpy.solve.sweeps.solver import Solver, check_solver
+from lmgcpy.solve.sweeps.step import ConicForm, Step
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ import numpy as np
 
 from lmgcpy.errors import file_path, named_arguments, one_of, shown
 from lmgcpy.io.run import Run
-from lmgcpy.solve.report import SOLVED_CODES
+from lmgcpy.solve.problems.report import SOLVED_CODES
 from lmgcpy.view import figures
 from lmgcpy.view.figures import name_of, new_figure, save
 from lmgcpy.view.recorded import (

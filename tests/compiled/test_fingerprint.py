@@ -232,9 +232,9 @@ def test_a_law_of_such_a_helper_follows_its_edits_and_is_told_of_once(run):
 def test_every_kernel_of_lmgcpy_itself_is_known():
     """Those that threads and drivers call have intrinsics of lmgcpy's own, whose constants are looked at."""
     from lmgcpy.compiled import by_address
-    from lmgcpy.solve import gauss_seidel, sweeps, team
+    from lmgcpy.solve.sweeps import gauss_seidel, sweep, team
 
-    for one in (team.lay, team.help_out, sweeps.work, gauss_seidel.gauss_seidel):
+    for one in (team.lay, team.help_out, sweep.work, gauss_seidel.gauss_seidel):
         assert Content(one.function).unknown == []
     room, mark = by_address.ROOM, fingerprint(team.lay.function)
     try:

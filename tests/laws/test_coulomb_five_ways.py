@@ -6,9 +6,9 @@ import scipy.sparse as sparse
 
 import lmgcpy as lm
 from lmgcpy.laws.coulomb import react_in_plane, react_in_space
-from lmgcpy.solve.locked import within_cones
 from lmgcpy.solve.newton.rows import natural_map
-from lmgcpy.solve.residual import project_on_cone
+from lmgcpy.solve.problems.locked import within_cones
+from lmgcpy.solve.problems.residual import project_on_cone
 
 FRICTION = (0.0, 1e-12, 0.3, 1.0, 1e6)
 WEIGHT = (1e-8, 1.0, 1e8)

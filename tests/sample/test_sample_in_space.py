@@ -48,8 +48,8 @@ def test_the_box_carries_the_weight(settled):
     """What the walls push up over 100 steps is the weight and the momentum that was gained, and hardly any is gained:
     within a tenth of the weight after 0.08 s.
 
-    To round-off in a step that is solved without imbalance of light beads (``lmgcpy.solve.light_bodies``); these have
-    2e-6 kg beside grains of 7e-4 kg, and at a tolerance of 1e-3 what is left of theirs comes to 4e-6 of the weight.
+    To round-off in a step that is solved without imbalance of light beads (``lmgcpy.solve.sweeps.light_bodies``); these
+    have 2e-6 kg beside grains of 7e-4 kg, and at a tolerance of 1e-3 what is left of theirs comes to 4e-6 of the weight.
     """
     count, h, steps = 450, settled.time_step, 100
     mass = settled.model.mass[:count, 0]

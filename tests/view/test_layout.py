@@ -5,7 +5,7 @@ import pytest
 from seen import wire_in_a_box
 
 import lmgcpy as lm
-from lmgcpy.dynamics.start_overlaps import overlaps_at_start
+from lmgcpy.dynamics.watch.start_overlaps import overlaps_at_start
 from lmgcpy.view.layout import near_pairs
 
 

@@ -19,9 +19,9 @@ from lmgcpy.scene.body import wall
 from lmgcpy.scene.material import Material
 from lmgcpy.scene.scene import Scene
 from lmgcpy.simulation import Simulation
-from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
-from lmgcpy.solve.gauss_seidel import GaussSeidel
-from lmgcpy.solve.report import SOLVED_CODES
+from lmgcpy.solve.problems.report import SOLVED_CODES
+from lmgcpy.solve.sweeps.accelerated import AcceleratedGaussSeidel
+from lmgcpy.solve.sweeps.gauss_seidel import GaussSeidel
 
 GRAVITY = 9.81
 GRAIN, GROUND, MOULD = "GRAIN", "GROUND", "MOULD"

@@ -27,7 +27,7 @@ from lmgcpy.experiment.column.result import ColumnResult, Fall, middle, run_name
 from lmgcpy.experiment.column.sample import Laid, lay_column
 from lmgcpy.experiment.study.engine import Site, Study, Task
 from lmgcpy.experiment.study.folder import StudyFolder
-from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
+from lmgcpy.solve.sweeps.accelerated import AcceleratedGaussSeidel
 
 GROUND_MARGIN = 1.4
 """Radius of the rough ground over the expected radius of the run-out of dry sand."""

@@ -29,9 +29,9 @@ from lmgcpy.laws import Law
 from lmgcpy.laws.elastic import ElasticRod, ElasticWire
 from lmgcpy.laws.rigid import RigidRod, RigidWire
 from lmgcpy.sample.wire_content import bead_mass as mass_of_a_bead
-from lmgcpy.solve.accelerated import AcceleratedGaussSeidel
 from lmgcpy.solve.newton.alternating import Auto
-from lmgcpy.solve.solver import Solver
+from lmgcpy.solve.sweeps.accelerated import AcceleratedGaussSeidel
+from lmgcpy.solve.sweeps.solver import Solver
 
 DENSITY = 2600.0
 """Density of the particles [kg/m^3]."""

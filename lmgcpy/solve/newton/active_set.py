@@ -34,7 +34,7 @@ from lmgcpy.solve.newton.elimination import Elimination
 from lmgcpy.solve.newton.path_kernels import next_bend, pass_bend
 from lmgcpy.solve.newton.path_kernels_3d import impulses_of, next_wall, pass_wall
 from lmgcpy.solve.newton.rows import LINK, impulses_by, local_maps, natural_map, newton_rows, parity, velocities_given
-from lmgcpy.solve.problem import Problem
+from lmgcpy.solve.problems.problem import Problem
 
 LARGE = 1e12
 """Impulses beyond this multiple of an impulse that cancels ``e(0)`` leave less than four digits of a velocity."""

@@ -30,14 +30,14 @@ from typing import Any, ClassVar
 import numpy as np
 
 from lmgcpy.errors import named_arguments, whole
-from lmgcpy.solve.accelerated import MOMENTUM, new_state, sweep_with_momentum
 from lmgcpy.solve.newton.active_set import ActiveSet
 from lmgcpy.solve.newton.progress import Progress
 from lmgcpy.solve.newton.proximal import PATIENCE, Attempt, proximal_newton
 from lmgcpy.solve.newton.rolling_set import active_set_of
-from lmgcpy.solve.report import CONVERGED, NOT_FINITE, ROUND_OFF, SPENT, STAGNATED, Outcome
-from lmgcpy.solve.solver import Solver
-from lmgcpy.solve.step import Step
+from lmgcpy.solve.problems.report import CONVERGED, NOT_FINITE, ROUND_OFF, SPENT, STAGNATED, Outcome
+from lmgcpy.solve.sweeps.accelerated import MOMENTUM, new_state, sweep_with_momentum
+from lmgcpy.solve.sweeps.solver import Solver
+from lmgcpy.solve.sweeps.step import Step
 
 ENDED = (CONVERGED, ROUND_OFF, NOT_FINITE)
 """Statuses of sweeps after which nothing is left to do."""

@@ -13,7 +13,7 @@ import numpy as np
 
 from lmgcpy.compiled.kernel import kernel
 from lmgcpy.solve.newton.rows import LINK, OPEN, SLIDE, STICK
-from lmgcpy.solve.problem import BOTH, CONTACT
+from lmgcpy.solve.problems.problem import BOTH, CONTACT
 
 
 @kernel

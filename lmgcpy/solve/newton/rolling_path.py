@@ -11,7 +11,7 @@ import numpy as np
 from lmgcpy.compiled.kernel import kernel
 from lmgcpy.solve.newton.rolling_rows import CLOSED, disk_columns
 from lmgcpy.solve.newton.rows import LINK, OPEN
-from lmgcpy.solve.problem import BOTH, CONTACT
+from lmgcpy.solve.problems.problem import BOTH, CONTACT
 
 
 def slides(kind, g):

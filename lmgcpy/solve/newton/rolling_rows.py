@@ -11,7 +11,7 @@ import numpy as np
 
 from lmgcpy.compiled.kernel import kernel
 from lmgcpy.solve.newton.rows import LINK, OPEN
-from lmgcpy.solve.problem import BOTH, CONTACT, PULL
+from lmgcpy.solve.problems.problem import BOTH, CONTACT, PULL
 
 CLOSED = 4
 """Status of a contact all of whose disks stick; plus 1 if friction slides, 2 if it rolls, 4 if it twists."""

@@ -15,7 +15,7 @@ from lmgcpy.solve.newton.rolling_path import (
     rolling_impulses_of,
 )
 from lmgcpy.solve.newton.rolling_rows import disk_columns, rolling_local_maps, rolling_natural_map
-from lmgcpy.solve.problem import Problem
+from lmgcpy.solve.problems.problem import Problem
 
 
 class RollingStatus(NamedTuple):

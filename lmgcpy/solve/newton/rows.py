@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from lmgcpy.compiled.kernel import kernel
-from lmgcpy.solve.problem import BOTH, CONTACT, PULL
+from lmgcpy.solve.problems.problem import BOTH, CONTACT, PULL
 
 OPEN, STICK, SLIDE, LINK = range(4)
 """Statuses."""

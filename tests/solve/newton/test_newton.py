@@ -15,7 +15,7 @@ from lmgcpy.solve.newton.elimination import Elimination
 from lmgcpy.solve.newton.progress import GRACE, Progress
 from lmgcpy.solve.newton.proximal import PATIENCE, Attempt, proximal_newton
 from lmgcpy.solve.newton.rows import LINK, OPEN, SLIDE, STICK
-from lmgcpy.solve.report import CONVERGED, SPENT
+from lmgcpy.solve.problems.report import CONVERGED, SPENT
 
 TIGHT = 1e-10
 """Residual to which problems of some hundred unknowns can be solved in double precision, with a margin."""

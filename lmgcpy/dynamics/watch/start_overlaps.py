@@ -1,0 +1,61 @@
+"""Bodies that overlap before the first step. Overlaps are allowed, as laws leave an old penetration alone, but rarely
+meant."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lmgcpy.contact.detector import Detector
+from lmgcpy.contact.foreign_pairs import NarrowPhaseError
+from lmgcpy.dynamics.model import Model
+from lmgcpy.dynamics.watch.position_rounding import check_positions
+
+SHARE = 0.05
+"""Overlaps up to this part of the smaller radius are not reported. The relaxation of a sample at a solver's tolerance of
+1e-2 leaves overlaps of up to 3.5 % (measured on 70 to 2000 particles). A misplaced body overlaps by tenths."""
+
+
+def check_start(model: Model, overlap: str, first: int = 0) -> list[str]:
+    """Look at bodies before their first step, those in rows ``first`` and later: ValueError if positions are rounded too
+    coarsely, or a periodic cell is too narrow, or bodies overlap and ``overlap`` is "stop"; if it is "warn", a sentence."""
+    check_positions(model)
+    overlaps = [] if overlap == "ignore" and model.cell is None else overlaps_at_start(model, first)
+    if overlaps and overlap == "stop":
+        raise ValueError(overlaps[0])
+    return overlaps if overlap == "warn" else []
+
+
+def overlaps_at_start(model: Model, first: int = 0) -> list[str]:
+    """A sentence about the pairs that see each other and overlap at the start of a model, if there are any. If bodies were
+    added to a simulation, in rows ``first`` and later, only their pairs count.
+
+    It says how many pairs of bodies overlap by more than :data:`SHARE` of the smaller radius (of the circle that holds
+    the contactor), and the worst: its bodies, depth, share of that radius, and law. Linked neighbours that do not
+    collide are left out. Costs one detection.
+    """
+    if not model.rows:
+        return []
+    detector = Detector(model.contactors, model.rows, [], model.inverse_mass, model.dimension, model.apart, model.lattice)
+    detector.hide(model.hidden)
+    try:
+        found = detector.detect(model.start.positions, 0.0)
+    except NarrowPhaseError as error:
+        raise RuntimeError(f"At the start {error}.") from error.__cause__
+    pairs = np.concatenate([np.zeros((0, 2), np.int32), *(group.pairs for group in detector.groups)])[found.slot]
+    radius = model.contactors.bounding_radius[pairs].min(axis=1, initial=np.inf)
+    share = -found.gap / radius
+    deep = (share > SHARE) & (model.contactors.body[pairs].max(axis=1, initial=0) >= first)
+    if not deep.any():
+        return []
+    i = int(np.argmax(np.where(deep, share, 0.0)))
+    bodies = np.sort(np.column_stack([found.candidate[deep], found.antagonist[deep]]), axis=1)
+    count = len(np.unique(bodies, axis=0))
+    one, other = (f"body {model.contactors.body[k]} ('{model.contactors.color[k]}')" for k in pairs[i])
+    law = next(group.law.NAME for group in detector.groups if group.start <= i < group.stop)
+    what = "pair of bodies overlaps" if count == 1 else "pairs of bodies overlap"
+    return [
+        f"{count} {what} {'with what was added' if first else 'at the start'} by more than {100.0 * SHARE:g} % of the "
+        f"smaller radius; the worst: {one} and {other} by {-found.gap[i]:.3g} m, {100.0 * share[i]:.3g} % of "
+        f"{radius[i]:.3g} m, under the law '{law}', which leaves an old penetration as it is. Move the bodies, or say "
+        "overlap='ignore'."
+    ]
