@@ -54,6 +54,7 @@ def told(*arguments):
     return found
 
 
+@pytest.mark.default_parameters("2")
 def test_numbers_of_a_lattice_that_is_pressed(file):
     """Stress 10 and 20 Pa; each body has 2 d contacts; nothing moves; two slack links of 1/3 m in a unit box."""
     lines = told(file)
@@ -76,6 +77,7 @@ def test_numbers_of_a_lattice_that_is_pressed(file):
     assert ("In 2D forces, masses and volumes are those of one metre of depth." in lines) == (d == 2)
 
 
+@pytest.mark.default_parameters("3")
 def test_tables_are_what_the_measures_give(file, tmp_path):
     out = tmp_path / "out"
     done = run(file, "--out", out, "--frame", "3", "--since", "1", "--axis", "x")
@@ -106,6 +108,7 @@ def test_tables_are_what_the_measures_give(file, tmp_path):
     assert run(file, "--out", out, "--force").exit_code == 0
 
 
+@pytest.mark.default_parameters("2")
 def test_the_first_frame_has_geometry_alone(file):
     done = run(file, "--frame", "0", "--since", "0")
     assert done.exit_code == 0
@@ -162,6 +165,7 @@ def test_an_axis_that_a_plane_run_does_not_have(tmp_path):
     assert done.output == "Error: --axis z does not exist: the run is in 2D, with the axes x and y.\n"
 
 
+@pytest.mark.default_parameters("2")
 def test_damaged_files_get_a_sentence(file, tmp_path):
     """Bits of the file that are flipped leave it readable, or are named in one sentence; none shows an error of lmgcpy."""
     data, rng = file.read_bytes(), np.random.default_rng(0)

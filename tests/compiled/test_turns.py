@@ -135,6 +135,7 @@ def counted(what):
     return result, len(after.loaded) - len(before.loaded), len(after.compiled) - len(before.compiled)
 
 
+@pytest.mark.long
 def test_of_two_processes_one_compiles(other, waits, cache):
     first = other("kept")
     waited = waits(first.go_on)
@@ -152,6 +153,7 @@ def test_who_dies_while_compiling_keeps_nobody_waiting(other, waits, cache):
     assert len(list(cache.glob("kernels/*"))) == 1
 
 
+@pytest.mark.long
 def test_nobody_waits_for_a_kernel_that_will_not_be_kept(other, waits):
     other("known to be of no use to others")
     waited = waits(pytest.fail)
@@ -160,6 +162,7 @@ def test_nobody_waits_for_a_kernel_that_will_not_be_kept(other, waits):
     assert not waited
 
 
+@pytest.mark.default_parameters("broken")
 @pytest.mark.parametrize("what", ["found to be of no use to others", "broken"])
 def test_who_cannot_keep_a_kernel_lets_the_others_go_on(what, other, waits):
     """As soon as that is known, while it lives on. Who waited takes no turn, and waits for nothing else."""
@@ -178,12 +181,14 @@ def test_who_cannot_keep_a_kernel_lets_the_others_go_on(what, other, waits):
         counted("broken")
 
 
+@pytest.mark.long
 def test_other_kernels_are_not_waited_for(other, waits):
     other("broken")
     waits(pytest.fail)
     assert counted("kept") == (8.0, 0, 1)
 
 
+@pytest.mark.long
 def test_nobody_waits_longer_than_a_bound_and_then_never_again(other, waits, monkeypatch, cache):
     monkeypatch.setattr(turns, "LONGEST", 0.02)
     first = other("kept")

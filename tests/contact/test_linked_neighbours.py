@@ -154,6 +154,7 @@ def test_who_is_linked_twice_stays_apart_if_one_chain_leaves_no_room():
     assert contacts(scene) == set()
 
 
+@pytest.mark.default_parameters("True")
 @pytest.mark.parametrize("asked", [None, True])
 def test_where_there_is_room_nothing_changes(asked):
     """A wire with gaps of 0.1 R, pushed together on a floor: the same bits by default and with neighbours that collide."""

@@ -194,6 +194,7 @@ def test_the_block_of_a_wire_knows_which_bead_is_held_now():
 # ------------------------------------------------------------------------------------------------------------- gravity
 
 
+@pytest.mark.default_parameters("0.5")
 @pytest.mark.parametrize("friction", [0.2, 0.5, 0.8])
 def test_a_tilted_block_slides_from_the_angle_of_friction_on(friction):
     """Gravity turns by 0.5 rad/s; a cluster of two disks, which does not roll, holds up to tan(angle) = friction."""
@@ -303,6 +304,7 @@ def test_a_restored_simulation_goes_through_the_statements(tmp_path):
     same(sim, other)
 
 
+@pytest.mark.default_parameters("21", "57")
 @pytest.mark.parametrize("first", [20, 21, 41, 57])
 def test_a_run_that_goes_on_goes_through_the_statements(tmp_path, first):
     whole = simulate(silo()[0]).run(steps=70, on_step=changing)
@@ -545,6 +547,7 @@ def heap(dimension, later):
     return scene, coming, velocity
 
 
+@pytest.mark.default_parameters("2")
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_what_is_added_is_what_was_hidden_until_then(dimension):
     """To the last bit: positions, velocities, impulses and energy, through lists of neighbours made anew."""

@@ -22,7 +22,7 @@ def round_a_pipe(time_step, law=None, *, turns=None, speed=2.0, **options):
     return sim if turns is None else sim.run(duration=turns * 2.0 * math.pi * 0.4 / speed)
 
 
-@pytest.mark.default_parameters(time_step=(8e-3, 4e-3), theta=(0.5,))
+@pytest.mark.default_parameters(time_step=(8e-3,), theta=(0.5,))
 @pytest.mark.parametrize("theta", [0.5, 1.0])
 @pytest.mark.parametrize("time_step", [8e-3, 4e-3, 2e-3, 1e-3])
 def test_a_ball_round_a_pipe_stays_on_its_circle(time_step, theta):
@@ -57,6 +57,7 @@ def test_a_ball_round_a_pipe_for_80_s(time_step):
     assert np.linalg.norm(sim.velocities[1]) == pytest.approx(2.0, rel=phi**2)
 
 
+@pytest.mark.default_parameters("law2-0.008")
 @pytest.mark.default_parameters(time_step=(8e-3,), law=(lm.Signorini(), lm.Restitution(restitution=0.5)))
 @pytest.mark.parametrize("time_step", [8e-3, 4e-3, 2e-3])
 @pytest.mark.parametrize("law", [lm.Signorini(), lm.Restitution(restitution=0.0), lm.Restitution(restitution=0.5)])

@@ -12,7 +12,7 @@ STEPS = (1e-3, 2.5e-4, 6e-5)
 ACCELERATED = lm.AcceleratedGaussSeidel(tolerance=1e-2)
 
 
-@pytest.mark.default_parameters(ratio=[1e2, 1e6])
+@pytest.mark.default_parameters(ratio=[1e6])
 @pytest.mark.parametrize("solver", [ACCELERATED, lm.Auto(), lm.Auto(tolerance=9e-6)], ids=lambda s: f"{s.tolerance:g}")
 @pytest.mark.parametrize("ratio", [1e2, 1e3, 1e4, 1e5, 1e6])
 def test_a_wire_that_friction_holds_does_not_move(ratio, solver):
@@ -25,7 +25,7 @@ def test_a_wire_that_friction_holds_does_not_move(ratio, solver):
             assert sim.unconverged_steps == 0
 
 
-@pytest.mark.default_parameters("3-RigidWire()", "2-RigidRod()", "3-ElasticWire(stiffness=1e+09)")
+@pytest.mark.default_parameters("3-RigidWire()", "2-RigidRod()")
 @pytest.mark.parametrize("law", [lm.RigidWire(), lm.RigidRod(), lm.ElasticWire(stiffness=1e9)], ids=repr)
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_nor_do_rods_and_elastic_wires_and_wires_in_space(dimension, law):

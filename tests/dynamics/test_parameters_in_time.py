@@ -53,6 +53,7 @@ def test_a_rigid_link_has_the_gap_of_the_function_at_every_detection(law, theta,
             assert sim.interactions.gap[0] == pytest.approx(gap(start + (1.0 - theta) * H), abs=1e-12)
 
 
+@pytest.mark.default_parameters("law0")
 @pytest.mark.parametrize("law", [lm.RigidRod(), lm.ElasticRod(stiffness=1e11)])
 def test_position_and_velocity_follow_with_the_square_of_the_step(law):
     """Of four octaves of the step; a stiff rod is what a rigid one is, but for its stretch of m g/k = 5e-10 m."""
@@ -68,6 +69,7 @@ def test_position_and_velocity_follow_with_the_square_of_the_step(law):
     assert errors[-1][1] < 1e-5
 
 
+@pytest.mark.default_parameters(h=(2e-3, 8e-3))
 @pytest.mark.parametrize("law", [lm.RigidRod(), lm.ElasticRod(stiffness=1e4), lm.ElasticRod(axial_rigidity=1e4)])
 @pytest.mark.parametrize("h", [5e-4, 2e-3, 8e-3])
 def test_a_function_gives_the_energy_that_its_rope_does(law, h):
@@ -250,6 +252,7 @@ def changing(sim):
         scene.chains[0].reference_gap = 0.05
 
 
+@pytest.mark.default_parameters("20")
 @pytest.mark.parametrize("first", [15, 20, 30, 41])
 def test_a_run_goes_on_with_the_laws_that_were_set(tmp_path, first):
     """Bit for bit, also from the step in which they were set; a scene of an earlier frame has those of then."""
@@ -330,6 +333,7 @@ def test_rolling_components_neither_come_nor_go_between_steps():
 # ------------------------------------------------------------------------------------------------------- laws of links
 
 
+@pytest.mark.default_parameters("ElasticRod")
 @pytest.mark.parametrize("law", [lm.ElasticRod, lm.ElasticWire])
 def test_a_spring_that_is_made_stiffer_is_given_energy(law):
     """``(k' - k) s^2 / 2`` at the stretch s, and swings with its new frequency from then on, where it is not thrown up;

@@ -44,9 +44,9 @@ def pressed(dimension, count, pressure, rate=0.0, **options):
 # ---------------------------------------------------------------------------------------------------------- the motion
 
 
+@pytest.mark.default_parameters(time_step=[0.02])
 @pytest.mark.parametrize("time_step", [0.02, 0.01, 0.005, 0.0025, 0.00125])
 @pytest.mark.parametrize("theta", [0.5, 0.8])
-@pytest.mark.default_parameters(time_step=[0.02, 0.005])
 def test_free_flight_in_simple_shear_is_straight(time_step, theta):
     """Seen from outside a body on which no force acts keeps its velocity ``v + G x``: x(t) = x0 + (v0 + G x0) t, whatever
     the step, as G^2 = 0 and the scheme is exact then; to the rounding of 800 steps."""
@@ -61,6 +61,7 @@ def test_free_flight_in_simple_shear_is_straight(time_step, theta):
     assert sim.energy.kinetic == pytest.approx(0.5 * float(body.velocity @ body.velocity))
 
 
+@pytest.mark.default_parameters("1.0-1.9-2", "4.0-0.5-2", "4.0-1.9-3")
 @pytest.mark.parametrize("dimension", [2, 3])
 @pytest.mark.parametrize("turn", [0.05, 0.5, 1.0, 1.9])
 @pytest.mark.parametrize("ratio", [1.0, 4.0])
@@ -158,9 +159,9 @@ def test_momentum_is_conserved_in_a_cell_that_is_held(dimension):
     assert np.abs(mass @ sim.velocities[:-dimension] - before).max() < 1e-13 * scale
 
 
+@pytest.mark.default_parameters("0.0004-2", "2.5e-05-3")
 @pytest.mark.parametrize("dimension", [2, 3])
 @pytest.mark.parametrize("time_step", [4e-4, 2e-4, 1e-4, 5e-5, 2.5e-5])
-@pytest.mark.default_parameters(time_step=[4e-4, 2.5e-5])
 def test_the_energy_identity_closes_with_the_work_of_stress_and_shear(dimension, time_step):
     """T+ - T- = works of the imposed stress, of what drives the shear, and of contacts, to rounding. The drive works
     against Weber's stress and the inertia of the grains: ``-h sum (f (x) l + m v (x) v) : G`` over its component xy."""
@@ -349,8 +350,8 @@ def test_a_crystal_of_touching_grains_carries_the_imposed_stress(dimension, time
     assert stress == pytest.approx(-np.diag(pressure), abs=1e-6 * pressure.max())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("time_step", [4e-4, 2e-4, 1e-4, 5e-5, 2.5e-5])
-@pytest.mark.default_parameters(time_step=[4e-4])
 def test_weber_stress_at_rest_is_the_imposed_one(time_step):
     """Grains come to rest under a stress with a shear: then I dG/dt is below 1e-3 of V p, and so is the difference."""
     scene, cell = loose(2, 5)

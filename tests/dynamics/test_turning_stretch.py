@@ -145,6 +145,7 @@ def test_a_free_wire_keeps_its_momentum(taken):
     np.testing.assert_allclose(mass @ sim.positions / mass.sum(), centre, rtol=0.0, atol=1e-13)
 
 
+@pytest.mark.default_parameters(turn=(0.1,))
 @pytest.mark.parametrize("turn", [0.02, 0.1])
 @pytest.mark.parametrize(
     "law", [lm.RigidRod(), lm.RigidWire(), lm.ElasticRod(axial_rigidity=1e12)], ids=lambda law: law.NAME
@@ -169,6 +170,7 @@ def test_it_is_off_with_geometric_stiffness(taken):
     assert sim.steps == 100
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:In the step")
 def test_a_run_goes_on_to_the_last_bit_in_the_midst_of_it(taken, tmp_path):
     """From a checkpoint and from a file, one step before a step is solved anew: what links predicted is in both."""

@@ -154,6 +154,7 @@ def stretching(time_step, floor):
     return lm.Simulation(scene, time_step=time_step, solver=lm.Auto(tolerance=1e-12))
 
 
+@pytest.mark.default_parameters(time_step=(8e-3,))
 @pytest.mark.filterwarnings("ignore:In the step")
 @pytest.mark.parametrize("time_step", [8e-3, 4e-3, 2e-3])
 def test_a_free_chain_keeps_its_momentum(projected, time_step):

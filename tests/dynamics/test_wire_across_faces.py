@@ -29,7 +29,7 @@ def endless(dimension, way, law, **chain):
     return scene, cell
 
 
-@pytest.mark.default_parameters("closed-2", "second chain-3")
+@pytest.mark.default_parameters("closed-2")
 @pytest.mark.parametrize("dimension", [2, 3])
 @pytest.mark.parametrize("way", ["closed", "second chain", "cell last"])
 def test_every_link_of_a_strained_endless_wire_bears_the_same(dimension, way):

@@ -53,6 +53,7 @@ def test_the_network_is_that_of_frictionless_grains(compaction_3d):
     np.testing.assert_allclose(compaction_3d.fabric, np.eye(3) / 3.0, atol=0.04)
 
 
+@pytest.mark.long
 def test_friction_leaves_the_sample_looser(compaction_3d):
     rough = relax(lay_sample_3d(150, 120, seed=1), friction=0.4)
     assert rough.solid_fraction < compaction_3d.solid_fraction - 0.01

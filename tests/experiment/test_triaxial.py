@@ -21,6 +21,7 @@ def records(sample_3d):
     return {"sand": run(None, "z"), "wire": run(lm.RigidWire(), "z"), "wire along x": run(lm.RigidWire(), "x")}
 
 
+@pytest.mark.long
 def test_strain_and_speed_are_as_asked(sample_3d, records):
     for record in records.values():
         axis = "xyz".index(record.axis)
@@ -105,6 +106,7 @@ def turned(sample):
     return replace(sample, positions=sample.positions[:, order], box=sample.box[order])
 
 
+@pytest.mark.default_parameters("None")
 @pytest.mark.parametrize("law", [None, lm.RigidWire()])
 def test_a_turned_sample_compressed_along_the_turned_axis_does_the_same(sample_3d, law):
     """Axes have no names in mechanics. Without friction a step has one solution, which the solver finds to 1e-8 of the

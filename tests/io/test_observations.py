@@ -128,6 +128,7 @@ def test_observing_needs_a_file_that_is_begun(path):
         sim.run(steps=3, record=path, observe=OBSERVE)
 
 
+@pytest.mark.default_parameters("<lambda>-float division by zero")
 @pytest.mark.parametrize(
     ("changes", "sentence"),
     [
@@ -150,6 +151,7 @@ def test_a_function_that_fails_on_the_way_leaves_a_good_file(changes, sentence, 
     assert np.array_equal(again.positions, sim.run(steps=5).positions)
 
 
+@pytest.mark.long
 def test_compare_names_an_observation_that_differs(path):
     other = path.with_name("other.h5")
     heap().run(steps=20, record=path, observe=OBSERVE)

@@ -99,6 +99,7 @@ def test_effective_values():
     assert pair_of((1.0, 3.0), (2.0, math.inf), 5.0) == (0.75, 2.0, (1.0, 3.0), (2.0, math.inf), 5.0)
 
 
+@pytest.mark.default_parameters("3")
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_contacts_know_radii_masses_and_the_time(dimension):
     """Candidate is the lower id, or the first colour; walls and held bodies have infinite mass."""
@@ -173,6 +174,7 @@ class Sliding(lm.Coulomb):
         return -impulse[1] * velocity[1]
 
 
+@pytest.mark.default_parameters(time_step=(7e-3,))
 @pytest.mark.parametrize("time_step", [1e-3, 7e-3])
 def test_what_friction_dissipates_is_the_kinetic_energy_that_is_lost(time_step, tmp_path):
     """A disk that does not turn slides to rest from 1 m/s: half its mass. A run that is resumed on the way goes on with the

@@ -80,6 +80,7 @@ def test_what_clusters_share_counts_once():
     assert nested == pytest.approx(np.pi * 0.04, rel=1e-13)
 
 
+@pytest.mark.default_parameters("0")
 @pytest.mark.parametrize("seed", range(3))
 def test_unions_by_points(seed):
     """400 000 points: the standard error of an area fraction is below 8e-4; asked are five."""

@@ -105,6 +105,7 @@ def test_a_singular_block_that_can_be_brought_to_rest_is_solved(rank):
     assert faults(W, q, friction, r).max() < 1e-11
 
 
+@pytest.mark.default_parameters("2")
 @pytest.mark.scaled
 @pytest.mark.parametrize("rank", [1, 2])
 def test_any_other_singular_block_is_solved_or_has_no_solution(rank):

@@ -32,13 +32,13 @@ SOUND = [
 ]
 
 
-@lmgcpy.testing.conformance(*SOUND[:2])
+@lmgcpy.testing.conformance(SOUND[1])
 def test_sound_laws_conform(check):
     check()
 
 
 @pytest.mark.long
-@lmgcpy.testing.conformance(*SOUND[2:])
+@lmgcpy.testing.conformance(SOUND[0], *SOUND[2:])
 def test_other_sound_laws_conform(check):
     check()
 

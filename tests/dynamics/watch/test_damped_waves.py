@@ -32,6 +32,7 @@ def wire(h, mode=1, *, dimension=2, law=None, amplitude=AMPLITUDE, **options):
     return sim, 2.0 * math.pi / frequency, lambda: 2.0 / (COUNT + 1) * float(sim.positions[:, -1] @ shape) / amplitude
 
 
+@pytest.mark.default_parameters("0.008-1-2", "0.006-3-3")
 @pytest.mark.parametrize("dimension", [2, 3])
 @pytest.mark.parametrize(("h", "mode"), [(8e-3, 1), (8e-3, 2), (6e-3, 3), (4e-3, 1), (4e-3, 3)])
 def test_a_wave_that_is_damped_is_told_with_what_it_loses(h, mode, dimension):
@@ -54,6 +55,7 @@ def test_a_wave_that_is_damped_is_told_with_what_it_loses(h, mode, dimension):
     assert lost_again <= 1.0 - math.cos(angle) + 1e-4
 
 
+@pytest.mark.default_parameters("0.00353-3-options1", "0.003-1-options3")
 @pytest.mark.parametrize(
     ("h", "mode", "options"),
     [
@@ -80,6 +82,7 @@ def test_a_wire_that_trembles_is_no_wave(seed):
     assert not told
 
 
+@pytest.mark.long
 def test_a_pendulum_on_light_beads_is_no_wave():
     """It turns as a whole, which nothing damps."""
     scene = lm.Scene(dimension=2, gravity=(0.0, -9.81))

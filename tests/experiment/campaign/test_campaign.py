@@ -313,6 +313,7 @@ def test_a_line_that_was_cut_short_is_done_again(tmp_path):
     same(campaign.run(tmp_path / "out", workers=1, resume=True), first)
 
 
+@pytest.mark.long
 def test_force_begins_anew(tmp_path):
     """Runs of the former campaign, of as many steps as it had, are none of this one; what is under way is left alone."""
     over = {"friction": [0.1]}

@@ -147,6 +147,7 @@ def test_one_parameter_of_many_values_is_cut_in_its_order():
     assert said == ["0 to 7", "8 to 15", "16 to 18"]
 
 
+@pytest.mark.long
 def test_names_of_figures_have_a_length_that_systems_allow(tmp_path):
     """Two values, as long as they may be, of a column with a long name; parts that read alike are told apart."""
     long = ["a" * 100 + end for end in "bc"]

@@ -159,6 +159,7 @@ def test_lasting_tension_is_a_running_mean(whole):
     assert mean.max() == pytest.approx(10.0)
 
 
+@pytest.mark.long
 def test_without_pyvista_it_says_what_is_missing(whole, tmp_path, monkeypatch):
     def missing(*arguments, **options):
         raise ImportError("Pictures need pyvista: pip install lmgcpy[view].")

@@ -167,6 +167,7 @@ def test_tasks_of_the_column_can_be_pickled():
     assert [task.name for task in pickle.loads(pickle.dumps(tasks))] == ["fall-0.6", "fall-dry"]
 
 
+@pytest.mark.default_parameters("threads")
 @pytest.mark.parametrize("where", ["threads", "processes"])
 def test_an_error_in_one_task_ends_the_others(where, processes, tmp_path):
     """The others have 100 000 steps to make."""

@@ -25,7 +25,7 @@ def hanging(masses, solver, dimension=2):
     return sim, G * np.cumsum(np.asarray(masses)[::-1])[::-1][1:]
 
 
-@pytest.mark.default_parameters("2-1.0-GaussSeidel-1e-15", "3-1.0-Newton-1e-15", "2-1000000000.0-Auto-1e-15")
+@pytest.mark.default_parameters("2-1.0-GaussSeidel-1e-15", "3-1.0-Newton-1e-15")
 @pytest.mark.parametrize("tolerance", [1e-10, 1e-15])
 @pytest.mark.parametrize("solver", [lm.GaussSeidel, lm.AcceleratedGaussSeidel, lm.Newton, lm.Auto])
 @pytest.mark.parametrize("tip", [1.0, 1e3, 1e6, 1e9])
@@ -165,6 +165,7 @@ def test_round_off_is_no_excuse_for_energy(dimension, tension, solved):
     assert report.residual <= 1e-3
 
 
+@pytest.mark.default_parameters("1e-08-100", "1e-12-3000")
 @pytest.mark.parametrize(("tolerance", "sweeps"), [(1e-8, 100), (1e-9, 3000), (1e-12, 3000)])
 def test_gaps_are_rounded_as_well(tolerance, sweeps):
     """A face-centred cell of 108 spheres of 1 cm and 1 g under 1 Pa. Its gaps are rounded by 1e-18 m, which over 0.1 ms is

@@ -20,7 +20,11 @@ NO_FORCE = 1e-10
 pytestmark = pytest.mark.skipif(not PUBLISHED, reason=f"there are no problems in {FOLDER}")
 
 
-@pytest.mark.parametrize("path", PUBLISHED, ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path",
+    [pytest.param(p, marks=[pytest.mark.long] * ("granularflow" in p.stem)) for p in PUBLISHED],
+    ids=lambda path: path.stem,
+)
 def test_auto_solves_every_published_problem(path):
     """To 1e-8 in the measure of published solvers, in which none of them got there on all."""
     problem = lm.io.fclib.read(path)
@@ -30,6 +34,7 @@ def test_auto_solves_every_published_problem(path):
     assert lm.residual(problem, solution.impulses, measure="fclib") <= 1e-8
 
 
+@pytest.mark.default_parameters(name=("texsol2d-rigid-wire",))
 @pytest.mark.parametrize(("name", "most"), [("texsol2d-rigid-wire", 40), ("texsol2d-rigid-rod", 300)])
 def test_auto_solves_the_texsol_steps(name, most):
     """To 1e-6, from the stored guess, within some Newton steps: what 100 000 sweeps do not do."""

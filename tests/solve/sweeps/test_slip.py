@@ -35,7 +35,7 @@ def deepest(sim, column, steps):
     return depth / R
 
 
-@pytest.mark.default_parameters(mass=(1.0, 1e-3, 1e-9), tolerance=(1e-2, 1e-4))
+@pytest.mark.default_parameters(mass=(1e-3,), tolerance=(1e-2,))
 @pytest.mark.parametrize("tolerance", [1e-2, 3e-3, 1e-4])
 @pytest.mark.parametrize("load", [1e3, 1e6])
 @pytest.mark.parametrize("mass", [1.0, 0.1, 1e-3, 1e-9])
@@ -50,7 +50,7 @@ def test_a_ball_does_not_sink_in_beside_a_loaded_piston(solver, mass, load, tole
     assert sim.unconverged_steps == 0
 
 
-@pytest.mark.default_parameters("1e-06-0.0001-0.0001")
+@pytest.mark.default_parameters("1.0-0.01-0.002")
 @pytest.mark.parametrize("h", [2e-3, 1e-3, 5e-4, 1e-4])
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-4])
 @pytest.mark.parametrize("mass", [1.0, 1e-6])
@@ -103,6 +103,7 @@ def test_a_capstan_of_light_beads(solver, mass, tolerance):
         assert tension[-1] / tension[0] == pytest.approx(expected, rel=1e-6)
 
 
+@pytest.mark.default_parameters("Auto", "AcceleratedGaussSeidel")
 @pytest.mark.parametrize("solver", SOLVERS)
 def test_the_slip_is_what_it_is_said_to_be(solver):
     """Beside the residual, of the assembled problem in plain numpy; both within what the solver was given."""
