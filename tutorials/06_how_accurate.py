@@ -118,13 +118,8 @@ print(
     "\ntolerance  time step  sweeps a step  stress: 0.1 to 0.6 %  beyond 1 %  "
     "overlap / size"
 )
-for tolerance, share in (
-    (1e-1, 1.0),
-    (1e-2, 1.0),
-    (1e-3, 1.0),
-    (1e-3, 0.5),
-    (1e-4, 1.0),
-):
+cases = ((1e-1, 1.0), (1e-2, 1.0), (1e-3, 1.0), (1e-3, 0.5), (1e-4, 1.0))
+for tolerance, share in cases:
     test = Biaxial(
         sample,
         time_step=share * usual,

@@ -224,7 +224,19 @@ def first_root(low, scale, w_nn, q_n, coupling, shear, free, friction):
 
 
 class Coulomb(Law):
-    """Signorini's condition, and ``r_t`` in the disk of radius ``mu r_n``, opposing ``u_t`` when sliding."""
+    """Signorini's condition, and ``r_t`` in the disk of radius ``mu r_n``, opposing ``u_t`` when sliding.
+
+    A ball that is thrown along a floor slides until it rolls with two thirds of its speed:
+
+    >>> import lmgcpy as lm
+    >>> scene = lm.Scene(dimension=2, gravity=(0.0, -10.0))
+    >>> ball = scene.add(lm.disk(radius=0.1, position=(0.0, 0.1), mass=1.0, velocity=(3.0, 0.0)))
+    >>> floor = scene.add(lm.wall(point=(0.0, 0.0), normal=(0.0, 1.0)))
+    >>> scene.see("GRAIN", "WALL", lm.Coulomb(friction=0.3))
+    >>> sim = lm.Simulation(scene, time_step=1e-3).run(duration=0.5)
+    >>> ball.velocity.round(9), round(ball.spin, 9)
+    (array([2., 0.]), -20.0)
+    """
 
     NAME = "coulomb"
     APPLIES_TO = "contact"

@@ -54,7 +54,19 @@ class AxialLink(Law):
 
 
 class ElasticRod(AxialLink):
-    """``r_n = -h k (g+ - g_ref)`` with ``g+ = g + h u_n``."""
+    """``r_n = -h k (g+ - g_ref)`` with ``g+ = g + h u_n``.
+
+    A load on a rod sinks by 2 m g/k in half a period:
+
+    >>> import lmgcpy as lm
+    >>> scene = lm.Scene(dimension=2, gravity=(0.0, -10.0))
+    >>> hook = scene.add(lm.disk(radius=0.01, position=(0.0, 0.0), mass=1.0)).fix()
+    >>> load = scene.add(lm.disk(radius=0.01, position=(0.0, -0.5), mass=1.0))
+    >>> chain = scene.chain([hook, load], lm.ElasticRod(stiffness=1000.0))
+    >>> sim = lm.Simulation(scene, time_step=1e-4).run(duration=3.141593 * (1.0 / 1000.0) ** 0.5)
+    >>> load.position.round(4)
+    array([ 0.  , -0.52])
+    """
 
     NAME = "elastic-rod"
     TRAITS = frozenset({"potential"})
@@ -74,7 +86,19 @@ class ElasticRod(AxialLink):
 
 
 class ElasticWire(AxialLink):
-    """``r_n = -h k max(g+ - g_ref, 0)`` with ``g+ = g + h u_n``: tension only."""
+    """``r_n = -h k max(g+ - g_ref, 0)`` with ``g+ = g + h u_n``: tension only.
+
+    Its stiffness is EA over the reference length, here between centres that are 0.5 m apart:
+
+    >>> import lmgcpy as lm
+    >>> scene = lm.Scene(dimension=2, gravity=(0.0, -10.0))
+    >>> hook = scene.add(lm.disk(radius=0.01, position=(0.0, 0.0), mass=1.0)).fix()
+    >>> load = scene.add(lm.disk(radius=0.01, position=(0.0, -0.5), mass=1.0))
+    >>> chain = scene.chain([hook, load], lm.ElasticWire(axial_rigidity=500.0))
+    >>> sim = lm.Simulation(scene, time_step=1e-4).run(duration=3.141593 * (1.0 / 1000.0) ** 0.5)
+    >>> load.position.round(4)
+    array([ 0.  , -0.52])
+    """
 
     NAME = "elastic-wire"
     TRAITS = frozenset({"potential", "pull"})

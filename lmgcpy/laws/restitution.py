@@ -91,6 +91,17 @@ class Restitution(Coulomb):
 
     ``conic`` has plain Coulomb friction. Newton steps need no more to find which contacts act, slide and stick; this law
     decides whether a step is solved.
+
+    A ball leaves a wall with half of its speed:
+
+    >>> import lmgcpy as lm
+    >>> scene = lm.Scene(dimension=2)
+    >>> ball = scene.add(lm.disk(radius=0.1, position=(0.0, 0.15), mass=1.0, velocity=(0.0, -2.0)))
+    >>> floor = scene.add(lm.wall(point=(0.0, 0.0), normal=(0.0, 1.0)))
+    >>> scene.see("GRAIN", "WALL", lm.Restitution(restitution=0.5))
+    >>> sim = lm.Simulation(scene, time_step=1e-3).run(duration=0.1)
+    >>> ball.velocity
+    array([0., 1.])
     """
 
     NAME = "restitution"

@@ -15,7 +15,19 @@ def pull_back(gap, reference_gap, time_step):
 
 
 class RigidRod(Law):
-    """``u_n + (g - g_ref)/h = 0``: tension or compression keeps the distance."""
+    """``u_n + (g - g_ref)/h = 0``: tension or compression keeps the distance.
+
+    A pendulum that is let go level with its hook:
+
+    >>> import lmgcpy as lm
+    >>> scene = lm.Scene(dimension=2, gravity=(0.0, -10.0))
+    >>> hook = scene.add(lm.disk(radius=0.01, position=(0.0, 0.0), mass=1.0)).fix()
+    >>> load = scene.add(lm.disk(radius=0.01, position=(0.5, 0.0), mass=1.0))
+    >>> chain = scene.chain([hook, load], lm.RigidRod())
+    >>> sim = lm.Simulation(scene, time_step=1e-3).run(duration=0.4)
+    >>> float(round(sum(load.position**2) ** 0.5, 4))
+    0.5
+    """
 
     NAME = "rigid-rod"
     APPLIES_TO = "link"
@@ -40,7 +52,22 @@ class RigidRod(Law):
 
 
 class RigidWire(Law):
-    """``0 <= -(u_n + (g - g_ref)/h)  _|_  -r_n >= 0``: slack below the reference gap, inextensible at it."""
+    """``0 <= -(u_n + (g - g_ref)/h)  _|_  -r_n >= 0``: slack below the reference gap, inextensible at it.
+
+    A load falls freely until its wire is taut, and then swings on it:
+
+    >>> import lmgcpy as lm
+    >>> scene = lm.Scene(dimension=2, gravity=(0.0, -10.0))
+    >>> hook = scene.add(lm.disk(radius=0.01, position=(0.0, 0.0), mass=1.0)).fix()
+    >>> load = scene.add(lm.disk(radius=0.01, position=(0.5, 0.0), mass=1.0))
+    >>> chain = scene.chain([hook, load], lm.RigidWire(), reference_gap=0.58)
+    >>> sim = lm.Simulation(scene, time_step=1e-3).run(duration=0.2)
+    >>> load.position.round(9), float(sim.interactions.force[0, 0])
+    (array([ 0.5, -0.2]), 0.0)
+    >>> sim = sim.run(duration=0.3)
+    >>> float(round(sum(load.position**2) ** 0.5, 4))
+    0.6
+    """
 
     NAME = "rigid-wire"
     APPLIES_TO = "link"

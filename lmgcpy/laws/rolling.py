@@ -104,6 +104,17 @@ class RollingCoulomb(Law):
     ``|r_z| <= mu_z r_n``. A contact face of radius a, on which the normal force may shift by a, resists rolling up to
     ``a r_n``, so that ``a = mu_r R``; with friction mu and a uniform pressure it resists torsion up to ``2/3 mu a r_n``.
     Hence the default of ``torsion_friction``: ``2/3 mu mu_r``.
+
+    A ball that rolls is slowed down by 2/3 mu_r g and comes to rest:
+
+    >>> import lmgcpy as lm
+    >>> scene = lm.Scene(dimension=2, gravity=(0.0, -10.0))
+    >>> ball = scene.add(lm.disk(radius=0.1, position=(0.0, 0.1), mass=1.0, velocity=(0.3, 0.0), spin=-3.0))
+    >>> floor = scene.add(lm.wall(point=(0.0, 0.0), normal=(0.0, 1.0)))
+    >>> scene.see("GRAIN", "WALL", lm.RollingCoulomb(friction=0.5, rolling_friction=0.1))
+    >>> sim = lm.Simulation(scene, time_step=1e-3).run(duration=0.5)
+    >>> ball.position.round(6)
+    array([0.0675, 0.1   ])
     """
 
     NAME = "rolling-coulomb"

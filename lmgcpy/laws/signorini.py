@@ -32,7 +32,19 @@ def approach(gap, reference_gap, normal_velocity, time_step):
 
 
 class Signorini(Law):
-    """``0 <= u_n + b  _|_  r_n >= 0``, with ``b = g/h`` if ``g > 0``; else b takes back the overlap that turning made."""
+    """``0 <= u_n + b  _|_  r_n >= 0``, with ``b = g/h`` if ``g > 0``; else b takes back the overlap that turning made.
+
+    A ball that slides on a floor without friction is not slowed down:
+
+    >>> import lmgcpy as lm
+    >>> scene = lm.Scene(dimension=2, gravity=(0.0, -10.0))
+    >>> ball = scene.add(lm.disk(radius=0.1, position=(0.0, 0.1), mass=1.0, velocity=(1.0, 0.0)))
+    >>> floor = scene.add(lm.wall(point=(0.0, 0.0), normal=(0.0, 1.0)))
+    >>> scene.see("GRAIN", "WALL", lm.Signorini())
+    >>> sim = lm.Simulation(scene, time_step=1e-3).run(duration=0.5)
+    >>> ball.position.round(12), ball.spin
+    (array([0.5, 0.1]), 0.0)
+    """
 
     NAME = "signorini"
     APPLIES_TO = "contact"

@@ -39,7 +39,19 @@ class VoigtLink(AxialLink):
 
 
 class VoigtRod(VoigtLink):
-    """``r_n = -h k (g+ - g_ref) - h c u_n``."""
+    """``r_n = -h k (g+ - g_ref) - h c u_n``.
+
+    A load on a damped rod comes to rest at m g/k:
+
+    >>> import lmgcpy as lm
+    >>> scene = lm.Scene(dimension=2, gravity=(0.0, -10.0))
+    >>> hook = scene.add(lm.disk(radius=0.01, position=(0.0, 0.0), mass=1.0)).fix()
+    >>> load = scene.add(lm.disk(radius=0.01, position=(0.0, -0.5), mass=1.0))
+    >>> chain = scene.chain([hook, load], lm.VoigtRod(stiffness=1000.0, viscosity=60.0))
+    >>> sim = lm.Simulation(scene, time_step=1e-3).run(duration=2.0)
+    >>> load.position.round(9)
+    array([ 0.  , -0.51])
+    """
 
     NAME = "voigt-rod"
 
@@ -58,6 +70,17 @@ class VoigtWire(VoigtLink):
     In a slack link that is drawn taut within the step, the viscous force sets in at once, and the graph of the law jumps.
     The law completes the graph by its vertical part, on which the link ends the step at its reference gap. So it stays
     monotone and has one answer.
+
+    A load on a damped wire comes to rest at m g/k:
+
+    >>> import lmgcpy as lm
+    >>> scene = lm.Scene(dimension=2, gravity=(0.0, -10.0))
+    >>> hook = scene.add(lm.disk(radius=0.01, position=(0.0, 0.0), mass=1.0)).fix()
+    >>> load = scene.add(lm.disk(radius=0.01, position=(0.0, -0.5), mass=1.0))
+    >>> chain = scene.chain([hook, load], lm.VoigtWire(stiffness=1000.0, viscosity=60.0))
+    >>> sim = lm.Simulation(scene, time_step=1e-3).run(duration=2.0)
+    >>> load.position.round(9)
+    array([ 0.  , -0.51])
     """
 
     NAME = "voigt-wire"

@@ -24,6 +24,12 @@ def density(positions: Any, radii: Any, window: Any) -> float:
 
     The function raises ValueError if shapes do not match, a radius is negative or the window is empty; TypeError if an
     argument does not consist of numbers.
+
+    A disk in a square, a quarter of which it fills:
+
+    >>> import lmgcpy as lm
+    >>> round(lm.measure.density([(1.0, 1.0)], [0.5], ((0.0, 0.0), (2.0, 2.0))), 6)
+    0.19635
     """
     centres = numbers(positions, "positions")
     sizes = numbers(radii, "radii")

@@ -99,6 +99,19 @@ def mean_strain(
     be correlated, as they are in sand, as far as a block reaches.
 
     Raises ValueError for fewer than d + 1 bodies, and for bodies in a line or plane.
+
+    Grains that move with a cell that is sheared have its gradient:
+
+    >>> import lmgcpy as lm
+    >>> scene = lm.Scene(dimension=2)
+    >>> cell = scene.periodic(x=1.0, y=1.0).impose_rate(xy=2.0)
+    >>> places = [(0.2, 0.2), (0.8, 0.3), (0.4, 0.8)]
+    >>> grains = [scene.add(lm.disk(radius=0.05, position=p, mass=1.0)) for p in places]
+    >>> sim = lm.Simulation(scene, time_step=1e-3)
+    >>> start = sim.positions.copy()
+    >>> lm.measure.mean_strain(sim.run(duration=0.05), since=start).gradient.round(9) + 0.0
+    array([[0. , 0.1],
+           [0. , 0. ]])
     """
     return strain_of(moment(sim, frame, "mean_strain"), motion(sim, frame, since, "mean_strain"), window, margin, kind)
 

@@ -27,6 +27,18 @@ def stress(sim: Source, *, frame: int | None = None, volume: float | None = None
     ``volume`` [m^3, per metre of depth in 2D] is by default the volume of the periodic cell, or of the box between
     opposite walls. A scene without both raises ValueError, which asks for the volume. In a periodic cell the antagonist is
     the nearest image.
+
+    A tower of three disks of 10 N each:
+
+    >>> import lmgcpy as lm
+    >>> scene = lm.Scene(dimension=2, gravity=(0.0, -10.0))
+    >>> balls = [scene.add(lm.disk(radius=0.1, position=(0.0, 0.1 + 0.2 * i), mass=1.0)) for i in range(3)]
+    >>> floor = scene.add(lm.wall(point=(0.0, 0.0), normal=(0.0, 1.0), color="GRAIN"))
+    >>> scene.see("GRAIN", "GRAIN", lm.Coulomb(friction=0.3))
+    >>> sim = lm.Simulation(scene, time_step=1e-3).run(steps=5)
+    >>> (0.2 * 0.6 * lm.measure.stress(sim, volume=0.2 * 0.6)["total"]).round(3)  # -sum f l [N m]
+    array([[ 0.,  0.],
+           [ 0., -9.]])
     """
     now = moment(sim, frame, "stress")
     net, positions = now.net, now.positions

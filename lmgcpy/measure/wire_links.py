@@ -53,6 +53,17 @@ def wire_links(sim: Source, *, frame: int | None = None) -> WireLinks:
 
     Lengths and directions are taken at the end of the step, tensions are means over the step. While a chain relaxes to its
     reference (``relaxation=``), the reference length is the one at the end of the relaxation.
+
+    A load of 10 N on a wire of two links:
+
+    >>> import lmgcpy as lm
+    >>> scene = lm.Scene(dimension=2, gravity=(0.0, -10.0))
+    >>> beads = [scene.add(lm.disk(radius=0.01, position=(0.0, -0.1 * i), mass=0.5)) for i in range(3)]
+    >>> hook = beads[0].fix()
+    >>> chain = scene.chain(beads, lm.RigidWire())
+    >>> sim = lm.Simulation(scene, time_step=1e-3).run(steps=10)
+    >>> lm.measure.wire_links(sim).tension.round(9)
+    array([10.,  5.])
     """
     return links_of(moment(sim, frame, "wire_links"))
 

@@ -58,6 +58,17 @@ class Cell:
     It deforms as a whole with the velocity gradient ``G_ab``, the change of the velocity along a with the position along b.
     Each component with a and b periodic is held at rest, driven (``impose_rate``), or yields to an imposed stress
     (``impose_stress``). Names of components are two axes, "xx", "xy" ...: "xy" is ``dv_x/dy``, simple shear.
+
+    A cell that is sheared by 2 in a second:
+
+    >>> import lmgcpy as lm
+    >>> scene = lm.Scene(dimension=2)
+    >>> cell = scene.periodic(x=1.0, y=1.0).impose_rate(xy=2.0)
+    >>> grain = scene.add(lm.disk(radius=0.1, position=(0.5, 0.5), mass=1.0))
+    >>> sim = lm.Simulation(scene, time_step=1e-3).run(duration=0.1)
+    >>> cell.edges.round(9)
+    array([[1. , 0. ],
+           [0.2, 1. ]])
     """
 
     def __init__(self, dimension: int, bodies: list[Body], edges: list[Edge]):

@@ -33,6 +33,17 @@ class Chain:
     ``reference_gaps`` [m], (links,), are gaps between surfaces. ``parameters`` are the parameters of the law that differ
     from link to link, (links,) each. Links act between centres and carry no moment. ``settled``: rigid links may be off
     their reference by the errors that the steps of a run have left.
+
+    A wire of ten links, 1 m long, that hangs from a hook:
+
+    >>> import lmgcpy as lm
+    >>> scene = lm.Scene(dimension=2, gravity=(0.0, -10.0))
+    >>> beads = [scene.add(lm.disk(radius=0.01, position=(0.0, -0.1 * i), mass=0.5)) for i in range(11)]
+    >>> hook = beads[0].fix()
+    >>> chain = scene.chain(beads, lm.RigidWire())
+    >>> sim = lm.Simulation(scene, time_step=1e-3).run(steps=10)
+    >>> -sim.interactions.force[:, 0].round(9)  # tension, from the hook to the free end [N]
+    array([50., 45., 40., 35., 30., 25., 20., 15., 10.,  5.])
     """
 
     def __init__(

@@ -49,7 +49,19 @@ DEFAULT_ALERT = 0.2
 
 @named_arguments
 class Scene:
-    """Bodies, a visibility table with the law of each pair of colours, chains, and gravity [m/s^2]."""
+    """Bodies, a visibility table with the law of each pair of colours, chains, and gravity [m/s^2].
+
+    A ball above a floor:
+
+    >>> import lmgcpy as lm
+    >>> scene = lm.Scene(dimension=2, gravity=(0.0, -9.81))
+    >>> steel = lm.Material("steel", density=7800.0)
+    >>> ball = scene.add(lm.disk(radius=0.01, position=(0.0, 0.02), material=steel))
+    >>> floor = scene.add(lm.wall(point=(0.0, 0.0), normal=(0.0, 1.0)))
+    >>> scene.see("GRAIN", "WALL", lm.Coulomb(friction=0.3))
+    >>> scene
+    <Scene in 2D: 2 bodies, 1 rows of the visibility table, 0 chains>
+    """
 
     def __init__(self, *, dimension: int, gravity: Any = None):
         self.dimension = whole(dimension, "dimension", minimum=2, maximum=3)

@@ -66,6 +66,19 @@ class Simulation(Stepper):
     ``scene``.
 
     The formulas of a step are in the class that makes it, :class:`Stepper <lmgcpy.dynamics.stepper.Stepper>`.
+
+    A ball falls and comes to rest on a floor, which bears its weight:
+
+    >>> import lmgcpy as lm
+    >>> scene = lm.Scene(dimension=2, gravity=(0.0, -10.0))
+    >>> ball = scene.add(lm.disk(radius=0.1, position=(0.0, 0.2), mass=1.0))
+    >>> floor = scene.add(lm.wall(point=(0.0, 0.0), normal=(0.0, 1.0)))
+    >>> scene.see("GRAIN", "WALL", lm.Signorini())
+    >>> sim = lm.Simulation(scene, time_step=1e-3).run(duration=0.5)
+    >>> ball.position.round(9), sim.interactions.force[0]
+    (array([0. , 0.1]), array([10.,  0.]))
+    >>> sim.energy.kinetic, sim.unconverged_steps
+    (0.0, 0)
     """
 
     _recorder: Recorder | None = None

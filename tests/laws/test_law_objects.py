@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import doctest
-import inspect
-
 import numpy as np
 import pytest
 
@@ -56,9 +53,3 @@ def test_axial_viscosity_is_per_reference_length():
     lengths = np.array([0.5, 0.25])
     assert lm.VoigtRod(axial_rigidity=10.0, axial_viscosity=2.0).table(lengths).tolist() == [[20.0, 4.0], [40.0, 8.0]]
     assert lm.VoigtRod(stiffness=10.0, axial_viscosity=2.0).table(lengths).tolist() == [[10.0, 4.0], [10.0, 8.0]]
-
-
-def test_the_example_of_the_docstring_runs():
-    runner = doctest.DocTestRunner()
-    example = doctest.DocTestParser().get_doctest(inspect.getdoc(lm.Law), {}, "Law", None, None)
-    assert runner.run(example) == (0, 6)

@@ -193,6 +193,17 @@ class Newton(Alternating):
     ``max_factorisations``: largest number of Newton steps, each of which factorises a sparse matrix (a path counts as the
     Newton steps that cost as much); they never cost more than 320 000 sweeps. ``wire_blocks``, ``slip``, ``force``: as of
     ``GaussSeidel``. Needs laws with a conic form, as the laws of lmgcpy have; TypeError if a law of the scene has none.
+
+    A tower of three disks of 10 N each:
+
+    >>> import lmgcpy as lm
+    >>> scene = lm.Scene(dimension=2, gravity=(0.0, -10.0))
+    >>> balls = [scene.add(lm.disk(radius=0.1, position=(0.0, 0.1 + 0.2 * i), mass=1.0)) for i in range(3)]
+    >>> floor = scene.add(lm.wall(point=(0.0, 0.0), normal=(0.0, 1.0), color="GRAIN"))
+    >>> scene.see("GRAIN", "GRAIN", lm.Coulomb(friction=0.3))
+    >>> sim = lm.Simulation(scene, time_step=1e-3, solver=lm.Newton(tolerance=1e-9)).run(steps=5)
+    >>> sorted(sim.interactions.force[:, 0].round(6).tolist()), sim.report.solved
+    ([10.0, 20.0, 30.0], True)
     """
 
     NEEDS_CONIC = True
@@ -210,6 +221,17 @@ class Auto(Alternating):
     Newton steps begin when the sweeps have cost as much as some Newton steps. Laws without a conic form get none. The
     report has the numbers of sweeps and of Newton steps. ``tolerance``, ``max_iterations``, ``max_factorisations``,
     ``wire_blocks``, ``slip``, ``force``: as of :class:`Newton`.
+
+    A tower of three disks of 10 N each:
+
+    >>> import lmgcpy as lm
+    >>> scene = lm.Scene(dimension=2, gravity=(0.0, -10.0))
+    >>> balls = [scene.add(lm.disk(radius=0.1, position=(0.0, 0.1 + 0.2 * i), mass=1.0)) for i in range(3)]
+    >>> floor = scene.add(lm.wall(point=(0.0, 0.0), normal=(0.0, 1.0), color="GRAIN"))
+    >>> scene.see("GRAIN", "GRAIN", lm.Coulomb(friction=0.3))
+    >>> sim = lm.Simulation(scene, time_step=1e-3, solver=lm.Auto(tolerance=1e-9)).run(steps=5)
+    >>> sorted(sim.interactions.force[:, 0].round(6).tolist()), sim.report.solved
+    ([10.0, 20.0, 30.0], True)
     """
 
     tolerance: float = 1e-4

@@ -223,6 +223,17 @@ class AcceleratedGaussSeidel(Solver):
 
     ``tolerance``, ``max_iterations``, ``wire_blocks``, ``slip``, ``force``: as of :class:`Solver <lmgcpy.Solver>`;
     ``momentum``: bound of the momentum, in [0, 1); with 0 the sweeps are plain Gauss-Seidel.
+
+    A tower of three disks of 10 N each:
+
+    >>> import lmgcpy as lm
+    >>> scene = lm.Scene(dimension=2, gravity=(0.0, -10.0))
+    >>> balls = [scene.add(lm.disk(radius=0.1, position=(0.0, 0.1 + 0.2 * i), mass=1.0)) for i in range(3)]
+    >>> floor = scene.add(lm.wall(point=(0.0, 0.0), normal=(0.0, 1.0), color="GRAIN"))
+    >>> scene.see("GRAIN", "GRAIN", lm.Coulomb(friction=0.3))
+    >>> sim = lm.Simulation(scene, time_step=1e-3, solver=lm.AcceleratedGaussSeidel(tolerance=1e-9)).run(steps=5)
+    >>> sorted(sim.interactions.force[:, 0].round(6).tolist()), sim.report.solved
+    ([10.0, 20.0, 30.0], True)
     """
 
     momentum: float = MOMENTUM

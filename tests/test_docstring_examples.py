@@ -1,0 +1,28 @@
+"""Examples in docstrings run and print what stands there."""
+
+import doctest
+import inspect
+
+import pytest
+
+import lmgcpy as lm
+
+LAWS = [f"{word}{shape}" for word in ("Elastic", "Rigid", "Voigt") for shape in ("Rod", "Wire")]
+PUBLIC = [
+    *("Scene", "Simulation", "Chain", "Cell", "Law", "Coulomb", "Restitution", "RollingCoulomb", "Signorini", *LAWS),
+    *("AcceleratedGaussSeidel", "Auto", "GaussSeidel", "Newton"),
+    *("measure.density", "measure.mean_strain", "measure.stress", "measure.wire_links"),
+]
+"""Names whose docstrings have an example."""
+
+
+@pytest.mark.parametrize("name", PUBLIC)
+def test_the_example_of_a_docstring_runs(name):
+    of = lm
+    for word in name.split("."):
+        of = getattr(of, word)
+    example = doctest.DocTestParser().get_doctest(inspect.getdoc(of), {}, name, None, None)
+    assert len(example.examples) >= 2
+    told = []
+    doctest.DocTestRunner().run(example, out=told.append)
+    assert not told, "".join(told)
