@@ -16,7 +16,7 @@ from importlib.util import find_spec
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 
-from lmgcpy.experiment.campaign.results import FAILED, CaseResult
+from lmgcpy.experiment.campaign.cases import FAILED, CaseResult
 from lmgcpy.experiment.campaign.work import Order, do_case
 from lmgcpy.version import versions
 

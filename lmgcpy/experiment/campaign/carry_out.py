@@ -12,10 +12,9 @@ from typing import Any
 
 from lmgcpy.errors import flag, whole
 from lmgcpy.experiment.campaign.alone import do_case_within
-from lmgcpy.experiment.campaign.description import CampaignCase, CampaignDescription
+from lmgcpy.experiment.campaign.cases import FAILED, TO_COME, CampaignCase, CampaignResults, CaseResult
 from lmgcpy.experiment.campaign.folder import CampaignFolder
 from lmgcpy.experiment.campaign.progress import ProgressView
-from lmgcpy.experiment.campaign.results import FAILED, TO_COME, CampaignResults, CaseResult
 from lmgcpy.experiment.campaign.work import Order, do_case
 from lmgcpy.experiment.campaign.workers import DEATHS, GUARD, WORKER, Cluster, Processes, Workers, has_dask, processors
 from lmgcpy.simulation.interrupt import between_steps
@@ -28,7 +27,7 @@ AHEAD = 2
 
 
 def carry_out(
-    campaign: CampaignDescription,
+    campaign: Any,
     out: str | os.PathLike,
     *,
     workers: int | None = None,
@@ -39,7 +38,7 @@ def carry_out(
     force: bool = False,
     progress: bool = False,
 ) -> CampaignResults:
-    """Carry a campaign out in the folder ``out`` and return its results.
+    """Carry a :class:`~lmgcpy.experiment.Campaign` out in the folder ``out`` and return its results.
 
     The cases go to ``workers`` processes of this machine, by default as many as it has processors; or to the Dask cluster
     of a ``client``, or of the ``scheduler`` at an address or in a file. The processes belong to Dask if it is installed,

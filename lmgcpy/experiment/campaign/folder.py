@@ -20,8 +20,15 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.experiment.campaign.description import CampaignCase, CampaignDescription, case_name
-from lmgcpy.experiment.campaign.results import FAILED, FINISHED, TO_COME, CampaignResults, CaseResult
+from lmgcpy.experiment.campaign.cases import (
+    FAILED,
+    FINISHED,
+    TO_COME,
+    CampaignCase,
+    CampaignResults,
+    CaseResult,
+    case_name,
+)
 from lmgcpy.io.run_file.lock import FileLock
 from lmgcpy.io.untrusted import regular_file
 from lmgcpy.version import versions
@@ -45,7 +52,7 @@ class CampaignFolder:
     def __repr__(self) -> str:
         return f"<CampaignFolder '{self.path}'>"
 
-    def check(self, campaign: CampaignDescription, *, resume: bool, force: bool) -> None:
+    def check(self, campaign: Any, *, resume: bool, force: bool) -> None:
         """See that the folder may be used for a campaign, or holds this one if it is to be resumed; writes nothing.
 
         Raises FileExistsError if it is not empty and neither ``resume`` nor ``force`` is given, FileNotFoundError if there
@@ -66,7 +73,7 @@ class CampaignFolder:
                 held = "holds a campaign: go on with resume" if known else "is not empty: give another"
                 raise FileExistsError(f"The folder '{self.path}' {held}, or force to write there.")
 
-    def begin(self, campaign: CampaignDescription) -> None:
+    def begin(self, campaign: Any) -> None:
         """Write the description of a campaign in place of the description of a former one, whose files are removed; the
         folder is held."""
         with suppress(ValueError, FileNotFoundError):  # of a damaged description no case is known: its files stay

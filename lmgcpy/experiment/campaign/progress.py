@@ -7,9 +7,8 @@ import sys
 import time as clock
 from typing import Any, TextIO
 
-from lmgcpy.experiment.campaign.description import CampaignCase
+from lmgcpy.experiment.campaign.cases import FAILED, CampaignCase, CaseResult
 from lmgcpy.experiment.campaign.folder import CampaignFolder
-from lmgcpy.experiment.campaign.results import FAILED, CaseResult
 
 SHOWN = 16
 """Most cases that have a bar of their own."""

@@ -15,8 +15,7 @@ import numpy as np
 
 from lmgcpy.errors import number, numbers, shown
 from lmgcpy.errors import told as in_text
-from lmgcpy.experiment.campaign.description import CampaignCase, is_text
-from lmgcpy.experiment.campaign.results import FAILED, FINISHED, TO_COME, CaseResult
+from lmgcpy.experiment.campaign.cases import FAILED, FINISHED, TO_COME, CampaignCase, CaseResult, is_text
 from lmgcpy.experiment.study.engine import Site, Study, carry_out_study
 from lmgcpy.experiment.study.folder import StudyFolder
 from lmgcpy.experiment.study.stages import Tick

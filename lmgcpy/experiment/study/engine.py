@@ -24,6 +24,8 @@ Every run has a file in the folder, from which it goes on after an interruption.
 
 from __future__ import annotations
 
+import importlib
+import inspect
 import tempfile
 import threading
 import uuid
@@ -42,6 +44,12 @@ from lmgcpy.experiment.study.folder import RunNames, StudyFolder
 from lmgcpy.experiment.study.stages import Stages
 from lmgcpy.simulation.interrupt import between_steps
 
+STUDIES = {
+    "texsol": "lmgcpy.experiment.texsol.study:Study2D",
+    "texsol-3d": "lmgcpy.experiment.texsol.study:Study3D",
+    "column": "lmgcpy.experiment.column.study:ColumnStudy",
+}
+"""The registered studies: where each class is, by the word for it. A campaign knows of studies what is here."""
 LOOK = 0.2
 """Interval at which the engine looks whether Ctrl-C was pressed while tasks are under way [s]."""
 
@@ -170,6 +178,10 @@ class Study(ABC):
         by test columns of one length, the first of them the abscissa."""
         return {}, {}
 
+    def expected_seconds(self) -> float | None:
+        """Time that the study will take on one processor [s], None if nobody knows."""
+        return None
+
     @classmethod
     def kind(cls) -> dict[str, Any]:
         """Entries of study.json beside the fields, by which the classes of one command differ."""
@@ -179,6 +191,21 @@ class Study(ABC):
     def class_of(cls, about: Mapping[str, Any]) -> type[Study]:
         """The class of the study that study.json describes; KeyError if there is none."""
         return cls
+
+
+def study_or_function(path: str) -> Any:
+    """The class of the registered study of this name, or the function or class of a study that "module:name" names.
+
+    Raises ValueError with a sentence if there is none.
+    """
+    module, _, name = STUDIES.get(path, path).partition(":")
+    try:
+        found = getattr(importlib.import_module(module), name)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise ValueError(f"The study or function '{path}' cannot be imported: {error}.") from error
+    if not inspect.isfunction(found) and not (isinstance(found, type) and issubclass(found, Study)):
+        raise ValueError(f"'{path}' is neither a function nor the class of a study: give 'module:name' of one.")
+    return found
 
 
 def carry_out_study(

@@ -41,6 +41,11 @@ BEAD_MASSES = ("grain", "own")
 """Mass of a bead in the tests in 3D: the mass of a mean grain, or of its part of the thread."""
 THREAD = 167.0
 """Linear density of the thread in 3D [dtex]."""
+PER_PARTICLE_AND_STEP = {2: 2.7 * 1000 * 15e-9, 3: 3.8 * 500 * 20e-9}
+"""Seconds of one processor: interactions a particle, sweeps a step, and seconds an interaction and sweep, as measured on
+the default studies (docs/texsol.md, docs/texsol_3d.md, docs/benchmarks.md). Jammed rods take several times as much."""
+RELAXATION_COST = 0.5
+"""Cost of a relaxation, in tests to 10 % of crushing."""
 RELAXATION_STEP_3D = 0.08
 """Time step of the compaction in 3D, in parts of ``d sqrt(rho/p)``."""
 
@@ -247,6 +252,12 @@ class TexSolStudy(Study):
         return TexSolResult(
             self, prepared, records, {test.name.removesuffix("-tight"): done[test.name] for test in self.checks}
         )
+
+    def expected_seconds(self) -> float:
+        # a test to a strain takes strain / (0.2 I) steps, I the inertial number: the velocity is I H/t, the step t/5
+        strain = sum(test.strain for test in [*self.planned, *self.checks]) + RELAXATION_COST * 0.1
+        steps = strain / (0.2 * self.inertial_number)
+        return steps * (self.grain_count + self.bead_count) * PER_PARTICLE_AND_STEP[self.DIMENSION]
 
     def measures(self, result: TexSolResult) -> tuple[dict[str, float], dict[str, dict[str, np.ndarray]]]:
         from lmgcpy.experiment.texsol.measures import measures

@@ -23,10 +23,9 @@ import slope  # noqa: E402
 import suites  # noqa: E402
 
 from lmgcpy.experiment import Campaign, CampaignFolder, Study2D, Study3D  # noqa: E402
+from lmgcpy.experiment.campaign.campaign import read_campaign  # noqa: E402
 from lmgcpy.experiment.campaign.carry_out import carry_out  # noqa: E402
-from lmgcpy.experiment.campaign.cost import seconds_of  # noqa: E402
 from lmgcpy.experiment.campaign.progress import ProgressView  # noqa: E402
-from lmgcpy.experiment.campaign.toml import read_campaign  # noqa: E402
 
 
 @pytest.fixture(autouse=True)
@@ -121,6 +120,9 @@ def test_a_file_says_the_same(tmp_path):
     assert read_campaign(tmp_path / "c.toml") == expected
     (tmp_path / "f.toml").write_text('study = "slope:slide"\n[over]\nfriction = [0.1]\n')
     assert read_campaign(tmp_path / "f.toml").work is slope.slide
+    (tmp_path / "own.toml").write_text('study = "slides:Slides"\n[over]\nsteps = [10, 20]\n')
+    sys.path.insert(0, str(HERE.parent / "study"))
+    assert [case.work.steps for case in read_campaign(tmp_path / "own.toml").all_cases()] == [10, 20]
 
 
 @pytest.mark.parametrize(
@@ -130,6 +132,7 @@ def test_a_file_says_the_same(tmp_path):
         ("[over]\nseed = [1]", "must say the study"),
         ('study = "texsol"\ncase_timeout = -1\n[over]\nseed = [1]', "case_timeout must be above 0 s"),
         ('study = "texsol-4d"\n[over]\nseed = [1]', "There is no study 'texsol-4d'; did you mean 'texsol-3d'?"),
+        ('study = "slope:SLOPE"\n[over]\nseed = [1]', "'slope:SLOPE' is neither a function nor the class of a study"),
         ('study = "slope:glide"\n[over]\nseed = [1]', "'slope:glide' cannot be imported"),
         ('study = "texsol"\n[ower]\nseed = [1]', "has an unknown key 'ower'; did you mean 'over'?"),
         ('study = "texsol"\n[over]\nsead = [1]', "Study2D has no parameter 'sead'"),
@@ -442,14 +445,14 @@ def _has_open(pid, folder):
 def test_the_cost_is_that_of_finished_cases_or_of_the_table(tmp_path):
     campaign = Campaign(slope.nothing, over={"number": range(3)})
     results = campaign.run(tmp_path / "out", workers=1)
-    seconds, source = seconds_of(campaign.all_cases()[1], results)
+    seconds, source = results.expected_seconds(campaign.all_cases()[1])
     assert seconds == results.cases[1].seconds
     assert source == "1 finished alike"
-    assert seconds_of(campaign.all_cases()[0], CampaignFolder(tmp_path / "out").results([])) == (None, "unknown")
+    assert CampaignFolder(tmp_path / "out").results([]).expected_seconds(campaign.all_cases()[0]) == (None, "unknown")
     one, two = (Campaign(Study3D(grain_count=count), over={"seed": [0]}).all_cases()[0] for count in (1000, 4500))
     nothing = CampaignFolder(tmp_path / "none").results([])
     # cost goes with the number of particles: 1000 + 3500 and 4500 + 3500
-    assert seconds_of(two, nothing)[0] / seconds_of(one, nothing)[0] == pytest.approx(8000 / 4500)
+    assert nothing.expected_seconds(two)[0] / nothing.expected_seconds(one)[0] == pytest.approx(8000 / 4500)
 
 
 class Terminal(io.StringIO):

@@ -20,9 +20,8 @@ import slope
 from lmgcpy.experiment import Campaign
 from lmgcpy.experiment.campaign import workers
 from lmgcpy.experiment.campaign.carry_out import carry_out
-from lmgcpy.experiment.campaign.description import CampaignDescription, case_name
+from lmgcpy.experiment.campaign.cases import FAILED, FINISHED, TO_COME, case_name
 from lmgcpy.experiment.campaign.folder import CampaignFolder, _sum
-from lmgcpy.experiment.campaign.results import FAILED, FINISHED, TO_COME
 from lmgcpy.experiment.campaign.work import Order, do_case
 from lmgcpy.version import versions
 
@@ -62,7 +61,7 @@ SENTENCES = {
 @pytest.mark.parametrize("how", SENTENCES)
 def test_a_case_that_ends_in_its_own_way_has_failed_and_says_how(how, tmp_path):
     """Not "to come", which ended a campaign with return code 0, nor "want of memory"; its line can be written and read."""
-    campaign = CampaignDescription(ends, over={"how": [how]})
+    campaign = Campaign(ends, over={"how": [how]})
     (case,) = campaign.all_cases()
     folder = CampaignFolder(tmp_path / "out")
     folder.begin(campaign)
@@ -74,7 +73,7 @@ def test_a_case_that_ends_in_its_own_way_has_failed_and_says_how(how, tmp_path):
 
 
 def test_a_case_that_the_campaign_stops_is_to_come(tmp_path):
-    campaign = CampaignDescription(ends, over={"how": ["interrupt"]})
+    campaign = Campaign(ends, over={"how": ["interrupt"]})
     folder = CampaignFolder(tmp_path / "out")
     folder.begin(campaign)
     folder.stop()
@@ -102,7 +101,7 @@ WRONG = {
 @pytest.mark.parametrize("what", WRONG)
 def test_a_line_of_the_ledger_with_a_right_sum_and_wrong_content_does_not_count(what, tmp_path):
     """The case is to come, and is done again; before, reports and resumed campaigns ended in KeyError."""
-    campaign = CampaignDescription(ends, over={"how": ["well"]})
+    campaign = Campaign(ends, over={"how": ["well"]})
     folder = CampaignFolder(tmp_path / "out")
     folder.begin(campaign)
     (case,) = campaign.all_cases()
@@ -135,7 +134,7 @@ def test_a_parameter_that_no_file_can_hold_is_refused():
 def test_force_leaves_what_is_not_the_campaigns(tmp_path):
     """The files of its former cases go, and nothing else: a thesis in ``cases`` stays."""
     folder = CampaignFolder(tmp_path / "out")
-    former = CampaignDescription(ends, over={"how": ["well", "exit"]})
+    former = Campaign(ends, over={"how": ["well", "exit"]})
     folder.begin(former)
     for case in former.all_cases():
         (folder.cases / case.name).mkdir()
@@ -145,7 +144,7 @@ def test_force_leaves_what_is_not_the_campaigns(tmp_path):
     mine[2].parent.mkdir()
     for file in mine:
         file.write_text("mine")
-    folder.begin(CampaignDescription(ends, over={"how": ["interrupt"]}))
+    folder.begin(Campaign(ends, over={"how": ["interrupt"]}))
     assert all(file.read_text() == "mine" for file in mine)
     assert not any((folder.cases / case.name).exists() for case in former.all_cases())
 
@@ -153,12 +152,12 @@ def test_force_leaves_what_is_not_the_campaigns(tmp_path):
 def test_two_campaigns_do_not_share_a_folder_whoever_writes_its_description(tmp_path):
     """The lock is on a file of its own: the description is replaced, and was locked as the one that nobody saw any more."""
     folder = CampaignFolder(tmp_path / "out")
-    campaign = CampaignDescription(ends, over={"how": ["well"]})
+    campaign = Campaign(ends, over={"how": ["well"]})
     with folder.held():
         folder.begin(campaign)
         before = folder.description_file.read_text()
         with pytest.raises(BlockingIOError, match="is under way"):
-            carry_out(CampaignDescription(ends, over={"how": ["exit"]}), folder.path, force=True, workers=1)
+            carry_out(Campaign(ends, over={"how": ["exit"]}), folder.path, force=True, workers=1)
         assert folder.description_file.read_text() == before
 
 
@@ -215,11 +214,11 @@ import sys
 sys.path.insert(0, {here!r})
 import slope
 from lmgcpy.experiment.campaign.alone import do_case_within
-from lmgcpy.experiment.campaign.description import CampaignDescription
+from lmgcpy.experiment import Campaign
 from lmgcpy.experiment.campaign.work import Order
 from lmgcpy.io.recorder import versions
 if __name__ == "__main__":
-    (case,) = CampaignDescription(slope.waits, over={{"file": [{file!r}]}}).all_cases()
+    (case,) = Campaign(slope.waits, over={{"file": [{file!r}]}}).all_cases()
     do_case_within(Order(case, {folder!r}, versions()), 100.0)
 """
 
