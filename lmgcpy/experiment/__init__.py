@@ -21,12 +21,9 @@ if TYPE_CHECKING:  # the names of MODULES, for type checkers
     from lmgcpy.experiment.compression import Compression, CompressionRecord
     from lmgcpy.experiment.periodic import (
         PeriodicCell,
-        PeriodicCompaction,
         PeriodicSample,
         PeriodicShear,
         PeriodicShearRecord,
-        PeriodicUnrest,
-        compact_periodic,
         lay_periodic,
     )
     from lmgcpy.experiment.study.engine import Site, Study, Task, carry_out_study
@@ -52,12 +49,9 @@ MODULES = {
     "compression": ("Compression", "CompressionRecord"),
     "periodic": (
         "PeriodicCell",
-        "PeriodicCompaction",
         "PeriodicSample",
         "PeriodicShear",
         "PeriodicShearRecord",
-        "PeriodicUnrest",
-        "compact_periodic",
         "lay_periodic",
     ),
     "study.engine": ("Site", "Study", "Task", "carry_out_study"),

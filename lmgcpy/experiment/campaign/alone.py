@@ -18,6 +18,7 @@ from multiprocessing.process import BaseProcess
 
 from lmgcpy.experiment.campaign.cases import FAILED, CaseResult
 from lmgcpy.experiment.campaign.work import Order, do_case
+from lmgcpy.experiment.campaign.workers import end_with_parent
 from lmgcpy.version import versions
 
 LONGEST_WAIT = 60.0
@@ -88,15 +89,8 @@ def _alone(there: Connection, order: bytes, seconds: float) -> None:
     with suppress(OSError, AttributeError):
         os.setpgid(0, 0)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with_worker, daemon=True).start()
+    # a case whose worker is gone is done again elsewhere
+    threading.Thread(target=end_with_parent, args=(True,), daemon=True).start()
     with suppress(OverflowError):
         faulthandler.dump_traceback_later(seconds + GRACE, exit=True)
     there.send(do_case(pickle.loads(order)))
-
-
-def _end_with_worker() -> None:
-    """A case whose worker is gone is done again elsewhere: end this one, with the processes that it began."""
-    multiprocessing.parent_process().join()  # type: ignore[union-attr]
-    with suppress(OSError, AttributeError):
-        os.killpg(0, signal.SIGKILL)
-    os._exit(1)

@@ -26,6 +26,7 @@ import sys
 import tomllib
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -140,6 +141,7 @@ class Campaign:
         out: str | os.PathLike,
         *,
         workers: int | None = None,
+        executor: Executor | None = None,
         client: Any = None,
         resume: bool = False,
         force: bool = False,
@@ -147,16 +149,17 @@ class Campaign:
     ) -> CampaignResults:
         """Carry the campaign out in the folder ``out`` and return its results.
 
-        The cases go to ``workers`` processes of this machine, by default as many as it has processors, or to the Dask
-        cluster of a ``client``. A case that fails is recorded with its error; one whose worker dies is done again.
-        ``resume`` goes on with the cases in the folder, and tries again those that failed; ``force`` writes into a folder
-        that is not empty; ``progress`` shows the running cases on a terminal.
+        The cases go to ``workers`` processes of this machine, by default as many as it has processors, to an ``executor``
+        of ``concurrent.futures``, which stays open, or to the Dask cluster of a ``client``. A case that fails is recorded
+        with its error; one whose worker dies is done again. ``resume`` goes on with the cases in the folder, and tries
+        again those that failed; ``force`` writes into a folder that is not empty; ``progress`` shows the running cases on a
+        terminal.
 
         Ctrl-C (KeyboardInterrupt) ends the runs between two steps. Raises FileExistsError, FileNotFoundError, ValueError or
         BlockingIOError if the folder is not fit for it, and RuntimeError if workers have another version of lmgcpy.
         """
-        options = {"workers": workers, "client": client, "resume": resume, "force": force, "progress": progress}
-        return carry_out(self, out, **options)
+        where = {"workers": workers, "executor": executor, "client": client}
+        return carry_out(self, out, **where, resume=resume, force=force, progress=progress)  # type: ignore[arg-type]
 
     def __repr__(self) -> str:
         of = self.work.__name__ if inspect.isfunction(self.work) else type(self.work).__name__

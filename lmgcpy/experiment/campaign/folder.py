@@ -46,7 +46,6 @@ class CampaignFolder:
         self.ledger = self.path / "cases.jsonl"
         self.curves = self.path / "curves"
         self.cases = self.path / "cases"
-        self.stop_file = self.path / ".stop"
         self.lock_file = self.path / ".lock"
 
     def __repr__(self) -> str:
@@ -116,16 +115,9 @@ class CampaignFolder:
                 f"The campaign in '{self.path}' is under way: wait for its end, or give another folder."
             ) from error
         try:
-            self.stop_file.unlink(missing_ok=True)
             yield
         finally:
-            self.stop_file.unlink(missing_ok=True)
             lock.release()
-
-    def stop(self) -> None:
-        """Let the cases that run end between two steps."""
-        with suppress(OSError):  # on a full disk they go on to their ends
-            self.stop_file.touch()
 
     def enter(self, result: CaseResult) -> None:
         """Write what became of a case. Its curves come first: a line of the ledger counts only with them."""

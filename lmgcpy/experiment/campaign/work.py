@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import json
-import os
 import time as clock
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,11 +15,8 @@ from lmgcpy.errors import told as in_text
 from lmgcpy.experiment.campaign.cases import FAILED, FINISHED, TO_COME, CampaignCase, CaseResult, is_text
 from lmgcpy.experiment.study.engine import Site, Study, carry_out_study
 from lmgcpy.experiment.study.folder import StudyFolder
-from lmgcpy.experiment.study.stages import Tick
+from lmgcpy.experiment.study.stages import ToldStages
 from lmgcpy.version import versions
-
-TOLD_EVERY = 0.5
-"""Shortest time between two words on the progress of a case [s]."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +26,8 @@ class Order:
     case: CampaignCase
     campaign: str
     """Folder of the campaign, as the one who ordered sees it."""
+    site: Site
+    """The site of the campaign, which tells the case to end."""
     versions: dict[str, str]
     """Of the one who ordered."""
 
@@ -39,30 +35,6 @@ class Order:
     def progress_file(self) -> Path:
         """File into which the case writes how far it is."""
         return Path(self.campaign) / "cases" / f"{self.case.name}.progress"
-
-
-class Told:
-    """Stages of a case, written to a file that the campaign reads: {"stage": ..., "done": ..., "total": ...}."""
-
-    def __init__(self, file: Path | None):
-        self._file = file
-        self._last = 0.0
-
-    @contextmanager
-    def stage(self, name: str, total: int) -> Iterator[Tick]:
-        """A stage of at most ``total`` steps."""
-
-        def tick(done: int) -> None:
-            now = clock.monotonic()
-            if self._file is not None and (now > self._last + TOLD_EVERY or done == 0):
-                self._last = now
-                with suppress(OSError):  # nobody's result depends on it
-                    new = self._file.with_suffix(f".{os.getpid()}")
-                    new.write_text(json.dumps({"stage": name, "done": done, "total": total}), encoding="utf-8")
-                    new.replace(self._file)
-
-        tick(0)
-        yield tick
 
 
 def do_case(order: Order) -> CaseResult:
@@ -84,39 +56,34 @@ def do_case(order: Order) -> CaseResult:
     campaign = Path(order.campaign)
     seen = (campaign / "campaign.json").exists()
     folder = campaign / "cases" / case.name if seen else None
-    told = Told(order.progress_file if seen else None)
-    stop = campaign / ".stop"
-
-    def stopped() -> bool:
-        return seen and stop.exists()
-
-    if stopped():
+    told = ToldStages(order.progress_file if seen else None)
+    if order.site.interrupted():
         return made(TO_COME)
     try:
-        numbers, curves = _computed(case, folder, told, stopped)
+        numbers, curves = _computed(case, folder, told, order.site)
     except KeyboardInterrupt:
-        return made(TO_COME) if stopped() else made(FAILED, "KeyboardInterrupt: the case raised it itself.")
+        return made(TO_COME) if order.site.interrupted() else made(FAILED, "KeyboardInterrupt: the case raised it itself.")
     except SystemExit as error:
         return made(FAILED, f"SystemExit: the case called sys.exit({in_text(error.code)}).")
     except (Exception, GeneratorExit) as error:
         return made(FAILED, f"{type(error).__name__}: {in_text(error, str)}")
     finally:
-        if told._file is not None:
-            with suppress(OSError):
-                told._file.unlink(missing_ok=True)
+        told.end()
     return made(FINISHED, "", numbers, curves)
 
 
-def _computed(case: CampaignCase, folder: Path | None, told: Any, stopped: Any) -> tuple[dict[str, float], dict[str, Any]]:
+def _computed(
+    case: CampaignCase, folder: Path | None, told: ToldStages, campaign: Site
+) -> tuple[dict[str, float], dict[str, Any]]:
     """Numbers and curves of a case."""
     if isinstance(case.work, Study):
         kept = None if folder is None else StudyFolder(folder, type(case.work))
         resume = kept is not None and _holds(kept, case.work)
-        result = carry_out_study(case.work, told, kept, resume=resume, stopped=stopped)
+        result = carry_out_study(case.work, told, kept, resume=resume, outer=campaign)
         return case.work.measures(result)
     if folder is not None:
         folder.mkdir(exist_ok=True)
-    site = Site(told, folder, stopped)
+    site = Site(told, folder, campaign)
     with site.listening():
         return as_result(case.work(site, **case.arguments), case.work.__name__)
 

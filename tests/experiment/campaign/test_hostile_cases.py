@@ -17,13 +17,17 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 import slope
 
-from lmgcpy.experiment import Campaign
+from lmgcpy.experiment import Campaign, Site, Stages
 from lmgcpy.experiment.campaign import workers
 from lmgcpy.experiment.campaign.carry_out import carry_out
 from lmgcpy.experiment.campaign.cases import FAILED, FINISHED, TO_COME, case_name
 from lmgcpy.experiment.campaign.folder import CampaignFolder, _sum
 from lmgcpy.experiment.campaign.work import Order, do_case
 from lmgcpy.version import versions
+
+
+def a_site():
+    return Site(Stages(quiet=True), None)
 
 
 class Unspeakable(Exception):
@@ -65,7 +69,7 @@ def test_a_case_that_ends_in_its_own_way_has_failed_and_says_how(how, tmp_path):
     (case,) = campaign.all_cases()
     folder = CampaignFolder(tmp_path / "out")
     folder.begin(campaign)
-    result = do_case(Order(case, str(folder.path), versions()))
+    result = do_case(Order(case, str(folder.path), a_site(), versions()))
     assert (result.status, result.error) == (FAILED, SENTENCES[how])
     folder.enter(result)
     assert folder.results().cases[0].error == SENTENCES[how]
@@ -76,8 +80,10 @@ def test_a_case_that_the_campaign_stops_is_to_come(tmp_path):
     campaign = Campaign(ends, over={"how": ["interrupt"]})
     folder = CampaignFolder(tmp_path / "out")
     folder.begin(campaign)
-    folder.stop()
-    assert do_case(Order(campaign.all_cases()[0], str(folder.path), versions())).status == TO_COME
+    site = a_site()
+    site.stop()
+    order = Order(campaign.all_cases()[0], str(folder.path), site, versions())
+    assert do_case(order).status == TO_COME
 
 
 WRONG = {
@@ -105,7 +111,7 @@ def test_a_line_of_the_ledger_with_a_right_sum_and_wrong_content_does_not_count(
     folder = CampaignFolder(tmp_path / "out")
     folder.begin(campaign)
     (case,) = campaign.all_cases()
-    folder.enter(do_case(Order(case, str(folder.path), versions())))
+    folder.enter(do_case(Order(case, str(folder.path), a_site(), versions())))
     assert folder.results().cases[0].status == FINISHED
     line = json.loads(folder.ledger.read_text().rpartition(" ")[0])
     given = WRONG[what]
@@ -176,7 +182,7 @@ def test_a_scheduler_that_accepts_and_never_answers_is_named(says, monkeypatch):
         address = f"tcp://127.0.0.1:{deaf.getsockname()[1]}"
         begin = time.monotonic()
         with pytest.raises(ConnectionError, match=f"No Dask scheduler answers at '{address}' within 0.5 s"):
-            workers.Cluster.at(address, None)
+            workers.client_at(address, None)
         assert time.monotonic() < begin + 2.5  # the import of Dask
     if says:
         talker.join()
@@ -190,17 +196,13 @@ def _say(server, says):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("dask", [True, False])
-def test_a_script_without_a_guard_gets_one_sentence(dask, tmp_path):
-    """Its workers begin it anew. Before, each said so as well, and without Dask every case failed for want of memory."""
-    if dask:
-        pytest.importorskip("distributed")
+def test_a_script_without_a_guard_gets_one_sentence(tmp_path):
+    """Its workers begin it anew. Before, each said so as well, and every case failed for want of memory."""
     script = tmp_path / "script.py"
     script.write_text(
         f"import sys\nsys.path.insert(0, {str(Path(__file__).parent)!r})\nimport slope\n"
-        "from lmgcpy.experiment import Campaign\nfrom lmgcpy.experiment.campaign import carry_out\n"
-        f"carry_out.has_dask = lambda: {dask}\n"
-        f"Campaign(slope.nothing, over={{'number': [1]}}).run({str(tmp_path / 'out')!r}, workers=2)\n"
+        "from lmgcpy.experiment import Campaign\n"
+        f"Campaign(slope.nothing, over={{'number': [1, 2]}}).run({str(tmp_path / 'out')!r}, workers=2)\n"
     )
     said = subprocess.run([sys.executable, script], capture_output=True, text=True, check=False, timeout=100).stderr
     assert said.count("__main__") == 1
@@ -216,10 +218,11 @@ import slope
 from lmgcpy.experiment.campaign.alone import do_case_within
 from lmgcpy.experiment import Campaign
 from lmgcpy.experiment.campaign.work import Order
+from lmgcpy.experiment import Site, Stages
 from lmgcpy.io.recorder import versions
 if __name__ == "__main__":
     (case,) = Campaign(slope.waits, over={{"file": [{file!r}]}}).all_cases()
-    do_case_within(Order(case, {folder!r}, versions()), 100.0)
+    do_case_within(Order(case, {folder!r}, Site(Stages(quiet=True), None), versions()), 100.0)
 """
 
 
