@@ -46,7 +46,6 @@ def run(
     Every case has a folder with its run files. Interrupted by Ctrl-C, or killed, the campaign goes on by --resume.
     """
     from lmgcpy.experiment.campaign.campaign import read_campaign
-    from lmgcpy.experiment.campaign.carry_out import carry_out
 
     campaign = read_campaign(file)
     if case_timeout is not None:
@@ -58,7 +57,7 @@ def run(
     if where["workers"] is not None and (where["scheduler"] or where["scheduler_file"]):
         raise click.UsageError("--workers are processes of this machine: leave it out with --scheduler.")
     try:
-        results = carry_out(campaign, folder, resume=resume, force=force, progress=True, **where)
+        results = campaign.run(folder, resume=resume, force=force, progress=True, **where)
     except KeyboardInterrupt:
         click.echo(f"Interrupted; go on with: lmgcpy campaign {file} --out {folder} --resume", err=True)
         sys.exit(130)

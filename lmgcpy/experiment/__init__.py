@@ -26,13 +26,13 @@ if TYPE_CHECKING:  # the names of MODULES, for type checkers
         PeriodicShearRecord,
         lay_periodic,
     )
+    from lmgcpy.experiment.recorded_run import carry_out
     from lmgcpy.experiment.study.engine import Site, Study, Task, carry_out_study
     from lmgcpy.experiment.study.folder import StudyFolder
     from lmgcpy.experiment.study.stages import Stages
     from lmgcpy.experiment.texsol.result import TexSolResult
     from lmgcpy.experiment.texsol.sample import lay_sample, lay_sample_3d
     from lmgcpy.experiment.texsol.study import Study2D, Study3D
-    from lmgcpy.experiment.trial import carry_out
     from lmgcpy.experiment.triaxial import Triaxial, TriaxialRecord
 
 MODULES = {
@@ -60,7 +60,7 @@ MODULES = {
     "texsol.result": ("TexSolResult",),
     "texsol.sample": ("lay_sample", "lay_sample_3d"),
     "texsol.study": ("Study2D", "Study3D"),
-    "trial": ("carry_out",),
+    "recorded_run": ("carry_out",),
     "triaxial": ("Triaxial", "TriaxialRecord"),
 }
 """The public names by the module that defines them."""

@@ -13,7 +13,7 @@ import numpy as np
 from lmgcpy.errors import named_arguments, number, shown, whole
 from lmgcpy.experiment.box import Box, Sample, characteristic_time
 from lmgcpy.experiment.periodic import PeriodicCell, PeriodicSample
-from lmgcpy.experiment.trial import carry_out
+from lmgcpy.experiment.recorded_run import carry_out
 from lmgcpy.laws.rigid import RigidWire
 from lmgcpy.measure.density import density as solid_fraction
 from lmgcpy.simulation import Simulation

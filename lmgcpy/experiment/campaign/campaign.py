@@ -28,13 +28,17 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
+from multiprocessing import current_process
 from pathlib import Path
 from typing import Any
 
-from lmgcpy.errors import closest, named_arguments, number, shown
-from lmgcpy.experiment.campaign.carry_out import carry_out
+from lmgcpy.errors import closest, flag, named_arguments, number, shown, whole
+from lmgcpy.experiment.campaign.case_queue import CaseQueue, executor_for
 from lmgcpy.experiment.campaign.cases import CampaignCase, CampaignResults, Parameter, case_name, is_text
+from lmgcpy.experiment.campaign.folder import CampaignFolder
+from lmgcpy.experiment.campaign.workers import GUARD, WORKER
 from lmgcpy.experiment.study.engine import STUDIES, Study, study_or_function
+from lmgcpy.experiment.study.stages import CaseStages
 from lmgcpy.io.untrusted import regular_file
 
 PLAIN = (bool, int, float, str, type(None))
@@ -143,23 +147,48 @@ class Campaign:
         workers: int | None = None,
         executor: Executor | None = None,
         client: Any = None,
+        scheduler: str | None = None,
+        scheduler_file: str | None = None,
         resume: bool = False,
         force: bool = False,
         progress: bool = False,
     ) -> CampaignResults:
         """Carry the campaign out in the folder ``out`` and return its results.
 
-        The cases go to ``workers`` processes of this machine, by default as many as it has processors, to an ``executor``
-        of ``concurrent.futures``, which stays open, or to the Dask cluster of a ``client``. A case that fails is recorded
-        with its error; one whose worker dies is done again. ``resume`` goes on with the cases in the folder, and tries
-        again those that failed; ``force`` writes into a folder that is not empty; ``progress`` shows the running cases on a
-        terminal.
+        The cases go to ``workers`` processes of this machine, by default as many as it has processors; to an ``executor``
+        of ``concurrent.futures``, which stays open; or to the Dask cluster of a ``client``, or of the ``scheduler`` at an
+        address or in a file. The results have the same bits. A case that fails is recorded with its error; one whose worker
+        dies is done again, from its run files if the worker sees the folder. ``resume`` goes on with the cases in the
+        folder, and tries again those that failed; ``force`` writes into a folder that is not empty; ``progress`` shows the
+        running cases on a terminal.
 
         Ctrl-C (KeyboardInterrupt) ends the runs between two steps. Raises FileExistsError, FileNotFoundError, ValueError or
-        BlockingIOError if the folder is not fit for it, and RuntimeError if workers have another version of lmgcpy.
+        BlockingIOError if the folder is not fit for it, ConnectionError if no scheduler answers, and RuntimeError if
+        workers have another version of lmgcpy.
         """
-        where = {"workers": workers, "executor": executor, "client": client}
-        return carry_out(self, out, **where, resume=resume, force=force, progress=progress)  # type: ignore[arg-type]
+        if getattr(current_process(), "_inheriting", False):  # a worker imports the script that has begun it
+            told = f"The script begins a campaign where it is imported, as by each worker: {GUARD}"
+            raise SystemExit(1 if WORKER in os.environ else told)  # whoever began the worker says it
+        flag(resume, "resume")
+        flag(force, "force")
+        flag(progress, "progress")
+        if workers is not None:
+            whole(workers, "workers", minimum=1)
+        cases = self.all_cases()
+        folder = CampaignFolder(out)
+        folder.check(self.described(), resume=resume, force=force)
+        with folder.held():
+            folder.check(self.described(), resume=resume, force=force)  # as another one may have left it
+            if not resume:
+                folder.begin(self.described())
+            done = {result.name for result in folder.results(cases).finished}
+            to_come = [case for case in cases if case.name not in done]
+            if to_come:
+                where = workers, executor, client, scheduler, scheduler_file
+                stages = CaseStages(folder.cases, len(cases), len(done), quiet=not progress)
+                with executor_for(len(to_come), *where) as (team, count), stages:
+                    CaseQueue(to_come, folder, team, count, stages, self.case_timeout).go()
+        return folder.results(cases)
 
     def __repr__(self) -> str:
         of = self.work.__name__ if inspect.isfunction(self.work) else type(self.work).__name__

@@ -51,13 +51,14 @@ class CampaignFolder:
     def __repr__(self) -> str:
         return f"<CampaignFolder '{self.path}'>"
 
-    def check(self, campaign: Any, *, resume: bool, force: bool) -> None:
-        """See that the folder may be used for a campaign, or holds this one if it is to be resumed; writes nothing.
+    def check(self, described: Mapping[str, Any], *, resume: bool, force: bool) -> None:
+        """See that the folder may be used for a campaign that is ``described`` so; writes nothing.
+
+        If it is to be resumed, the folder must hold this campaign.
 
         Raises FileExistsError if it is not empty and neither ``resume`` nor ``force`` is given, FileNotFoundError if there
         is nothing to resume, and ValueError if it holds another campaign.
         """
-        described = campaign.described()
         if resume:
             there = self.described()
             if there != json.loads(json.dumps(described)):
@@ -72,7 +73,7 @@ class CampaignFolder:
                 held = "holds a campaign: go on with resume" if known else "is not empty: give another"
                 raise FileExistsError(f"The folder '{self.path}' {held}, or force to write there.")
 
-    def begin(self, campaign: Any) -> None:
+    def begin(self, described: Mapping[str, Any]) -> None:
         """Write the description of a campaign in place of the description of a former one, whose files are removed; the
         folder is held."""
         with suppress(ValueError, FileNotFoundError):  # of a damaged description no case is known: its files stay
@@ -82,7 +83,7 @@ class CampaignFolder:
                     file.unlink(missing_ok=True)
         self.ledger.unlink(missing_ok=True)
         make_folder(self.cases)
-        about = {"format": FORMAT, **campaign.described(), "versions": versions()}
+        about = {"format": FORMAT, **described, "versions": versions()}
         with new_file(self.description_file) as new:
             new.write_text(json.dumps(about, indent=2) + "\n", encoding="utf-8")
             flush(new)

@@ -22,7 +22,7 @@ from lmgcpy.experiment.compaction import Compaction, compact
 from lmgcpy.experiment.compression import Compression
 from lmgcpy.experiment.study.engine import Site, Study, Task
 from lmgcpy.experiment.study.folder import StudyFolder
-from lmgcpy.experiment.texsol.result import TexSolResult
+from lmgcpy.experiment.texsol.result import TexSolResult, measures
 from lmgcpy.experiment.texsol.sample import THETA_MAX_2D, THETA_MAX_3D, lay_sample, lay_sample_3d
 from lmgcpy.experiment.triaxial import Triaxial
 from lmgcpy.laws import Law
@@ -260,8 +260,6 @@ class TexSolStudy(Study):
         return steps * (self.grain_count + self.bead_count) * PER_PARTICLE_AND_STEP[self.DIMENSION]
 
     def measures(self, result: TexSolResult) -> tuple[dict[str, float], dict[str, dict[str, np.ndarray]]]:
-        from lmgcpy.experiment.texsol.measures import measures
-
         return measures(result)
 
 

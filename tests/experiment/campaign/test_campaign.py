@@ -26,7 +26,6 @@ import suites  # noqa: E402
 
 from lmgcpy.experiment import Campaign, CampaignFolder, Study2D, Study3D  # noqa: E402
 from lmgcpy.experiment.campaign.campaign import read_campaign  # noqa: E402
-from lmgcpy.experiment.campaign.carry_out import carry_out  # noqa: E402
 from lmgcpy.experiment.study.engine import Site  # noqa: E402
 from lmgcpy.experiment.study.stages import CaseStages, Stages  # noqa: E402
 
@@ -264,12 +263,12 @@ def test_nobody_answers(tmp_path, monkeypatch):
         address = f"tcp://127.0.0.1:{free.getsockname()[1]}"
     begin = time.perf_counter()
     with pytest.raises(ConnectionError, match="No Dask scheduler answers at"):
-        carry_out(slides(), tmp_path / "out", scheduler=address)
+        slides().run(tmp_path / "out", scheduler=address)
     assert time.perf_counter() - begin < 3.0  # the second, and the import of Dask
     file = tmp_path / "dask.json"
     file.write_text('{"id": 3}')
     with pytest.raises(ValueError, match=r"dask\.json' is no file that a Dask scheduler has written"):
-        carry_out(slides(), tmp_path / "out", scheduler_file=str(file), force=True)
+        slides().run(tmp_path / "out", scheduler_file=str(file), force=True)
 
 
 @pytest.mark.long
@@ -283,11 +282,11 @@ def test_a_cluster_of_ones_own(tmp_path, monkeypatch):
         assert client.submit(int, 3).result() == 3
         (tmp_path / "dask.json").write_text(json.dumps({"address": address}))
         for k, where in enumerate(({"scheduler": address}, {"scheduler_file": str(tmp_path / "dask.json")})):
-            same(carry_out(slides(), tmp_path / f"out{k}", **where), results)
+            same(slides().run(tmp_path / f"out{k}", **where), results)
         assert client.submit(int, 4).result() == 4
         (worker,) = client.scheduler_info()["workers"]
         with pytest.raises(ConnectionError, match=rf"No Dask scheduler answers at '{worker}' .*there is a Worker of Dask"):
-            carry_out(slides(), tmp_path / "worker", scheduler=worker)
+            slides().run(tmp_path / "worker", scheduler=worker)
         monkeypatch.setattr(client, "run", lambda call: {"tcp://elsewhere": {"lmgcpy": "0.1.0"}})
         with pytest.raises(RuntimeError, match=r"worker tcp://elsewhere has lmgcpy 0\.1\.0, this process"):
             slides().run(tmp_path / "other", client=client)

@@ -19,10 +19,9 @@ import slope
 
 from lmgcpy.experiment import Campaign, Site, Stages
 from lmgcpy.experiment.campaign import workers
-from lmgcpy.experiment.campaign.carry_out import carry_out
+from lmgcpy.experiment.campaign.case_work import Order, do_case
 from lmgcpy.experiment.campaign.cases import FAILED, FINISHED, TO_COME, case_name
 from lmgcpy.experiment.campaign.folder import CampaignFolder, _sum
-from lmgcpy.experiment.campaign.work import Order, do_case
 from lmgcpy.version import versions
 
 
@@ -68,7 +67,7 @@ def test_a_case_that_ends_in_its_own_way_has_failed_and_says_how(how, tmp_path):
     campaign = Campaign(ends, over={"how": [how]})
     (case,) = campaign.all_cases()
     folder = CampaignFolder(tmp_path / "out")
-    folder.begin(campaign)
+    folder.begin(campaign.described())
     result = do_case(Order(case, str(folder.path), a_site(), versions()))
     assert (result.status, result.error) == (FAILED, SENTENCES[how])
     folder.enter(result)
@@ -79,7 +78,7 @@ def test_a_case_that_ends_in_its_own_way_has_failed_and_says_how(how, tmp_path):
 def test_a_case_that_the_campaign_stops_is_to_come(tmp_path):
     campaign = Campaign(ends, over={"how": ["interrupt"]})
     folder = CampaignFolder(tmp_path / "out")
-    folder.begin(campaign)
+    folder.begin(campaign.described())
     site = a_site()
     site.stop()
     order = Order(campaign.all_cases()[0], str(folder.path), site, versions())
@@ -109,7 +108,7 @@ def test_a_line_of_the_ledger_with_a_right_sum_and_wrong_content_does_not_count(
     """The case is to come, and is done again; before, reports and resumed campaigns ended in KeyError."""
     campaign = Campaign(ends, over={"how": ["well"]})
     folder = CampaignFolder(tmp_path / "out")
-    folder.begin(campaign)
+    folder.begin(campaign.described())
     (case,) = campaign.all_cases()
     folder.enter(do_case(Order(case, str(folder.path), a_site(), versions())))
     assert folder.results().cases[0].status == FINISHED
@@ -141,7 +140,7 @@ def test_force_leaves_what_is_not_the_campaigns(tmp_path):
     """The files of its former cases go, and nothing else: a thesis in ``cases`` stays."""
     folder = CampaignFolder(tmp_path / "out")
     former = Campaign(ends, over={"how": ["well", "exit"]})
-    folder.begin(former)
+    folder.begin(former.described())
     for case in former.all_cases():
         (folder.cases / case.name).mkdir()
         (folder.cases / case.name / "run.h5").write_text("")
@@ -150,7 +149,7 @@ def test_force_leaves_what_is_not_the_campaigns(tmp_path):
     mine[2].parent.mkdir()
     for file in mine:
         file.write_text("mine")
-    folder.begin(Campaign(ends, over={"how": ["interrupt"]}))
+    folder.begin(Campaign(ends, over={"how": ["interrupt"]}).described())
     assert all(file.read_text() == "mine" for file in mine)
     assert not any((folder.cases / case.name).exists() for case in former.all_cases())
 
@@ -160,10 +159,10 @@ def test_two_campaigns_do_not_share_a_folder_whoever_writes_its_description(tmp_
     folder = CampaignFolder(tmp_path / "out")
     campaign = Campaign(ends, over={"how": ["well"]})
     with folder.held():
-        folder.begin(campaign)
+        folder.begin(campaign.described())
         before = folder.description_file.read_text()
         with pytest.raises(BlockingIOError, match="is under way"):
-            carry_out(Campaign(ends, over={"how": ["exit"]}), folder.path, force=True, workers=1)
+            Campaign(ends, over={"how": ["exit"]}).run(folder.path, force=True, workers=1)
         assert folder.description_file.read_text() == before
 
 
@@ -215,9 +214,9 @@ WORKER = """
 import sys
 sys.path.insert(0, {here!r})
 import slope
-from lmgcpy.experiment.campaign.alone import do_case_within
+from lmgcpy.experiment.campaign.case_work import do_case_within
 from lmgcpy.experiment import Campaign
-from lmgcpy.experiment.campaign.work import Order
+from lmgcpy.experiment.campaign.case_work import Order
 from lmgcpy.experiment import Site, Stages
 from lmgcpy.io.recorder import versions
 if __name__ == "__main__":

@@ -1,24 +1,18 @@
-"""A campaign carried out: its cases in turn to whoever is free, their results into the folder as they come."""
+"""The queue of the cases of a campaign: they go to whoever is free, and their results into the folder as they come."""
 
 from __future__ import annotations
 
-import os
 from collections import deque
 from collections.abc import Iterator
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, wait
 from contextlib import closing, contextmanager
-from multiprocessing import current_process
 from typing import Any
 
-from lmgcpy.errors import flag, whole
-from lmgcpy.experiment.campaign.alone import do_case_within
-from lmgcpy.experiment.campaign.cases import FAILED, TO_COME, CampaignCase, CampaignResults, CaseResult
+from lmgcpy.experiment.campaign.case_work import Order, do_case, do_case_within
+from lmgcpy.experiment.campaign.cases import FAILED, TO_COME, CampaignCase, CaseResult
 from lmgcpy.experiment.campaign.folder import CampaignFolder
-from lmgcpy.experiment.campaign.work import Order, do_case
 from lmgcpy.experiment.campaign.workers import (
     DEATHS,
-    GUARD,
-    WORKER,
     OwnProcesses,
     client_at,
     cluster,
@@ -35,59 +29,8 @@ AHEAD = 2
 """Cases that a worker has been given beside the one that it does, so that it never waits."""
 
 
-def carry_out(
-    campaign: Any,
-    out: str | os.PathLike,
-    *,
-    workers: int | None = None,
-    executor: Executor | None = None,
-    client: Any = None,
-    scheduler: str | None = None,
-    scheduler_file: str | None = None,
-    resume: bool = False,
-    force: bool = False,
-    progress: bool = False,
-) -> CampaignResults:
-    """Carry a :class:`~lmgcpy.experiment.Campaign` out in the folder ``out`` and return its results.
-
-    The cases go to ``workers`` processes of this machine, by default as many as it has processors; or to an ``executor`` of
-    ``concurrent.futures``, which stays open; or to the Dask cluster of a ``client``, or of the ``scheduler`` at an address
-    or in a file. The results have the same bits. A case that fails is recorded with its error, and so is
-    one that is killed at the end of the ``case_timeout``; one whose worker dies is done again, from its run files if the
-    worker sees the folder. ``resume`` does the cases to come, and again those that failed. ``progress`` shows the running
-    cases on a terminal. Ctrl-C (KeyboardInterrupt) ends the runs between two steps.
-
-    Raises FileExistsError, FileNotFoundError and ValueError as :meth:`CampaignFolder.begin`, BlockingIOError if another
-    campaign works in the folder, ConnectionError if no scheduler answers, RuntimeError if workers have another version of
-    lmgcpy.
-    """
-    if getattr(current_process(), "_inheriting", False):  # a worker imports the script that has begun it
-        said = WORKER in os.environ  # by the one who began the worker
-        raise SystemExit(1 if said else f"The script begins a campaign where it is imported, as by each worker: {GUARD}")
-    flag(resume, "resume")
-    flag(force, "force")
-    flag(progress, "progress")
-    if workers is not None:
-        whole(workers, "workers", minimum=1)
-    cases = campaign.all_cases()
-    folder = CampaignFolder(out)
-    folder.check(campaign, resume=resume, force=force)
-    with folder.held():
-        folder.check(campaign, resume=resume, force=force)  # as another one may have left it
-        if not resume:
-            folder.begin(campaign)
-        done = {result.name for result in folder.results(cases).finished}
-        to_come = [case for case in cases if case.name not in done]
-        if to_come:
-            stages = CaseStages(folder.cases, len(cases), len(done), quiet=not progress)
-            where = workers, executor, client, scheduler, scheduler_file
-            with _team(len(to_come), *where) as (team, count), stages:
-                _Round(to_come, folder, team, count, stages, campaign.case_timeout).go()
-    return folder.results(cases)
-
-
 @contextmanager
-def _team(
+def executor_for(
     most: int, workers: int | None, executor: Executor | None, client: Any, scheduler: str | None, file: str | None
 ) -> Iterator[tuple[Executor, int]]:
     """The executor that does at ``most`` so many cases, and the number of its workers. Only one's own ends."""
@@ -107,7 +50,7 @@ def _team(
             pool.shutdown(cancel_futures=True)
 
 
-class _Round:
+class CaseQueue:
     """The cases under way, and those that wait for a worker."""
 
     def __init__(
