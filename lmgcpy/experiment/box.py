@@ -245,7 +245,7 @@ class Box(SampleScene):
         return self.sizes
 
     def observed(self) -> Observe:
-        """What a compaction records at every step."""
+        """The quantities that a compaction records at every step."""
         return {
             "reactions": self.reactions,
             "size": self.size,

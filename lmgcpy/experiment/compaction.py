@@ -30,7 +30,7 @@ step."""
 
 @dataclass(frozen=True)
 class Defaults:
-    """What a compaction does if nobody says otherwise."""
+    """Options of a compaction that the user does not give."""
 
     experiment: str
     """Its name in the run file."""

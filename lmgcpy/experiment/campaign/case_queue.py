@@ -33,7 +33,7 @@ AHEAD = 2
 def executor_for(
     most: int, workers: int | None, executor: Executor | None, client: Any, scheduler: str | None, file: str | None
 ) -> Iterator[tuple[Executor, int]]:
-    """The executor that does at ``most`` so many cases, and the number of its workers. Only one's own ends."""
+    """The executor for the cases, at ``most`` this number, and the number of its workers. It ends if it was begun here."""
     if executor is not None:
         yield executor, getattr(executor, "_max_workers", processors())
     elif client is not None:

@@ -31,7 +31,7 @@ WORKER = "LMGCPY_CAMPAIGN_WORKER"
 ENVIRONMENT = (WORKER, "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 """Variables that are 1 for them: one thread for linear algebra, as there are as many workers as processors."""
 _CHANGES = threading.Lock()
-"""Held while the environment of this process is that of its workers."""
+"""Held while this process has the environment of its workers."""
 GUARD = "put the call under if __name__ == '__main__':"
 """Advice for a script that begins a campaign."""
 

@@ -92,8 +92,10 @@ class ToldStages(Stages):
 
 
 class CaseStages(Stages):
-    """Shows how many cases of a campaign have ended and failed, the time to go, and the stages that are told in ``told``,
-    a folder of files of :class:`ToldStages`."""
+    """Shows how many cases of a campaign have ended and failed, the time to go, and the stages of those that run.
+
+    ``told``: the folder in which :class:`ToldStages` write their files.
+    """
 
     def __init__(self, told: Path, total: int, done: int, stream: TextIO | None = None, *, quiet: bool = False):
         """``done``: number of cases of the ``total`` that had ended before."""

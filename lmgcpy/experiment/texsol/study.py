@@ -88,7 +88,7 @@ class PlannedTest:
 @named_arguments
 @dataclass(frozen=True)
 class TexSolStudy(Study):
-    """A study of wire-reinforced sand; the subclasses have the defaults.
+    """A study of wire-reinforced sand; the defaults are those of the study in 2D.
 
     ``preparation``: "loose", relaxed with the friction of the test, as the paper's "little LMGC90 deposit" does it, or
     "dense", relaxed without friction, to the densest state that there is. ``theta_max``: greatest turn of the wire from
@@ -110,24 +110,24 @@ class TexSolStudy(Study):
     MOMENTUM: ClassVar[float] = AcceleratedGaussSeidel.momentum
     """Bound of the momentum of sweeps alone."""
 
-    laws: tuple[str, ...]
-    grain_count: int
-    bead_count: int
-    seed: int
-    preparation: str
-    theta_max: float
-    strain: float
-    pressure: float
-    solver: str
-    tolerance: float
-    max_iterations: int
-    friction: float
-    platen_friction: float
-    inertial_number: float
-    axial_rigidity: float
-    check_strain: float
-    greatest_reaction: float | None
-    threads: int
+    laws: tuple[str, ...] = ("none", "rigid-wire", "rigid-rod")
+    grain_count: int = 1700
+    bead_count: int = 300
+    seed: int = 0
+    preparation: str = "loose"
+    theta_max: float = THETA_MAX_2D
+    strain: float = 0.10
+    pressure: float = 1e5
+    solver: str = "auto"
+    tolerance: float = 3e-3
+    max_iterations: int = 6000
+    friction: float = 0.4
+    platen_friction: float = 0.0
+    inertial_number: float = 1e-3
+    axial_rigidity: float = 1e7
+    check_strain: float = 0.01
+    greatest_reaction: float | None = None
+    threads: int = 2
 
     def __post_init__(self):
         self._check_names("laws", "law", LAWS)
@@ -291,25 +291,6 @@ class Study2D(TexSolStudy):
     TIGHTER: ClassVar[float] = 10.0
     FORMER: ClassVar[Mapping[str, Any]] = {**TexSolStudy.FORMER, "theta_max": 0.6}
 
-    laws: tuple[str, ...] = ("none", "rigid-wire", "rigid-rod")
-    grain_count: int = 1700
-    bead_count: int = 300
-    seed: int = 0
-    preparation: str = "loose"
-    theta_max: float = THETA_MAX_2D
-    strain: float = 0.10
-    pressure: float = 1e5
-    solver: str = "auto"
-    tolerance: float = 3e-3
-    max_iterations: int = 6000
-    friction: float = 0.4
-    platen_friction: float = 0.0
-    inertial_number: float = 1e-3
-    axial_rigidity: float = 1e7
-    check_strain: float = 0.01
-    greatest_reaction: float | None = None
-    threads: int = 2
-
     def quick(self) -> Study2D:
         """A study of a small sample, for a first look: 340 particles, 5 % crushing."""
         return replace(self, grain_count=280, bead_count=60, strain=0.05)
@@ -346,21 +327,14 @@ class Study3D(TexSolStudy):
     laws: tuple[str, ...] = ("none", "rigid-wire")
     grain_count: int = 6500
     bead_count: int = 3500
-    seed: int = 0
-    preparation: str = "loose"
     theta_max: float = THETA_MAX_3D
     strain: float = 0.15
-    pressure: float = 1e5
     solver: str = "accelerated"
     tolerance: float = 1e-2
     max_iterations: int = 2000
-    friction: float = 0.4
-    platen_friction: float = 0.0
     inertial_number: float = 2e-3
     axial_rigidity: float = 120.0
     check_strain: float = 0.0
-    greatest_reaction: float | None = None
-    threads: int = 2
     axes: tuple[str, ...] = ("z", "x")
     wires: int = 1
     bead_mass: str = "grain"
