@@ -15,7 +15,6 @@ import os
 import shutil
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -29,20 +28,18 @@ from lmgcpy.experiment.campaign.cases import (
     CaseResult,
     case_name,
 )
+from lmgcpy.experiment.study.folder import KeptFolder
 from lmgcpy.io.run_file.lock import FileLock
-from lmgcpy.io.untrusted import regular_file
-from lmgcpy.version import versions
-from lmgcpy.writing import flush, make_folder, new_file, write_bytes
+from lmgcpy.writing import make_folder, write_bytes
 
 FORMAT = "lmgcpy campaign 1"
 
 
-class CampaignFolder:
+class CampaignFolder(KeptFolder):
     """The folder in which a campaign is kept."""
 
     def __init__(self, path: str | os.PathLike):
-        self.path = Path(path)
-        self.description_file = self.path / "campaign.json"
+        super().__init__(path, "campaign")
         self.ledger = self.path / "cases.jsonl"
         self.curves = self.path / "curves"
         self.cases = self.path / "cases"
@@ -83,18 +80,14 @@ class CampaignFolder:
                     file.unlink(missing_ok=True)
         self.ledger.unlink(missing_ok=True)
         make_folder(self.cases)
-        about = {"format": FORMAT, **described, "versions": versions()}
-        with new_file(self.description_file) as new:
-            new.write_text(json.dumps(about, indent=2) + "\n", encoding="utf-8")
-            flush(new)
+        self.describe({"format": FORMAT, **described})
 
     def described(self) -> dict[str, Any]:
         """The description of the campaign that the folder holds; FileNotFoundError or ValueError if there is none."""
         if not self.description_file.exists():
             raise FileNotFoundError(f"There is no campaign in '{self.path}': '{self.description_file}' is missing.")
         try:
-            file = Path(regular_file(self.description_file, "the file of a campaign"))
-            about = json.loads(file.read_text(encoding="utf-8"))
+            about = self.description()
             if about["format"] != FORMAT:
                 raise ValueError(f"its format is {about['format']!r}")
             found = {name: about[name] for name in ("work", "study", "fixed", "cases")}
