@@ -1,7 +1,7 @@
 """What a campaign gains by a second worker, and what its engine costs a case.
 
-Twelve biaxial tests of 300 particles on one worker and on two, in turn; a thousand cases that do nothing, by Dask and by
-``concurrent.futures``. The results of one and of two workers are compared to the bit.
+Twelve biaxial tests of 300 particles on one worker and on two, in turn; a thousand cases that do nothing, by a Dask cluster
+and by processes of this machine. The results of one and of two workers are compared to the bit.
 
     python benchmarks/campaign.py [EMPTY CASES]
 """
@@ -12,12 +12,14 @@ import resource
 import sys
 import tempfile
 import time
+from contextlib import ExitStack
 from pathlib import Path
+from typing import Any
 
+import distributed
 import numpy as np
 from table import report
 
-import lmgcpy.experiment.campaign.carry_out as engine
 from lmgcpy.experiment import Campaign, Study2D
 
 TURNS = 2
@@ -30,10 +32,15 @@ def nothing(site, number):
 
 def seconds(campaign: Campaign, workers: int, dask: bool) -> tuple[float, list]:
     """Time of a campaign by the clock, and its numbers and curves."""
-    engine.has_dask = lambda: dask  # type: ignore[assignment]
-    with tempfile.TemporaryDirectory() as folder:
+    with ExitStack() as stack:
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "campaign"
         begin = time.perf_counter()
-        results = campaign.run(Path(folder) / "campaign", workers=workers)
+        where: dict[str, Any] = {"workers": workers}
+        if dask:
+            options = {"n_workers": workers, "threads_per_worker": 1, "dashboard_address": "127.0.0.1:0"}
+            cluster = stack.enter_context(distributed.LocalCluster(**options))
+            where = {"client": stack.enter_context(distributed.Client(cluster, set_as_default=False))}
+        results = campaign.run(folder, **where)
         took = time.perf_counter() - begin
     assert len(results.finished) == len(results.cases), [case.error for case in results.cases]
     return took, [(case.numbers, case.curves) for case in results.cases]
@@ -64,7 +71,7 @@ if __name__ == "__main__":
         before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
         empty, _ = seconds(Campaign(nothing, over={"number": range(count)}), 2, dask)
         grown = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024
-        row = ["Dask" if dask else "concurrent.futures", *(f"{t:.1f}" for t in times.values())]
+        row = ["Dask" if dask else "processes", *(f"{t:.1f}" for t in times.values())]
         row += [f"{times[1] / times[2]:.2f}", str(count), f"{1e3 * empty / count:.1f}", f"{grown:.0f}"]
         rows.append(row)
     header = ["workers by", "12 tests, 1 worker [s]", "2 workers [s]", "gain"]

@@ -19,7 +19,7 @@ from table import RESULTS, report
 
 from lmgcpy.experiment import BiaxialRecord, Study2D, StudyFolder, carry_out_study
 from lmgcpy.experiment.study.stages import Stages
-from lmgcpy.experiment.texsol.conclusions_2d import column
+from lmgcpy.experiment.texsol.conclusions import column
 from lmgcpy.experiment.texsol.result import TexSolResult
 from lmgcpy.experiment.texsol.study import TexSolStudy
 from lmgcpy.view.figures import name_of, new_figure, save

@@ -16,7 +16,7 @@ import numpy as np
 from table import report
 
 import lmgcpy as lm
-from lmgcpy.experiment import PeriodicShear, Sample, compact, compact_periodic, lay_periodic
+from lmgcpy.experiment import PeriodicShear, Sample, compact, lay_periodic
 
 PRESSURE, FRICTION = 1e5, 0.4
 
@@ -36,7 +36,7 @@ def walled(radii: np.ndarray, dimension: int, seed: int) -> float:
 def picture(file: str) -> None:
     """Contact reactions in a sheared cell of 500 disks."""
     radii = lm.sample.grading(500, minimum=0.005, maximum=0.010, seed=0)
-    pressed = compact_periodic(lay_periodic(radii, dimension=2, seed=0), pressure=PRESSURE)
+    pressed = compact(lay_periodic(radii, dimension=2, seed=0), pressure=PRESSURE)
     shear = PeriodicShear(pressed.sample, pressure=PRESSURE, friction=FRICTION)
     shear.run(0.35)
     lm.view.render(shear.simulation, file, what="forces", size=(900, 760))
@@ -47,7 +47,7 @@ def main(grains: int, seeds: int, strain: float) -> None:
     for dimension in (2, 3):
         for seed in range(seeds):
             radii = lm.sample.grading(grains, minimum=0.005, maximum=0.010, dimension=dimension, seed=seed)
-            pressed = compact_periodic(lay_periodic(radii, dimension=dimension, seed=seed), pressure=PRESSURE)
+            pressed = compact(lay_periodic(radii, dimension=dimension, seed=seed), pressure=PRESSURE)
             record = PeriodicShear(pressed.sample, pressure=PRESSURE, friction=FRICTION).run(strain)
             late = record.mean(0.5 * strain)
             spread = record.stress[record.strain >= 0.5 * strain, 1, 1].std() / PRESSURE

@@ -17,7 +17,7 @@ from table import report
 
 from lmgcpy.experiment import Campaign, CampaignFolder, CampaignResults, Study3D
 from lmgcpy.experiment.campaign.statistics import mean_and_interval
-from lmgcpy.experiment.texsol.conclusions_3d import envelope
+from lmgcpy.experiment.texsol.conclusions import envelope
 
 GRAINS = 1500
 BEADS = (200, 400, 800, 1200)

@@ -32,7 +32,6 @@ from lmgcpy.experiment import (
     Task,
     Triaxial,
     compact,
-    compact_periodic,
     lay_column,
     lay_periodic,
     lay_sample,
@@ -96,7 +95,7 @@ def things(folder) -> dict[str, object]:
     course = let_go(poured, duration=1e-4, frames=1)
     net = lm.measure.network(sim)
     loose = lay_periodic([0.01] * 20, dimension=2)
-    pressed = compact_periodic(loose, pressure=1e5, max_steps=3)
+    pressed = compact(loose, pressure=1e5, max_steps=3)
     sheared = PeriodicShear(loose, pressure=1e5)
     compacted = compact(laid, pressure=1e5, density=2600.0, max_steps=3)
     seen: dict[str, object] = {}
@@ -171,8 +170,7 @@ def things(folder) -> dict[str, object]:
         "Cell periodic along x, y, edges (": sheared.held.cell,
         "PeriodicCell of 20 grains in 2D": sheared.held,
         "PeriodicSample in 2D: 20 grains, solid fraction 0.450": loose,
-        "PeriodicCompaction in 3 steps, not at rest": pressed,
-        "PeriodicUnrest(": pressed.unrest,
+        "Compaction in 3 steps, not at rest, solid fraction 0.4": pressed,
         "PeriodicShear of 20 grains in 2D at 100000 Pa": sheared,
         "PeriodicShearRecord: ": sheared.run(1e-3, frames=0),
         "Split of W: 0 entries and 2 columns": Split(sparse.csr_array((4, 4)), np.zeros((4, 2))),

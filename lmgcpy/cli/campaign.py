@@ -45,8 +45,7 @@ def run(
 
     Every case has a folder with its run files. Interrupted by Ctrl-C, or killed, the campaign goes on by --resume.
     """
-    from lmgcpy.experiment.campaign.carry_out import carry_out
-    from lmgcpy.experiment.campaign.toml import read_campaign
+    from lmgcpy.experiment.campaign.campaign import read_campaign
 
     campaign = read_campaign(file)
     if case_timeout is not None:
@@ -58,7 +57,7 @@ def run(
     if where["workers"] is not None and (where["scheduler"] or where["scheduler_file"]):
         raise click.UsageError("--workers are processes of this machine: leave it out with --scheduler.")
     try:
-        results = carry_out(campaign, folder, resume=resume, force=force, progress=True, **where)
+        results = campaign.run(folder, resume=resume, force=force, progress=True, **where)
     except KeyboardInterrupt:
         click.echo(f"Interrupted; go on with: lmgcpy campaign {file} --out {folder} --resume", err=True)
         sys.exit(130)
@@ -90,9 +89,8 @@ def write(results: Any, folder: Path) -> None:
 
 def tell_cost(campaign: Any, path: Path, workers: int | None) -> None:
     """Print the cases, what each will cost, and all of them."""
-    from lmgcpy.experiment.campaign.cost import seconds_of
+    from lmgcpy.experiment.campaign.cases import CampaignResults
     from lmgcpy.experiment.campaign.folder import CampaignFolder
-    from lmgcpy.experiment.campaign.results import CampaignResults
     from lmgcpy.experiment.campaign.workers import processors
 
     folder, cases = CampaignFolder(path), campaign.all_cases()
@@ -103,7 +101,7 @@ def tell_cost(campaign: Any, path: Path, workers: int | None) -> None:
         if case.name in done:
             click.echo(f"{case.name}: finished")
             continue
-        seconds, source = seconds_of(case, so_far)
+        seconds, source = so_far.expected_seconds(case)
         total, unknown = total + (seconds or 0.0), unknown + (seconds is None)
         click.echo(f"{case.name}: {'unknown' if seconds is None else f'{seconds:.3g} s ({source})'}")
     count = workers or processors()

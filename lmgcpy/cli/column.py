@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from lmgcpy.cli.comma_list import CommaList
-from lmgcpy.cli.study_options import carry_out, kept_in, options_of, study_of
+from lmgcpy.cli.study_options import kept_in, options_of, run_study, study_of
 
 FIELDS = {"grains": "grain_count", "bead": "bead_diameter", "refine": "refinements"}
 """Fields of a study by option, if their names differ."""
@@ -53,7 +53,7 @@ def column(quick: bool, out: Path, force: bool, resume: bool, **options: Any) ->
     from lmgcpy.experiment.study.folder import StudyFolder
 
     how = {"quick": quick, "force": force, "resume": resume}
-    carry_out(StudyFolder(out, ColumnStudy), options, lambda given: new_study(given, quick), **how)
+    run_study(StudyFolder(out, ColumnStudy), options, lambda given: new_study(given, quick), **how)
 
 
 def new_study(given: dict[str, Any], quick: bool) -> Any:

@@ -83,7 +83,7 @@ def kept_in(default: Path | None, *, shown: bool | str = True) -> Callable[[Any]
     return add
 
 
-def carry_out(
+def run_study(
     folder: Any, options: Mapping[str, Any], new: Callable[[dict[str, Any]], Any], *, quick: bool, force: bool, resume: bool
 ) -> None:
     """Carry a study out in its folder, and print which files were written and the summary.

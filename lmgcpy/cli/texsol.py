@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from lmgcpy.cli.comma_list import CommaList
-from lmgcpy.cli.study_options import carry_out, kept_in, options_of, study_of
+from lmgcpy.cli.study_options import kept_in, options_of, run_study, study_of
 
 FIELDS = {"grains": "grain_count", "beads": "bead_count"}
 """Fields of a study by option, if their names differ."""
@@ -81,7 +81,7 @@ def texsol(dimension: str, quick: bool, out: Path | None, force: bool, resume: b
 
     folder = StudyFolder(out or Path("texsol" if dimension == "2" else "texsol-3d"), TexSolStudy)
     how = {"quick": quick, "force": force, "resume": resume}
-    carry_out(folder, options, lambda given: new_study(int(dimension), given, quick), **how)
+    run_study(folder, options, lambda given: new_study(int(dimension), given, quick), **how)
 
 
 def new_study(dimension: int, given: dict[str, Any], quick: bool) -> Any:

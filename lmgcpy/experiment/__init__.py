@@ -11,8 +11,8 @@ if TYPE_CHECKING:  # the names of MODULES, for type checkers
     from lmgcpy.experiment.biaxial import Biaxial, BiaxialRecord, Frame
     from lmgcpy.experiment.box import Box, Sample, characteristic_time
     from lmgcpy.experiment.campaign.campaign import Campaign
+    from lmgcpy.experiment.campaign.cases import CampaignResults, CaseResult
     from lmgcpy.experiment.campaign.folder import CampaignFolder
-    from lmgcpy.experiment.campaign.results import CampaignResults, CaseResult
     from lmgcpy.experiment.column.course import ColumnState, Course, SandColumn, let_go, time_unit
     from lmgcpy.experiment.column.result import ColumnResult, Fall
     from lmgcpy.experiment.column.sample import Laid, Mould, lay_column
@@ -21,29 +21,26 @@ if TYPE_CHECKING:  # the names of MODULES, for type checkers
     from lmgcpy.experiment.compression import Compression, CompressionRecord
     from lmgcpy.experiment.periodic import (
         PeriodicCell,
-        PeriodicCompaction,
         PeriodicSample,
         PeriodicShear,
         PeriodicShearRecord,
-        PeriodicUnrest,
-        compact_periodic,
         lay_periodic,
     )
+    from lmgcpy.experiment.recorded_run import carry_out
     from lmgcpy.experiment.study.engine import Site, Study, Task, carry_out_study
     from lmgcpy.experiment.study.folder import StudyFolder
     from lmgcpy.experiment.study.stages import Stages
     from lmgcpy.experiment.texsol.result import TexSolResult
     from lmgcpy.experiment.texsol.sample import lay_sample, lay_sample_3d
     from lmgcpy.experiment.texsol.study import Study2D, Study3D
-    from lmgcpy.experiment.trial import carry_out
     from lmgcpy.experiment.triaxial import Triaxial, TriaxialRecord
 
 MODULES = {
     "biaxial": ("Biaxial", "BiaxialRecord", "Frame"),
     "box": ("Box", "Sample", "characteristic_time"),
     "campaign.campaign": ("Campaign",),
+    "campaign.cases": ("CampaignResults", "CaseResult"),
     "campaign.folder": ("CampaignFolder",),
-    "campaign.results": ("CampaignResults", "CaseResult"),
     "column.course": ("ColumnState", "Course", "SandColumn", "let_go", "time_unit"),
     "column.result": ("ColumnResult", "Fall"),
     "column.sample": ("Laid", "Mould", "lay_column"),
@@ -52,12 +49,9 @@ MODULES = {
     "compression": ("Compression", "CompressionRecord"),
     "periodic": (
         "PeriodicCell",
-        "PeriodicCompaction",
         "PeriodicSample",
         "PeriodicShear",
         "PeriodicShearRecord",
-        "PeriodicUnrest",
-        "compact_periodic",
         "lay_periodic",
     ),
     "study.engine": ("Site", "Study", "Task", "carry_out_study"),
@@ -66,7 +60,7 @@ MODULES = {
     "texsol.result": ("TexSolResult",),
     "texsol.sample": ("lay_sample", "lay_sample_3d"),
     "texsol.study": ("Study2D", "Study3D"),
-    "trial": ("carry_out",),
+    "recorded_run": ("carry_out",),
     "triaxial": ("Triaxial", "TriaxialRecord"),
 }
 """The public names by the module that defines them."""

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lmgcpy.errors import AXES, named_arguments, number, numbers, shown, whole
+from lmgcpy.io.observations import Observe
 from lmgcpy.laws import Law
 from lmgcpy.laws.coulomb import Coulomb
 from lmgcpy.measure.network import network
@@ -98,7 +99,46 @@ class Sample:
         return f"<Sample in {self.dimension}D: {len(self.radii)} particles{wires}, in a box of {box} m>"
 
 
-class Box:
+class SampleScene:
+    """A sample as a scene without gravity, and what is measured of it; the base of :class:`Box` and of a periodic cell."""
+
+    bead_count = 0
+    """Number of beads; they come first."""
+
+    def __init__(self, sample: Any):
+        self.dimension, self.diameter = sample.dimension, sample.diameter
+        self.scene = Scene(dimension=sample.dimension)
+        self.particles: list = []
+
+    def add_particles(self, radii: np.ndarray, positions: np.ndarray, density: float, masses: float | None = None) -> None:
+        """Add particles to the scene."""
+        add = self.scene.add_disks if self.dimension == 2 else self.scene.add_spheres
+        self.particles += add(radii, positions, material=Material("sand", density=density), color=GRAIN, masses=masses)
+
+    def penetration(self, sim: Simulation) -> float:
+        """Deepest overlap at a contact in the last step [m]."""
+        net = sim.interactions
+        return max(0.0, -float(net.gap[net.law == Coulomb.NAME].min(initial=0.0)))
+
+    def unbalanced(self, sim: Simulation) -> float:
+        """Mean over the particles of the resultant force of their interactions [N]."""
+        net, count = sim.interactions, len(sim.positions)
+        force = np.einsum("mk,mkd->md", net.force, net.frame)
+        resultant = [np.bincount(net.candidate, f, count) - np.bincount(net.antagonist, f, count) for f in force.T]
+        return float(np.linalg.norm(resultant, axis=0)[: len(self.particles)].mean())
+
+    def network(self, sim: Simulation) -> np.ndarray:
+        """Contact network of the last step: coordination, share of rattlers among the grains, fabric, (2 + d^2,).
+
+        Beads are held by their wire and do not count as rattlers.
+        """
+        net = network(sim)
+        grains = len(self.particles) - self.bead_count
+        loose = int((net.rattlers >= self.bead_count).sum())
+        return np.array([net.coordination, loose / max(1, grains), *net.fabric.ravel()])
+
+
+class Box(SampleScene):
     """The scene of a sample in its box, without gravity; the caller sets the boundary conditions.
 
     The platens stand across ``axis``, by default the last one. ``friction`` acts between particles, ``platen_friction`` at
@@ -122,13 +162,14 @@ class Box:
     ):
         if not isinstance(sample, Sample):
             raise TypeError(f"A box is for a Sample, such as lay_sample() makes, got {shown(sample)}.")
-        d = self.dimension = sample.dimension
+        super().__init__(sample)
+        d = self.dimension
         self.axis = d - 1 if axis is None else axis
         self.lateral = [k for k in range(d) if k != self.axis]
         """Axes across which the lateral walls stand."""
-        self.diameter, self.bead_count = sample.diameter, sample.bead_count
-        self.scene = Scene(dimension=d)
-        self.particles = self._add_particles(sample, Material("sand", density=density))
+        beads = self.bead_count = sample.bead_count
+        self.add_particles(sample.radii[:beads], sample.positions[:beads], density, sample.bead_mass)
+        self.add_particles(sample.radii[beads:], sample.positions[beads:], density)
         self.mass = sum(particle.mass for particle in self.particles)
         self.walls: list[tuple[Wall, Wall]] = [None] * d  # type: ignore[list-item]
         """The lower and the upper wall across each axis."""
@@ -141,15 +182,6 @@ class Box:
             if not sample.wires:
                 raise ValueError("A law links the beads of a wire, this sample has none: give law=None.")
             self._link(sample, law, reference_gap, block_spin)
-
-    def _add_particles(self, sample: Sample, material: Material) -> list:
-        add = self.scene.add_disks if self.dimension == 2 else self.scene.add_spheres
-        beads, grains = slice(sample.bead_count), slice(sample.bead_count, None)
-        return [
-            body
-            for part, masses in ((beads, sample.bead_mass), (grains, None))
-            for body in add(sample.radii[part], sample.positions[part], material=material, color=GRAIN, masses=masses)
-        ]
 
     def _add_walls(self, axis: int, size: float, color: str) -> tuple[Wall, Wall]:
         normal = np.eye(self.dimension)[axis]
@@ -188,6 +220,11 @@ class Box:
         """Press the upper platen down by ``pressure`` [Pa] on its present area."""
         self._load(self.walls[self.axis][1], self.axis, -pressure)
 
+    def press(self, pressure: float) -> None:
+        """Press lateral walls and upper platen by ``pressure`` [Pa]."""
+        self.load_laterally(pressure)
+        self.load_top(pressure)
+
     def drive_top(self, speed: Callable[[float], float]) -> None:
         """Move the upper platen down at a ``speed`` [m/s], a function of time [s]."""
         self.walls[self.axis][1].impose_velocity(**{AXES[self.axis]: lambda time: -speed(time)})
@@ -207,30 +244,27 @@ class Box:
         """Present sizes of the box [m], (d,)."""
         return self.sizes
 
-    def penetration(self, sim: Simulation) -> float:
-        """Deepest overlap at a contact in the last step [m]."""
-        net = sim.interactions
-        return max(0.0, -float(net.gap[net.law == Coulomb.NAME].min(initial=0.0)))
+    def observed(self) -> Observe:
+        """The quantities that a compaction records at every step."""
+        return {
+            "reactions": self.reactions,
+            "size": self.size,
+            "penetration": self.penetration,
+            "unbalanced": self.unbalanced,
+            "kinetic": lambda sim: sim.energy.kinetic,
+            "network": self.network,
+        }
 
-    def unbalanced(self, sim: Simulation) -> float:
-        """Mean over the particles of the resultant force of their interactions [N]."""
-        net = sim.interactions
-        force = np.einsum("mk,mkd->md", net.force, net.frame)
-        count = len(sim.positions)
-        resultant = [
-            np.bincount(net.candidate, of_axis, count) - np.bincount(net.antagonist, of_axis, count) for of_axis in force.T
-        ]
-        return float(np.linalg.norm(resultant, axis=0)[: len(self.particles)].mean())
+    def pressures(self, rows: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Recorded forces on the walls over their recorded area [Pa], (s, d, 2): lower and upper wall across each axis."""
+        size = rows["size"]
+        area = np.stack([np.prod(np.delete(size, k, axis=1), axis=1) for k in range(self.dimension)], axis=1)
+        return rows["reactions"].reshape(-1, self.dimension, 2) / area[:, :, None]
 
-    def network(self, sim: Simulation) -> np.ndarray:
-        """Contact network of the last step: coordination, share of rattlers among the grains, fabric, (2 + d^2,).
-
-        Beads are held by their wire and do not count as rattlers.
-        """
-        net = network(sim)
-        grains = len(self.particles) - self.bead_count
-        loose = int((net.rattlers >= self.bead_count).sum())
-        return np.array([net.coordination, loose / max(1, grains), *net.fabric.ravel()])
+    def mean_stress(self, rows: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Mean pressures on the loaded walls of recorded rows, as a stress [Pa], (d, d), traction positive."""
+        mean = self.pressures(rows).mean(axis=0)
+        return -np.diag([mean[k, 1] if k == self.axis else mean[k].mean() for k in range(self.dimension)])
 
     def sample(self, before: Sample) -> Sample:
         """The sample in its present state, moved so that its box starts at the origin."""

@@ -1,7 +1,8 @@
-"""Isotropic compaction of a sample to a pressure: the relaxation that tightens the grains around the wire."""
+"""Isotropic compaction of a sample in a box or in a periodic cell: the relaxation that tightens grains around a wire."""
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -11,16 +12,39 @@ import numpy as np
 
 from lmgcpy.errors import named_arguments, number, shown, whole
 from lmgcpy.experiment.box import Box, Sample, characteristic_time
-from lmgcpy.experiment.damped import DampedSimulation
-from lmgcpy.experiment.trial import carry_out
+from lmgcpy.experiment.periodic import PeriodicCell, PeriodicSample
+from lmgcpy.experiment.recorded_run import carry_out
 from lmgcpy.laws.rigid import RigidWire
 from lmgcpy.measure.density import density as solid_fraction
 from lmgcpy.simulation import Simulation
+from lmgcpy.solve.problems.report import SOLVED, Report
 from lmgcpy.solve.sweeps.accelerated import AcceleratedGaussSeidel
 from lmgcpy.solve.sweeps.solver import Solver
 
 WINDOW = 50
 """Number of steps over which rest is judged."""
+HEAVY = 4.0
+"""Inertia of a cell in its compaction over the usual one: with that, loose grains move by more than half a radius in a
+step."""
+
+
+@dataclass(frozen=True)
+class Defaults:
+    """Options of a compaction that the user does not give."""
+
+    experiment: str
+    """Its name in the run file."""
+    drag: float
+    step: float
+    """Time step over ``d sqrt(rho/p)``."""
+    tolerance: float
+    max_steps: int
+
+
+DEFAULTS = {
+    Box: Defaults("compaction", drag=0.0, step=0.2, tolerance=1e-2, max_steps=800),
+    PeriodicCell: Defaults("periodic compaction", drag=0.3, step=0.1, tolerance=1e-3, max_steps=2000),
+}
 
 
 @dataclass(frozen=True)
@@ -28,34 +52,39 @@ class Unrest:
     """Four measures of motion over a window of steps; all are small at rest."""
 
     imbalance: float = np.inf
-    """Mean of ``|force on a wall / (pressure x its area) - 1|``, the worst of the loaded walls."""
+    """In a box the mean of ``|force on a wall / (pressure x its area) - 1|``, the worst of the loaded walls; in a cell the
+    largest component of mean Weber stress less imposed stress, over the pressure."""
     volume_change: float = np.inf
     """Relative change of the volume."""
     force: float = np.inf
     """Mean resultant force on a particle, over p d^(D-1), the force of the pressure on a particle."""
     kinetic: float = np.inf
     """Mean kinetic energy of a particle, over p d^D, the work of the pressure on its volume."""
+    balanced: float = 0.02
+    """Bound of the imbalance: 0.02 in a box, 0.001 in a cell."""
 
     @property
     def is_rest(self) -> bool:
         """Whether each is below its bound."""
-        return self.imbalance < 0.02 and self.volume_change < 3e-4 and self.force < 0.02 and self.kinetic < 1e-4
+        return self.imbalance < self.balanced and self.volume_change < 3e-4 and self.force < 0.02 and self.kinetic < 1e-4
 
 
 @dataclass(frozen=True)
 class Compaction:
-    """A compacted sample in d dimensions and how it came to rest."""
+    """A compacted sample in d dimensions and how it came to rest; means are over the last 50 steps."""
 
-    sample: Sample
-    """The compacted sample."""
+    sample: Any
+    """The compacted sample, of the kind that was given."""
     steps: int
     """Number of steps made."""
     at_rest: bool
     """Whether the sample came to rest within them."""
     unrest: Unrest
-    """Measures of motion over the last window."""
+    """Measures of motion over the last 50 steps."""
+    stress: np.ndarray
+    """Mean stress [Pa], (d, d), traction positive: Weber's of a cell, the pressures on the loaded walls of a box."""
     solid_fraction: float
-    """Solid fraction in a window one coarsest diameter from the walls."""
+    """Of a box in a window one coarsest diameter from the walls, of a cell as a whole."""
     coordination: float
     """Mean number of contacts of the particles that are no rattlers."""
     rattlers: float
@@ -66,6 +95,8 @@ class Compaction:
     """Deepest overlap [m]."""
     mean_residual: float
     """Mean residual of the steps."""
+    unconverged: int
+    """Number of steps that did not reach the tolerance."""
     seconds: float
     """Wall clock time of the steps [s]."""
 
@@ -76,66 +107,62 @@ class Compaction:
 
 @named_arguments
 def compact(
-    sample: Sample,
+    sample: Sample | PeriodicSample,
     *,
     pressure: float,
-    density: float,
+    density: float = 2600.0,
     friction: float = 0.0,
-    drag: float = 0.0,
+    drag: float | None = None,
     time_step: float | None = None,
     solver: Solver | None = None,
-    max_steps: int = 800,
+    max_steps: int | None = None,
     file: str | os.PathLike | None = None,
     on_step: Callable[[int], None] | None = None,
     interrupted: Callable[[], bool] | None = None,
 ) -> Compaction:
-    """Press lateral walls and lid by ``pressure`` [Pa] until the sample is at rest.
+    """Press a sample from all sides by ``pressure`` [Pa] until it is at rest.
 
-    The sample is at rest if over 50 steps no wall's mean force differs from its load by more than 2 %, the volume changes
-    by less than 3e-4, the mean resultant force on a particle is below 2 % of ``p d^(D-1)``, and its mean kinetic energy is
-    below 1e-4 ``p d^D`` (D dimensions, d the mean diameter). Without ``friction`` the sample becomes as dense as its grains
-    allow; the wire is inextensible. ``time_step`` [s] is by default a fifth of ``d sqrt(rho/p)``: with rigid grains the
-    pressure alone sets the time scale. ``drag``: velocities decay by ``exp(-drag)`` in that time; without it, grains that
-    are squeezed out hammer a wire of fine beads, which has no bending stiffness, until it is crumpled.
+    The lateral walls and the lid of its box are pressed, or the edges of its periodic cell.
+
+    It is at rest if over 50 steps no wall's mean force differs from its load by more than 2 %, or no component of the mean
+    Weber stress of a cell by more than 0.1 % of the pressure, the volume changes by less than 3e-4, the mean resultant
+    force on a particle is below 2 % of ``p d^(D-1)``, and its mean kinetic energy is below 1e-4 ``p d^D`` (D dimensions, d
+    the mean diameter). Without ``friction`` the sample becomes as dense as its grains allow; the wire is inextensible. A
+    cell yields in size and in shape, so that its stress becomes isotropic; the edge x keeps its direction, and the plane of
+    x and y, so that the cell does not turn.
+
+    With rigid grains the pressure alone sets the time scale ``d sqrt(rho/p)``. ``time_step`` [s] is by default a fifth of
+    it in a box, a tenth in a cell. ``drag``: velocities decay by ``exp(-drag)`` in that time, by default 0 in a box and 0.3
+    in a cell; without it, grains that are squeezed out hammer a wire of fine beads, which has no bending stiffness, until
+    it is crumpled. ``max_steps`` is by default 800 in a box and 2000 in a cell.
 
     ``file``, ``on_step`` and ``interrupted`` as in :func:`lmgcpy.experiment.carry_out`.
     """
     number(pressure, "pressure", above=0.0, unit="Pa")
-    whole(max_steps, "max_steps", minimum=1)
-    number(drag, "drag", minimum=0.0)
-    if not isinstance(sample, Sample):
-        raise TypeError(f"compact takes a Sample, such as lay_sample() makes, got {shown(sample)}.")
-    box = Box(sample, density=density, friction=friction, law=RigidWire() if sample.wires else None)
-    box.load_laterally(pressure)
-    box.load_top(pressure)
+    number(friction, "friction", minimum=0.0)
+    held = _held(sample, density, friction)
+    held.press(pressure)
+    usual = DEFAULTS[type(held)]
+    steps = usual.max_steps if max_steps is None else whole(max_steps, "max_steps", minimum=1)
+    drag = usual.drag if drag is None else number(drag, "drag", minimum=0.0)
     moment = characteristic_time(sample.diameter, density, pressure)
     options: dict[str, Any] = {
-        "time_step": 0.2 * moment if time_step is None else number(time_step, "time_step", above=0.0, unit="s"),
-        "solver": solver or AcceleratedGaussSeidel(tolerance=1e-2, max_iterations=5000),
+        "time_step": usual.step * moment if time_step is None else number(time_step, "time_step", above=0.0, unit="s"),
+        "solver": solver or AcceleratedGaussSeidel(tolerance=usual.tolerance, max_iterations=5000),
         "on_unconverged": "ignore",
     }
     if drag > 0.0:
-        sim: Simulation = DampedSimulation(box.scene, drag_time=moment / drag, **options)
+        sim: Simulation = DampedSimulation(held.scene, drag_time=moment / drag, **options)
     else:
-        sim = Simulation(box.scene, **options)
-
-    def judge(rows: Mapping[str, np.ndarray]) -> Unrest:
-        return unrest({name: rows[name][-WINDOW - 1 :] for name in rows}, pressure, box)
+        sim = Simulation(held.scene, **options)
 
     with carry_out(
         sim,
-        steps=max_steps,
-        observe={
-            "reactions": box.reactions,
-            "size": box.size,
-            "penetration": box.penetration,
-            "unbalanced": box.unbalanced,
-            "kinetic": lambda sim: sim.energy.kinetic,
-            "network": box.network,
-        },
+        steps=steps,
+        observe=held.observed(),
         every=WINDOW,
-        notes={"experiment": "compaction", "pressure": pressure, "drag": drag},
-        rule=lambda rows: judge(rows).is_rest,
+        notes={"experiment": usual.experiment, "pressure": pressure, "drag": drag},
+        rule=lambda rows: unrest(rows, pressure, held).is_rest,
         window=WINDOW + 1,
         file=file,
         on_step=on_step,
@@ -143,41 +170,57 @@ def compact(
     ) as run:
         history = run.history[:]
         rows = {name: column[-WINDOW - 1 :] for name, column in run.observed.items()}
-    left = judge(rows)
-    done = box.sample(sample)
+        unconverged = sum(word not in SOLVED for word in run.status)
+    left = unrest(rows, pressure, held)
     coordination, rattlers, *fabric = rows["network"][-1]
+    done: Any = held.sample(sample) if isinstance(sample, Sample) and isinstance(held, Box) else held.sample
     return Compaction(
         sample=done,
         steps=len(history),
         at_rest=left.is_rest,
         unrest=left,
-        solid_fraction=inner_solid_fraction(done),
-        coordination=coordination,
-        rattlers=rattlers,
+        stress=held.mean_stress({name: column[-WINDOW:] for name, column in rows.items()}),
+        solid_fraction=inner_solid_fraction(done) if isinstance(done, Sample) else done.solid_fraction,
+        coordination=float(coordination),
+        rattlers=float(rattlers),
         fabric=np.reshape(fabric, (sample.dimension, sample.dimension)),
         penetration=float(rows["penetration"][-1]),
         mean_residual=float(history["residual"].mean()),
+        unconverged=unconverged,
         seconds=float(history["step_seconds"].sum()),
     )
 
 
-def unrest(rows: Mapping[str, np.ndarray], pressure: float, box: Box) -> Unrest:
+def _held(sample: Any, density: float, friction: float) -> Box | PeriodicCell:
+    """The scene of a sample: its box, or its cell."""
+    if isinstance(sample, PeriodicSample):
+        return PeriodicCell(sample, density=density, friction=friction, heavy=HEAVY)
+    if isinstance(sample, Sample):
+        return Box(sample, density=density, friction=friction, law=RigidWire() if sample.wires else None)
+    raise TypeError(
+        f"compact takes a Sample, as lay_sample() makes it, or a PeriodicSample of lay_periodic(), got {shown(sample)}."
+    )
+
+
+def unrest(rows: Mapping[str, np.ndarray], pressure: float, held: Box | PeriodicCell) -> Unrest:
     """Measures of motion from the last observed rows, a window and one more; infinite if there are fewer rows."""
-    size, d = rows["size"], box.dimension
-    if len(size) <= WINDOW:
+    rows = {name: values[-WINDOW - 1 :] for name, values in rows.items()}
+    if len(rows["unbalanced"]) <= WINDOW:
         return Unrest()
-    loads = []
-    for k in range(d):
-        area = np.prod(np.delete(size, k, axis=1), axis=1)
-        force = rows["reactions"][:, 2 * k : 2 * k + 2]
-        loaded = slice(1, 2) if k == box.axis else slice(0, 2)
-        loads.append(force[:-1, loaded] / (pressure * area[:-1, None]))
-    count, diameter = len(box.particles), box.diameter
+    d, count, diameter = held.dimension, len(held.particles), held.diameter
+    if isinstance(held, Box):
+        volume, first = np.prod(rows["size"], axis=1), 0
+        loaded = [held.pressures(rows)[:-1, k, int(k == held.axis) :] / pressure for k in range(d)]  # all but the floor
+        imbalance, balanced = np.abs(np.hstack(loaded).mean(axis=0) - 1.0).max(), Unrest.balanced
+    else:
+        volume, first = rows["volume"], 1
+        imbalance, balanced = np.abs(rows["stress"][1:].mean(axis=0) / pressure + np.eye(d)).max(), 0.001
     return Unrest(
-        imbalance=float(np.abs(np.hstack(loads).mean(axis=0) - 1.0).max()),
-        volume_change=abs(float(np.prod(size[-1]) / np.prod(size[0])) - 1.0),
-        force=float(rows["unbalanced"].mean()) / (pressure * diameter ** (d - 1)),
-        kinetic=float(rows["kinetic"].mean()) / (count * pressure * diameter**d),
+        imbalance=float(imbalance),
+        volume_change=abs(float(volume[-1] / volume[0]) - 1.0),
+        force=float(rows["unbalanced"][first:].mean()) / (pressure * diameter ** (d - 1)),
+        kinetic=float(rows["kinetic"][first:].mean()) / (count * pressure * diameter**d),
+        balanced=balanced,
     )
 
 
@@ -186,3 +229,28 @@ def inner_solid_fraction(sample: Sample) -> float:
     margin = 2.0 * float(sample.radii.max())
     low, high = np.full(sample.dimension, margin), sample.box - margin
     return solid_fraction(sample.positions, sample.radii, (low, high))
+
+
+class DampedSimulation(Simulation):
+    """Before every step all velocities decay by ``exp(-h / drag_time)``: the exact answer to a drag ``-(m / drag_time) v``.
+
+    The drag does not act within the step, so that it does not change impulses at rest. ``drag_time`` [s].
+    """
+
+    _kept = 1.0
+    """Part of the velocities that is left after a step."""
+
+    def __init__(self, scene, *, drag_time: float, **options):
+        super().__init__(scene, **options)
+        self._kept = math.exp(-self.time_step / drag_time)
+
+    def step(self) -> Report:
+        """Make one step, see :meth:`lmgcpy.Simulation.step`."""
+        before, steps = self.state.velocities.copy(), self.steps
+        self.state.velocities *= self._kept
+        try:
+            return super().step()
+        except BaseException:
+            if self.steps == steps:  # else the step was made, and the error is about its result
+                self.state.velocities[:] = before
+            raise

@@ -12,7 +12,7 @@ import numpy as np
 
 from lmgcpy.errors import AXES, named_arguments, number, one_of, shown, whole
 from lmgcpy.experiment.box import Box, Sample, characteristic_time
-from lmgcpy.experiment.trial import carry_out
+from lmgcpy.experiment.recorded_run import carry_out
 from lmgcpy.io.observations import Observe
 from lmgcpy.io.run import Run
 from lmgcpy.laws import Law

@@ -1,4 +1,4 @@
-"""Samples without walls: a periodic cell of grains, its isotropic compaction, and its simple shear under a normal stress.
+"""Samples without walls: a periodic cell of grains, and its simple shear under a normal stress.
 
 The stress is held by the cell itself, which yields to it (:meth:`lmgcpy.Scene.periodic`), and is measured as Weber's stress
 of its contacts. There is no wall, so that no layer of grains is ordered by one and no platen slips.
@@ -14,18 +14,14 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.errors import AXES, named_arguments, number, numbers, shown, whole
-from lmgcpy.experiment.box import GRAIN, characteristic_time
-from lmgcpy.experiment.compaction import WINDOW
-from lmgcpy.experiment.damped import DampedSimulation
-from lmgcpy.experiment.trial import carry_out
+from lmgcpy.experiment.box import GRAIN, SampleScene, characteristic_time
+from lmgcpy.experiment.recorded_run import carry_out
+from lmgcpy.io.observations import Observe
 from lmgcpy.io.run import Run
 from lmgcpy.laws.coulomb import Coulomb
-from lmgcpy.measure.network import network
 from lmgcpy.measure.stress import stress
 from lmgcpy.sample.arguments import radii, spheres
 from lmgcpy.sample.scatter import scatter
-from lmgcpy.scene.material import Material
-from lmgcpy.scene.scene import Scene
 from lmgcpy.simulation import Simulation
 from lmgcpy.solve.problems.report import SOLVED, STATUS
 from lmgcpy.solve.sweeps.accelerated import AcceleratedGaussSeidel
@@ -33,11 +29,6 @@ from lmgcpy.solve.sweeps.solver import Solver
 
 LOOSE = {2: 0.45, 3: 0.3}
 """Solid fraction of a cell before its compaction."""
-
-
-HEAVY = 4.0
-"""Inertia of a cell in its compaction over the usual one: with that, loose grains move by more than half a radius in a
-step."""
 
 
 @named_arguments
@@ -102,7 +93,7 @@ def lay_periodic(sizes: Any, *, dimension: int, solid_fraction: float | None = N
     return PeriodicSample(scatter(grains, cell=(length,) * d, seed=seed), grains, length * np.eye(d))
 
 
-class PeriodicCell:
+class PeriodicCell(SampleScene):
     """The scene of a periodic sample, without gravity; the caller says how its ``cell`` deforms.
 
     ``friction`` acts between the grains; ``heavy``: the inertia of the cell over ``M w^2 / 12``, M the mass of the grains
@@ -112,12 +103,10 @@ class PeriodicCell:
     def __init__(self, sample: PeriodicSample, *, density: float, friction: float, heavy: float = 1.0):
         if not isinstance(sample, PeriodicSample):
             raise TypeError(f"A periodic cell is for a PeriodicSample, which lay_periodic() makes, got {shown(sample)}.")
-        self.dimension, self.diameter, self.solid_volume = sample.dimension, sample.diameter, sample.solid_volume
-        self.radii = sample.radii
-        self.scene = Scene(dimension=self.dimension)
-        add = self.scene.add_disks if self.dimension == 2 else self.scene.add_spheres
-        sand = Material("sand", density=density)
-        self.grains: list = [*add(sample.radii, sample.positions, material=sand, color=GRAIN)]
+        super().__init__(sample)
+        self.radii, self.solid_volume = sample.radii, sample.solid_volume
+        self.add_particles(sample.radii, sample.positions, density)
+        self.grains = self.particles
         self.scene.see(GRAIN, GRAIN, Coulomb(friction=friction))
         width = (sample.solid_volume / sample.solid_fraction) ** (1.0 / self.dimension)
         inertia = heavy * density * sample.solid_volume * width**2 / 12.0
@@ -132,7 +121,18 @@ class PeriodicCell:
         positions = np.array([grain.position for grain in self.grains])
         return PeriodicSample(self.cell.wrapped(positions), self.radii, self.cell.edges)
 
-    def observed(self) -> dict[str, Callable[[Simulation], Any]]:
+    def press(self, pressure: float) -> None:
+        """Impose the ``pressure`` [Pa] from all sides. The velocity gradient is upper triangular: it deforms the cell and
+        does not turn it."""
+        axes = AXES[: self.dimension]
+        for k, axis in enumerate(axes):
+            self.cell.impose_stress(**{axis + axis: -pressure}, **{axis + other: 0.0 for other in axes[k + 1 :]})
+
+    def mean_stress(self, rows: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Mean Weber stress of recorded rows [Pa], (d, d), traction positive."""
+        return rows["stress"].mean(axis=0)
+
+    def observed(self) -> Observe:
         """The quantities that are recorded at every step: Weber stress [Pa] (d, d), volume [m^d], velocity gradient [1/s]
         (d, d), deepest overlap [m], mean resultant force on a grain [N], kinetic energy of the grains [J], and the network
         (coordination, share of rattlers, fabric)."""
@@ -140,169 +140,15 @@ class PeriodicCell:
             "stress": lambda sim: stress(sim)["total"],
             "volume": lambda sim: self.cell.volume,
             "rate": lambda sim: self.cell.rate,
-            "penetration": lambda sim: max(0.0, -float(sim.interactions.gap.min(initial=0.0))),
-            "unbalanced": self._unbalanced,
+            "penetration": self.penetration,
+            "unbalanced": self.unbalanced,
             "kinetic": self._kinetic,
-            "network": self._network,
+            "network": self.network,
         }
-
-    def _unbalanced(self, sim: Simulation) -> float:
-        net, count = sim.interactions, len(sim.positions)
-        force = np.einsum("mk,mkd->md", net.force, net.frame)
-        resultant = [np.bincount(net.candidate, f, count) - np.bincount(net.antagonist, f, count) for f in force.T]
-        return float(np.linalg.norm(resultant, axis=0)[: len(self.grains)].mean())
 
     def _kinetic(self, sim: Simulation) -> float:
         grains = slice(0, len(self.grains))
         return 0.5 * float((sim.model.mass[grains] * sim.state.velocities[grains] ** 2).sum())
-
-    def _network(self, sim: Simulation) -> np.ndarray:
-        net = network(sim)
-        return np.array([net.coordination, len(net.rattlers) / len(self.grains), *net.fabric.ravel()])
-
-
-@dataclass(frozen=True)
-class PeriodicUnrest:
-    """Four measures of motion over a window of steps; all are small at rest."""
-
-    imbalance: float = np.inf
-    """Largest component of mean Weber stress less imposed stress, over the pressure."""
-    volume_change: float = np.inf
-    """Relative change of the volume."""
-    force: float = np.inf
-    """Mean resultant force on a grain, over p d^(D-1)."""
-    kinetic: float = np.inf
-    """Mean kinetic energy of a grain relative to the mean flow, over p d^D."""
-
-    @property
-    def is_rest(self) -> bool:
-        """Whether each is below its bound."""
-        return self.imbalance < 0.001 and self.volume_change < 3e-4 and self.force < 0.02 and self.kinetic < 1e-4
-
-
-@dataclass(frozen=True)
-class PeriodicCompaction:
-    """A compacted cell in d dimensions and how it came to rest; means are over the last 50 steps."""
-
-    sample: PeriodicSample
-    """The compacted sample."""
-    steps: int
-    """Number of steps made."""
-    at_rest: bool
-    """Whether the cell came to rest within them."""
-    unrest: PeriodicUnrest
-    """Measures of motion over the last 50 steps."""
-    stress: np.ndarray
-    """Mean Weber stress [Pa], (d, d), traction positive."""
-    solid_fraction: float
-    """Volume of the grains over the volume of the cell."""
-    coordination: float
-    """Mean number of contacts of the grains that are no rattlers."""
-    rattlers: float
-    """Share of the grains that carry no force."""
-    fabric: np.ndarray
-    """Mean of n (x) n over the contacts, (d, d)."""
-    penetration: float
-    """Deepest overlap [m]."""
-    unconverged: int
-    """Number of steps that did not reach the tolerance."""
-    seconds: float
-    """Wall clock time of the steps [s]."""
-
-    def __repr__(self) -> str:
-        rest = "at rest" if self.at_rest else "not at rest"
-        return f"<PeriodicCompaction in {self.steps} steps, {rest}: {self.sample!r}>"
-
-
-@named_arguments
-def compact_periodic(
-    sample: PeriodicSample,
-    *,
-    pressure: float,
-    density: float = 2600.0,
-    friction: float = 0.0,
-    drag: float = 0.3,
-    time_step: float | None = None,
-    solver: Solver | None = None,
-    max_steps: int = 2000,
-    file: str | os.PathLike | None = None,
-    on_step: Callable[[int], None] | None = None,
-    interrupted: Callable[[], bool] | None = None,
-) -> PeriodicCompaction:
-    """Compact a cell under the ``pressure`` [Pa] from all sides until it is at rest.
-
-    The cell yields in size and in shape, so that its stress becomes isotropic; the edge x keeps its direction, and the
-    plane of x and y, so that the cell does not turn. It is at rest if over 50 steps no component of Weber's stress differs
-    from the imposed one by more than 0.1 % of the pressure, the volume changes by less than 3e-4, the mean resultant force
-    on a grain is below 2 % of ``p d^(D-1)``, and its mean kinetic energy below 1e-4 ``p d^D`` (D dimensions, d the mean
-    diameter).
-
-    ``friction``: between grains, without it the cell gets as dense as they allow. ``drag``: velocities decay by
-    ``exp(-drag)`` in the time ``d sqrt(rho/p)``; ``time_step`` [s] is by default a tenth of it. ``file``, ``on_step`` and
-    ``interrupted`` as in :func:`lmgcpy.experiment.carry_out`.
-    """
-    number(pressure, "pressure", above=0.0, unit="Pa")
-    number(drag, "drag", minimum=0.0)
-    whole(max_steps, "max_steps", minimum=1)
-    held = PeriodicCell(sample, density=density, friction=number(friction, "friction", minimum=0.0), heavy=HEAVY)
-    d = held.dimension
-    for k, axis in enumerate(AXES[:d]):  # an upper triangular velocity gradient deforms the cell and does not turn it
-        held.cell.impose_stress(**{axis + axis: -pressure}, **{axis + other: 0.0 for other in AXES[k + 1 : d]})
-    moment = characteristic_time(sample.diameter, density, pressure)
-    options: dict[str, Any] = {
-        "time_step": 0.1 * moment if time_step is None else number(time_step, "time_step", above=0.0, unit="s"),
-        "solver": solver or AcceleratedGaussSeidel(tolerance=1e-3, max_iterations=5000),
-        "on_unconverged": "ignore",
-    }
-    if drag > 0.0:
-        sim: Simulation = DampedSimulation(held.scene, drag_time=moment / drag, **options)
-    else:
-        sim = Simulation(held.scene, **options)
-
-    def judge(rows: Mapping[str, np.ndarray]) -> PeriodicUnrest:
-        volume = rows["volume"][-WINDOW - 1 :]
-        if len(volume) <= WINDOW:
-            return PeriodicUnrest()
-        count, diameter = len(held.grains), held.diameter
-        return PeriodicUnrest(
-            imbalance=float(np.abs(rows["stress"][-WINDOW:].mean(axis=0) / pressure + np.eye(d)).max()),
-            volume_change=abs(float(volume[-1] / volume[0]) - 1.0),
-            force=float(rows["unbalanced"][-WINDOW:].mean()) / (pressure * diameter ** (d - 1)),
-            kinetic=float(rows["kinetic"][-WINDOW:].mean()) / (count * pressure * diameter**d),
-        )
-
-    with carry_out(
-        sim,
-        steps=max_steps,
-        observe=held.observed(),
-        every=WINDOW,
-        notes={"experiment": "periodic compaction", "pressure": pressure, "drag": drag},
-        rule=lambda rows: judge(rows).is_rest,
-        window=WINDOW + 1,
-        file=file,
-        on_step=on_step,
-        interrupted=interrupted,
-    ) as run:
-        history = run.history[:]
-        rows = {name: column[-WINDOW - 1 :] for name, column in run.observed.items()}
-        status = run.status
-    left = judge(rows)
-    coordination, rattlers, *fabric = rows["network"][-1]
-    done = held.sample
-    return PeriodicCompaction(
-        sample=done,
-        steps=len(history),
-        at_rest=left.is_rest,
-        unrest=left,
-        stress=rows["stress"][-WINDOW:].mean(axis=0),
-        solid_fraction=done.solid_fraction,
-        coordination=float(coordination),
-        rattlers=float(rattlers),
-        fabric=np.reshape(fabric, (d, d)),
-        penetration=float(rows["penetration"][-1]),
-        unconverged=sum(word not in SOLVED for word in status),
-        seconds=float(history["step_seconds"].sum()),
-    )
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)

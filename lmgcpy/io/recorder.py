@@ -20,10 +20,10 @@ from lmgcpy.io.hdf5 import cut_off, data_sets
 from lmgcpy.io.observations import Observations, Observe
 from lmgcpy.io.rows import Rows
 from lmgcpy.io.run import Run
+from lmgcpy.io.run_file.checked_rows import WRONG, sentences_of_damage
 from lmgcpy.io.run_file.checkpoints import write_checkpoint
 from lmgcpy.io.run_file.commits import Commit, read_commit, write_commit
 from lmgcpy.io.run_file.creation import check_target, create
-from lmgcpy.io.run_file.damage import WRONG, sentences_of_damage
 from lmgcpy.io.run_file.lock import FileLock
 from lmgcpy.io.run_file.mending import mend
 from lmgcpy.io.run_file.opening import open_to_append, open_to_read

@@ -19,10 +19,9 @@ from lmgcpy.dynamics.checkpoint import Checkpoint
 from lmgcpy.errors import file_path, named_arguments
 from lmgcpy.io.observations import Observed
 from lmgcpy.io.rows import detection_positions
-from lmgcpy.io.run_file.checked_rows import rows_of
+from lmgcpy.io.run_file.checked_rows import DamagedRows, rows_of, sentences_of_damage
 from lmgcpy.io.run_file.checkpoints import read_checkpoint
 from lmgcpy.io.run_file.commits import read_commit, read_tails
-from lmgcpy.io.run_file.damage import DamagedRows, sentences_of_damage
 from lmgcpy.io.run_file.opening import open_to_read
 from lmgcpy.io.run_file.tables import OBSERVED, check_table, table_types
 from lmgcpy.io.run_file.trees import check_about, check_digest, read_group, read_tree

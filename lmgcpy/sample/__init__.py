@@ -4,11 +4,10 @@ from lmgcpy.sample.deposit import deposit
 from lmgcpy.sample.grading import grading
 from lmgcpy.sample.grid import grid_positions
 from lmgcpy.sample.scatter import scatter
-from lmgcpy.sample.wire import Wire
 from lmgcpy.sample.wire_2d import wire_2d
 from lmgcpy.sample.wire_3d import wire_3d
 from lmgcpy.sample.wire_content import axial_rigidity, bead_count, bead_mass, wire_content, wire_length
-from lmgcpy.sample.wires import Wires
+from lmgcpy.sample.wires import Wire, Wires
 
 __all__ = [
     "Wire",

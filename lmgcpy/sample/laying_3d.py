@@ -17,6 +17,12 @@ AHEAD = 100
 """Number of links after which a wire that ends at the top is back at its planned height. With 10 links the height is held
 three times as well, but phi_up varies twice as much and a box holds a sixth less wire."""
 
+WIDE = 2.0 * math.pi / 3.0
+"""Range [rad] of the random angle where a bead skirts the chain or rebounds."""
+
+TRIALS = 200
+"""Number of draws of a bead before its wire goes back."""
+
 RETREAT_LENGTH = 30
 """Largest number of beads that are given up at once."""
 
@@ -29,13 +35,9 @@ class LayingRules(NamedTuple):
     """Distance between the centres of consecutive beads."""
     theta_max: float
     phi_max: float
-    skirting_max: float
-    rebound_max: float
     raise_angle: float
     """Raise angle at the start, or NaN if the wire ends at the top."""
     switch: bool
-    trials: int
-    """Number of draws of a bead before its wire goes back."""
     retreats: int
     """Number of times a wire may go back before it is cut."""
 
@@ -112,7 +114,7 @@ def drawn_bead(beads, obstacles, bead, theta_before, phi_up, links_left, planned
         lowest = max(lowest, highest - rules.link - (links_left - 1) * mean_rise)
     phi_up_before = phi_up
     turn, tilt, mark = rules.theta_max, rules.phi_max, 0
-    for _ in range(rules.trials):
+    for _ in range(TRIALS):
         theta = theta_before + rng.uniform(-turn, turn)
         phi = phi_up + rng.uniform(-tilt, tilt)
         x = start[0] + rules.link * math.cos(phi) * math.cos(theta)
@@ -120,13 +122,13 @@ def drawn_bead(beads, obstacles, bead, theta_before, phi_up, links_left, planned
         z = start[2] + rules.link * math.sin(phi)
         # Rebound at a lateral face, switch at the top or bottom, skirting at a bead or obstacle; else the bead is free.
         if x < radius or y < radius or x > lengths[0] - radius or y > lengths[1] - radius:
-            turn = rules.rebound_max
+            turn = WIDE
             mark |= REBOUNDED
         elif z < lowest or z > highest:
             if rules.switch and not to_top:
                 phi_up = abs(phi_up) if z < lowest else -abs(phi_up)
         elif meets(beads, x, y, z, radius, bead - 1) or meets(obstacles, x, y, z, radius, -1):
-            tilt = rules.skirting_max
+            tilt = WIDE
             mark |= SKIRTED
         else:
             if phi_up != phi_up_before:

@@ -8,7 +8,7 @@ import numpy as np
 from lmgcpy import errors
 from lmgcpy.compiled.kernel import kernel
 from lmgcpy.sample import arguments
-from lmgcpy.sample.wire import Wire
+from lmgcpy.sample.wires import Wire
 
 REBOUND = 2.0 * math.pi / 3.0
 """Largest turn [rad] if no smaller turn leads to a free position: the paper's rebound and skirting."""

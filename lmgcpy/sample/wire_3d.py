@@ -16,9 +16,6 @@ from lmgcpy.sample.wires import Wires
 BEAD_TO_GRAIN = 0.2
 """Diameter of a bead in parts of the smallest grain's (paper, section 4): larger beads make a rough wire."""
 
-WIDE = 2.0 * math.pi / 3.0
-"""Range [rad] of the random angle where a bead skirts the chain or rebounds."""
-
 LONGEST_BOX = 1e6
 """Largest length of a box in radii of a bead, for which round-off of positions stays below 1e-9 of a radius."""
 
@@ -37,10 +34,7 @@ def wire_3d(
     theta_max: float = 0.4,
     phi_max: float = 0.15,
     raise_angle: float | None = None,
-    skirting_max: float = WIDE,
-    rebound_max: float = WIDE,
     switch: bool = True,
-    trials: int = 200,
     retreats: int = 10_000,
     start: Any = None,
     wires: int = 1,
@@ -56,14 +50,14 @@ def wire_3d(
         theta_0 = 0,
         phi_n   = phi_up + phi_random,          phi_random   in [-phi_max, phi_max].
 
-    Skirting: if the bead would intersect a bead or an obstacle, phi_random is drawn from [-skirting_max, skirting_max].
-    Rebound: if it would leave a lateral face of the box, theta_random is drawn from [-rebound_max, rebound_max].
-    Switch: if it would leave the top or the bottom, phi_up changes its sign, unless phi_up leads away from there already;
-    ``switch=False`` makes a wire that never turns back. After each of these the bead is drawn anew, at most ``trials``
-    times. If no free position is found, the wire gives up its last 1 to 30 beads and tries again. After ``retreats`` of
-    these it is cut: see :attr:`Wires.cut_wires`, :attr:`Wires.lengths` and :attr:`Wires.ends`. ``retreats=0`` cuts the wire
-    at once, as in the paper; a third of the wires of 5000 beads measured below then end early, mostly in a corner of the
-    box, out of which a rebound of 2 pi/3 does not always lead. Links may cross each other: only beads have a volume.
+    Skirting: if the bead would intersect a bead or an obstacle, phi_random is drawn from [-2 pi/3, 2 pi/3]. Rebound: if it
+    would leave a lateral face of the box, theta_random is drawn from [-2 pi/3, 2 pi/3]. Switch: if it would leave the top
+    or the bottom, phi_up changes its sign, unless phi_up leads away from there already; ``switch=False`` makes a wire that
+    never turns back. After each of these the bead is drawn anew, at most 200 times. If no free position is found, the wire
+    gives up its last 1 to 30 beads and tries again. After ``retreats`` of these it is cut: see :attr:`Wires.cut_wires`,
+    :attr:`Wires.lengths` and :attr:`Wires.ends`. ``retreats=0`` cuts the wire at once, as in the paper; a third of the
+    wires of 5000 beads measured below then end early, mostly in a corner of the box, out of which a rebound of 2 pi/3 does
+    not always lead. Links may cross each other: only beads have a volume.
 
     ``raise_angle`` is phi_up [rad]; the wire goes up and down as often as its length allows. ``None`` lays it once from
     below upward, as the Texsoleuse raises a bank, and puts its last bead within s of the top of the box. The planned
@@ -97,13 +91,10 @@ def wire_3d(
         link=interstice + 2.0 * radius,
         theta_max=errors.number(theta_max, "theta_max", minimum=0.0, maximum=math.pi, unit="rad"),
         phi_max=errors.number(phi_max, "phi_max", minimum=0.0, maximum=0.5 * math.pi, unit="rad"),
-        skirting_max=errors.number(skirting_max, "skirting_max", minimum=0.0, maximum=math.pi, unit="rad"),
-        rebound_max=errors.number(rebound_max, "rebound_max", minimum=0.0, maximum=math.pi, unit="rad"),
         raise_angle=math.nan
         if raise_angle is None
         else errors.number(raise_angle, "raise_angle", minimum=-0.5 * math.pi, maximum=0.5 * math.pi, unit="rad"),
         switch=errors.flag(switch, "switch"),
-        trials=errors.whole(trials, "trials", minimum=1),
         retreats=errors.whole(retreats, "retreats"),
     )
     centres, obstacle_radii = arguments.obstacles(obstacles, 3)

@@ -1,20 +1,26 @@
-"""The drawing of a snapshot in a style: bodies, wires, forces, walls."""
+"""The drawing of a snapshot in a style: bodies, wires, forces, walls; and panels of such drawings through time."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
 
 import numpy as np
 
 from lmgcpy.contact.lattice import chain_course
+from lmgcpy.errors import shown
+from lmgcpy.io.run import Run
 from lmgcpy.view.boundary import cell_outline, cylinder_polygons, edges, polylines, wall_polygons
+from lmgcpy.view.camera import Camera
 from lmgcpy.view.cutting import clip, reaching, section, within
 from lmgcpy.view.drawing import Balls, Drawing, Paint, Tubes, in_space, rgb
 from lmgcpy.view.layout import EXCESS, OVERLAP, long_links_of, overlaps_of
 from lmgcpy.view.palette import BEAD, COHESION, CONTACT, GROUPS, PUSHING, SAND, WIRE, WRONG
 from lmgcpy.view.quantities import GRAINS, WIRES, acting
-from lmgcpy.view.snapshot import Snapshot, acting_lines
-from lmgcpy.view.style import Style
+from lmgcpy.view.snapshot import Snapshot, acting_lines, frame_number, snapshot
+from lmgcpy.view.style import Style, style_of
 
 THICK = {2: 0.35, 3: 1.0}
 """Radius of a wire in radii of its beads. In 3D the wire hides its beads. In 2D beads are as large as grains and are seen
@@ -243,3 +249,77 @@ def force_tubes(
             opacity = AMONG_WIRES if taut and not chosen[link].any() else 1.0
             pieces.append(Tubes(start, end, size, Paint(color), by_force=True, level=level, opacity=opacity).take(mine))
     return pieces
+
+
+# -------------------------------------------------------- panels, from a user's sources and options; a list makes several
+
+
+@dataclass(frozen=True)
+class Panel:
+    """A panel through time."""
+
+    drawings: Sequence[Callable[[], Drawing]]
+    """Functions that make the drawings, one for each picture; a panel that does not change has one."""
+    camera: Camera
+    dimension: int
+    """Dimension of the scene, 2 or 3; a section of a scene in 3D is drawn flat."""
+    title: str | None = None
+    """None: the time, if the drawing has one."""
+    shows_forces: bool = False
+
+    def drawing(self, k: int) -> Drawing:
+        """Drawing of picture number k."""
+        return self.drawings[self.index(k)]()
+
+    def index(self, k: int) -> int:
+        """Number of the drawing that picture number k shows."""
+        return min(k, len(self.drawings) - 1)
+
+
+def panels_of(source: Any, frame: Any, options: dict[str, Any], *, moving: bool) -> list[Panel]:
+    """The panels that a user asked for. If the picture is ``moving``, runs give all their frames.
+
+    The function raises TypeError or ValueError for what cannot be drawn.
+    """
+    return [_panel(one, at, said, moving) for one, at, said in _one_by_one(source, frame, options)]
+
+
+def _one_by_one(source: Any, frame: Any, options: dict[str, Any]) -> Iterator[tuple[Any, Any, dict[str, Any]]]:
+    """Source, frame and options of each panel: a list has one entry for each panel, other values hold for all panels."""
+    given = {"source": source, "frame": frame, **options}
+    lengths = {name: len(value) for name, value in given.items() if isinstance(value, list)}
+    count = max(lengths.values(), default=1)
+    for name, length in lengths.items():
+        if length != count or length == 0:
+            raise ValueError(
+                f"Lists give one entry a panel, all as many: {', '.join(f'{n} has {c}' for n, c in lengths.items())}. "
+                f"Make {name} as long as the others."
+            )
+    for i in range(count):
+        each = {name: value[i] if isinstance(value, list) else value for name, value in given.items()}
+        yield each.pop("source"), each.pop("frame"), each
+
+
+def _panel(source: Any, frame: Any, options: dict[str, Any], moving: bool) -> Panel:
+    snapshots: list[Callable[[], Snapshot]]
+    if moving and isinstance(source, Run) and (frame is None or isinstance(frame, range)):
+        chosen = range(source.frame_count) if frame is None else frame
+        snapshots = [partial(snapshot, source, frame_number(source, k)) for k in chosen]
+        if not snapshots:
+            raise ValueError(f"frame must name a frame at least, got {shown(frame)}.")
+    else:
+        one = snapshot(source, frame)
+        snapshots = [lambda: one]
+    first = snapshots[0]()
+    style = style_of(options, dimension=first.dimension, is_scene=first.time is None)
+    return Panel(
+        drawings=[partial(_composed, make, style) for make in snapshots],
+        camera=Camera.looking(style.direction),
+        dimension=first.dimension,
+        title=style.title,
+        shows_forces=style.what == "forces",
+    )
+
+
+def _composed(make: Callable[[], Snapshot], style: Style) -> Drawing:
+    return compose(make(), style)

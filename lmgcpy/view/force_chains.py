@@ -15,11 +15,10 @@ import numpy as np
 
 from lmgcpy.view.boundary import edges
 from lmgcpy.view.camera import Camera
-from lmgcpy.view.compose import PALE, force_tubes
+from lmgcpy.view.compose import PALE, Panel, force_tubes
 from lmgcpy.view.drawing import Balls, Drawing, Paint, Tubes, in_space
 from lmgcpy.view.film import Film
 from lmgcpy.view.palette import BEAD, SAND, WIRE
-from lmgcpy.view.panels import Panel
 from lmgcpy.view.pictures import write_film
 
 SIZE = (700, 700)

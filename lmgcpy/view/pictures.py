@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.errors import file_path, named_arguments, number, shown, vector, whole
+from lmgcpy.view.compose import panels_of
 from lmgcpy.view.film import Film
 from lmgcpy.view.painter import Painter, has_display, load_pyvista
-from lmgcpy.view.panels import panels_of
 from lmgcpy.view.style import OPTIONS
 from lmgcpy.writing import check_target, new_file, write_bytes
 

@@ -16,8 +16,7 @@ from lmgcpy.view.boundary import FACETS, cell_outline, cylinder_polygons, wall_p
 from lmgcpy.view.drawing import in_space
 from lmgcpy.view.quantities import coordination
 from lmgcpy.view.snapshot import Snapshot, acting_lines, snapshot
-from lmgcpy.view.vtk_data import add_arrays, add_words, polygonal_data, write
-from lmgcpy.writing import write_text
+from lmgcpy.writing import new_file, write_text
 
 MISSING = 'Files for ParaView are written by VTK, which is not installed: pip install "lmgcpy[view]".'
 PARTS = ("bodies", "forces", "wires", "walls")
@@ -200,3 +199,58 @@ def outlines(snapshot: Snapshot) -> Any:
 def codes(names: np.ndarray, known: list[str]) -> np.ndarray:
     """Index of each name in a list, (k,); -1 for an unknown name."""
     return np.array([known.index(name) if name in known else -1 for name in names.tolist()], dtype=np.int64)
+
+
+# --------------------------------------------------------------------- VTK's polygonal data: points, cells, arrays, files
+
+
+def polygonal_data(points: np.ndarray, kind: str, cells: Any) -> Any:
+    """Polygonal data of points [m], (p, d), and cells of point indices; ``kind`` is "verts", "lines" or "polys"."""
+    from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
+    from vtkmodules.vtkCommonCore import vtkPoints
+    from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
+
+    vtk_points = vtkPoints()
+    vtk_points.SetData(numpy_to_vtk(np.ascontiguousarray(in_space(points)), deep=True))
+    offsets = np.cumsum([0, *map(len, cells)]).astype(np.int64)
+    members = np.concatenate([np.zeros(0, np.int64), *cells]).astype(np.int64)
+    array = vtkCellArray()
+    array.SetData(numpy_to_vtkIdTypeArray(offsets, deep=True), numpy_to_vtkIdTypeArray(members, deep=True))
+    data = vtkPolyData()
+    data.SetPoints(vtk_points)
+    {"verts": data.SetVerts, "lines": data.SetLines, "polys": data.SetPolys}[kind](array)
+    return data
+
+
+def add_arrays(attributes: Any, arrays: dict[str, np.ndarray]) -> None:
+    """Add arrays, by name, to the attributes of points or cells."""
+    from vtkmodules.util.numpy_support import numpy_to_vtk
+
+    for name, values in arrays.items():
+        array = numpy_to_vtk(np.ascontiguousarray(values), deep=True)
+        array.SetName(name)
+        attributes.AddArray(array)
+
+
+def add_words(data: Any, name: str, words: list[str]) -> None:
+    """Add an array of words, the meanings of integer codes."""
+    from vtkmodules.vtkCommonCore import vtkStringArray
+
+    array = vtkStringArray()
+    array.SetName(name)
+    for word in words:
+        array.InsertNextValue(word)
+    data.GetFieldData().AddArray(array)
+
+
+def write(data: Any, path: Path) -> None:
+    """Write a .vtp file; raises the errors of :func:`lmgcpy.writing.new_file`."""
+    from vtkmodules.vtkCommonMisc import vtkErrorCode
+    from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
+
+    writer = vtkXMLPolyDataWriter()
+    writer.SetInputData(data)
+    with new_file(path) as new:
+        writer.SetFileName(str(new))
+        if not writer.Write() or writer.GetErrorCode():
+            raise OSError(vtkErrorCode.GetStringFromErrorCode(writer.GetErrorCode()))

@@ -9,7 +9,7 @@ import pytest
 from columns import unsolved
 
 import lmgcpy as lm
-from lmgcpy.experiment.damped import DampedSimulation
+from lmgcpy.experiment.compaction import DampedSimulation
 
 ONCE = r"^Step 1, to t = 0.002 s, did not reach the solver's tolerance: budget spent.*on_unconverged='ignore'"
 AT_THE_END = r"^\d+ of 5 steps did not reach the solver's tolerance"

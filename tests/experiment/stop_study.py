@@ -8,7 +8,7 @@ import signal
 import sys
 
 from lmgcpy.cli import main
-from lmgcpy.experiment import trial
+from lmgcpy.experiment import recorded_run
 from lmgcpy.io.recorder import RunRecorder
 
 
@@ -21,7 +21,7 @@ def stop_at(number: signal.Signals, name: str, step: int) -> None:
             os.kill(os.getpid(), number)
 
     RunRecorder.enter = enter_and_stop
-    trial.FLUSH = 0.0
+    recorded_run.FLUSH = 0.0
 
 
 if __name__ == "__main__":

@@ -6,8 +6,7 @@ from conftest import DENSITY, PRESSURE, relax
 
 import lmgcpy as lm
 from lmgcpy.experiment.box import Box, characteristic_time
-from lmgcpy.experiment.compaction import WINDOW, Unrest, compact, inner_solid_fraction, unrest
-from lmgcpy.experiment.damped import DampedSimulation
+from lmgcpy.experiment.compaction import WINDOW, DampedSimulation, Unrest, compact, inner_solid_fraction, unrest
 from lmgcpy.experiment.texsol.sample import lay_sample_3d
 
 
@@ -41,6 +40,8 @@ def test_compaction_is_dense_at_rest_and_free_of_overlap(compaction_3d):
     # of a bead's radius, a sixth of a grain's; a thousandth of the error of doing nothing, in each of hundreds of steps
     assert compaction_3d.penetration < 0.02 * compaction_3d.sample.radii[0]
     assert compaction_3d.mean_residual <= 1e-3
+    # of walls, mean over the window that is judged
+    assert np.abs(compaction_3d.stress + PRESSURE * np.eye(3)).max() < 0.02 * PRESSURE
 
 
 def test_the_network_is_that_of_frictionless_grains(compaction_3d):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import lmgcpy as lm
-from lmgcpy.experiment import PeriodicCell, PeriodicSample, PeriodicShear, compact_periodic, lay_periodic
+from lmgcpy.experiment import PeriodicCell, PeriodicSample, PeriodicShear, compact, lay_periodic
 
 PRESSURE = 1e5
 
@@ -13,7 +13,7 @@ PRESSURE = 1e5
 def compaction(request):
     dimension = request.param
     radii = lm.sample.grading(60, minimum=0.005, maximum=0.010, dimension=dimension, seed=0)
-    return compact_periodic(lay_periodic(radii, dimension=dimension, seed=0), pressure=PRESSURE)
+    return compact(lay_periodic(radii, dimension=dimension, seed=0), pressure=PRESSURE)
 
 
 def test_scattered_grains_do_not_overlap_across_faces_either():
@@ -85,7 +85,7 @@ def test_the_present_sample_lies_in_its_cell(compaction):
         (lambda: lm.sample.scatter([0.1], cell=(0.3, 1.0)), ValueError, "the cell is too narrow"),
         (lambda: lm.sample.scatter([0.1], cell=(1.0, None)), ValueError, "this box must be closed"),
         (lambda: PeriodicSample([[0, 0]], [0.1], [1, 1]), ValueError, "edges of the periodic sample must be"),
-        (lambda: compact_periodic(3, pressure=1.0), TypeError, "A periodic cell is for a PeriodicSample"),
+        (lambda: compact(3, pressure=1.0), TypeError, "compact takes a Sample, .* or a PeriodicSample"),
         (lambda: PeriodicShear(None, pressure=-1.0), ValueError, "pressure must be above 0 Pa"),
     ],
 )

@@ -13,15 +13,13 @@ from seen import hanging, like, pile, pixels, reddish, wire_in_a_box
 
 import lmgcpy as lm
 from lmgcpy.view.camera import Camera, View
-from lmgcpy.view.compose import compose
+from lmgcpy.view.compose import compose, panels_of
 from lmgcpy.view.cutting import within
 from lmgcpy.view.drawing import Drawing, rgb
-from lmgcpy.view.film import Film
+from lmgcpy.view.film import TITLE, Film
 from lmgcpy.view.painter import Painter
 from lmgcpy.view.palette import CONTACT, SAND, WIRE
-from lmgcpy.view.panels import panels_of
 from lmgcpy.view.pictures import palette_of
-from lmgcpy.view.plate import TITLE
 from lmgcpy.view.snapshot import snapshot
 from lmgcpy.view.style import OPTIONS, style_of
 

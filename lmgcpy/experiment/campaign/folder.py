@@ -15,43 +15,47 @@ import os
 import shutil
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from lmgcpy.experiment.campaign.description import CampaignCase, CampaignDescription, case_name
-from lmgcpy.experiment.campaign.results import FAILED, FINISHED, TO_COME, CampaignResults, CaseResult
+from lmgcpy.experiment.campaign.cases import (
+    FAILED,
+    FINISHED,
+    TO_COME,
+    CampaignCase,
+    CampaignResults,
+    CaseResult,
+    case_name,
+)
+from lmgcpy.experiment.study.folder import KeptFolder
 from lmgcpy.io.run_file.lock import FileLock
-from lmgcpy.io.untrusted import regular_file
-from lmgcpy.version import versions
-from lmgcpy.writing import flush, make_folder, new_file, write_bytes
+from lmgcpy.writing import make_folder, write_bytes
 
 FORMAT = "lmgcpy campaign 1"
 
 
-class CampaignFolder:
+class CampaignFolder(KeptFolder):
     """The folder in which a campaign is kept."""
 
     def __init__(self, path: str | os.PathLike):
-        self.path = Path(path)
-        self.description_file = self.path / "campaign.json"
+        super().__init__(path, "campaign")
         self.ledger = self.path / "cases.jsonl"
         self.curves = self.path / "curves"
         self.cases = self.path / "cases"
-        self.stop_file = self.path / ".stop"
         self.lock_file = self.path / ".lock"
 
     def __repr__(self) -> str:
         return f"<CampaignFolder '{self.path}'>"
 
-    def check(self, campaign: CampaignDescription, *, resume: bool, force: bool) -> None:
-        """See that the folder may be used for a campaign, or holds this one if it is to be resumed; writes nothing.
+    def check(self, described: Mapping[str, Any], *, resume: bool, force: bool) -> None:
+        """See that the folder may be used for a campaign that is ``described`` so; writes nothing.
+
+        If it is to be resumed, the folder must hold this campaign.
 
         Raises FileExistsError if it is not empty and neither ``resume`` nor ``force`` is given, FileNotFoundError if there
         is nothing to resume, and ValueError if it holds another campaign.
         """
-        described = campaign.described()
         if resume:
             there = self.described()
             if there != json.loads(json.dumps(described)):
@@ -66,7 +70,7 @@ class CampaignFolder:
                 held = "holds a campaign: go on with resume" if known else "is not empty: give another"
                 raise FileExistsError(f"The folder '{self.path}' {held}, or force to write there.")
 
-    def begin(self, campaign: CampaignDescription) -> None:
+    def begin(self, described: Mapping[str, Any]) -> None:
         """Write the description of a campaign in place of the description of a former one, whose files are removed; the
         folder is held."""
         with suppress(ValueError, FileNotFoundError):  # of a damaged description no case is known: its files stay
@@ -76,18 +80,14 @@ class CampaignFolder:
                     file.unlink(missing_ok=True)
         self.ledger.unlink(missing_ok=True)
         make_folder(self.cases)
-        about = {"format": FORMAT, **campaign.described(), "versions": versions()}
-        with new_file(self.description_file) as new:
-            new.write_text(json.dumps(about, indent=2) + "\n", encoding="utf-8")
-            flush(new)
+        self.describe({"format": FORMAT, **described})
 
     def described(self) -> dict[str, Any]:
         """The description of the campaign that the folder holds; FileNotFoundError or ValueError if there is none."""
         if not self.description_file.exists():
             raise FileNotFoundError(f"There is no campaign in '{self.path}': '{self.description_file}' is missing.")
         try:
-            file = Path(regular_file(self.description_file, "the file of a campaign"))
-            about = json.loads(file.read_text(encoding="utf-8"))
+            about = self.description()
             if about["format"] != FORMAT:
                 raise ValueError(f"its format is {about['format']!r}")
             found = {name: about[name] for name in ("work", "study", "fixed", "cases")}
@@ -109,16 +109,9 @@ class CampaignFolder:
                 f"The campaign in '{self.path}' is under way: wait for its end, or give another folder."
             ) from error
         try:
-            self.stop_file.unlink(missing_ok=True)
             yield
         finally:
-            self.stop_file.unlink(missing_ok=True)
             lock.release()
-
-    def stop(self) -> None:
-        """Let the cases that run end between two steps."""
-        with suppress(OSError):  # on a full disk they go on to their ends
-            self.stop_file.touch()
 
     def enter(self, result: CaseResult) -> None:
         """Write what became of a case. Its curves come first: a line of the ledger counts only with them."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,8 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.experiment.campaign.results import CampaignResults, CaseResult
-from lmgcpy.experiment.campaign.words import in_words, name_and_unit
+from lmgcpy.experiment.campaign.cases import CampaignResults, CaseResult, in_words
 from lmgcpy.writing import make_folder, new_file, write_table
 
 INTEGERS = range(-(2**63), 2**63)
@@ -121,6 +121,12 @@ class Names:
             name = f"{name} ({kind})"
         self._taken.add(name)
         return name
+
+
+def name_and_unit(heading: str) -> tuple[str, str]:
+    """The name and the unit of "peak deviator [Pa]"; the unit is empty if there is none."""
+    found = re.fullmatch(r"(.*\S)\s*\[([^\[\]]+)\]", heading.strip())
+    return (found[1], found[2]) if found else (heading, "")
 
 
 def names_and_units(headings: Sequence[str]) -> dict[str, tuple[str, str]]:

@@ -1,20 +1,21 @@
-"""Who does the cases: processes of this machine, or the workers of a Dask cluster."""
+"""Who does the cases: an executor of ``concurrent.futures``, of processes of this machine or of a Dask cluster."""
 
 from __future__ import annotations
 
 import asyncio
 import json
 import logging
+import multiprocessing
 import os
 import signal
 import threading
 import time as clock
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, ProcessPoolExecutor, wait
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from contextlib import contextmanager, suppress
 from multiprocessing import get_context
 from pathlib import Path
+from queue import SimpleQueue
 from typing import Any
 
 from lmgcpy.errors import shown
@@ -23,181 +24,109 @@ from lmgcpy.version import versions
 
 ANSWER = 8.0
 """Time in which a scheduler must answer [s]."""
-GONE = 30.0
-"""Workers of this machine that have died come back within this time [s]."""
 DEATHS = 4
 """A case is given up once this number of workers has died over it, the last one while it did no other case."""
 WORKER = "LMGCPY_CAMPAIGN_WORKER"
 """Variable that the workers of this machine have."""
 ENVIRONMENT = (WORKER, "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 """Variables that are 1 for them: one thread for linear algebra, as there are as many workers as processors."""
+_CHANGES = threading.Lock()
+"""Held while this process has the environment of its workers."""
 GUARD = "put the call under if __name__ == '__main__':"
 """Advice for a script that begins a campaign."""
 
 
-class Workers(ABC):
-    """Workers that call functions; each call submitted is a future of ``concurrent.futures`` or one like it."""
-
-    count: int
-    """How many there are."""
-
-    @abstractmethod
-    def submit(self, call: Callable[..., Any], *arguments: Any) -> Any:
-        """Let a worker call a function of a module."""
-
-    @abstractmethod
-    def wait(self, futures: Sequence[Any], seconds: float) -> list[Any]:
-        """The futures that are done, after at most this time."""
-
-    @abstractmethod
-    def deaths(self, error: BaseException) -> int:
-        """Number of workers that have died over a call that ended with this error."""
-
-    @abstractmethod
-    def close(self) -> None:
-        """End workers of one's own, without waiting for their work."""
-
-
-class Processes(Workers):
-    """Processes of this machine, by ``concurrent.futures``."""
+class OwnProcesses(Executor):
+    """Processes of this machine that survive each other: each is a pool of its own, and another begins in its place if it
+    dies. (A pool of several ends all of them if one dies.)"""
 
     def __init__(self, count: int):
-        self.count = count
-        self._pool = self._begun()
+        self._threads = ThreadPoolExecutor(count)
+        self._idle: SimpleQueue[ProcessPoolExecutor] = SimpleQueue()
+        pools = [_begun() for _ in range(count)]
         try:
-            self._pool.submit(os.getpid).result()
+            pools[0].submit(os.getpid).result()
         except BrokenExecutor as error:
-            raise _did_not_start(error) from None
-
-    def _begun(self) -> ProcessPoolExecutor:
-        with _environment():
-            pool = ProcessPoolExecutor(self.count, get_context("spawn"), initializer=_deaf)
-            for _ in range(self.count):  # processes begin when they are needed, and take the environment of then
-                pool.submit(os.getpid)
-        return pool
-
-    def submit(self, call: Callable[..., Any], *arguments: Any) -> Any:
-        try:
-            return self._pool.submit(call, *arguments)
-        except BrokenExecutor:  # a process has died, and all others were ended with it
-            self._pool = self._begun()
-            return self._pool.submit(call, *arguments)
-
-    def wait(self, futures: Sequence[Any], seconds: float) -> list[Any]:
-        return list(wait(futures, timeout=seconds, return_when=FIRST_COMPLETED).done)
-
-    def deaths(self, error: BaseException) -> int:
-        return int(isinstance(error, BrokenExecutor))
-
-    def close(self) -> None:
-        self._pool.shutdown(wait=True, cancel_futures=True)
-
-
-class Cluster(Workers):
-    """The workers of a Dask cluster that a client knows."""
-
-    def __init__(self, client: Any, *, to_close: Sequence[Any] = (), own: bool = False):
-        """``to_close``: what ends with the campaign; ``own``: whether the workers do."""
-        self._client, self._to_close, self._own = client, to_close, own
-        self._seen = clock.monotonic()
-        self.count = max(1, len(client.scheduler_info(n_workers=-1)["workers"]))
-        for worker, there in client.run(versions).items():
-            if there["lmgcpy"] != versions()["lmgcpy"]:
-                self.close()
-                raise RuntimeError(
-                    f"The worker {worker} has lmgcpy {there['lmgcpy']}, this process {versions()['lmgcpy']}: install the "
-                    "same version everywhere."
-                )
-
-    @classmethod
-    def begun_here(cls, count: int) -> Cluster:
-        """Workers on this machine, one thread each, that talk to nobody but this process."""
-        from distributed import Client, LocalCluster
-
-        from lmgcpy.experiment.campaign.own_worker import OwnWorker
-
-        try:
-            with _environment(), _silent("distributed"):
-                cluster = LocalCluster(
-                    n_workers=count,
-                    threads_per_worker=1,
-                    processes=True,
-                    host="127.0.0.1",
-                    dashboard_address="127.0.0.1:0",  # any free port, which is closed below
-                    scheduler_kwargs={"dashboard": False, "allowed_failures": 0},  # deaths are counted in ``carry_out``
-                    memory_limit=None,
-                    silence_logs=logging.CRITICAL,
-                )
-        except RuntimeError as error:
-            raise _did_not_start(error) from None
-        client = Client(cluster, set_as_default=False)
-        cluster.sync(_close_pages, cluster.scheduler)
-        client.register_plugin(OwnWorker())
-        return cls(client, to_close=(client, cluster), own=True)
-
-    @classmethod
-    def at(cls, address: str | None, file: str | None) -> Cluster:
-        """The workers of a scheduler at an address, or at the one in a file that it has written; ConnectionError if nobody
-        answers."""
-        from distributed import Client
-
-        address = address or _address_in(str(file))
-        where = f"'{address}'" if file is None else f"'{address}', the address in '{file}',"
-        begin = clock.monotonic()
-        try:
-            with _silent("distributed"):  # which logs what it raises
-                _within(ANSWER, lambda: asyncio.run(_greet(address)))
-                left = max(1.0, begin + ANSWER - clock.monotonic())
-                client = _within(left, lambda: Client(address, timeout=left, set_as_default=False))
-        except Exception as error:  # whoever answers there may send anything
-            raise ConnectionError(
-                f"No Dask scheduler answers at {where} within {ANSWER:g} s ({shown(error)}): begin one, or leave the "
-                "address out for processes of this machine."
+            raise RuntimeError(
+                f"The workers on this machine did not start ({error}). They import the script of the campaign: {GUARD} "
+                "there."
             ) from None
-        if not client.scheduler_info(n_workers=-1)["workers"]:
-            client.close()
-            raise ConnectionError(f"The scheduler at {where} has no workers: begin some, for example by 'dask worker'.")
-        return cls(client, to_close=(client,))
+        for pool in pools:
+            self._idle.put(pool)
 
-    def submit(self, call: Callable[..., Any], *arguments: Any) -> Any:
-        return self._client.submit(call, *arguments, pure=False)
+    def submit(self, call: Callable[..., Any], /, *arguments: Any, **options: Any) -> Future:
+        """Let a process call a function of a module; BrokenExecutor if it dies."""
+        return self._threads.submit(self._call, call, *arguments, **options)
 
-    def wait(self, futures: Sequence[Any], seconds: float) -> list[Any]:
-        from distributed import wait as wait_for
-
+    def _call(self, call: Callable[..., Any], /, *arguments: Any, **options: Any) -> Any:
+        pool = self._idle.get()
         try:
-            with self._client.as_current():
-                wait_for(futures, timeout=seconds, return_when="FIRST_COMPLETED")
-        except TimeoutError:
-            self._see_workers()
-            return []
-        return [future for future in futures if future.done()]
+            return pool.submit(call, *arguments, **options).result()
+        except BrokenExecutor:
+            pool.shutdown()
+            pool = _begun()
+            raise
+        finally:
+            self._idle.put(pool)
 
-    def _see_workers(self) -> None:
-        """RuntimeError if all workers of this machine have died and none has come back."""
-        now = clock.monotonic()
-        if not self._own or self._client.scheduler_info(n_workers=-1)["workers"]:
-            self._seen = now
-        elif now > self._seen + GONE:
-            raise RuntimeError("All workers have died, and none came back: see whether memory suffices, and resume.")
-
-    def deaths(self, error: BaseException) -> int:
-        from distributed.scheduler import KilledWorker
-
-        if isinstance(error, KilledWorker):  # Dask tries again by itself, as often as its scheduler is set to
-            return error.allowed_failures + 1
-        return int(isinstance(error, (CancelledError, BrokenExecutor)))
-
-    def close(self) -> None:
-        for one in self._to_close:
-            one.close()
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """End the processes after their work."""
+        self._threads.shutdown(wait, cancel_futures=cancel_futures)
+        while not self._idle.empty():
+            self._idle.get().shutdown(wait)
 
 
-def _did_not_start(error: Exception) -> RuntimeError:
-    """The error of workers that did not start; they say nothing themselves."""
-    return RuntimeError(
-        f"The workers on this machine did not start ({error}). They import the script of the campaign: {GUARD} there."
-    )
+def _begun() -> ProcessPoolExecutor:
+    """A pool of one process, which begins now, in the environment of workers."""
+    with _CHANGES, _environment():
+        pool = ProcessPoolExecutor(1, get_context("spawn"), initializer=_as_worker)
+        pool.submit(os.getpid)
+    return pool
+
+
+def cluster(client: Any) -> tuple[Executor, int]:
+    """The workers of a Dask cluster that a client knows, as an executor, and their number; RuntimeError if one has another
+    version of lmgcpy."""
+    for worker, there in client.run(versions).items():
+        if there["lmgcpy"] != versions()["lmgcpy"]:
+            raise RuntimeError(
+                f"The worker {worker} has lmgcpy {there['lmgcpy']}, this process {versions()['lmgcpy']}: install the same "
+                "version everywhere."
+            )
+    return client.get_executor(pure=False), max(1, len(client.scheduler_info(n_workers=-1)["workers"]))
+
+
+def client_at(address: str | None, file: str | None) -> Any:
+    """A client of the scheduler at an address, or at the one in a file that it has written; ConnectionError if nobody
+    answers or if it has no workers."""
+    if not has_dask():
+        raise ImportError('A scheduler needs Dask: pip install "lmgcpy[scale]".')
+    from distributed import Client
+
+    address = address or _address_in(str(file))
+    where = f"'{address}'" if file is None else f"'{address}', the address in '{file}',"
+    begin = clock.monotonic()
+    try:
+        with _silent("distributed"):  # which logs what it raises
+            _within(ANSWER, lambda: asyncio.run(_greet(address)))
+            left = max(1.0, begin + ANSWER - clock.monotonic())
+            client = _within(left, lambda: Client(address, timeout=left, set_as_default=False))
+    except Exception as error:  # whoever answers there may send anything
+        raise ConnectionError(
+            f"No Dask scheduler answers at {where} within {ANSWER:g} s ({shown(error)}): begin one, or leave the address "
+            "out for processes of this machine."
+        ) from None
+    if not client.scheduler_info(n_workers=-1)["workers"]:
+        client.close()
+        raise ConnectionError(f"The scheduler at {where} has no workers: begin some, for example by 'dask worker'.")
+    return client
+
+
+def deaths(error: BaseException) -> int:
+    """Number of workers that have died over a call that ended with this error."""
+    if hasattr(error, "allowed_failures"):  # KilledWorker: Dask tries again by itself, as often as its scheduler is set to
+        return error.allowed_failures + 1
+    return int(isinstance(error, (CancelledError, BrokenExecutor)))
 
 
 def _address_in(file: str) -> str:
@@ -218,10 +147,6 @@ async def _greet(address: str) -> None:
         about = await asyncio.wait_for(there.identity(), ANSWER)
     if "workers" not in about:
         raise ValueError(f"there is a {about.get('type')} of Dask")
-
-
-async def _close_pages(server: Any) -> None:
-    server.http_server.stop()
 
 
 def _within(seconds: float, call: Callable[[], Any]) -> Any:
@@ -263,9 +188,19 @@ def _silent(name: str) -> Iterator[None]:
             logging.getLogger(other).setLevel(level)
 
 
-def _deaf() -> None:
-    """Leave Ctrl-C to the campaign, which tells the cases to end between two steps."""
+def _as_worker() -> None:
+    """Leave Ctrl-C to the campaign, which tells the cases to end between two steps, and end with it if it is killed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=end_with_parent, daemon=True).start()
+
+
+def end_with_parent(group: bool = False) -> None:
+    """End this process when the one that began it has ended; ``group``: with the processes that it began."""
+    multiprocessing.parent_process().join()  # type: ignore[union-attr]
+    if group:
+        with suppress(OSError, AttributeError):
+            os.killpg(0, signal.SIGKILL)
+    os._exit(1)
 
 
 def has_dask() -> bool:

@@ -18,11 +18,11 @@ from lmgcpy.experiment.column.course import (
     ColumnState,
     Course,
     SandColumn,
+    dry_run_out,
     let_go,
     time_step,
     time_unit,
 )
-from lmgcpy.experiment.column.measure import dry_run_out
 from lmgcpy.experiment.column.result import ColumnResult, Fall, middle, run_name, words
 from lmgcpy.experiment.column.sample import Laid, lay_column
 from lmgcpy.experiment.study.engine import Site, Study, Task

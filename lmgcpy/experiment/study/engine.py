@@ -24,6 +24,8 @@ Every run has a file in the folder, from which it goes on after an interruption.
 
 from __future__ import annotations
 
+import importlib
+import inspect
 import tempfile
 import threading
 import uuid
@@ -42,6 +44,12 @@ from lmgcpy.experiment.study.folder import RunNames, StudyFolder
 from lmgcpy.experiment.study.stages import Stages
 from lmgcpy.simulation.interrupt import between_steps
 
+STUDIES = {
+    "texsol": "lmgcpy.experiment.texsol.study:Study2D",
+    "texsol-3d": "lmgcpy.experiment.texsol.study:Study3D",
+    "column": "lmgcpy.experiment.column.study:ColumnStudy",
+}
+"""The registered studies: where each class is, by the word for it. A campaign knows of studies what is here."""
 LOOK = 0.2
 """Interval at which the engine looks whether Ctrl-C was pressed while tasks are under way [s]."""
 
@@ -51,14 +59,14 @@ class Site:
     shall end.
 
     Threads share it. Another process gets a copy. The copy ends its runs if it finds a file, which the engine creates
-    beside the run files, or among the temporary files if the study has no folder.
+    beside the run files, or among the temporary files if the study has no folder. A study that is a case of a campaign has
+    a site inside the site of the campaign, and ends with it.
     """
 
-    def __init__(self, stages: Stages, runs: Path | None, stopped: Callable[[], bool] = lambda: False):
-        """``stopped`` returns, in this process, whether somebody else wants the runs to end."""
+    def __init__(self, stages: Stages, runs: Path | None, outer: Site | None = None):
         self._stages = stages
         self._runs = runs
-        self._stopped_by_others = stopped
+        self._outer = outer
         self._stop_file = (Path(tempfile.gettempdir()) if runs is None else runs) / f".stop-{uuid.uuid4().hex}"
         self._stopped = threading.Event()
         self._pressed: Callable[[], bool] = lambda: False
@@ -68,12 +76,12 @@ class Site:
         return f"<Site of a study: {'no folder' if self._runs is None else self._runs.parent}>"
 
     def __getstate__(self) -> dict[str, Any]:
-        return {name: getattr(self, name) for name in ("_stages", "_runs", "_stop_file")}
+        return {name: getattr(self, name) for name in ("_stages", "_runs", "_outer", "_stop_file")}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
         self._stopped = threading.Event()
-        self._pressed = self._stopped_by_others = lambda: False
+        self._pressed = lambda: False
         self.is_copy = True
 
     def stage(self, label: str, total: int) -> Any:
@@ -94,7 +102,7 @@ class Site:
 
     def interrupted(self) -> bool:
         """Whether the runs shall end between two steps."""
-        if self._pressed() or self._stopped.is_set() or self._stopped_by_others():
+        if self._pressed() or self._stopped.is_set() or (self._outer is not None and self._outer.interrupted()):
             return True
         return self.is_copy and self._stop_file.exists()
 
@@ -170,6 +178,10 @@ class Study(ABC):
         by test columns of one length, the first of them the abscissa."""
         return {}, {}
 
+    def expected_seconds(self) -> float | None:
+        """Time that the study will take on one processor [s], None if nobody knows."""
+        return None
+
     @classmethod
     def kind(cls) -> dict[str, Any]:
         """Entries of study.json beside the fields, by which the classes of one command differ."""
@@ -181,6 +193,21 @@ class Study(ABC):
         return cls
 
 
+def study_or_function(path: str) -> Any:
+    """The class of the registered study of this name, or the function or class of a study that "module:name" names.
+
+    Raises ValueError with a sentence if there is none.
+    """
+    module, _, name = STUDIES.get(path, path).partition(":")
+    try:
+        found = getattr(importlib.import_module(module), name)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise ValueError(f"The study or function '{path}' cannot be imported: {error}.") from error
+    if not inspect.isfunction(found) and not (isinstance(found, type) and issubclass(found, Study)):
+        raise ValueError(f"'{path}' is neither a function nor the class of a study: give 'module:name' of one.")
+    return found
+
+
 def carry_out_study(
     study: Study,
     stages: Stages | None = None,
@@ -188,16 +215,16 @@ def carry_out_study(
     *,
     resume: bool = False,
     executor: Executor | None = None,
-    stopped: Callable[[], bool] = lambda: False,
+    outer: Site | None = None,
 ) -> Any:
     """Carry a study out and return its result.
 
     With a ``folder`` every run is recorded in a file there; ``resume``: some of the files exist already, and their runs go
     on. Tasks run on the ``executor``, which stays open; without one, in as many threads as the study says. The result does
-    not depend on it. Ctrl-C or ``stopped()`` (KeyboardInterrupt), or an error in one run, ends every run between two
-    steps; the files are then complete up to there. An error is raised before the interruptions that it caused.
+    not depend on it. Ctrl-C (KeyboardInterrupt), the end of an ``outer`` site, or an error in one run, ends every run
+    between two steps; the files are then complete up to there. An error is raised before the interruptions that it caused.
     """
-    site = Site(stages or Stages(quiet=True), None if folder is None else folder.runs, stopped)
+    site = Site(stages or Stages(quiet=True), None if folder is None else folder.runs, outer)
     with _ignoring(study), site.listening() as pressed:
         laid = study.lay(site)
         if folder is not None and resume:
@@ -210,7 +237,7 @@ def carry_out_study(
             while tasks := study.tests(prepared, done):
                 futures = {task.name: pool.submit(_perform, study, task, site) for task in tasks}
                 _finish(list(futures.values()), site, pressed)
-                if pressed() or stopped():
+                if site.interrupted():
                     raise KeyboardInterrupt
                 done.update({name: future.result() for name, future in futures.items()})
     return study.result(prepared, done)

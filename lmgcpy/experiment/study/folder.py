@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
@@ -59,7 +59,31 @@ class RunNames:
             raise system_error(f"'{self.file}' could not be written", error, REMEDY) from error
 
 
-class StudyFolder:
+class KeptFolder:
+    """A folder in which a computation is kept. A file describes what is computed, before anything else is there."""
+
+    def __init__(self, path: str | os.PathLike, computation: str):
+        """``computation``: the word for it, "study" or "campaign", by which the file is named."""
+        self.path = Path(path)
+        self.description_file = self.path / f"{computation}.json"
+        self._what = f"the file of a {computation}"
+
+    def describe(self, about: Mapping[str, Any], then: Callable[[], None] = lambda: None) -> None:
+        """Write what is computed, and the versions, in place of a former description.
+
+        ``then`` is called as soon as there is room for it: what the former computation left may go.
+        """
+        with new_file(self.description_file) as new:
+            new.write_text(json.dumps({**about, "versions": versions()}, indent=2) + "\n", encoding="utf-8")
+            flush(new)
+            then()
+
+    def description(self) -> Any:
+        """What is in the file; ValueError or RecursionError if it is no JSON."""
+        return json.loads(Path(regular_file(self.description_file, self._what)).read_text(encoding="utf-8"))
+
+
+class StudyFolder(KeptFolder):
     """The folder in which a study is kept; it is not made before :meth:`begin`.
 
     ``kind``: the class of the study, or one above those that the folder may hold, a subclass of
@@ -67,9 +91,9 @@ class StudyFolder:
     """
 
     def __init__(self, path: str | os.PathLike, kind: Any):
-        self.path = Path(path)
+        super().__init__(path, "study")
         self.kind = kind
-        self.study_file = self.path / "study.json"
+        self.study_file = self.description_file
         self.runs = self.path / "runs"
         self.run_names = RunNames(self.runs)
         self._format = f"lmgcpy {kind.COMMAND} study"
@@ -102,13 +126,13 @@ class StudyFolder:
             if is_being_written(file):
                 raise BlockingIOError(f"The study in '{self.path}' is under way: wait for its end, or give another folder.")
         make_folder(self.runs)
-        about = {"format": self._format, **study.kind(), "study": asdict(study), "versions": versions()}
-        with new_file(self.study_file) as new:
-            new.write_text(json.dumps(about, indent=2) + "\n", encoding="utf-8")
-            flush(new)  # from here on there is room for it: the former study may go
-            copies = [file.with_name(f"{file.name}.mending") for file in former]  # which a kill has left
+        copies = [file.with_name(f"{file.name}.mending") for file in former]  # which a kill has left
+
+        def forget() -> None:
             for file in [*former, *copies, self.run_names.file, self.summary]:
                 file.unlink(missing_ok=True)
+
+        self.describe({"format": self._format, **study.kind(), "study": asdict(study)}, forget)
 
     def read(self) -> Any:
         """The study that the folder holds.
@@ -121,9 +145,8 @@ class StudyFolder:
                 f"lmgcpy {self.kind.COMMAND} --out {self.path}."
             )
         anew = "Put it back as it was, or begin the study anew by --force without --resume."
-        file = Path(regular_file(self.study_file, "the file of a study"))
         try:
-            about = json.loads(file.read_text(encoding="utf-8"))
+            about = self.description()
             form, given, made_with = about["format"], dict(about["study"]), about["versions"]["lmgcpy"]
             kind: Any = self.kind.class_of(about) if form == self._format else None
         except (ValueError, KeyError, TypeError, RecursionError) as error:

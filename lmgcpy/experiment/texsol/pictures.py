@@ -12,7 +12,7 @@ import lmgcpy.view.figures as figures
 from lmgcpy.errors import AXES
 from lmgcpy.experiment.study.folder import StudyFolder
 from lmgcpy.experiment.study.report import ReportFolder
-from lmgcpy.experiment.texsol.conclusions_2d import frames_at_equal_force, frames_of_column
+from lmgcpy.experiment.texsol.conclusions import frames_at_equal_force, frames_of_column
 from lmgcpy.experiment.texsol.result import TexSolResult
 from lmgcpy.experiment.texsol.taut_links import LinkDirections
 from lmgcpy.experiment.triaxial import TriaxialRecord

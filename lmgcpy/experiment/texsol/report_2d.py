@@ -13,7 +13,7 @@ import lmgcpy.view.figures as figures
 from lmgcpy.experiment.biaxial import BiaxialRecord
 from lmgcpy.experiment.study.folder import StudyFolder
 from lmgcpy.experiment.study.report import ReportFolder, markdown, sections, texts
-from lmgcpy.experiment.texsol.conclusions_2d import (
+from lmgcpy.experiment.texsol.conclusions import (
     column,
     compressed_share,
     compression_in_links,

@@ -12,7 +12,7 @@ import lmgcpy.view.figures as figures
 from lmgcpy.errors import AXES
 from lmgcpy.experiment.study.folder import StudyFolder
 from lmgcpy.experiment.study.report import ReportFolder, markdown, sections, texts
-from lmgcpy.experiment.texsol.conclusions_3d import (
+from lmgcpy.experiment.texsol.conclusions import (
     UPRIGHT,
     at,
     boundary_mismatch,

@@ -22,7 +22,7 @@ from lmgcpy.experiment.compaction import Compaction, compact
 from lmgcpy.experiment.compression import Compression
 from lmgcpy.experiment.study.engine import Site, Study, Task
 from lmgcpy.experiment.study.folder import StudyFolder
-from lmgcpy.experiment.texsol.result import TexSolResult
+from lmgcpy.experiment.texsol.result import TexSolResult, measures
 from lmgcpy.experiment.texsol.sample import THETA_MAX_2D, THETA_MAX_3D, lay_sample, lay_sample_3d
 from lmgcpy.experiment.triaxial import Triaxial
 from lmgcpy.laws import Law
@@ -41,6 +41,11 @@ BEAD_MASSES = ("grain", "own")
 """Mass of a bead in the tests in 3D: the mass of a mean grain, or of its part of the thread."""
 THREAD = 167.0
 """Linear density of the thread in 3D [dtex]."""
+PER_PARTICLE_AND_STEP = {2: 2.7 * 1000 * 15e-9, 3: 3.8 * 500 * 20e-9}
+"""Seconds of one processor: interactions a particle, sweeps a step, and seconds an interaction and sweep, as measured on
+the default studies (docs/texsol.md, docs/texsol_3d.md, docs/benchmarks.md). Jammed rods take several times as much."""
+RELAXATION_COST = 0.5
+"""Cost of a relaxation, in tests to 10 % of crushing."""
 RELAXATION_STEP_3D = 0.08
 """Time step of the compaction in 3D, in parts of ``d sqrt(rho/p)``."""
 
@@ -83,7 +88,7 @@ class PlannedTest:
 @named_arguments
 @dataclass(frozen=True)
 class TexSolStudy(Study):
-    """A study of wire-reinforced sand; the subclasses have the defaults.
+    """A study of wire-reinforced sand; the defaults are those of the study in 2D.
 
     ``preparation``: "loose", relaxed with the friction of the test, as the paper's "little LMGC90 deposit" does it, or
     "dense", relaxed without friction, to the densest state that there is. ``theta_max``: greatest turn of the wire from
@@ -105,24 +110,24 @@ class TexSolStudy(Study):
     MOMENTUM: ClassVar[float] = AcceleratedGaussSeidel.momentum
     """Bound of the momentum of sweeps alone."""
 
-    laws: tuple[str, ...]
-    grain_count: int
-    bead_count: int
-    seed: int
-    preparation: str
-    theta_max: float
-    strain: float
-    pressure: float
-    solver: str
-    tolerance: float
-    max_iterations: int
-    friction: float
-    platen_friction: float
-    inertial_number: float
-    axial_rigidity: float
-    check_strain: float
-    greatest_reaction: float | None
-    threads: int
+    laws: tuple[str, ...] = ("none", "rigid-wire", "rigid-rod")
+    grain_count: int = 1700
+    bead_count: int = 300
+    seed: int = 0
+    preparation: str = "loose"
+    theta_max: float = THETA_MAX_2D
+    strain: float = 0.10
+    pressure: float = 1e5
+    solver: str = "auto"
+    tolerance: float = 3e-3
+    max_iterations: int = 6000
+    friction: float = 0.4
+    platen_friction: float = 0.0
+    inertial_number: float = 1e-3
+    axial_rigidity: float = 1e7
+    check_strain: float = 0.01
+    greatest_reaction: float | None = None
+    threads: int = 2
 
     def __post_init__(self):
         self._check_names("laws", "law", LAWS)
@@ -248,9 +253,13 @@ class TexSolStudy(Study):
             self, prepared, records, {test.name.removesuffix("-tight"): done[test.name] for test in self.checks}
         )
 
-    def measures(self, result: TexSolResult) -> tuple[dict[str, float], dict[str, dict[str, np.ndarray]]]:
-        from lmgcpy.experiment.texsol.measures import measures
+    def expected_seconds(self) -> float:
+        # a test to a strain takes strain / (0.2 I) steps, I the inertial number: the velocity is I H/t, the step t/5
+        strain = sum(test.strain for test in [*self.planned, *self.checks]) + RELAXATION_COST * 0.1
+        steps = strain / (0.2 * self.inertial_number)
+        return steps * (self.grain_count + self.bead_count) * PER_PARTICLE_AND_STEP[self.DIMENSION]
 
+    def measures(self, result: TexSolResult) -> tuple[dict[str, float], dict[str, dict[str, np.ndarray]]]:
         return measures(result)
 
 
@@ -281,25 +290,6 @@ class Study2D(TexSolStudy):
     FRAMES: ClassVar[int] = 100
     TIGHTER: ClassVar[float] = 10.0
     FORMER: ClassVar[Mapping[str, Any]] = {**TexSolStudy.FORMER, "theta_max": 0.6}
-
-    laws: tuple[str, ...] = ("none", "rigid-wire", "rigid-rod")
-    grain_count: int = 1700
-    bead_count: int = 300
-    seed: int = 0
-    preparation: str = "loose"
-    theta_max: float = THETA_MAX_2D
-    strain: float = 0.10
-    pressure: float = 1e5
-    solver: str = "auto"
-    tolerance: float = 3e-3
-    max_iterations: int = 6000
-    friction: float = 0.4
-    platen_friction: float = 0.0
-    inertial_number: float = 1e-3
-    axial_rigidity: float = 1e7
-    check_strain: float = 0.01
-    greatest_reaction: float | None = None
-    threads: int = 2
 
     def quick(self) -> Study2D:
         """A study of a small sample, for a first look: 340 particles, 5 % crushing."""
@@ -337,21 +327,14 @@ class Study3D(TexSolStudy):
     laws: tuple[str, ...] = ("none", "rigid-wire")
     grain_count: int = 6500
     bead_count: int = 3500
-    seed: int = 0
-    preparation: str = "loose"
     theta_max: float = THETA_MAX_3D
     strain: float = 0.15
-    pressure: float = 1e5
     solver: str = "accelerated"
     tolerance: float = 1e-2
     max_iterations: int = 2000
-    friction: float = 0.4
-    platen_friction: float = 0.0
     inertial_number: float = 2e-3
     axial_rigidity: float = 120.0
     check_strain: float = 0.0
-    greatest_reaction: float | None = None
-    threads: int = 2
     axes: tuple[str, ...] = ("z", "x")
     wires: int = 1
     bead_mass: str = "grain"

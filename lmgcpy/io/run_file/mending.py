@@ -8,11 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from lmgcpy.io.hdf5 import in_memory
-from lmgcpy.io.run_file.checked_rows import rows_of
+from lmgcpy.io.run_file.checked_rows import rows_of, sentences_of_damage
 from lmgcpy.io.run_file.checkpoints import read_checkpoint, write_checkpoint
 from lmgcpy.io.run_file.commits import read_tails, write_commit
 from lmgcpy.io.run_file.creation import LIBVER, create_slots
-from lmgcpy.io.run_file.damage import sentences_of_damage
 from lmgcpy.io.run_file.lock import FileLock
 from lmgcpy.io.run_file.opening import open_to_read, writing
 from lmgcpy.io.run_file.tables import growing_tables

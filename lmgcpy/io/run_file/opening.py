@@ -10,7 +10,7 @@ import numpy as np
 
 from lmgcpy.errors import shown
 from lmgcpy.io.hdf5 import cut_off, data_sets, h5py
-from lmgcpy.io.run_file.damage import sentences_of_damage
+from lmgcpy.io.run_file.checked_rows import sentences_of_damage
 from lmgcpy.io.run_file.trees import check_structure
 from lmgcpy.io.run_file.unclosed_file import UnclosedFile, is_unclosed
 from lmgcpy.io.untrusted import regular_file

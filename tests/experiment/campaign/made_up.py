@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 
-from lmgcpy.experiment.campaign.results import FINISHED, TO_COME, CampaignResults, CaseResult
+from lmgcpy.experiment.campaign.cases import FINISHED, TO_COME, CampaignResults, CaseResult
 
 VERSIONS = {"lmgcpy": "0.2.0", "numpy": "2.1.0"}
 

@@ -10,6 +10,8 @@ import socket
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -23,25 +25,39 @@ import slope  # noqa: E402
 import suites  # noqa: E402
 
 from lmgcpy.experiment import Campaign, CampaignFolder, Study2D, Study3D  # noqa: E402
-from lmgcpy.experiment.campaign.carry_out import carry_out  # noqa: E402
-from lmgcpy.experiment.campaign.cost import seconds_of  # noqa: E402
-from lmgcpy.experiment.campaign.progress import ProgressView  # noqa: E402
-from lmgcpy.experiment.campaign.toml import read_campaign  # noqa: E402
+from lmgcpy.experiment.campaign.campaign import read_campaign  # noqa: E402
+from lmgcpy.experiment.study.engine import Site  # noqa: E402
+from lmgcpy.experiment.study.stages import CaseStages, Stages  # noqa: E402
 
 
-@pytest.fixture(autouse=True)
-def processes(monkeypatch):
-    """Those of ``concurrent.futures`` begin in half the time."""
-    monkeypatch.setattr("lmgcpy.experiment.campaign.carry_out.has_dask", lambda: False)
+@pytest.fixture(scope="module")
+def here():
+    """Threads of this process, which begin at once, as an argument of a campaign."""
+    with ThreadPoolExecutor(2) as threads:
+        yield {"executor": threads}
 
 
 @pytest.fixture(params=["dask", "processes"])
-def kind(request, processes, monkeypatch):
-    """Both kinds of workers on this machine."""
-    if request.param == "dask":
-        pytest.importorskip("distributed")
-        monkeypatch.setattr("lmgcpy.experiment.campaign.carry_out.has_dask", lambda: True)
-    return request.param
+def workers(request):
+    """Arguments of a campaign for so many workers of either kind."""
+    with ExitStack() as stack:
+
+        def of(count):
+            if request.param == "processes":
+                return {"workers": count}
+            return {"client": stack.enter_context(dask_client(count))}
+
+        yield of
+
+
+@contextmanager
+def dask_client(count):
+    """A client of a cluster whose scheduler leaves deaths to the campaign."""
+    distributed = pytest.importorskip("distributed")
+    options = {"n_workers": count, "threads_per_worker": 1, "host": "127.0.0.1", "dashboard_address": "127.0.0.1:0"}
+    silent = {"silence_logs": 50, "scheduler_kwargs": {"allowed_failures": 0}}
+    with distributed.LocalCluster(**options, **silent) as own, distributed.Client(own, set_as_default=False) as client:
+        yield client
 
 
 def slides(**more):
@@ -121,6 +137,9 @@ def test_a_file_says_the_same(tmp_path):
     assert read_campaign(tmp_path / "c.toml") == expected
     (tmp_path / "f.toml").write_text('study = "slope:slide"\n[over]\nfriction = [0.1]\n')
     assert read_campaign(tmp_path / "f.toml").work is slope.slide
+    (tmp_path / "own.toml").write_text('study = "slides:Slides"\n[over]\nsteps = [10, 20]\n')
+    sys.path.insert(0, str(HERE.parent / "study"))
+    assert [case.work.steps for case in read_campaign(tmp_path / "own.toml").all_cases()] == [10, 20]
 
 
 @pytest.mark.parametrize(
@@ -130,6 +149,7 @@ def test_a_file_says_the_same(tmp_path):
         ("[over]\nseed = [1]", "must say the study"),
         ('study = "texsol"\ncase_timeout = -1\n[over]\nseed = [1]', "case_timeout must be above 0 s"),
         ('study = "texsol-4d"\n[over]\nseed = [1]', "There is no study 'texsol-4d'; did you mean 'texsol-3d'?"),
+        ('study = "slope:SLOPE"\n[over]\nseed = [1]', "'slope:SLOPE' is neither a function nor the class of a study"),
         ('study = "slope:glide"\n[over]\nseed = [1]', "'slope:glide' cannot be imported"),
         ('study = "texsol"\n[ower]\nseed = [1]', "has an unknown key 'ower'; did you mean 'over'?"),
         ('study = "texsol"\n[over]\nsead = [1]', "Study2D has no parameter 'sead'"),
@@ -147,13 +167,10 @@ def test_a_wrong_file_gets_a_sentence(tmp_path, text, words):
 
 
 @pytest.mark.long
-def test_the_bits_do_not_depend_on_the_workers(tmp_path, kind):
+def test_the_bits_do_not_depend_on_the_workers(tmp_path, workers):
     """Against the function itself, called here."""
-    results = slides().run(tmp_path / "two", workers=2)
+    results = slides().run(tmp_path / "two", **workers(2))
     assert [case.status for case in results.cases] == ["finished"] * 4
-    from lmgcpy.experiment.study.engine import Site
-    from lmgcpy.experiment.study.stages import Stages
-
     for case in results.cases:
         alone = slope.slide(Site(Stages(quiet=True), None), **case.parameters)
         assert case.numbers == {"distance [m]": alone["distance [m]"]}
@@ -164,42 +181,43 @@ def test_the_bits_do_not_depend_on_the_workers(tmp_path, kind):
     same(results, CampaignFolder(tmp_path / "two").results())
 
 
-@pytest.mark.default_parameters(kind="processes")
-def test_a_case_that_fails_ends_nothing(tmp_path, kind):
-    results = Campaign(slope.fails, over={"number": range(3)}).run(tmp_path / "out", workers=1)
+@pytest.mark.default_parameters(workers="processes")
+def test_a_case_that_fails_ends_nothing(tmp_path, workers):
+    results = Campaign(slope.fails, over={"number": range(3)}).run(tmp_path / "out", **workers(1))
     assert [case.status for case in results.cases] == ["finished", "failed", "finished"]
     assert results.cases[1].error == "ValueError: one is too many"
 
 
 @pytest.mark.long
-def test_a_worker_that_is_killed_costs_nothing(tmp_path, kind):
+def test_a_worker_that_is_killed_costs_nothing(tmp_path, workers):
     file = str(tmp_path / "died")
-    results = Campaign(slope.dies, over={"number": range(4)}, fixed={"file": file}).run(tmp_path / "out", workers=2)
+    results = Campaign(slope.dies, over={"number": range(4)}, fixed={"file": file}).run(tmp_path / "out", **workers(2))
     assert os.path.exists(file)
     assert [case.numbers for case in results.cases] == [{"number": k} for k in range(4)]
 
 
 @pytest.mark.long
-def test_a_case_whose_workers_always_die_is_given_up(tmp_path, kind):
+def test_a_case_whose_workers_always_die_is_given_up(tmp_path, workers):
     """And not the other, which waits behind it at the worker that dies, as often as it dies."""
-    results = Campaign(slope.always_dies, over={"number": [1, 0]}).run(tmp_path / "out", workers=1)
+    results = Campaign(slope.always_dies, over={"number": [1, 0]}).run(tmp_path / "out", **workers(1))
     assert [case.status for case in results.cases] == ["failed", "finished"]
     assert "its worker died 4 times" in results.cases[0].error
 
 
 @pytest.mark.long
 @pytest.mark.skipif(os.name == "nt", reason="groups of processes, and a sleep that holds on to Python")
-def test_a_case_that_hangs_is_killed_with_what_it_began_and_the_others_are_done(tmp_path, kind):
+def test_a_case_that_hangs_is_killed_with_what_it_began_and_the_others_are_done(tmp_path, workers):
     """With one worker, so that the others wait behind it; it is tried again by resume, as what has failed is, and its
     workers do not count as dead. 6 s is three times what a process takes to begin."""
     out, file = tmp_path / "out", str(tmp_path / "begun")
     campaign = Campaign(slope.hangs, over={"number": range(3)}, fixed={"file": file}, case_timeout=6.0)
-    results = campaign.run(out, workers=1)
+    one = workers(1)
+    results = campaign.run(out, **one)
     assert [case.status for case in results.cases] == ["finished", "failed", "finished"]
     assert results.cases[1].error == "TimeoutError: the case did not end within 6 s and was killed."
     assert results.cases[1].seconds == 6.0
     assert not list((out / "cases").glob("*.progress"))
-    again = replace(campaign, case_timeout=5.0).run(out, workers=1, resume=True)
+    again = replace(campaign, case_timeout=5.0).run(out, **one, resume=True)
     assert again.cases[1].error == "TimeoutError: the case did not end within 5 s and was killed."
     begun = Path(file).read_text().split()
     assert len(begun) == 2  # once a run
@@ -207,76 +225,68 @@ def test_a_case_that_hangs_is_killed_with_what_it_began_and_the_others_are_done(
 
 
 @pytest.mark.long
-def test_the_bits_do_not_depend_on_a_process_of_ones_own(tmp_path, kind):
-    same(slides(case_timeout=60.0).run(tmp_path / "limited", workers=2), slides().run(tmp_path / "out", workers=2))
+def test_the_bits_do_not_depend_on_a_process_of_ones_own(tmp_path, workers):
+    two = workers(2)
+    same(slides(case_timeout=60.0).run(tmp_path / "limited", **two), slides().run(tmp_path / "out", **two))
 
 
 @pytest.mark.long
 @pytest.mark.skipif(os.name == "nt", reason="SIGKILL")
-def test_a_case_whose_own_processes_always_die_is_given_up(tmp_path, kind):
+def test_a_case_whose_own_processes_always_die_is_given_up(tmp_path, workers):
     campaign = Campaign(slope.always_dies, over={"number": [1, 0]}, case_timeout=60.0)
-    results = campaign.run(tmp_path / "out", workers=1)
+    results = campaign.run(tmp_path / "out", **workers(1))
     assert [case.status for case in results.cases] == ["failed", "finished"]
     assert "its worker died 4 times" in results.cases[0].error
 
 
 @pytest.mark.long
-def test_a_study_is_a_case_with_a_folder_of_its_own(tmp_path):
+def test_a_study_is_a_case_with_a_folder_of_its_own(tmp_path, here):
     """Two laws of a tiny sample; the second campaign finds them there, done, and the folder is one of `lmgcpy texsol`."""
     study = Study2D(grain_count=30, bead_count=4, laws=("none", "rigid-wire"), strain=0.004, check_strain=0.0)
     campaign = Campaign(study, over={"seed": [0]})
-    results = campaign.run(tmp_path / "out", workers=1)
+    results = campaign.run(tmp_path / "out", **here)
     (case,) = results.cases
     assert case.status == "finished", case.error
     assert "rigid-wire: gain of the peak deviator [Pa]" in case.numbers
     assert case.numbers["none: steps"] == len(case.curves["none"]["crushing"]) > 10
     assert (tmp_path / "out" / "cases" / "seed=0" / "study.json").exists()
     (tmp_path / "out" / "cases.jsonl").unlink()
-    same(campaign.run(tmp_path / "out", workers=1, resume=True), results)
+    same(campaign.run(tmp_path / "out", **here, resume=True), results)
 
 
 def test_nobody_answers(tmp_path, monkeypatch):
     """Within the time that it is given; 8 s otherwise."""
     pytest.importorskip("distributed")
     monkeypatch.setattr("lmgcpy.experiment.campaign.workers.ANSWER", 1.0)
-    monkeypatch.setattr("lmgcpy.experiment.campaign.carry_out.has_dask", lambda: True)
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         address = f"tcp://127.0.0.1:{free.getsockname()[1]}"
     begin = time.perf_counter()
     with pytest.raises(ConnectionError, match="No Dask scheduler answers at"):
-        carry_out(slides(), tmp_path / "out", scheduler=address)
+        slides().run(tmp_path / "out", scheduler=address)
     assert time.perf_counter() - begin < 3.0  # the second, and the import of Dask
     file = tmp_path / "dask.json"
     file.write_text('{"id": 3}')
     with pytest.raises(ValueError, match=r"dask\.json' is no file that a Dask scheduler has written"):
-        carry_out(slides(), tmp_path / "out", scheduler_file=str(file), force=True)
+        slides().run(tmp_path / "out", scheduler_file=str(file), force=True)
 
 
 @pytest.mark.long
 @pytest.mark.filterwarnings("ignore:unclosed:ResourceWarning")
 def test_a_cluster_of_ones_own(tmp_path, monkeypatch):
     """By a client, which stays open, by address and by file; workers with another version are refused."""
-    distributed = pytest.importorskip("distributed")
-    monkeypatch.setattr("lmgcpy.experiment.campaign.carry_out.has_dask", lambda: True)
-    with (
-        distributed.LocalCluster(
-            n_workers=1, threads_per_worker=1, dashboard_address="127.0.0.1:0", host="127.0.0.1", silence_logs=50
-        ) as cluster,
-        distributed.Client(cluster, set_as_default=False) as client,
-    ):
+    with dask_client(1) as client:
+        address = client.scheduler.address
         results = slides().run(tmp_path / "out", client=client)
         assert len(results.finished) == 4
         assert client.submit(int, 3).result() == 3
-        (tmp_path / "dask.json").write_text(json.dumps({"address": cluster.scheduler_address}))
-        for k, where in enumerate(
-            ({"scheduler": cluster.scheduler_address}, {"scheduler_file": str(tmp_path / "dask.json")})
-        ):
-            same(carry_out(slides(), tmp_path / f"out{k}", **where), results)
+        (tmp_path / "dask.json").write_text(json.dumps({"address": address}))
+        for k, where in enumerate(({"scheduler": address}, {"scheduler_file": str(tmp_path / "dask.json")})):
+            same(slides().run(tmp_path / f"out{k}", **where), results)
         assert client.submit(int, 4).result() == 4
         (worker,) = client.scheduler_info()["workers"]
         with pytest.raises(ConnectionError, match=rf"No Dask scheduler answers at '{worker}' .*there is a Worker of Dask"):
-            carry_out(slides(), tmp_path / "worker", scheduler=worker)
+            slides().run(tmp_path / "worker", scheduler=worker)
         monkeypatch.setattr(client, "run", lambda call: {"tcp://elsewhere": {"lmgcpy": "0.1.0"}})
         with pytest.raises(RuntimeError, match=r"worker tcp://elsewhere has lmgcpy 0\.1\.0, this process"):
             slides().run(tmp_path / "other", client=client)
@@ -285,9 +295,9 @@ def test_a_cluster_of_ones_own(tmp_path, monkeypatch):
 # ---------------------------------------------------------------------------------------- folders, interruption, resume
 
 
-def test_folders_are_kept_apart(tmp_path):
+def test_folders_are_kept_apart(tmp_path, here):
     campaign = Campaign(slope.nothing, over={"number": range(2)})
-    campaign.run(tmp_path / "out", workers=1)
+    campaign.run(tmp_path / "out", **here)
     with pytest.raises(FileExistsError, match="holds a campaign: go on with resume"):
         campaign.run(tmp_path / "out")
     with pytest.raises(ValueError, match="holds another campaign, with other cases"):
@@ -298,42 +308,41 @@ def test_folders_are_kept_apart(tmp_path):
         campaign.run(tmp_path / "elsewhere", resume=True)
     with CampaignFolder(tmp_path / "out").held(), pytest.raises(BlockingIOError, match=r"The campaign in .* is under way"):
         campaign.run(tmp_path / "out", resume=True)
-    assert len(Campaign(slope.fails, over={"number": range(1)}).run(tmp_path / "out", workers=1, force=True).finished) == 1
+    assert len(Campaign(slope.fails, over={"number": range(1)}).run(tmp_path / "out", **here, force=True).finished) == 1
     (tmp_path / "out" / "campaign.json").write_text("{")
     with pytest.raises(ValueError, match="is damaged or of another version"):
         campaign.run(tmp_path / "out", resume=True)
 
 
-def test_a_line_that_was_cut_short_is_done_again(tmp_path):
+def test_a_line_that_was_cut_short_is_done_again(tmp_path, here):
     campaign = Campaign(slope.nothing, over={"number": range(3)})
-    first = campaign.run(tmp_path / "out", workers=1)
+    first = campaign.run(tmp_path / "out", **here)
     ledger = tmp_path / "out" / "cases.jsonl"
     ledger.write_bytes(ledger.read_bytes()[:-20])
     assert len(CampaignFolder(tmp_path / "out").results().finished) == 2
-    same(campaign.run(tmp_path / "out", workers=1, resume=True), first)
+    same(campaign.run(tmp_path / "out", **here, resume=True), first)
 
 
-@pytest.mark.long
-def test_force_begins_anew(tmp_path):
+def test_force_begins_anew(tmp_path, here):
     """Runs of the former campaign, of as many steps as it had, are none of this one; what is under way is left alone."""
     over = {"friction": [0.1]}
-    Campaign(slope.slide, over=over, fixed={"steps": 40}).run(tmp_path / "out", workers=1)
+    Campaign(slope.slide, over=over, fixed={"steps": 40}).run(tmp_path / "out", **here)
     fewer = Campaign(slope.slide, over=over, fixed={"steps": 20})
     with CampaignFolder(tmp_path / "out").held(), pytest.raises(BlockingIOError, match="is under way"):
-        fewer.run(tmp_path / "out", workers=1, force=True)
+        fewer.run(tmp_path / "out", **here, force=True)
     (case,) = CampaignFolder(tmp_path / "out").results().finished
     assert len(case.curves[""]["step"]) == 40
-    (case,) = fewer.run(tmp_path / "out", workers=1, force=True).cases
+    (case,) = fewer.run(tmp_path / "out", **here, force=True).cases
     assert case.status == "finished", case.error
     assert len(case.curves[""]["step"]) == 20
 
 
 @pytest.mark.scaled
-def test_damaged_folders_are_refused_or_read_as_they_were(tmp_path):
+def test_damaged_folders_are_refused_or_read_as_they_were(tmp_path, here):
     """What is read of a damaged folder is what was there, or is to come again; before there were sums digits of the ledger
     could change, and a damaged archive of curves ended in an error of zipfile. Seed 0."""
     out = tmp_path / "out"
-    whole = {case.name: case for case in Campaign(slope.slide, over={"friction": [0.1, 0.6]}).run(out, workers=1).cases}
+    whole = {case.name: case for case in Campaign(slope.slide, over={"friction": [0.1, 0.6]}).run(out, **here).cases}
     files = {file: file.read_bytes() for file in (out / "campaign.json", out / "cases.jsonl", *(out / "curves").iterdir())}
     rng, ends = np.random.default_rng(0), set()
     for _ in range(suites.size(200, long=3000)):
@@ -365,24 +374,30 @@ SLOW = """
 import sys
 sys.path.insert(0, {here!r})
 import slope
+from test_campaign import dask_client
 from lmgcpy.experiment import Campaign
-from lmgcpy.experiment.campaign import carry_out
-carry_out.has_dask = lambda: {dask}
 if __name__ == "__main__":
     over, fixed = {{"friction": [0.1, 0.2], "seed": range({seeds})}}, {{"slow": 0.01, "steps": 80}}
-    Campaign(slope.slide, over=over, fixed=fixed).run({out!r}, workers=2, resume={resume})
+    campaign = Campaign(slope.slide, over=over, fixed=fixed)
+    if {dask}:
+        with dask_client(2) as client:
+            campaign.run({out!r}, client=client)
+    else:
+        campaign.run({out!r}, workers=2)
 """
 
 
 SLOWLY = {"slow": 0.01, "steps": 80}
 
 
-def slow_campaign(out, dask, seeds=2, resume=False):
-    code = SLOW.format(here=str(HERE), dask=dask, out=str(out), seeds=seeds, resume=resume)
+def slow_campaign(out, dask, seeds=2):
     script = out.parent / "campaign.py"
-    script.write_text(code)
+    script.write_text(SLOW.format(here=str(HERE), dask=dask, out=str(out), seeds=seeds))
+    paths = os.pathsep.join([str(HERE.parent.parent), *sys.path])
     with (out.parent / "said.txt").open("w") as said:
-        return subprocess.Popen([sys.executable, str(script)], start_new_session=True, stderr=said)
+        return subprocess.Popen(
+            [sys.executable, str(script)], start_new_session=True, stderr=said, env={**os.environ, "PYTHONPATH": paths}
+        )
 
 
 def under_way(out, process):
@@ -397,10 +412,10 @@ def under_way(out, process):
 
 @pytest.mark.long
 @pytest.mark.skipif(os.name == "nt", reason="signals of groups of processes")
-def test_ctrl_c_ends_it_between_steps_and_it_goes_on(tmp_path, kind):
+def test_ctrl_c_ends_it_between_steps_and_it_goes_on(tmp_path):
     """The signal goes to all processes, as on a terminal."""
     out = tmp_path / "out"
-    process = slow_campaign(out, kind == "dask")
+    process = slow_campaign(out, dask=False)
     under_way(out, process)
     os.killpg(process.pid, signal.SIGINT)
     assert process.wait(timeout=30) != 0
@@ -414,18 +429,41 @@ def test_ctrl_c_ends_it_between_steps_and_it_goes_on(tmp_path, kind):
 
 
 @pytest.mark.long
+@pytest.mark.skipif(os.name == "nt", reason="SIGKILL")
+def test_the_workers_end_with_a_campaign_that_is_killed(tmp_path):
+    """They would else go on, with run files that the campaign needs when it is resumed, and wait for ever afterwards."""
+    out = tmp_path / "out"
+    process = slow_campaign(out, dask=False)
+    under_way(out, process)
+    process.kill()
+    process.wait()
+    end = time.monotonic() + 30.0
+    while any(slope.runs(pid) for pid in of_session(process.pid)):
+        assert time.monotonic() < end
+        time.sleep(0.05)
+    described = Campaign(slope.slide, over={"friction": [0.1, 0.2], "seed": range(2)}, fixed=SLOWLY)
+    assert len(described.run(out, workers=2, resume=True).finished) == 4
+
+
+@pytest.mark.long
 @pytest.mark.skipif(os.name == "nt", reason="signals of groups of processes")
-def test_twenty_four_cases_with_a_killed_worker_have_the_bits_of_one_process(tmp_path, kind):
+@pytest.mark.parametrize("dask", [True, False])
+def test_twenty_four_cases_with_a_killed_worker_have_the_bits_of_one_process(tmp_path, dask):
     """SIGKILL to a worker in the middle of a case, whose run file it leaves behind."""
     out = tmp_path / "out"
-    process = slow_campaign(out, kind == "dask", seeds=12)
+    process = slow_campaign(out, dask, seeds=12)
     under_way(out, process)
-    session = subprocess.run(["pgrep", "-s", str(process.pid)], capture_output=True, text=True)
-    victim = next(pid for pid in map(int, reversed(session.stdout.split())) if _has_open(pid, out))
+    victim = next(pid for pid in reversed(of_session(process.pid)) if _has_open(pid, out))
     os.kill(victim, signal.SIGKILL)
     assert process.wait(timeout=120) == 0, (tmp_path / "said.txt").read_text()
     described = Campaign(slope.slide, over={"friction": [0.1, 0.2], "seed": range(12)}, fixed=SLOWLY)
     same(CampaignFolder(out).results(), described.run(tmp_path / "whole", workers=1))
+
+
+def of_session(pid):
+    """The processes of a session."""
+    found = subprocess.run(["pgrep", "-s", str(pid)], capture_output=True, text=True, check=False)
+    return [int(word) for word in found.stdout.split()]
 
 
 def _has_open(pid, folder):
@@ -439,17 +477,17 @@ def _has_open(pid, folder):
 # -------------------------------------------------------------------------------------------------- cost and progress
 
 
-def test_the_cost_is_that_of_finished_cases_or_of_the_table(tmp_path):
+def test_the_cost_is_that_of_finished_cases_or_of_the_table(tmp_path, here):
     campaign = Campaign(slope.nothing, over={"number": range(3)})
-    results = campaign.run(tmp_path / "out", workers=1)
-    seconds, source = seconds_of(campaign.all_cases()[1], results)
+    results = campaign.run(tmp_path / "out", **here)
+    seconds, source = results.expected_seconds(campaign.all_cases()[1])
     assert seconds == results.cases[1].seconds
     assert source == "1 finished alike"
-    assert seconds_of(campaign.all_cases()[0], CampaignFolder(tmp_path / "out").results([])) == (None, "unknown")
+    assert CampaignFolder(tmp_path / "out").results([]).expected_seconds(campaign.all_cases()[0]) == (None, "unknown")
     one, two = (Campaign(Study3D(grain_count=count), over={"seed": [0]}).all_cases()[0] for count in (1000, 4500))
     nothing = CampaignFolder(tmp_path / "none").results([])
     # cost goes with the number of particles: 1000 + 3500 and 4500 + 3500
-    assert seconds_of(two, nothing)[0] / seconds_of(one, nothing)[0] == pytest.approx(8000 / 4500)
+    assert nothing.expected_seconds(two)[0] / nothing.expected_seconds(one)[0] == pytest.approx(8000 / 4500)
 
 
 class Terminal(io.StringIO):
@@ -458,19 +496,16 @@ class Terminal(io.StringIO):
 
 
 def test_a_terminal_shows_what_runs(tmp_path):
-    campaign = Campaign(slope.nothing, over={"number": range(3)})
-    folder = CampaignFolder(tmp_path)
-    folder.cases.mkdir()
-    (folder.cases / "number=1.progress").write_text(json.dumps({"stage": "slide", "done": 3, "total": 10}))
-    (folder.cases / "number=2.progress").write_text("{")  # being written
+    (tmp_path / "number=1.progress").write_text(json.dumps({"stage": "slide", "done": 3, "total": 10}))
+    (tmp_path / "number=2.progress").write_text("{")  # being written
     stream = Terminal()
-    with ProgressView(folder, campaign.all_cases(), {"number=0"}, True, stream) as view:
+    with CaseStages(tmp_path, 3, 1, stream) as view:
         view.look()
     assert "number=1" in stream.getvalue()
     assert "3/10" in stream.getvalue()
     assert "0 failed, 2 to come" in stream.getvalue()
     quiet = io.StringIO()
-    with ProgressView(folder, campaign.all_cases(), set(), False, quiet) as view:
+    with CaseStages(tmp_path, 3, 0, quiet, quiet=True) as view:
         view.look()
     assert quiet.getvalue() == ""
 
@@ -486,8 +521,8 @@ def command(*words):
     return CliRunner().invoke(main, ["campaign", *map(str, words)])
 
 
-@pytest.mark.default_parameters(kind="processes")
-def test_the_command_runs_reports_and_tells_the_cost(tmp_path, kind):
+@pytest.mark.default_parameters(workers="processes")
+def test_the_command_runs_reports_and_tells_the_cost(tmp_path, workers):
     file = tmp_path / "few.toml"
     file.write_text('study = "slope:fails"\n[over]\nnumber = [0, 1, 2]\n')
     told = command(file, "--dry-run")

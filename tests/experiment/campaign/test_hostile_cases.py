@@ -17,14 +17,16 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 import slope
 
-from lmgcpy.experiment import Campaign
+from lmgcpy.experiment import Campaign, Site, Stages
 from lmgcpy.experiment.campaign import workers
-from lmgcpy.experiment.campaign.carry_out import carry_out
-from lmgcpy.experiment.campaign.description import CampaignDescription, case_name
+from lmgcpy.experiment.campaign.case_work import Order, do_case
+from lmgcpy.experiment.campaign.cases import FAILED, FINISHED, TO_COME, case_name
 from lmgcpy.experiment.campaign.folder import CampaignFolder, _sum
-from lmgcpy.experiment.campaign.results import FAILED, FINISHED, TO_COME
-from lmgcpy.experiment.campaign.work import Order, do_case
 from lmgcpy.version import versions
+
+
+def a_site():
+    return Site(Stages(quiet=True), None)
 
 
 class Unspeakable(Exception):
@@ -62,11 +64,11 @@ SENTENCES = {
 @pytest.mark.parametrize("how", SENTENCES)
 def test_a_case_that_ends_in_its_own_way_has_failed_and_says_how(how, tmp_path):
     """Not "to come", which ended a campaign with return code 0, nor "want of memory"; its line can be written and read."""
-    campaign = CampaignDescription(ends, over={"how": [how]})
+    campaign = Campaign(ends, over={"how": [how]})
     (case,) = campaign.all_cases()
     folder = CampaignFolder(tmp_path / "out")
-    folder.begin(campaign)
-    result = do_case(Order(case, str(folder.path), versions()))
+    folder.begin(campaign.described())
+    result = do_case(Order(case, str(folder.path), a_site(), versions()))
     assert (result.status, result.error) == (FAILED, SENTENCES[how])
     folder.enter(result)
     assert folder.results().cases[0].error == SENTENCES[how]
@@ -74,11 +76,13 @@ def test_a_case_that_ends_in_its_own_way_has_failed_and_says_how(how, tmp_path):
 
 
 def test_a_case_that_the_campaign_stops_is_to_come(tmp_path):
-    campaign = CampaignDescription(ends, over={"how": ["interrupt"]})
+    campaign = Campaign(ends, over={"how": ["interrupt"]})
     folder = CampaignFolder(tmp_path / "out")
-    folder.begin(campaign)
-    folder.stop()
-    assert do_case(Order(campaign.all_cases()[0], str(folder.path), versions())).status == TO_COME
+    folder.begin(campaign.described())
+    site = a_site()
+    site.stop()
+    order = Order(campaign.all_cases()[0], str(folder.path), site, versions())
+    assert do_case(order).status == TO_COME
 
 
 WRONG = {
@@ -102,11 +106,11 @@ WRONG = {
 @pytest.mark.parametrize("what", WRONG)
 def test_a_line_of_the_ledger_with_a_right_sum_and_wrong_content_does_not_count(what, tmp_path):
     """The case is to come, and is done again; before, reports and resumed campaigns ended in KeyError."""
-    campaign = CampaignDescription(ends, over={"how": ["well"]})
+    campaign = Campaign(ends, over={"how": ["well"]})
     folder = CampaignFolder(tmp_path / "out")
-    folder.begin(campaign)
+    folder.begin(campaign.described())
     (case,) = campaign.all_cases()
-    folder.enter(do_case(Order(case, str(folder.path), versions())))
+    folder.enter(do_case(Order(case, str(folder.path), a_site(), versions())))
     assert folder.results().cases[0].status == FINISHED
     line = json.loads(folder.ledger.read_text().rpartition(" ")[0])
     given = WRONG[what]
@@ -135,8 +139,8 @@ def test_a_parameter_that_no_file_can_hold_is_refused():
 def test_force_leaves_what_is_not_the_campaigns(tmp_path):
     """The files of its former cases go, and nothing else: a thesis in ``cases`` stays."""
     folder = CampaignFolder(tmp_path / "out")
-    former = CampaignDescription(ends, over={"how": ["well", "exit"]})
-    folder.begin(former)
+    former = Campaign(ends, over={"how": ["well", "exit"]})
+    folder.begin(former.described())
     for case in former.all_cases():
         (folder.cases / case.name).mkdir()
         (folder.cases / case.name / "run.h5").write_text("")
@@ -145,7 +149,7 @@ def test_force_leaves_what_is_not_the_campaigns(tmp_path):
     mine[2].parent.mkdir()
     for file in mine:
         file.write_text("mine")
-    folder.begin(CampaignDescription(ends, over={"how": ["interrupt"]}))
+    folder.begin(Campaign(ends, over={"how": ["interrupt"]}).described())
     assert all(file.read_text() == "mine" for file in mine)
     assert not any((folder.cases / case.name).exists() for case in former.all_cases())
 
@@ -153,12 +157,12 @@ def test_force_leaves_what_is_not_the_campaigns(tmp_path):
 def test_two_campaigns_do_not_share_a_folder_whoever_writes_its_description(tmp_path):
     """The lock is on a file of its own: the description is replaced, and was locked as the one that nobody saw any more."""
     folder = CampaignFolder(tmp_path / "out")
-    campaign = CampaignDescription(ends, over={"how": ["well"]})
+    campaign = Campaign(ends, over={"how": ["well"]})
     with folder.held():
-        folder.begin(campaign)
+        folder.begin(campaign.described())
         before = folder.description_file.read_text()
         with pytest.raises(BlockingIOError, match="is under way"):
-            carry_out(CampaignDescription(ends, over={"how": ["exit"]}), folder.path, force=True, workers=1)
+            Campaign(ends, over={"how": ["exit"]}).run(folder.path, force=True, workers=1)
         assert folder.description_file.read_text() == before
 
 
@@ -177,7 +181,7 @@ def test_a_scheduler_that_accepts_and_never_answers_is_named(says, monkeypatch):
         address = f"tcp://127.0.0.1:{deaf.getsockname()[1]}"
         begin = time.monotonic()
         with pytest.raises(ConnectionError, match=f"No Dask scheduler answers at '{address}' within 0.5 s"):
-            workers.Cluster.at(address, None)
+            workers.client_at(address, None)
         assert time.monotonic() < begin + 2.5  # the import of Dask
     if says:
         talker.join()
@@ -191,17 +195,13 @@ def _say(server, says):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("dask", [True, False])
-def test_a_script_without_a_guard_gets_one_sentence(dask, tmp_path):
-    """Its workers begin it anew. Before, each said so as well, and without Dask every case failed for want of memory."""
-    if dask:
-        pytest.importorskip("distributed")
+def test_a_script_without_a_guard_gets_one_sentence(tmp_path):
+    """Its workers begin it anew. Before, each said so as well, and every case failed for want of memory."""
     script = tmp_path / "script.py"
     script.write_text(
         f"import sys\nsys.path.insert(0, {str(Path(__file__).parent)!r})\nimport slope\n"
-        "from lmgcpy.experiment import Campaign\nfrom lmgcpy.experiment.campaign import carry_out\n"
-        f"carry_out.has_dask = lambda: {dask}\n"
-        f"Campaign(slope.nothing, over={{'number': [1]}}).run({str(tmp_path / 'out')!r}, workers=2)\n"
+        "from lmgcpy.experiment import Campaign\n"
+        f"Campaign(slope.nothing, over={{'number': [1, 2]}}).run({str(tmp_path / 'out')!r}, workers=2)\n"
     )
     said = subprocess.run([sys.executable, script], capture_output=True, text=True, check=False, timeout=100).stderr
     assert said.count("__main__") == 1
@@ -214,13 +214,14 @@ WORKER = """
 import sys
 sys.path.insert(0, {here!r})
 import slope
-from lmgcpy.experiment.campaign.alone import do_case_within
-from lmgcpy.experiment.campaign.description import CampaignDescription
-from lmgcpy.experiment.campaign.work import Order
+from lmgcpy.experiment.campaign.case_work import do_case_within
+from lmgcpy.experiment import Campaign
+from lmgcpy.experiment.campaign.case_work import Order
+from lmgcpy.experiment import Site, Stages
 from lmgcpy.io.recorder import versions
 if __name__ == "__main__":
-    (case,) = CampaignDescription(slope.waits, over={{"file": [{file!r}]}}).all_cases()
-    do_case_within(Order(case, {folder!r}, versions()), 100.0)
+    (case,) = Campaign(slope.waits, over={{"file": [{file!r}]}}).all_cases()
+    do_case_within(Order(case, {folder!r}, Site(Stages(quiet=True), None), versions()), 100.0)
 """
 
 

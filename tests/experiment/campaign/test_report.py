@@ -8,11 +8,18 @@ import pytest
 from made_up import case, strengths, to_come
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from lmgcpy.experiment.campaign.curve_means import mean_curves
-from lmgcpy.experiment.campaign.figures import MOST, campaign_figures, parts
-from lmgcpy.experiment.campaign.report import NONE_FINISHED, escaped, estimate_words, to_digit, write_report
-from lmgcpy.experiment.campaign.results import FAILED, CampaignResults
-from lmgcpy.experiment.campaign.statistics import Estimate, mean_and_interval
+from lmgcpy.experiment.campaign.cases import FAILED, CampaignResults
+from lmgcpy.experiment.campaign.report import (
+    MOST,
+    NONE_FINISHED,
+    campaign_figures,
+    escaped,
+    estimate_words,
+    parts,
+    to_digit,
+    write_report,
+)
+from lmgcpy.experiment.campaign.statistics import Estimate, mean_and_interval, mean_curves
 
 nan = math.nan
 

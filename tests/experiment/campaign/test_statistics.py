@@ -7,9 +7,15 @@ import pytest
 from made_up import case, to_come
 from scipy import stats
 
-from lmgcpy.experiment.campaign.curve_means import mean_curves, mean_of_runs
-from lmgcpy.experiment.campaign.results import FAILED, CampaignResults
-from lmgcpy.experiment.campaign.statistics import groups, mean_and_band, mean_and_interval, resampled_means
+from lmgcpy.experiment.campaign.cases import FAILED, CampaignResults
+from lmgcpy.experiment.campaign.statistics import (
+    groups,
+    mean_and_band,
+    mean_and_interval,
+    mean_curves,
+    mean_of_runs,
+    resampled_means,
+)
 
 nan, inf = math.nan, math.inf
 

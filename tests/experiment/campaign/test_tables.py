@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from made_up import case, to_come
 
-from lmgcpy.experiment.campaign.results import FAILED, CampaignResults
-from lmgcpy.experiment.campaign.tables import cases_table, has_pyarrow, write_tables
-from lmgcpy.experiment.campaign.words import file_word, in_words, name_and_unit
+from lmgcpy.experiment.campaign.cases import FAILED, CampaignResults, in_words
+from lmgcpy.experiment.campaign.report import file_word
+from lmgcpy.experiment.campaign.tables import cases_table, has_pyarrow, name_and_unit, write_tables
 
 THIRD = 1.0 / 3.0
 

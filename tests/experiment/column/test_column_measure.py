@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lmgcpy.experiment.column.measure import dry_run_out, front, holding
+from lmgcpy.experiment.column.course import dry_run_out, front, holding
 
 
 def disk(radius, count=20_000):

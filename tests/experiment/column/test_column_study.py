@@ -19,8 +19,7 @@ import lmgcpy.view
 from lmgcpy.cli import main
 from lmgcpy.experiment.column import study as column_study
 from lmgcpy.experiment.column.course import time_unit
-from lmgcpy.experiment.column.quantities import lasting_tension, linear_content
-from lmgcpy.experiment.column.result import Fall, bracket, middle
+from lmgcpy.experiment.column.result import Fall, bracket, lasting_tension, linear_content, middle
 from lmgcpy.experiment.column.study import ColumnStudy
 from lmgcpy.experiment.study.engine import carry_out_study
 from lmgcpy.experiment.study.folder import StudyFolder

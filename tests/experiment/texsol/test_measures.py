@@ -9,8 +9,8 @@ import pytest
 from test_texsol_2d import STRAIN, record
 from test_texsol_3d import record as triaxial
 
-from lmgcpy.experiment.texsol.conclusions_3d import envelope, mobilised_angle
-from lmgcpy.experiment.texsol.measures import measures
+from lmgcpy.experiment.texsol.conclusions import envelope, mobilised_angle
+from lmgcpy.experiment.texsol.result import measures
 
 
 @pytest.mark.parametrize("phi", [5.0, 22.0, 40.0])

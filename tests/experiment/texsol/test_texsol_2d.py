@@ -9,7 +9,7 @@ import pytest
 from lmgcpy.experiment.biaxial import BiaxialRecord, Frame
 from lmgcpy.experiment.study.engine import carry_out_study
 from lmgcpy.experiment.study.folder import StudyFolder
-from lmgcpy.experiment.texsol.conclusions_2d import (
+from lmgcpy.experiment.texsol.conclusions import (
     column,
     compression_in_links,
     frames_at_equal_force,

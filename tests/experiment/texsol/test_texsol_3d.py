@@ -16,7 +16,7 @@ import lmgcpy as lm
 from lmgcpy.cli import main
 from lmgcpy.experiment.study.engine import carry_out_study
 from lmgcpy.experiment.study.folder import StudyFolder
-from lmgcpy.experiment.texsol.conclusions_3d import (
+from lmgcpy.experiment.texsol.conclusions import (
     at,
     boundary_mismatch,
     cohesion,
