@@ -437,7 +437,7 @@ class Stepper:
             *self._watch.links(found.solved, unresolved),
             *self._watch.overlaps(found.solved),
             *self._driven_overlaps.after_step(self.state.positions, end),
-            *self._damped_waves.after_step(found.problem, self._links, end),
+            *self._damped_waves.after_step(found.problem, self._links, before, end),
             *(self._watch.jerk(found.problem, found.solved.data.gap, self.energy, thrust) if self.report.solved else ()),
             *self._watch.energy(self.energy, thrust, shock, end, h),
         ]
