@@ -12,8 +12,8 @@ maps position and velocity of a mode by a matrix of
     determinant d^2 = 1/(1 + c),      trace 2 d cos(theta) = (2 + c - (h w)^2)/(1 + c),
 
 so that ``z = v - i a/w``, with v the velocity of the mode and a its acceleration in the middle of the step, is multiplied
-by ``d exp(i theta)``. The rest position of the wire, sagging or not, does not enter. Modes in which the wire turns as a whole
-(a pendulum) are left alone by the step and are not looked at.
+by ``d exp(i theta)``. The rest position of the wire, sagging or not, does not enter. Modes in which the wire turns as a
+whole (a pendulum) are left alone by the step and are not looked at.
 
 **Waves.** A motion is told if it goes as these numbers predict, all modes together, at each quarter of the period of its
 strongest mode: one standing wave, waves that travel, or the many modes of a string that was plucked. The motion of a wire

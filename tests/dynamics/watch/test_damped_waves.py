@@ -16,8 +16,8 @@ COUNT, LENGTH, MASS, TENSION, RADIUS, AMPLITUDE = 31, 0.05, 0.01, 20.0, 0.002, 1
 
 
 def wire(h, mode=1, *, dimension=2, law=None, amplitude=AMPLITUDE, ratio=1.0, plucked=None, **options):
-    """A taut wire in a mode, or ``plucked`` at a part of its length, between two held beads. Every second bead is lighter by
-    ``ratio``. Returns the simulation, the period of the mode [s], and a function for the amplitude of the mode now."""
+    """A taut wire in a mode, or ``plucked`` at a part of its length, between two held beads. Every second bead is lighter
+    by ``ratio``. Returns the simulation, the period of the mode [s], and a function for the amplitude of the mode now."""
     scene = lm.Scene(dimension=dimension)
     body = lm.disk if dimension == 2 else lm.sphere
     mass = np.where(np.arange(COUNT + 2) % 2, MASS, MASS / ratio)
