@@ -29,6 +29,8 @@ PROGRAM = (NameError, AttributeError, TypeError, IndexError)
 INWARD = -0.5
 """Growth of the gap by the way along the normal below which this points inward; it is 1 for normals of distances, -1 for
 their opposites, and 0 on the axis of a cylinder, where a way in any direction narrows the gap."""
+CLOSE = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7)
+"""Distances from touching, in parts of the size of both contactors, at which normals are looked at."""
 NEAR = 1e-6
 """By how much, in parts of the radius, a contact point may be farther from a contactor than its radius and the gap."""
 
@@ -39,11 +41,12 @@ class NarrowPhaseError(RuntimeError):
 
 def check_narrow_phase(kinds: KindPair, contactors: ContactorTable, dimension: int) -> None:
     """Call a narrow phase in plain Python before it is compiled: one contactor of each kind, around each other, apart and
-    into each other.
+    into each other, and close to touching.
 
     TypeError if it fails or returns a wrong answer. ValueError if its normal points inward, found by the gap: if bodies
     move apart along n the gap grows, d gap/d x_c . n = 1 for any gap that is a distance. Pairs that are apart and pairs
-    that overlap are judged separately, as n = d / gap changes its sign with the gap: one group that fails is enough.
+    that overlap are judged separately, as n = d / gap changes its sign with the gap: one group that fails is enough. Close
+    to touching one pair that fails is enough.
     """
     pair = kinds.pair
     ids = [int(np.argmax(mine)) for mine in (kinds.is_candidate, kinds.is_antagonist)]
@@ -51,14 +54,16 @@ def check_narrow_phase(kinds: KindPair, contactors: ContactorTable, dimension: i
     shapes = [tuple(contactors.shape[k, :size].tolist()) for k, size in zip(ids, kinds.shape_sizes, strict=True)]
     across = sum(size for size in sizes if np.isfinite(size)) or 1.0
     growth: dict[bool, list[float]] = {False: [], True: []}
+
+    def placed(distance: float, angle: float) -> tuple[Any, ...]:
+        """Arguments of the narrow phase for the first contactor at so many times the size of both from the second."""
+        x, y = (distance * across * of(angle) for of in (math.cos, math.sin))
+        there = x, y, angle if dimension == 2 else 0.1 * across
+        given = there, shapes[0], (0.0, 0.0, 0.0), shapes[1]
+        return (*given[2:], *given[:2]) if pair.flipped else given
+
     for near, angle in product((1.01, 0.9, 0.6, 0.3), (0.3, 2.0, 4.5)):
-        there = (
-            near * across * math.cos(angle),
-            near * across * math.sin(angle),
-            angle if dimension == 2 else 0.1 * across,
-        )
-        given: tuple[Any, ...] = there, shapes[0], (0.0, 0.0, 0.0), shapes[1]
-        given = (*given[2:], *given[:2]) if pair.flipped else given
+        given = placed(near, angle)
         try:
             with np.errstate(all="ignore"):
                 answer = pair.narrow(*given)
@@ -70,13 +75,46 @@ def check_narrow_phase(kinds: KindPair, contactors: ContactorTable, dimension: i
             raise TypeError(f"T{_who(kinds)[1:]} returned {shown(answer)}, expected {_expected(dimension)}.")
         if is_sound(*answer[:2]):
             growth[answer[0] < 0.0].append(_growth(pair.narrow, given, answer[1], 1e-3 * across))
-    for overlapping, rates in growth.items():
-        if rates and all(rate < INWARD for rate in rates):
-            where = "overlap" if overlapping else "are apart"
-            raise ValueError(
-                f"T{_who(kinds)[1:]} returned a normal that points inward for contactors that {where}: the gap shrinks if "
-                "the candidate moves along it. It points from the antagonist to the candidate: turn its sign."
-            )
+    inward = [
+        "overlap" if overlapping else "are apart"
+        for overlapping, rates in growth.items()
+        if rates and all(rate < INWARD for rate in rates)
+    ]
+    for angle in np.linspace(0.3, 6.0, 8).tolist():
+        touching = _touching(lambda distance: _answer(pair.narrow, placed(distance, angle))[0])  # noqa: B023
+        for depth, side in product(CLOSE, (1.0, -1.0)):
+            given = placed(touching + side * depth, angle)
+            gap, normal = _answer(pair.narrow, given)
+            if is_sound(gap, normal) and _growth(pair.narrow, given, normal, 0.1 * depth * across) < INWARD:
+                inward.append(f"have a gap of {gap:.2g} m")
+    if inward:
+        raise ValueError(
+            f"T{_who(kinds)[1:]} returned a normal that points inward for contactors that {inward[0]}: the gap shrinks if "
+            "the candidate moves along it. It points from the antagonist to the candidate: turn its sign."
+        )
+
+
+def _touching(gap: Callable[[float], float]) -> float:
+    """A distance at which two contactors touch, by bisection; NaN if none is found from a tenth to four times their
+    sizes."""
+    inner, outer = 0.1, 4.0
+    sign = math.copysign(1.0, gap(inner))
+    if not gap(outer) * sign < 0.0:
+        return math.nan
+    for _ in range(40):
+        middle = 0.5 * (inner + outer)
+        inner, outer = (middle, outer) if gap(middle) * sign > 0.0 else (inner, middle)
+    return outer
+
+
+def _answer(narrow: Callable, given: tuple[Any, ...]) -> tuple[float, tuple[float, ...]]:
+    """Gap and normal of a narrow phase, NaN if the call fails."""
+    try:
+        with np.errstate(all="ignore"):
+            gap, normal, _ = narrow(*given)
+        return float(gap), tuple(normal)
+    except Exception:  # if it happens in a step, the error names the pair
+        return math.nan, ()
 
 
 def _growth(narrow: Callable, given: tuple[Any, ...], normal: tuple[float, ...], step: float) -> float:
@@ -85,11 +123,7 @@ def _growth(narrow: Callable, given: tuple[Any, ...], normal: tuple[float, ...],
     gaps = []
     for way in (-step, step):
         moved = [x + way * n for x, n in zip(position, normal, strict=False)]
-        try:
-            with np.errstate(all="ignore"):
-                gaps.append(narrow((*moved, *position[len(moved) :]), *others)[0])
-        except Exception:
-            return math.nan
+        gaps.append(_answer(narrow, ((*moved, *position[len(moved) :]), *others))[0])
     return (gaps[1] - gaps[0]) / (2.0 * step)
 
 

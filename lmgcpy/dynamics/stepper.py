@@ -200,7 +200,7 @@ class Stepper:
         h, theta, state, v = self.time_step, self.theta, self.state, self.state.velocities
         state.positions += self._first_move((1.0 - theta) * h * v)  # (1)
         flight = self._free_flight(v)  # (2)
-        found = self._find_impulses(v, flight)  # (3), (4)
+        found = self._find_impulses(v, flight, earlier)  # (3), (4)
         problem = found.problem
         dissipated = dissipated_by_law(problem)
         problem.commit()
@@ -339,8 +339,9 @@ class Stepper:
         cell = self.model.cell
         return cell.volume(self.state.positions) if cell is not None and load.body in cell.lattice.rows else 1.0
 
-    def _find_impulses(self, before: np.ndarray, flight: Flight) -> Found:
-        """Detect, assemble and solve; do so a second time if bodies got so fast that contacts were not seen."""
+    def _find_impulses(self, before: np.ndarray, flight: Flight, earlier: list[ChainTable] | None) -> Found:
+        """Detect, assemble and solve; do so a second time if bodies got so fast that contacts were not seen. ``earlier``:
+        the chains before they were drawn in or let out, if any was."""
         far, h = self._displacement_watch, self.time_step
         moves = far.measure(before, h)
         interactions, given, solved = self._detect_and_solve(before, flight, moves)
@@ -351,7 +352,7 @@ class Stepper:
         displacement, projected, predicted = h * solved.system.velocity, None, solved.predicted_gaps()
         if self.geometric_stiffness and self._links.count:
             displacement, projected = self._whipping_links.put_back(solved, displacement, before)
-        problem, pushed = self._take_back(given, solved, before)
+        problem, pushed = self._take_back(given, solved, before, earlier)
         if projected is not None:
             pushed = projected if pushed is None else pushed + projected
         return Found(interactions, solved, displacement, problem, pushed, worse(moves, after), predicted)
@@ -387,19 +388,19 @@ class Stepper:
         return interactions, given, self._solve(given)
 
     def _take_back(
-        self, given: StepProblem, solved: StepProblem, before: np.ndarray
+        self, given: StepProblem, solved: StepProblem, before: np.ndarray, earlier: list[ChainTable] | None
     ) -> tuple[StepProblem, np.ndarray | None]:
         """The problem that gives the velocities of the step, and the impulses (m, d) that gave only positions, if any."""
-        earlier = self.report
+        report = self.report
 
         def solve(problem: StepProblem) -> StepProblem:
-            nonlocal earlier
+            nonlocal report
             solved = self._solve(problem)
-            self.report = earlier = self.report.following(earlier)
+            self.report = report = self.report.following(report)
             return solved
 
         if self.geometric_stiffness and self._links.count:
-            problem, pushed = self._turning_stretch.take_back(given, solved, before, solve)
+            problem, pushed = self._turning_stretch.take_back(given, solved, before, earlier, solve)
             if pushed is not None:
                 return problem, pushed
         return turning_overlap.take_back(given, solved, before, solve)
@@ -437,7 +438,7 @@ class Stepper:
             *self._watch.links(found.solved, unresolved),
             *self._watch.overlaps(found.solved),
             *self._driven_overlaps.after_step(self.state.positions, end),
-            *self._damped_waves.after_step(found.problem, self._links, end),
+            *self._damped_waves.after_step(found.problem, self._links, before, end),
             *(self._watch.jerk(found.problem, found.solved.data.gap, self.energy, thrust) if self.report.solved else ()),
             *self._watch.energy(self.energy, thrust, shock, end, h),
         ]

@@ -6,10 +6,10 @@ right: this pull turns the velocity of a pendulum. But light beads that whip bef
 cost of next to no energy. The step in which all links are taut at once pulls the sum of the excess back within h, with the
 heavy end.
 
-So if a chain makes energy that its excess accounts for, the step is solved a second time, as if the chain had the gaps
-``lambda`` that its laws predicted in the step before. Velocities and impulses come from the second solve, displacements
-from the first, which takes the excess back (as projected time stepping does with penetrations: Acary 2013, Comput. Methods
-Appl. Mech. Eng. 256):
+So if a chain makes energy that its excess accounts for, and no winch, the step is solved a second time, as if the chain
+had the gaps ``lambda`` that its laws predicted in the step before. Velocities and impulses come from the second solve,
+displacements from the first, which takes the excess back (as projected time stepping does with penetrations: Acary 2013,
+Comput. Methods Appl. Mech. Eng. 256):
 
     v   = v_free + M^-1 H r      r from lambda
     q_m + h v_1                  where the next step detects, v_1 from g
@@ -83,19 +83,25 @@ class TurningStretch:
         given: StepProblem,
         solved: StepProblem,
         before: np.ndarray,
+        earlier: list[ChainTable] | None,
         solve: Callable[[StepProblem], StepProblem],
     ) -> tuple[StepProblem, np.ndarray | None]:
         """The problem that gives the velocities of the step: ``solved``, or the one solved anew if a net makes energy; and
         in that case the impulses of the first solve minus the impulses of the last (m, d), which only moved positions.
 
-        ``given``: the problem as it was assembled; ``before``: velocities at the start of the step (n, k). ``solved`` and
-        the problem that ``solve`` returns have the velocities ``after``.
+        ``given``: the problem as it was assembled; ``before``: velocities at the start of the step (n, k); ``earlier``: the
+        chains before they were drawn in or let out, None if none was. ``solved`` and the problem that ``solve`` returns
+        have the velocities ``after``.
         """
         count, h = len(self.predicted), given.data.time_step
         excess = np.fmax(solved.data.gap[:count] - self.predicted, 0.0)  # zero if no gap was predicted
         if not excess.max() > self._tiny:
             return solved, None
         gap, first = given.data.gap, None
+        drawn = np.zeros(count)
+        if earlier is not None:
+            gaps = [chain.reference_gap_at(given.data.time) for chain in earlier]
+            drawn = given.data.reference_gap[:count] - np.concatenate(gaps)
         limit = MADE * self._kinetic(before, given.free_velocity)
         done = np.array([not self._passive[net].all() for net in self._chains])
         for _ in range(TURNS):
@@ -105,7 +111,7 @@ class TurningStretch:
             suspects = np.flatnonzero((pulled > ACCOUNTS * limit) & ~done).tolist()
             if not suspects:
                 break
-            made = {net: self._made_by(solved, net) for net in suspects}
+            made = {net: self._made_by(solved, net, drawn) for net in suspects}
             found = [net for net in suspects if limit[net] < made[net] < pulled[net] / ACCOUNTS]
             if not found:
                 break
@@ -119,7 +125,7 @@ class TurningStretch:
             again = replace(given, data=given.data._replace(gap=gap))
             prepare(again.groups, again.kernels, again.offset, again.system, again.data)
             solved = solve(again)
-            if any(self._made_by(solved, net) > made[net] for net in found if self._rods[self._chains[net]].any()):
+            if any(self._made_by(solved, net, drawn) > made[net] for net in found if self._rods[self._chains[net]].any()):
                 # errors of lambda made more than the excess did: back to the detected gaps
                 given.guess[:] = first
                 prepare(given.groups, given.kernels, given.offset, given.system, given.data)
@@ -142,19 +148,23 @@ class TurningStretch:
         given = free[self._bodies] - before
         return 0.5 * np.add.reduceat(np.einsum("bk,bk->b", self._mass, before * before + given * given), self._first_body)
 
-    def _made_by(self, problem: StepProblem, net: int) -> float:
-        """Energy that a net makes in the step [J]."""
-        return sum(self._made(problem, chain) for chain in self._chains[net])
+    def _made_by(self, problem: StepProblem, net: int, drawn: np.ndarray) -> float:
+        """Energy that a net makes in the step [J]; ``drawn``: change of the reference gaps by hand [m], (L,)."""
+        return sum(self._made(problem, chain, drawn) for chain in self._chains[net])
 
-    def _made(self, problem: StepProblem, chain: int) -> float:
-        """Energy that a chain makes in the step: the work of its impulses, and the growth of its stored energy [J]."""
+    def _made(self, problem: StepProblem, chain: int, drawn: np.ndarray) -> float:
+        """Energy that a chain makes in the step: the work of its impulses, and the growth of its stored energy [J].
+
+        A winch that draws in a rigid link does the work ``r_n drawn / h``, which the link does not make. Energy that a
+        winch stores in a link is there before the step.
+        """
         start, stop = self._cuts[chain], self._cuts[chain + 1]
         data, part = problem.data, slice(start, stop)
         work = 0.5 * float((problem.system.impulse[part] * (data.before[part] + data.after[part])).sum())
         at = next(k for k, group in enumerate(problem.groups) if group.start == start)
         group, energy = problem.groups[at], problem.kernels[at].energy
         if energy is None:
-            return work
+            return work - float(problem.system.impulse[part, 0] @ drawn[part]) / data.time_step
 
         def stored(data: StepData) -> float:
             return float(ask(group, energy, "energy", problem.system, data, (start, stop, data, group.parameters.ravel())))

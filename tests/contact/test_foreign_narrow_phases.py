@@ -131,11 +131,17 @@ def test_an_answer_of_a_wrong_shape_is_named_before_it_is_compiled(what, monkeyp
 @pytest.mark.parametrize("flipped", [False, True])
 @pytest.mark.parametrize(
     ("sign", "where"),
-    [(lambda g: -1.0, "are apart"), (lambda g: math.copysign(1.0, g), "overlap")],
-    ids=["always", "of overlaps"],
+    [
+        (lambda g: -1.0, "are apart"),
+        (lambda g: math.copysign(1.0, g), "overlap"),
+        (lambda g: -1.0 if 0.0 < g < NEAR else 1.0, "have a gap of 0.00011 m"),
+        (lambda g: -1.0 if -1e-6 < g < 0.0 else 1.0, "have a gap of -1.1e-07 m"),
+    ],
+    ids=["always", "of overlaps", "close to touching", "of least overlaps"],
 )
 def test_a_normal_that_points_inward_is_named_before_it_is_compiled(sign, where, flipped, monkeypatch):
-    """Of length one, so that nothing else finds it: bodies would be held together. n = d / gap does so in overlaps."""
+    """Of length one, so that nothing else finds it: bodies would be held together. n = d / gap does so in overlaps. A
+    branch near the surface is found from a millionth of the size on."""
     words = rf"The narrow phase .* returned a normal that points inward for contactors that {where}: .* turn its sign"
     with pytest.raises(ValueError, match=words):
         lm.Simulation(scene(inward(sign), monkeypatch, flipped), time_step=1e-3).step()

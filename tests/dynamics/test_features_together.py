@@ -28,7 +28,7 @@ class Scene:
 
     def __init__(self, dimension):
         self.dimension, self.law, self.periodic, self.bead_mass = dimension, lm.Coulomb(friction=0.3), None, 0.1
-        self.after = []
+        self.after, self.functions = [], {}
         self.scene = lm.Scene(dimension=dimension, gravity=[0.0] * (dimension - 1) + [-9.81])
         self.make = lm.disk if dimension == 2 else lm.sphere
         rng = np.random.default_rng(0)
@@ -86,6 +86,12 @@ def winch(s):
     s.after.append((2, lambda sim: setattr(sim.scene.chains[s.scene.chains.index(chain)], "reference_gap", 0.055)))
 
 
+def timed(s):
+    """a rigid wire whose gap is a function of time"""
+    s.functions["chain", len(s.scene.chains)] = f = lambda time: 0.06 - time
+    s.scene.chain(s.beads(0.86), lm.RigidWire(), reference_gap=f)
+
+
 def light(s):
     """a rigid wire 10 000 times lighter than grains"""
     s.bead_mass = 1e-4
@@ -133,6 +139,18 @@ def yielding_cell(s):
     s.periodic = lambda cell: cell.impose_stress(xx=-10.0)
 
 
+def other_law(s):
+    """friction and stiffness that are set between steps"""
+
+    def set_laws(sim):
+        sim.scene.set_law("GRAIN", "GRAIN", type(s.law)(**{**s.law.values, "friction": 0.9}))
+        for chain in sim.scene.chains:
+            if "stiffness" in chain.law.values:
+                chain.law = type(chain.law)(stiffness=2e4)
+
+    s.after.append((4, set_laws))
+
+
 def drag(s):
     """drag of a medium"""
     s.scene.drag(linear=0.5, quadratic=0.1)
@@ -160,8 +178,8 @@ def tilted(s):
 FEATURES = {
     f.__name__: f
     for f in (
-        *(wire, closed, relaxing, winch, light, cluster, cylinder, foreign, restitution, rolling),
-        *(held_cell, yielding_cell, drag, driven, hidden, tilted),
+        *(wire, closed, relaxing, winch, timed, light, cluster, cylinder, foreign, restitution, rolling),
+        *(held_cell, yielding_cell, other_law, drag, driven, hidden, tilted),
     )
 }
 ONLY = {"cluster": 2, "cylinder": 3, "foreign": 2}
@@ -179,7 +197,10 @@ PAIRS = [
     for one, two in itertools.combinations(FEATURES, 2)
     if {ONLY.get(one, d), ONLY.get(two, d)} == {d} and not any({one, two} <= each for each in ONE_OF)
 ]
-DEFAULT = {(2, "closed", "yielding_cell"), (2, "wire", "drag"), (2, "winch", "hidden"), (2, "light", "drag")}
+DEFAULT = {
+    *((2, "closed", "yielding_cell"), (2, "wire", "drag"), (2, "winch", "hidden"), (2, "light", "drag")),
+    (2, "timed", "other_law"),
+}
 
 
 def run(s, sim, first, last, record=None):
@@ -235,7 +256,7 @@ def test_a_pair_of_features(d, one, two, tmp_path):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # what was told above
         run(again, again.simulation(), 0, 6, path)
-        run(again, lm.resume(path), 6, STEPS)
+        run(again, lm.resume(path, functions=again.functions), 6, STEPS)
     with lm.io.open_run(path) as recorded:
         np.testing.assert_array_equal(recorded.positions[-1], sim.positions)
         np.testing.assert_array_equal(recorded.velocities[-1], sim.velocities)

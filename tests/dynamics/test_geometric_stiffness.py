@@ -229,7 +229,7 @@ def test_the_momentum_of_a_spinning_wire_does_not_drift():
 
 
 @pytest.mark.long
-@pytest.mark.filterwarnings("ignore:Until t = .* a wave of the wire")  # at the first pull s = 4 h^2 T/(m l) is 3.8
+@pytest.mark.filterwarnings("ignore:Until t = .* waves of the wire")  # at the first pull s = 4 h^2 T/(m l) is 3.8
 @pytest.mark.default_parameters("2")
 @DIMENSIONS
 def test_a_pendulum_on_a_light_wire_keeps_its_energy(dimension):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
@@ -148,3 +150,37 @@ def test_wrong_gaps_change_nothing():
             chain.reference_gap = gaps
     np.testing.assert_array_equal(chain.reference_gap, before)
     assert sim.state.changes == []
+
+
+@pytest.mark.default_parameters("False-0.07-0.1-law0", "True-0.07-0.05-law1")
+@pytest.mark.filterwarnings("ignore:In the step")  # at 0.2, whose string ends at 0.8 rad a step
+@pytest.mark.parametrize("law", [lm.RigidWire(), lm.RigidRod(), lm.ElasticWire(stiffness=1e6)])
+@pytest.mark.parametrize("turn", [0.05, 0.1, 0.2])
+@pytest.mark.parametrize("speed", [0.03, 0.07, 0.15, 0.3])
+@pytest.mark.parametrize("by_hand", [False, True])
+def test_a_ball_whose_string_is_drawn_in_keeps_its_angular_momentum(by_hand, speed, turn, law):
+    """A string of 1 m with a ball of 1 kg at 1 m/s, which turns by ``turn`` in a step, is drawn in to a half: its pull is
+    central, so that ``v = 1/l``. The length is right to what the string turns out in the last step, ``l turn^2/(2 l^4)``.
+
+    The work of the winch was taken for energy that the turning made: steps were solved again, and down to 0.35 of the
+    angular momentum was left."""
+    scene = lm.Scene(dimension=2)
+    start = (0, 0), (-speed, 1.0)
+    bodies = [lm.disk(radius=0.01, position=(k, 0), mass=1.0, velocity=v) for k, v in enumerate(start)]
+    bodies[0].fix()
+    gap = lambda time: 0.98 - speed * time  # noqa: E731
+    chain = scene.chain([scene.add(body) for body in bodies], law, reference_gap=None if by_hand else gap)
+    sim = lm.Simulation(scene, time_step=turn, solver=lm.Auto(tolerance=1e-12))
+
+    def wind(sim):
+        chain.reference_gap = gap(sim.time + 1.5 * turn)
+
+    steps = int(0.5 / (speed * turn))
+    if by_hand:
+        wind(sim)
+    sim.run(steps=steps, on_step=wind if by_hand else None)
+    (x, y), (u, v) = bodies[1].position, bodies[1].velocity
+    assert x * v - y * u == pytest.approx(1.0, abs=1e-9)
+    aim = 1.0 - speed * steps * turn
+    assert aim - 1e-9 <= math.hypot(x, y) <= aim + 0.5 * turn**2 / aim**3
+    assert sim.energy.made == 0.0

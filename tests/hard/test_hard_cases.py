@@ -21,7 +21,7 @@ def run(case: Case, solver: str, *, long: bool = False) -> Result:
     cases are about."""
     with warnings.catch_warnings():
         # jerks, waves that the step damps, and the round-off of stiff links
-        of_many = "In the step.*jerk without rebound", "Until t = .* a wave of the wire", r"Until t = .* made \S+e-[23]\d J"
+        of_many = "In the step.*jerk without rebound", "Until t = .* waves of the wire", r"Until t = .* made \S+e-[23]\d J"
         for text in (*case.says, *of_many):
             warnings.filterwarnings("ignore", text, RuntimeWarning)
         return case.run(solver, long=long)

@@ -5,13 +5,19 @@ If ``s = 4 h^2 T/(m l) > 2``, links have geometric stiffness, which resists bend
 the same wire, of a frequency w with ``h w << 1``, loses amplitude by the factor ``exp(-pi alpha h w)`` in each period, with
 ``alpha = 1 - 2/s``. This looks like friction.
 
-With the velocities v across the wire, relative to the line between its ends, of a single mode
+**Modes.** Between bodies that hold it a wire swings in modes y of ``K y = w^2 M y`` with ``K = sum (T/l) b b^T``, b the map
+from velocities to the relative velocity across a link. With ``C = sum kappa b b^T`` and ``c = y . C y / y . M y`` one step
+maps position and velocity of a mode by a matrix of
 
-    w^2 = v . K v / v . M v,      v . C v / v . M v = alpha (h w)^2,
+    determinant d^2 = 1/(1 + c),      trace 2 d cos(theta) = (2 + c - (h w)^2)/(1 + c),
 
-whatever its phase: ``K = sum (T/l) b b^T`` and ``C = sum kappa b b^T``, with b the map from velocities to the relative
-velocity across a link. A motion is a standing wave if v is reversed half a period later, and is back after a whole period.
-The motion of a wire among grains, or of one that is being laid, is none.
+so that ``z = v - i a/w``, with v the velocity of the mode and a its acceleration in the middle of the step, is multiplied
+by ``d exp(i theta)``. The rest position of the wire, sagging or not, does not enter. Modes in which the wire turns as a
+whole (a pendulum) are left alone by the step and are not looked at.
+
+**Waves.** A motion is told if it goes as these numbers predict, all modes together, at each quarter of the period of its
+strongest mode: one standing wave, waves that travel, or the many modes of a string that was plucked. The motion of a wire
+among grains, or of one that is being laid, does not. Closed chains are not looked at.
 """
 
 from __future__ import annotations
@@ -29,29 +35,55 @@ from lmgcpy.dynamics.watch.displacements import rounded_down
 EVERY = 16
 """New waves are looked for once in this number of steps."""
 RESOLVED = 0.5
-"""Largest ``h w`` of a wave that a step resolves, twelve steps a period."""
+"""Largest ``h w`` of a mode that a step resolves, twelve steps a period."""
+SLOW = 1.0
+"""Largest ``h w`` of a motion in the mean in which modes are looked for."""
+MODES = 24
+"""Most modes of a wire that are looked at, the slowest ones: a string that was plucked has 98 % of its energy in them."""
 LOST = 0.02
-"""Part of its amplitude that a wave may lose in a period before the run warns."""
+"""Part of its amplitude that a motion may lose in a period before the run warns."""
+AS_A_WHOLE = 0.1
+"""A mode in which the wire turns as a whole loses less than this part of what its links would lose by turning each on its
+own."""
 FAINT = 1e-5
-"""Least amplitude of a wave, in parts of the length of a link."""
-ALIKE = 0.8
-"""Cosine of the angle between two fields of velocities, weighted by mass, from which on they are the same."""
+"""Least amplitude of a motion, in parts of the length of a link."""
+APART = 0.3
+"""Most difference of a motion from the predicted one, in parts of the latter, and of a motion from its slow modes."""
+SEEN = 0.5
+"""Least part of the predicted loss that is seen after a period: what drives a wire on and on keeps it from losing."""
+CHECKS = 4
+"""Times in a period at which a motion is compared with the predicted one."""
+
+
+class Modes(NamedTuple):
+    """The slow modes of a chain, k of them."""
+
+    shape: np.ndarray
+    """Velocities of the b beads times the roots of their masses, of length one; (b, k)."""
+    frequency: np.ndarray
+    """w [rad/s], (k,)."""
+    damped: np.ndarray
+    """Whether the wire bends, (k,)."""
+    factor: np.ndarray
+    """``d exp(i theta)`` of each step, (k,) complex."""
 
 
 class Wave(NamedTuple):
-    """A motion that may be a standing wave."""
+    """A motion that may be that of a free wire."""
 
     chain: int
-    start: float
-    """Time at which it was seen [s]."""
-    frequency: float
-    """w [rad/s]."""
+    step: int
+    """Step in which it was seen."""
+    time_step: float
+    modes: Modes
+    amplitude: np.ndarray
+    """z of its modes at that time, (k, d) complex."""
+    period: int
+    """Steps in a period of its strongest mode."""
     lost: float
-    """Part of its amplitude that it loses in a period."""
-    velocity: np.ndarray
-    """Velocities of the beads across the wire at that time [m/s], (b, d)."""
-    turned: bool = False
-    """Whether it was reversed half a period later."""
+    """Part of its amplitude that it loses in that time."""
+    checked: int = 0
+    """How often it was found as predicted."""
 
 
 class DampedWaves:
@@ -67,76 +99,139 @@ class DampedWaves:
         """Go on with a model that has changed."""
         self._chains = [chain.bodies for chain in model.chains]
         self._cuts = np.cumsum([0, *(chain.link_count for chain in model.chains)])
-        self._mass = model.free_mass[:, : model.dimension]
+        self._mass = model.free_mass[:, : model.dimension].max(axis=1, initial=0.0)
         self._waves = ()
 
-    def after_step(self, problem: StepProblem, links: LinkStiffness, time: float) -> list[str]:
-        """A sentence on the first wave that the step damps; ``time``: of the end of the step [s]."""
-        stiffness = problem.system.geometric
+    def after_step(self, problem: StepProblem, links: LinkStiffness, before: np.ndarray, time: float) -> list[str]:
+        """A sentence on the first motion that the step damps; ``before``: velocities at the start of the step (n, k),
+        ``time``: of its end [s]."""
+        stiffness, h = problem.system.geometric, problem.data.time_step
         if self._told or not len(stiffness):
             return []
         self._steps += 1
         kept = []
         for wave in self._waves:
-            due = wave.start + (1.0 if wave.turned else 0.5) * 2.0 * math.pi / wave.frequency
-            if time < due:
-                kept.append(wave)
+            if h != wave.time_step:
                 continue
-            now, mass = self._across(problem, wave.chain), self._mass[self._chains[wave.chain]]
-            size = math.sqrt(float((mass * now * now).sum() * (mass * wave.velocity * wave.velocity).sum()))
-            if (1.0 if wave.turned else -1.0) * float((mass * now * wave.velocity).sum()) <= ALIKE * size:
-                continue
-            if wave.turned:
-                self._told = True
-                return [self._sentence(problem, links, wave, time)]
-            kept.append(wave._replace(turned=True))
+            steps = self._steps - wave.step
+            if steps == (wave.checked + 1) * wave.period // CHECKS:
+                predicted = wave.amplitude * wave.modes.factor[:, None] ** steps
+                now, quick = self._amplitude(problem, before, wave.chain, wave.modes)
+                size = np.linalg.norm(predicted)
+                if not np.hypot(np.linalg.norm(now - predicted), quick) <= APART * size:
+                    continue
+                wave = wave._replace(checked=wave.checked + 1)
+                if wave.checked == CHECKS:
+                    left = (predicted.conj() * now).real.sum() / size
+                    if left > (1.0 - SEEN * wave.lost) * np.linalg.norm(wave.amplitude):
+                        continue
+                    self._told = True
+                    return [self._sentence(problem, links, wave, time)]
+            kept.append(wave)
         if self._steps % EVERY == 0:
             seen = {wave.chain for wave in kept}
             stiff = np.logical_or.reduceat(stiffness > 0.0, self._cuts[:-1])
             for chain in (k for k in np.flatnonzero(stiff).tolist() if k not in seen):
-                across = self._across(problem, chain)
-                frequency, lost = self._seen(problem, links, chain, across)
-                if 0.0 < problem.data.time_step * frequency < RESOLVED and lost > LOST:
-                    kept.append(Wave(chain, time, frequency, lost, across))
+                new = self._seen(problem, links, before, chain)
+                if new is not None:
+                    kept.append(new)
         self._waves = tuple(kept)
         return []
 
-    def _across(self, problem: StepProblem, chain: int) -> np.ndarray:
-        """Velocities of the beads of a chain across it, relative to the line between its ends [m/s], (b, d)."""
+    def _across(self, problem: StepProblem, velocity: np.ndarray, chain: int) -> np.ndarray:
+        """Velocities of the beads of a chain across it [m/s], (b, d), relative to the line between ends that are held;
+        from the velocities of all bodies (n, k)."""
         bodies = self._chains[chain]
-        velocity = problem.system.velocity[bodies, : problem.dimension]
+        velocity = velocity[bodies, : problem.dimension]
+        held = self._mass[bodies[[0, -1]]] == 0.0
+        first, last = (velocity[end] if held[end] else velocity[~end] if held[~end] else 0.0 for end in (0, -1))
         share = np.linspace(0.0, 1.0, len(bodies))[:, None]
         normal = problem.system.normal[self._cuts[chain] : self._cuts[chain + 1]]
-        return without(velocity - (1.0 - share) * velocity[0] - share * velocity[-1], np.concatenate([normal, normal[-1:]]))
+        return without(velocity - (1.0 - share) * first - share * last, np.concatenate([normal, normal[-1:]]))
 
-    def _seen(self, problem: StepProblem, links: LinkStiffness, chain: int, across: np.ndarray) -> tuple[float, float]:
-        """Frequency [rad/s] of the motion, and the part of its amplitude that it loses in a period."""
-        part, h, d = slice(self._cuts[chain], self._cuts[chain + 1]), problem.data.time_step, problem.dimension
-        system, data = problem.system, problem.data
-        inertia = float((self._mass[self._chains[chain]] * across * across).sum())
-        tension = np.maximum(-system.impulse[part, 0], 0.0) / h
-        bent = without(np.diff(across, axis=0), system.normal[part])
-        length = data.gap[part] + links.radius_sum[part]
-        stiff = float((tension / length * (bent * bent).sum(axis=1)).sum())
-        if not (inertia > 0.0 and stiff > 0.0):
-            return 0.0, 0.0
-        frequency = math.sqrt(stiff / inertia)
-        if np.sqrt((across * across).sum(axis=1).max()) < FAINT * frequency * float(length.min()):
-            return 0.0, 0.0
-        answered = data.after[part, 1:d] - system.carried[part]
-        damped = float((system.geometric[part] * (answered * answered).sum(axis=1)).sum())
-        return frequency, -math.expm1(-math.pi * damped / inertia / (h * frequency))
+    def _amplitude(
+        self, problem: StepProblem, before: np.ndarray, chain: int, modes: Modes
+    ) -> tuple[np.ndarray, float]:
+        """z of the modes of a chain that bend it, zero of the others, (k, d); and the size of the rest of its motion, in
+        quicker modes."""
+        root = np.sqrt(self._mass[self._chains[chain]])[:, None]
+        start, end = (root * self._across(problem, v, chain) for v in (before, problem.system.velocity))
+        middle = 0.5 * (start + end)
+        slow = modes.shape.T @ middle
+        quick = (middle * middle).sum() - (slow * slow).sum()
+        z = slow - 1j * (modes.shape.T @ (end - start)) / (problem.data.time_step * modes.frequency[:, None])
+        z[~modes.damped] = 0.0
+        return z, math.sqrt(max(quick, 0.0))
+
+    def _seen(self, problem: StepProblem, links: LinkStiffness, before: np.ndarray, chain: int) -> Wave | None:
+        """The motion of a chain, if it may be a wave that the step resolves and damps."""
+        bodies, h = self._chains[chain], problem.data.time_step
+        if bodies[0] == bodies[-1]:
+            return None
+        mass = self._mass[bodies]
+        free = mass > 0.0
+        part = slice(self._cuts[chain], self._cuts[chain + 1])
+        length = problem.data.gap[part] + links.radius_sum[part]
+        pull = np.maximum(-problem.system.impulse[part, 0], 0.0) / (h * length)
+        across = self._across(problem, problem.system.velocity, chain)
+        inertia = float(mass @ (across * across).sum(axis=1))
+        bent = without(np.diff(across, axis=0), problem.system.normal[part])
+        if not (inertia > 0.0 and h * h * float(pull @ (bent * bent).sum(axis=1)) < SLOW * SLOW * inertia):
+            return None
+        modes = slow_modes(mass, pull, problem.system.geometric[part], length, h)
+        z, quick = self._amplitude(problem, before, chain, modes)
+        energy = (abs(z) ** 2).sum(axis=1)
+        whole = float(energy.sum())
+        if not quick < APART * math.sqrt(whole):
+            return None
+        strongest = int(np.argmax(energy))
+        fastest = float((np.linalg.norm(modes.shape @ z, axis=1)[free] / np.sqrt(mass[free])).max())
+        if fastest < FAINT * float(modes.frequency[strongest] * length.min()):
+            return None
+        period = 2.0 * math.pi / float(np.angle(modes.factor[strongest]))
+        lost = 1.0 - math.sqrt(float((energy * abs(modes.factor) ** (2.0 * period)).sum()) / whole)
+        return Wave(chain, self._steps, h, modes, z, round(period), lost) if lost > LOST else None
 
     def _sentence(self, problem: StepProblem, links: LinkStiffness, wave: Wave, time: float) -> str:
         part, h = slice(self._cuts[wave.chain], self._cuts[wave.chain + 1]), problem.data.time_step
         s = float(links.resolution(problem.system.impulse, problem.data.gap, h)[part].max())
         first, last = (int(self._chains[wave.chain][at]) for at in (0, -1))
         return (
-            f"Until t = {time:g} s a wave of the wire from body {first} to body {last}, of a period of "
-            f"{2.0 * math.pi / wave.frequency:.3g} s, loses {100.0 * wave.lost:.2g} % of its amplitude in each: the step "
-            f"is long for its beads, s = 4 h^2 T/(m l) = {s:.3g}, and geometric stiffness damps from 2 on. A time step of "
+            f"Until t = {time:g} s waves of the wire from body {first} to body {last} lost {100.0 * wave.lost:.2g} % of "
+            f"their amplitude in a period of {wave.period * h:.3g} s: the step is long for its beads, "
+            f"s = 4 h^2 T/(m l) = {s:.3g}, and geometric stiffness damps from 2 on. A time step of "
             f"{rounded_down(h * math.sqrt(2.0 / s))} s damps no wave. (Said once.)"
         )
+
+
+def slow_modes(mass: np.ndarray, pull: np.ndarray, stiffness: np.ndarray, length: np.ndarray, time_step: float) -> Modes:
+    """The slowest modes of a chain of b beads that a step resolves: masses [kg], zero of beads that are held, (b,);
+    ``T/l`` [N/m], kappa [kg], and lengths [m] of its links, (b - 1,)."""
+    from scipy.linalg import eigh_tridiagonal  # takes long to import
+
+    free = mass > 0.0
+    weight = np.where(free, 1.0 / np.sqrt(np.where(free, mass, 1.0)), 0.0)
+    held_by = np.concatenate([pull, [0.0]]) + np.concatenate([[0.0], pull])
+    nothing = int((~free).sum())  # modes of no frequency
+    squares, shape = eigh_tridiagonal(
+        weight * weight * held_by,
+        -pull * weight[:-1] * weight[1:],
+        select="i",
+        select_range=(0, min(nothing + MODES, len(mass)) - 1),
+    )
+    moves = squares > 1e-12 * squares[-1]
+    square = time_step * time_step * squares
+    moves &= square < RESOLVED * RESOLVED
+    squares, square, shape = squares[moves], square[moves], shape[:, moves]
+    bent = np.diff(weight[:, None] * shape, axis=0)
+    own = stiffness * length
+    turn = own @ bent / max(float(own @ length), np.finfo(float).tiny)
+    straight = bent - length[:, None] * turn
+    c = stiffness @ (straight * straight)
+    damped = c > AS_A_WHOLE * (stiffness @ (bent * bent))
+    d = 1.0 / np.sqrt(1.0 + c)
+    theta = np.arccos(np.clip(0.5 * d * (2.0 + c - square), -1.0, 1.0))
+    return Modes(shape, np.sqrt(squares), damped, d * np.exp(1j * theta))
 
 
 def without(vectors: np.ndarray, normal: np.ndarray) -> np.ndarray:
