@@ -25,6 +25,7 @@ from lmgcpy.dynamics.geometric_stiffness import LinkStiffness
 from lmgcpy.dynamics.model import Model
 from lmgcpy.dynamics.step_problem import StepProblem
 from lmgcpy.dynamics.watch.displacements import rounded_down
+from lmgcpy.dynamics.watch.said import Said
 
 EVERY = 16
 """New waves are looked for once in this number of steps."""
@@ -57,8 +58,8 @@ class Wave(NamedTuple):
 class DampedWaves:
     """Looks for damped waves until the first one was reported."""
 
-    def __init__(self, model: Model):
-        self._told = False
+    def __init__(self, model: Model, said: Said):
+        self._said = said
         self._steps = 0
         self._waves: tuple[Wave, ...] = ()
         self.look_at(model)
@@ -73,7 +74,7 @@ class DampedWaves:
     def after_step(self, problem: StepProblem, links: LinkStiffness, time: float) -> list[str]:
         """A sentence on the first wave that the step damps; ``time``: of the end of the step [s]."""
         stiffness = problem.system.geometric
-        if self._told or not len(stiffness):
+        if "wave" in self._said or not len(stiffness):
             return []
         self._steps += 1
         kept = []
@@ -86,8 +87,7 @@ class DampedWaves:
             size = math.sqrt(float((mass * now * now).sum() * (mass * wave.velocity * wave.velocity).sum()))
             if (1.0 if wave.turned else -1.0) * float((mass * now * wave.velocity).sum()) <= ALIKE * size:
                 continue
-            if wave.turned:
-                self._told = True
+            if wave.turned and self._said.first("wave"):
                 return [self._sentence(problem, links, wave, time)]
             kept.append(wave._replace(turned=True))
         if self._steps % EVERY == 0:
