@@ -6,7 +6,7 @@ import time as clock
 from collections.abc import Callable
 from copy import copy, deepcopy
 from dataclasses import replace
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,8 +15,7 @@ from lmgcpy.contact.detector import Detector
 from lmgcpy.contact.foreign_pairs import NarrowPhaseError
 from lmgcpy.contact.narrow_phase import Interactions
 from lmgcpy.dynamics import turning_overlap
-from lmgcpy.dynamics.assembled_problem import as_problem
-from lmgcpy.dynamics.assembly import Assembler, StepProblem
+from lmgcpy.dynamics.assembly import Assembler
 from lmgcpy.dynamics.cell import CellMotion, TurnedOver
 from lmgcpy.dynamics.changes import Change, as_rows, from_rows
 from lmgcpy.dynamics.checkpoint import Checkpoint, check
@@ -27,6 +26,7 @@ from lmgcpy.dynamics.interactions import InteractionView
 from lmgcpy.dynamics.journal import Journal
 from lmgcpy.dynamics.model import BodyState, Drive, Model
 from lmgcpy.dynamics.solve_step import solve_step
+from lmgcpy.dynamics.step_problem import StepProblem
 from lmgcpy.dynamics.straight_spans import StraightSpans
 from lmgcpy.dynamics.sweep_mass import sweep_mass
 from lmgcpy.dynamics.turning_stretch import TurningStretch
@@ -34,6 +34,7 @@ from lmgcpy.dynamics.watch.damped_waves import DampedWaves
 from lmgcpy.dynamics.watch.displacements import Displacements, DisplacementWatch, worse
 from lmgcpy.dynamics.watch.driven_overlaps import DrivenOverlaps
 from lmgcpy.dynamics.watch.lock import find_lock
+from lmgcpy.dynamics.watch.said import Said
 from lmgcpy.dynamics.watch.start_overlaps import check_start, overlaps_at_start
 from lmgcpy.dynamics.watch.stretch_and_energy import Watch
 from lmgcpy.dynamics.whipping_links import WhippingLinks
@@ -42,8 +43,6 @@ from lmgcpy.solve.newton.alternating import Auto
 from lmgcpy.solve.problems.problem import Problem
 from lmgcpy.solve.problems.report import LOCKED, STATUS, Report
 from lmgcpy.solve.sweeps.solver import Solver, check_solver
-
-T = TypeVar("T")
 
 REACTIONS = ("warn", "stop", "ignore")
 """Answers to steps that were not solved, and to bodies that overlap at the start."""
@@ -84,7 +83,7 @@ class Found(NamedTuple):
 
 CHANGED = (
     *("model", "steps", "report", "energy", "unconverged_steps", "worst_residual", "worst_slip"),
-    *("_last", "_links", "_straight_spans", "_told_unsolved", "_displacement_watch"),
+    *("_last", "_links", "_straight_spans", "_displacement_watch"),
 )
 """Attributes of a simulation that a step or a restore sets, besides detector and assembler."""
 
@@ -147,11 +146,11 @@ class Stepper:
         self.worst_slip = 0.0
         self._journal: Journal[Before] = Journal()
         self._running = False  # run has its own word about unsolved steps
-        self._told_unsolved = False
-        self._displacement_watch = DisplacementWatch(model)
-        self._watch = Watch(model)
-        self._driven_overlaps = DrivenOverlaps(model, self.state.positions)
-        self._damped_waves = DampedWaves(model)
+        self._said = Said()
+        self._displacement_watch = DisplacementWatch(model, self._said)
+        self._watch = Watch(model, self._said)
+        self._driven_overlaps = DrivenOverlaps(model, self.state.positions, self._said)
+        self._damped_waves = DampedWaves(model, self._said)
         self._turning_stretch = TurningStretch(model)
         self._whipping_links = WhippingLinks(model)
         scene.hand_over(self.state)  # last: a scene that was refused can be mended
@@ -185,7 +184,7 @@ class Stepper:
         """
         self._refuse_asked("step")
         self._last = None  # frees the arrays of the step before
-        sentences = self._whole_or_not_at_all(self._make_step)
+        sentences = self._journal.whole_or_not_at_all(self._all, self._make_step, self._go_back)
         for sentence in sentences:  # last: if warnings are errors, the step is made all the same
             warn(sentence)
         if self.on_unconverged == "stop" and not self.report.solved and not self._running:
@@ -237,8 +236,7 @@ class Stepper:
                 sentences += overlaps_at_start(model, before)
             tables = model.contactors, model.rows, model.chains
             detector = self._detector.grown(tables, model.inverse_mass, model.hidden, model.apart, self.state.positions)
-            watch = DisplacementWatch(model)
-            watch.said, self._displacement_watch = self._displacement_watch.said, watch
+            self._displacement_watch = DisplacementWatch(model, self._said)
         else:
             detector = copy(self._detector)
             if model.chains is not self.model.chains:
@@ -276,13 +274,9 @@ class Stepper:
 
     # ------------------------------------------------------------------------------------------- whole or not at all
 
-    def _whole_or_not_at_all(self, make: Callable[[], T]) -> T:
-        """Call a function that changes the simulation; if it ends early, everything is as before."""
-        return self._journal.whole_or_not_at_all(self._all, make, self._go_back)
-
     def _all(self) -> Before:
         """Everything that a step changes. These objects set attributes and change nothing in place, except the detector."""
-        watches = (self._watch, self._driven_overlaps, self._damped_waves, self._displacement_watch, self._turning_stretch)
+        watches = self._said, self._watch, self._driven_overlaps, self._damped_waves, self._turning_stretch
         kept = [(now, now.copy()) for now in map(vars, (*watches, self.energy, self.state))]
         own = self.__dict__
         kept.append((own, {name: own[name] for name in CHANGED} | {"_detector": copy(self._detector)}))
@@ -344,10 +338,12 @@ class Stepper:
         the chains before they were drawn in or let out, if any was."""
         far, h = self._displacement_watch, self.time_step
         moves = far.measure(before, h)
-        interactions, given, solved = self._detect_and_solve(before, flight, moves)
+        interactions, given = self._assemble(before, flight, moves)
+        solved = self._solve(given)
         after = far.measure(solved.system.velocity, h)
         if far.unseen(moves, after, self._detector.widest):
-            interactions, given, solved = self._detect_and_solve(before, flight, worse(moves, after))
+            interactions, given = self._assemble(before, flight, worse(moves, after))
+            solved = self._solve(given)
             after = far.measure(solved.system.velocity, h)
         displacement, projected, predicted = h * solved.system.velocity, None, solved.predicted_gaps()
         if self.geometric_stiffness and self._links.count:
@@ -357,10 +353,8 @@ class Stepper:
             pushed = projected if pushed is None else pushed + projected
         return Found(interactions, solved, displacement, problem, pushed, worse(moves, after), predicted)
 
-    def _detect_and_solve(
-        self, before: np.ndarray, flight: Flight, moves: Displacements
-    ) -> tuple[Interactions, StepProblem, StepProblem]:
-        """Detect what ``moves`` may bring into contact; (interactions, the problem as assembled, the problem as solved)."""
+    def _assemble(self, before: np.ndarray, flight: Flight, moves: Displacements) -> tuple[Interactions, StepProblem]:
+        """Detect what ``moves`` may bring into contact; (interactions, their problem)."""
         state, detector = self.state, self._detector
         mobility = flight.mobility
         try:
@@ -383,9 +377,10 @@ class Stepper:
             mobility=mobility,
             more=more,
             wire_blocks=self.solver.wire_blocks,
+            threads=self.threads,
         )
         self._straight_spans.let_go(given.guess, interactions.normal)
-        return interactions, given, self._solve(given)
+        return interactions, given
 
     def _take_back(
         self, given: StepProblem, solved: StepProblem, before: np.ndarray, earlier: list[ChainTable] | None
@@ -408,7 +403,7 @@ class Stepper:
     def _solve(self, problem: StepProblem) -> StepProblem:
         """Solve from the guess; returns the problem with the stiffness of its links and the velocities at its end."""
         links = self._links if self.geometric_stiffness else None
-        problem, self.report = solve_step(problem, self.solver, links, self._detector.place, self.threads)
+        problem, self.report = solve_step(problem, self.solver, links)
         return problem
 
     # ---------------------------------------------------------------------------------------------------- warnings
@@ -448,9 +443,8 @@ class Stepper:
         self.unconverged_steps += 1
         self.worst_residual = max(self.worst_residual, self.report.residual)
         self.worst_slip = max(self.worst_slip, self.report.slip)
-        if self._running or self._told_unsolved or self.on_unconverged != "warn":
+        if self._running or self.on_unconverged != "warn" or not self._said.first("unsolved"):
             return []
-        self._told_unsolved = True
         return [
             f"Step {self.steps}, to t = {self.time:g} s, did not reach the solver's tolerance: {self.report}. Later ones "
             "give no warning; unconverged_steps counts them. Raise max_iterations, relax tolerance or slip, or say "
@@ -467,7 +461,7 @@ class Stepper:
         """All that the next step depends on, copied."""
         self._journal.settle(self._go_back)
         if self.state.stale:
-            for sentence in self._whole_or_not_at_all(self._take_changes):
+            for sentence in self._journal.whole_or_not_at_all(self._all, self._take_changes, self._go_back):
                 warn(sentence)
         return Checkpoint(
             positions=self.state.positions.copy(),
@@ -490,7 +484,7 @@ class Stepper:
             raise TypeError(f"restore takes what Simulation.checkpoint() gave, got {shown(checkpoint)}.")
         check(checkpoint, self.checkpoint())
         changes = from_rows(checkpoint.changes, self.scene.counts)
-        self._whole_or_not_at_all(lambda: self._take(checkpoint, changes))
+        self._journal.whole_or_not_at_all(self._all, lambda: self._take(checkpoint, changes), self._go_back)
 
     def _take(self, checkpoint: Checkpoint, changes: list[Change]) -> None:
         """Take the state of a checkpoint; ValueError if it holds interactions of another scene."""
@@ -647,7 +641,7 @@ class Stepper:
         """
         if self._last is None:
             raise RuntimeError("There is no step yet to make a problem of: call step() or run() first.")
-        return as_problem(self._last[0]).problem
+        return self._last[0].conic()[0]
 
     def __repr__(self) -> str:
         return (
