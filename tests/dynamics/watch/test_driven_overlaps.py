@@ -66,6 +66,28 @@ def test_only_a_pair_that_nothing_keeps_apart_is_told(target):
     assert len(told) == (target == "driven")
 
 
+@pytest.mark.default_parameters("0-1000000.0")
+@pytest.mark.parametrize("ratio", [1.0, 1e2, 1e4, 1e6])
+@pytest.mark.parametrize("heavy", [0, 1])
+def test_free_bodies_of_any_mass_are_pushed_on_and_not_told(heavy, ratio):
+    """A driven disk pushes two free ones, one of them ``ratio`` times as heavy as the other: nothing overlaps by a
+    hundredth of a radius, both go at the speed of the drive, and nothing is said."""
+    mass = [1.0, 1.0]
+    mass[heavy] = ratio
+    scene = lm.Scene(dimension=2)
+    tool = scene.add(lm.disk(radius=R, position=(-2.0 * R - TOUCH, 0.0), mass=1.0, color="TOOL"))
+    tool.impose_velocity(x=SPEED, y=0.0)
+    for k in range(2):
+        scene.add(lm.disk(radius=R, position=(k * (2.0 * R + TOUCH), 0.0), mass=mass[k]))
+    scene.see("TOOL", "GRAIN", lm.Coulomb(friction=0.3))
+    scene.see("GRAIN", "GRAIN", lm.Coulomb(friction=0.3))
+    sim = lm.Simulation(scene, time_step=H)
+    for _ in range(60):
+        sim.step()
+        assert sim.interactions.gap.min(initial=0.0) > -0.01 * R
+    np.testing.assert_allclose(sim.velocities[:, 0], SPEED, rtol=1e-4)
+
+
 def test_silent_scenes():
     """Colours that do not see each other, bodies side by side that are driven alike, and what overlapped at the start."""
     pieces = two("wall", speed=0.0)
