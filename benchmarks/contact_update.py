@@ -132,7 +132,7 @@ def compare(name: str, swelling: float) -> list:
         arrays = (s.candidate, s.antagonist, s.normal, s.arm, s.delassus, bias, mu)
         sweep_by_hand(*arrays, s.impulse, s.velocity, s.inverse_mass, SWEEPS)
 
-    ways = [by_hand, lambda: sweep_by_law(problem.table, s, SWEEPS), lambda: sweep_by_law(plugged.table, s, SWEEPS)]
+    ways = [by_hand, lambda: sweep_by_law(problem.groups, s, SWEEPS), lambda: sweep_by_law(plugged.groups, s, SWEEPS)]
 
     def run(way) -> float:
         s.impulse[:], s.velocity[:] = start

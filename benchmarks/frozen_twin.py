@@ -18,7 +18,6 @@ from light_bodies import crushed
 from table import report
 
 import lmgcpy as lm
-from lmgcpy.dynamics.assembled_problem import as_problem, interaction_matrix
 from lmgcpy.experiment import Triaxial
 
 SCALE = 1e-6
@@ -33,8 +32,8 @@ def twin(step) -> tuple[np.ndarray, np.ndarray]:
     """
     import clarabel
 
-    problem, acting = as_problem(step)
-    H = interaction_matrix(step)
+    problem, acting = step.conic()
+    H = step.interaction_matrix()
     velocity = (H @ step.system.velocity.ravel()).reshape(-1, 3)
     held = np.linalg.norm(velocity[acting, 1:], axis=1)
     root = (H[np.repeat(acting, 3)] @ sparse.diags_array(np.sqrt(step.inverse_mass.ravel()))).tocsc()

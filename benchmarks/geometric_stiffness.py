@@ -11,15 +11,13 @@ them; without the term it zigzags by then, and takes more Newton steps a visit.
 from __future__ import annotations
 
 import time
-from dataclasses import replace
 
 import numpy as np
 from contact_update import sweep_by_law
 from table import report
 
 import lmgcpy as lm
-from lmgcpy.dynamics.assembly import StepProblem
-from lmgcpy.dynamics.schedule import schedule
+from lmgcpy.dynamics.step_problem import StepProblem
 
 LINKS = 1000
 VISITS = 40
@@ -52,7 +50,7 @@ def per_link(problem: StepProblem) -> float:
     for _ in range(VISITS):
         s.impulse[:], s.velocity[:] = impulse, velocity
         begin = time.process_time()  # other processes would show on a clock on the wall
-        sweep_by_law(problem.table, s, 1)
+        sweep_by_law(problem.groups, s, 1)
         total += time.process_time() - begin
     assert np.abs(s.impulse - impulse).max() > 0.0
     s.impulse[:] = impulse
@@ -61,9 +59,7 @@ def per_link(problem: StepProblem) -> float:
 
 def without_it(problem: StepProblem) -> StepProblem:
     """The same step with the normal rows alone."""
-    kernels = problem.kernels_with(stiffened=False)
-    table = schedule(problem.groups, kernels, problem.offset)
-    return replace(problem, kernels=kernels, table=table)
+    return problem.on(problem.system, stiffened=False)
 
 
 def compare(dimension: int) -> list:

@@ -179,7 +179,7 @@ def compare(name: str, blocks: bool) -> list:
             links_by_hand(*pairs, bias, compliance, s.impulse, s.velocity, s.inverse_mass, 20)
 
     sweeps = 1 if blocks else 20
-    ways = [by_hand, lambda: sweep_by_law(problem.table, s, sweeps), lambda: sweep_by_law(plugged.table, s, sweeps)]
+    ways = [by_hand, lambda: sweep_by_law(problem.groups, s, sweeps), lambda: sweep_by_law(plugged.groups, s, sweeps)]
 
     def run(way) -> float:
         total = 0.0

@@ -24,7 +24,7 @@ from lmgcpy.compiled.by_address import ROOM, call_work
 from lmgcpy.compiled.kernel import OPTIONS, Kernel
 from lmgcpy.solve.sweeps.light_bodies import no_light_bodies
 from lmgcpy.solve.sweeps.sweep import SWEEP, sweep_groups, work
-from lmgcpy.solve.sweeps.team import Crew, Iterates, Job, Team, lay, work_address
+from lmgcpy.solve.sweeps.team import Crew, Job, Team, lay, work_address
 
 COUNTS = (10_000, 50_000)
 SWEEPS = 5
@@ -81,12 +81,11 @@ def measure(count: int) -> list[list]:
     sim = simulation(3, count, False, slabs=True)
     sim.solver = lm.GaussSeidel(tolerance=1e-2, max_iterations=50)
     problem = sim.run(steps=20)._last[0]
-    groups, s, task = problem.table, problem.system, work
+    groups, s, task = problem.groups, problem.system, work
     start, none = (s.impulse.copy(), s.velocity.copy()), np.zeros(0)
-    light, iterates = no_light_bodies(s.velocity.shape[1]), Iterates(*[none] * len(Iterates._fields))
-    step = groups, s, start[1], start[0], light
+    step = groups, s, start[1], start[0], no_light_bodies(s.velocity.shape[1])
     shared = np.zeros((len(groups.task), 4)), np.zeros(1), np.zeros(4), np.zeros(7)
-    job = Job(*step[:4], iterates, light, *shared, 1)
+    job = Job._make([*step, *[none] * 7, *shared, 1])
     place = np.empty(ROOM, dtype=np.int64)
     address = work_address(task, job, lay(job, place.ctypes.data))
     stamps = np.zeros(SWEEPS + 1, dtype=np.int64)
@@ -97,7 +96,8 @@ def measure(count: int) -> list[list]:
         if name == "prange":
             by_prange(groups.phase, address, place.ctypes.data, stamps)
         else:
-            Crew(task, step, iterates, threads).lead(by_team, (1.0, 1.0, 1.0), stamps)
+            with Crew(task, step, False, threads).at_work(by_team, (1.0, 1.0, 1.0), (stamps,)) as team:
+                by_team(team, stamps)
         return np.diff(stamps)
 
     ways = [(name, threads) for threads in (1, 2) for name in ("team", "prange")]

@@ -1,14 +1,9 @@
-"""The problem of one time step: from interactions and laws to the arrays that a solver works on."""
+"""The problem of one time step is made: from interactions and laws to the arrays that a solver works on."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-from functools import cached_property
-from typing import Any
-
 import numpy as np
 
-from lmgcpy.compiled.kernel import CompilerError, Kernel
 from lmgcpy.contact.detector import Detector, Group
 from lmgcpy.contact.narrow_phase import Interactions
 from lmgcpy.contact.spare_rows import with_spare_rows
@@ -17,166 +12,11 @@ from lmgcpy.dynamics.known_pairs import known_pairs
 from lmgcpy.dynamics.model import Model
 from lmgcpy.dynamics.rolling import mark_isotropic, rolling_radius, with_rolling
 from lmgcpy.dynamics.schedule import schedule
-from lmgcpy.errors import told
-from lmgcpy.solve.kernels.forms.form import FORMS, ROLLING, Form, in_cell
-from lmgcpy.solve.kernels.law_kernels import KernelKey, LawKernels, StepData, law_kernels, not_compiled
-from lmgcpy.solve.kernels.system import Groups, System
-from lmgcpy.solve.problems.report import Worst
+from lmgcpy.dynamics.step_problem import StepProblem
+from lmgcpy.solve.kernels.forms.form import FORMS, ROLLING, in_cell
+from lmgcpy.solve.kernels.law_kernels import KernelKey, LawKernels, StepData, law_kernels
+from lmgcpy.solve.kernels.system import System
 from lmgcpy.solve.sweeps.light_bodies import LightBodies, no_light_bodies
-from lmgcpy.solve.sweeps.step import Step
-
-NO_MOBILITY = float(np.finfo(float).tiny)
-"""Replaces ``W_nn = 0``, by which a law may divide. It is negligible beside any compliance."""
-
-
-@dataclass
-class StepProblem:
-    """A step as dynamics knows it: the arrays of its interactions, the groups with their laws, and the data of the laws.
-
-    It stays in :mod:`lmgcpy.dynamics`. A solver gets a :class:`Step <lmgcpy.Step>` made from it, which knows no law by
-    name; :class:`Problem <lmgcpy.Problem>` is the same step with an assembled W.
-    """
-
-    system: System
-    groups: list[Group]
-    kernels: list[LawKernels]
-    table: Groups
-    offset: np.ndarray
-    """First number of each group in ``System.prepared``."""
-    data: StepData
-    free_velocity: np.ndarray
-    """Velocities of the bodies without impulses, (n, k)."""
-    guess: np.ndarray
-    """Impulses to start from [N s], (m, d)."""
-    wire_blocks: bool
-    """Whether sweeps visit a wire as one block. In a cell that yields they do not: a block contains the coupling of links
-    with their neighbours, not with all others through the cell, and would overshoot by up to the number of links."""
-    light: LightBodies
-    """Bodies that are swept with more than their own mass: ``system`` knows the masses of the sweep."""
-    inverse_mass: np.ndarray
-    """Inverse of the bodies' own masses and inertias, not of the masses in the sweep; with drag the mobilities, (n, k)."""
-    keeps_gap: np.ndarray
-    """Whether an interaction is a contact whose law keeps the gap that it predicts, (m,) bool."""
-    stuck: list[tuple[Group, np.ndarray]]
-    """Rows of the links, by group, whose law yields but whose bodies do not yield along them."""
-    after: np.ndarray
-    """Memory for the relative velocities at the end, (m, d); the problems that are solved in one step share it."""
-    step: Step | None = field(default=None, init=False, compare=False)
-    """The step that the solver was given, kept if the next step may use the same arrays."""
-
-    @property
-    def dimension(self) -> int:
-        """2 or 3."""
-        return int(self.system.normal.shape[1])
-
-    def kernels_with(self, **changes: Any) -> list[LawKernels]:
-        """The kernels of the groups with changes of their keys; ``stiffened`` concerns chains alone."""
-        result = []
-        for group, kernels in zip(self.groups, self.kernels, strict=True):
-            here = {name: value for name, value in changes.items() if name != "stiffened" or group.chain is not None}
-            result.append(law_kernels(type(group.law), replace(kernels.key, **here)))
-        return result
-
-    def end(self) -> None:
-        """Enter the relative velocities at the end of the step into the data of the laws. Links between bodies that are
-        held or driven get the impulses of their laws at these velocities: no solver computes them, as they change no
-        velocity."""
-        self.data = self.data._replace(after=self.relative_velocities(self.system.velocity, self.after))
-        for group, rows in self.stuck:
-            width, first = len(group.law.PREPARED), self.offset[self.groups.index(group)]
-            for i in rows.tolist():
-                at = first + (i - group.start) * width
-                prepared = tuple(self.system.prepared[at : at + width].tolist())
-                (impulse,) = group.law.react(((NO_MOBILITY,),), (float(self.data.after[i, 0]),), prepared)
-                self.system.impulse[i, 0] = impulse
-
-    def relative_velocities(self, velocities: np.ndarray, result: np.ndarray | None = None) -> np.ndarray:
-        """Relative velocities of all interactions in their local frames, (m, d), for velocities of the bodies (n, k)."""
-        result = np.empty_like(self.data.before) if result is None else result
-        result[:, self.dimension :] = 0.0
-        for form, start, stop in self.spans:
-            form.relative_velocities(start, stop, self.system, velocities, result)
-        return result
-
-    def momentum(self) -> np.ndarray:
-        """``H r``: momentum that the impulses give to the bodies [N s, N m s], (n, k)."""
-        given = self.system._replace(velocity=np.zeros_like(self.system.velocity))
-        for form, start, stop in self.spans:
-            form.momentum(start, stop, -1, given)
-        return given.velocity
-
-    @cached_property
-    def spans(self) -> list[tuple[Form, int, int]]:
-        """Rows (start, stop) of the interactions of one form."""
-        spans: list[tuple[Form, int, int]] = []
-        for group, kernels in zip(self.groups, self.kernels, strict=True):
-            form, start = kernels.key.form, group.start
-            if spans and spans[-1][0] is form:
-                start = spans.pop()[1]
-            spans.append((form, start, group.stop))
-        return spans
-
-    def components(self) -> np.ndarray:
-        """Whether the law of an interaction has a component of the impulse, (m, d) bool."""
-        d = self.dimension
-        there = np.zeros(self.system.impulse.shape, dtype=bool)
-        for group in self.groups:
-            there[group.start : group.stop, : group.law.rows(d)] = True
-        stiff = self.system.geometric > 0.0  # of the links, which come first
-        there[: len(stiff), 1:d] |= stiff[:, None]
-        return there
-
-    def commit(self) -> None:
-        """Let each law commit its states at the end of the step; FloatingPointError if a state is not finite."""
-        for group, kernels in zip(self.groups, self.kernels, strict=True):
-            if kernels.commit is not None:
-                arguments = group.start, group.stop, self.data, self.system.impulse, group.parameters.ravel()
-                row = ask(group, kernels.commit, "commit", self.system, self.data, arguments)
-                if row >= 0:
-                    raise FloatingPointError(
-                        f"In the step from t = {self.data.time:g} s commit of law '{group.law.NAME}' between bodies "
-                        f"{self.system.candidate[row]} and {self.system.antagonist[row]} returned a state that is not "
-                        "finite."
-                    )
-
-    def predicted_gaps(self) -> np.ndarray:
-        """Gaps of the next detection as laws predict them from the velocities ``after`` [m], (m,); NaN for laws that do not
-        keep them. If a law may take back later what turning closed, the rest that this step left is added."""
-        result = self.data.time_step * self.data.after[:, 0]
-        result += self.data.gap
-        result[~self.keeps_gap] = np.nan
-        for group in self.groups:
-            if group.law.KEEPS_GAP and group.law.TAKES_BACK_LATER:
-                part = slice(group.start, group.stop)
-                gap, up = self.data.gap[part], np.maximum(self.data.time_step * self.data.after[part, 0], 0.0)
-                left = np.fmax(
-                    self.data.reference_gap[part] - gap - up, 0.0
-                )  # 0 for new contacts, whose reference is NaN
-                result[part] += np.where(gap <= 0.0, left, 0.0)
-        return result
-
-    def worst(self) -> Worst | None:
-        """The interaction with the largest slip, as the solver measured it."""
-        system = self.system
-        _, _, row, error, _, _ = system.measured.tolist()
-        if len(system.candidate) == 0 or error == 0.0:
-            return None
-        law = next(group.law.NAME for group in self.groups if group.start <= row < group.stop)
-        return Worst(law, int(system.candidate[int(row)]), int(system.antagonist[int(row)]), error)
-
-
-def ask(group: Group, kernel: Kernel, functions: str, system: System, data: StepData, arguments: tuple) -> Any:
-    """Call a kernel of a law; TypeError if it cannot be compiled, RuntimeError if the law raises."""
-    try:
-        return kernel(*arguments)
-    except CompilerError as error:
-        raise not_compiled(type(group.law), error) from error
-    except Exception as error:
-        c, a = system.candidate[data.at[0]], system.antagonist[data.at[0]]
-        raise RuntimeError(
-            f"In the step from t = {data.time:g} s {functions} of law '{group.law.NAME}' between bodies {c} and {a} raised "
-            f"{told(error)}."
-        ) from error
 
 
 def kernels_of(group: Group, dimension: int, wire_blocks: bool, deforms: bool) -> LawKernels:
@@ -226,6 +66,7 @@ class Assembler:
         mobility: np.ndarray,
         more: np.ndarray | None,
         wire_blocks: bool,
+        threads: int,
     ) -> StepProblem:
         """The arrays of a step from its interactions, with the numbers that each law prepares.
 
@@ -247,6 +88,10 @@ class Assembler:
             if len(interactions.slot) <= KEPT and cell is None and not len(kept.system.rolling):
                 self._kept, self._groups, self._kind = kept, groups, kind
         detector.recall(interactions, kept.guess, kept.data.state)
+        kept.row = detector.place
+        if kept.row is not None or len(kept.light.body) or kept.threads != threads:
+            kept.crews.clear()  # what sweeps get is a copy of arrays of this step
+        kept.threads = threads
         fill(kept, time, time_step, before, free_velocity)
         kept.system.farness[:] = np.abs(positions[:, : model.dimension]).max(axis=1, initial=0.0) / time_step
         if cell is not None:
@@ -284,6 +129,7 @@ def lay_out(
     if cell is not None:
         edges, branch = cell.lattice.rows, cell.branches(groups, interactions)
         cell.add_to_blocks(branch, groups, interactions, inverse_mass)
+    # in a cell that yields each link is coupled with all others, by the cell: a wire in one block would overshoot
     wire_blocks = wire_blocks and not (cell is not None and cell.yields(inverse_mass))
     kernels = [kernels_of(group, dimension, wire_blocks, deforms=cell is not None) for group in groups]
     count, bodies = len(interactions.gap), model.inverse_mass.shape
@@ -335,13 +181,12 @@ def lay_out(
     )
     return StepProblem(
         system=system,
-        groups=groups,
+        by_law=groups,
         kernels=kernels,
-        table=schedule(groups, kernels, offset[:-1]),
+        groups=schedule(groups, kernels, offset[:-1]),
         offset=offset[:-1],
         data=data,
         free_velocity=np.empty(bodies),
-        wire_blocks=wire_blocks,
         light=light,
         inverse_mass=mobility,
         guess=with_spare_rows(count, width),
@@ -392,28 +237,10 @@ def fill(problem: StepProblem, time: float, time_step: float, before: np.ndarray
     system.scratch.fill(0.0)
     system.measured.fill(0.0)
     problem.relative_velocities(before, data.before)
-    for group in problem.groups:
+    for group in problem.by_law:
         if group.chain:
             data.reference_gap[group.start : group.stop] = group.chain.reference_gap_at(time)
     predicted = data.state[:, -1]
     known = np.where(np.isnan(predicted), data.gap, predicted)
     np.minimum(known, 0.0, out=data.reference_gap, where=problem.keeps_gap)
-    prepare(problem.groups, problem.kernels, problem.offset, system, data)
-
-
-def prepare(groups: list[Group], kernels: list[LawKernels], offset: np.ndarray, system: System, data: StepData) -> None:
-    """Let each law prepare its numbers, into ``system.prepared``; FloatingPointError if a number is not finite."""
-    for group, kernel, where in zip(groups, kernels, offset, strict=False):
-        arguments = group.start, group.stop, where, data, group.parameters.ravel(), system.prepared
-        row = ask(group, kernel.prepare, "initial or prepare" if group.law.initial else "prepare", system, data, arguments)
-        if row == -1:
-            continue
-        at = row if row >= 0 else -2 - row
-        bodies = f"bodies {system.candidate[at]} and {system.antagonist[at]}"
-        told = f"In the step from t = {data.time:g} s {{}} of law '{group.law.NAME}' between {bodies} returned {{}}."
-        if row < 0:
-            raise FloatingPointError(told.format("initial", "a state that is not finite"))
-        first = where + (row - group.start) * len(group.law.PREPARED)
-        numbers = system.prepared[first : first + len(group.law.PREPARED)].tolist()
-        prepared = dict(zip(group.law.PREPARED, numbers, strict=True))
-        raise FloatingPointError(told.format("prepare", f"{prepared} at a gap of {data.gap[row]:g} m"))
+    problem.prepare()

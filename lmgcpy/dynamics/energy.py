@@ -9,9 +9,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from lmgcpy.contact.detection_tables import ChainTable
-from lmgcpy.dynamics.assembly import StepProblem, ask
 from lmgcpy.dynamics.faults.finite_checks import check_energy
 from lmgcpy.dynamics.model import Model
+from lmgcpy.dynamics.step_problem import StepProblem, ask
 
 
 @dataclass
@@ -99,7 +99,7 @@ class Energy:
         against = None if pushed is None else pushed * problem.relative_velocities(fallen(problem, before))
         works: dict[str, float] = {}
         stored: dict[str, float] = {}
-        for group, kernels in zip(problem.groups, problem.kernels, strict=True):
+        for group, kernels in zip(problem.by_law, problem.kernels, strict=True):
             part = slice(group.start, group.stop)
             name = group.law.NAME
             (work,) = totals(work_of_impulses, system.impulse[part], data.before[part], data.after[part])
@@ -160,7 +160,7 @@ def dissipated_by_law(problem: StepProblem) -> dict[str, float]:
     """
     found: dict[str, float] = {}
     data, impulse = problem.data, problem.system.impulse
-    for group, kernels in zip(problem.groups, problem.kernels, strict=True):
+    for group, kernels in zip(problem.by_law, problem.kernels, strict=True):
         if kernels.dissipation is None:
             continue
         mean = 0.5 * (data.before + data.after)
@@ -182,7 +182,7 @@ def given_by_hand(problem: StepProblem, earlier: list[ChainTable], predicted: np
     gaps if no prediction is known. A rigid link stores nothing: while it is drawn, it gets the work of its impulse.
     """
     data = problem.data
-    chains = [pair for pair in zip(problem.groups, problem.kernels, strict=True) if pair[0].chain]
+    chains = [pair for pair in zip(problem.by_law, problem.kernels, strict=True) if pair[0].chain]
     for (group, kernels), before in zip(chains, earlier, strict=True):
         assert group.chain is not None
         if before is group.chain:

@@ -29,14 +29,13 @@ is enough.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from lmgcpy.contact.detection_tables import ChainTable
 from lmgcpy.contact.frames import local_frames
-from lmgcpy.dynamics.assembly import StepProblem
-from lmgcpy.dynamics.schedule import schedule
+from lmgcpy.dynamics.step_problem import StepProblem
 from lmgcpy.solve.kernels.stiffened_wire_block import scratch_columns
 from lmgcpy.solve.problems.report import NOT_FINITE, SOLVED_CODES, Outcome
 
@@ -126,9 +125,7 @@ class LinkStiffness:
             following=-(frame * shared[:, None]) @ across[self.following],
             scratch=np.zeros((self.count, scratch_columns(d)["WIDTH"])),
         )
-        kernels = problem.kernels_with(stiffened=True)
-        table = schedule(problem.groups, kernels, problem.offset)
-        return replace(problem, system=system, kernels=kernels, table=table)
+        return problem.on(system, stiffened=True)
 
     def _carried(self, frame: np.ndarray, length: np.ndarray, velocity: np.ndarray, weight: np.ndarray) -> np.ndarray:
         """c_t of each link [m/s], (L, d - 1), from the relative velocities (L, d) at the start of the step.

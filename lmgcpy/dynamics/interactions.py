@@ -8,8 +8,8 @@ import numpy as np
 
 from lmgcpy.contact.frames import local_frames
 from lmgcpy.contact.narrow_phase import Interactions
-from lmgcpy.dynamics.assembly import StepProblem
 from lmgcpy.dynamics.rolling import moments
+from lmgcpy.dynamics.step_problem import StepProblem
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class InteractionView:
     @classmethod
     def of(cls, problem: StepProblem, interactions: Interactions, state_names: list[str]) -> InteractionView:
         """Copy the arrays of a step; ``state_names``: of all laws of the scene."""
-        groups, d = problem.groups, problem.dimension
+        groups, d = problem.by_law, problem.dimension
         impulse = problem.system.impulse[:, :d]
         names = [group.law.NAME for group in groups]
         counts = [group.stop - group.start for group in groups]

@@ -6,7 +6,7 @@ import time as clock
 from collections.abc import Callable
 from copy import copy, deepcopy
 from dataclasses import replace
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,8 +15,7 @@ from lmgcpy.contact.detector import Detector
 from lmgcpy.contact.foreign_pairs import NarrowPhaseError
 from lmgcpy.contact.narrow_phase import Interactions
 from lmgcpy.dynamics import turning_overlap
-from lmgcpy.dynamics.assembled_problem import as_problem
-from lmgcpy.dynamics.assembly import Assembler, StepProblem
+from lmgcpy.dynamics.assembly import Assembler
 from lmgcpy.dynamics.cell import CellMotion, TurnedOver
 from lmgcpy.dynamics.changes import Change, as_rows, from_rows
 from lmgcpy.dynamics.checkpoint import Checkpoint, check
@@ -27,6 +26,7 @@ from lmgcpy.dynamics.interactions import InteractionView
 from lmgcpy.dynamics.journal import Journal
 from lmgcpy.dynamics.model import BodyState, Drive, Model
 from lmgcpy.dynamics.solve_step import solve_step
+from lmgcpy.dynamics.step_problem import StepProblem
 from lmgcpy.dynamics.straight_spans import StraightSpans
 from lmgcpy.dynamics.sweep_mass import sweep_mass
 from lmgcpy.dynamics.turning_stretch import TurningStretch
@@ -42,8 +42,6 @@ from lmgcpy.solve.newton.alternating import Auto
 from lmgcpy.solve.problems.problem import Problem
 from lmgcpy.solve.problems.report import LOCKED, STATUS, Report
 from lmgcpy.solve.sweeps.solver import Solver, check_solver
-
-T = TypeVar("T")
 
 REACTIONS = ("warn", "stop", "ignore")
 """Answers to steps that were not solved, and to bodies that overlap at the start."""
@@ -185,7 +183,7 @@ class Stepper:
         """
         self._refuse_asked("step")
         self._last = None  # frees the arrays of the step before
-        sentences = self._whole_or_not_at_all(self._make_step)
+        sentences = self._journal.whole_or_not_at_all(self._all, self._make_step, self._go_back)
         for sentence in sentences:  # last: if warnings are errors, the step is made all the same
             warn(sentence)
         if self.on_unconverged == "stop" and not self.report.solved and not self._running:
@@ -276,10 +274,6 @@ class Stepper:
 
     # ------------------------------------------------------------------------------------------- whole or not at all
 
-    def _whole_or_not_at_all(self, make: Callable[[], T]) -> T:
-        """Call a function that changes the simulation; if it ends early, everything is as before."""
-        return self._journal.whole_or_not_at_all(self._all, make, self._go_back)
-
     def _all(self) -> Before:
         """Everything that a step changes. These objects set attributes and change nothing in place, except the detector."""
         watches = (self._watch, self._driven_overlaps, self._damped_waves, self._displacement_watch, self._turning_stretch)
@@ -344,10 +338,12 @@ class Stepper:
         the chains before they were drawn in or let out, if any was."""
         far, h = self._displacement_watch, self.time_step
         moves = far.measure(before, h)
-        interactions, given, solved = self._detect_and_solve(before, flight, moves)
+        interactions, given = self._assemble(before, flight, moves)
+        solved = self._solve(given)
         after = far.measure(solved.system.velocity, h)
         if far.unseen(moves, after, self._detector.widest):
-            interactions, given, solved = self._detect_and_solve(before, flight, worse(moves, after))
+            interactions, given = self._assemble(before, flight, worse(moves, after))
+            solved = self._solve(given)
             after = far.measure(solved.system.velocity, h)
         displacement, projected, predicted = h * solved.system.velocity, None, solved.predicted_gaps()
         if self.geometric_stiffness and self._links.count:
@@ -357,10 +353,8 @@ class Stepper:
             pushed = projected if pushed is None else pushed + projected
         return Found(interactions, solved, displacement, problem, pushed, worse(moves, after), predicted)
 
-    def _detect_and_solve(
-        self, before: np.ndarray, flight: Flight, moves: Displacements
-    ) -> tuple[Interactions, StepProblem, StepProblem]:
-        """Detect what ``moves`` may bring into contact; (interactions, the problem as assembled, the problem as solved)."""
+    def _assemble(self, before: np.ndarray, flight: Flight, moves: Displacements) -> tuple[Interactions, StepProblem]:
+        """Detect what ``moves`` may bring into contact; (interactions, their problem)."""
         state, detector = self.state, self._detector
         mobility = flight.mobility
         try:
@@ -383,9 +377,10 @@ class Stepper:
             mobility=mobility,
             more=more,
             wire_blocks=self.solver.wire_blocks,
+            threads=self.threads,
         )
         self._straight_spans.let_go(given.guess, interactions.normal)
-        return interactions, given, self._solve(given)
+        return interactions, given
 
     def _take_back(
         self, given: StepProblem, solved: StepProblem, before: np.ndarray, earlier: list[ChainTable] | None
@@ -408,7 +403,7 @@ class Stepper:
     def _solve(self, problem: StepProblem) -> StepProblem:
         """Solve from the guess; returns the problem with the stiffness of its links and the velocities at its end."""
         links = self._links if self.geometric_stiffness else None
-        problem, self.report = solve_step(problem, self.solver, links, self._detector.place, self.threads)
+        problem, self.report = solve_step(problem, self.solver, links)
         return problem
 
     # ---------------------------------------------------------------------------------------------------- warnings
@@ -467,7 +462,7 @@ class Stepper:
         """All that the next step depends on, copied."""
         self._journal.settle(self._go_back)
         if self.state.stale:
-            for sentence in self._whole_or_not_at_all(self._take_changes):
+            for sentence in self._journal.whole_or_not_at_all(self._all, self._take_changes, self._go_back):
                 warn(sentence)
         return Checkpoint(
             positions=self.state.positions.copy(),
@@ -490,7 +485,7 @@ class Stepper:
             raise TypeError(f"restore takes what Simulation.checkpoint() gave, got {shown(checkpoint)}.")
         check(checkpoint, self.checkpoint())
         changes = from_rows(checkpoint.changes, self.scene.counts)
-        self._whole_or_not_at_all(lambda: self._take(checkpoint, changes))
+        self._journal.whole_or_not_at_all(self._all, lambda: self._take(checkpoint, changes), self._go_back)
 
     def _take(self, checkpoint: Checkpoint, changes: list[Change]) -> None:
         """Take the state of a checkpoint; ValueError if it holds interactions of another scene."""
@@ -647,7 +642,7 @@ class Stepper:
         """
         if self._last is None:
             raise RuntimeError("There is no step yet to make a problem of: call step() or run() first.")
-        return as_problem(self._last[0]).problem
+        return self._last[0].conic()[0]
 
     def __repr__(self) -> str:
         return (

@@ -14,7 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from lmgcpy.dynamics.assembly import StepProblem, prepare
+from lmgcpy.dynamics.step_problem import StepProblem
 
 MADE = 0.01
 """Part of the kinetic energy, and of what loads give from rest, that contacts may make in a step by taking back overlap."""
@@ -43,6 +43,6 @@ def take_back(
     first = solved.system.impulse.copy()
     reference = np.where(turned, given.data.gap, given.data.reference_gap)
     again = replace(given, data=given.data._replace(reference_gap=reference))
-    prepare(again.groups, again.kernels, again.offset, again.system, again.data)
+    again.prepare()
     solved = solve(again)
     return solved, first - solved.system.impulse

@@ -37,8 +37,8 @@ from dataclasses import replace
 import numpy as np
 
 from lmgcpy.contact.detection_tables import ChainTable
-from lmgcpy.dynamics.assembly import StepProblem, ask, prepare
 from lmgcpy.dynamics.model import Model
+from lmgcpy.dynamics.step_problem import StepProblem, ask
 from lmgcpy.solve.kernels.law_kernels import StepData
 
 MADE = 0.01
@@ -123,12 +123,12 @@ class TurningStretch:
                 done[net] = True
             first = solved.system.impulse.copy() if first is None else first
             again = replace(given, data=given.data._replace(gap=gap))
-            prepare(again.groups, again.kernels, again.offset, again.system, again.data)
+            again.prepare()
             solved = solve(again)
             if any(self._made_by(solved, net, drawn) > made[net] for net in found if self._rods[self._chains[net]].any()):
                 # errors of lambda made more than the excess did: back to the detected gaps
                 given.guess[:] = first
-                prepare(given.groups, given.kernels, given.offset, given.system, given.data)
+                given.prepare()
                 return solve(given), None
         return solved, None if first is None else first - solved.system.impulse
 
@@ -161,8 +161,8 @@ class TurningStretch:
         start, stop = self._cuts[chain], self._cuts[chain + 1]
         data, part = problem.data, slice(start, stop)
         work = 0.5 * float((problem.system.impulse[part] * (data.before[part] + data.after[part])).sum())
-        at = next(k for k, group in enumerate(problem.groups) if group.start == start)
-        group, energy = problem.groups[at], problem.kernels[at].energy
+        at = next(k for k, group in enumerate(problem.by_law) if group.start == start)
+        group, energy = problem.by_law[at], problem.kernels[at].energy
         if energy is None:
             return work - float(problem.system.impulse[part, 0] @ drawn[part]) / data.time_step
 

@@ -38,8 +38,8 @@ from __future__ import annotations
 import numpy as np
 
 from lmgcpy.contact.frames import local_frames
-from lmgcpy.dynamics.assembly import StepProblem
 from lmgcpy.dynamics.model import Model
+from lmgcpy.dynamics.step_problem import StepProblem
 
 BEYOND = 0.1
 """Part of its length by which a rigid link must be too long at the end of a step. A link that turns by 0.43 rad is."""

@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import time as clock
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from lmgcpy.errors import LARGEST, named_arguments, numbers
+from lmgcpy.solve.kernels.law_kernels import LawKernels
 from lmgcpy.solve.kernels.matrix_system import DRIVER, assemble_problem
 from lmgcpy.solve.newton.alternating import Auto
 from lmgcpy.solve.problems.delassus import unsolvable
-from lmgcpy.solve.problems.problem import Conic, Problem, check_problem
+from lmgcpy.solve.problems.problem import Problem, check_problem
 from lmgcpy.solve.problems.report import STATUS
 from lmgcpy.solve.problems.residual import residual
 from lmgcpy.solve.sweeps.solver import Solver, check_solver
-from lmgcpy.solve.sweeps.step import ConicForm, Step
+from lmgcpy.solve.sweeps.step import Step
 
 
 @dataclass(frozen=True)
@@ -46,6 +48,24 @@ class Solution:
         )
 
 
+@dataclass(kw_only=True, eq=False, repr=False)
+class StepOfProblem(Step):
+    """A problem that stands alone, as solvers get it."""
+
+    problem: Problem
+    kernels: list[LawKernels]
+    """``groups`` holds their addresses, which end with them."""
+
+    DRIVER: ClassVar[Mapping[str, Any]] = DRIVER
+    law_without_conic = None
+
+    def conic(self) -> tuple[Problem, np.ndarray]:
+        return self.problem, np.ones(len(self.problem.mu), dtype=bool)
+
+    def components(self) -> np.ndarray:
+        return self.problem.rows
+
+
 @named_arguments
 def solve(problem: Problem, *, solver: Solver | None = None, guess: Any = None) -> Solution:
     """Solve a problem, from ``guess`` (m, D) or the problem's own; D is the problem's ``width``.
@@ -61,21 +81,13 @@ def solve(problem: Problem, *, solver: Solver | None = None, guess: Any = None) 
     if start.shape != problem.guess.shape:
         raise ValueError(f"guess must have shape {problem.guess.shape}, got {start.shape}.")
     start = np.where(problem.rows, start, 0.0)
-    table, system, kernels = assemble_problem(problem, solver.wire_blocks)
-    step = Step(
-        groups=table,
-        system=system,
-        free_velocity=problem.q.reshape(-1, problem.width).copy(),
-        guess=start,
-        conic=ConicForm(lambda: Conic(problem, np.ones(len(problem.mu), dtype=bool))),
-        components=lambda: problem.rows,
-        driver=DRIVER,
-    )
+    groups, system, kernels = assemble_problem(problem, solver.wire_blocks)
+    free = problem.q.reshape(-1, problem.width).copy()
+    step = StepOfProblem(groups=groups, system=system, free_velocity=free, guess=start, problem=problem, kernels=kernels)
     begin = clock.perf_counter()
     with np.errstate(all="ignore"):  # the result is checked below
         outcome = solver.solve(step)
     seconds = clock.perf_counter() - begin
-    del kernels  # the table holds their addresses, which end with them
     impulses = system.impulse
     error = residual(problem, impulses) if (np.abs(impulses) <= LARGEST).all() else np.inf
     if error > 1.0:  # worse than doing nothing

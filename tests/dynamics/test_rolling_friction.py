@@ -326,7 +326,7 @@ def test_slabs_and_threads_roll_alike():
     plain = box(1).run(steps=40)
     with partition_from(20):
         one, two = box(1).run(steps=40), box(2).run(steps=40)
-    assert len(one._last[0].table.phase) > 2
+    assert len(one._last[0].groups.phase) > 2
     assert np.array_equal(one.velocities, two.velocities)
     assert np.array_equal(one.interactions.moment, two.interactions.moment)
     assert np.abs(one.velocities - plain.velocities).max() < 1e-3

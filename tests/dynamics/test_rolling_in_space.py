@@ -273,7 +273,7 @@ def test_slabs_and_threads_roll_alike():
     plain = heap(rolling(0.5, 0.2), **given).run(steps=40)
     with partition_from(10):
         one, two = (heap(rolling(0.5, 0.2), threads=n, **given).run(steps=40) for n in (1, 2))
-    assert len(one._last[0].table.phase) > 2
+    assert len(one._last[0].groups.phase) > 2
     assert np.array_equal(one.velocities, two.velocities)
     assert np.array_equal(one.interactions.moment, two.interactions.moment)
     assert np.abs(one.velocities - plain.velocities).max() < 1e-3

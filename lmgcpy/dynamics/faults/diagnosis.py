@@ -8,8 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from lmgcpy.contact.detector import Group
-from lmgcpy.dynamics.assembly import StepProblem
-from lmgcpy.dynamics.schedule import schedule
+from lmgcpy.dynamics.step_problem import StepProblem
 from lmgcpy.errors import told
 from lmgcpy.solve.kernels.system import System
 
@@ -20,15 +19,13 @@ class LawFault(Exception):
 
 def fault_of_solve(problem: StepProblem, solve: Callable[[StepProblem], object]) -> str:
     """A sentence on the first thing that went wrong in the solve of a step; the solve is made again, watched."""
-    watched = problem.kernels_with(watched=True)
-    table = schedule(problem.groups, watched, problem.offset)
     system = problem.system._replace(prepared=np.append(problem.system.prepared, [0.0, -1.0]))
-    solve(replace(problem, system=system, kernels=watched, table=table))
+    solve(replace(problem.on(system, watched=True), row=None, threads=1))
     start = int(system.prepared[-1])
     if start < 0:
         return "no law was asked: velocities, gaps or masses are too large for numbers of double precision"
     g = int(np.searchsorted(problem.offset, start, side="right")) - 1
-    group = problem.groups[g]
+    group = problem.by_law[g]
     width = len(group.law.PREPARED)
     row = group.start + (start - int(problem.offset[g])) // max(width, 1)
     return asked(replace(problem, system=system), group, row, tuple(system.prepared[start : start + width].tolist()))

@@ -10,8 +10,8 @@ import numpy as np
 
 from lmgcpy.contact.detector import Group
 from lmgcpy.contact.narrow_phase import Interactions
-from lmgcpy.dynamics.assembly import StepProblem
 from lmgcpy.dynamics.faults.diagnosis import interaction
+from lmgcpy.dynamics.step_problem import StepProblem
 from lmgcpy.errors import LARGEST, shown
 from lmgcpy.solve.kernels.law_kernels import known_pair
 
@@ -66,7 +66,7 @@ def check_impulses(problem: StepProblem, solver: object) -> None:
     impulse = problem.system.impulse
     if not (squares_within(impulse, sys.float_info.max) or math.isfinite(impulse.sum())):
         row = int(np.argmin(np.isfinite(impulse).all(axis=1)))
-        group = next(group for group in problem.groups if group.start <= row < group.stop)
+        group = problem.group_of(row)
         raise FloatingPointError(
             f"In the step from t = {problem.data.time:g} s a number stopped being finite: {type(solver).__name__} gave the "
             f"impulse {shown(impulse[row].tolist())} to {interaction(problem, group, row)}. Take another solver."

@@ -27,9 +27,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lmgcpy.dynamics.assembly import StepProblem
 from lmgcpy.dynamics.geometric_stiffness import LinkStiffness
 from lmgcpy.dynamics.model import Model
+from lmgcpy.dynamics.step_problem import StepProblem
 from lmgcpy.dynamics.watch.displacements import rounded_down
 
 EVERY = 16

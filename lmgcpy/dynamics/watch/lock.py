@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lmgcpy.dynamics.assembled_problem import as_problem, law_without_conic
-from lmgcpy.dynamics.assembly import StepProblem
+from lmgcpy.dynamics.step_problem import StepProblem
 from lmgcpy.dynamics.straight_spans import StraightSpans
 from lmgcpy.solve.newton.alternating import newton_steps
 from lmgcpy.solve.problems.locked import least_motion
@@ -25,10 +24,10 @@ def find_lock(problem: StepProblem, report: Report, spans: StraightSpans) -> Loc
     in such a step the linearised constraints no longer hold. Laws without a conic form are not examined.
     """
     cost = report.factorisations + newton_steps(report.iterations, *problem.system.impulse.shape)
-    if cost < WORTH or law_without_conic(problem) is not None:
+    if cost < WORTH or problem.law_without_conic is not None:
         return None
     try:
-        conic, acting = as_problem(problem)
+        conic, acting = problem.conic()
     except (ValueError, RuntimeError):  # numbers that no problem may have, a law that raises: the step itself is made
         return None
     if conic.scale is None or not (conic.scale > 0.0).any():

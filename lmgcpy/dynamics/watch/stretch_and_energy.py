@@ -21,9 +21,9 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from lmgcpy.dynamics.assembly import StepProblem
 from lmgcpy.dynamics.energy import Energy
 from lmgcpy.dynamics.model import Model
+from lmgcpy.dynamics.step_problem import StepProblem
 from lmgcpy.dynamics.watch.displacements import rounded_down
 from lmgcpy.solve.problems.report import Lock
 
@@ -161,7 +161,7 @@ class Watch:
         shallow = (data.gap * system.scale).min(initial=0.0) >= -SUNK * data.time_step
         if shallow and self.overlap_of_start is not None:
             return
-        for group in problem.groups:
+        for group in problem.by_law:
             if group.law.APPLIES_TO == "contact" and "rigid" in group.law.TRAITS:
                 over = data.gap[group.start : group.stop] * system.scale[group.start : group.stop]
                 k = int(over.argmin())

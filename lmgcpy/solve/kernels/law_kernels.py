@@ -43,7 +43,7 @@ STATE = 0
 
 @by_reference
 class StepData(NamedTuple):
-    """Arguments of the laws in a step, except the impulses; m interactions."""
+    """Arguments of the laws in a step, except the impulses, for kernels that sweeps do not call; m interactions."""
 
     gap: np.ndarray
     """Gaps at the detection configuration [m], (m,)."""

@@ -133,7 +133,7 @@ class Alternating(Solver):
                 break
             last = sweeps >= self.max_iterations
             if active is None:
-                if step.conic.missing and not self.NEEDS_CONIC:
+                if step.law_without_conic and not self.NEEDS_CONIC:
                     turn, last = self.max_iterations, True
                     continue
                 problem, acting = step.conic()

@@ -254,14 +254,6 @@ class Problem:
         return f"<Problem in {self.dimension}D: {by_law or 'no interaction'}, {self.W.nnz} entries of W>"
 
 
-class Conic(NamedTuple):
-    """A step in conic form."""
-
-    problem: Problem
-    acting: np.ndarray
-    """Whether each interaction of the step is in the problem, (m,) bool."""
-
-
 def check_problem(problem: Any, call: str) -> None:
     """TypeError if ``problem`` is not a :class:`Problem`."""
     if not isinstance(problem, Problem):

@@ -52,27 +52,26 @@ def copy(x, y, first, last):
 
 def iterates_work(kind, task, job):
     """Work on one part of the iterates, by kind."""
-    own = job.iterates
-    first, last = part(task, own.impulse.shape[0], job.chunks)
-    low, high = part(task, own.velocity.shape[0], job.chunks)
+    first, last = part(task, job.impulse.shape[0], job.chunks)
+    low, high = part(task, job.velocity.shape[0], job.chunks)
     # |w (r - r_start)|^2, r_start the impulses before the sweep
     if kind == STEP:
-        job.partial[task, 0] = squares(own.weight, own.impulse, own.start, first, last)
+        job.partial[task, 0] = squares(job.weight, job.impulse, job.start, first, last)
     # momentum: r <- r + beta (r - r_last), v <- v + beta (v - v_last)
     elif kind == EXTRAPOLATE:
-        extrapolate(own.impulse, own.last_impulse, job.beta[0], first, last)
-        copy(own.impulse, own.start, first, last)
-        extrapolate(own.velocity, own.last_velocity, job.beta[0], low, high)
+        extrapolate(job.impulse, job.last_impulse, job.beta[0], first, last)
+        copy(job.impulse, job.start, first, last)
+        extrapolate(job.velocity, job.last_velocity, job.beta[0], low, high)
     # the best impulses so far, and the way back to them or to the start of the sweep
     elif kind == KEEP:
-        copy(own.impulse, own.best_impulse, first, last)
+        copy(job.impulse, job.best_impulse, first, last)
     elif kind == TAKE_BEST:
-        copy(own.best_impulse, own.impulse, first, last)
+        copy(job.best_impulse, job.impulse, first, last)
     elif kind == RESUME:
-        copy(own.start, own.impulse, first, last)
+        copy(job.start, job.impulse, first, last)
     # begin: no momentum yet
     else:
-        copy(own.impulse, own.best_impulse, first, last)
-        copy(own.impulse, own.last_impulse, first, last)
-        copy(own.impulse, own.start, first, last)
-        copy(own.velocity, own.last_velocity, low, high)
+        copy(job.impulse, job.best_impulse, first, last)
+        copy(job.impulse, job.last_impulse, first, last)
+        copy(job.impulse, job.start, first, last)
+        copy(job.velocity, job.last_velocity, low, high)

@@ -138,7 +138,7 @@ def move(first, last, job):
 
     The velocities before, which sweeps with momentum keep, change by the same: momentum is of impulses only.
     """
-    light, velocity, last_velocity = job.light, job.s.velocity, job.iterates.last_velocity
+    light, velocity, last_velocity = job.light, job.s.velocity, job.last_velocity
     width = velocity.shape[1]
     for l in range(first, last):
         b = light.body[l]

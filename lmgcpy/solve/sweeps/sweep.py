@@ -45,10 +45,14 @@ def work(kind, task, job):
 
     Each kind reads only the arrays of the job that it needs.
     """
-    if kind == SWEEP:
-        sweep_pieces(task, job)
-    elif kind == ERROR:
-        measure_pieces(task, job)
+    if kind <= ERROR:
+        # new impulses, and the sum of the numbers that the kernels return; or errors, and the sum of their squares
+        groups = job.groups
+        address = groups.sweep if kind == SWEEP else groups.error
+        total = 0.0
+        for p in range(groups.task[task], groups.task[task + 1]):
+            total += call(address[p], groups.start[p], groups.stop[p], groups.offset[p], job.s)
+        job.partial[task, 0] = total
     elif kind <= SHARE:
         add_momentum(kind, task, job)
     elif kind <= GUESS:
@@ -59,24 +63,6 @@ def work(kind, task, job):
         iterates_work(kind, task, job)
     else:
         light_work(kind, task, job)
-
-
-def sweep_pieces(task, job):
-    """Update the impulses; leaves the sum of the numbers that the kernels return."""
-    groups = job.groups
-    total = 0.0
-    for p in range(groups.task[task], groups.task[task + 1]):
-        total += call(groups.sweep[p], groups.start[p], groups.stop[p], groups.offset[p], job.s)
-    job.partial[task, 0] = total
-
-
-def measure_pieces(task, job):
-    """Leaves the sum of squared errors, and each of them in ``error``."""
-    groups = job.groups
-    total = 0.0
-    for p in range(groups.task[task], groups.task[task + 1]):
-        total += call(groups.error[p], groups.start[p], groups.stop[p], groups.offset[p], job.s)
-    job.partial[task, 0] = total
 
 
 def add_momentum(kind, task, job):

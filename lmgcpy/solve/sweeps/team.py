@@ -12,6 +12,8 @@ simulation in another thread or the end of the process would have to care about.
 from __future__ import annotations
 
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -21,6 +23,7 @@ from lmgcpy.compiled.atomic import add, exchange, load, store
 from lmgcpy.compiled.by_address import ROOM, call_at, call_work, giving_way, work_signature, write
 from lmgcpy.compiled.kernel import INTERPRETED, Kernel, kernel
 from lmgcpy.compiled.reference import by_reference
+from lmgcpy.contact.spare_rows import with_spare_rows
 from lmgcpy.solve.kernels.system import Groups, System
 from lmgcpy.solve.sweeps.light_bodies import LightBodies
 
@@ -34,8 +37,8 @@ PATIENCE = 5000
 
 @by_reference
 class Team(NamedTuple):
-    """The data that all threads share, of the same types for every solver and kind of body, so that a kernel that leads
-    them is compiled once."""
+    """The data by which the thread that leads a solve agrees with the others, of the same types for every kind of body, so
+    that a kernel that leads them is compiled once. It lives as long as the solve of a step, as :class:`Job` does."""
 
     words: np.ndarray
     """(24,) int64: the ticket (turn, kind of work, end of the tasks, next task), how many tasks are done, how many help."""
@@ -69,32 +72,26 @@ class Team(NamedTuple):
     """Address of the system's function."""
 
 
-class Iterates(NamedTuple):
-    """Arrays of a solver beside impulses and velocities, flat; empty for plain Gauss-Seidel."""
+@by_reference
+class Job(NamedTuple):
+    """A step to be solved, as compiled tasks have it. Its types depend on the kind of bodies."""
 
+    groups: Groups
+    s: System
+    free_velocity: np.ndarray
+    guess: np.ndarray
+    light: LightBodies
     impulse: np.ndarray
     velocity: np.ndarray
-    """Impulses and velocities of the system, each in a row."""
+    """Impulses and velocities of the system, each in a row. These and the five below are empty for plain Gauss-Seidel."""
     start: np.ndarray
-    """Impulses from which the sweep started."""
+    """Impulses from which the sweep started, in a row as the four below."""
     last_impulse: np.ndarray
     last_velocity: np.ndarray
     """Results of the sweep before."""
     best_impulse: np.ndarray
     weight: np.ndarray
     """Diagonal of W."""
-
-
-@by_reference
-class Job(NamedTuple):
-    """A step to be solved."""
-
-    groups: Groups
-    s: System
-    free_velocity: np.ndarray
-    guess: np.ndarray
-    iterates: Iterates
-    light: LightBodies
     partial: np.ndarray
     beta: np.ndarray
     bounds: np.ndarray
@@ -183,49 +180,53 @@ _pointers: dict[tuple, Any] = {}
 
 
 class Crew:
-    """The threads that solve a step (groups, system, velocities without impulses, guess), and the data that they share.
+    """The threads that solve a step (groups, system, velocities without impulses, guess, light bodies), and the data that
+    they share; ``iterates``: with the arrays of accelerated sweeps.
 
     A scene without a partition has one task and one chunk, and no use for more than one thread; neither has plain Python.
     """
 
     def __init__(
-        self,
-        work: Kernel,
-        step: tuple[Groups, Any, np.ndarray, np.ndarray, LightBodies],
-        iterates: Iterates,
-        threads: int,
+        self, work: Kernel, step: tuple[Groups, Any, np.ndarray, np.ndarray, LightBodies], iterates: bool, threads: int
     ):
-        groups, system, free_velocity, guess, light = step
+        groups, system, *_, light = step
         tasks = len(groups.task) - 1
         chunks = max((1, *(end - first for first, end in pairwise(groups.phase.tolist()))))
         words = np.zeros(24, dtype=np.int64)
         self._helpers = threads - 1 if chunks > 1 and not INTERPRETED else 0
         partial, beta, bounds, limits = np.zeros((max(tasks, chunks), 4)), np.zeros(1), np.zeros(4), np.zeros(7)
+        flat = [np.zeros(0)] * 7
+        if iterates:
+            impulse, velocity = system.impulse.reshape(-1), system.velocity.reshape(-1)
+            start, last, before, best = map(with_spare_rows, map(len, (impulse, impulse, velocity, impulse)))
+            weight = system.delassus[:, : system.impulse.shape[1]].reshape(-1)
+            flat = [impulse, velocity, start, last, before, best, weight]
         # kept alive as long as its address is in use
-        self._job = job = Job(groups, system, free_velocity, guess, iterates, light, partial, beta, bounds, limits, chunks)
+        self._job = job = Job._make([*step, *flat, partial, beta, bounds, limits, chunks])
         self._place = place = np.empty(ROOM, dtype=np.int64)
         kind = lay(job, place.ctypes.data)
         shared = words, partial, beta, groups.phase, bounds, limits, system.measured
         addresses = work_address(work, job, kind), place.ctypes.data, giving_way()
         self._team = Team(*shared, chunks, len(system.impulse), len(light.body), *addresses)
 
-    def lead(self, solver: Kernel, bounds: tuple[float, float, float], *arguments: Any) -> Any:
-        """``solver(team, *arguments)`` to these bounds of residual, slip, and errors of forces."""
+    @contextmanager
+    def at_work(self, solver: Kernel, bounds: tuple[float, float, float], limits: tuple) -> Iterator[Team]:
+        """The team, with helpers as long as ``solver(team, *limits)`` runs to these bounds of residual, slip, and errors of
+        forces."""
         team = self._team
         for array in (team.words, team.partial, team.beta):
             array.fill(0)
         team.bounds[:3] = bounds
-        if self._helpers == 0:
-            return solver(team, *arguments)
         team.words[HELPERS] = self._helpers
-        solver.make_ready(team, *arguments)  # or helpers would spend the compiler's time looking for work
-        help_out.make_ready(team)
+        if self._helpers:
+            solver.make_ready(team, *limits)  # or helpers would spend the compiler's time looking for work
+            help_out.make_ready(team)
         helpers: list[threading.Thread] = []
         try:
             for _ in range(self._helpers):
                 helpers.append(threading.Thread(target=help_out, args=(team,)))
                 helpers[-1].start()
-            return solver(team, *arguments)
+            yield team
         finally:
             team.words[TICKET] = STOP << 32
             for thread in helpers:

@@ -9,7 +9,6 @@ import lmgcpy as lm
 from lmgcpy.contact import register_pair
 from lmgcpy.contact.contactor_pairs import disk_disk
 from lmgcpy.contact.frames import local_frames
-from lmgcpy.dynamics.assembled_problem import interaction_matrix
 from lmgcpy.scene.contactor import DiskContactor
 from lmgcpy.solve.kernels.forms import form
 
@@ -144,7 +143,7 @@ def heap(dimension, law):
 def agree(sim):
     """The relative velocities and the momentum of a step are those of the rows as a matrix, to round-off."""
     problem, _ = sim._last
-    H = interaction_matrix(problem)
+    H = problem.interaction_matrix()
     velocity = np.random.default_rng(0).normal(size=problem.system.velocity.shape)
     u = problem.relative_velocities(velocity)
     np.testing.assert_allclose(H @ velocity.ravel(), u.ravel(), rtol=0.0, atol=1e-14 * np.abs(velocity).max() * 10.0)

@@ -9,7 +9,7 @@ from scipy.optimize import nnls
 
 import lmgcpy as lm
 from lmgcpy.compiled.kernel import Kernel, row_reader
-from lmgcpy.dynamics.assembly import StepProblem
+from lmgcpy.dynamics.step_problem import StepProblem
 from lmgcpy.solve.kernels import wire_block
 from lmgcpy.solve.kernels.forms.form import FORMS
 from lmgcpy.solve.kernels.law_kernels import stiffened_kernels
@@ -161,7 +161,7 @@ def newton_step(start, count, s):
 
 def visiting(problem: StepProblem, stiffened: bool) -> Kernel:
     """``(start, stop, offset, s)``: one visit of the wire of a step, which counts its Newton steps."""
-    d, law = problem.dimension, type(problem.groups[0].law)
+    d, law = problem.dimension, type(problem.by_law[0].law)
     count = len(law.PREPARED)
     constants = {"react": law.react, "read": row_reader(count), "PREPARED": count}
     if stiffened:

@@ -1,0 +1,289 @@
+"""The problem of one time step as dynamics makes it, and as solvers get it; and its Delassus operator, if one asks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lmgcpy.compiled.kernel import CompilerError, Kernel
+from lmgcpy.contact.detector import Group
+from lmgcpy.contact.frames import local_frames
+from lmgcpy.dynamics.schedule import schedule
+from lmgcpy.errors import told
+from lmgcpy.solve.kernels.forms.form import Form
+from lmgcpy.solve.kernels.law_kernels import LawKernels, StepData, law_kernels, not_compiled
+from lmgcpy.solve.kernels.system import System
+from lmgcpy.solve.problems.problem import Problem, Split, cone_of
+from lmgcpy.solve.problems.report import Worst
+from lmgcpy.solve.sweeps.step import Step
+
+if TYPE_CHECKING:
+    import scipy.sparse as sparse
+
+NO_MOBILITY = float(np.finfo(float).tiny)
+"""Replaces ``W_nn = 0``, by which a law may divide. It is negligible beside any compliance."""
+
+
+@dataclass(kw_only=True, eq=False, repr=False)
+class StepProblem(Step):
+    """The step that a solver gets, with what only dynamics reads of it: the laws of its groups, and their data."""
+
+    system: System
+    by_law: list[Group]
+    """The groups of one law each, or one chain; ``groups`` has the same for kernels, cut into pieces."""
+    kernels: list[LawKernels]
+    """Of each group."""
+    offset: np.ndarray
+    """First number of each group in ``System.prepared``."""
+    data: StepData
+    inverse_mass: np.ndarray
+    """Inverse of the bodies' own masses and inertias, not of the masses in the sweep, which ``system`` has; with drag the
+    mobilities, (n, k)."""
+    keeps_gap: np.ndarray
+    """Whether an interaction is a contact whose law keeps the gap that it predicts, (m,) bool."""
+    stuck: list[tuple[Group, np.ndarray]]
+    """Rows of the links, by group, whose law yields but whose bodies do not yield along them."""
+    after: np.ndarray
+    """Memory for the relative velocities at the end, (m, d); the problems that are solved in one step share it."""
+
+    def group_of(self, row: int) -> Group:
+        """The group of an interaction."""
+        return next(group for group in self.by_law if group.start <= row < group.stop)
+
+    def on(self, system: System, **changes: Any) -> StepProblem:
+        """The same step on another system, with changes of the keys of its kernels; ``stiffened`` concerns chains alone."""
+        kernels = []
+        for group, own in zip(self.by_law, self.kernels, strict=True):
+            here = {name: value for name, value in changes.items() if name != "stiffened" or group.chain is not None}
+            kernels.append(law_kernels(type(group.law), replace(own.key, **here)))
+        groups = schedule(self.by_law, kernels, self.offset)
+        return replace(self, system=system, kernels=kernels, groups=groups)
+
+    def prepare(self) -> None:
+        """Let each law prepare its numbers, into ``system.prepared``; FloatingPointError if a number is not finite."""
+        system, data = self.system, self.data
+        for group, kernel, where in zip(self.by_law, self.kernels, self.offset, strict=True):
+            arguments = group.start, group.stop, where, data, group.parameters.ravel(), system.prepared
+            functions = "initial or prepare" if group.law.initial else "prepare"
+            row = ask(group, kernel.prepare, functions, system, data, arguments)
+            if row == -1:
+                continue
+            at = row if row >= 0 else -2 - row
+            bodies = f"bodies {system.candidate[at]} and {system.antagonist[at]}"
+            told = f"In the step from t = {data.time:g} s {{}} of law '{group.law.NAME}' between {bodies} returned {{}}."
+            if row < 0:
+                raise FloatingPointError(told.format("initial", "a state that is not finite"))
+            first = where + (row - group.start) * len(group.law.PREPARED)
+            numbers = system.prepared[first : first + len(group.law.PREPARED)].tolist()
+            prepared = dict(zip(group.law.PREPARED, numbers, strict=True))
+            raise FloatingPointError(told.format("prepare", f"{prepared} at a gap of {data.gap[row]:g} m"))
+
+    def end(self) -> None:
+        """Enter the relative velocities at the end of the step into the data of the laws. Links between bodies that are
+        held or driven get the impulses of their laws at these velocities: no solver computes them, as they change no
+        velocity."""
+        self.data = self.data._replace(after=self.relative_velocities(self.system.velocity, self.after))
+        for group, rows in self.stuck:
+            width, first = len(group.law.PREPARED), self.offset[self.by_law.index(group)]
+            for i in rows.tolist():
+                at = first + (i - group.start) * width
+                prepared = tuple(self.system.prepared[at : at + width].tolist())
+                (impulse,) = group.law.react(((NO_MOBILITY,),), (float(self.data.after[i, 0]),), prepared)
+                self.system.impulse[i, 0] = impulse
+
+    def relative_velocities(self, velocities: np.ndarray, result: np.ndarray | None = None) -> np.ndarray:
+        """Relative velocities of all interactions in their local frames, (m, d), for velocities of the bodies (n, k)."""
+        result = np.empty_like(self.data.before) if result is None else result
+        result[:, self.dimension :] = 0.0
+        for form, start, stop in self.spans:
+            form.relative_velocities(start, stop, self.system, velocities, result)
+        return result
+
+    def momentum(self) -> np.ndarray:
+        """``H r``: momentum that the impulses give to the bodies [N s, N m s], (n, k)."""
+        given = self.system._replace(velocity=np.zeros_like(self.system.velocity))
+        for form, start, stop in self.spans:
+            form.momentum(start, stop, -1, given)
+        return given.velocity
+
+    @cached_property
+    def spans(self) -> list[tuple[Form, int, int]]:
+        """Rows (start, stop) of the interactions of one form."""
+        spans: list[tuple[Form, int, int]] = []
+        for group, kernels in zip(self.by_law, self.kernels, strict=True):
+            form, start = kernels.key.form, group.start
+            if spans and spans[-1][0] is form:
+                start = spans.pop()[1]
+            spans.append((form, start, group.stop))
+        return spans
+
+    def components(self) -> np.ndarray:
+        """Whether the law of an interaction has a component of the impulse, (m, d) bool."""
+        d = self.dimension
+        there = np.zeros(self.system.impulse.shape, dtype=bool)
+        for group in self.by_law:
+            there[group.start : group.stop, : group.law.rows(d)] = True
+        stiff = self.system.geometric > 0.0  # of the links, which come first
+        there[: len(stiff), 1:d] |= stiff[:, None]
+        return there
+
+    def commit(self) -> None:
+        """Let each law commit its states at the end of the step; FloatingPointError if a state is not finite."""
+        for group, kernels in zip(self.by_law, self.kernels, strict=True):
+            if kernels.commit is not None:
+                arguments = group.start, group.stop, self.data, self.system.impulse, group.parameters.ravel()
+                row = ask(group, kernels.commit, "commit", self.system, self.data, arguments)
+                if row >= 0:
+                    raise FloatingPointError(
+                        f"In the step from t = {self.data.time:g} s commit of law '{group.law.NAME}' between bodies "
+                        f"{self.system.candidate[row]} and {self.system.antagonist[row]} returned a state that is not "
+                        "finite."
+                    )
+
+    def predicted_gaps(self) -> np.ndarray:
+        """Gaps of the next detection as laws predict them from the velocities ``after`` [m], (m,); NaN for laws that do not
+        keep them. If a law may take back later what turning closed, the rest that this step left is added."""
+        result = self.data.time_step * self.data.after[:, 0]
+        result += self.data.gap
+        result[~self.keeps_gap] = np.nan
+        for group in self.by_law:
+            if group.law.KEEPS_GAP and group.law.TAKES_BACK_LATER:
+                part = slice(group.start, group.stop)
+                gap, up = self.data.gap[part], np.maximum(self.data.time_step * self.data.after[part, 0], 0.0)
+                left = np.fmax(
+                    self.data.reference_gap[part] - gap - up, 0.0
+                )  # 0 for new contacts, whose reference is NaN
+                result[part] += np.where(gap <= 0.0, left, 0.0)
+        return result
+
+    def worst(self) -> Worst | None:
+        """The interaction with the largest slip, as the solver measured it."""
+        system = self.system
+        _, _, row, error, _, _ = system.measured.tolist()
+        if len(system.candidate) == 0 or error == 0.0:
+            return None
+        return Worst(self.group_of(row).law.NAME, int(system.candidate[int(row)]), int(system.antagonist[int(row)]), error)
+
+    @property
+    def law_without_conic(self) -> str | None:
+        """Name of the first law without a conic form; None if all laws have one."""
+        return next((group.law.NAME for group in self.by_law if group.law.conic is None), None)
+
+    def conic(self) -> tuple[Problem, np.ndarray]:
+        """``W = H^T M^-1 H`` and ``q = H^T v_free + biases``, and which interactions act.
+
+        Interactions that cannot act in this step, such as restitution across an open gap, are left out. Raises TypeError if
+        a law has no conic form, and RuntimeError if the function ``conic`` of a law raises.
+        """
+        import scipy.sparse as sparse  # takes as long to import as the rest of lmgcpy
+
+        system = self.system
+        count = len(system.candidate)
+        bias, friction, compliance, rolling, torsion = np.zeros((5, count))
+        names: list[str] = []
+        if self.law_without_conic is not None:
+            law = f"Law '{self.law_without_conic}'"
+            raise TypeError(f"{law} has no conic form, so that this step cannot be written as a problem of its own.")
+        for group, where in zip(self.by_law, self.offset, strict=True):
+            assert group.law.conic is not None
+            part = slice(group.start, group.stop)
+            size = len(group.law.PREPARED) * (group.stop - group.start)
+            prepared = system.prepared[where : where + size].reshape(group.stop - group.start, -1)
+            try:
+                bias[part], friction[part], compliance[part], *turning = group.law.conic(prepared.T)
+                if group.law.rows(self.dimension) > self.dimension:
+                    rolling[part], torsion[part] = turning if self.dimension == 3 else (turning[0], 0.0)
+            except Exception as error:
+                raise RuntimeError(
+                    f"In the step from t = {self.data.time:g} s conic of law '{group.law.NAME}' raised {told(error)}."
+                ) from error
+            names += [group.law.NAME] * (group.stop - group.start)
+        acting = np.isfinite(bias)
+        H = self.interaction_matrix()
+        d, width = self.dimension, system.impulse.shape[1]
+        H = H[np.repeat(acting, width)]
+        inverse_mass, split = self.inverse_mass.copy(), None
+        if system.deforms:
+            inverse_mass[system.edges] = 0.0
+        W = (H @ sparse.diags_array(inverse_mass.ravel()) @ H.T).tocsr()
+        columns = cell_columns(H, system)
+        if columns.shape[1]:
+            split = Split(W, columns)
+            W = sparse.csr_array(W + columns @ columns.T)
+        q = H @ self.free_velocity.ravel()
+        q[::width] += bias[acting]
+        geometric, links = np.zeros(count), len(system.geometric)
+        geometric[:links] = system.geometric
+        if links:
+            carried = np.zeros((count, d - 1))
+            carried[:links] = system.carried
+            q.reshape(-1, width)[:, 1:d] -= (carried * (geometric > 0.0)[:, None])[acting]
+        problem = Problem(
+            W=sparse.csr_array(W),
+            q=q,
+            mu=friction[acting],
+            dimension=d,
+            laws=tuple(name for name, here in zip(names, acting, strict=True) if here),
+            compliance=compliance[acting],
+            guess=self.guess[acting],
+            geometric=geometric[acting],
+            scale=system.scale[acting],
+            split=split,
+            cone_by_law={group.law.NAME: cone_of(type(group.law)) for group in self.by_law},
+            **({"rolling": rolling[acting], "torsion": torsion[acting]} if width > d else {}),
+        )
+        return problem, acting
+
+    def interaction_matrix(self) -> sparse.csr_array:
+        """``H^T``, (D m, k n): from velocities of the bodies to the relative velocities of each interaction, (u_n,
+        u_t(, u_s)) and rolling ones.
+
+        A row of a form has entries for both bodies. In a periodic cell that deforms, a row of the local frame, e, also has
+        the entries ``e l_b`` in the columns of the velocity gradient.
+        """
+        import scipy.sparse as sparse
+
+        s = self.system
+        (count, d), k, width = s.normal.shape, s.inverse_mass.shape[1], s.impulse.shape[1]
+        values = np.zeros((count, width, 2 * k))
+        for form, start, stop in self.spans:
+            assert form.rows is not None
+            values[start:stop, : form.width] = form.rows(s, slice(start, stop))
+        columns = np.hstack([k * ids.astype(np.int64)[:, None] + np.arange(k) for ids in (s.candidate, s.antagonist)])
+        if s.deforms:
+            cell = np.zeros((count, width, d * len(s.edges)))
+            cell[:, :d] = (local_frames(s.normal)[:, :, None, :] * s.branch[:, None, :, None]).reshape(count, d, -1)
+            values = np.concatenate([values, cell], axis=2)
+            edges = (k * s.edges[:, None] + np.arange(d)).ravel()
+            columns = np.hstack([columns, np.tile(edges, (count, 1))])
+        rows = np.repeat(np.arange(width * count), columns.shape[1])
+        columns = np.repeat(columns, width, axis=0)
+        return sparse.csr_array((values.ravel(), (rows, columns.ravel())), shape=(width * count, s.inverse_mass.size))
+
+
+def cell_columns(H: sparse.csr_array, system: System) -> np.ndarray:
+    """``H^T M^(-1/2)`` of the components of a periodic cell that yield, (m d, q). They add this times its transpose to
+    W."""
+    if not system.deforms:
+        return np.zeros((H.shape[0], 0))
+    k = system.inverse_mass.shape[1]
+    component = (k * system.edges[:, None] + np.arange(k)).ravel()
+    mobile = component[system.inverse_mass.ravel()[component] > 0.0]
+    return np.asarray(H[:, mobile].todense()) * np.sqrt(system.inverse_mass.ravel()[mobile])
+
+
+def ask(group: Group, kernel: Kernel, functions: str, system: System, data: StepData, arguments: tuple) -> Any:
+    """Call a kernel of a law; TypeError if it cannot be compiled, RuntimeError if the law raises."""
+    try:
+        return kernel(*arguments)
+    except CompilerError as error:
+        raise not_compiled(type(group.law), error) from error
+    except Exception as error:
+        c, a = system.candidate[data.at[0]], system.antagonist[data.at[0]]
+        raise RuntimeError(
+            f"In the step from t = {data.time:g} s {functions} of law '{group.law.NAME}' between bodies {c} and {a} raised "
+            f"{told(error)}."
+        ) from error
