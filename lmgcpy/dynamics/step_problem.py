@@ -106,7 +106,7 @@ class StepProblem(Step):
         """``H r``: momentum that the impulses give to the bodies [N s, N m s], (n, k)."""
         given = self.system._replace(velocity=np.zeros_like(self.system.velocity))
         for form, start, stop in self.spans:
-            form.momentum(start, stop, -1, given)
+            form.add_momentum(start, stop, given, self.kernels[0].key.system_type)
         return given.velocity
 
     @cached_property

@@ -34,6 +34,7 @@ from lmgcpy.dynamics.watch.damped_waves import DampedWaves
 from lmgcpy.dynamics.watch.displacements import Displacements, DisplacementWatch, worse
 from lmgcpy.dynamics.watch.driven_overlaps import DrivenOverlaps
 from lmgcpy.dynamics.watch.lock import find_lock
+from lmgcpy.dynamics.watch.said import Said
 from lmgcpy.dynamics.watch.start_overlaps import check_start, overlaps_at_start
 from lmgcpy.dynamics.watch.stretch_and_energy import Watch
 from lmgcpy.dynamics.whipping_links import WhippingLinks
@@ -82,7 +83,7 @@ class Found(NamedTuple):
 
 CHANGED = (
     *("model", "steps", "report", "energy", "unconverged_steps", "worst_residual", "worst_slip"),
-    *("_last", "_links", "_straight_spans", "_told_unsolved", "_displacement_watch"),
+    *("_last", "_links", "_straight_spans", "_displacement_watch"),
 )
 """Attributes of a simulation that a step or a restore sets, besides detector and assembler."""
 
@@ -145,11 +146,11 @@ class Stepper:
         self.worst_slip = 0.0
         self._journal: Journal[Before] = Journal()
         self._running = False  # run has its own word about unsolved steps
-        self._told_unsolved = False
-        self._displacement_watch = DisplacementWatch(model)
-        self._watch = Watch(model)
-        self._driven_overlaps = DrivenOverlaps(model, self.state.positions)
-        self._damped_waves = DampedWaves(model)
+        self._said = Said()
+        self._displacement_watch = DisplacementWatch(model, self._said)
+        self._watch = Watch(model, self._said)
+        self._driven_overlaps = DrivenOverlaps(model, self.state.positions, self._said)
+        self._damped_waves = DampedWaves(model, self._said)
         self._turning_stretch = TurningStretch(model)
         self._whipping_links = WhippingLinks(model)
         scene.hand_over(self.state)  # last: a scene that was refused can be mended
@@ -235,8 +236,7 @@ class Stepper:
                 sentences += overlaps_at_start(model, before)
             tables = model.contactors, model.rows, model.chains
             detector = self._detector.grown(tables, model.inverse_mass, model.hidden, model.apart, self.state.positions)
-            watch = DisplacementWatch(model)
-            watch.said, self._displacement_watch = self._displacement_watch.said, watch
+            self._displacement_watch = DisplacementWatch(model, self._said)
         else:
             detector = copy(self._detector)
             if model.chains is not self.model.chains:
@@ -276,7 +276,7 @@ class Stepper:
 
     def _all(self) -> Before:
         """Everything that a step changes. These objects set attributes and change nothing in place, except the detector."""
-        watches = (self._watch, self._driven_overlaps, self._damped_waves, self._displacement_watch, self._turning_stretch)
+        watches = self._said, self._watch, self._driven_overlaps, self._damped_waves, self._turning_stretch
         kept = [(now, now.copy()) for now in map(vars, (*watches, self.energy, self.state))]
         own = self.__dict__
         kept.append((own, {name: own[name] for name in CHANGED} | {"_detector": copy(self._detector)}))
@@ -443,9 +443,8 @@ class Stepper:
         self.unconverged_steps += 1
         self.worst_residual = max(self.worst_residual, self.report.residual)
         self.worst_slip = max(self.worst_slip, self.report.slip)
-        if self._running or self._told_unsolved or self.on_unconverged != "warn":
+        if self._running or self.on_unconverged != "warn" or not self._said.first("unsolved"):
             return []
-        self._told_unsolved = True
         return [
             f"Step {self.steps}, to t = {self.time:g} s, did not reach the solver's tolerance: {self.report}. Later ones "
             "give no warning; unconverged_steps counts them. Raise max_iterations, relax tolerance or slip, or say "

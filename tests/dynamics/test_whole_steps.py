@@ -71,18 +71,17 @@ def count_lines(call, opcodes=False):
 
 def everything(sim):
     """All that a step changes, as numbers and words that can be compared."""
-    watches, driven = (sim._watch, sim._displacement_watch), sim._driven_overlaps
-    said = [getattr(watch, name) for watch in watches for name in ("_said", "said") if hasattr(watch, name)]
+    driven = sim._driven_overlaps
     memory = vars(sim._detector.give_memory())
     arrays = sim.positions, sim.state.positions, sim.velocities, sim.state.velocities, sim._turning_stretch.predicted
     return (
         *(array.tobytes() for array in (*arrays, *(v for v in memory.values() if isinstance(v, np.ndarray)))),
         *(repr(value) for value in memory.values() if not isinstance(value, np.ndarray)),
         (sim.time, sim.steps, sim.state.steps, sim.state.stale, len(sim.model.mass), len(sim.state.changes)),
-        (sim.unconverged_steps, sim.worst_residual, sim.worst_slip, sim._told_unsolved),
+        (sim.unconverged_steps, sim.worst_residual, sim.worst_slip, sim._said._names),
         repr(vars(sim.energy)),
         repr(replace(sim.report, seconds=0.0, step_seconds=0.0)),
-        (sim._watch._stretched, sim._watch.stretch, said, driven._told, driven._pairs.tobytes(), driven._least.tobytes()),
+        (sim._watch._stretched, sim._watch.stretch, driven._pairs.tobytes(), driven._least.tobytes()),
     )
 
 

@@ -31,6 +31,7 @@ from lmgcpy.dynamics.geometric_stiffness import LinkStiffness
 from lmgcpy.dynamics.model import Model
 from lmgcpy.dynamics.step_problem import StepProblem
 from lmgcpy.dynamics.watch.displacements import rounded_down
+from lmgcpy.dynamics.watch.said import Said
 
 EVERY = 16
 """New waves are looked for once in this number of steps."""
@@ -89,8 +90,8 @@ class Wave(NamedTuple):
 class DampedWaves:
     """Looks for damped waves until the first one was reported."""
 
-    def __init__(self, model: Model):
-        self._told = False
+    def __init__(self, model: Model, said: Said):
+        self._said = said
         self._steps = 0
         self._waves: tuple[Wave, ...] = ()
         self.look_at(model)
@@ -106,7 +107,7 @@ class DampedWaves:
         """A sentence on the first motion that the step damps; ``before``: velocities at the start of the step (n, k),
         ``time``: of its end [s]."""
         stiffness, h = problem.system.geometric, problem.data.time_step
-        if self._told or not len(stiffness):
+        if "wave" in self._said or not len(stiffness):
             return []
         self._steps += 1
         kept = []
@@ -125,7 +126,7 @@ class DampedWaves:
                     left = (predicted.conj() * now).real.sum() / size
                     if left > (1.0 - SEEN * wave.lost) * np.linalg.norm(wave.amplitude):
                         continue
-                    self._told = True
+                    self._said.first("wave")
                     return [self._sentence(problem, links, wave, time)]
             kept.append(wave)
         if self._steps % EVERY == 0:

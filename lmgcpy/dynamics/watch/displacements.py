@@ -15,6 +15,7 @@ import numpy as np
 
 from lmgcpy.compiled.kernel import kernel
 from lmgcpy.dynamics.model import Model
+from lmgcpy.dynamics.watch.said import Said
 
 OWN, OTHERS = 0.5, 1.0
 """The run warns if a body moves in a step by more than OWN times its own radius, or OTHERS times the smallest radius that
@@ -107,7 +108,8 @@ def _measure(velocities, dimension, arm, limit, walls, across, wall_limit):
 class DisplacementWatch:
     """Measures the displacements of each step of a simulation, and warns once of each kind that is too large."""
 
-    def __init__(self, model: Model):
+    def __init__(self, model: Model, said: Said):
+        self._said = said
         contactors, d = model.contactors, model.dimension
         radius, owner = contactors.bounding_radius, contactors.body
         self._dimension = d
@@ -123,8 +125,6 @@ class DisplacementWatch:
         self._across = np.array([across(model, int(wall)) for wall in self._walls]).reshape(-1, d, d)
         self._late = LATE * float(np.minimum(self._own, self._others).min(initial=np.inf))
         self._links = unseen_links(model, np.isfinite(self._limit))
-        self.said: frozenset[str] = frozenset()
-        """Kinds for which the run has warned: "body", "wall", "link"."""
 
     def measure(self, velocities: np.ndarray, time_step: float) -> Displacements:
         """The largest displacements of a step with these velocities (n, k)."""
@@ -158,19 +158,18 @@ class DisplacementWatch:
         ``before``, ``after``: velocities at the start and the end of the step (n, k), which ends at the ``time`` [s].
         """
         sentences = []
-        if moves.body_excess > 1.0 and "body" not in self.said:
+        if moves.body_excess > 1.0 and self._said.first("body"):
             spins = self._arm[moves.body] > 0.0
             what = f"{'a contactor of ' if spins else ''}body {moves.body} moves by {moves.body_distance:.3g} m"
-            sentences.append(self._sentence("body", what, moves.body, time, time_step / moves.body_excess))
-        if moves.wall_excess > 1.0 and "wall" not in self.said:
+            sentences.append(self._sentence(what, moves.body, time, time_step / moves.body_excess))
+        if moves.wall_excess > 1.0 and self._said.first("wall"):
             what = f"wall {moves.wall} moves by {moves.wall_distance:.3g} m"
-            sentences.append(self._sentence("wall", what, moves.wall, time, time_step / moves.wall_excess))
-        if len(self._links.length) and "link" not in self.said:
+            sentences.append(self._sentence(what, moves.wall, time, time_step / moves.wall_excess))
+        if len(self._links.length) and "link" not in self._said:
             sentences += self._far_links(before, time, time_step) or self._far_links(after, time, time_step)
         return sentences
 
-    def _sentence(self, kind: str, what: str, body: int, time: float, would_do: float) -> str:
-        self.said |= {kind}
+    def _sentence(self, what: str, body: int, time: float, would_do: float) -> str:
         return (
             f"In the step to t = {time:g} s {what}, more than {self._whose(body)}: contacts are seen late. "
             f"At this speed a time step of {rounded_down(would_do)} s would do. (Said once.)"
@@ -186,9 +185,8 @@ class DisplacementWatch:
         difference = velocities[links.candidate, : self._dimension] - velocities[links.antagonist, : self._dimension]
         distance = time_step * np.sqrt((difference * difference).sum(axis=1))
         i = int(np.argmax(distance / links.length))
-        if distance[i] <= LENGTHS * links.length[i]:
+        if distance[i] <= LENGTHS * links.length[i] or not self._said.first("link"):
             return []
-        self.said |= {"link"}
         return [
             f"In the step to t = {time:g} s bodies {links.antagonist[i]} and {links.candidate[i]} move by "
             f"{distance[i]:.3g} m relative to each other, more than twice the length of their link, "

@@ -15,6 +15,7 @@ from lmgcpy.contact.detector import Detector
 from lmgcpy.contact.foreign_pairs import NarrowPhaseError
 from lmgcpy.contact.interactions import Interactions
 from lmgcpy.dynamics.model import Model
+from lmgcpy.dynamics.watch.said import Said
 
 DEEPER = 0.01
 """Part of the smaller radius by which two bodies may be driven into each other before the run warns. (Bodies that are
@@ -24,9 +25,8 @@ driven side by side round a corner gain and lose a thousandth by the error of st
 class DrivenOverlaps:
     """The pairs of a simulation that no impulse keeps apart, and by how much they overlap."""
 
-    def __init__(self, model: Model, positions: np.ndarray):
-        self._told: frozenset[tuple[str, str]] = frozenset()
-        """Pairs of colours for which the run has warned."""
+    def __init__(self, model: Model, positions: np.ndarray, said: Said):
+        self._said = said
         self._pairs, self._least = np.zeros(0, np.int64), np.zeros(0)
         """Pairs that overlapped after the last step, ascending, and their least overlap since they do [m]."""
         self.look_at(model, positions)
@@ -62,9 +62,8 @@ class DrivenOverlaps:
                 break
             one, other = divmod(int(pairs[k]), len(table.body))
             first, second = sorted((table.color[one], table.color[other]))
-            if (first, second) in self._told:
+            if not self._said.first(f"driven: {first!r} and {second!r}"):
                 continue
-            self._told |= {(first, second)}
             bodies = " and ".join(f"body {table.body[j]} ('{table.color[j]}')" for j in (one, other))
             sentences.append(
                 f"In the step to t = {time:g} s {bodies} overlap by {depth[k]:.3g} m, {100.0 * depth[k] / radius[k]:.3g} % "

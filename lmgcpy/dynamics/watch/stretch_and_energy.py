@@ -25,6 +25,7 @@ from lmgcpy.dynamics.energy import Energy
 from lmgcpy.dynamics.model import Model
 from lmgcpy.dynamics.step_problem import StepProblem
 from lmgcpy.dynamics.watch.displacements import rounded_down
+from lmgcpy.dynamics.watch.said import Said
 from lmgcpy.solve.problems.report import Lock
 
 STRETCH = 0.1
@@ -73,7 +74,7 @@ RESOLVED = 4.0
 class Watch:
     """Looks at the links and the energy after each step of a simulation."""
 
-    def __init__(self, model: Model):
+    def __init__(self, model: Model, said: Said):
         lengths = [np.zeros(0), *(chain.radius_sum for chain in model.chains)]
         self._radius_sum = np.concatenate(lengths)
         self._rigid, self._pull = (
@@ -88,7 +89,7 @@ class Watch:
             contact = law.APPLIES_TO == "contact"
             most = MADE_BY_POTENTIALS if law.energy is not None else MADE_BY_CONTACTS if contact else MADE_BY_LINKS
             self._most_made[law.NAME] = most
-        self._said: frozenset[str] = frozenset()
+        self._said = said
         self._stretched = 0
         self.stretch = 0.0
         """Largest part of its reference length by which a rigid link was off at the detection of the last step: a wire too
@@ -120,7 +121,7 @@ class Watch:
             stuck = system.delassus[:count, 0] == 0.0
             driven = np.where(stuck & (off_by * data.after[:count, 0] > 0.0), excess, 0.0)
             k = int(np.argmax(driven))
-            if driven[k] > DRIVEN_OFF and self._first("driven"):
+            if driven[k] > DRIVEN_OFF and self._said.first("driven"):
                 yield (
                     f"{between(k)} is off its reference length of {length[k]:.3g} m by {100.0 * driven[k]:.3g} %: along it "
                     "both are driven or held, so that no impulse keeps its length. End the drive, drive one of them by a "
@@ -131,21 +132,21 @@ class Watch:
         off = excess[i] > STRETCH and data.time >= self._drawn_until and data.time != self._drawn
         self._stretched = self._stretched + 1 if off else 0
         at_once = off and excess[i] > AT_ONCE and data.time > 0.0
-        if self.stretch > STRETCH and data.time == self._drawn and self._first("drawn"):
+        if self.stretch > STRETCH and data.time == self._drawn and self._said.first("drawn"):
             way = abs(float(data.gap[i] - data.reference_gap[i]))
             yield (
                 f"{between(i)} was given a reference length that is off by {way:.3g} m, {100.0 * self.stretch:.3g} % of "
                 f"it: a blow, in which its ends meet it at {way / h:.3g} m/s. Draw it in or let it out by less in a step. "
                 "(Said once.)"
             )
-        if (self._stretched >= RUNNING or at_once) and self._first("stretch"):
+        if (self._stretched >= RUNNING or at_once) and self._said.first("stretch"):
             yield (
                 f"{between(i)} is off its reference length of {length[i]:.3g} m by {100.0 * excess[i]:.3g} %: it turns "
                 f"by too much in a step, if steps are solved. A time step of "
                 f"{rounded_down(h * math.sqrt(0.5 * STRETCH / excess[i]))} s would do. (Said once.)"
             )
         i = int(np.argmax(s)) if len(s) else 0
-        if len(s) and s[i] > RESOLVED and self._first("zigzag"):
+        if len(s) and s[i] > RESOLVED and self._said.first("zigzag"):
             yield (
                 f"{between(i)} has more tension than the step resolves across its wire: 4 h^2 T/(m l) is {s[i]:.3g}, and "
                 f"beads zigzag from {RESOLVED:g} on. A time step of "
@@ -169,7 +170,7 @@ class Watch:
                     deepest, i = -float(over[k]) / data.time_step, group.start + k
         if self.overlap_of_start is None:
             self.overlap_of_start = deepest
-        if deepest <= self.overlap_of_start + SUNK or not self._first("overlap"):
+        if deepest <= self.overlap_of_start + SUNK or not self._said.first("overlap"):
             return
         yield (
             f"In the step from t = {data.time:g} s bodies {system.candidate[i]} and {system.antagonist[i]} overlap by "
@@ -194,7 +195,7 @@ class Watch:
         work = 0.5 * (system.impulse[:count] * (data.before[:count] + data.after[:count])).sum(axis=1)
         work = np.where(self._rigid & ~slack & (turning > JERK), work, 0.0)
         taken, i = -float(work.sum()), int(np.argmin(work))
-        if taken <= max(TAKEN * energy.turned, FIRST**2 * thrust()) or not self._first("jerk"):
+        if taken <= max(TAKEN * energy.turned, FIRST**2 * thrust()) or not self._said.first("jerk"):
             return
         yield (
             f"In the step from t = {data.time:g} s rigid links that were not slack took {taken:.3g} J, "
@@ -214,12 +215,12 @@ class Watch:
         makers = [
             (f"interactions of law '{name}'", made, self._most_made[name]) for name, made in energy.made_by_law.items()
         ]
-        if not any(what.startswith("interactions of law") for what in self._said):
+        if not self._said.any_of("interactions of law"):
             makers.append(("interactions and the imbalance of light bodies", energy.made, MADE_BY_ALL))
         for maker, made, most in makers:
             if made <= most * energy.turned or maker in self._said:
                 continue
-            if made <= max(START**2 * thrust(), ERRORS * shock()) or not self._first(maker):
+            if made <= max(START**2 * thrust(), ERRORS * shock()) or not self._said.first(maker):
                 continue
             yield (
                 f"Until t = {time:g} s {maker} have made {made:.3g} J out of nothing, "
@@ -230,10 +231,5 @@ class Watch:
 
     def lock(self, lock: Lock, time: float) -> Iterator[str]:
         """A sentence on the first step that has no solution; ``time``: of its end [s]."""
-        if self._first("lock"):
+        if self._said.first("lock"):
             yield f"The step to t = {time:g} s has no solution: {lock}. (Said once.)"
-
-    def _first(self, what: str) -> bool:
-        first = what not in self._said
-        self._said |= {what}
-        return first

@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.compiled.by_address import group_signature
-from lmgcpy.compiled.kernel import Kernel
+from lmgcpy.compiled.by_address import call, group_signature
+from lmgcpy.compiled.kernel import Kernel, kernel
 from lmgcpy.solve.kernels import contact_block
 from lmgcpy.solve.kernels.forms import cell, plane, rolling_in_plane, rolling_in_space, space
 from lmgcpy.solve.kernels.small_matrices import small_matrices
@@ -64,9 +64,19 @@ class Form:
         }
         return {**names, **{name: Kernel(function, names) for name, function in links.items()}}
 
+    def add_momentum(self, start: int, stop: int, system: Any, system_type: Any) -> None:
+        """Call ``momentum`` for all bodies; by its address, so that it is compiled once."""
+        called(self.momentum_at(system_type).address, start, stop, -1, system)
+
     def momentum_at(self, system_type: Any) -> Any:
         """C function of ``momentum`` for systems of a numba type."""
         return _momentum_at(self, system_type)
+
+
+@kernel
+def called(address, start, stop, walls, s):
+    """Call a kernel of a group by its address."""
+    return call(address, start, stop, walls, s)
 
 
 @cache
@@ -104,7 +114,7 @@ ROLLING: dict[tuple[int, str], Form] = {
 class FormInCell(Form):
     """A form in a periodic cell that deforms."""
 
-    base: Form = None  # type: ignore[assignment]
+    base: Form = field(kw_only=True)
 
     def parts(self, names: dict[str, Any]) -> dict[str, Callable]:
         parts = self.base.parts(names)
