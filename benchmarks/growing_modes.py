@@ -52,7 +52,7 @@ class Solution:
         self.W = problem.W.toarray()[np.ix_(rows, rows)]
         self.w, self.mu = active.weight[self.acting], problem.mu[self.acting]
         self.sliding = status.kind[self.acting] == SLIDE
-        self.tau, self.turning = status.direction[self.acting], status.turning[self.acting]
+        self.tau, self.turning = status.direction[self.acting], status.turning[self.acting, 0]
 
     def of_sweep(self) -> np.ndarray:
         """G of a sweep over the contacts that act."""

@@ -19,8 +19,8 @@ from lmgcpy.compiled.kernel import Statistics, statistics
 from lmgcpy.contact.slabs import partition_from
 from lmgcpy.experiment.texsol.sample import lay_sample
 from lmgcpy.laws import Law, Parameter, registry
+from lmgcpy.solve.newton.active_set import ActiveSet
 from lmgcpy.solve.newton.proximal import proximal_newton
-from lmgcpy.solve.newton.rolling_set import active_set_of
 from lmgcpy.solve.solvers import SOLVERS
 
 REACH = 1.0
@@ -231,7 +231,7 @@ def newton_step() -> None:
     for law in (lm.Coulomb(friction=0.3), lm.RollingCoulomb(friction=0.3, rolling_friction=0.1)):
         sim = lm.Simulation(plain(law, 2), time_step=1e-3, on_unconverged="ignore").run(steps=1)
         problem = sim.problem()
-        proximal_newton(active_set_of(problem), np.zeros_like(problem.guess), 0.0, 1)
+        proximal_newton(ActiveSet(problem), np.zeros_like(problem.guess), 0.0, 1)
 
 
 def plain(law: Law, dimension: int) -> lm.Scene:

@@ -58,6 +58,20 @@ def test_no_floor_imports_one_above_it():
     assert [f"{name} -> {other}" for name, other in sorted(arrows) if FLOOR[room(other)] >= FLOOR[room(name)]] == []
 
 
+def test_rooms_of_solve_are_read_from_the_top_down():
+    """Solvers, Newton steps, sweeps, kernels, problems: each imports only what stands below it."""
+    order = ["problems", "kernels", "sweeps", "newton"]
+    inside = {name: others for name, others in imports().items() if name.startswith("lmgcpy.solve.")}
+
+    def level(name: str) -> int:
+        found = name.split(".")[2]
+        return order.index(found) if found in order else len(order)
+
+    arrows = [(name, other) for name, others in inside.items() for other in others & inside.keys()]
+    assert len(arrows) > len(inside)
+    assert [f"{name} -> {other}" for name, other in arrows if level(other) > level(name)] == []
+
+
 def test_no_circles():
     """Files that import none of those left, and files that none of those left imports, are taken away: circles stay."""
     left = {name: others - {name} for name, others in imports().items()}

@@ -64,9 +64,9 @@ def test_all_are_one_law(dimension):
 
     agree(problem.react(free, weight), "the residual of problems, on arrays")
     error, kind, count = np.empty_like(r), np.empty(len(r), np.int64), len(r)
-    status = kind, np.empty((count, dimension - 1)), np.empty(count)
+    status = kind, np.empty((count, dimension - 1)), np.empty((count, 1))
     nothing = np.zeros(count)
-    natural_map(free, np.zeros_like(r), weight, mu, nothing, nothing, problem.cones, error, *status)
+    natural_map(free, np.zeros_like(r), weight, mu[:, None], nothing, nothing, problem.cones, dimension, error, *status)
     agree(-error / weight[:, None], "the map of Newton steps, which also names the status")
     # De Saxce: w r - (u + mu |u_t| n) projected on the cone is w r, if and only if r solves the law
     u = free + weight[:, None] * r

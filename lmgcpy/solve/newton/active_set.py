@@ -12,9 +12,10 @@ error):
 * a taut wire or a rod of compliance C:          u_n + C r_n = 0
 * across a link of geometric stiffness kappa:    u_t + r_t / kappa = 0, taut or slack
 
-The last line of sliding is the derivative of ``mu a_n a_t / |a_t|`` across the direction of sliding: the direction turns
-with r_sigma. Every line either ties impulses to each other or velocities to impulses. With ``r = E x``, x the free
-impulses, and ``S`` the rows in which a velocity is given, a Newton step is
+A contact that rolls has the lines of sticking and sliding for each of its disks. The last line of sliding is the derivative
+of ``mu a_n a_t / |a_t|`` across the direction of sliding: the direction turns with r_sigma. Every line either ties impulses
+to each other or velocities to impulses. With ``r = E x``, x the free impulses, and ``S`` the rows in which a velocity is
+given, a Newton step is
 
     S (W + epsilon w) E x + D x = S (-q + epsilon w centre),    r = E x,
 
@@ -44,15 +45,17 @@ class Status(NamedTuple):
     """Statuses of all interactions."""
 
     kind: np.ndarray
-    """OPEN, STICK, SLIDE or LINK, (m,)."""
+    """OPEN, LINK, or STICK with a bit for each disk that slides, (m,)."""
     direction: np.ndarray
-    """tau of sliding contacts, (m, d - 1), zero for the others."""
+    """tau of the disks that slide, (m, D - 1), zero elsewhere."""
     turning: np.ndarray
-    """``|a_t| / (mu a_n) - 1`` of sliding contacts, (m,), zero for the others."""
+    """``|a| / (c a_n) - 1`` of the disks that slide, (m, disks), zero elsewhere."""
 
     def changes(self, other: Status) -> int:
         """Number of interactions that differ in kind or slide in the opposite direction."""
-        reversed_ = np.einsum("it,it->i", self.direction, other.direction) < 0.0
+        (disks, columns), product = (self.turning.shape[1], self.direction.shape[1]), self.direction * other.direction
+        first = np.arange(disks) * -(-columns // disks)  # of each disk; only the last may have a column less
+        reversed_ = (np.add.reduceat(product, first, axis=1) < 0.0).any(axis=1)
         return int(np.count_nonzero((self.kind != other.kind) | reversed_))
 
 
@@ -65,7 +68,8 @@ class ActiveSet:
         self.q = problem.q.reshape(-1, self.width)
         self.weight = problem.local_weight()
         self.geometric = np.array(problem.geometric)
-        self.laws = self.weight, np.array(problem.mu), np.array(problem.compliance), self.geometric, problem.cones
+        shares = np.stack([share for _, share in problem.disks], axis=1)
+        self.laws = self.weight, shares, np.array(problem.compliance), self.geometric, problem.cones
         count, d = self.q.shape
         split = problem.split
         self._cell = None if split is None else split.columns.reshape(count, d, -1)
@@ -75,6 +79,7 @@ class ActiveSet:
         self._rows = np.zeros(self.q.size + 1, np.int32), np.zeros(capacity, np.int32), np.zeros(capacity)
         self._elimination = Elimination(count)
         self._maps = np.zeros(count, np.int64), np.zeros((count, d, d)), np.zeros((count, d, d))
+        self._across = np.zeros((count, d - 1))
         self.nothing = float(np.linalg.norm(self.error(np.zeros_like(self.q))[0]))
 
     @cached_property
@@ -94,10 +99,9 @@ class ActiveSet:
 
     def natural(self, u: np.ndarray, r: np.ndarray) -> tuple[np.ndarray, Status]:
         """The error of velocities and impulses, both (m, d), and the statuses."""
-        count, d = r.shape
-        status = Status(np.zeros(count, np.int64), np.zeros((count, d - 1)), np.zeros(count))
+        status = Status(np.zeros(len(r), np.int64), np.zeros_like(r[:, 1:]), np.zeros_like(self.laws[1]))
         error = np.zeros_like(r)
-        natural_map(u, r, *self.laws, error, *status)
+        natural_map(u, r, *self.laws, self.dimension, error, *status)
         return error, status
 
     def residual(self, r: np.ndarray) -> float:
@@ -122,7 +126,7 @@ class ActiveSet:
         import scipy.sparse as sparse
 
         free, E, S = self._maps
-        across = self.local_maps(status)
+        local_maps(*status, self.laws[1], self.geometric, self.dimension, *self._maps, self._across)
         order, known = self._elimination.order(np.flatnonzero(free))
         if not len(order):
             return Factors(None, order, E[order], S[order], free[order], 0)
@@ -130,7 +134,7 @@ class ActiveSet:
         unknown[order] = np.cumsum(free[order]) - free[order]
         diagonal = np.repeat(epsilon * self.weight[:, None], self.width, axis=1)  # S E is the identity
         diagonal[:, 0] += np.where(status.kind == LINK, self.problem.compliance, 0.0)
-        diagonal[:, 1 : 1 + across.shape[1]] += self.weight[:, None] * across
+        diagonal[:, 1:] += self.weight[:, None] * self._across
         stiff = np.flatnonzero(self.geometric)
         if len(stiff):  # a slack link has only the rows across it, and these then come first
             beside = np.arange(self.width) >= (status.kind[stiff] == LINK)[:, None]
@@ -150,11 +154,6 @@ class ActiveSet:
         lu = self._elimination.factorise(matrix.tocsc(), order, unknown, known)
         return Factors(lu, order, E[order], S[order], free[order], size)
 
-    def local_maps(self, status: Status) -> np.ndarray:
-        """Fill the arrays of the local maps; returns ``turning`` of the rows after the first, (m, 1) or more."""
-        local_maps(status.kind, status.direction, self.laws[1], self.geometric, *self._maps)
-        return status.turning[:, None]
-
     def newton(self, status: Status, epsilon: float, centre: np.ndarray) -> np.ndarray:
         """The impulses that satisfy the proximal problem with these statuses, (m, d).
 
@@ -167,22 +166,23 @@ class ActiveSet:
 
     # ------------------------------------------------------------------------------------------- for paths, by kernels
 
-    turning_disks = 1
-    """How many disks of a contact in space have a direction that turns."""
+    @property
+    def turning_disks(self) -> int:
+        """How many disks of a contact in space have a direction that turns."""
+        return min(self.laws[1].shape[1], 2)
 
     def next_bend(self, a: np.ndarray, along: np.ndarray, status: Status) -> tuple[int, float, float]:
         """See ``path_kernels``."""
         return next_bend(a, along, status.kind, status.direction, self.laws[1], self.laws[4])
 
     def pass_bend(self, i: int, side: float, a: np.ndarray, status: Status, wall: np.ndarray, jump: np.ndarray) -> None:
-        w, mu, compliance, _, cones = self.laws
-        pass_bend(i, side, a, status.kind, status.direction, w, mu, compliance, cones, wall, jump)
+        w, shares, compliance, _, cones = self.laws
+        pass_bend(i, side, a, status.kind, status.direction, w, shares, compliance, cones, wall, jump)
 
     def impulses_of(self, a: np.ndarray, kind: np.ndarray) -> tuple[np.ndarray, Status]:
         """Impulses of ``a`` in the cell of these kinds, and the statuses there; see ``path_kernels_3d``."""
-        w, mu, compliance, geometric, _ = self.laws
-        r, status = np.zeros_like(a), Status(kind, np.zeros_like(a[:, 1:]), np.zeros(len(a)))
-        impulses_of(a, *status, w, mu, compliance, geometric, r)
+        r, status = np.zeros_like(a), Status(kind, np.zeros_like(a[:, 1:]), np.zeros_like(self.laws[1]))
+        impulses_of(a, *status, *self.laws[:4], r)
         return r, status
 
     def next_wall(
@@ -190,11 +190,10 @@ class ActiveSet:
     ) -> tuple[int, int, float, float]:
         return next_wall(a, along, kind, direction, self.laws[1], self.laws[4])
 
-    def pass_wall(self, i: int, between: int, a: np.ndarray, model: Status, *arrays: np.ndarray) -> None:
-        """``arrays``: wall, jump, and a row of across and of turned for each disk that turns."""
-        w, mu, compliance, _, cones = self.laws
-        wall, jump, across, turned = arrays
-        pass_wall(i, between, a, *model, w, mu, compliance, cones, wall, jump, across[0], turned[0])
+    def pass_wall(self, i: int, disk: int, a: np.ndarray, model: Status, *arrays: np.ndarray) -> None:
+        """``arrays``: wall, jump, and across and turned, which have a row for each disk that turns."""
+        w, shares, compliance, _, cones = self.laws
+        pass_wall(i, disk, a, *model, w, shares, compliance, cones, *arrays)
 
 
 @dataclass(frozen=True)

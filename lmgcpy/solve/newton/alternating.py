@@ -33,7 +33,6 @@ from lmgcpy.errors import named_arguments, whole
 from lmgcpy.solve.newton.active_set import ActiveSet
 from lmgcpy.solve.newton.progress import Progress
 from lmgcpy.solve.newton.proximal import PATIENCE, Attempt, proximal_newton
-from lmgcpy.solve.newton.rolling_set import active_set_of
 from lmgcpy.solve.problems.report import CONVERGED, NOT_FINITE, ROUND_OFF, SPENT, STAGNATED, Outcome
 from lmgcpy.solve.sweeps.accelerated import MOMENTUM, new_state, sweep_with_momentum
 from lmgcpy.solve.sweeps.solver import Solver
@@ -137,7 +136,7 @@ class Alternating(Solver):
                     turn, last = self.max_iterations, True
                     continue
                 problem, acting = step.conic()
-                active, noise = active_set_of(problem), np.random.default_rng(0)
+                active, noise = ActiveSet(problem), np.random.default_rng(0)
             start, left = system.impulse[acting], min(most - factorisations, 2 * progress.newton_left)
             # Newton steps know of the residual only; it is to fall as the worst displacement must
             aim = min(self.tolerance, 0.5 * swept.residual * slip / swept.slip) if swept.slip > slip else self.tolerance

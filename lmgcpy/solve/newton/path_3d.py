@@ -75,7 +75,7 @@ def follow_curve(active: ActiveSet, start: np.ndarray, epsilon: float, centre: n
             fresh, off = True, 0.0
             while off <= OFF * rest * size and matrix.passed < RENEW and cost + 1.0 / STEPS <= most:
                 cost += 1.0 / STEPS
-                passed, between, reach, turn = active.next_wall(a, along, kind, status.direction)
+                passed, disk, reach, turn = active.next_wall(a, along, kind, status.direction)
                 length = min(reach, ANGLE * turn, rest if growth < 0.0 else np.inf)
                 if not (rest + length * growth) * size <= far:  # without a wall ahead the length is infinite
                     return Curve(None, bends, ceil(cost))
@@ -95,7 +95,7 @@ def follow_curve(active: ActiveSet, start: np.ndarray, epsilon: float, centre: n
                     changes[passed] += 1
                     if changes[passed] == ROUNDS:
                         return Curve(None, bends, ceil(cost))
-                    active.pass_wall(passed, between, a, model, wall, jump, across, turned)
+                    active.pass_wall(passed, disk, a, model, wall, jump, across, turned)
                     kind[passed] = model.kind[passed]
                     for its_wall, its_jump in (*zip(across, turned, strict=True), (wall, jump)):
                         if its_jump.any():

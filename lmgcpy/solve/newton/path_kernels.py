@@ -2,7 +2,8 @@
 behind it.
 
 Between two bends a path is a straight line in ``a = r - u / w``, in a cell that belongs to the statuses: open contacts
-``a_n < 0``; sticking ``|a_t| < mu a_n``; sliding to ``tau``, ``tau a_t > mu a_n > 0``; taut wires ``a_n < 0``. The maps
+``a_n < 0``; sticking ``|a_t| < mu a_n``; sliding to ``tau``, ``tau a_t > mu a_n > 0``; taut wires ``a_n < 0``. Each
+disk of a contact has its wall between sticking and sliding. The maps
 from a to impulses in two cells that touch agree on the wall between them, so that they differ by ``jump wall^T``, with
 ``wall`` the gradient of the function that is zero on the wall.
 """
@@ -12,16 +13,26 @@ from __future__ import annotations
 import numpy as np
 
 from lmgcpy.compiled.kernel import kernel
-from lmgcpy.solve.newton.rows import LINK, OPEN, SLIDE, STICK
+from lmgcpy.solve.newton.rows import LINK, OPEN, STICK, slides
 from lmgcpy.solve.problems.problem import BOTH, CONTACT
 
 
-@kernel
-def next_bend(a, along, kind, direction, mu, cones):
-    """(interaction, side, distance) of the first bend on the way from ``a`` along ``along``, both (m, 2).
+def meets_open(i, kind, shares):
+    """Whether the way of interaction ``i`` may end at ``a_n = 0``. If a disk of a contact sticks, it may not, as the wall
+    of that disk comes first."""
+    if kind[i] >= STICK:
+        for g in range(shares.shape[1]):
+            if shares[i, g] > 0.0 and not slides(kind[i], g):
+                return False
+    return True
 
-    ``side``: the tau of the sliding on one side of the wall, 0 at the wall ``a_n = 0`` of open contacts and slack wires.
-    The distance is in parts of ``along``, infinite if the path does not bend any more.
+
+@kernel
+def next_bend(a, along, kind, direction, shares, cones):
+    """(interaction, side, distance) of the first bend on the way from ``a`` along ``along``, both (m, D).
+
+    ``side``: ``tau (1 + g)``, tau of the sliding on one side of the wall, g the number of the disk; 0 at the wall
+    ``a_n = 0``. The distance is in parts of ``along``, infinite if the path does not bend any more.
     """
     nearest = np.inf
     where = -1
@@ -29,30 +40,34 @@ def next_bend(a, along, kind, direction, mu, cones):
     for i in range(a.shape[0]):
         if cones[i] == BOTH:
             continue
-        # wall a_n = 0 of open contacts and slack wires
-        if kind[i] != STICK or mu[i] == 0.0:
+        # wall a_n = 0 of open contacts and slack wires, and of contacts all of whose disks slide
+        if meets_open(i, kind, shares):
             inward = -1.0 if (kind[i] == OPEN) == (cones[i] == CONTACT) else 1.0
             speed = -inward * along[i, 0]
             if speed > 0.0 and max(inward * a[i, 0], 0.0) < nearest * speed:
                 nearest, where, side = max(inward * a[i, 0], 0.0) / speed, i, 0.0
-        if mu[i] == 0.0 or (kind[i] != STICK and kind[i] != SLIDE):
+        if kind[i] < STICK:
             continue
-        # walls tau a_t = mu a_n between sticking and sliding to tau
-        inward = 1.0 if kind[i] == STICK else -1.0
-        for tau in (-1.0, 1.0):
-            if kind[i] == SLIDE and tau != direction[i, 0]:
+        for g in range(shares.shape[1]):
+            share = shares[i, g]
+            if share == 0.0:
                 continue
-            depth = inward * (mu[i] * a[i, 0] - tau * a[i, 1])
-            speed = inward * (tau * along[i, 1] - mu[i] * along[i, 0])
-            if speed > 0.0 and max(depth, 0.0) < nearest * speed:
-                nearest, where, side = max(depth, 0.0) / speed, i, tau
+            # walls tau a_g = c a_n between sticking and sliding to tau
+            inward = -1.0 if slides(kind[i], g) else 1.0
+            for tau in (-1.0, 1.0):
+                if inward < 0.0 and tau != direction[i, g]:
+                    continue
+                depth = inward * (share * a[i, 0] - tau * a[i, 1 + g])
+                speed = inward * (tau * along[i, 1 + g] - share * along[i, 0])
+                if speed > 0.0 and max(depth, 0.0) < nearest * speed:
+                    nearest, where, side = max(depth, 0.0) / speed, i, tau * (1.0 + g)
     return where, side, nearest
 
 
 @kernel
-def pass_bend(i, side, a, kind, direction, w, mu, compliance, cones, wall, jump):
-    """Give interaction ``i`` its status beyond the bend; fill ``wall`` (2,), which grows into the new cell, and ``jump``
-    (2,)."""
+def pass_bend(i, side, a, kind, direction, w, shares, compliance, cones, wall, jump):
+    """Give interaction ``i`` its status beyond the bend; fill ``wall`` (D,), which grows into the new cell, and ``jump``
+    (D,)."""
     wall[:] = 0.0
     jump[:] = 0.0
     # gradient of the wall, and r_behind - r_before = jump (wall . a)
@@ -60,24 +75,30 @@ def pass_bend(i, side, a, kind, direction, w, mu, compliance, cones, wall, jump)
         wall[0] = -1.0 if kind[i] == OPEN else 1.0
         jump[0] = -w[i] / (w[i] + compliance[i])
         kind[i] = LINK if kind[i] == OPEN else OPEN
+    # tau a_g = c a_n: r_g comes free, or is bound to r_n
     elif side != 0.0:
-        sticks = kind[i] == SLIDE
-        wall[0] = mu[i] if sticks else -mu[i]
-        wall[1] = -side if sticks else side
-        jump[1] = -side
-        kind[i] = STICK if sticks else SLIDE
-        direction[i, 0] = 0.0 if sticks else side
+        g = int(abs(side)) - 1
+        tau = 1.0 if side > 0.0 else -1.0
+        inward = 1.0 if slides(kind[i], g) else -1.0  # into the cell where it sticks
+        wall[0] = inward * shares[i, g]
+        wall[1 + g] = -inward * tau
+        jump[1 + g] = -tau
+        kind[i] += -(1 << g) if inward > 0.0 else 1 << g
+        direction[i, g] = 0.0 if inward > 0.0 else tau
+    # a_n = 0: r_n comes free, with r_g = c r_n tau in every disk
     else:
         closes = kind[i] == OPEN
-        slides = mu[i] > 0.0
-        tau = direction[i, 0]
-        if closes and slides:
-            tau = 1.0 if a[i, 1] > 0.0 else -1.0
         wall[0] = 1.0 if closes else -1.0
         jump[0] = 1.0
-        jump[1] = mu[i] * tau
-        kind[i] = OPEN if not closes else SLIDE if slides else STICK
-        direction[i, 0] = tau if closes else 0.0
+        kind[i] = STICK if closes else OPEN
+        for g in range(shares.shape[1]):
+            if shares[i, g] > 0.0:
+                if closes:
+                    direction[i, g] = 1.0 if a[i, 1 + g] > 0.0 else -1.0
+                    kind[i] += 1 << g
+                jump[1 + g] = shares[i, g] * direction[i, g]
+            if not closes:
+                direction[i, g] = 0.0
 
 
 @kernel

@@ -124,7 +124,8 @@ def test_step_satisfies_what_its_statuses_say(sample, spheres):
         np.testing.assert_allclose(along[slides], (problem.mu * r[:, 0])[slides], rtol=1e-9, atol=1e-12)
         if problem.dimension == 3:
             sigma = np.column_stack([-tau[:, 1], tau[:, 0]])
-            turned = np.einsum("it,it->i", u[:, 1:], sigma) + w * status.turning * np.einsum("it,it->i", r[:, 1:], sigma)
+            across = np.einsum("it,it->i", r[:, 1:], sigma)
+            turned = np.einsum("it,it->i", u[:, 1:], sigma) + w * status.turning[:, 0] * across
             assert np.abs(turned[slides]).max() < scale
 
 

@@ -8,7 +8,6 @@ import lmgcpy as lm
 from lmgcpy.solve.newton.active_set import ActiveSet, Status
 from lmgcpy.solve.newton.path import Derivative
 from lmgcpy.solve.newton.path_3d import follow_curve, map_of
-from lmgcpy.solve.newton.path_kernels_3d import next_wall, pass_wall
 from lmgcpy.solve.newton.proximal import solution_by_path
 from lmgcpy.solve.newton.rows import LINK, OPEN, SLIDE, STICK
 
@@ -73,22 +72,21 @@ def test_a_bend_changes_the_derivative_to_that_behind_the_wall():
     passed = set()
     for seed in range(120):
         active = ActiveSet(random_problem(seed))
-        _, mu, compliance, _, cones = active.laws
         a, given, centre = np.random.default_rng(seed).standard_normal((3, 10, 3))
         kind = active.natural(-active.weight[:, None] * a, np.zeros_like(a))[1].kind
         status = map_of(active, a, kind, EPSILON, centre)[1]
         matrix = Derivative(active, status, EPSILON)
         along, mover, outward = np.zeros_like(a), seed % 10, 1.0 if seed % 20 < 10 else -1.0
         along[mover] = outward, *(-outward * a[mover, 1:] / np.linalg.norm(a[mover, 1:]))
-        i, between, reach, _ = next_wall(a, along, kind, status.direction, mu, cones)
+        i, disk, reach, _ = active.next_wall(a, along, kind, status.direction)
         if i != mover:  # there is no wall that way
             continue
         a = a + (reach + 1e-9) * along
-        wall, jump, across, turned = np.zeros((4, 3))
+        (wall, jump), (across, turned) = np.zeros((2, 3)), np.zeros((2, 1, 3))
         before, model = kind[i], Status(kind.copy(), status.direction.copy(), status.turning.copy())
-        pass_wall(i, between, a, *model, active.weight, mu, compliance, cones, wall, jump, across, turned)
+        active.pass_wall(i, disk, a, model, wall, jump, across, turned)
         passed.add((before, model.kind[i]))
-        for its_wall, its_jump in ((across, turned), (wall, jump)):
+        for its_wall, its_jump in ((across[0], turned[0]), (wall, jump)):
             if its_jump.any():
                 matrix.bend(i, its_wall, its_jump, along)
         anew = Derivative(active, map_of(active, a, model.kind, EPSILON, centre)[1], EPSILON).step(given)

@@ -5,11 +5,10 @@ import pytest
 import scipy.sparse as sparse
 
 import lmgcpy as lm
+from lmgcpy.solve.newton.active_set import ActiveSet
 from lmgcpy.solve.newton.path import Derivative, follow_path, map_at
 from lmgcpy.solve.newton.path_3d import follow_curve, map_of
-from lmgcpy.solve.newton.rolling_rows import CLOSED
-from lmgcpy.solve.newton.rolling_set import RollingActiveSet, active_set_of
-from lmgcpy.solve.newton.rows import LINK, OPEN
+from lmgcpy.solve.newton.rows import LINK, OPEN, STICK
 
 EPSILON = 1e-3
 WIDTH = {2: 3, 3: 6}
@@ -57,20 +56,19 @@ def test_the_error_is_that_of_the_problem(dimension):
     seen = set()
     for seed in range(100):
         problem = random_problem(seed, dimension)
-        active = active_set_of(problem)
-        assert isinstance(active, RollingActiveSet)
+        active = ActiveSet(problem)
         r = 0.5 * point(active, seed)[0]
         error, status = active.error(r)
         assert error == pytest.approx(problem.errors(r), abs=1e-12 * np.abs(error).max())
         seen |= set(status.kind.tolist())
-    assert seen >= {OPEN, LINK, *range(CLOSED, CLOSED + 2**dimension)}
+    assert seen >= {OPEN, LINK, *range(STICK, STICK + 2**dimension)}
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_the_matrix_is_the_derivative_of_the_map(dimension):
     """By finite differences; and its sign is that of the determinant."""
     for seed in range(10):
-        active = active_set_of(random_problem(seed, dimension))
+        active = ActiveSet(random_problem(seed, dimension))
         (a, centre), d = point(active, seed), point(active, 77)[0]
         kind = kinds_at(active, a)
         at, status = mapped(active, a, kind, centre)
@@ -89,7 +87,7 @@ def test_a_bend_changes_the_derivative_to_that_behind_the_wall(dimension):
     its middle or away, or all along the normal: what else there is does not turn and keeps its resistance to it."""
     passed = set()
     for seed in range(250):
-        active = active_set_of(random_problem(seed, dimension))
+        active = ActiveSet(random_problem(seed, dimension))
         (a, centre), given = point(active, seed), point(active, 77)[0]
         kind, mover = kinds_at(active, a), seed % len(a)
         along, outward, way = np.zeros_like(a), 1.0 if seed // 8 % 2 else -1.0, seed // 16 % (1 + dimension)
@@ -122,9 +120,9 @@ def test_a_bend_changes_the_derivative_to_that_behind_the_wall(dimension):
         anew = Derivative(active, mapped(active, a, model.kind, centre)[1], EPSILON).step(given)
         # 1e-9 behind the wall, times what the inverse of the matrix, of up to 1/EPSILON, makes of it
         assert matrix.step(given) == pytest.approx(anew, abs=1e-5 * np.abs(anew).max())
-    slides = CLOSED + 2**dimension - 1
+    slides = STICK + 2**dimension - 1
     assert passed >= {(OPEN, slides), (slides, OPEN), (OPEN, LINK), (LINK, OPEN)}
-    turns = {(a - CLOSED) ^ (b - CLOSED) for a, b in passed if min(a, b) >= CLOSED}
+    turns = {(a - STICK) ^ (b - STICK) for a, b in passed if min(a, b) >= STICK}
     assert turns == {1 << g for g in range(dimension)}  # one disk at a time, and each
 
 
@@ -132,7 +130,7 @@ def test_paths_in_the_plane_end_at_solutions():
     """What a path ends with satisfies the proximal problem to round-off."""
     reached = bends = 0
     for seed in range(100):
-        active = active_set_of(random_problem(seed, 2))
+        active = ActiveSet(random_problem(seed, 2))
         start, centre = point(active, seed)
         path = follow_path(active, start, EPSILON, centre, 1000)
         bends += path.bends
@@ -148,7 +146,7 @@ def test_paths_in_space_end_near_solutions():
     """What the path and the Newton steps at its end give satisfies the proximal problem."""
     reached = bends = 0
     for seed in range(40):
-        active = active_set_of(random_problem(seed, 3))
+        active = ActiveSet(random_problem(seed, 3))
         start, centre = point(active, seed)
         curve = follow_curve(active, start, EPSILON, centre, 300)
         if curve.status is None:
