@@ -95,7 +95,7 @@ Before = tuple[np.ndarray, np.ndarray, list[tuple[dict[str, Any], dict[str, Any]
 class Stepper:
     """Makes the steps of a compiled scene; :class:`lmgcpy.Simulation` is a stepper with runs and says what the options are.
 
-    :meth:`step` has the equations.
+    :meth:`lmgcpy.Simulation.step` has the equations.
     """
 
     _made = False
