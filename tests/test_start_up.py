@@ -63,11 +63,13 @@ def test_lmgcpy_costs_little_more_than_numba(with_byte_code):
     """Less than 1.6 times as long; measured: 0.55 s against 0.42 s, so it may cost 0.25 s of that machine."""
     child("import lmgcpy", **with_byte_code)
     seconds = {"numba": [], "lmgcpy": []}
-    for _ in range(5):
+    for repetition in range(20):  # what else runs on the machine only adds: the least of many tells
         for module, measured in seconds.items():
             begin = processor_seconds()
             child(f"import {module}", **with_byte_code)
             measured.append(processor_seconds() - begin)
+        if repetition >= 4 and min(seconds["lmgcpy"]) < 1.6 * min(seconds["numba"]):
+            break
     assert min(seconds["lmgcpy"]) < 1.6 * min(seconds["numba"]), seconds
 
 
