@@ -64,7 +64,7 @@ class Modes(NamedTuple):
     frequency: np.ndarray
     """w [rad/s], (k,)."""
     damped: np.ndarray
-    """Whether the wire bends, (k,)."""
+    """Whether the wire bends in it, and swings, (k,)."""
     factor: np.ndarray
     """``d exp(i theta)`` of each step, (k,) complex."""
 
@@ -153,8 +153,8 @@ class DampedWaves:
     def _amplitude(
         self, problem: StepProblem, before: np.ndarray, chain: int, modes: Modes
     ) -> tuple[np.ndarray, float]:
-        """z of the modes of a chain that bend it, zero of the others, (k, d); and the size of the rest of its motion, in
-        quicker modes."""
+        """z of the modes of a chain that bend it and swing, zero of the others, (k, d); and the size of the rest of its
+        motion, in quicker modes."""
         root = np.sqrt(self._mass[self._chains[chain]])[:, None]
         start, end = (root * self._across(problem, v, chain) for v in (before, problem.system.velocity))
         middle = 0.5 * (start + end)
@@ -232,6 +232,7 @@ def slow_modes(mass: np.ndarray, pull: np.ndarray, stiffness: np.ndarray, length
     damped = c > AS_A_WHOLE * (stiffness @ (bent * bent))
     d = 1.0 / np.sqrt(1.0 + c)
     theta = np.arccos(np.clip(0.5 * d * (2.0 + c - square), -1.0, 1.0))
+    damped &= 2.0 * theta > c  # else exp(-2 pi) or less is left after a period, or it does not swing: no wave
     return Modes(shape, np.sqrt(squares), damped, d * np.exp(1j * theta))
 
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import lmgcpy as lm
+from lmgcpy.dynamics.watch import damped_waves
 
 COUNT, LENGTH, MASS, TENSION, RADIUS, AMPLITUDE = 31, 0.05, 0.01, 20.0, 0.002, 1e-5
 """Beads that swing, length of a link [m], mass of a bead [kg], tension [N], radius and amplitude [m]."""
@@ -192,3 +193,12 @@ def test_a_wire_that_grains_shake_is_no_wave(seed, beat):
     stiff = sim._links.resolution(sim._last[0].system.impulse, sim._last[0].data.gap, sim.time_step)
     assert stiff.max() > 4.0
     assert np.abs(sim.velocities[1 : COUNT + 1]).max() > 1e-3
+
+
+@pytest.mark.parametrize(("stiffness", "swings"), [(1e-9, True), (1e-3, False), (1e3, False)])
+def test_modes_that_creep_are_no_waves(stiffness, swings):
+    """From ``c = 4 h w`` or so on the trace passes 2 d: two real factors, and no period."""
+    mass, length = np.array([0.0, MASS, MASS, MASS, 0.0]), np.full(4, LENGTH)
+    modes = damped_waves.slow_modes(mass, np.full(4, 1e-3), np.full(4, stiffness), length, 1e-3)
+    assert modes.damped.tolist() == [swings] * 3
+    assert np.all((np.angle(modes.factor) > 0.0) == swings)
