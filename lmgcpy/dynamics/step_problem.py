@@ -73,13 +73,13 @@ class StepProblem(Step):
                 continue
             at = row if row >= 0 else -2 - row
             bodies = f"bodies {system.candidate[at]} and {system.antagonist[at]}"
-            told = f"In the step from t = {data.time:g} s {{}} of law '{group.law.NAME}' between {bodies} returned {{}}."
+            fault = f"In the step from t = {data.time:g} s {{}} of law '{group.law.NAME}' between {bodies} returned {{}}."
             if row < 0:
-                raise FloatingPointError(told.format("initial", "a state that is not finite"))
+                raise FloatingPointError(fault.format("initial", "a state that is not finite"))
             first = where + (row - group.start) * len(group.law.PREPARED)
             numbers = system.prepared[first : first + len(group.law.PREPARED)].tolist()
             prepared = dict(zip(group.law.PREPARED, numbers, strict=True))
-            raise FloatingPointError(told.format("prepare", f"{prepared} at a gap of {data.gap[row]:g} m"))
+            raise FloatingPointError(fault.format("prepare", f"{prepared} at a gap of {data.gap[row]:g} m"))
 
     def end(self) -> None:
         """Enter the relative velocities at the end of the step into the data of the laws. Links between bodies that are
@@ -153,9 +153,7 @@ class StepProblem(Step):
             if group.law.KEEPS_GAP and group.law.TAKES_BACK_LATER:
                 part = slice(group.start, group.stop)
                 gap, up = self.data.gap[part], np.maximum(self.data.time_step * self.data.after[part, 0], 0.0)
-                left = np.fmax(
-                    self.data.reference_gap[part] - gap - up, 0.0
-                )  # 0 for new contacts, whose reference is NaN
+                left = np.fmax(self.data.reference_gap[part] - gap - up, 0.0)  # 0 for new contacts: their reference is NaN
                 result[part] += np.where(gap <= 0.0, left, 0.0)
         return result
 

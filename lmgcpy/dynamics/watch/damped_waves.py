@@ -124,10 +124,9 @@ class DampedWaves:
                 wave = wave._replace(checked=wave.checked + 1)
                 if wave.checked == CHECKS:
                     left = (predicted.conj() * now).real.sum() / size
-                    if left > (1.0 - SEEN * wave.lost) * np.linalg.norm(wave.amplitude):
-                        continue
-                    self._said.first("wave")
-                    return [self._sentence(problem, links, wave, time)]
+                    if left <= (1.0 - SEEN * wave.lost) * np.linalg.norm(wave.amplitude) and self._said.first("wave"):
+                        return [self._sentence(problem, links, wave, time)]
+                    continue
             kept.append(wave)
         if self._steps % EVERY == 0:
             seen = {wave.chain for wave in kept}
