@@ -19,7 +19,8 @@ from lmgcpy.scene.body import Body, Disk, RigidBody, Wall, disk, wall
 from lmgcpy.scene.body_3d import CylinderWall, Sphere, cylinder_wall, sphere
 from lmgcpy.scene.cell import Cell
 from lmgcpy.scene.chain import Chain
-from lmgcpy.scene.contactor import Contactor, DiskContactor
+from lmgcpy.scene.clump import Clump, clump
+from lmgcpy.scene.contactor import Contactor, DiskContactor, SphereContactor
 from lmgcpy.scene.material import Material
 from lmgcpy.scene.scene import Scene
 from lmgcpy.simulation import Simulation
@@ -47,6 +48,7 @@ __all__ = [
     "Body",
     "Cell",
     "Chain",
+    "Clump",
     "Contactor",
     "Coulomb",
     "CylinderWall",
@@ -73,12 +75,14 @@ __all__ = [
     "Solution",
     "Solver",
     "Sphere",
+    "SphereContactor",
     "State",
     "Step",
     "VoigtRod",
     "VoigtWire",
     "Wall",
     "__version__",
+    "clump",
     "contact",
     "cylinder_wall",
     "disk",

@@ -18,7 +18,7 @@ class ContactorTable:
     body: np.ndarray
     """Row of the body, ascending, (k,) int64."""
     offset: np.ndarray
-    """Position in the frame of the body [m], (k, 2)."""
+    """Position in the frame of the body [m], (k, d)."""
     kind: list[str]
     color: list[str]
     shape: np.ndarray
@@ -27,6 +27,13 @@ class ContactorTable:
     """How many of them a kind has."""
     bounding_radius: np.ndarray
     """[m], infinite where unbounded, (k,)."""
+    turns: np.ndarray | None = None
+    """Whether the body of each contactor keeps a rotation in space, (k,) bool; None in 2D, and if none does."""
+
+    @property
+    def width(self) -> int:
+        """Length of a position: 3, or 7 in scenes with bodies that keep a rotation in space."""
+        return 3 if self.turns is None else 7
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ from lmgcpy.contact.lattice import Lattice
 from lmgcpy.contact.links import LINKS
 from lmgcpy.contact.memory import LastStep, Memory
 from lmgcpy.contact.neighbours import KindPair, Surroundings, kind_pairs, neighbours
-from lmgcpy.contact.positions import largest_move, place_contactors
+from lmgcpy.contact.positions import largest_move, place_in_plane, place_in_space
 from lmgcpy.contact.slabs import Slabs, cut_bodies, is_large
 
 
@@ -60,7 +60,11 @@ class Detector:
         self._shapes = np.ascontiguousarray(contactors.shape).ravel()
         self._stride = contactors.shape.shape[1]
         self._kinds = [kind_pairs(contactors, row) for row in rows]
-        self._offset_colors = {contactors.color[k] for k in np.flatnonzero(contactors.offset.any(axis=1)).tolist()}
+        # in space, spins of bodies that keep a rotation are along their own axes
+        off_centre = contactors.offset.any(axis=1) if dimension == 2 else contactors.turns
+        rows_off = [] if off_centre is None else np.flatnonzero(off_centre).tolist()
+        self._off_centre = {contactors.color[k] for k in rows_off}
+        """Colours of contactors whose levers may turn spins into normal velocities."""
         with_walls = [any(meets_walls(kinds, self._bounded) for kinds in of_row) for of_row in self._kinds]
         self._looked_at: set[tuple[str, str]] = set()
         """Kinds whose narrow phase, a foreign one, was asked before it is compiled."""
@@ -89,7 +93,8 @@ class Detector:
         kinds_of_mass = [self.inverse_mass[:, : self.dimension], self.inverse_mass[:, self.dimension :]]
         alike = all((part == part[:, :1]).all() for part in kinds_of_mass)
         # the edges of a cell that yields may couple the components of every contact
-        self._plain = self.dimension == 3 and not self.chains and alike and self._images is None
+        central = self.contactors.turns is None
+        self._plain = self.dimension == 3 and not self.chains and alike and central and self._images is None
         self._capacity = empty_interactions(0, True, self.dimension, plain=self._plain)
         self._found = self._capacity.cut(0)
 
@@ -125,7 +130,7 @@ class Detector:
         bodies: np.ndarray,
     ) -> Detector:
         """A detector for other tables with the memory of this one: with more bodies, added after these, or other parameters
-        of laws; ``bodies``: positions of all bodies, (n, 3)."""
+        of laws; ``bodies``: positions of all bodies, (n, w)."""
         lattice = None if self._images is None else self._images.lattice
         # first with the old inverse masses: the memory may hold impulses of bodies that are hidden or fixed since
         then = np.concatenate([self.inverse_mass, inverse_mass[len(self.inverse_mass) :]])
@@ -137,7 +142,9 @@ class Detector:
                 memory.impulse[memory.identity[:, 0] == k, components:] = 0.0
         if memory.listed:
             before, placed = len(self.contactors.body), detector._place(bodies)
-            parts = memory.listed_at[:before], placed[before : len(tables[0].body)], memory.listed_at[before:]
+            listed_at = np.zeros((len(memory.listed_at), placed.shape[1]))  # the first body that turns widens positions
+            listed_at[:, : memory.listed_at.shape[1]] = memory.listed_at
+            parts = listed_at[:before], placed[before : len(tables[0].body)], listed_at[before:]
             memory = replace(memory, listed_at=np.concatenate(parts))
         detector.take_memory(memory)
         if hidden.any() or not np.array_equal(then, inverse_mass):
@@ -161,7 +168,7 @@ class Detector:
     def detect(
         self, bodies: np.ndarray, travel: float, closing: float = 0.0, inverse_mass: np.ndarray | None = None
     ) -> Interactions:
-        """Interactions at the positions ``bodies`` (n, 3) of the bodies, filled into arrays that the next call reuses.
+        """Interactions at the positions ``bodies`` (n, w) of the bodies, filled into arrays that the next call reuses.
 
         ``travel``: longest way of a body in one step [m]. ``closing``: largest distance by which a body and a wall may
         come closer in it [m]. ``inverse_mass``: inverse masses in the local blocks of W, (n, k), by default the inverse
@@ -268,16 +275,17 @@ class Detector:
     # ------------------------------------------------------------------------------------------- list of neighbours
 
     def _place(self, bodies: np.ndarray) -> np.ndarray:
-        """Positions of the contactors, (k, 3); with a periodic cell its edges are the rows below them."""
+        """Positions of the contactors, (k, w); with a periodic cell its edges are the rows below them."""
         if self._in_place:
             return bodies
-        placed = np.empty((len(self.contactors.body), 3))
-        place_contactors(bodies, self.contactors.body, self.contactors.offset, placed)
+        placed = np.empty((len(self.contactors.body), bodies.shape[1]))
+        place = place_in_plane if bodies.shape[1] == 3 else place_in_space
+        place(bodies, self.contactors.body, self.contactors.offset, placed)
         return placed if self._images is None else self._images.with_edges(placed, bodies)
 
     def _nowhere(self) -> np.ndarray:
         """Zeros of the shape that :meth:`_place` returns."""
-        return np.zeros_like(self._place(np.zeros((len(self.inverse_mass), 3))))
+        return np.zeros_like(self._place(np.zeros((len(self.inverse_mass), self.contactors.width))))
 
     def _update_list(self, placed: np.ndarray, travel: float, closing: float) -> None:
         """Make the list of neighbours anew if it may lack a pair."""
@@ -300,7 +308,8 @@ class Detector:
         if spare < 0.0 or 4.0 * largest_move(placed, before, self.dimension) > spare**2:
             return True
         # the smallest turn of a contactor without bounds moves its distant parts far
-        return self.dimension == 2 and bool((placed[self._unbounded, 2] != before[self._unbounded, 2]).any())
+        turned = slice(2 if self.dimension == 2 else 3, None)
+        return bool((placed[self._unbounded, turned] != before[self._unbounded, turned]).any())
 
     def _list_neighbours(self, placed: np.ndarray) -> None:
         """Make the groups and their lists of neighbours anew and carry impulses and states over."""
@@ -325,7 +334,8 @@ class Detector:
             self._images.look_at(groups, placed)
         central = all(group.form == "central" for group in groups)
         if len(self._capacity.gap) < slots or (not central and len(self._capacity.lateral) < slots):
-            self._capacity = empty_interactions(slots + slots // 8, central, self.dimension, plain=self._plain)
+            capacity, rolling = slots + slots // 8, self.rolling_rows > 0
+            self._capacity = empty_interactions(capacity, central, self.dimension, plain=self._plain, rolling=rolling)
 
     def _surroundings(self, placed: np.ndarray) -> Surroundings:
         """The near pairs of bounded contactors, and the data for pairs with contactors without bounds."""
@@ -357,11 +367,8 @@ class Detector:
         if len(pairs) == 0:
             return Group(row.law, row=row)
         form = kinds.pair.form
-        if self.dimension == 3 and form == "lever":
-            form = "central"  # no lever across the normal is known in space
-        elif form == "central" and not self._offset_colors.isdisjoint((row.candidate, row.antagonist)):
+        if form == "central" and not self._off_centre.isdisjoint((row.candidate, row.antagonist)):
             form = "lever"
-        names = {"CENTRAL": form == "central"} if self.dimension == 2 else {}
-        names |= {"FOREIGN": True} if kinds.foreign else {}
+        names = {"CENTRAL": form == "central"} | ({"FOREIGN": True} if kinds.foreign else {})
         kernel = self._narrow_phase.specialise(**kinds.meaning, **names)
         return contact_group(row, kinds, pairs, kernel, form, self.contactors.body, self._bounded, slabs)

@@ -23,13 +23,13 @@ class Seen(NamedTuple):
     """The arrays that a narrow phase reads. In a periodic cell the images are the last rows."""
 
     placed: np.ndarray
-    """Positions of the contactors, (k, 3)."""
+    """Positions of the contactors, (k, w)."""
     body: np.ndarray
     """Row of the body of each contactor, (k,)."""
     shapes: np.ndarray
     """Numbers of their shapes, flat."""
     bodies: np.ndarray
-    """Positions of the bodies, (n, 3)."""
+    """Positions of the bodies, (n, w)."""
     inverse_mass: np.ndarray
     """By component, (n, c)."""
 
@@ -55,8 +55,8 @@ class Images:
         self._body = self._contactors.body[contactor]
 
     def with_edges(self, placed: np.ndarray, bodies: np.ndarray) -> np.ndarray:
-        """Positions of the contactors, and below them the edges of the cell, (k + p, 3)."""
-        edges = np.zeros((len(self.lattice.rows), 3))
+        """Positions of the contactors, and below them the edges of the cell, (k + p, w)."""
+        edges = np.zeros((len(self.lattice.rows), placed.shape[1]))
         edges[:, : self.lattice.dimension] = self.lattice.edges(bodies)
         return np.concatenate([placed, edges])
 
@@ -103,7 +103,7 @@ class Images:
         return bounded.astype(np.int32).take(sorted_pairs(near, count))
 
     def course(self, rows: np.ndarray, bodies: np.ndarray) -> np.ndarray | None:
-        """Positions of the bodies in some rows (l + 1,), each as the image nearest to the one before, (l + 1, 3). None if
+        """Positions of the bodies in some rows (l + 1,), each as the image nearest to the one before, (l + 1, w). None if
         no image differs from its body."""
         points, d = bodies[rows], self.lattice.dimension
         course = self.lattice.course(points[:, :d], self.lattice.edges(bodies))
@@ -113,7 +113,7 @@ class Images:
         return points
 
     def carried_along(self, listed_at: np.ndarray, placed: np.ndarray) -> tuple[np.ndarray, float]:
-        """Positions (k + p, 3) that contactors would have if they had moved with the cell since a list was made, and the
+        """Positions (k + p, w) that contactors would have if they had moved with the cell since a list was made, and the
         least ratio by which the cell has shortened distances since then.
 
         A pair outside the list may have come nearer since then by this shortening, and by the motions of both relative to
@@ -159,7 +159,7 @@ class Images:
         """Contactors and bodies with the images behind them; ``stride``: length of the row of a shape."""
         d, p = self.lattice.dimension, len(self.lattice.rows)
         count = len(plain.bodies)
-        shift = np.zeros((len(self._shift), 3))
+        shift = np.zeros((len(self._shift), plain.bodies.shape[1]))
         shift[:, :d] = self._shift @ self._edges(plain.placed)
         images = count + np.arange(len(shift))
         shapes = plain.shapes.reshape(-1, stride)

@@ -20,6 +20,8 @@ read_shape_a: Callable[..., Any] = row_reader(1)
 FLIPPED = False
 """The candidate is the antagonist of the narrow phase."""
 read_position: Callable[..., Any] = row_reader(3)
+WIDTH = 3
+"""Numbers of a position; 7 in scenes with bodies that keep a rotation in space."""
 FOREIGN = False
 """Whether the narrow phase is not lmgcpy's own; its answers are then checked."""
 UNIT = 1e-6
@@ -40,8 +42,8 @@ def meet(k_c, k_a, contactors, shapes, stride):
 
     ``contactors``: their positions, flat; ``shapes``: the numbers of their shapes, flat, ``stride`` of them each.
     """
-    position_c = read_position(contactors, 3 * k_c)
-    position_a = read_position(contactors, 3 * k_a)
+    position_c = read_position(contactors, WIDTH * k_c)
+    position_a = read_position(contactors, WIDTH * k_a)
     shape_c = read_shape_c(shapes, stride * k_c)
     shape_a = read_shape_a(shapes, stride * k_a)
     if FLIPPED:

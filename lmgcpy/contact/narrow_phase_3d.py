@@ -1,6 +1,7 @@
 """Narrow phase of contacts in 3D: gap, local frame, levers and local block of W of every interaction.
 
-Contact points lie on the line along the normal through both centres. :func:`lmgcpy.contact.frames.tangent_of` gives the
+If CENTRAL, contact points lie on the line along the normal through both centres; otherwise bodies turn, with spins along
+their own axes, and levers are those of the form ``lever_in_space``. :func:`lmgcpy.contact.frames.tangent_of` gives the
 tangent.
 """
 
@@ -10,6 +11,10 @@ from lmgcpy.compiled.kernel import kernel
 from lmgcpy.contact.frames import tangent_of
 from lmgcpy.contact.interactions import Interactions
 from lmgcpy.contact.meeting import FOREIGN, is_sound, meet, normal_sign
+from lmgcpy.contact.positions import quaternion_of, turned_back
+
+CENTRAL = True
+"""Whether all contact points lie on the normals through both centres; given by the specialisation."""
 
 
 def weighted(x, diagonal, y):
@@ -46,8 +51,7 @@ def local_block(n, t, moving, turning):
     if moving[0] == moving[1] == moving[2] and turning[0] == turning[1] == turning[2]:
         w = moving[0]
         return (w, w + turning[0], w + turning[0]), 0.0, (0.0, 0.0), True
-    # s = n x t
-    s = (n[1] * t[2] - n[2] * t[1], n[2] * t[0] - n[0] * t[2], n[0] * t[1] - n[1] * t[0])
+    s = cross(n, t)
     # diagonal: an impulse along t turns about s, and one along s about t
     w_nn = weighted(n, moving, n)
     w_tt = weighted(t, moving, t) + weighted(s, turning, s)
@@ -61,6 +65,55 @@ def local_block(n, t, moving, turning):
     w_ns = weighted(n, moving, s)
     w_ts = weighted(t, moving, s) - weighted(s, turning, t)
     return (w_nn, w_tt, w_ss), w_nt, (w_ns, w_ts), False
+
+
+def cross(u, v):
+    """``u x v``."""
+    return u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
+
+
+def seen_from(b, bodies, point):
+    """The point as seen from the centre of body ``b``, along the axes of space."""
+    return point[0] - bodies[b, 0], point[1] - bodies[b, 1], point[2] - bodies[b, 2]
+
+
+def write_moments(i, side, sign, lever, frame, q, moment):
+    """Write the moments ``sign l x e`` of unit forces along the axes e of the local frame, in the axes of a body with the
+    quaternion ``q``; and if the array has room for rolling components, these axes there, as b, -t, n."""
+    n, t, s = frame
+    store(moment, i, 9 * side, sign, turned_back(q, cross(lever, n)))
+    store(moment, i, 9 * side + 3, sign, turned_back(q, cross(lever, t)))
+    store(moment, i, 9 * side + 6, sign, turned_back(q, cross(lever, s)))
+    if moment.shape[1] > 18:
+        store(moment, i, 18 + 9 * side, sign, turned_back(q, s))
+        store(moment, i, 21 + 9 * side, -sign, turned_back(q, t))
+        store(moment, i, 24 + 9 * side, sign, turned_back(q, n))
+
+
+def store(moment, i, at, sign, v):
+    moment[i, at] = sign * v[0]
+    moment[i, at + 1] = sign * v[1]
+    moment[i, at + 2] = sign * v[2]
+
+
+def turned_block(i, block, coupling, c, a, inverse_mass, moment):
+    """A local block of W, its diagonal and (W_nt, W_ns, W_ts), with the part of the spins, ``m . I^-1 m'`` for the moments
+    m of both bodies."""
+    w_nn, w_tt, w_ss = block
+    w_nt, w_ns, w_ts = coupling
+    for k in range(3):
+        for side in range(2):
+            easy = inverse_mass[a if side else c, 3 + k]
+            m_n = moment[i, 9 * side + k]
+            m_t = moment[i, 9 * side + 3 + k]
+            m_s = moment[i, 9 * side + 6 + k]
+            w_nn += easy * m_n * m_n
+            w_tt += easy * m_t * m_t
+            w_ss += easy * m_s * m_s
+            w_nt += easy * m_n * m_t
+            w_ns += easy * m_n * m_s
+            w_ts += easy * m_t * m_s
+    return (w_nn, w_tt, w_ss), (w_nt, w_ns, w_ts)
 
 
 @kernel
@@ -91,10 +144,33 @@ def detect_contacts(
         arm_c = n_x * (bodies[c, 0] - p_x) + n_y * (bodies[c, 1] - p_y) + n_z * (bodies[c, 2] - p_z)
         arm_a = n_x * (p_x - bodies[a, 0]) + n_y * (p_y - bodies[a, 1]) + n_z * (p_z - bodies[a, 2])
         # W = H^T M^-1 H in the frame (n, t, s)
-        moving, turning = mobility(c, a, arm_c, arm_a, inverse_mass)
         normal = (n_x, n_y, n_z)
         t = tangent_of(n_x, n_y, n_z)
-        block, w_nt, shear, plain = local_block(normal, t, moving, turning)
+        if CENTRAL:
+            moving, turning = mobility(c, a, arm_c, arm_a, inverse_mass)
+            block, w_nt, shear, plain = local_block(normal, t, moving, turning)
+            if result.lateral.shape[0] > 0:  # other groups need it, and the arrays still hold older values
+                for k in range(4):
+                    result.lateral[m, k] = 0.0
+        else:
+            s = cross(normal, t)
+            point = (p_x, p_y, p_z)
+            lever_c = seen_from(c, bodies, point)
+            lever_a = seen_from(a, bodies, point)
+            write_moments(m, 0, 1.0, lever_c, (normal, t, s), quaternion_of(bodies, c), result.moment)
+            write_moments(m, 1, -1.0, lever_a, (normal, t, s), quaternion_of(bodies, a), result.moment)
+            result.lateral[m, 0] = weighted(lever_c, (1.0, 1.0, 1.0), t)
+            result.lateral[m, 1] = weighted(lever_a, (1.0, 1.0, 1.0), t)
+            result.lateral[m, 2] = weighted(lever_c, (1.0, 1.0, 1.0), s)
+            result.lateral[m, 3] = weighted(lever_a, (1.0, 1.0, 1.0), s)
+            moving, _ = mobility(c, a, 0.0, 0.0, inverse_mass)
+            still = (weighted(normal, moving, normal), weighted(t, moving, t), weighted(s, moving, s))
+            coupled = (weighted(normal, moving, t), weighted(normal, moving, s), weighted(t, moving, s))
+            block, (w_nt, w_ns, w_ts) = turned_block(m, still, coupled, c, a, inverse_mass, result.moment)
+            # both are held along a tangent: friction moves nothing, and any positive weight gives it
+            block = (block[0], block[1] if block[1] > 0.0 else block[0], block[2] if block[2] > 0.0 else block[0])
+            shear = (w_ns, w_ts)
+            plain = False
         if block[0] <= 0.0:  # neither body can move along the normal: no impulse changes anything
             continue
         diagonal = diagonal and plain

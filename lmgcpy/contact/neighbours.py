@@ -30,6 +30,8 @@ class KindPair:
     """Whether each contactor may be an antagonist, (k,) bool."""
     shape_sizes: tuple[int, int]
     """Length of the shape of each of the two kinds."""
+    width: int = 3
+    """Length of a position."""
 
     @property
     def pair(self) -> NarrowPhase:
@@ -40,7 +42,9 @@ class KindPair:
     def meaning(self) -> dict[str, Any]:
         """Arguments for ``specialise`` of kernels that call :func:`lmgcpy.contact.meeting.meet`."""
         size_c, size_a = self.shape_sizes
-        readers = {"read_shape_c": row_reader(size_c), "read_shape_a": row_reader(size_a)}
+        readers: dict[str, Any] = {"read_shape_c": row_reader(size_c), "read_shape_a": row_reader(size_a)}
+        if self.width > 3:
+            readers |= {"read_position": row_reader(self.width), "WIDTH": self.width}
         return {"narrow": self.pair.narrow, "FLIPPED": self.pair.flipped, **readers}
 
     @property
@@ -55,7 +59,7 @@ def kind_pairs(contactors: ContactorTable, row: VisibilityRow) -> list[KindPair]
     candidate, antagonist = color == row.candidate, color == row.antagonist
     size = contactors.shape_size
     return [
-        KindPair(c, a, candidate & (kind == c), antagonist & (kind == a), (size[c], size[a]))
+        KindPair(c, a, candidate & (kind == c), antagonist & (kind == a), (size[c], size[a]), contactors.width)
         for c in np.unique(kind[candidate]).tolist()
         for a in np.unique(kind[antagonist]).tolist()
     ]
@@ -113,7 +117,7 @@ class Surroundings:
     near: np.ndarray
     """Pairs of bounded contactors within reach, (p, 2), sorted."""
     placed: np.ndarray
-    """Positions (x, y, angle) or (x, y, z) of the contactors, (k, 3)."""
+    """Positions of the contactors, (k, w), see :mod:`lmgcpy.contact.positions`."""
     reach: float
     """Distance between surfaces up to which a pair with a contactor without bounds is a neighbour [m]."""
     contactors: ContactorTable

@@ -138,7 +138,7 @@ def lay_out(
     rolling, delassus = np.zeros(0), interactions.delassus
     if rolls:
         rolling = rolling_radius(groups, pairs, dimension, count)
-        delassus = with_rolling(delassus, rolling, interactions, inverse_mass)
+        delassus = with_rolling(delassus, rolling, groups, interactions, inverse_mass)
     system = System(
         candidate=interactions.candidate,
         antagonist=interactions.antagonist,
@@ -146,6 +146,7 @@ def lay_out(
         tangent=interactions.tangent,
         arm=interactions.arm,
         lateral=interactions.lateral,
+        moment=interactions.moment,
         rolling=rolling,
         edges=edges,
         branch=branch,

@@ -17,9 +17,9 @@ class Checkpoint:
     """A simulation between two steps, as copies; n bodies."""
 
     positions: np.ndarray
-    """(x, y, angle) [m, m, rad], (n, 3)."""
+    """(x, y, angle) [m, m, rad], (n, 3); in 3D see :mod:`lmgcpy.contact.positions`."""
     velocities: np.ndarray
-    """[m/s, m/s, rad/s], (n, 3)."""
+    """[m/s, rad/s], (n, k); the spins of bodies that turn in space along their own axes."""
     time: float
     """[s]."""
     steps: int

@@ -13,6 +13,7 @@ from lmgcpy.contact.lattice import Lattice
 from lmgcpy.dynamics.cell import CellMotion
 from lmgcpy.dynamics.changes import Change, law_values
 from lmgcpy.dynamics.drag import Drag
+from lmgcpy.dynamics.rotation import with_rotations
 from lmgcpy.errors import number, shown, vector
 from lmgcpy.laws import Law
 
@@ -70,6 +71,8 @@ class Model:
     heavy: np.ndarray
     """Whether gravity acts on a body, (n,) bool."""
     contactors: ContactorTable
+    turning: np.ndarray
+    """Rows of the bodies that keep a rotation in space, ascending, (t,) int64."""
     rows: list[VisibilityRow]
     chains: list[ChainTable]
     apart: np.ndarray
@@ -195,10 +198,11 @@ class Model:
 
 @dataclass
 class BodyState:
-    """State of the bodies: positions (n, 3), velocities (n, k), and the time [s].
+    """State of the bodies: positions (n, 3 or 7), velocities (n, k), and the time [s].
 
-    In 2D (x, y, angle) [m, m, rad] and (v_x, v_y, spin); in 3D (x, y, z) and three components of the spin more: no
-    rotation is kept, as spheres look alike from all sides.
+    In 2D (x, y, angle) [m, m, rad] and (v_x, v_y, spin); in 3D (x, y, z) and three components of the spin more. If bodies
+    keep a rotation, positions have four numbers more, the quaternion (``lmgcpy/contact/positions.py``); the spins of such
+    bodies are along their own axes, and others have the axes of space.
     """
 
     positions: np.ndarray
@@ -237,8 +241,10 @@ class BodyState:
 
     def with_those_of(self, laid: BodyState) -> BodyState:
         """These bodies, followed by the further bodies of another state."""
-        count = len(self.positions)
-        positions = np.concatenate([self.positions, laid.positions[count:]])
+        count, before = len(self.positions), self.positions
+        if before.shape[1] < laid.positions.shape[1]:
+            before = with_rotations(before)
+        positions = np.concatenate([before, laid.positions[count:]])
         return BodyState(positions, np.concatenate([self.velocities, laid.velocities[count:]]), self.time)
 
     def grow(self, laid: BodyState) -> None:

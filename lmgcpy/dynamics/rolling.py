@@ -25,7 +25,7 @@ def rolling_radius(groups: list[Group], pairs: np.ndarray, dimension: int, count
 
 
 def with_rolling(
-    delassus: np.ndarray, rolling: np.ndarray, interactions: Interactions, inverse_mass: np.ndarray
+    delassus: np.ndarray, rolling: np.ndarray, groups: list[Group], interactions: Interactions, inverse_mass: np.ndarray
 ) -> np.ndarray:
     """The diagonals of the local blocks with columns for the rolling components, ``W_rr = R^2 (1/I_c + 1/I_a)`` [1/kg]."""
     d = delassus.shape[1]
@@ -34,16 +34,24 @@ def with_rolling(
         frame = local_frames(interactions.normal)
         about = np.einsum("iab,ib->ia", frame[:, ::-1] ** 2, turning)
         turning = np.where((turning == turning[:, :1]).all(axis=1)[:, None], turning, about)
+        for group in groups:
+            if group.form == "lever":  # inertias are along the axes of the bodies
+                part = slice(group.start, group.stop)
+                moment = interactions.moment[part, 18:].reshape(-1, 2, 3, 3)
+                both = np.stack([interactions.candidate[part], interactions.antagonist[part]], axis=1)
+                turning[part] = (moment**2 @ inverse_mass[both, d:, None]).sum(axis=1)[..., 0]
     return np.column_stack([delassus, rolling[:, None] ** 2 * turning])
 
 
 def mark_isotropic(groups: list[Group], interactions: Interactions, inverse_mass: np.ndarray) -> None:
-    """Mark whether each body of a group with rolling components in 3D has the same inertia about all axes."""
+    """Mark whether each body of a group with rolling components in 3D has the same inertia about all axes, where its form
+    asks."""
     d = interactions.normal.shape[1]
     alike = (inverse_mass[:, d:] == inverse_mass[:, d : d + 1]).all(axis=1)
     both = alike[interactions.candidate] & alike[interactions.antagonist]
     for group in groups:
-        group.isotropic = bool(group.law.rows(d) <= d or both[group.start : group.stop].all())
+        asks = group.law.rows(d) > d and group.form == "central"
+        group.isotropic = bool(not asks or both[group.start : group.stop].all())
 
 
 def moments(rolling: np.ndarray, impulse: np.ndarray, dimension: int) -> np.ndarray:

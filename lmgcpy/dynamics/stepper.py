@@ -25,6 +25,7 @@ from lmgcpy.dynamics.geometric_stiffness import LinkStiffness
 from lmgcpy.dynamics.interactions import InteractionView
 from lmgcpy.dynamics.journal import Journal
 from lmgcpy.dynamics.model import BodyState, Drive, Model
+from lmgcpy.dynamics.rotation import in_space, turn_freely, turn_on
 from lmgcpy.dynamics.solve_step import solve_step
 from lmgcpy.dynamics.step_problem import StepProblem
 from lmgcpy.dynamics.straight_spans import StraightSpans
@@ -169,6 +170,9 @@ class Stepper:
             (4)  v      = v_free + M^-1 H r
             (5)  q      = q_m + theta h v
 
+        In space, bodies that keep a rotation turn freely in (1) and (5), where their spins change with it
+        (``lmgcpy/dynamics/rotation.py``); v in (2) is the velocity after (1).
+
         In a periodic cell bodies move with ``v + G q`` instead of v (``lmgcpy/dynamics/cell.py``). If links or contacts
         would make energy as they are pulled back, (4) and (5) take the impulses of two solves
         (``lmgcpy/dynamics/turning_stretch.py``, ``turning_overlap.py``). If light bodies whip, (5) is projected
@@ -197,7 +201,8 @@ class Stepper:
         sentences = self._take_changes() if self.state.stale else []
         earlier = self._draw_chains()
         h, theta, state, v = self.time_step, self.theta, self.state, self.state.velocities
-        state.positions += self._first_move((1.0 - theta) * h * v)  # (1)
+        state.positions[:, :3] += self._first_move((1.0 - theta) * h * v)  # (1)
+        self._turn((1.0 - theta) * h)
         flight = self._free_flight(v)  # (2)
         found = self._find_impulses(v, flight, earlier)  # (3), (4)
         problem = found.problem
@@ -205,13 +210,17 @@ class Stepper:
         problem.commit()
         problem.data.state[:, -1] = found.predicted_gap
         # (5) if one solve gives the displacements and the velocities, as it mostly does
-        state.positions += self._last_move(found.displacement - (1.0 - theta) * h * problem.system.velocity)
+        state.positions[:, :3] += self._last_move(found.displacement - (1.0 - theta) * h * problem.system.velocity)
         if self.model.cell is not None:
             self.model.cell.straighten(state.positions)
         given = () if earlier is None else given_by_hand(problem, earlier, self._turning_stretch.predicted)
         self.energy.advance(problem, self.model, flight.force, v, found.pushed, dissipated, flight.inertial, given)
         sentences += self._watched(found, flight.force, v)
         state.velocities[:] = problem.system.velocity
+        if len(self.model.turning):
+            if found.pushed is not None:
+                turn_on(self.model.turning, found.displacement - h * problem.system.velocity, state.positions)
+            self._turn(theta * h)  # (5)
         state.time += h
         self.steps += 1
         state.steps = self.steps
@@ -292,6 +301,12 @@ class Stepper:
         for now, past in (*others, (of_state, state_then)):
             now.update(past)
         own.update(then, _assembler=Assembler(then["model"]))  # its arrays may be half filled
+
+    def _turn(self, time: float) -> None:
+        """Turn the bodies that keep a rotation in space freely for a time [s]; their spins change with it."""
+        model, state = self.model, self.state
+        if len(model.turning):
+            turn_freely(model.turning, time, state.positions, state.velocities, model.mass, model.inverse_mass)
 
     def _first_move(self, moving: np.ndarray) -> np.ndarray:
         """Displacements (n, 3) from the start of a step to its middle; ``moving``: velocities times the time (n, k)."""
@@ -616,15 +631,30 @@ class Stepper:
 
     @property
     def spins(self) -> np.ndarray:
-        """Angular velocities [rad/s], (n,) in 2D, (n, 3) in 3D, a view of the state."""
-        return self.state.velocities[:, 2 if self.model.dimension == 2 else slice(3, 6)]
+        """Angular velocities [rad/s], (n,) in 2D, (n, 3) in 3D, along the axes of space: a view of the state, or a copy if
+        bodies keep a rotation in space."""
+        return self.velocities_in_space[:, 2 if self.model.dimension == 2 else slice(3, 6)]
+
+    @property
+    def velocities_in_space(self) -> np.ndarray:
+        """Velocities [m/s] and spins [rad/s] along the axes of space, (n, k): a view of the state, or a copy if bodies keep
+        a rotation in space."""
+        state, turning = self.state, self.model.turning
+        if not len(turning):
+            return state.velocities
+        velocities = state.velocities.copy()
+        velocities[turning, 3:] = in_space(state.positions[turning, 3:], velocities[turning, 3:])
+        return velocities
 
     @property
     def rotations(self) -> np.ndarray:
-        """Angles turned [rad], (n,), a view of the state; in 3D none are kept (AttributeError)."""
-        if self.model.dimension == 3:
-            raise AttributeError("In 3D no rotations are kept: spheres look alike from all sides.")
-        return self.state.positions[:, 2]
+        """Angles turned [rad], (n,), a view of the state. In 3D quaternions (q_x, q_y, q_z, q_w), (n, 4), a view;
+        AttributeError if no body keeps a rotation."""
+        if self.model.dimension == 2:
+            return self.state.positions[:, 2]
+        if not len(self.model.turning):
+            raise AttributeError("No body of this scene keeps a rotation: spheres look alike from all sides.")
+        return self.state.positions[:, 3:]
 
     @property
     def interactions(self) -> InteractionView:

@@ -22,6 +22,8 @@ BODY = {
     ),
 }
 """Columns of the table of bodies, by dimension."""
+ROTATION = ("q_x", "q_y", "q_z", "q_w")
+"""Columns after the position if bodies keep a rotation in space."""
 UNITS = {
     "time": "s",
     "seconds": "s",
@@ -44,7 +46,7 @@ def export_csv(run: Run, folder: str | os.PathLike, *, force: bool = False) -> l
     history = [f"{name} [{UNITS[name]}]" if name in UNITS else name for name in names]
     by_law = [f"{name}:{law} [J]" for name in ("work", "stored") for law in run.laws]
     written = [
-        _write(target / "bodies.csv", ("frame", "step", "time [s]", "body", *BODY[run.dimension]), _bodies(run)),
+        _write(target / "bodies.csv", ("frame", "step", "time [s]", "body", *_body_columns(run)), _bodies(run)),
         _write(target / "interactions.csv", interaction_columns(run.dimension), _net(run)),
         _write(target / "history.csv", (*history, *by_law), _history(run)),
     ]
@@ -73,6 +75,11 @@ def interaction_columns(dimension: int) -> tuple[str, ...]:
 def _write(path: Path, head: tuple[str, ...], rows: Iterable[Iterable[Any]]) -> Path:
     write_table(path, head, rows)
     return path
+
+
+def _body_columns(run: Run) -> tuple[str, ...]:
+    columns = BODY[run.dimension]
+    return (*columns[:3], *ROTATION, *columns[3:]) if run.dimension == 3 and run.rotations.shape[2] else columns
 
 
 def _bodies(run: Run) -> Iterable[list[Any]]:

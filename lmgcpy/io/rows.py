@@ -66,7 +66,7 @@ class Rows:
         net = self._net(sim)
         self.index.append((sim.time, sim.steps, self._interaction_count, len(net)))
         self.positions.append(sim.state.positions.copy())
-        self.velocities.append(sim.state.velocities.copy())
+        self.velocities.append(np.array(sim.velocities_in_space))
         self.interactions.append(net)
         self._interaction_count += len(net)
         self.bytes += 2 * self.positions[-1].nbytes + net.nbytes

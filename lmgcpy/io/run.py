@@ -256,12 +256,13 @@ class Run:
 
     @property
     def rotations(self) -> FileArray:
-        """Angles of rotation [rad], (f, n); 3D keeps none: (f, n, 0)."""
+        """Angles of rotation [rad], (f, n). In 3D quaternions (q_x, q_y, q_z, q_w), (f, n, 4); (f, n, 0) if no body keeps a
+        rotation."""
         return self._array("frames/positions", np.s_[:, 2] if self.dimension == 2 else np.s_[:, 3:])
 
     @property
     def spins(self) -> FileArray:
-        """Angular velocities [rad/s], (f, n), in 3D (f, n, 3)."""
+        """Angular velocities [rad/s], (f, n), in 3D along the axes of space, (f, n, 3)."""
         return self._array("frames/velocities", np.s_[:, 2] if self.dimension == 2 else np.s_[:, 3:])
 
     def interactions(self, frame: int) -> RunInteractions:

@@ -19,8 +19,10 @@ from lmgcpy.dynamics.model import COMPONENTS
 from lmgcpy.errors import closest, named_arguments, number, shown, vector
 from lmgcpy.scene.contactor import (
     Contactor,
+    CylinderContactor,
     DiskContactor,
     PlaneContactor,
+    SpatialContactor,
     WallContactor,
     disk_area,
     disk_second_moment,
@@ -37,6 +39,9 @@ Prescribed = float | Callable[[float], float]
 NO_CONDITIONS: Mapping[int, Prescribed] = {}
 """Conditions of a body without conditions. All such bodies share it; a statement makes new ones."""
 
+
+NO_ROTATION = np.array([0.0, 0.0, 0.0, 1.0])
+"""The quaternion of a body whose axes are those of space."""
 
 RADIUS, MASS, INERTIA = 9, 10, 11
 """Columns of the radius [m], mass [kg] and inertia [kg m^2] in the row of a round body."""
@@ -70,8 +75,8 @@ _start_rows = StartRows()
 class Body(ABC):
     """A rigid body. In 2D masses are per metre of depth [kg]. The visibility table names bodies by their ``color``.
 
-    Subclasses give ``dimension``, ``mass``, ``inertia`` and ``contactors``. ``rotation`` exists in 2D only: in 3D none is
-    kept.
+    Subclasses give ``dimension``, ``mass``, ``inertia`` and ``contactors``. In space a body keeps a ``rotation`` if it
+    :attr:`turns`: spheres look alike from all sides, and walls never turn. The axes of such a body are its principal axes.
     """
 
     # slots save memory: a scene may have a hundred thousand bodies
@@ -81,14 +86,18 @@ class Body(ABC):
     position_argument: str = "position"
     """Name of the argument that gives the position."""
 
-    def __init__(self, *, position: Any, color: str, velocity: Any = AT_REST, rotation: float = 0.0, spin: Any = AT_REST):
+    def __init__(self, *, position: Any, color: str, velocity: Any = AT_REST, rotation: Any = None, spin: Any = AT_REST):
+        """``rotation``: angle [rad] in 2D; in 3D from the axes of the body to the axes of space, a scipy ``Rotation`` or
+        the four numbers (q_x, q_y, q_z, q_w) of a unit quaternion."""
         what, d = type(self).__name__, self.dimension
         self._state: BodyState | None = None
         self.color = color
         self._id = -1
         at = vector(position, f"{self.position_argument} of a {what}", d)
         moving = vector(np.zeros(d) if velocity is AT_REST else velocity, f"velocity of a {what}", d)
-        turned: Any = number(rotation, "rotation") if d == 2 else ()
+        turned: Any = number(0.0 if rotation is None else rotation, "rotation") if d == 2 else ()
+        if d == 3 and rotation is not None:
+            self._quaternion = unit_quaternion(rotation, what)
         if d == 2:
             turning: Any = number(0.0 if spin is AT_REST else spin, "spin")
         else:
@@ -123,13 +132,21 @@ class Body(ABC):
 
     @property
     @abstractmethod
-    def inertia(self) -> float:
-        """Moment of inertia about the centre [kg m^2], per metre of depth in 2D, about every axis in 3D."""
+    def inertia(self) -> Any:
+        """Moment of inertia about the centre [kg m^2], per metre of depth in 2D; in 3D a number if it is the same about
+        every axis, else three, about the axes of the body."""
 
     @property
     @abstractmethod
     def contactors(self) -> list[tuple[Contactor, tuple[float, ...]]]:
         """Contactors, each with its offset [m] from the centre of the body, along the axes of the body."""
+
+    @property
+    def turns(self) -> bool:
+        """Whether the body keeps a rotation in space: its inertias differ, or a contactor turns or is off its centre."""
+        if self.dimension == 2:
+            return False
+        return np.ndim(self.inertia) > 0 or any(contactor.TURNS or any(offset) for contactor, offset in self.contactors)
 
     @property
     def link_radius(self) -> float:
@@ -174,11 +191,27 @@ class Body(ABC):
         return self._now(True)[: self.dimension]
 
     @property
-    def rotation(self) -> float:
-        """Angle of rotation [rad], in 2D."""
-        if self.dimension == 3:
-            raise AttributeError(f"{self!r} has no rotation: in 3D none is kept.")
-        return float(self._now(True)[2])
+    def rotation(self) -> Any:
+        """Angle of rotation [rad] in 2D. In 3D the rotation from the axes of the body to the axes of space, a scipy
+        ``Rotation``; AttributeError if the body keeps none."""
+        if self.dimension == 2:
+            return float(self._now(True)[2])
+        if not self.turns:
+            raise AttributeError(f"{self!r} keeps no rotation: it looks alike from all sides, or never turns.")
+        from scipy.spatial.transform import Rotation  # slow to import
+
+        return Rotation.from_quat(self._quaternion if self._state is None else self._now(True)[3:])
+
+    @property
+    def _quaternion(self) -> np.ndarray:
+        """Initial rotation, (4,)."""
+        return vars(self).get("_start_rotation", NO_ROTATION)
+
+    @_quaternion.setter
+    def _quaternion(self, quaternion: np.ndarray) -> None:
+        if not hasattr(self, "__dict__"):
+            raise ValueError(f"A {type(self).__name__} keeps no rotation: it looks alike from all sides.")
+        vars(self)["_start_rotation"] = quaternion
 
     @property
     def velocity(self) -> np.ndarray:
@@ -187,9 +220,14 @@ class Body(ABC):
 
     @property
     def spin(self) -> Any:
-        """Angular velocity [rad/s]: a number in 2D, a live view (3,) in 3D."""
+        """Angular velocity [rad/s]: a number in 2D; in 3D (3,) along the axes of space, a live view, or a copy if the body
+        turns."""
         turning = self._now(False)[self.dimension :]
-        return float(turning[0]) if self.dimension == 2 else turning
+        if self.dimension == 2:
+            return float(turning[0])
+        if self._state is None or not self.turns:
+            return turning
+        return self.rotation.apply(turning)
 
     @property
     def components(self) -> tuple[str, ...]:
@@ -201,7 +239,8 @@ class Body(ABC):
     def fix(self, *components: str) -> Body:
         """Hold the named components at rest; without names, hold all of them. Returns the body.
 
-        The components are "x", "y" and "spin" in 2D; in 3D "x", "y", "z", and "spin_x" …
+        The components are "x", "y" and "spin" in 2D; in 3D "x", "y", "z", and "spin_x" …, which are about the axes of
+        space, or about the own axes of a body that turns.
 
         Between the steps of a simulation ``fix``, ``impose_velocity``, ``impose_force``, ``free``, ``hide`` and ``show``
         act from the next step on, by numbers; each replaces what held or loaded the component before. Checkpoints and run
@@ -269,7 +308,7 @@ class Body(ABC):
         for component, _ in checked:
             if component in self._velocities and self._state is None and call != "free":
                 raise ValueError(self._twice(component, "driven by impose_velocity or fix", "loaded"))
-            if not math.isfinite(self.mass if component < self.dimension else self.inertia):
+            if not np.isfinite(self.mass if component < self.dimension else self.inertia).all():
                 raise ValueError(
                     f"{self!r} has no {'mass' if component < self.dimension else 'inertia'}: give it one where it is made, "
                     f"so that a load on {self.components[component]} can move it."
@@ -333,34 +372,86 @@ class Body(ABC):
         return f"<{type(self).__name__} '{self.color}', {which}, at ({position}) m>"
 
 
+def unit_quaternion(rotation: Any, what: str) -> np.ndarray:
+    """The quaternion (q_x, q_y, q_z, q_w) of a rotation in space, (4,); TypeError or ValueError with a sentence."""
+    if hasattr(rotation, "as_quat"):
+        given = np.asarray(rotation.as_quat(), dtype=float)
+        if given.shape != (4,):
+            raise ValueError(f"rotation of a {what} must be one rotation, got {shown(rotation)} of {len(given)}.")
+        return given
+    if not isinstance(rotation, (tuple, list, np.ndarray)):
+        raise TypeError(
+            f"rotation of a {what} in 3D must be a scipy.spatial.transform.Rotation or the four numbers of a unit "
+            f"quaternion, got {shown(rotation)}."
+        )
+    given = vector(rotation, f"rotation of a {what}, a quaternion (q_x, q_y, q_z, q_w),", 4)
+    length = float(np.linalg.norm(given))
+    if not abs(length - 1.0) < 1e-6:
+        raise ValueError(f"rotation of a {what} must be a quaternion of length one, got {shown(given.tolist())}.")
+    return given if abs(length - 1.0) <= 4.0 * np.finfo(float).eps else given / length  # the bits of a file
+
+
+def principal_inertias(inertia: Any, what: str) -> Any:
+    """Moments of inertia in space [kg m^2]: one number, or three that a body can have."""
+    if np.ndim(inertia) == 0:
+        return number(inertia, f"inertia of a {what}", above=0.0, unit="kg m^2")
+    three = vector(inertia, f"inertia of a {what}", 3)
+    if not (three > 0.0).all():
+        raise ValueError(f"inertia of a {what} must be numbers above 0 [kg m^2], got {shown(three.tolist())}.")
+    if 2.0 * three.max() > three.sum() * (1.0 + 1e-9):
+        raise ValueError(
+            f"inertia of a {what} is {shown(three.tolist())} kg m^2, which no body has: none of the three moments is "
+            "larger than the sum of the others."
+        )
+    return three
+
+
 @named_arguments
 class RigidBody(Body):
-    """A body of given mass and inertia with any contactors: a cluster of disks, or contactors that you define."""
+    """A body of given mass and inertia with any contactors: a cluster of disks or spheres, or contactors that you define.
 
-    def __init__(self, contactors: list, *, mass: float, inertia: float, **start: Any):
-        position = start.get("position")
-        if isinstance(position, (tuple, list, np.ndarray)) and len(position) == 3:
-            raise ValueError(f"A {type(self).__name__} is 2D only, as bodies of many contactors are, got a position in 3D.")
+    ``contactors`` is a list of contactors, or of pairs (contactor, offset from the centre of mass along the axes of the
+    body [m]). In 3D ``inertia`` [kg m^2] is three numbers, about the axes of the body, which are its principal axes, or one
+    if it is the same about each. :func:`lmgcpy.clump` finds mass, centre and axes of spheres or disks.
+    """
+
+    def __init__(self, contactors: list, *, mass: float, inertia: Any, **start: Any):
+        position: Any = start.get("position")
+        self.dimension = 3 if hasattr(position, "__len__") and len(position) == 3 else 2
         super().__init__(**start)
         if not isinstance(contactors, (list, tuple)) or not contactors:
             raise TypeError(f"A rigid body needs a list of at least one contactor, got {shown(contactors)}.")
         self._contactors: list[tuple[Contactor, tuple[float, ...]]] = []
         for item in contactors:
-            contactor, offset = item if isinstance(item, tuple) and len(item) == 2 else (item, (0.0, 0.0))
+            contactor, offset = item if isinstance(item, tuple) and len(item) == 2 else (item, (0.0,) * self.dimension)
             if not isinstance(contactor, Contactor):
                 raise TypeError(f"contactors must be Contactor objects or pairs (contactor, offset), got {shown(item)}.")
-            x, y = vector(offset, "offset of a contactor", 2)
-            self._contactors.append((contactor, (float(x), float(y))))
+            self._refuse_other_dimension(contactor)
+            self._contactors.append((contactor, tuple(vector(offset, "offset of a contactor", self.dimension).tolist())))
         self._mass = number(mass, "mass of a rigid body", above=0.0, unit="kg")
-        self._inertia = number(inertia, "inertia of a rigid body", above=0.0, unit="kg m^2")
+        if self.dimension == 2:
+            inertia = number(inertia, "inertia of a rigid body", above=0.0, unit="kg m^2")
+        self._inertia = principal_inertias(inertia, "rigid body")
+
+    def _refuse_other_dimension(self, contactor: Contactor) -> None:
+        """ValueError for a contactor that is for scenes of the other dimension, or never turns."""
+        flat, unturned = (DiskContactor, WallContactor), (PlaneContactor, CylinderContactor)
+        if isinstance(contactor, unturned):
+            raise ValueError(f"A rigid body turns, and {contactor!r} does not: make it a wall of its own.")
+        if isinstance(contactor, flat if self.dimension == 3 else SpatialContactor):
+            raise ValueError(f"A rigid body in {self.dimension}D cannot have {contactor!r}, which is for other scenes.")
 
     @property
     def mass(self) -> float:
         return self._mass
 
     @property
-    def inertia(self) -> float:
+    def inertia(self) -> Any:
         return self._inertia
+
+    @property
+    def turns(self) -> bool:
+        return self.dimension == 3
 
     @property
     def contactors(self) -> list[tuple[Contactor, tuple[float, ...]]]:

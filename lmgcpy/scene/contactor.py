@@ -23,6 +23,8 @@ class Contactor(ABC):
 
     KIND: ClassVar[str]
     """Name under which narrow phases are registered."""
+    TURNS: ClassVar[bool] = True
+    """Whether it turns with its body. In space a body with such a contactor keeps a rotation."""
 
     @property
     @abstractmethod
@@ -136,12 +138,14 @@ class SphereContactor(SpatialContactor, RoundContactor):
 
     __slots__ = ()
     KIND = "sphere"
+    TURNS = False  # it looks alike from all sides
 
 
 class PlaneContactor(SpatialContactor):
     """The half-space behind a plane through the contactor's position with the outward ``normal``."""
 
     KIND = "plane"
+    TURNS = False
     bounding_radius = math.inf
 
     def __init__(self, normal):
@@ -156,6 +160,7 @@ class CylinderContactor(SpatialContactor):
     """The outside of a cylinder of radius ``radius`` [m] around ``axis`` through the contactor's position."""
 
     KIND = "cylinder"
+    TURNS = False
     bounding_radius = math.inf
 
     def __init__(self, axis, radius: float):

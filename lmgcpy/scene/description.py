@@ -86,6 +86,7 @@ class RecordedBody(Body):
     extent = 0.0
     gravity_acts = True
     held_by_default = False
+    turns = False
     contactors: list[tuple[Contactor, tuple[float, ...]]] = []  # noqa: RUF012
 
 
@@ -135,6 +136,7 @@ def describe(scene: Scene) -> dict[str, Any]:
             "held_by_default": np.array([body.held_by_default for body in bodies], dtype=bool),
             "hidden": np.array([body.hidden for body in bodies], dtype=bool),
         },
+        **({"turning": _turning(start)} if len(start.turning) else {}),
         "contactors": {
             "kinds": kinds,
             "kind": kind,
@@ -300,6 +302,11 @@ def lattice_of(description: Mapping[str, Any]) -> Lattice | None:
     return Lattice(rows[order], axes[order], d)
 
 
+def _turning(start: StartNumbers) -> dict[str, np.ndarray]:
+    """The bodies that keep a rotation in space, with their rotations and inertias about their own axes."""
+    return {"body": start.turning, "rotation": start.quaternion, "inertia": start.inertias}
+
+
 def _kind(body: Body) -> str:
     """The kind of a body in descriptions."""
     return EDGES[body.axis] if isinstance(body, Edge) else KINDS.get(type(body), "other")
@@ -345,6 +352,7 @@ def _add_bodies(scene: Scene, description: Mapping[str, Any]) -> None:
     of_body: list[list[int]] = [[] for _ in bodies["mass"]]
     for k, body in enumerate(description["contactors"]["body"].tolist()):
         of_body[body].append(k)
+    turning = _turning_of(description)
     # bodies of one kind, colour and material that follow each other are made at once
     alike = zip(*(bodies[name].tolist() for name in ("kind", "color", "material")), strict=True)
     for (kind_code, color_code, material_code), run in groupby(range(len(of_body)), key=list(alike).__getitem__):
@@ -355,7 +363,7 @@ def _add_bodies(scene: Scene, description: Mapping[str, Any]) -> None:
             _add_round(scene, description, Disk if kind == "disk" else Sphere, color, material, rows, of_body)
             continue
         for i in rows:
-            scene._join([_one_body(scene.dimension, description, kind, color, i, of_body[i])])
+            scene._join([_one_body(scene.dimension, description, kind, color, i, of_body[i], turning.get(i))])
     lattice = lattice_of(description)
     if lattice is not None:
         edges = [scene.bodies[i] for i in lattice.rows]
@@ -391,14 +399,38 @@ def _add_round(
     )
 
 
-def _one_body(dimension: int, description: Mapping[str, Any], kind: str, color: str, i: int, of_body: list[int]) -> Body:
-    """The body of a row of the table of bodies, with its contactors, that is no disk or sphere."""
+def _turning_of(description: Mapping[str, Any]) -> dict[int, tuple[np.ndarray, Any]]:
+    """Rotation and inertia of the bodies that keep a rotation in space, by row; ValueError if the fields do not fit."""
+    table = description.get("turning")
+    if table is None:
+        return {}
+    body, rotation, inertia = table["body"], table["rotation"], table["inertia"]
+    if not (body.ndim == 1 and rotation.shape == (len(body), 4) and inertia.shape == (len(body), 3)):
+        raise ValueError("the fields of bodies that turn do not fit together")
+    alike = (inertia == inertia[:, :1]).all(axis=1)
+    inertias = [float(row[0]) if one else row for row, one in zip(inertia, alike.tolist(), strict=True)]
+    return dict(zip(body.tolist(), zip(rotation, inertias, strict=True), strict=True))
+
+
+def _one_body(
+    dimension: int,
+    description: Mapping[str, Any],
+    kind: str,
+    color: str,
+    i: int,
+    of_body: list[int],
+    turning: tuple[np.ndarray, Any] | None,
+) -> Body:
+    """The body of a row of the table of bodies, with its contactors, that is no disk or sphere; ``turning``: its rotation
+    and inertia if it keeps a rotation in space."""
     bodies, table = description["bodies"], description["contactors"]
     contactors = [(_contactor(table, k), tuple(table["offset"][k].tolist())) for k in of_body]
     position, velocity = bodies["position"][i], bodies["velocity"][i]
     start: dict[str, Any] = {"color": color, "velocity": velocity[:dimension]}
     start |= {"spin": float(velocity[2]), "rotation": float(position[2])} if dimension == 2 else {"spin": velocity[3:]}
     mass, inertia = float(bodies["mass"][i]), float(bodies["inertia"][i])
+    if turning is not None:
+        start["rotation"], inertia = turning
     made: Body
     if kind == "wall":
         contactor = contactors[0][0]
@@ -413,12 +445,13 @@ def _one_body(dimension: int, description: Mapping[str, Any], kind: str, color: 
         held = None if mass == math.inf else mass
         made = Edge(EDGES.index(kind), position[:dimension], mass=held, velocity=velocity[:dimension])
     elif kind == "rigid":
-        made = RigidBody(contactors, mass=mass, inertia=inertia, position=position[:2], **start)
+        made = RigidBody(contactors, mass=mass, inertia=inertia, position=position[:dimension], **start)
     else:
         made = RecordedBody(position=position[:dimension], **start)
         vars(made).update(
             mass=mass,
             inertia=inertia,
+            turns=turning is not None,
             contactors=contactors,
             link_radius=float(bodies["link_radius"][i]),
             extent=float(bodies["extent"][i]),

@@ -107,16 +107,27 @@ class StartNumbers(NamedTuple):
     """[m], (n,)."""
     heavy: np.ndarray
     """Whether gravity acts, (n,) bool."""
+    turning: np.ndarray
+    """Rows of the bodies that keep a rotation in space, (t,) int64."""
+    quaternion: np.ndarray
+    """Their rotations, (t, 4)."""
+    inertias: np.ndarray
+    """Their inertias about their own axes [kg m^2], (t, 3)."""
 
     @classmethod
     def of(cls, bodies: Sequence[Body]) -> StartNumbers:
         """Copy the numbers of bodies. Bodies that are no plain disks or spheres are asked one by one."""
         rows = _rows_of(bodies)
         plain = np.fromiter((type(body) in PLAIN for body in bodies), bool, len(bodies))
-        start = cls(rows, plain, rows[:, RADIUS].copy(), rows[:, RADIUS].copy(), np.ones(len(bodies), dtype=bool))
+        turning = np.array([i for i in np.flatnonzero(~plain).tolist() if bodies[i].turns], dtype=np.int64)
+        start = cls(
+            *(rows, plain, rows[:, RADIUS].copy(), rows[:, RADIUS].copy(), np.ones(len(bodies), dtype=bool), turning),
+            np.array([bodies[i]._quaternion for i in turning.tolist()]).reshape(-1, 4),
+            np.array([np.broadcast_to(bodies[i].inertia, 3) for i in turning.tolist()]).reshape(-1, 3),
+        )
         for i in start.others:
             body = bodies[i]
-            rows[i, MASS], rows[i, INERTIA] = body.mass, body.inertia
+            rows[i, MASS], rows[i, INERTIA] = body.mass, np.max(body.inertia)
             start.extent[i], start.link_radius[i], start.heavy[i] = body.extent, body.link_radius, body.gravity_acts
         return start
 

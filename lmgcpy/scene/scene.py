@@ -28,6 +28,7 @@ from lmgcpy.dynamics.changes import (
     laws_after,
 )
 from lmgcpy.dynamics.model import COMPONENTS, BodyState, Drive, Model
+from lmgcpy.dynamics.rotation import in_own_axes, with_rotations
 from lmgcpy.dynamics.watch.start_overlaps import check_start
 from lmgcpy.errors import AXES, LARGEST, closest, flag, named_arguments, number, shown, vector, whole
 from lmgcpy.laws import Law
@@ -37,6 +38,7 @@ from lmgcpy.scene.body import INERTIA, MASS, RADIUS, Body, Disk, RigidBody, Wall
 from lmgcpy.scene.body_3d import Sphere
 from lmgcpy.scene.cell import Cell, Edge, edge_vector
 from lmgcpy.scene.chain import Chain, refuse_other_class
+from lmgcpy.scene.clump import Clump, make_clumps
 from lmgcpy.scene.many_bodies import SomeRound, StartNumbers, make_round
 from lmgcpy.scene.material import Material
 from lmgcpy.scene.medium import COEFFICIENTS, Medium, drag_of, medium
@@ -311,6 +313,32 @@ class Scene:
         given = {"velocities": velocities, "spins": spins, "masses": masses, "inertias": inertias}
         return self._add_round(Sphere, radii, positions, material=material, color=color, **given)
 
+    @named_arguments
+    def add_clumps(
+        self,
+        shape: Clump,
+        positions: Any,
+        *,
+        rotations: Any = None,
+        scales: Any = None,
+        color: str = "GRAIN",
+        velocities: Any = None,
+        spins: Any = None,
+    ) -> list[RigidBody]:
+        """Add many clumps of one shape, see :func:`lmgcpy.clump`, with their centres of mass at ``positions`` [m], (n, d);
+        returns them in this order.
+
+        ``rotations``: angles [rad], (n,), in 3D a scipy ``Rotation`` of n rotations or unit quaternions (n, 4); ``scales``
+        multiply lengths, (n,); ``velocities`` [m/s], (n, d), and ``spins`` [rad/s], (n,) or (n, 3), by default at rest.
+        What is the same for all may be given once.
+        """
+        given = {"rotations": rotations, "scales": scales, "velocities": velocities, "spins": spins}
+        made = make_clumps(shape, positions, color=color, **given)
+        if shape.dimension != self.dimension:
+            raise ValueError(f"The clump is of dimension {shape.dimension}, this scene of dimension {self.dimension}.")
+        self._join(made)
+        return made
+
     def _add_round(self, kind: type[SomeRound], radii: Any, positions: Any, **given: Any) -> list[SomeRound]:
         if kind.dimension != self.dimension:
             raise ValueError(f"A {kind.noun} is of dimension {kind.dimension}, this scene of dimension {self.dimension}.")
@@ -476,6 +504,12 @@ class Scene:
         start, d, count = StartNumbers.of(self.bodies), self.dimension, len(COMPONENTS[self.dimension])
         positions, velocities = start.rows[:, :3].copy(), start.rows[:, 3 : 3 + count].copy()
         mass = np.repeat(start.rows[:, [MASS, INERTIA]], [d, count - d], axis=1)
+        turning = start.turning
+        if len(turning):
+            positions = with_rotations(positions)
+            positions[turning, 3:] = start.quaternion
+            velocities[turning, 3:] = in_own_axes(start.quaternion, velocities[turning, 3:])
+            mass[turning, 3:] = start.inertias
         contactors = self._contactors(start)
         self._check_numbers(positions, velocities, mass, contactors)
         driven, loads, inverse_mass, hidden = self._conditions(mass)
@@ -496,6 +530,7 @@ class Scene:
             gravity=self.gravity,
             heavy=start.heavy,
             contactors=contactors,
+            turning=turning,
             rows=[
                 VisibilityRow(
                     c,
@@ -693,10 +728,10 @@ class Scene:
         for at, (_, contactor, from_centre), shape in zip(
             np.flatnonzero(~plain[owner]).tolist(), others, shapes, strict=True
         ):
-            if len(from_centre) != self.dimension or (self.dimension == 3 and any(from_centre)):
+            if len(from_centre) != self.dimension:
                 raise ValueError(
                     f"{self.bodies[owner[at]]!r} has a contactor at {shown(from_centre)} m from its centre: an offset is "
-                    "two numbers in 2D, and (0, 0, 0) in 3D, where bodies keep no rotation with which it would turn."
+                    f"{self.dimension} numbers in {self.dimension}D."
                 )
             kinds[at] = contactor.KIND
             table[at, : len(shape)] = shape
@@ -712,6 +747,7 @@ class Scene:
             shape=table,
             shape_size=shape_size,
             bounding_radius=bounding_radius,
+            turns=np.isin(owner, start.turning) if len(start.turning) else None,
         )
 
     @staticmethod

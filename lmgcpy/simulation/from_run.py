@@ -52,6 +52,9 @@ def at_frame(run: Run, frame: int) -> dict[str, Any]:
     velocity = np.column_stack([run.velocities[frame], run.spins[frame]])
     if d == 2:
         position = np.column_stack([position, run.rotations[frame]])
+    elif "turning" in description:
+        turning = description["turning"]
+        description["turning"] = {**turning, "rotation": run.rotations[frame][turning["body"]]}
     description["bodies"] = {**description["bodies"], "position": position, "velocity": velocity}
     chains = description["chains"]
     left = np.maximum(np.asarray(chains["relaxation"], dtype=float) - float(run.times[frame]), 0.0)

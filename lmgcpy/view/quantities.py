@@ -76,8 +76,8 @@ def spin(snap: Snapshot) -> tuple[Quantity, np.ndarray]:
 
 def rotation(snap: Snapshot) -> tuple[Quantity, np.ndarray]:
     """Angles turned since the start [rad], (n,); ValueError in 3D."""
-    if snap.rotations is None:
-        raise ValueError("grains cannot be 'rotation' in 3D, where no rotation is kept: ask for 'spin'.")
+    if snap.dimension == 3:
+        raise ValueError("grains cannot be 'rotation' in 3D, where it is no angle: ask for 'spin'.")
     return ROTATION, snap.rotations - snap.scene["bodies"]["position"][:, 2]
 
 

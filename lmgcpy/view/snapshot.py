@@ -11,10 +11,12 @@ import numpy as np
 
 from lmgcpy.contact.lattice import Lattice
 from lmgcpy.dynamics.model import COMPONENTS
+from lmgcpy.dynamics.rotation import in_space
 from lmgcpy.dynamics.stepper import Stepper
 from lmgcpy.errors import shown, whole
 from lmgcpy.io.run import Run
 from lmgcpy.measure.moment import Net
+from lmgcpy.scene.body import NO_ROTATION, Body
 from lmgcpy.scene.contactor import (
     CylinderContactor,
     DiskContactor,
@@ -179,7 +181,7 @@ class Snapshot:
         placed = self._contactors(owners, np.zeros((len(table["body"]), 0)))
         found = []
         for body, position, (_, points) in zip(placed.body, placed.position, lines, strict=True):
-            line = points if self.rotations is None else turned(points, self.rotations[body])
+            line = points if self.rotations is None else turned(points, self.rotations[[body]])
             found.append((int(body), position + line))
         return found
 
@@ -220,9 +222,11 @@ class Snapshot:
         return Contactors(body, self.positions[body] + offset, shape[chosen])
 
 
-def turned(points: np.ndarray, angle: np.ndarray | float) -> np.ndarray:
-    """Points in the plane (k, 2), turned by one angle, or by one each [rad]."""
-    c, s = np.cos(angle), np.sin(angle)
+def turned(points: np.ndarray, rotations: np.ndarray) -> np.ndarray:
+    """Points (k, d), turned by one rotation, or by one each: angles [rad] or quaternions, (1 or k,) or (1 or k, 4)."""
+    if points.shape[1] == 3:
+        return in_space(rotations, points)
+    c, s = np.cos(rotations), np.sin(rotations)
     return np.stack([c * points[:, 0] - s * points[:, 1], s * points[:, 0] + c * points[:, 1]], axis=-1)
 
 
@@ -315,12 +319,21 @@ def _of_scene(scene: Scene) -> Snapshot:
         scene=describe(scene),
         time=None,
         positions=np.array([body.position for body in bodies], dtype=float).reshape(-1, d),
-        rotations=np.array([body.rotation for body in bodies], dtype=float) if d == 2 else None,
+        rotations=_rotations(bodies, d),
         velocities=np.array([body.velocity for body in bodies], dtype=float).reshape(-1, d),
         spins=np.array([body.spin for body in bodies], dtype=float).reshape((-1,) if d == 2 else (-1, 3)),
         forces=None,
         hidden=np.array([body.hidden for body in bodies], dtype=bool),
     )
+
+
+def _rotations(bodies: list[Body], dimension: int) -> np.ndarray | None:
+    """Angles of bodies [rad], (n,), in 3D their quaternions, (n, 4), or None if none keeps a rotation."""
+    if dimension == 2:
+        return np.array([body.rotation for body in bodies], dtype=float)
+    if not any(body.turns for body in bodies):
+        return None
+    return np.array([body.rotation.as_quat() if body.turns else NO_ROTATION for body in bodies])
 
 
 def _of_simulation(sim: Stepper) -> Snapshot:
@@ -329,7 +342,7 @@ def _of_simulation(sim: Stepper) -> Snapshot:
         scene=scene,
         time=sim.time,
         positions=sim.positions.copy(),
-        rotations=sim.rotations.copy() if sim.model.dimension == 2 else None,
+        rotations=sim.rotations.copy() if sim.model.dimension == 2 or len(sim.model.turning) else None,
         velocities=sim.velocities.copy(),
         spins=sim.spins.copy(),
         forces=Forces.of(sim.interactions, links_of(scene)) if sim.steps else None,
@@ -343,7 +356,7 @@ def _of_run(run: Run, frame: int) -> Snapshot:
         scene=scene,
         time=float(run.times[frame]),
         positions=run.positions[frame],
-        rotations=run.rotations[frame] if run.dimension == 2 else None,
+        rotations=run.rotations[frame] if run.dimension == 2 or run.rotations.shape[2] else None,
         velocities=run.velocities[frame],
         spins=run.spins[frame],
         forces=Forces.of(run.interactions(frame), links_of(scene)),

@@ -707,31 +707,54 @@ class Dumbbell(lm.Body):
     contactors = None
 
 
-@pytest.mark.parametrize("offset", [(0.1, 0.0, 0.0), (0.0, 0.0, 0.1), (0.1, 0.0)])
 @pytest.mark.parametrize("later", [False, True])
-def test_a_body_in_space_has_its_contactors_at_its_centre(offset, later):
-    """No rotation is kept with which others would turn: the z of an offset was dropped, and z was taken for the angle."""
+def test_an_offset_has_as_many_numbers_as_the_scene_dimensions(later):
     scene = lm.Scene(dimension=3)
     scene.add(lm.sphere(radius=0.1, position=(0, 0, 0), mass=1.0))
     scene.see("GRAIN", "GRAIN", lm.Coulomb(friction=0.3))
-    body = Dumbbell(offset, position=(1.0, 0.0, 0.0), color="GRAIN")
+    body = Dumbbell((0.1, 0.0), position=(1.0, 0.0, 0.0), color="GRAIN")
     if later:
         sim = simulate(scene).run(steps=1)
-        with pytest.raises(ValueError, match=r"\(0, 0, 0\) in 3D"):
+        with pytest.raises(ValueError, match="an offset is 3 numbers in 3D"):
             scene.add(body)
         assert sim.run(steps=1).steps == 2
         return
     scene.add(body)
-    with pytest.raises(ValueError, match=r"\(0, 0, 0\) in 3D"):
+    with pytest.raises(ValueError, match="an offset is 3 numbers in 3D"):
         simulate(scene)
 
 
-def test_rigid_bodies_say_that_they_are_of_the_plane():
-    shape = lm.disk(radius=0.1, position=(0, 0), mass=1.0).contactors[0][0]
-    with pytest.raises(ValueError, match="RigidBody is 2D only"):
-        lm.Scene(dimension=3).add(lm.RigidBody([shape], mass=1.0, inertia=1.0, position=(0, 0), color="A"))
-    with pytest.raises(ValueError, match="RigidBody is 2D only"):
-        lm.RigidBody([shape], mass=1.0, inertia=1.0, position=(0, 0, 0), color="A")
+def test_a_body_that_turns_joins_a_scene_of_spheres():
+    """Positions get a rotation then; the scene is, bit for bit, the one in which the body was hidden until then."""
+    runs = []
+    for later in (True, False):
+        scene = lm.Scene(dimension=3, gravity=(0, 0, -G))
+        scene.add(lm.wall(point=(0, 0, 0), normal=(0, 0, 1)))
+        scene.add(lm.sphere(radius=0.1, position=(0, 0, 0.11), mass=1.0, spin=(1.0, 2.0, 3.0)))
+        scene.see("GRAIN", "GRAIN", lm.Coulomb(friction=0.3))
+        scene.see("GRAIN", "WALL", lm.Coulomb(friction=0.3))
+        body = Dumbbell((0.0, 0.05, 0.1), position=(0.05, 0.0, 0.5), color="GRAIN", rotation=(0.5, 0.5, 0.5, 0.5))
+        if not later:
+            scene.add(body).hide()
+        sim = simulate(scene, time_step=1e-3).run(steps=100)
+        assert sim.state.positions.shape[1] == (3 if later else 7)
+        if later:
+            scene.add(body)
+        body.show()
+        runs.append(sim.run(steps=400).state)
+    for name in ("positions", "velocities"):
+        np.testing.assert_array_equal(getattr(runs[0], name), getattr(runs[1], name))
+    assert 0.1 < runs[0].positions[2, 2] < 0.4  # it fell from 0.5 and lies on the sphere
+
+
+def test_rigid_bodies_refuse_contactors_of_the_other_dimension():
+    flat = lm.DiskContactor(0.1)
+    with pytest.raises(ValueError, match="A rigid body in 3D cannot have <DiskContactor"):
+        lm.RigidBody([flat], mass=1.0, inertia=1.0, position=(0, 0, 0), color="A")
+    with pytest.raises(ValueError, match="A rigid body in 2D cannot have <SphereContactor"):
+        lm.RigidBody([lm.SphereContactor(0.1)], mass=1.0, inertia=1.0, position=(0, 0), color="A")
+    with pytest.raises(ValueError, match="2D"):
+        lm.Scene(dimension=3).add(lm.RigidBody([flat], mass=1.0, inertia=1.0, position=(0, 0), color="A"))
 
 
 @pytest.mark.default_parameters("2")

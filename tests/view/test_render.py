@@ -296,7 +296,7 @@ WRONG = {
     "forces": ({"what": "forces"}, "run a Simulation of the scene first"),
     "grains": ({"grains": "sped"}, "grains cannot be 'sped'; did you mean 'speed'?"),
     "wires": ({"wires": "tensions"}, "wires cannot be 'tensions'; did you mean 'tension'?"),
-    "rotation": ({"grains": "rotation"}, "in 3D, where no rotation is kept: ask for 'spin'"),
+    "rotation": ({"grains": "rotation"}, "in 3D, where it is no angle: ask for 'spin'"),
     "camera": ({"camera": "front"}, "camera cannot be 'front'"),
     "camera of nothing": ({"camera": (0.0, 0.0, 0.0)}, "camera must not be zero"),
     "section and camera": ({"section": "y", "camera": "x"}, "leave out one of the two"),

@@ -15,7 +15,7 @@ from lmgcpy.dynamics.step_problem import StepProblem
 from lmgcpy.errors import LARGEST, shown
 from lmgcpy.solve.kernels.law_kernels import known_pair
 
-POSITION = {2: ("x [m]", "y [m]", "rotation [rad]"), 3: ("x [m]", "y [m]", "z [m]")}
+POSITION = {2: ("x [m]", "y [m]", "rotation [rad]"), 3: ("x [m]", "y [m]", "z [m]", *(f"rotation (q_{k})" for k in "xyzw"))}
 """Columns of the positions in words, by dimension."""
 VELOCITY = {
     2: ("velocity along x [m/s]", "velocity along y [m/s]", "spin [rad/s]"),

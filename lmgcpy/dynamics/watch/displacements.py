@@ -75,7 +75,10 @@ def _measure(velocities, dimension, arm, limit, walls, across, wall_limit):
             square += velocities[i, k] * velocities[i, k]
         speed = np.sqrt(square)
         if arm[i] > 0.0:
-            speed += arm[i] * abs(velocities[i, dimension])
+            square = 0.0
+            for k in range(dimension, velocities.shape[1]):
+                square += velocities[i, k] * velocities[i, k]
+            speed += arm[i] * np.sqrt(square)
         fastest = max(fastest, speed)
         # bounded bodies have limits, and close gaps with walls
         if arm[i] >= 0.0:
@@ -118,8 +121,11 @@ class DisplacementWatch:
         self._own, self._others = radii_that_meet(model)
         self._limit = np.minimum(OWN * self._own, OTHERS * self._others)
         self._arm = np.zeros(len(self._limit))
-        if d == 2:  # in 3D no rotation is kept, and offsets do not turn
-            np.maximum.at(self._arm, owner, np.hypot(*contactors.offset.T))
+        reach = np.sqrt((contactors.offset**2).sum(axis=1))
+        if d == 3:  # shapes that are no spheres
+            round_ones = np.array([kind == "sphere" for kind in contactors.kind], dtype=bool)
+            reach = reach + np.where(round_ones, 0.0, radius)
+        np.maximum.at(self._arm, owner, reach)
         self._walls = np.unique(owner[np.isinf(radius)])
         self._arm[self._walls] = -1.0
         self._across = np.array([across(model, int(wall)) for wall in self._walls]).reshape(-1, d, d)

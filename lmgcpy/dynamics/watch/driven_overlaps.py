@@ -136,7 +136,12 @@ def yields(found: Interactions, inverse_mass: np.ndarray) -> np.ndarray:
     c, a = found.candidate, found.antagonist
     d = found.normal.shape[1]
     normal = (found.normal**2 * (inverse_mass[c, :d] + inverse_mass[a, :d])).sum(axis=1)
-    if len(found.lateral):  # levers of clusters in the plane
-        turns = found.lateral[: len(c)] ** 2 * inverse_mass[np.column_stack([c, a]), d]
-        normal = normal + turns.sum(axis=1)
+    if len(found.lateral):  # levers turn the bodies
+        both = inverse_mass[np.column_stack([c, a]), d:]
+        moment = found.lateral[:, :, None]
+        if d == 3:
+            moment = found.moment[:, :18].reshape(-1, 2, 3, 3)[:, :, 0]
+            levers = np.abs(found.lateral).max(axis=1, initial=0.0)  # central contacts do not write their moments
+            moment = np.where(levers[:, None, None] > 0.0, moment, 0.0)
+        normal = normal + (moment**2 * both).sum(axis=(1, 2))
     return normal

@@ -5,7 +5,9 @@ A run file is one HDF5 file (readable from HDF5 1.10 on). Nothing in it is ever 
     about, versions, options        JSON texts
     scene/...                       the description (:mod:`lmgcpy.scene.description`), arrays and JSON texts
     frames/index                    one row a frame: time, step, first interaction, number of interactions
-    frames/positions, velocities    (frames, n, 3): x, y, angle; in 3D x, y, z, and velocities with three more spins
+    frames/positions, velocities    (frames, n, 3): x, y, angle; in 3D x, y, z, and velocities with three more spins. If
+                                    bodies keep a rotation in space, positions have a quaternion more, (frames, n, 7);
+                                    spins are along the axes of space
     interactions                    interactions of all frames, one after the other
     history                         one row a step: solver and energy
     observed/...                    one row a step: values of the user's functions

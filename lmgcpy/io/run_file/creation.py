@@ -41,13 +41,13 @@ def create(
     observed: Mapping[str, np.dtype],
 ) -> None:
     """Make the file of a run without frames, and close it; ``observed`` gives the types of the observations by name."""
-    dimension, bodies, laws = int(description["dimension"]), len(checkpoint.positions), len(about["laws"])
+    dimension, laws = int(description["dimension"]), len(about["laws"])
 
     def fill(file: Any) -> None:
         file.attrs["format"], file.attrs["format_version"] = FORMAT, VERSION
         write_group(file, "about", about)
         write_group(file, "scene", description)
-        positions = np.dtype(("f8", (bodies, 3)))
+        positions = np.dtype(("f8", checkpoint.positions.shape))
         velocities = np.dtype(("f8", checkpoint.velocities.shape))
         moments = checkpoint.memory.impulse.shape[1] - dimension
         kinds = INDEX, positions, velocities, interaction_type(dimension, moments), history_type(laws)

@@ -178,6 +178,7 @@ SYSTEM_TYPE = numba.typeof(
         tangent=np.zeros((0, 3)),
         arm=np.zeros((0, 2)),
         lateral=np.zeros((0, 2)),
+        moment=np.zeros((0, 18)),
         rolling=np.zeros(0),
         edges=np.zeros(0, np.int64),
         branch=np.zeros((0, 0)),

@@ -33,7 +33,11 @@ class System(NamedTuple):
     both positive towards it; the part of the levers that turns spin into tangential velocity."""
     lateral: np.ndarray
     """(m, 2), or (0, 2) if every pair is central: tangential coordinate of the contact point seen from the candidate's and
-    the antagonist's centre [m]; the part of the levers that turns spin into normal velocity."""
+    the antagonist's centre [m]; the part of the levers that turns spin into normal velocity. In 3D (m, 4): along t, then
+    along s."""
+    moment: np.ndarray
+    """Moments on the candidate and on the antagonist of unit impulses along n, t and s, along the axes of each body [m],
+    (m, 18), or (m, 36) with those of rolling components; (0, 18) in 2D and if every pair is central."""
     rolling: np.ndarray
     """Effective radius of contacts with rolling friction [m], 0 of others, (m,); (0,) in scenes without any. Arrays of
     shape (m, d) have columns for the rolling components there, after the others."""

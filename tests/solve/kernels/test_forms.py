@@ -123,8 +123,8 @@ def test_the_functions_of_the_toy_agree_with_its_rows(toy):
     agree(lm.Simulation(meeting(), time_step=1e-3).run(steps=1))
 
 
-def heap(dimension, law):
-    """Disks or spheres, in the plane with clusters among them, that fall on a floor."""
+def heap(dimension, law, clump=False):
+    """Disks or spheres, in the plane with clusters among them and in space if asked, that fall on a floor."""
     scene = lm.Scene(dimension=dimension, gravity=(0.0,) * (dimension - 1) + (-9.81,))
     down = np.eye(dimension)[-1]
     make = lm.disk if dimension == 2 else lm.sphere
@@ -134,6 +134,10 @@ def heap(dimension, law):
     if dimension == 2:
         pair = [(DiskContactor(0.01), (-0.01, 0.0)), (DiskContactor(0.012), (0.01, 0.004))]
         scene.add(lm.RigidBody(pair, mass=0.2, inertia=1e-5, position=(0.035, 0.013), color="G", spin=2.0))
+    if clump:
+        pair = [(lm.SphereContactor(0.01), (-0.01, 0.0, 0.0)), (lm.SphereContactor(0.012), (0.01, 0.004, -0.003))]
+        start = {"position": (0.035, 0.003, 0.027), "color": "G", "spin": (2, -1, 3), "rotation": (0.5, 0.5, -0.5, 0.5)}
+        scene.add(lm.RigidBody(pair, mass=0.2, inertia=(1e-5, 2e-5, 2.5e-5), **start))
     scene.add(lm.wall(point=(0.0,) * dimension, normal=tuple(down), color="W"))
     scene.see("G", "G", law)
     scene.see("G", "W", lm.Coulomb(friction=0.4))
@@ -152,13 +156,31 @@ def agree(sim):
     np.testing.assert_allclose(H.T @ r.ravel(), problem.momentum().ravel(), rtol=0.0, atol=1e-14 * np.abs(r).sum())
 
 
-@pytest.mark.default_parameters("False-False-2", "False-True-3", "True-False-3")
-@pytest.mark.parametrize("dimension", [2, 3])
+    # the blocks of W on the diagonal, of which the local solves and their velocities come
+    inverse, width = problem.inverse_mass.ravel(), r.shape[1]
+    rows = H.toarray().reshape(len(r), width, -1)
+    for group in problem.by_law:
+        wide = group.law.rows(problem.dimension)
+        for i in range(group.start, group.stop):
+            W = (rows[i, :wide] * inverse) @ rows[i, :wide].T
+            if group.form == "lever" and problem.dimension == 3 and not problem.system.deforms:
+                s = problem.system
+                found = np.diag(s.delassus[i, :wide])
+                found[0, 1], found[0, 2:3], found[1, 2:3] = s.coupling[i], s.shear[i, :1], s.shear[i, 1:]
+                sure = np.ones_like(W, dtype=bool)
+                sure[3:, :] = sure[:, 3:] = False  # couplings of rolling components are made in the kernel
+                np.fill_diagonal(sure, True)
+                found = np.triu(found) + np.triu(found, 1).T
+                np.testing.assert_allclose(found[sure], W[sure], rtol=0.0, atol=1e-13 * np.abs(W).max())
+
+
+@pytest.mark.default_parameters("False-False-2", "False-True-3", "True-False-3", "False-True-clump", "True-True-clump")
+@pytest.mark.parametrize("dimension", [2, 3, "clump"])
 @pytest.mark.parametrize("rolls", [False, True])
 @pytest.mark.parametrize("cell", [False, True])
 def test_the_functions_of_a_form_agree_with_its_rows(dimension, rolls, cell):
     law = lm.RollingCoulomb(friction=0.3, rolling_friction=0.1) if rolls else lm.Coulomb(friction=0.3)
-    scene = heap(dimension, law)
+    scene = heap(3, law, clump=True) if dimension == "clump" else heap(dimension, law)
     if cell:
         edges = scene.periodic(x=0.2)
         edges.impose_rate(xx=-0.5)

@@ -17,7 +17,15 @@ import numpy as np
 from lmgcpy.compiled.by_address import call, group_signature
 from lmgcpy.compiled.kernel import Kernel, kernel
 from lmgcpy.solve.kernels import contact_block
-from lmgcpy.solve.kernels.forms import cell, plane, rolling_in_plane, rolling_in_space, space
+from lmgcpy.solve.kernels.forms import (
+    cell,
+    lever_in_space,
+    lever_rolling_in_space,
+    plane,
+    rolling_in_plane,
+    rolling_in_space,
+    space,
+)
 from lmgcpy.solve.kernels.small_matrices import small_matrices
 
 
@@ -98,6 +106,7 @@ FORMS: dict[tuple[int, str], Form] = {
     (2, "central"): written_in(plane, 2, 2, CENTRAL=True),
     (2, "lever"): written_in(plane, 2, 2, CENTRAL=False),
     (3, "central"): written_in(space, 3, 3),
+    (3, "lever"): written_in(lever_in_space, 3, 3),
 }
 """By dimension and the name that a narrow phase gives: "central" where the contact point lies on the normal through both
 centres."""
@@ -106,6 +115,7 @@ ROLLING: dict[tuple[int, str], Form] = {
     (2, "lever"): written_in(rolling_in_plane, 2, 3, CENTRAL=False),
     (3, "central"): written_in(rolling_in_space, 3, 6, ISOTROPIC=True),
     (3, "central, unlike"): written_in(rolling_in_space, 3, 6, ISOTROPIC=False),
+    (3, "lever"): written_in(lever_rolling_in_space, 3, 6),
 }
 """Forms of contacts with rolling friction; "unlike" if bodies have different inertias about their axes."""
 
