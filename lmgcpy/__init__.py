@@ -17,10 +17,11 @@ from lmgcpy.laws.signorini import Signorini
 from lmgcpy.laws.voigt import VoigtRod, VoigtWire
 from lmgcpy.scene.body import Body, Disk, RigidBody, Wall, disk, wall
 from lmgcpy.scene.body_3d import CylinderWall, Sphere, cylinder_wall, sphere
+from lmgcpy.scene.capsule import Capsule, capsule
 from lmgcpy.scene.cell import Cell
 from lmgcpy.scene.chain import Chain
 from lmgcpy.scene.clump import Clump, clump
-from lmgcpy.scene.contactor import Contactor, DiskContactor, SphereContactor
+from lmgcpy.scene.contactor import Contactor, DiskContactor, RodContactor, SphereContactor
 from lmgcpy.scene.material import Material
 from lmgcpy.scene.scene import Scene
 from lmgcpy.simulation import Simulation
@@ -46,6 +47,7 @@ __all__ = [
     "AcceleratedGaussSeidel",
     "Auto",
     "Body",
+    "Capsule",
     "Cell",
     "Chain",
     "Clump",
@@ -68,6 +70,7 @@ __all__ = [
     "RigidBody",
     "RigidRod",
     "RigidWire",
+    "RodContactor",
     "RollingCoulomb",
     "Scene",
     "Signorini",
@@ -82,6 +85,7 @@ __all__ = [
     "VoigtWire",
     "Wall",
     "__version__",
+    "capsule",
     "clump",
     "contact",
     "cylinder_wall",

@@ -1,9 +1,9 @@
 """Narrow phase: one function for each pair of contactor kinds.
 
-``narrow(position_c, shape_c, position_a, shape_a)`` gets the position (x, y, angle) and the shape (a tuple of numbers) of
-the candidate's and of the antagonist's contactor and returns ``gap [m], (n_x, n_y), (p_x, p_y)``: the distance between
-the surfaces, the unit normal from the antagonist to the candidate, and the contact point, the middle of the gap. It is
-compiled. Angles are [rad].
+``narrow(position_c, shape_c, position_a, shape_a)`` gets the position (:mod:`lmgcpy.contact.positions`) and the shape (a
+tuple of numbers) of the candidate's and of the antagonist's contactor and returns ``gap [m], (n_x, n_y), (p_x, p_y)``, in
+space three numbers each: the distance between the surfaces, the unit normal from the antagonist to the candidate, and the
+contact point, the middle of the gap. It is compiled. Angles are [rad].
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from lmgcpy.contact.positions import rotated
 from lmgcpy.errors import closest, shown
 
 
@@ -70,6 +71,11 @@ def register_pair(
 def known_pairs() -> list[tuple[str, str]]:
     """Kinds of contactors that can meet, each pair once."""
     return list(_pairs)
+
+
+def may_meet(candidate: str, antagonist: str) -> bool:
+    """Whether contactors of two kinds can touch at all: the ends of a rod meet flat and hollow walls before it does."""
+    return not ("rod" in (candidate, antagonist) and {candidate, antagonist} & {"plane", "cylinder"})
 
 
 def is_foreign(candidate: str, antagonist: str) -> bool:
@@ -173,8 +179,103 @@ def sphere_cylinder(position_c, shape_c, position_a, shape_a):
     return gap, n, (position_c[0] - reach * n[0], position_c[1] - reach * n[1], position_c[2] - reach * n[2])
 
 
+APART = math.inf, (0.0, 0.0, 1.0), (0.0, 0.0, 0.0)
+"""Answer for contactors of which other parts are nearer: gap, normal and point."""
+
+
+def sphere_rod(position_c, shape_c, position_a, shape_a):
+    """A sphere of radius ``shape_c[0]`` and a rod, a sphere of radius ``shape_a[0]`` swept along a segment: from its centre
+    to an end, ``shape_a[1:]`` along the axes of the body.
+
+    The rod is what lies between its ends: beyond them the spheres of the ends are met. If the centre of the sphere lies on
+    the axis, the normal is a fixed vector at right angles to it.
+    """
+    h = rotated((position_a[3], position_a[4], position_a[5], position_a[6]), (shape_a[1], shape_a[2], shape_a[3]))
+    x = position_c[0] - position_a[0]
+    y = position_c[1] - position_a[1]
+    z = position_c[2] - position_a[2]
+    # foot of the centre on the axis, a + s h
+    square = h[0] * h[0] + h[1] * h[1] + h[2] * h[2]
+    s = (x * h[0] + y * h[1] + z * h[2]) / square
+    if not -1.0 < s < 1.0:
+        return APART
+    x -= s * h[0]
+    y -= s * h[1]
+    z -= s * h[2]
+    distance = math.sqrt(x * x + y * y + z * z)
+    gap = distance - shape_c[0] - shape_a[0]
+    if distance > 0.0:
+        n = (x / distance, y / distance, z / distance)
+    else:
+        n = across_of(h)
+    reach = shape_c[0] + 0.5 * gap
+    return gap, n, (position_c[0] - reach * n[0], position_c[1] - reach * n[1], position_c[2] - reach * n[2])
+
+
+def across_of(h):
+    """A unit vector at right angles to h."""
+    if abs(h[2]) <= abs(h[0]) + abs(h[1]):
+        length = math.sqrt(h[0] * h[0] + h[1] * h[1])
+        return (-h[1] / length, h[0] / length, 0.0)
+    length = math.sqrt(h[1] * h[1] + h[2] * h[2])
+    return (0.0, -h[2] / length, h[1] / length)
+
+
+def rod_rod(position_c, shape_c, position_a, shape_a):
+    """Two rods that cross between their ends; shapes as in :func:`sphere_rod`.
+
+    The gap is the distance of two points of the axes less both radii, which holds for any two points. So rods that are
+    nearly parallel, where the nearest points are ill-conditioned, are not held apart by more than their distance. Where an
+    end of one is nearest, its sphere meets the other rod.
+    """
+    h = rotated((position_c[3], position_c[4], position_c[5], position_c[6]), (shape_c[1], shape_c[2], shape_c[3]))
+    k = rotated((position_a[3], position_a[4], position_a[5], position_a[6]), (shape_a[1], shape_a[2], shape_a[3]))
+    x = position_c[0] - position_a[0]
+    y = position_c[1] - position_a[1]
+    z = position_c[2] - position_a[2]
+    # nearest points c + s h and a + t k
+    hh = h[0] * h[0] + h[1] * h[1] + h[2] * h[2]
+    kk = k[0] * k[0] + k[1] * k[1] + k[2] * k[2]
+    hk = h[0] * k[0] + h[1] * k[1] + h[2] * k[2]
+    xh = x * h[0] + y * h[1] + z * h[2]
+    xk = x * k[0] + y * k[1] + z * k[2]
+    area = hh * kk - hk * hk
+    if not area > 0.0:
+        return APART
+    s = (hk * xk - kk * xh) / area
+    t = (hh * xk - hk * xh) / area
+    if not (-1.0 < s < 1.0 and -1.0 < t < 1.0):
+        return APART
+    x += s * h[0] - t * k[0]
+    y += s * h[1] - t * k[1]
+    z += s * h[2] - t * k[2]
+    distance = math.sqrt(x * x + y * y + z * z)
+    gap = distance - shape_c[0] - shape_a[0]
+    if distance > 0.0:
+        n = (x / distance, y / distance, z / distance)
+    else:  # the axes cut each other
+        length = math.sqrt(area)
+        n = (
+            (h[1] * k[2] - h[2] * k[1]) / length,
+            (h[2] * k[0] - h[0] * k[2]) / length,
+            (h[0] * k[1] - h[1] * k[0]) / length,
+        )
+    reach = shape_a[0] + 0.5 * gap
+    return (
+        gap,
+        n,
+        (
+            position_a[0] + t * k[0] + reach * n[0],
+            position_a[1] + t * k[1] + reach * n[1],
+            position_a[2] + t * k[2] + reach * n[2],
+        ),
+    )
+
+
 register_pair("disk", "disk", disk_disk, central=True)
 register_pair("disk", "wall", disk_wall, central=True)
 register_pair("sphere", "sphere", sphere_sphere, central=True)
 register_pair("sphere", "plane", sphere_plane, central=True)
 register_pair("sphere", "cylinder", sphere_cylinder, central=True)
+register_pair("sphere", "rod", sphere_rod)
+register_pair("rod", "rod", rod_rod)

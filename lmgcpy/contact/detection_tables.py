@@ -30,6 +30,12 @@ class ContactorTable:
     turns: np.ndarray | None = None
     """Whether the body of each contactor keeps a rotation in space, (k,) bool; None in 2D, and if none does."""
 
+    @cached_property
+    def radius(self) -> np.ndarray:
+        """Radius of the surface that others meet [m], (k,): the bounding radius, but of a rod its own."""
+        rods = np.array([kind == "rod" for kind in self.kind], dtype=bool)
+        return np.where(rods, self.shape[:, 0], self.bounding_radius) if rods.any() else self.bounding_radius
+
     @property
     def width(self) -> int:
         """Length of a position: 3, or 7 in scenes with bodies that keep a rotation in space."""

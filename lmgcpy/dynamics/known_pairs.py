@@ -25,6 +25,6 @@ def known_pairs(groups: list[Group], interactions: Interactions, model: Model) -
         if group.chain is not None:
             result[part, :2] = model.radius[bodies]
         else:
-            result[part, :2] = model.contactors.bounding_radius[group.pairs[interactions.slot[part] - group.first_slot]]
+            result[part, :2] = model.contactors.radius[group.pairs[interactions.slot[part] - group.first_slot]]
         result[part, 2:] = model.movable_mass[bodies]
     return result

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -139,6 +139,28 @@ class SphereContactor(SpatialContactor, RoundContactor):
     __slots__ = ()
     KIND = "sphere"
     TURNS = False  # it looks alike from all sides
+
+
+class RodContactor(SpatialContactor):
+    """A sphere of radius ``radius`` [m] swept along a segment, without its ends: from its position by ``half`` and by
+    ``-half``, a vector [m] along the axes of the body. Spheres at the ends make a capsule of it (:func:`lmgcpy.capsule`).
+    """
+
+    KIND = "rod"
+
+    def __init__(self, radius: float, half: Any):
+        self.radius = number(radius, "radius of a rod", above=0.0, unit="m")
+        self.half = vector(half, "half of a rod", 3)
+        if not self.half.any():
+            raise ValueError("half of a rod must not be zero: it is the way from its middle to an end.")
+
+    @property
+    def shape(self) -> tuple[float, ...]:
+        return (self.radius, *self.half.tolist())
+
+    @property
+    def bounding_radius(self) -> float:
+        return float(np.linalg.norm(self.half)) + self.radius
 
 
 class PlaneContactor(SpatialContactor):

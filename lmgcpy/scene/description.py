@@ -21,12 +21,14 @@ from lmgcpy.errors import AXES, shown
 from lmgcpy.laws import Law, registry
 from lmgcpy.scene.body import Body, Disk, RigidBody, Wall
 from lmgcpy.scene.body_3d import CylinderWall, Sphere
+from lmgcpy.scene.capsule import Capsule
 from lmgcpy.scene.cell import Edge
 from lmgcpy.scene.contactor import (
     Contactor,
     CylinderContactor,
     DiskContactor,
     PlaneContactor,
+    RodContactor,
     SphereContactor,
     WallContactor,
     disk_area,
@@ -43,6 +45,7 @@ KINDS: dict[type[Body], str] = {
     RigidBody: "rigid",
     Sphere: "sphere",
     CylinderWall: "cylinder",
+    Capsule: "capsule",
 }
 """Classes of bodies that a description restores; bodies of other classes come back as :class:`RecordedBody`."""
 
@@ -444,6 +447,12 @@ def _one_body(
     elif kind in EDGES:
         held = None if mass == math.inf else mass
         made = Edge(EDGES.index(kind), position[:dimension], mass=held, velocity=velocity[:dimension])
+    elif kind == "capsule":
+        rod = contactors[0][0]
+        assert isinstance(rod, RodContactor)
+        made = Capsule(radius=rod.radius, length=2.0 * rod.half[2], mass=mass, position=position, **start)
+        at = int(bodies["material"][i])
+        made.material = Material(**description["materials"][at]) if at >= 0 else None
     elif kind == "rigid":
         made = RigidBody(contactors, mass=mass, inertia=inertia, position=position[:dimension], **start)
     else:
@@ -472,6 +481,8 @@ def _contactor(table: Mapping[str, Any], k: int) -> Contactor:
         return wall
     if kind == SphereContactor.KIND:
         return SphereContactor(shape[0])
+    if kind == RodContactor.KIND:
+        return RodContactor(shape[0], shape[1:])
     if kind == CylinderContactor.KIND:
         cylinder = CylinderContactor(shape[:3], shape[3])
         cylinder.axis = np.array(shape[:3])

@@ -95,7 +95,7 @@ class DrivenOverlaps:
         pairs = chosen[found.slot[deep]].astype(np.int64)
         number = pairs[:, 0] * len(table.body) + pairs[:, 1]
         order = np.argsort(number, kind="stable")
-        radius = table.bounding_radius[pairs].min(axis=1, initial=np.inf)
+        radius = table.radius[pairs].min(axis=1, initial=np.inf)
         return number[order], -found.gap[deep][order], radius[order]
 
 

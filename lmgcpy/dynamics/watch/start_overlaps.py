@@ -42,7 +42,7 @@ def overlaps_at_start(model: Model, first: int = 0) -> list[str]:
     except NarrowPhaseError as error:
         raise RuntimeError(f"At the start {error}.") from error.__cause__
     pairs = np.concatenate([np.zeros((0, 2), np.int32), *(group.pairs for group in detector.groups)])[found.slot]
-    radius = model.contactors.bounding_radius[pairs].min(axis=1, initial=np.inf)
+    radius = model.contactors.radius[pairs].min(axis=1, initial=np.inf)
     share = -found.gap / radius
     deep = (share > SHARE) & (model.contactors.body[pairs].max(axis=1, initial=0) >= first)
     if not deep.any():
