@@ -189,8 +189,8 @@ def _fill(
     depth = _depth(grid.reshape(-1, 3), points, triangles).reshape(grid.shape[:3])
     if depth.max() < step:
         raise ValueError(
-            f"{name} is too thin: spheres inside have a radius of {max(float(depth.max()), 0.0):.3g} m at the most, less than "
-            f"the spacing {step:.3g} m of a grid that fills the mesh. It would take thousands of them."
+            f"{name} is too thin: spheres inside have a radius of {max(float(depth.max()), 0.0):.3g} m at the most, less "
+            f"than the spacing {step:.3g} m of a grid that fills the mesh. It would take thousands of them."
         )
     inside = depth > 0.0
     candidates = inside & ~_contained(depth, step)
