@@ -149,7 +149,7 @@ def test_a_file_with_points_that_occur_in_each_triangle(tmp_path, coarse):
     assert "3 spheres, volume -76.6%" in repr(read)
 
 
-def test_refused_meshes(tmp_path, monkeypatch):
+def test_refused_meshes(tmp_path):
     cube = box(1.0, 1.0, 1.0)
     faces = cube.regular_faces.copy()
 
@@ -183,6 +183,9 @@ def test_refused_meshes(tmp_path, monkeypatch):
     (tmp_path / "words.stl").write_text("no surface")
     with pytest.raises(ValueError, match=r"words\.stl' has no triangles: it is empty, or VTK cannot read its file"):
         fill_mesh(tmp_path / "words.stl")
+
+
+def test_without_pyvista_a_sentence(monkeypatch):
     monkeypatch.setitem(sys.modules, "pyvista", None)
     with pytest.raises(ImportError, match=r'pip install "lmgcpy\[view\]"'):
-        fill_mesh(cube)
+        fill_mesh("grain.stl")
