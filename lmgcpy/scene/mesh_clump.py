@@ -30,8 +30,9 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.errors import file_path, shown, system_error, whole
+from lmgcpy.errors import file_path, named_arguments, number, one_of, shown, system_error, whole
 from lmgcpy.scene.ball_union import ball_union
+from lmgcpy.scene.clump import Clump, of_solid
 from lmgcpy.scene.solid import Solid, principal_axes
 
 MISSING = 'Meshes are read by pyvista, which is not installed: pip install "lmgcpy[view]".'
@@ -46,51 +47,39 @@ FLAT = 1e-9
 """A surface is flat if its volume is this part of the cube of its size at the most."""
 
 
-@dataclass(frozen=True)
-class MeshClump:
-    """Spheres in a closed surface.
+@dataclass(frozen=True, kw_only=True)
+class MeshClump(Clump):
+    """The shape of a clump of spheres in a closed surface; :func:`clump_from_mesh` finds it."""
 
-    ``radii`` (n,) [m]; ``offsets`` (n, 3) [m] of their centres from the centre of mass of the mesh, along the axes of its
-    file; ``mesh`` and ``union``: what the mesh encloses, and the union of the spheres, in the coordinates of the file.
-    """
-
-    radii: np.ndarray
-    offsets: np.ndarray
-    mesh: Solid
-    union: Solid
-
-    @property
-    def volume_error(self) -> float:
-        """Relative difference of the union's volume from the mesh's; negative, as the spheres are inscribed."""
-        return self.union.volume / self.mesh.volume - 1.0
-
-    @property
-    def inertia_error(self) -> float:
-        """Relative difference of the union's inertia tensor from the mesh's, at the same density (spectral norms)."""
-        difference = np.asarray(self.union.inertia) - self.mesh.inertia
-        return float(np.linalg.norm(difference, 2) / np.linalg.norm(self.mesh.inertia, 2))
+    volume_error: float
+    """Relative difference of the volume of the union of spheres from the mesh's; negative, as the spheres are inscribed."""
+    inertia_error: float
+    """Relative difference of the inertia tensors at the same density, in spectral norms."""
 
     def __repr__(self) -> str:
-        return (
-            f"<MeshClump of {len(self.radii)} spheres, volume {self.volume_error:+.1%} and "
-            f"inertia {self.inertia_error:.1%} off the mesh's>"
-        )
+        off = f"volume {self.volume_error:+.1%} and inertia {self.inertia_error:.1%} off the mesh's"
+        return f"{super().__repr__()[:-1]}, {off}>"
 
 
-def fill_mesh(mesh: Any, *, spheres: int = 20) -> MeshClump:
-    """Fill a closed surface with at most ``spheres`` inscribed spheres; fewer if they cover every point of a fine grid.
+@named_arguments
+def clump_from_mesh(mesh: Any, *, density: float, spheres: int = 20, mass_of: str = "mesh") -> MeshClump:
+    """The shape of a rigid clump of at most ``spheres`` spheres that fill a closed surface of triangles.
 
-    ``mesh`` is the path of a file that pyvista reads (.stl, .ply, .obj, .vtp), or a ``pyvista.PolyData``. The spheres
-    turn with the mesh, as the grid lies along its principal axes. The first k spheres are those that ``spheres=k`` gives,
-    so more spheres leave less volume. A few spheres in a long or thin mesh do not touch each other.
+    ``mesh`` is the path of a file that pyvista reads (.stl, .ply, .obj, .vtp), or a ``pyvista.PolyData``, in metres. All
+    spheres are inscribed. The first k spheres are those that ``spheres=k`` gives, so more spheres leave less volume; there
+    are fewer if they cover every point of a fine grid. A few spheres in a long or thin mesh do not touch each other. The
+    grid lies along the principal axes, so that spheres turn with the mesh.
 
-    A body should have mass, centre of mass and inertia of the ``mesh``: they do not depend on the number of spheres. The
-    ``union`` is what touches other bodies; as the spheres are inscribed, its mass and its inertia are too small.
+    Mass, centre of mass and inertia are the mesh's, of ``density`` [kg/m^3]: a grain has the mass that it has, and the
+    number of spheres only changes what others touch. ``mass_of="spheres"`` takes the union of the spheres in its place, as
+    :func:`lmgcpy.clump` does; it is lighter by ``volume_error``.
 
     Raises ImportError if pyvista is missing, FileNotFoundError or OSError if the file cannot be read, TypeError for what is
     no surface, and ValueError for a surface that is open, flat, thin, inside out, or whose triangles face in and out.
     """
-    spheres = whole(spheres, "spheres", minimum=1)
+    number(density, "density of a clump", above=0.0, unit="kg/m^3")
+    whole(spheres, "spheres", minimum=1)
+    one_of(mass_of, "mass_of", ("mesh", "spheres"))
     name, points, triangles = _surface(mesh)
     _check_closed(name, points, triangles)
     solid = mesh_solid(points, triangles)
@@ -99,9 +88,12 @@ def fill_mesh(mesh: Any, *, spheres: int = 20) -> MeshClump:
     if solid.volume < 0.0:
         raise ValueError(f"{name} is inside out: its triangles face inward. mesh.flip_faces(inplace=True) turns them.")
     axes = principal_axes(np.asarray(solid.inertia))[1].as_matrix()
-    offsets, radii = _fill(name, (points - solid.centre) @ axes, triangles, solid.volume, spheres)
-    offsets = offsets @ axes.T
-    return MeshClump(radii, offsets, solid, ball_union(offsets + solid.centre, radii))
+    centres, radii = _fill(name, (points - solid.centre) @ axes, triangles, solid.volume, spheres)
+    centres = centres @ axes.T + solid.centre
+    union = ball_union(centres, radii)
+    shape = of_solid(radii, centres, solid if mass_of == "mesh" else union, density)
+    off = np.linalg.norm(np.asarray(union.inertia) - solid.inertia, 2) / np.linalg.norm(solid.inertia, 2)
+    return MeshClump(**vars(shape), volume_error=union.volume / solid.volume - 1.0, inertia_error=float(off))
 
 
 def mesh_solid(points: np.ndarray, triangles: np.ndarray) -> Solid:

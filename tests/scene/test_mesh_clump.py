@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from lmgcpy.scene.ball_union import ball_union
-from lmgcpy.scene.mesh_clump import fill_mesh, mesh_solid
+from lmgcpy.scene.mesh_clump import clump_from_mesh, mesh_solid
 
 pyvista = pytest.importorskip("pyvista")
 
@@ -32,6 +32,15 @@ def tetrahedron(corners):
 def coarse(monkeypatch):
     """A coarse grid, for tests of what does not depend on it."""
     monkeypatch.setattr("lmgcpy.scene.mesh_clump.POINTS", 2_000)
+
+
+def fill(mesh, **options):
+    return clump_from_mesh(mesh, density=2000.0, **options)
+
+
+def centres(clump):
+    """In the coordinates of the mesh."""
+    return clump.centre + clump.axes.apply(clump.offsets)
 
 
 L_SHAPE = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0), (1.0, 3.0), (0.0, 3.0)]
@@ -103,38 +112,49 @@ def test_mass_of_round_meshes_tends_to_that_of_the_ellipsoid():
 )
 def test_volume_falls_short_by_less_with_more_spheres(shape, expected):
     """All spheres lie within; each adds volume, and inertia comes nearer to the mesh's."""
-    clump = fill_mesh(shape, spheres=20)
-    centres = clump.mesh.centre + clump.offsets
-    depth = -pyvista.PolyData(centres).compute_implicit_distance(shape)["implicit_distance"]
-    np.testing.assert_allclose(depth, clump.radii, rtol=1e-6)  # points of single precision
-    assert clump.mesh.volume == pytest.approx(shape.volume, rel=1e-6)
-    unions = [ball_union(clump.offsets[:k], clump.radii[:k]) for k in (1, 5, 20)]
-    short = [1.0 - union.volume / clump.mesh.volume for union in unions]
-    off = [np.linalg.norm(union.inertia - clump.mesh.inertia, 2) for union in unions]
+    clump, solid = fill(shape, spheres=20), solid_of(shape)
+    depth = -pyvista.PolyData(centres(clump)).compute_implicit_distance(shape)["implicit_distance"]
+    np.testing.assert_allclose(depth, clump.radii, rtol=1e-6)  # some points are of single precision
+    unions = [ball_union(centres(clump)[:k], clump.radii[:k]) for k in (1, 5, 20)]
+    short = [1.0 - union.volume / solid.volume for union in unions]
+    off = [np.linalg.norm(union.inertia - solid.inertia, 2) for union in unions]
     assert short == sorted(short, reverse=True)
     assert off == sorted(off, reverse=True)
     assert all(a < b for a, b in zip(short[1:], expected[1:], strict=True))
     if expected[0] is not None:
         assert short[0] == pytest.approx(expected[0], rel=1e-5)
     assert clump.volume_error == pytest.approx(-short[-1], rel=1e-9)
-    assert clump.inertia_error == pytest.approx(off[-1] / np.linalg.norm(clump.mesh.inertia, 2), rel=1e-9)
+    assert clump.inertia_error == pytest.approx(off[-1] / np.linalg.norm(solid.inertia, 2), rel=1e-9)
+
+
+def test_the_body_has_the_mass_of_the_mesh_or_of_the_spheres(coarse):
+    """The spheres are in the same places; centre, mass and inertia are those of the one or of the other."""
+    mesh = tetrahedron(CORNERS)
+    given, own = fill(mesh, spheres=6), fill(mesh, spheres=6, mass_of="spheres")
+    np.testing.assert_allclose(centres(own), centres(given), atol=1e-12)
+    for clump, solid in ((given, solid_of(mesh)), (own, ball_union(centres(given), given.radii))):
+        assert clump.mass == pytest.approx(2000.0 * solid.volume, rel=1e-9)
+        np.testing.assert_allclose(clump.centre, solid.centre, atol=1e-9)
+        q = clump.axes.as_matrix()
+        np.testing.assert_allclose(q @ np.diag(clump.inertia) @ q.T, 2000.0 * solid.inertia, atol=1e-6)
+    assert own.mass == pytest.approx(given.mass * (1.0 + given.volume_error), rel=1e-9)
+    assert given.at((1.0, 2.0, 3.0), scale=0.01).mass == pytest.approx(2e-3, rel=1e-9)
 
 
 def test_fewer_spheres_are_the_first_ones(coarse):
     mesh = tetrahedron(CORNERS)
-    many, few = fill_mesh(mesh, spheres=12), fill_mesh(mesh, spheres=5)
+    many, few = fill(mesh, spheres=12), fill(mesh, spheres=5)
     np.testing.assert_array_equal(few.radii, many.radii[:5])
     np.testing.assert_array_equal(few.offsets, many.offsets[:5])
 
 
 def test_spheres_turn_move_and_grow_with_the_mesh(coarse):
     """The tetrahedron has no symmetry, so that no choice is a matter of rounding."""
-    clump = fill_mesh(tetrahedron(CORNERS), spheres=8)
+    clump = fill(tetrahedron(CORNERS), spheres=8)
     turn = Rotation.from_rotvec([0.2, 0.3, -0.2]).as_matrix()
-    other = fill_mesh(tetrahedron(0.01 * (np.array(CORNERS) @ turn.T + [3.0, 2.0, 1.0])), spheres=8)
+    other = fill(tetrahedron(0.01 * (np.array(CORNERS) @ turn.T + [3.0, 2.0, 1.0])), spheres=8)
     np.testing.assert_allclose(other.radii, 0.01 * clump.radii, rtol=1e-6)
-    np.testing.assert_allclose(other.offsets, 0.01 * clump.offsets @ turn.T, atol=1e-8)
-    np.testing.assert_allclose(other.mesh.centre, 0.01 * (turn @ clump.mesh.centre + [3.0, 2.0, 1.0]), rtol=1e-9)
+    np.testing.assert_allclose(centres(other), 0.01 * (centres(clump) @ turn.T + [3.0, 2.0, 1.0]), atol=1e-8)
     assert other.volume_error == pytest.approx(clump.volume_error, rel=1e-5)
 
 
@@ -143,10 +163,11 @@ def test_a_file_with_points_that_occur_in_each_triangle(tmp_path, coarse):
     path = tmp_path / "grain.stl"
     mesh = tetrahedron(CORNERS)
     mesh.save(path)
-    read, given = fill_mesh(path, spheres=3), fill_mesh(mesh, spheres=3)
+    read, given = fill(path, spheres=3), fill(mesh, spheres=3)
     np.testing.assert_allclose(read.radii, given.radii, rtol=1e-5)
-    assert read.mesh.volume == pytest.approx(1.0, rel=1e-6)
-    assert "3 spheres, volume -76.6%" in repr(read)
+    assert read.volume == pytest.approx(1.0, rel=1e-6)
+    assert repr(read).startswith("<Clump of 3 spheres: mass 2000 kg, ")
+    assert repr(read).endswith(", volume -76.6% and inertia 94.6% off the mesh's>")
 
 
 def test_refused_meshes(tmp_path):
@@ -170,22 +191,26 @@ def test_refused_meshes(tmp_path):
         (pyvista.PolyData(), "has no triangles"),
     ]:
         with pytest.raises(ValueError, match=message):
-            fill_mesh(mesh)
+            fill(mesh)
     with pytest.raises(TypeError, match=r"must be a surface, .* got 'UnstructuredGrid'; mesh.extract_surface\(\)"):
-        fill_mesh(cube.cast_to_unstructured_grid())
+        fill(cube.cast_to_unstructured_grid())
     with pytest.raises(TypeError, match="spheres must be a whole number"):
-        fill_mesh(cube, spheres=2.5)
+        fill(cube, spheres=2.5)
+    with pytest.raises(ValueError, match="density of a clump must be above 0 kg/m\\^3"):
+        clump_from_mesh(cube, density=0.0)
+    with pytest.raises(ValueError, match="mass_of cannot be 'sphere'; did you mean 'spheres'"):
+        fill(cube, mass_of="sphere")
     with pytest.raises(FileNotFoundError, match=r"The mesh '.*grain.stl' does not exist"):
-        fill_mesh(tmp_path / "grain.stl")
+        fill(tmp_path / "grain.stl")
     (tmp_path / "words.xyz").write_text("no surface")
     with pytest.raises(OSError, match=r"words.xyz' cannot be read: .* Files of .stl, .ply, .obj and .vtp have surfaces."):
-        fill_mesh(tmp_path / "words.xyz")
+        fill(tmp_path / "words.xyz")
     (tmp_path / "words.stl").write_text("no surface")
     with pytest.raises(ValueError, match=r"words\.stl' has no triangles: it is empty, or VTK cannot read its file"):
-        fill_mesh(tmp_path / "words.stl")
+        fill(tmp_path / "words.stl")
 
 
 def test_without_pyvista_a_sentence(monkeypatch):
     monkeypatch.setitem(sys.modules, "pyvista", None)
     with pytest.raises(ImportError, match=r'pip install "lmgcpy\[view\]"'):
-        fill_mesh("grain.stl")
+        fill("grain.stl")
