@@ -70,7 +70,7 @@ def clump_from_mesh(mesh: Any, *, density: float, spheres: int = 20, mass_of: st
     are fewer if they cover every point of a fine grid. A few spheres in a long or thin mesh do not touch each other. The
     grid lies along the principal axes, so that spheres turn with the mesh.
 
-    Mass, centre of mass and inertia are the mesh's, of ``density`` [kg/m^3]: a grain has the mass that it has, and the
+    Mass, volume, centre and inertia are the mesh's, of ``density`` [kg/m^3]: a grain has the mass that it has, and the
     number of spheres only changes what others touch. ``mass_of="spheres"`` takes the union of the spheres in its place, as
     :func:`lmgcpy.clump` does; it is lighter by ``volume_error``.
 
