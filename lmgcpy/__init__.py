@@ -23,6 +23,7 @@ from lmgcpy.scene.chain import Chain
 from lmgcpy.scene.clump import Clump, clump
 from lmgcpy.scene.contactor import Contactor, DiskContactor, RodContactor, SphereContactor
 from lmgcpy.scene.material import Material
+from lmgcpy.scene.mesh_clump import MeshClump, clump_from_mesh
 from lmgcpy.scene.scene import Scene
 from lmgcpy.simulation import Simulation
 from lmgcpy.simulation.resume import resume
@@ -62,6 +63,7 @@ __all__ = [
     "Law",
     "LocalSolution",
     "Material",
+    "MeshClump",
     "Newton",
     "Outcome",
     "Parameter",
@@ -87,6 +89,7 @@ __all__ = [
     "__version__",
     "capsule",
     "clump",
+    "clump_from_mesh",
     "contact",
     "cylinder_wall",
     "disk",
