@@ -58,8 +58,11 @@ def check_narrow_phase(kinds: KindPair, contactors: ContactorTable, dimension: i
     def placed(distance: float, angle: float) -> tuple[Any, ...]:
         """Arguments of the narrow phase for the first contactor at so many times the size of both from the second."""
         x, y = (distance * across * of(angle) for of in (math.cos, math.sin))
-        there = x, y, angle if dimension == 2 else 0.1 * across
-        given = there, shapes[0], (0.0, 0.0, 0.0), shapes[1]
+        there: tuple[float, ...] = (x, y, angle if dimension == 2 else 0.1 * across)
+        here: tuple[float, ...] = (0.0, 0.0, 0.0)
+        if kinds.width == 7:
+            there, here = (*there, 0.5, -0.5, 0.5, 0.5), (*here, 0.0, 0.0, 0.0, 1.0)
+        given = there, shapes[0], here, shapes[1]
         return (*given[2:], *given[:2]) if pair.flipped else given
 
     for near, angle in product((1.01, 0.9, 0.6, 0.3), (0.3, 2.0, 4.5)):

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from lmgcpy.dynamics.model import BodyState
 
 AT_REST: Any = object()
-"""Default of velocity and spin: the body starts at rest."""
+"""Default of velocity, spin and rotation: the body starts at rest, along the axes."""
 
 Prescribed = float | Callable[[float], float]
 NO_CONDITIONS: Mapping[int, Prescribed] = {}
@@ -86,7 +86,7 @@ class Body(ABC):
     position_argument: str = "position"
     """Name of the argument that gives the position."""
 
-    def __init__(self, *, position: Any, color: str, velocity: Any = AT_REST, rotation: Any = None, spin: Any = AT_REST):
+    def __init__(self, *, position: Any, color: str, velocity: Any = AT_REST, rotation: Any = AT_REST, spin: Any = AT_REST):
         """``rotation``: angle [rad] in 2D; in 3D from the axes of the body to the axes of space, a scipy ``Rotation`` or
         the four numbers (q_x, q_y, q_z, q_w) of a unit quaternion."""
         what, d = type(self).__name__, self.dimension
@@ -95,8 +95,8 @@ class Body(ABC):
         self._id = -1
         at = vector(position, f"{self.position_argument} of a {what}", d)
         moving = vector(np.zeros(d) if velocity is AT_REST else velocity, f"velocity of a {what}", d)
-        turned: Any = number(0.0 if rotation is None else rotation, "rotation") if d == 2 else ()
-        if d == 3 and rotation is not None:
+        turned: Any = number(0.0 if rotation is AT_REST else rotation, "rotation") if d == 2 else ()
+        if d == 3 and rotation is not AT_REST:
             self._quaternion = unit_quaternion(rotation, what)
         if d == 2:
             turning: Any = number(0.0 if spin is AT_REST else spin, "spin")
@@ -437,9 +437,12 @@ class RigidBody(Body):
         """ValueError for a contactor that is for scenes of the other dimension, or never turns."""
         flat, unturned = (DiskContactor, WallContactor), (PlaneContactor, CylinderContactor)
         if isinstance(contactor, unturned):
-            raise ValueError(f"A rigid body turns, and {contactor!r} does not: make it a wall of its own.")
+            raise ValueError(f"contactors of a rigid body turn, and {contactor!r} does not: make it a wall of its own.")
         if isinstance(contactor, flat if self.dimension == 3 else SpatialContactor):
-            raise ValueError(f"A rigid body in {self.dimension}D cannot have {contactor!r}, which is for other scenes.")
+            raise ValueError(
+                f"contactors of a rigid body whose position has {self.dimension} numbers cannot be {contactor!r}, which is "
+                "for scenes of the other dimension."
+            )
 
     @property
     def mass(self) -> float:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.errors import named_arguments, number, shown
+from lmgcpy.errors import named_arguments, number, shown, vector
 from lmgcpy.scene.body import RigidBody
 from lmgcpy.scene.contactor import RodContactor, SphereContactor, direction
 from lmgcpy.scene.material import Material
@@ -54,6 +54,7 @@ class Capsule(RigidBody):
                 raise TypeError("A capsule needs a material= or a mass= [kg].")
             mass = material.density * capsule_volume(radius, length)
         mass = number(mass, "mass of a capsule", above=0.0, unit="kg")
+        start["position"] = vector(start.get("position"), "position of a capsule", 3)
         half = 0.5 * length
         parts = [
             (RodContactor(radius, (0.0, 0.0, half)), (0.0, 0.0, 0.0)),

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lmgcpy.errors import named_arguments, number, numbers, shown
+from lmgcpy.errors import named_arguments, number, numbers, shown, vector
 from lmgcpy.scene.ball_union import ball_union, checked_balls
 from lmgcpy.scene.body import NO_CONDITIONS, RigidBody, StartRows, unit_quaternion
 from lmgcpy.scene.contactor import Contactor, DiskContactor, SphereContactor
@@ -56,14 +56,16 @@ class Clump:
         ``scale`` multiplies lengths. ``velocity`` [m/s] and ``spin`` [rad/s] may be given as well.
         """
         size = number(scale, "scale of a clump", above=0.0)
+        position = vector(position, "position of a clump", self.dimension)
         if self.axes is not None:
-            rotation = self.axes if rotation is None else as_rotation(rotation, "clump") * self.axes
+            start["rotation"] = self.axes if rotation is None else as_rotation(rotation, "clump") * self.axes
+        elif rotation is not None:
+            start["rotation"] = rotation
         return RigidBody(
             self._contactors(size),
             mass=self.mass * size**self.dimension,
             inertia=self.inertia * size ** (self.dimension + 2),
             position=position,
-            rotation=rotation,
             color=color,
             **start,
         )
@@ -143,11 +145,11 @@ def make_clumps(
         raise TypeError(f"color of add_clumps must be a word such as 'GRAIN', got {shown(color)}.")
     block = np.zeros((count, StartRows.WIDTH))
     block[:, :d], last = place, 3 + d
-    block[:, 3:last] = _each(0.0 if velocities is None else velocities, "velocities", (count, d))
+    block[:, 3:last] = _each(velocities, "velocities", (count, d))
     if d == 2:
-        block[:, 2], block[:, last] = turns, _each(0.0 if spins is None else spins, "spins", (count,))
+        block[:, 2], block[:, last] = turns, _each(spins, "spins", (count,))
     else:
-        block[:, last : last + 3] = _each(0.0 if spins is None else spins, "spins", (count, 3))
+        block[:, last : last + 3] = _each(spins, "spins", (count, 3))
     made = [object.__new__(RigidBody) for _ in range(count)]
     contactors: dict[float, list] = {}  # bodies of one size share the list
     masses, powers = (shape.mass * sizes**d).tolist(), sizes ** (d + 2)
@@ -167,7 +169,7 @@ def make_clumps(
 def _of_each_rotation(rotations: Any, shape: Clump, count: int) -> Any:
     """Angles or quaternions, one a body."""
     if shape.axes is None:
-        return _each(0.0 if rotations is None else rotations, "rotations", (count,))
+        return _each(rotations, "rotations", (count,))
     if rotations is None:
         return np.tile(shape.axes.as_quat(), (count, 1))
     from scipy.spatial.transform import Rotation  # slow to import
@@ -189,8 +191,10 @@ def _of_each_rotation(rotations: Any, shape: Clump, count: int) -> Any:
 
 
 def _each(value: Any, name: str, shape: tuple[int, ...]) -> np.ndarray:
-    """Numbers of the given shape, one row a body, or one for all."""
+    """Numbers of the given shape, one row a body, or one for all; None for zeros."""
+    if value is None:
+        return np.zeros(shape)
     given = numbers(value, f"{name} of add_clumps", f"an array {shape}")
-    if given.shape not in (shape, shape[1:], ()):
+    if given.shape not in (shape, shape[1:]):
         raise ValueError(f"{name} of add_clumps must be of shape {shape}, or {shape[1:]} for all, got {given.shape}.")
     return np.broadcast_to(given, shape)

@@ -133,6 +133,7 @@ class SpatialContactor(Contactor):
     second_moment = 0.0
 
 
+@named_arguments
 class SphereContactor(SpatialContactor, RoundContactor):
     """A sphere of radius ``radius`` [m]."""
 
@@ -141,6 +142,7 @@ class SphereContactor(SpatialContactor, RoundContactor):
     TURNS = False  # it looks alike from all sides
 
 
+@named_arguments
 class RodContactor(SpatialContactor):
     """A sphere of radius ``radius`` [m] swept along a segment, without its ends: from its position by ``half`` and by
     ``-half``, a vector [m] along the axes of the body. Spheres at the ends make a capsule of it (:func:`lmgcpy.capsule`).

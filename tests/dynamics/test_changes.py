@@ -749,9 +749,9 @@ def test_a_body_that_turns_joins_a_scene_of_spheres():
 
 def test_rigid_bodies_refuse_contactors_of_the_other_dimension():
     flat = lm.DiskContactor(0.1)
-    with pytest.raises(ValueError, match="A rigid body in 3D cannot have <DiskContactor"):
+    with pytest.raises(ValueError, match="whose position has 3 numbers cannot be <DiskContactor"):
         lm.RigidBody([flat], mass=1.0, inertia=1.0, position=(0, 0, 0), color="A")
-    with pytest.raises(ValueError, match="A rigid body in 2D cannot have <SphereContactor"):
+    with pytest.raises(ValueError, match="whose position has 2 numbers cannot be <SphereContactor"):
         lm.RigidBody([lm.SphereContactor(0.1)], mass=1.0, inertia=1.0, position=(0, 0), color="A")
     with pytest.raises(ValueError, match="2D"):
         lm.Scene(dimension=3).add(lm.RigidBody([flat], mass=1.0, inertia=1.0, position=(0, 0), color="A"))
