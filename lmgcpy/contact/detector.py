@@ -333,9 +333,9 @@ class Detector:
         if self._images is not None:
             self._images.look_at(groups, placed)
         central = all(group.form == "central" for group in groups)
-        if len(self._capacity.gap) < slots or (not central and len(self._capacity.lateral) < slots):
-            capacity, rolling = slots + slots // 8, self.rolling_rows > 0
-            self._capacity = empty_interactions(capacity, central, self.dimension, plain=self._plain, rolling=rolling)
+        levers = self._capacity.lateral if self.dimension == 2 else self._capacity.lever
+        if len(self._capacity.gap) < slots or (not central and len(levers) < slots):
+            self._capacity = empty_interactions(slots + slots // 8, central, self.dimension, plain=self._plain)
 
     def _surroundings(self, placed: np.ndarray) -> Surroundings:
         """The near pairs of bounded contactors, and the data for pairs with contactors without bounds."""

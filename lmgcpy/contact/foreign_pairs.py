@@ -194,7 +194,9 @@ def check_points(group: Group, found: Interactions, stop: int, contactors: Conta
     pairs = group.pairs[found.slot[rows] - group.first_slot]
     lever = found.arm[rows] ** 2
     if len(found.lateral):
-        lever = lever + (found.across[rows] ** 2).sum(axis=1)
+        lever = lever + found.lateral[rows] ** 2
+    if len(found.lever):
+        lever = (found.lever[rows].reshape(-1, 2, 3) ** 2).sum(axis=2)
     radius = contactors.bounding_radius[pairs]
     reach = radius + np.hypot.reduce(contactors.offset, axis=1)[pairs] + np.abs(found.gap[rows])[:, None]
     far = np.isfinite(reach) & ~(np.sqrt(lever) <= reach + NEAR * radius)

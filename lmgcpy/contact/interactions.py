@@ -24,29 +24,21 @@ class Interactions(NamedTuple):
     tangent: np.ndarray
     arm: np.ndarray
     lateral: np.ndarray
-    moment: np.ndarray
+    lever: np.ndarray
     delassus: np.ndarray
     coupling: np.ndarray
     shear: np.ndarray
     slot: np.ndarray
     """Index of the interaction in the list of neighbours, ascending, (m,) int32."""
 
-    @property
-    def across(self) -> np.ndarray:
-        """``lateral`` by tangent and side, (m, d - 1, 2)."""
-        return self.lateral.reshape(len(self.lateral), self.normal.shape[1] - 1, 2)
-
     def cut(self, count: int) -> Interactions:
         """The first ``count`` interactions, as views."""
         return Interactions(*(a[:count] for a in self))
 
 
-def empty_interactions(
-    capacity: int, central: bool, dimension: int, *, plain: bool = False, rolling: bool = False
-) -> Interactions:
+def empty_interactions(capacity: int, central: bool, dimension: int, *, plain: bool = False) -> Interactions:
     """Arrays for ``capacity`` interactions. ``central``: whether all contact points lie between the centres. ``plain``:
-    whether all interactions of the scene are contacts in 3D with diagonal blocks of W. ``rolling``: whether some have
-    rolling components."""
+    whether all interactions of the scene are contacts in 3D with diagonal blocks of W."""
     in_space = capacity if dimension == 3 else 0
     return Interactions(
         candidate=np.empty(capacity, np.uint32),
@@ -55,9 +47,9 @@ def empty_interactions(
         normal=np.empty((capacity, dimension)),
         tangent=np.empty((in_space, 3)),
         arm=np.empty((capacity, 2)),
-        # links come first, do not write it, and keep the zeros
-        lateral=np.zeros((0 if central else capacity, 2 if dimension == 2 else 4)),
-        moment=np.zeros((0 if central else in_space, 36 if rolling else 18)),
+        # links come first, do not write these, and keep the zeros
+        lateral=np.zeros((0 if central or dimension == 3 else capacity, 2)),
+        lever=np.zeros((0 if central else in_space, 6)),
         delassus=np.empty((capacity, dimension)),
         coupling=np.empty(0 if plain else capacity),
         shear=np.empty((0 if plain else in_space, 2)),

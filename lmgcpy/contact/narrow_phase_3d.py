@@ -72,48 +72,34 @@ def cross(u, v):
     return u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
 
 
+def times(x, v):
+    """``x v``."""
+    return x * v[0], x * v[1], x * v[2]
+
+
 def seen_from(b, bodies, point):
     """The point as seen from the centre of body ``b``, along the axes of space."""
     return point[0] - bodies[b, 0], point[1] - bodies[b, 1], point[2] - bodies[b, 2]
 
 
-def write_moments(i, side, sign, lever, frame, q, moment):
-    """Write the moments ``sign l x e`` of unit forces along the axes e of the local frame, in the axes of a body with the
-    quaternion ``q``; and if the array has room for rolling components, these axes there, as b, -t, n."""
-    n, t, s = frame
-    store(moment, i, 9 * side, sign, turned_back(q, cross(lever, n)))
-    store(moment, i, 9 * side + 3, sign, turned_back(q, cross(lever, t)))
-    store(moment, i, 9 * side + 6, sign, turned_back(q, cross(lever, s)))
-    if moment.shape[1] > 18:
-        store(moment, i, 18 + 9 * side, sign, turned_back(q, s))
-        store(moment, i, 21 + 9 * side, -sign, turned_back(q, t))
-        store(moment, i, 24 + 9 * side, sign, turned_back(q, n))
+def write_levers(i, lever_c, lever_a, lever):
+    for k in range(3):
+        lever[i, k] = lever_c[k]
+        lever[i, 3 + k] = lever_a[k]
 
 
-def store(moment, i, at, sign, v):
-    moment[i, at] = sign * v[0]
-    moment[i, at + 1] = sign * v[1]
-    moment[i, at + 2] = sign * v[2]
-
-
-def turned_block(i, block, coupling, c, a, inverse_mass, moment):
-    """A local block of W, its diagonal and (W_nt, W_ns, W_ts), with the part of the spins, ``m . I^-1 m'`` for the moments
-    m of both bodies."""
+def turned_block(block, coupling, lever, frame, q, easy):
+    """A local block of W, its diagonal and (W_nt, W_ns, W_ts), with the part of the spin of one body: ``m . I^-1 m'`` for
+    the moments m of unit forces along the axes of the local frame, in the axes of the body with the quaternion ``q``.
+    ``easy``: its inverse inertias."""
     w_nn, w_tt, w_ss = block
     w_nt, w_ns, w_ts = coupling
-    for k in range(3):
-        for side in range(2):
-            easy = inverse_mass[a if side else c, 3 + k]
-            m_n = moment[i, 9 * side + k]
-            m_t = moment[i, 9 * side + 3 + k]
-            m_s = moment[i, 9 * side + 6 + k]
-            w_nn += easy * m_n * m_n
-            w_tt += easy * m_t * m_t
-            w_ss += easy * m_s * m_s
-            w_nt += easy * m_n * m_t
-            w_ns += easy * m_n * m_s
-            w_ts += easy * m_t * m_s
-    return (w_nn, w_tt, w_ss), (w_nt, w_ns, w_ts)
+    n, t, s = frame
+    m_n = turned_back(q, cross(lever, n))
+    m_t = turned_back(q, cross(lever, t))
+    m_s = turned_back(q, cross(lever, s))
+    diagonal = (w_nn + weighted(m_n, easy, m_n), w_tt + weighted(m_t, easy, m_t), w_ss + weighted(m_s, easy, m_s))
+    return diagonal, (w_nt + weighted(m_n, easy, m_t), w_ns + weighted(m_n, easy, m_s), w_ts + weighted(m_t, easy, m_s))
 
 
 @kernel
@@ -149,27 +135,25 @@ def detect_contacts(
         if CENTRAL:
             moving, turning = mobility(c, a, arm_c, arm_a, inverse_mass)
             block, w_nt, shear, plain = local_block(normal, t, moving, turning)
-            if result.lateral.shape[0] > 0:  # other groups need it, and the arrays still hold older values
-                for k in range(4):
-                    result.lateral[m, k] = 0.0
+            if result.lever.shape[0] > 0:  # other groups need it, and the arrays still hold older values
+                write_levers(m, times(-arm_c, normal), times(arm_a, normal), result.lever)
         else:
-            s = cross(normal, t)
+            frame = (normal, t, cross(normal, t))
             point = (p_x, p_y, p_z)
             lever_c = seen_from(c, bodies, point)
             lever_a = seen_from(a, bodies, point)
-            write_moments(m, 0, 1.0, lever_c, (normal, t, s), quaternion_of(bodies, c), result.moment)
-            write_moments(m, 1, -1.0, lever_a, (normal, t, s), quaternion_of(bodies, a), result.moment)
-            result.lateral[m, 0] = weighted(lever_c, (1.0, 1.0, 1.0), t)
-            result.lateral[m, 1] = weighted(lever_a, (1.0, 1.0, 1.0), t)
-            result.lateral[m, 2] = weighted(lever_c, (1.0, 1.0, 1.0), s)
-            result.lateral[m, 3] = weighted(lever_a, (1.0, 1.0, 1.0), s)
+            write_levers(m, lever_c, lever_a, result.lever)
             moving, _ = mobility(c, a, 0.0, 0.0, inverse_mass)
-            still = (weighted(normal, moving, normal), weighted(t, moving, t), weighted(s, moving, s))
-            coupled = (weighted(normal, moving, t), weighted(normal, moving, s), weighted(t, moving, s))
-            block, (w_nt, w_ns, w_ts) = turned_block(m, still, coupled, c, a, inverse_mass, result.moment)
+            block = (weighted(normal, moving, normal), weighted(t, moving, t), weighted(frame[2], moving, frame[2]))
+            coupled = (weighted(normal, moving, t), weighted(normal, moving, frame[2]), weighted(t, moving, frame[2]))
+            easy_c = (inverse_mass[c, 3], inverse_mass[c, 4], inverse_mass[c, 5])
+            easy_a = (inverse_mass[a, 3], inverse_mass[a, 4], inverse_mass[a, 5])
+            block, coupled = turned_block(block, coupled, lever_c, frame, quaternion_of(bodies, c), easy_c)
+            block, coupled = turned_block(block, coupled, lever_a, frame, quaternion_of(bodies, a), easy_a)
+            w_nt = coupled[0]
             # both are held along a tangent: friction moves nothing, and any positive weight gives it
             block = (block[0], block[1] if block[1] > 0.0 else block[0], block[2] if block[2] > 0.0 else block[0])
-            shear = (w_ns, w_ts)
+            shear = (coupled[1], coupled[2])
             plain = False
         if block[0] <= 0.0:  # neither body can move along the normal: no impulse changes anything
             continue

@@ -11,6 +11,7 @@ from lmgcpy.dynamics.cell import CellMotion
 from lmgcpy.dynamics.known_pairs import known_pairs
 from lmgcpy.dynamics.model import Model
 from lmgcpy.dynamics.rolling import mark_isotropic, rolling_radius, with_rolling
+from lmgcpy.dynamics.rotation import matrices
 from lmgcpy.dynamics.schedule import schedule
 from lmgcpy.dynamics.step_problem import StepProblem
 from lmgcpy.solve.kernels.forms.form import FORMS, ROLLING, in_cell
@@ -76,13 +77,14 @@ class Assembler:
         """
         model, groups = self._model, detector.groups
         cell = model.cell_in_step(before, free_velocity)
+        axes = matrices(positions)
         kept = self._kept
         swept = (b"" if more is None else more.tobytes()) + (b"" if model.drag is None else mobility.tobytes())
         kind = interactions.slot[:KEPT].tobytes(), time_step, wire_blocks, [group.diagonal for group in groups], swept
         if kept is None or groups is not self._groups or kind != self._kind or cell is not None:
             self._kept = kept = None  # frees its arrays before the new ones are made
             rate = time_step / self._size
-            bodies = model, rate, mobility
+            bodies = model, rate, mobility, axes
             kept = lay_out(detector, interactions, *bodies, more=more, wire_blocks=wire_blocks, cell=cell)
             # the terms of W from rolling contacts and from cells that deform are made at each detection
             if len(interactions.slot) <= KEPT and cell is None and not len(kept.system.rolling):
@@ -92,6 +94,7 @@ class Assembler:
         if kept.row is not None or len(kept.light.body) or kept.threads != threads:
             kept.crews.clear()  # what sweeps get is a copy of arrays of this step
         kept.threads = threads
+        kept.system.axes[:] = axes  # before the relative velocities, which they turn
         fill(kept, time, time_step, before, free_velocity)
         kept.system.farness[:] = np.abs(positions[:, : model.dimension]).max(axis=1, initial=0.0) / time_step
         if cell is not None:
@@ -105,6 +108,7 @@ def lay_out(
     model: Model,
     rate: np.ndarray,
     mobility: np.ndarray,
+    axes: np.ndarray,
     *,
     more: np.ndarray | None,
     wire_blocks: bool,
@@ -113,7 +117,8 @@ def lay_out(
     """The arrays of a step, filled with all that depends only on the set of its interactions.
 
     ``rate``: time step over the radius of the smallest contactor of each body [s/m], (n,); ``mobility``: inverse masses in
-    the step, (n, k); ``more``: mass in the sweep over mass, (n,); ``cell``: a periodic cell that deforms in this step.
+    the step, (n, k); ``axes`` of the bodies (n, 9); ``more``: mass in the sweep over mass, (n,); ``cell``: a periodic cell
+    that deforms in this step.
     """
     dimension, (width, states) = interactions.normal.shape[1], detector.remembered
     groups = [group for group in detector.groups if group.stop > group.start]
@@ -138,7 +143,7 @@ def lay_out(
     rolling, delassus = np.zeros(0), interactions.delassus
     if rolls:
         rolling = rolling_radius(groups, pairs, dimension, count)
-        delassus = with_rolling(delassus, rolling, groups, interactions, inverse_mass)
+        delassus = with_rolling(delassus, rolling, groups, interactions, inverse_mass, axes)
     system = System(
         candidate=interactions.candidate,
         antagonist=interactions.antagonist,
@@ -146,7 +151,8 @@ def lay_out(
         tangent=interactions.tangent,
         arm=interactions.arm,
         lateral=interactions.lateral,
-        moment=interactions.moment,
+        lever=interactions.lever,
+        axes=axes,
         rolling=rolling,
         edges=edges,
         branch=branch,

@@ -170,10 +170,12 @@ class CellMotion:
                 part = slice(group.start, group.stop)
                 along[part] = interactions.gap[part] + group.chain.radius_sum
         branch = along[:, None] * normal
-        if len(interactions.lateral):
-            tangents = local_frames(normal)[:, 1:]
-            across = interactions.across @ [-1.0, 1.0]
-            branch += (across[:, :, None] * tangents).sum(axis=1)
+        if len(interactions.lateral):  # in 2D, t = (-n_y, n_x)
+            across = interactions.lateral[:, 1] - interactions.lateral[:, 0]
+            branch += across[:, None] * np.column_stack([-normal[:, 1], normal[:, 0]])
+        if len(interactions.lever):
+            links = max((group.stop for group in groups if group.chain is not None), default=0)
+            branch[links:] = interactions.lever[links:, 3:] - interactions.lever[links:, :3]
         branch[self.unbounded[interactions.candidate] | self.unbounded[interactions.antagonist]] = 0.0
         return np.ascontiguousarray(branch[:, self.lattice.axes])
 

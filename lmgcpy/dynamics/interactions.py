@@ -68,7 +68,10 @@ class InteractionView:
                 arm[part] = 0.5 * (interactions.gap[part] + group.chain.radius_sum)[:, None]
         lever = np.stack([-arm[:, :1] * normal, arm[:, 1:] * normal], axis=1)
         if len(interactions.lateral):
-            lever += np.einsum("mas,mak->msk", interactions.across, frame[:, 1:])
+            lever += interactions.lateral[:, :, None] * frame[:, 1][:, None, :]
+        if len(interactions.lever):
+            links = max((group.stop for group in groups if group.chain), default=0)
+            lever[links:] = interactions.lever[links:].reshape(-1, 2, 3)
         state = {name: np.full(len(impulse), np.nan) for name in state_names}
         for group in groups:
             for k, name in enumerate(group.law.states()):

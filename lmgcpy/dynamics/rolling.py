@@ -25,9 +25,15 @@ def rolling_radius(groups: list[Group], pairs: np.ndarray, dimension: int, count
 
 
 def with_rolling(
-    delassus: np.ndarray, rolling: np.ndarray, groups: list[Group], interactions: Interactions, inverse_mass: np.ndarray
+    delassus: np.ndarray,
+    rolling: np.ndarray,
+    groups: list[Group],
+    interactions: Interactions,
+    inverse_mass: np.ndarray,
+    axes: np.ndarray,
 ) -> np.ndarray:
-    """The diagonals of the local blocks with columns for the rolling components, ``W_rr = R^2 (1/I_c + 1/I_a)`` [1/kg]."""
+    """The diagonals of the local blocks with columns for the rolling components, ``W_rr = R^2 (1/I_c + 1/I_a)`` [1/kg].
+    ``axes`` of the bodies, (n, 9), see :class:`~lmgcpy.solve.kernels.system.System`."""
     d = delassus.shape[1]
     turning = inverse_mass[interactions.candidate, d:] + inverse_mass[interactions.antagonist, d:]
     if d == 3:  # about s, t and n, the axes of the rows
@@ -37,9 +43,10 @@ def with_rolling(
         for group in groups:
             if group.form == "lever":  # inertias are along the axes of the bodies
                 part = slice(group.start, group.stop)
-                moment = interactions.moment[part, 18:].reshape(-1, 2, 3, 3)
                 both = np.stack([interactions.candidate[part], interactions.antagonist[part]], axis=1)
-                turning[part] = (moment**2 @ inverse_mass[both, d:, None]).sum(axis=1)[..., 0]
+                # s, t and n along the axes of both bodies
+                own = frame[part, None, ::-1] @ axes[both].reshape(-1, 2, 3, 3)
+                turning[part] = (own**2 @ inverse_mass[both, d:, None]).sum(axis=1)[..., 0]
     return np.column_stack([delassus, rolling[:, None] ** 2 * turning])
 
 

@@ -126,6 +126,14 @@ def with_rotations(positions: np.ndarray) -> np.ndarray:
     return np.column_stack([positions, np.zeros((len(positions), 3)), np.ones(len(positions))])
 
 
+def matrices(positions: np.ndarray) -> np.ndarray:
+    """Rotation matrices of bodies row by row, (n, 9), from positions (n, 7); (0, 9) from positions without rotations."""
+    if positions.shape[1] == 3:
+        return np.zeros((0, 9))
+    columns = in_space(positions[:, None, 3:], np.eye(3)[None])  # of the unit vectors of the body
+    return np.ascontiguousarray(columns.transpose(0, 2, 1)).reshape(-1, 9)
+
+
 def in_space(quaternions: np.ndarray, vectors: np.ndarray) -> np.ndarray:
     """Vectors (..., 3) along the axes of bodies with these quaternions (..., 4), along those of space."""
     axis, last = quaternions[..., :3], quaternions[..., 3:]

@@ -15,6 +15,7 @@ from lmgcpy.contact.detector import Detector
 from lmgcpy.contact.foreign_pairs import NarrowPhaseError
 from lmgcpy.contact.interactions import Interactions
 from lmgcpy.dynamics.model import Model
+from lmgcpy.dynamics.rotation import in_own_axes
 from lmgcpy.dynamics.watch.said import Said
 
 DEEPER = 0.01
@@ -90,7 +91,7 @@ class DrivenOverlaps:
         except NarrowPhaseError as error:
             raise RuntimeError(f"Among bodies that are driven or held {error}.") from error.__cause__
         self._detector = detector
-        deep = (found.gap < 0.0) & (yields(found, self._model.inverse_mass) == 0.0)
+        deep = (found.gap < 0.0) & (yields(found, self._model.inverse_mass, positions) == 0.0)
         chosen = np.concatenate([np.zeros((0, 2), np.int32), *(group.pairs for group in detector.groups)])
         pairs = chosen[found.slot[deep]].astype(np.int64)
         number = pairs[:, 0] * len(table.body) + pairs[:, 1]
@@ -130,18 +131,17 @@ def may_meet(model: Model, stuck: np.ndarray, moving: np.ndarray) -> bool:
     return False
 
 
-def yields(found: Interactions, inverse_mass: np.ndarray) -> np.ndarray:
-    """``W_nn`` [1/kg] of contacts, (m,), with the inverse masses of the bodies (n, k); zero if neither body yields along
-    the normal."""
+def yields(found: Interactions, inverse_mass: np.ndarray, positions: np.ndarray) -> np.ndarray:
+    """``W_nn`` [1/kg] of contacts, (m,), with the inverse masses of the bodies (n, k) at their positions; zero if neither
+    body yields along the normal."""
     c, a = found.candidate, found.antagonist
     d = found.normal.shape[1]
     normal = (found.normal**2 * (inverse_mass[c, :d] + inverse_mass[a, :d])).sum(axis=1)
-    if len(found.lateral):  # levers turn the bodies
-        both = inverse_mass[np.column_stack([c, a]), d:]
-        moment = found.lateral[:, :, None]
-        if d == 3:
-            moment = found.moment[:, :18].reshape(-1, 2, 3, 3)[:, :, 0]
-            levers = np.abs(found.lateral).max(axis=1, initial=0.0)  # central contacts do not write their moments
-            moment = np.where(levers[:, None, None] > 0.0, moment, 0.0)
-        normal = normal + (moment**2 * both).sum(axis=(1, 2))
+    if len(found.lateral):  # levers of clusters in the plane
+        turns = found.lateral[: len(c)] ** 2 * inverse_mass[np.column_stack([c, a]), d]
+        normal = normal + turns.sum(axis=1)
+    if len(found.lever):
+        both = np.column_stack([c, a])
+        moment = np.cross(found.lever.reshape(-1, 2, 3), found.normal[:, None])
+        normal = normal + (in_own_axes(positions[both, 3:], moment) ** 2 * inverse_mass[both, d:]).sum(axis=(1, 2))
     return normal

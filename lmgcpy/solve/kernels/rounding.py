@@ -86,9 +86,8 @@ def add_size(b, i, side, normal, tangential, s):
     moment = s.arm[i, side] * tangential
     if s.lateral.shape[0] > 0:
         moment += abs(s.lateral[i, side]) * normal
-        if d == 3:  # a lever across the normal twists as well
-            across = abs(s.lateral[i, side]) + abs(s.lateral[i, 2 + side])
-            moment += abs(s.lateral[i, 2 + side]) * normal + across * tangential
+    if s.lever.shape[0] > 0:
+        moment = length_of_lever(i, side, s) * (normal + tangential)
     centre = 0.0
     turning = 0.0
     for k in range(d):
@@ -97,6 +96,12 @@ def add_size(b, i, side, normal, tangential, s):
         turning = max(turning, s.inverse_mass[b, k])
     s.noise[b, 0] += centre * (normal + tangential)
     s.noise[b, 1] += turning * abs(moment)
+
+
+def length_of_lever(i, side, s):
+    """Sum of the components of a lever in space, which is at least its length [m]."""
+    at = 3 * side
+    return abs(s.lever[i, at]) + abs(s.lever[i, at + 1]) + abs(s.lever[i, at + 2])
 
 
 def gather_noise(first, last, s):
@@ -111,9 +116,9 @@ def gather_noise(first, last, s):
         if across:
             arm_c += abs(s.lateral[i, 0])
             arm_a += abs(s.lateral[i, 1])
-            if s.lateral.shape[1] == 4:
-                arm_c += abs(s.lateral[i, 2])
-                arm_a += abs(s.lateral[i, 3])
+        if s.lever.shape[0] > 0:
+            arm_c = length_of_lever(i, 0, s)
+            arm_a = length_of_lever(i, 1, s)
         s.floor[i] = s.noise[c, 0] + s.noise[a, 0] + arm_c * s.noise[c, 1] + arm_a * s.noise[a, 1]
         for j in range(s.edges.shape[0]):  # the term of a periodic cell, G l
             s.floor[i] += abs(s.branch[i, j]) * s.noise[s.edges[j], 0]

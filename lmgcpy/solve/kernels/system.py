@@ -33,11 +33,13 @@ class System(NamedTuple):
     both positive towards it; the part of the levers that turns spin into tangential velocity."""
     lateral: np.ndarray
     """(m, 2), or (0, 2) if every pair is central: tangential coordinate of the contact point seen from the candidate's and
-    the antagonist's centre [m]; the part of the levers that turns spin into normal velocity. In 3D (m, 4): along t, then
-    along s."""
-    moment: np.ndarray
-    """Moments on the candidate and on the antagonist of unit impulses along n, t and s, along the axes of each body [m],
-    (m, 18), or (m, 36) with those of rolling components; (0, 18) in 2D and if every pair is central."""
+    the antagonist's centre [m]; the part of the levers that turns spin into normal velocity. (0, 2) in 3D."""
+    lever: np.ndarray
+    """Contact point seen from the candidate's and from the antagonist's centre, along the axes of space [m], (m, 6); (0, 6)
+    in 2D and if every pair is central."""
+    axes: np.ndarray
+    """Rotation from the axes of each body, along which its spin is, to those of space, row by row of the matrix, (n, 9);
+    (0, 9) if no body keeps a rotation in space."""
     rolling: np.ndarray
     """Effective radius of contacts with rolling friction [m], 0 of others, (m,); (0,) in scenes without any. Arrays of
     shape (m, d) have columns for the rolling components there, after the others."""
@@ -104,6 +106,8 @@ class System(NamedTuple):
         pairs = {"candidate": rows.take(self.candidate), "antagonist": rows.take(self.antagonist)}
         # take copies rows of a matrix four to fifteen times as fast as brackets do
         bodies = {"inverse_mass": self.inverse_mass.take(body, axis=0), "farness": self.farness.take(body)}
+        if len(self.axes):
+            bodies["axes"] = self.axes.take(body, axis=0)
         return self._replace(**bodies, **pairs), free_velocity.take(body, axis=0)
 
 

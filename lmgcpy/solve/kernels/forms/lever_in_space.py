@@ -6,8 +6,9 @@ contact point p and the rotations R from the axes of the bodies to the axes of s
 
     e:  (e, R_c^T (l_c x e))  (-e, -R_a^T (l_a x e)).
 
-The detection makes the moments ``R^T (l x e)`` (``System.moment``). Sweeps so need neither rotations nor levers. A body
-that keeps no rotation has ``R = 1``.
+Kernels go by the vectors: ``u = v_c + (R_c spin_c) x l_c - v_a - (R_a spin_a) x l_a`` in the local frame, and the moment of
+a force f on the candidate is ``R_c^T (l_c x f)``. So a contact has six numbers more, and a body nine. (With the rows
+themselves a contact has eighteen, and sweeps wait for memory.) A body that keeps no rotation has ``R = 1``.
 """
 
 from __future__ import annotations
@@ -32,6 +33,20 @@ plus_row, less_row = _of_three["plus_row"], _of_three["less_row"]
 
 
 @inlined
+def spin_in_space(velocity, b, s):
+    """``R spin`` of body ``b``."""
+    spin = row(velocity, b, 3)
+    return dot(row(s.axes, b, 0), spin), dot(row(s.axes, b, 3), spin), dot(row(s.axes, b, 6), spin)
+
+
+@inlined
+def in_own_axes(b, s, v):
+    """``R^T v`` of body ``b``."""
+    two = plus_row(multiple_row(v[0], row(s.axes, b, 0)), multiple_row(v[1], row(s.axes, b, 3)))
+    return plus_row(two, multiple_row(v[2], row(s.axes, b, 6)))
+
+
+@inlined
 def relative_velocity(i, s):
     """(u_n, u_t, u_s) of interaction ``i`` at the contact point, candidate minus antagonist."""
     return relative_velocity_for(s.velocity, i, s)
@@ -42,29 +57,14 @@ def relative_velocity_for(velocity, i, s):
     """``H^T v`` of interaction ``i`` for velocities ``v`` of the bodies, (n, 6)."""
     c = s.candidate[i]
     a = s.antagonist[i]
+    # u = v_c + spin_c x l_c - (v_a + spin_a x l_a)
+    u = plus_row(row(velocity, c, 0), cross(spin_in_space(velocity, c, s), row(s.lever, i, 0)))
+    u = less_row(u, plus_row(row(velocity, a, 0), cross(spin_in_space(velocity, a, s), row(s.lever, i, 3))))
     n = row(s.normal, i, 0)
-    v = less_row(row(velocity, c, 0), row(velocity, a, 0))
-    spin_c = row(velocity, c, 3)
-    spin_a = row(velocity, a, 3)
-    # centres: e . v; then the spins by their moments
-    u_n = dot(n, v) + dot(row(s.moment, i, 0), spin_c) + dot(row(s.moment, i, 9), spin_a)
     if ROWS == 1:
-        return u_n, 0.0, 0.0
+        return dot(n, u), 0.0, 0.0
     t = row(s.tangent, i, 0)
-    b = cross(n, t)
-    u_t = dot(t, v) + dot(row(s.moment, i, 3), spin_c) + dot(row(s.moment, i, 12), spin_a)
-    u_s = dot(b, v) + dot(row(s.moment, i, 6), spin_c) + dot(row(s.moment, i, 15), spin_a)
-    return u_n, u_t, u_s
-
-
-@inlined
-def moment_of(i, s, d, side):
-    """Moment of an impulse ``d`` on the candidate (``side`` 0) or the antagonist (1), along its own axes."""
-    moment = multiple_row(d[0], row(s.moment, i, 9 * side))
-    if ROWS == 3:
-        moment = plus_row(moment, multiple_row(d[1], row(s.moment, i, 9 * side + 3)))
-        moment = plus_row(moment, multiple_row(d[2], row(s.moment, i, 9 * side + 6)))
-    return moment
+    return dot(n, u), dot(t, u), dot(cross(n, t), u)
 
 
 @inlined
@@ -81,19 +81,19 @@ def force_of(i, s, d):
 @inlined
 def push(i, s, d):
     """Add ``M^-1 H d`` of an impulse ``d`` on interaction ``i`` to the velocities of its bodies."""
-    c = s.candidate[i]
-    a = s.antagonist[i]
     force = force_of(i, s, d)
     if WALLS != 0:
-        moment = moment_of(i, s, d, 0)
+        c = s.candidate[i]
+        moment = in_own_axes(c, s, cross(row(s.lever, i, 0), force))
         for k in range(3):
             s.velocity[c, k] += s.inverse_mass[c, k] * force[k]
             s.velocity[c, 3 + k] += s.inverse_mass[c, 3 + k] * moment[k]
     if WALLS != 1:
-        moment = moment_of(i, s, d, 1)
+        a = s.antagonist[i]
+        moment = in_own_axes(a, s, cross(row(s.lever, i, 3), force))
         for k in range(3):
             s.velocity[a, k] -= s.inverse_mass[a, k] * force[k]
-            s.velocity[a, 3 + k] += s.inverse_mass[a, 3 + k] * moment[k]
+            s.velocity[a, 3 + k] -= s.inverse_mass[a, 3 + k] * moment[k]
 
 
 def momentum(start, stop, walls, s):
@@ -102,19 +102,19 @@ def momentum(start, stop, walls, s):
         r = row(s.impulse, i, 0)
         if r[0] == 0.0 and r[1] == 0.0 and r[2] == 0.0:
             continue
-        c = s.candidate[i]
-        a = s.antagonist[i]
         force = force_of(i, s, r)
         if walls != 0:
-            moment = moment_of(i, s, r, 0)
+            c = s.candidate[i]
+            moment = in_own_axes(c, s, cross(row(s.lever, i, 0), force))
             for k in range(3):
                 s.velocity[c, k] += force[k]
                 s.velocity[c, 3 + k] += moment[k]
         if walls != 1:
-            moment = moment_of(i, s, r, 1)
+            a = s.antagonist[i]
+            moment = in_own_axes(a, s, cross(row(s.lever, i, 3), force))
             for k in range(3):
                 s.velocity[a, k] -= force[k]
-                s.velocity[a, 3 + k] += moment[k]
+                s.velocity[a, 3 + k] -= moment[k]
     return 0.0
 
 
@@ -128,5 +128,6 @@ def relative_velocities(start, stop, s, velocity, result):
 def rows(s: Any, part: slice) -> np.ndarray:
     """Rows of ``H^T`` of some interactions, (m, 3, 12)."""
     frame = local_frames(s.normal[part])
-    moment = s.moment[part, :18].reshape(-1, 2, 3, 3)
-    return np.concatenate([frame, moment[:, 0], -frame, moment[:, 1]], axis=2)
+    lever, axes = s.lever[part].reshape(-1, 2, 1, 3), s.axes.reshape(-1, 3, 3)
+    moment = np.cross(lever, frame[:, None]) @ np.stack([axes[s.candidate[part]], axes[s.antagonist[part]]], axis=1)
+    return np.concatenate([frame, moment[:, 0], -frame, -moment[:, 1]], axis=2)

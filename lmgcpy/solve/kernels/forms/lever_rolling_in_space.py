@@ -1,7 +1,7 @@
 """The form of a contact with rolling friction in space of bodies that turn.
 
 Three more rows meet the spins alone, as in ``rolling_in_space``: about ``b = n x t``, ``-t`` and n, with the effective
-radius R for a lever. The detection turns these axes into the axes of the bodies (``System.moment``, from column 18 on).
+radius R for a lever. Spins in space are those of ``lever_in_space``.
 """
 
 from __future__ import annotations
@@ -11,40 +11,39 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.compiled.kernel import inlined
+from lmgcpy.contact.frames import local_frames
+from lmgcpy.solve.kernels.forms.lever_in_space import in_own_axes, spin_in_space
 from lmgcpy.solve.kernels.forms.lever_in_space import local_problem as plain_problem
 from lmgcpy.solve.kernels.forms.lever_in_space import momentum as plain_momentum
 from lmgcpy.solve.kernels.forms.lever_in_space import push as plain_push
 from lmgcpy.solve.kernels.forms.lever_in_space import relative_velocities as plain_velocities
 from lmgcpy.solve.kernels.forms.lever_in_space import relative_velocity as plain_velocity
 from lmgcpy.solve.kernels.forms.lever_in_space import rows as plain_rows
+from lmgcpy.solve.kernels.forms.rolling_in_space import moment_of
+from lmgcpy.solve.kernels.forms.space import cross
 from lmgcpy.solve.kernels.small_matrices import small_matrices
 
 WALLS = -1
 """As in ``space``."""
 _of_three = small_matrices(3)
 row, dot, multiple_row = _of_three["row"], _of_three["dot"], _of_three["multiple_row"]
-plus_row, scaled_row = _of_three["plus_row"], _of_three["scaled_row"]
+less_row, scaled_row = _of_three["less_row"], _of_three["scaled_row"]
 
 
 @inlined
 def rolling_velocity(velocity, i, s):
     """(u_1, u_2, u_z) of interaction ``i`` for velocities of the bodies, (n, 6)."""
-    spin_c = row(velocity, s.candidate[i], 3)
-    spin_a = row(velocity, s.antagonist[i], 3)
-    lever = s.rolling[i]
-    return (
-        lever * (dot(row(s.moment, i, 18), spin_c) + dot(row(s.moment, i, 27), spin_a)),
-        lever * (dot(row(s.moment, i, 21), spin_c) + dot(row(s.moment, i, 30), spin_a)),
-        lever * (dot(row(s.moment, i, 24), spin_c) + dot(row(s.moment, i, 33), spin_a)),
-    )
+    spin = less_row(spin_in_space(velocity, s.candidate[i], s), spin_in_space(velocity, s.antagonist[i], s))
+    return about_rolling_axes(i, s, spin)
 
 
 @inlined
-def rolling_moment(i, s, r_1, r_2, r_z, side):
-    """Moment of rolling impulses on the candidate (``side`` 0) or the antagonist (1), along its own axes."""
-    at = 18 + 9 * side
-    sum_ = plus_row(multiple_row(r_1, row(s.moment, i, at)), multiple_row(r_2, row(s.moment, i, at + 3)))
-    return multiple_row(s.rolling[i], plus_row(sum_, multiple_row(r_z, row(s.moment, i, at + 6))))
+def about_rolling_axes(i, s, spin):
+    """A spin in space about the axes of the rolling rows, times R."""
+    n = row(s.normal, i, 0)
+    t = row(s.tangent, i, 0)
+    lever = s.rolling[i]
+    return lever * dot(cross(n, t), spin), -lever * dot(t, spin), lever * dot(n, spin)
 
 
 @inlined
@@ -59,16 +58,17 @@ def relative_velocity(i, s):
 def push(i, s, d):
     """Add ``M^-1 H d`` of an impulse ``d`` on interaction ``i`` to the velocities of its bodies."""
     plain_push(i, s, (d[0], d[1], d[2]))
+    moment = moment_of(i, s, d[3], d[4], d[5])
     if WALLS != 0:
         c = s.candidate[i]
-        moment = rolling_moment(i, s, d[3], d[4], d[5], 0)
+        own = in_own_axes(c, s, moment)
         for k in range(3):
-            s.velocity[c, 3 + k] += s.inverse_mass[c, 3 + k] * moment[k]
+            s.velocity[c, 3 + k] += s.inverse_mass[c, 3 + k] * own[k]
     if WALLS != 1:
         a = s.antagonist[i]
-        moment = rolling_moment(i, s, d[3], d[4], d[5], 1)
+        own = in_own_axes(a, s, moment)
         for k in range(3):
-            s.velocity[a, 3 + k] += s.inverse_mass[a, 3 + k] * moment[k]
+            s.velocity[a, 3 + k] -= s.inverse_mass[a, 3 + k] * own[k]
 
 
 @inlined
@@ -76,10 +76,10 @@ def local_problem(i, s, u, r):
     """(the local block of W, ``u - W r``) of interaction ``i``."""
     given = (u[0], u[1], u[2]), (r[0], r[1], r[2])
     ((w_nn, w_nt, w_ns), (_, w_tt, w_ts), (_, _, w_ss)), (free_n, free_t, free_s) = plain_problem(i, s, *given)
-    # velocities of the rows n, t, s and of the rolling rows from rolling impulses of one
-    w_n1, w_t1, w_s1, w_11, _, _ = yielding(i, s, 0)
-    w_n2, w_t2, w_s2, w_12, w_22, _ = yielding(i, s, 3)
-    w_nz, w_tz, w_sz, w_1z, w_2z, w_zz = yielding(i, s, 6)
+    # velocities of all rows from rolling impulses of one
+    w_n1, w_t1, w_s1, w_11, _, _ = from_moment(i, s, moment_of(i, s, 1.0, 0.0, 0.0))
+    w_n2, w_t2, w_s2, w_12, w_22, _ = from_moment(i, s, moment_of(i, s, 0.0, 1.0, 0.0))
+    w_nz, w_tz, w_sz, w_1z, w_2z, w_zz = from_moment(i, s, moment_of(i, s, 0.0, 0.0, 1.0))
     free_n -= w_n1 * r[3] + w_n2 * r[4] + w_nz * r[5]
     free_t -= w_t1 * r[3] + w_t2 * r[4] + w_tz * r[5]
     free_s -= w_s1 * r[3] + w_s2 * r[4] + w_sz * r[5]
@@ -98,20 +98,25 @@ def local_problem(i, s, u, r):
 
 
 @inlined
-def yielding(i, s, at):
-    """Column of W of the rolling component whose moments begin at 18 + ``at``."""
-    lever = s.rolling[i]
-    # spins from a unit impulse, and what each row reads of them
-    turn_c = scaled_row(multiple_row(lever, row(s.inverse_mass, s.candidate[i], 3)), row(s.moment, i, 18 + at))
-    turn_a = scaled_row(multiple_row(lever, row(s.inverse_mass, s.antagonist[i], 3)), row(s.moment, i, 27 + at))
-    return (
-        dot(row(s.moment, i, 0), turn_c) + dot(row(s.moment, i, 9), turn_a),
-        dot(row(s.moment, i, 3), turn_c) + dot(row(s.moment, i, 12), turn_a),
-        dot(row(s.moment, i, 6), turn_c) + dot(row(s.moment, i, 15), turn_a),
-        lever * (dot(row(s.moment, i, 18), turn_c) + dot(row(s.moment, i, 27), turn_a)),
-        lever * (dot(row(s.moment, i, 21), turn_c) + dot(row(s.moment, i, 30), turn_a)),
-        lever * (dot(row(s.moment, i, 24), turn_c) + dot(row(s.moment, i, 33), turn_a)),
-    )
+def from_moment(i, s, moment):
+    """Relative velocities from a moment on the candidate, and its opposite on the antagonist."""
+    spin_c = given_spin(s.candidate[i], s, moment)
+    spin_a = given_spin(s.antagonist[i], s, moment)
+    # spin_c x l_c + spin_a x l_a, as the antagonist gets -spin_a
+    c_x, c_y, c_z = cross(spin_c, row(s.lever, i, 0))
+    a_x, a_y, a_z = cross(spin_a, row(s.lever, i, 3))
+    u = (c_x + a_x, c_y + a_y, c_z + a_z)
+    n = row(s.normal, i, 0)
+    t = row(s.tangent, i, 0)
+    spin = (spin_c[0] + spin_a[0], spin_c[1] + spin_a[1], spin_c[2] + spin_a[2])
+    return dot(n, u), dot(t, u), dot(cross(n, t), u), *about_rolling_axes(i, s, spin)
+
+
+@inlined
+def given_spin(b, s, moment):
+    """``R I^-1 R^T m``: spin in space that a moment gives to body ``b``."""
+    own = scaled_row(row(s.inverse_mass, b, 3), in_own_axes(b, s, moment))
+    return dot(row(s.axes, b, 0), own), dot(row(s.axes, b, 3), own), dot(row(s.axes, b, 6), own)
 
 
 def momentum(start, stop, walls, s):
@@ -121,13 +126,14 @@ def momentum(start, stop, walls, s):
         r_1, r_2, r_z = s.impulse[i, 3], s.impulse[i, 4], s.impulse[i, 5]
         if r_1 == 0.0 and r_2 == 0.0 and r_z == 0.0:
             continue
-        on_c = rolling_moment(i, s, r_1, r_2, r_z, 0)
-        on_a = rolling_moment(i, s, r_1, r_2, r_z, 1)
+        moment = moment_of(i, s, r_1, r_2, r_z)
+        on_c = in_own_axes(s.candidate[i], s, moment)
+        on_a = in_own_axes(s.antagonist[i], s, moment)
         for k in range(3):
             if walls != 0:
                 s.velocity[s.candidate[i], 3 + k] += on_c[k]
             if walls != 1:
-                s.velocity[s.antagonist[i], 3 + k] += on_a[k]
+                s.velocity[s.antagonist[i], 3 + k] -= on_a[k]
     return 0.0
 
 
@@ -141,7 +147,8 @@ def relative_velocities(start, stop, s, velocity, result):
 
 def rows(s: Any, part: slice) -> np.ndarray:
     """Rows of ``H^T`` of some interactions, (m, 6, 12)."""
-    moment = s.rolling[part, None, None, None] * s.moment[part, 18:].reshape(-1, 2, 3, 3)
-    turning = np.zeros((len(moment), 3, 12))
-    turning[:, :, 3:6], turning[:, :, 9:] = moment[:, 0], moment[:, 1]
+    about = s.rolling[part, None, None] * (local_frames(s.normal[part])[:, [2, 1, 0]] * [[1.0], [-1.0], [1.0]])
+    axes = s.axes.reshape(-1, 3, 3)
+    turning = np.zeros((len(about), 3, 12))
+    turning[:, :, 3:6], turning[:, :, 9:] = about @ axes[s.candidate[part]], -about @ axes[s.antagonist[part]]
     return np.concatenate([plain_rows(s, part), turning], axis=1)
