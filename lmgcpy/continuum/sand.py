@@ -180,8 +180,8 @@ class DruckerPrager:
         return SandResponse(left * shear - pressure * self.unit, tangent, end)
 
     def _return(self, deviator: float, pressure: float, kappa: float) -> float | None:
-        """The first root of ``r(gamma) = q_tr - 2 c^2 G gamma - M (p_tr + K V)``, with M at kappa + gamma and V the dilation
-        on the way there.
+        """The first root of ``r(gamma) = q_tr - 2 c^2 G gamma - M (p_tr + K V)``, with M at kappa + gamma and V the
+        dilation on the way there.
 
         r is above zero at gamma = 0. At ``q_tr/(2 c^2 G)``, where q vanishes, r = -M p: below zero if a pressure is left.
         If no pressure is left, a root is searched piece by piece; without a root the sand is at its apex, and the result is
