@@ -58,6 +58,11 @@ class Step(ABC):
         TypeError if a law has no conic form. It may take longer than some sweeps.
         """
 
+    def resist(self, acting: np.ndarray, a: np.ndarray, w: np.ndarray, friction: np.ndarray, slip: np.ndarray) -> bool:
+        """Enter the coefficients of friction (k,) and slips [m/s] (k, d - 1) that laws with ``resisted`` have at
+        ``a = r - u/w`` (k, d), w (k,), of the interactions ``acting`` (m,) in conic form. Returns whether there are any."""
+        return False
+
     @property
     @abstractmethod
     def law_without_conic(self) -> str | None:
