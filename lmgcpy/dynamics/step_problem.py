@@ -232,8 +232,11 @@ class StepProblem(Step):
         )
         return problem, acting
 
-    def resist(self, acting: np.ndarray, a: np.ndarray, w: np.ndarray, friction: np.ndarray, slip: np.ndarray) -> bool:
-        found = False
+    @property
+    def resists(self) -> bool:
+        return any(group.law.resisted for group in self.by_law)
+
+    def resist(self, acting: np.ndarray, a: np.ndarray, w: np.ndarray, friction: np.ndarray, slip: np.ndarray) -> None:
         place = np.cumsum(acting) - 1
         for group, where in zip(self.by_law, self.offset, strict=True):
             if group.law.resisted is not None:
@@ -243,8 +246,6 @@ class StepProblem(Step):
                 with self._asking(group, "resisted"):
                     friction[rows], across = group.law.resisted(columns, a[rows, : self.dimension].T, w[rows])
                     slip[rows] = across.T
-                found = True
-        return found
 
     @contextmanager
     def _asking(self, group: Group, function: str) -> Iterator[None]:

@@ -85,11 +85,12 @@ class ActiveSet:
 
     def resist(self, step: Step, acting: np.ndarray, r: np.ndarray) -> bool:
         """Take the friction and the slips that the laws of a step resist at the impulses r (m, d); whether they change."""
+        if not step.resists:
+            return False
         (w, shares, *rest), slip = self.laws, np.zeros((len(r), self.dimension - 1))
         a = r - (self.problem.times(r.ravel()) + self.problem.q).reshape(r.shape) / w[:, None]
         shares = shares.copy()
-        if not step.resist(acting, a, w, shares[:, 0], slip):
-            return False
+        step.resist(acting, a, w, shares[:, 0], slip)
         q = self.problem.q.reshape(r.shape).copy()
         q[:, 1 : self.dimension] += slip
         if np.array_equal(q, self.q) and np.array_equal(shares, self.laws[1]):

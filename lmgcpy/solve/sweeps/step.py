@@ -58,10 +58,15 @@ class Step(ABC):
         TypeError if a law has no conic form. It may take longer than some sweeps.
         """
 
-    def resist(self, acting: np.ndarray, a: np.ndarray, w: np.ndarray, friction: np.ndarray, slip: np.ndarray) -> bool:
-        """Enter the coefficients of friction (k,) and slips [m/s] (k, d - 1) that laws with ``resisted`` have at
-        ``a = r - u/w`` (k, d), w (k,), of the interactions ``acting`` (m,) in conic form. Returns whether there are any."""
+    @property
+    def resists(self) -> bool:
+        """Whether a law has friction that depends on the impulses, ``Law.resisted``."""
         return False
+
+    def resist(self, acting: np.ndarray, a: np.ndarray, w: np.ndarray, friction: np.ndarray, slip: np.ndarray) -> None:
+        """Enter the coefficients of friction (k,) and slips [m/s] (k, d - 1) of these laws at ``a = r - u/w`` (k, d),
+        w (k,), of the interactions ``acting`` (m,) in conic form."""
+        raise TypeError("No law of this step has friction that depends on the impulses.")
 
     @property
     @abstractmethod
