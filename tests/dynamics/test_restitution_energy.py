@@ -230,6 +230,7 @@ class Hasty(lm.Restitution):
     NAME = "hasty-restitution"
     PREPARED = ("bias", "friction")
     KEEPS_GAP = False
+    resisted = None
 
     @staticmethod
     def prepare(gap, reference_gap, velocity, time_step, parameters, state):
