@@ -31,6 +31,7 @@ class Stranger(lm.Law):
     NAME = "stranger"
     APPLIES_TO = "contact"
     PREPARED = ("bias", "friction")
+    KEEPS_GAP = True
     friction = lm.Parameter("-", minimum=0.0)
     age = lm.State("-", "steps")
 
@@ -39,7 +40,10 @@ class Stranger(lm.Law):
 
     @staticmethod
     def prepare(gap, reference_gap, velocity, time_step, parameters, state):
-        return (max(gap, 0.0) / time_step, parameters[0])
+        if gap > 0.0:
+            return (gap / time_step, parameters[0])
+        back = min((reference_gap - gap) / time_step, -2.0 * velocity[0])  # of overlap that turning made
+        return (-max(back, 0.0), parameters[0])
 
     @staticmethod
     def react(W, u, prepared):

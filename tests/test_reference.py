@@ -23,7 +23,7 @@ FRONT = (lm, lm.laws, lm.sample, lm.measure, lm.io, lm.view, lm.contact, lm.test
 """The front door and what is behind it; ``lm.io.fclib`` is a module without ``__all__``."""
 ELSEWHERE = {"lmgcpy.laws.Law", "lmgcpy.laws.Parameter", "lmgcpy.laws.State"}
 """Second names: they are told of at the front door."""
-COMPILED = {"prepare", "react", "slope", "energy", "initial", "commit", "conic"}
+COMPILED = {"prepare", "react", "slope", "energy", "initial", "commit", "conic", "resisted"}
 """Functions of laws, whose arguments are numbers and tuples of numbers: the page on laws and ``Law`` say which."""
 
 

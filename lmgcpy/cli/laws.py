@@ -74,7 +74,8 @@ def about(law: type[Law]) -> list[str]:
     if law.states():
         lines.append("state of each interaction")
         lines += [f"  {key} [{state.unit}]  {state.text}".rstrip() for key, state in law.states().items()]
-    optional = [name for name in ("slope", "energy", "conic", "initial", "commit") if getattr(law, name) is not None]
+    functions = "slope", "energy", "conic", "resisted", "initial", "commit"
+    optional = [name for name in functions if getattr(law, name) is not None]
     lines.append(f"between     {pairs(law)}")
     lines.append(f"functions   {', '.join(['prepare', 'react', *optional])}")
     lines.append(f"promises    {', '.join(sorted(law.TRAITS)) or 'nothing'}")

@@ -1,13 +1,14 @@
 """The parameters of the sand from compressions of sand alone, with their standard errors.
 
-Grains are rigid, so all strain is plastic, and along a compression the model is explicit in the plastic shear kappa::
+Along a compression the model is explicit in the plastic shear kappa::
 
-    q/p      = M(kappa)
-    eps_v    = V(kappa) = beta (integral of M from 0 to kappa - M_d kappa)
-    crushing = kappa - V(kappa)/d
+    q/p      = M(kappa),    q = M l/(1 - M/d) with the lateral pressure l = p - q/d
+    V(kappa) = beta (integral of M from 0 to kappa - M_d kappa)
+    eps_v    = V - (p - p_0)/K
+    crushing = kappa - V/d + (d - 1) q/(2 d G) + (p - p_0)/(d K)
 
-The crushing is imposed and has no error. For each moment kappa is found from it, and q/p and the volume are compared. This
-is the material point without its elastic part and without increments, so a fit takes milliseconds and not a path an
+The crushing and the lateral pressure are imposed and have no error. For each moment kappa is found from them, and q/p and
+the volume are compared. This is the material point without increments, so a fit takes milliseconds and not a path an
 evaluation.
 """
 
@@ -27,8 +28,9 @@ from lmgcpy.errors import named_arguments, number, shown
 
 NAMES = ("critical", "hardening", "peak", "peak_shear", "dilation", "turning")
 """Parameters that are fitted, in their order."""
+MODULI = ("bulk_modulus", "shear_modulus")
 STIFF = 1000.0
-"""Elastic moduli of a fitted sand over its pressure, if none are given."""
+"""Largest elastic moduli of a fitted sand over its pressure, if none are given."""
 CEILING = 0.999
 """Greatest q/p of a fit, over the q/p at which a sand needs no lateral pressure."""
 LEAST_SHEAR = 1e-6
@@ -37,6 +39,8 @@ NO_PEAK = 1e-4
 """Ratio peak/critical below which there is no peak: its shear is not determined."""
 SHIFTS = 40
 """Newton steps for the plastic shear of a crushing."""
+LEAST_RATE = 0.05
+"""Least crushing per plastic shear in a Newton step: less is a soft sand that unloads faster than it flows."""
 LAST_SHIFT = 1e-9
 """Newton step over the longest crushing after which no other follows: the error left is of the order of its square."""
 KNOWN = 1e-10
@@ -57,6 +61,10 @@ class SandFit:
     """Their standard errors; infinite for parameters that the data do not determine."""
     covariance: np.ndarray
     """Covariance of the parameters in their order, (6, 6), with zeros for parameters that are not determined."""
+    elastic: dict[str, float]
+    """Elastic strains at the pressure, p/K for "bulk_modulus" and p/G for "shear_modulus" [-]; zero for rigid grains."""
+    elastic_errors: dict[str, float]
+    """Their standard errors; zero if the modulus was given."""
     misfit: dict[str, float]
     """Root mean squares of the residuals of "friction", q/p, and "volume", the change of volume."""
     correlated: dict[str, float]
@@ -65,9 +73,12 @@ class SandFit:
     """Sentences on the parameters that the data do not determine."""
 
     def sand(self, bulk_modulus: float | None = None, shear_modulus: float | None = None) -> DruckerPrager:
-        """The fitted sand; its moduli [Pa], elastic stand-ins, are 1000 times the pressure if they are not given."""
-        K = STIFF * self.pressure if bulk_modulus is None else bulk_modulus
-        G = STIFF * self.pressure if shear_modulus is None else shear_modulus
+        """The fitted sand; its moduli [Pa], if they are not given, are the fitted ones, and at most 1000 times the
+        pressure, which approximates rigid grains."""
+        K, G = (
+            self.pressure / max(self.elastic[name], 1.0 / STIFF) if modulus is None else modulus
+            for name, modulus in zip(MODULI, (bulk_modulus, shear_modulus), strict=True)
+        )
         return DruckerPrager(self.dimension, **self.values, bulk_modulus=K, shear_modulus=G)
 
     def __repr__(self) -> str:
@@ -84,9 +95,11 @@ def fit_sand(
 ) -> SandFit:
     """Least-squares fit of a sand to one compression or several of one dimension, for example of several seeds.
 
-    ``bulk_modulus``, ``shear_modulus``: those of a sand that was elastic as well [Pa]; the model is fitted to the rest of
-    its strains. Without them all strain is plastic. Elastic strains of a part x of the hardening shear a then make errors
-    of a and of the dilatancy of about x, which the standard errors do not know.
+    ``bulk_modulus``, ``shear_modulus``: elastic moduli of the sand [Pa], ``math.inf`` for rigid grains. If they are not
+    given, p/K and p/G are fitted too, as numbers that are not negative: the first rise of q/p is then shared out between
+    them and the hardening shear, whose error is larger. If a sand that is elastic is fitted as a rigid one, elastic strains
+    of a part x of the hardening shear make errors of it and of the dilatancy of about x, which the standard errors do not
+    know.
 
     Residuals of q/p and of the volume are each divided by their own root mean square, which is found from a first fit, so
     that both have the same weight. Standard errors are from least squares, with the covariance
@@ -102,11 +115,11 @@ def fit_sand(
         raise TypeError(f"measured must be a MeasuredCompression or a list of them, got {shown(measured)}.")
     if len({one.dimension for one in data}) > 1:
         raise ValueError("All compressions of a fit must be of one dimension: fit those of 2D and of 3D by themselves.")
-    moduli = (
-        math.inf if modulus is None else number(modulus, name, above=0.0, unit="Pa")
-        for modulus, name in ((bulk_modulus, "bulk_modulus"), (shear_modulus, "shear_modulus"))
-    )
-    model = _Curves(data, *moduli)
+    moduli = [
+        modulus if modulus is None or modulus == math.inf else number(modulus, name, above=0.0, unit="Pa")
+        for modulus, name in zip((bulk_modulus, shear_modulus), MODULI, strict=True)
+    ]
+    model = _Curves(data, moduli)
     best = model.solve(model.orders(), model.guesses(), 1e-6)
     for accuracy in (1e-6, 1e-10):  # the scales change little after the first
         best = model.solve(model.scales(best), [best], accuracy)
@@ -117,13 +130,17 @@ def fit_sand(
     scales = model.scales(best)
     covariance, errors, taus = model.uncertainty(best, scales, peak)
     notes = [] if peak else ["There is no peak: peak is zero and peak_shear has no meaning."]
-    notes += [f"The data do not determine {name}." for name, e in zip(NAMES, errors, strict=True) if math.isinf(e)]
+    names = NAMES + MODULI
+    notes += [f"The data do not determine {name}." for name, e in zip(names, errors, strict=True) if math.isinf(e)]
+    value, error = (dict(zip(names, one.tolist(), strict=True)) for one in (best, errors))
     return SandFit(
         dimension=model.dimension,
-        pressure=float(np.mean([one.pressure[0] for one in data])),
-        values=dict(zip(NAMES, best.tolist(), strict=True)),
-        errors=dict(zip(NAMES, errors.tolist(), strict=True)),
-        covariance=covariance,
+        pressure=model.pressure,
+        values={name: value[name] for name in NAMES},
+        errors={name: error[name] for name in NAMES},
+        covariance=covariance[:6, :6],
+        elastic={name: value[name] for name in MODULI},
+        elastic_errors={name: error[name] for name in MODULI},
         misfit={"friction": float(scales[0]), "volume": float(scales[1])},
         correlated={"friction": taus[0], "volume": taus[1]},
         notes=tuple(notes),
@@ -131,51 +148,62 @@ def fit_sand(
 
 
 class _Curves:
-    """q/p and the change of volume over the crushing, plastic both, measured and of a set of parameters."""
+    """q/p and the change of volume over the crushing, measured and of parameters: those with NAMES, p/K and p/G."""
 
-    def __init__(self, data: Sequence[MeasuredCompression], bulk_modulus: float, shear_modulus: float):
+    def __init__(self, data: Sequence[MeasuredCompression], moduli: Sequence[float | None]):
         self.dimension = data[0].dimension
         self.ends = np.cumsum([len(one.strain) for one in data])[:-1]
-        plastic = [one.plastic(bulk_modulus, shear_modulus) for one in data]
-        self.crushing = np.concatenate([one.crushing for one in plastic])
+        self.crushing = np.concatenate([one.crushing for one in data])
         self.friction = np.concatenate([one.deviator / one.pressure for one in data])
-        self.volume = np.concatenate([one.volume_change for one in plastic])
+        self.volume = np.concatenate([one.volume_change for one in data])
         self.longest = float(self.crushing.max())
+        self.pressure = float(np.mean([one.pressure[0] for one in data]))
+        lateral = [(one.pressure - one.deviator / self.dimension) / self.pressure for one in data]
+        self.lateral = np.concatenate(lateral)
+        self.isotropic = np.concatenate([np.full(len(one), one[0]) for one in lateral])  # at the start
+        self.fitted = np.array([True] * len(NAMES) + [modulus is None for modulus in moduli])
+        self.soft = np.array([0.0 if modulus is None else self.pressure / modulus for modulus in moduli])
         self.kappa = np.maximum(self.crushing, 0.0)  # of the parameters before
 
     def inside(self, values: np.ndarray) -> np.ndarray:
         """Parameters with the greatest peak at which a sand needs lateral pressure, and the greatest beta at which it
         gains no work, if they are beyond."""
-        critical, a, peak, b, dilation, turning = values
+        critical, a, peak, b, dilation, turning, *soft = values
         peak = min(peak, CEILING * STEEPEST[self.dimension] - critical)
         beyond = critical + peak - turning
-        return np.array(
-            [critical, a, peak, b, min(dilation, (critical + peak) / beyond) if beyond > 0.0 else dilation, turning]
-        )
+        dilation = min(dilation, (critical + peak) / beyond) if beyond > 0.0 else dilation
+        return np.array([critical, a, peak, b, dilation, turning, *soft])
 
-    def shears(self, critical: float, a: float, peak: float, b: float, dilation: float, turning: float) -> np.ndarray:
-        """The plastic shears of the measured crushings, by Newton steps from the shears of the last parameters."""
-        first = np.maximum(self.crushing, 0.0)
+    def curves(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """q/p and the change of volume at the measured crushings, by Newton steps on the plastic shears from those of the
+        last parameters."""
+        critical, a, peak, b, dilation, turning, bulk, shear = self.inside(values)
+        d, first = self.dimension, np.maximum(self.crushing, 0.0)
+        along = (d - 1) / (2 * d) * shear + bulk / d**2  # elastic crushing per q
         for kappa in (self.kappa, first):
             for _ in range(SHIFTS):
-                M, area = _friction(kappa, critical, a, peak, b)
+                M, slope, area = _friction(kappa, critical, a, peak, b)
                 volume = dilation * (area - turning * kappa)
-                rate = 1.0 - dilation * (M - turning) / self.dimension  # above zero, as D <= M < d
-                new = np.maximum(kappa - (kappa - volume / self.dimension - self.crushing) / rate, 0.0)
+                support = 1.0 - M / d
+                q = M * self.lateral / support
+                elastic = along * q + bulk / d * (self.lateral - self.isotropic)
+                # above zero without the elastic part, as D <= M < d
+                rate = 1.0 - dilation * (M - turning) / d + along * slope * self.lateral / support**2
+                step = (kappa - volume / d + elastic - self.crushing) / np.maximum(rate, LEAST_RATE)
+                new = np.maximum(kappa - step, 0.0)
                 moved = np.abs(new - kappa).max()
                 kappa = new
                 if moved <= LAST_SHIFT * self.longest:
-                    self.kappa = kappa
-                    return kappa
-        self.kappa = first
-        return kappa
-
-    def curves(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """q/p and the change of volume at the measured crushings."""
-        critical, a, peak, b, dilation, turning = self.inside(values)
-        kappa = self.shears(critical, a, peak, b, dilation, turning)
-        M, area = _friction(kappa, critical, a, peak, b)
-        return M, dilation * (area - turning * kappa)
+                    break
+            else:
+                continue
+            self.kappa = kappa
+            break
+        else:
+            self.kappa = first
+        M, _, area = _friction(kappa, critical, a, peak, b)
+        pressure = self.lateral / (1.0 - M / d) - self.isotropic
+        return M, dilation * (area - turning * kappa) - bulk * pressure
 
     def scales(self, values: np.ndarray) -> np.ndarray:
         """Root mean squares of the residuals of friction and volume, (2,)."""
@@ -198,7 +226,7 @@ class _Curves:
         a = float(np.clip(risen.min() if len(risen) else 0.1 * self.longest, 2 * LEAST_SHEAR, self.longest))
         turning = 0.8 * critical
         rise = (top - critical) + 0.02
-        return [np.array([critical, a, rise, part * self.longest, 0.7, turning]) for part in (0.05, 0.2, 0.5)]
+        return [np.array([critical, a, rise, part * self.longest, 0.7, turning, *self.soft]) for part in (0.05, 0.2, 0.5)]
 
     def orders(self) -> np.ndarray:
         """Scales before anything is fitted: volumes are of the order of the crushing, (2,)."""
@@ -206,33 +234,39 @@ class _Curves:
 
     def solve(self, scales: np.ndarray, starts: list[np.ndarray], accuracy: float) -> np.ndarray:
         """The best fit from all ``starts``, to a relative ``accuracy``."""
-        ceiling = CEILING * STEEPEST[self.dimension]
-        low = np.array([0.0, LEAST_SHEAR, 0.0, LEAST_SHEAR, 0.0, 0.0])
-        high = np.array([ceiling, 10 * self.longest, ceiling, 10 * self.longest, 10.0, ceiling])
-        units = np.array([1.0, 0.1 * self.longest, 1.0, self.longest, 1.0, 1.0])
+        ceiling, far = CEILING * STEEPEST[self.dimension], 10 * self.longest
+        low = np.array([0.0, LEAST_SHEAR, 0.0, LEAST_SHEAR, 0.0, 0.0, 0.0, 0.0])
+        high = np.array([ceiling, far, ceiling, far, 10.0, ceiling, far, far])
+        units = np.array([1.0, 0.1 * self.longest, 1.0, self.longest, 1.0, 1.0, self.longest, self.longest])
+        low, high, units = low[self.fitted], high[self.fitted], units[self.fitted]
         found = [
             least_squares(
-                self.residuals,
-                np.clip(start, low + 1e-9 * units, high - 1e-9 * units),
+                lambda fitted: self.residuals(self.whole(fitted), scales),
+                np.clip(start[self.fitted], low + 1e-9 * units, high - 1e-9 * units),
                 bounds=(low, high),
                 x_scale=units,
                 xtol=accuracy,
                 ftol=accuracy,
                 gtol=accuracy,
                 max_nfev=400,
-                args=(scales,),
             )
             for start in starts
         ]
-        return np.array(min(found, key=lambda one: one.cost).x)
+        return self.whole(min(found, key=lambda one: one.cost).x)
+
+    def whole(self, fitted: np.ndarray) -> np.ndarray:
+        """All parameters, from those that are fitted."""
+        values = np.concatenate([np.zeros(len(NAMES)), self.soft])
+        values[self.fitted] = fitted
+        return values
 
     def uncertainty(self, values: np.ndarray, scales: np.ndarray, peak: bool) -> tuple[np.ndarray, np.ndarray, list[float]]:
-        """Covariance of the parameters (6, 6), standard errors (6,), and the correlation of both residuals."""
-        used = np.array([True, True, peak, peak, True, True])
+        """Covariance (8, 8) and standard errors (8,) of the parameters, and the correlation of both residuals."""
+        used = self.fitted & np.array([True, True, peak, peak, True, True, True, True])
         steps = 1e-5 * np.maximum(np.abs(values), 1e-4)
         columns = []
         for place in np.flatnonzero(used):
-            step = np.zeros(6)
+            step = np.zeros(len(values))
             step[place] = steps[place]
             columns.append((self.residuals(values + step, scales) - self.residuals(values - step, scales)) / 2)
         slopes = np.stack(columns, axis=1)  # per step
@@ -248,18 +282,22 @@ class _Curves:
         small = freedom * inverse @ middle @ inverse
         unknown = (rows[~seen] ** 2).sum(axis=0) > KNOWN
         small[unknown] = small[:, unknown] = 0.0
-        covariance, errors = np.zeros((6, 6)), np.full(6, math.inf)
+        covariance = np.zeros((len(values), len(values)))
+        errors = np.where(self.fitted, math.inf, 0.0)
         covariance[np.ix_(used, used)] = small * np.outer(steps[used], steps[used])
         errors[used] = np.where(unknown, math.inf, np.sqrt(np.maximum(np.diagonal(covariance)[used], 0.0)))
         return covariance, errors, taus
 
 
-def _friction(kappa: np.ndarray, critical: float, a: float, peak: float, b: float) -> tuple[np.ndarray, np.ndarray]:
-    """M, and its integral from 0 to kappa."""
-    risen, part = -np.expm1(-kappa / a), kappa / b
-    falling = np.exp(-part)
+def _friction(
+    kappa: np.ndarray, critical: float, a: float, peak: float, b: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """M, dM/dkappa, and the integral of M from 0 to kappa."""
+    rising, part = np.exp(-kappa / a), kappa / b
+    risen, falling = -np.expm1(-kappa / a), np.exp(-part)
     M = critical * risen + peak * math.e * part * falling
-    return M, critical * (kappa - a * risen) + peak * math.e * b * (1.0 - (1.0 + part) * falling)
+    slope = critical / a * rising + peak * math.e / b * (1.0 - part) * falling
+    return M, slope, critical * (kappa - a * risen) + peak * math.e * b * (1.0 - (1.0 + part) * falling)
 
 
 def _correlated(series: list[Any]) -> float:

@@ -70,16 +70,6 @@ class MeasuredCompression:
         place = AXES.index(self.axis)
         return np.delete(self.stress, place, axis=1).mean(axis=1) - self.stress[:, place]
 
-    def plastic(self, bulk_modulus: float, shear_modulus: float) -> MeasuredCompression:
-        """The same without the elastic strains ``dev sigma / 2G + (p_0 - p)/(d K) 1``, for moduli K and G [Pa].
-
-        p_0 is the isotropic pressure at the start: the mean lateral one of the first moment.
-        """
-        d, mean = self.dimension, self.stress.mean(axis=1, keepdims=True)
-        start = np.delete(self.stress[0], AXES.index(self.axis)).mean()
-        elastic = (self.stress - mean) / (2.0 * shear_modulus) + (mean - start) / (d * bulk_modulus)
-        return MeasuredCompression(self.axis, self.strain - elastic, self.stress)
-
     def __repr__(self) -> str:
         return (
             f"<MeasuredCompression along {self.axis} in {self.dimension}D: {len(self.strain)} moments to "

@@ -131,6 +131,16 @@ class DruckerPrager:
         first = self.critical / self.hardening * math.exp(-kappa / self.hardening)
         return first + self.peak / self.peak_shear * (1.0 - part) * math.exp(1.0 - part)
 
+    def dilated(self, kappa: float, gamma: float) -> float:
+        """The dilation while the plastic shear grows from kappa by gamma, the integral of D."""
+        a, b, part = self.hardening, self.peak_shear, gamma / self.peak_shear
+        start = kappa / b
+        # differences of the integral of M that keep their digits if gamma is small
+        area = self.critical * (gamma + a * math.exp(-kappa / a) * math.expm1(-gamma / a))
+        falls = math.expm1(-part) + part * math.exp(-part) + start * math.expm1(-part)
+        area -= self.peak * b * math.exp(1.0 - start) * falls
+        return self.dilation * (area - self.turning * gamma)
+
     def invariants(self, stress: np.ndarray) -> tuple[float, float]:
         """Pressure p and deviator q of a stress (m,) [Pa]."""
         pressure = -float(stress[: self.dimension].sum()) / self.dimension
@@ -140,40 +150,38 @@ class DruckerPrager:
     def respond(self, increment: np.ndarray, stress: np.ndarray, kappa: float) -> SandResponse:
         """The sand after an increment of strain (m,) from a stress (m,) [Pa] and a plastic shear kappa.
 
-        Flow and friction are taken at the end of the increment, so that the increment of shear is the first root of the
-        yield condition. The dilatancy is the mean of its values at both ends, the integral of D to second order. The
-        tangent is the exact derivative of this stress. If no pressure is left, the stress and the tangent are zero.
+        The direction of the flow and the friction are taken at the end of the increment, so that the increment of shear is
+        the first root of the yield condition. The dilation is the integral of D: where the direction does not turn, as in a
+        compression, increments make no error. The tangent is the exact derivative of this stress. If no pressure is left,
+        the stress and the tangent are zero.
         """
         c, G, K, d = SHAPE[self.dimension], self.shear_modulus, self.bulk_modulus, self.dimension
         trial = stress + self.elastic @ increment
         pressure = -float(trial[:d].sum()) / d
         shear = trial + pressure * self.unit
         length = math.sqrt(float(shear @ shear))
-        before = self.friction(kappa)
-        if c * length <= before * pressure:
+        if c * length <= self.friction(kappa) * pressure:
             return SandResponse(trial, self.elastic, kappa)
-        gamma = self._return(c * length, pressure, kappa, before)
+        gamma = self._return(c * length, pressure, kappa)
         if gamma is None:  # the apex: all shear is lost
             zero = np.zeros(len(trial))
             return SandResponse(zero, np.zeros_like(self.elastic), kappa + length / (2.0 * G * c))
         end = kappa + gamma
-        M, slope = self.friction(end), self.slope(end)
-        D = self.dilation * (0.5 * (before + M) - self.turning)
+        M, D, slope = self.friction(end), self.dilatancy(end), self.slope(end)
         left = 1.0 - 2.0 * G * c * gamma / length
         normal = shear / length
-        pressure += K * D * gamma
+        pressure += K * self.dilated(kappa, gamma)
         # dgamma = rate . deps, from the derivative of the yield condition
-        grows = D + 0.5 * self.dilation * slope * gamma
-        stiff = 2.0 * G * c * c + slope * pressure + M * K * grows
+        stiff = 2.0 * G * c * c + slope * pressure + M * K * D
         rate = (2.0 * G * c / stiff) * normal + (M * K / stiff) * self.unit
         tangent = self._bulk + left * self._shear
         tangent += np.multiply.outer(normal, 2.0 * G * (1.0 - left) * normal - 2.0 * G * c * rate)
-        tangent -= np.multiply.outer(self.unit, K * grows * rate)
+        tangent -= np.multiply.outer(self.unit, K * D * rate)
         return SandResponse(left * shear - pressure * self.unit, tangent, end)
 
-    def _return(self, deviator: float, pressure: float, kappa: float, before: float) -> float | None:
-        """The first root of ``r(gamma) = q_tr - 2 c^2 G gamma - M (p_tr + K D gamma)``, with M at kappa + gamma, ``before``
-        = M at kappa, and D the mean of both ends.
+    def _return(self, deviator: float, pressure: float, kappa: float) -> float | None:
+        """The first root of ``r(gamma) = q_tr - 2 c^2 G gamma - M (p_tr + K V)``, with M at kappa + gamma and V the
+        dilation on the way there.
 
         r is above zero at gamma = 0. At ``q_tr/(2 c^2 G)``, where q vanishes, r = -M p: below zero if a pressure is left.
         If no pressure is left, a root is searched piece by piece; without a root the sand is at its apex, and the result is
@@ -182,10 +190,9 @@ class DruckerPrager:
         K, soft = self.bulk_modulus, 2.0 * SHAPE[self.dimension] ** 2 * self.shear_modulus
 
         def residual(gamma: float) -> tuple[float, float]:
-            M, slope = self.friction(kappa + gamma), self.slope(kappa + gamma)
-            D = self.dilation * (0.5 * (before + M) - self.turning)
-            p = pressure + K * D * gamma
-            return deviator - soft * gamma - M * p, -soft - slope * p - M * K * (D + 0.5 * self.dilation * slope * gamma)
+            end = kappa + gamma
+            M, p = self.friction(end), pressure + K * self.dilated(kappa, gamma)
+            return deviator - soft * gamma - M * p, -soft - self.slope(end) * p - M * K * self.dilatancy(end)
 
         low, high = 0.0, deviator / soft
         if residual(high)[0] > 0.0:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -188,16 +190,11 @@ class StepProblem(Step):
         for group, where in zip(self.by_law, self.offset, strict=True):
             assert group.law.conic is not None
             part = slice(group.start, group.stop)
-            size = len(group.law.PREPARED) * (group.stop - group.start)
-            prepared = system.prepared[where : where + size].reshape(group.stop - group.start, -1)
-            try:
+            with self._asking(group, "conic"):
+                prepared = self._columns(group, where)
                 bias[part], friction[part], compliance[part], *turning = group.law.conic(prepared.T)
                 if group.law.rows(self.dimension) > self.dimension:
                     rolling[part], torsion[part] = turning if self.dimension == 3 else (turning[0], 0.0)
-            except Exception as error:
-                raise RuntimeError(
-                    f"In the step from t = {self.data.time:g} s conic of law '{group.law.NAME}' raised {told(error)}."
-                ) from error
             names += [group.law.NAME] * (group.stop - group.start)
         acting = np.isfinite(bias)
         H = self.interaction_matrix()
@@ -234,6 +231,36 @@ class StepProblem(Step):
             **({"rolling": rolling[acting], "torsion": torsion[acting]} if width > d else {}),
         )
         return problem, acting
+
+    @property
+    def resists(self) -> bool:
+        return any(group.law.resisted for group in self.by_law)
+
+    def resist(self, acting: np.ndarray, a: np.ndarray, w: np.ndarray, friction: np.ndarray, slip: np.ndarray) -> None:
+        place = np.cumsum(acting) - 1
+        for group, where in zip(self.by_law, self.offset, strict=True):
+            if group.law.resisted is not None:
+                here = acting[group.start : group.stop]
+                rows = place[group.start : group.stop][here]
+                columns = self._columns(group, where)[here].T
+                with self._asking(group, "resisted"):
+                    friction[rows], across = group.law.resisted(columns, a[rows, : self.dimension].T, w[rows])
+                    slip[rows] = across.T
+
+    @contextmanager
+    def _asking(self, group: Group, function: str) -> Iterator[None]:
+        """RuntimeError that names the law if its ``function`` raises."""
+        try:
+            yield
+        except Exception as error:
+            raise RuntimeError(
+                f"In the step from t = {self.data.time:g} s {function} of law '{group.law.NAME}' raised {told(error)}."
+            ) from error
+
+    def _columns(self, group: Group, where: int) -> np.ndarray:
+        """Prepared numbers of a group, a row an interaction."""
+        size = len(group.law.PREPARED) * (group.stop - group.start)
+        return self.system.prepared[where : where + size].reshape(group.stop - group.start, -1)
 
     def interaction_matrix(self) -> sparse.csr_array:
         """``H^T``, (D m, k n): from velocities of the bodies to the relative velocities of each interaction, (u_n,

@@ -190,6 +190,10 @@ class Law(ABC):
     ``lmgcpy.solve.problems.problem``), from columns of prepared numbers; for a law with rolling components also rolling
     friction and torsion friction (in 2D any number for the latter). Solvers that assemble W need it. A law without conic
     form leaves it None."""
+    resisted: ClassVar[Callable | None] = None
+    """``resisted(prepared, a, w)``: for a law whose friction is Coulomb's on ``u_t + slip``, with a slip and a coefficient
+    that depend on the impulses: the coefficients (k,) and slips [m/s] (d - 1, k) at ``a = r - u/w`` (d, k), from columns of
+    prepared numbers and weights w (k,). Newton steps take them for a start of ``conic``. Other laws leave it None."""
 
     @staticmethod
     @abstractmethod

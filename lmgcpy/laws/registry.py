@@ -31,6 +31,7 @@ ARGUMENTS = {
     "react": ("W", "u", "prepared"),
     "slope": ("W", "u", "prepared"),
     "conic": ("prepared",),
+    "resisted": ("prepared", "a", "w"),
     "energy": ("gap", "reference_gap", "parameters", "state"),
     "initial": ("gap", "reference_gap", "time", "parameters"),
     "commit": ("gap", "reference_gap", "velocity", "impulse", "time_step", "parameters", "state"),

@@ -42,6 +42,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from lmgcpy.laws.coulomb import Coulomb, react_in_plane, react_in_space
 from lmgcpy.laws.law import Parameter
 from lmgcpy.laws.signorini import taken_back
@@ -89,8 +91,8 @@ class Restitution(Coulomb):
     block, and keeps the energy. A contact whose gap is open has no impulse in that step. So for shocks that follow one
     another, as in Newton's cradle, leave gaps of ``h v/e``, the travel of one step divided by the coefficient.
 
-    ``conic`` has plain Coulomb friction. Newton steps need no more to find which contacts act, slide and stick; this law
-    decides whether a step is solved.
+    ``conic`` has plain Coulomb friction. Newton steps resist the end of S at which the impulses are when they start, and no
+    slip between the ends; this law decides whether a step is solved.
 
     A ball leaves a wall with half of its speed:
 
@@ -135,3 +137,11 @@ class Restitution(Coulomb):
     @staticmethod
     def conic(prepared):
         return (prepared[0], prepared[1], 0.0)
+
+    @staticmethod
+    def resisted(prepared, a, w):
+        _, friction, slip_t, slip_s = prepared
+        slip = np.array([slip_t, slip_s])[: len(a) - 1]
+        along = (a[1:] * slip).sum(axis=0)  # Coulomb's friction at the end 0 works along the slip if this is positive
+        beyond = along * w >= (slip * slip).sum(axis=0)  # and at the other end it does not, from here on
+        return (np.where((along > 0.0) & ~beyond, 0.0, friction), np.where((along > 0.0) & beyond, slip, 0.0))

@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import lmgcpy as lm
+from lmgcpy.laws.coulomb import react_in_plane, react_in_space
 
 EXACT = lm.GaussSeidel(tolerance=1e-12, max_iterations=20_000)
 
@@ -69,6 +70,61 @@ def test_no_contact_makes_energy(seed, dimension, density, coefficients, frictio
         sim.step()
         if sim.report.solved:
             assert work_of_contacts(sim).max(initial=0.0) <= 1e-9 * before
+
+
+def corner(seed: int, decades: float) -> lm.Simulation:
+    """Three spinning disks that overlap by a hair in a corner, of masses over ``decades``."""
+    rng, radius = np.random.default_rng(seed), 0.1
+    near = radius - 1e-6
+    third = (2.0 * near, (1.0 + math.sqrt(3.0)) * near) if seed % 2 == 0 else (near, 3.0 * near)
+    scene = lm.Scene(dimension=2)
+    for place in ((near, near), (3.0 * near, near), third):
+        mass, velocity, spin = 10.0 ** rng.uniform(-0.5 * decades, 0.5 * decades), rng.normal(size=2), 10.0 * rng.normal()
+        scene.add(lm.disk(radius=radius, position=place, mass=mass, velocity=velocity, spin=spin))
+    scene.add(lm.wall(point=(0, 0), normal=(0, 1)))
+    scene.add(lm.wall(point=(0, 0), normal=(1, 0)))
+    law = lm.Restitution(restitution=rng.uniform(0.0, 1.0), friction=10.0 ** rng.uniform(-1.0, math.log10(3.0)))
+    scene.see("GRAIN", "GRAIN", law)
+    scene.see("GRAIN", "WALL", law)
+    solver = lm.Auto(tolerance=1e-9)
+    return lm.Simulation(scene, time_step=1e-6, overlap="ignore", on_unconverged="ignore", solver=solver)
+
+
+@pytest.mark.default_parameters("273-6.0", "285-6.0", "647-0.0", "852-0.0")
+@pytest.mark.parametrize(
+    ("seed", "decades"),
+    [
+        *((seed, 6.0) for seed in (6, 93, 132, 167, 171, 178, 210, 273, 285, 287, 297, *range(1000, 1100))),
+        *((seed, 0.0) for seed in (647, 852, *range(1000, 1100))),
+    ],
+)
+def test_slips_that_turn_round_at_several_contacts_are_found(seed, decades):
+    """Each of the first eleven and two shocks has one solution (found by trying all 6^6 statuses). Sweeps go in circles
+    about it, and Newton steps with friction at the end 0 of S alone did not find it."""
+    sim = corner(seed, decades)
+    before = sim.energy.kinetic
+    sim.step()
+    assert sim.report.solved
+    assert sim.energy.kinetic <= before * (1.0 + 1e-9)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_newton_steps_resist_what_the_law_resists(dimension):
+    """Coulomb's law with the coefficient and slip of ``resisted`` has the impulse of ``react``, but in space beside S."""
+    rng, seen = np.random.default_rng(0), [0, 0, 0]
+    react = react_in_plane if dimension == 2 else react_in_space
+    for _ in range(400):
+        a, slip, (w, friction) = rng.normal(size=dimension), rng.normal(size=2), np.exp(rng.normal(size=2))
+        a[0], slip[dimension - 1 :] = abs(a[0]), 0.0
+        prepared = (0.0, friction, *slip)
+        (mu,), across = lm.Restitution.resisted(np.array(prepared)[:, None], a[:, None], np.array([w]))
+        W, u = np.diag(np.full(dimension, w)).tolist(), (-w * a).tolist()
+        moved = [u[0], *(u[1:] + across[:, 0])]
+        case = 2 if mu == 0.0 else int(across.any())
+        seen[case] += 1
+        if dimension == 2 or case < 2:
+            assert lm.Restitution.react(W, u, prepared) == pytest.approx(react(W, *moved, mu), abs=1e-12)
+    assert min(seen) > 30
 
 
 @pytest.mark.parametrize("time_step", [1e-3, 1e-4, 1e-6])
@@ -174,6 +230,7 @@ class Hasty(lm.Restitution):
     NAME = "hasty-restitution"
     PREPARED = ("bias", "friction")
     KEEPS_GAP = False
+    resisted = None
 
     @staticmethod
     def prepare(gap, reference_gap, velocity, time_step, parameters, state):

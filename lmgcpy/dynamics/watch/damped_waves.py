@@ -15,9 +15,14 @@ so that ``z = v - i a/w``, with v the velocity of the mode and a its acceleratio
 by ``d exp(i theta)``. The rest position of the wire, sagging or not, does not enter. Modes in which the wire turns as a
 whole (a pendulum) are left alone by the step and are not looked at.
 
+**Closed chains.** If a bead is held, the chain begins and ends at it. If none is, as in a string that is closed across the
+faces of a periodic cell or a ring that spins, it swings in pairs of modes, sin and cos of an even string. Its motion is
+looked at in directions that are across all of its links, as out of the plane of a ring. (If a ring bends in its plane, its
+beads move along it as well, which these modes leave out.)
+
 **Waves.** A motion is told if it goes as these numbers predict, all modes together, at each quarter of the period of its
 strongest mode: one standing wave, waves that travel, or the many modes of a string that was plucked. The motion of a wire
-among grains, or of one that is being laid, does not. Closed chains are not looked at.
+among grains, or of one that is being laid, does not.
 """
 
 from __future__ import annotations
@@ -43,6 +48,10 @@ MODES = 24
 """Most modes of a wire that are looked at, the slowest ones: a string that was plucked has 98 % of its energy in them."""
 LOST = 0.02
 """Part of its amplitude that a motion may lose in a period before the run warns."""
+ROUNDS = 10
+"""Times that a block of modes is multiplied by the inverse: the last mode that is looked at is then off by ``(1/4)^10``."""
+FLAT = 0.01
+"""Mean square of the part of a closed chain's directions that may lie along a direction across it."""
 AS_A_WHOLE = 0.1
 """A mode in which the wire turns as a whole loses less than this part of what its links would lose by turning each on its
 own."""
@@ -98,9 +107,19 @@ class DampedWaves:
 
     def look_at(self, model: Model) -> None:
         """Go on with a model that has changed."""
-        self._chains = [chain.bodies for chain in model.chains]
         self._cuts = np.cumsum([0, *(chain.link_count for chain in model.chains)])
         self._mass = model.free_mass[:, : model.dimension].max(axis=1, initial=0.0)
+        self._chains, self._links = [], []
+        for chain, first in zip(model.chains, self._cuts[:-1].tolist(), strict=True):
+            bodies, links = chain.bodies, np.arange(first, first + chain.link_count)
+            if chain.closed:
+                bodies = bodies[:-1]
+                held = np.flatnonzero(self._mass[bodies] == 0.0)
+                if len(held):  # an open chain from this bead to itself
+                    bodies, links = np.roll(bodies, -held[0]), np.roll(links, -held[0])
+                    bodies = np.append(bodies, bodies[0])
+            self._chains.append(bodies)
+            self._links.append(links)
         self._waves = ()
 
     def after_step(self, problem: StepProblem, links: LinkStiffness, before: np.ndarray, time: float) -> list[str]:
@@ -139,14 +158,17 @@ class DampedWaves:
         return []
 
     def _across(self, problem: StepProblem, velocity: np.ndarray, chain: int) -> np.ndarray:
-        """Velocities of the beads of a chain across it [m/s], (b, d), relative to the line between ends that are held;
-        from the velocities of all bodies (n, k)."""
+        """Velocities of the beads of a chain across it [m/s], (b, d), from those of all bodies (n, k): relative to the line
+        between ends that are held; of a closed chain relative to its centre of mass, and out of its line or plane."""
         bodies = self._chains[chain]
         velocity = velocity[bodies, : problem.dimension]
+        normal = problem.system.normal[self._links[chain]]
+        if len(normal) == len(bodies):
+            mass, (across, _) = self._mass[bodies], directions(normal)
+            return (velocity - mass @ velocity / mass.sum()) @ (across @ across.T)
         held = self._mass[bodies[[0, -1]]] == 0.0
         first, last = (velocity[end] if held[end] else velocity[~end] if held[~end] else 0.0 for end in (0, -1))
         share = np.linspace(0.0, 1.0, len(bodies))[:, None]
-        normal = problem.system.normal[self._cuts[chain] : self._cuts[chain + 1]]
         return without(velocity - (1.0 - share) * first - share * last, np.concatenate([normal, normal[-1:]]))
 
     def _amplitude(
@@ -165,20 +187,22 @@ class DampedWaves:
 
     def _seen(self, problem: StepProblem, links: LinkStiffness, before: np.ndarray, chain: int) -> Wave | None:
         """The motion of a chain, if it may be a wave that the step resolves and damps."""
-        bodies, h = self._chains[chain], problem.data.time_step
-        if bodies[0] == bodies[-1]:
-            return None
-        mass = self._mass[bodies]
+        part, h = self._links[chain], problem.data.time_step
+        mass = self._mass[self._chains[chain]]
         free = mass > 0.0
-        part = slice(self._cuts[chain], self._cuts[chain + 1])
         length = problem.data.gap[part] + links.radius_sum[part]
         pull = np.maximum(-problem.system.impulse[part, 0], 0.0) / (h * length)
         across = self._across(problem, problem.system.velocity, chain)
         inertia = float(mass @ (across * across).sum(axis=1))
-        bent = without(np.diff(across, axis=0), problem.system.normal[part])
+        if len(part) == len(mass) and not pull.all():
+            return None  # a ring that is slack somewhere
+        bent = without(along(across, len(part)), problem.system.normal[part])
         if not (inertia > 0.0 and h * h * float(pull @ (bent * bent).sum(axis=1)) < SLOW * SLOW * inertia):
             return None
-        modes = slow_modes(mass, pull, problem.system.geometric[part], length, h)
+        turning = length[:, None]
+        if len(part) == len(mass):
+            turning = turning * (problem.system.normal[part] @ directions(problem.system.normal[part])[1])
+        modes = slow_modes(mass, pull, problem.system.geometric[part], turning, h)
         z, quick = self._amplitude(problem, before, chain, modes)
         energy = (abs(z) ** 2).sum(axis=1)
         whole = float(energy.sum())
@@ -193,46 +217,91 @@ class DampedWaves:
         return Wave(chain, self._steps, h, modes, z, round(period), lost) if lost > LOST else None
 
     def _sentence(self, problem: StepProblem, links: LinkStiffness, wave: Wave, time: float) -> str:
-        part, h = slice(self._cuts[wave.chain], self._cuts[wave.chain + 1]), problem.data.time_step
+        part, h = self._links[wave.chain], problem.data.time_step
         s = float(links.resolution(problem.system.impulse, problem.data.gap, h)[part].max())
-        first, last = (int(self._chains[wave.chain][at]) for at in (0, -1))
+        bodies = self._chains[wave.chain]
+        closed = len(part) == len(bodies) or bodies[0] == bodies[-1]
+        wire = f"closed wire of body {bodies[0]}" if closed else f"wire from body {bodies[0]} to body {bodies[-1]}"
         return (
-            f"Until t = {time:g} s waves of the wire from body {first} to body {last} lost {100.0 * wave.lost:.2g} % of "
+            f"Until t = {time:g} s waves of the {wire} lost {100.0 * wave.lost:.2g} % of "
             f"their amplitude in a period of {wave.period * h:.3g} s: the step is long for its beads, "
             f"s = 4 h^2 T/(m l) = {s:.3g}, and geometric stiffness damps from 2 on. A time step of "
             f"{rounded_down(h * math.sqrt(2.0 / s))} s damps no wave. (Said once.)"
         )
 
 
-def slow_modes(mass: np.ndarray, pull: np.ndarray, stiffness: np.ndarray, length: np.ndarray, time_step: float) -> Modes:
+def slow_modes(mass: np.ndarray, pull: np.ndarray, stiffness: np.ndarray, turning: np.ndarray, time_step: float) -> Modes:
     """The slowest modes of a chain of b beads that a step resolves: masses [kg], zero of beads that are held, (b,);
-    ``T/l`` [N/m], kappa [kg], and lengths [m] of its links, (b - 1,)."""
-    from scipy.linalg import eigh_tridiagonal  # takes long to import
-
+    ``T/l`` [N/m] and kappa [kg] of its links, (b - 1,), or (b,) if it is closed; velocities across the links if it turns as
+    a whole at 1 rad/s, in all j ways to turn, [m/s], (links, j)."""
     free = mass > 0.0
     weight = np.where(free, 1.0 / np.sqrt(np.where(free, mass, 1.0)), 0.0)
-    held_by = np.concatenate([pull, [0.0]]) + np.concatenate([[0.0], pull])
-    nothing = int((~free).sum())  # modes of no frequency
-    squares, shape = eigh_tridiagonal(
-        weight * weight * held_by,
-        -pull * weight[:-1] * weight[1:],
-        select="i",
-        select_range=(0, min(nothing + MODES, len(mass)) - 1),
-    )
-    moves = squares > 1e-12 * squares[-1]
+    squares, shape = open_modes(weight, pull) if len(pull) < len(mass) else closed_modes(weight, pull)
     square = time_step * time_step * squares
-    moves &= square < RESOLVED * RESOLVED
-    squares, square, shape = squares[moves], square[moves], shape[:, moves]
-    bent = np.diff(weight[:, None] * shape, axis=0)
-    own = stiffness * length
-    turn = own @ bent / max(float(own @ length), np.finfo(float).tiny)
-    straight = bent - length[:, None] * turn
+    resolved = square < RESOLVED * RESOLVED
+    squares, square, shape = squares[resolved], square[resolved], shape[:, resolved]
+    bent = along(weight[:, None] * shape, len(pull))
+    root = np.sqrt(stiffness)[:, None]
+    straight = bent - turning @ np.linalg.lstsq(root * turning, root * bent, rcond=1e-10)[0]
     c = stiffness @ (straight * straight)
     damped = c > AS_A_WHOLE * (stiffness @ (bent * bent))
     d = 1.0 / np.sqrt(1.0 + c)
     theta = np.arccos(np.clip(0.5 * d * (2.0 + c - square), -1.0, 1.0))
     damped &= 2.0 * theta > c  # else exp(-2 pi) or less is left after a period, or it does not swing: no wave
     return Modes(shape, np.sqrt(squares), damped, d * np.exp(1j * theta))
+
+
+def open_modes(weight: np.ndarray, pull: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Squares of the frequencies and shapes of the slowest modes of an open chain; weights, one over the roots of the
+    masses, zero of beads that are held, (b,), and ``T/l`` (b - 1,)."""
+    from scipy.linalg import eigh_tridiagonal  # takes long to import
+
+    held_by = np.concatenate([pull, [0.0]]) + np.concatenate([[0.0], pull])
+    nothing = int((weight == 0.0).sum())  # modes of no frequency
+    squares, shape = eigh_tridiagonal(
+        weight * weight * held_by,
+        -pull * weight[:-1] * weight[1:],
+        select="i",
+        select_range=(0, min(nothing + MODES, len(weight)) - 1),
+    )
+    moves = squares > 1e-12 * squares[-1]
+    return squares[moves], shape[:, moves]
+
+
+def closed_modes(weight: np.ndarray, pull: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The same of a closed chain in which no bead is held; weights and ``T/l`` of the link after each bead, (b,).
+
+    Two modes may have one frequency, so that a block of twice as many is iterated by the inverse, in O(b).
+    """
+    from scipy.sparse import csc_array, eye_array
+    from scipy.sparse.linalg import splu
+
+    here = np.arange(len(weight))
+    after = np.roll(here, -1)
+    beside, own = -pull * weight * weight[after], weight * weight * (pull + np.roll(pull, 1))
+    places = np.concatenate([here, here, after]), np.concatenate([here, after, here])
+    matrix = csc_array((np.concatenate([own, beside, beside]), places))
+    # a tenth of the square of the slowest frequency of an even string of this mass and length
+    shift = 4.0 / ((1.0 / weight**2).sum() * (1.0 / pull).sum())
+    inverse = splu(matrix + shift * eye_array(len(here), format="csc"))
+    block = np.random.default_rng(0).normal(size=(len(here), min(len(here), 2 * MODES + 2)))
+    for _ in range(ROUNDS):
+        block = np.linalg.qr(inverse.solve(block))[0]
+    squares, turned = np.linalg.eigh(block.T @ (matrix @ block))
+    kept = slice(1, MODES + 1)  # the first moves it as a whole
+    return squares[kept], block @ turned[:, kept]
+
+
+def directions(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Unit vectors across all links of a closed chain (d, j), and those of its line or plane (d, d - j); from the normals
+    of its links (links, d)."""
+    part, axes = np.linalg.eigh(normal.T @ normal / len(normal))
+    return axes[:, part < FLAT], axes[:, part >= FLAT]
+
+
+def along(values: np.ndarray, links: int) -> np.ndarray:
+    """Differences of values of beads (b, k) over the links of their chain, (links, k)."""
+    return np.roll(values, -1, axis=0)[:links] - values[:links]
 
 
 def without(vectors: np.ndarray, normal: np.ndarray) -> np.ndarray:

@@ -6,6 +6,7 @@ rigidity is :data:`RIGID` times the rigidity with which ``p d^(D-1)`` would doub
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -139,11 +140,11 @@ def axial_rigidity_of(law: str, study: Any, sample: Sample) -> float:
 
 
 def predict(result: Any, name: str, held: Anchorage) -> Prediction:
-    """The prediction of the test ``name`` in the result of a TexSol study, with the sand fitted to the test without a wire
-    along the same axis."""
+    """The prediction of the test ``name`` in the result of a TexSol study: a sand of rigid grains is fitted to the test
+    without a wire along the same axis."""
     study, sample, record = result.study, result.sample, result.records[name]
     bare = result.records[name.replace(record.law, "none", 1)]
-    sand = fit_sand(measured_compression(bare, sample))
+    sand = fit_sand(measured_compression(bare, sample), bulk_modulus=math.inf, shear_modulus=math.inf)
     run, laid = curves_of(record, sample), LaidWire.of(sample)
     rigidity = axial_rigidity_of(record.law, study, sample)
     local, anchored = (

@@ -36,6 +36,7 @@ from lmgcpy.solve.newton.path_kernels import next_bend, pass_bend
 from lmgcpy.solve.newton.path_kernels_3d import impulses_of, next_wall, pass_wall
 from lmgcpy.solve.newton.rows import LINK, impulses_by, local_maps, natural_map, newton_rows, parity, velocities_given
 from lmgcpy.solve.problems.problem import Problem
+from lmgcpy.solve.sweeps.step import Step
 
 LARGE = 1e12
 """Impulses beyond this multiple of an impulse that cancels ``e(0)`` leave less than four digits of a velocity."""
@@ -65,11 +66,11 @@ class ActiveSet:
     def __init__(self, problem: Problem):
         self.problem = problem
         self.dimension, self.width = problem.dimension, problem.width
-        self.q = problem.q.reshape(-1, self.width)
+        self.q: np.ndarray = problem.q.reshape(-1, self.width)
         self.weight = problem.local_weight()
         self.geometric = np.array(problem.geometric)
         shares = np.stack([share for _, share in problem.disks], axis=1)
-        self.laws = self.weight, shares, np.array(problem.compliance), self.geometric, problem.cones
+        self.laws: tuple[np.ndarray, ...] = self.weight, shares, np.array(problem.compliance), self.geometric, problem.cones
         count, d = self.q.shape
         split = problem.split
         self._cell = None if split is None else split.columns.reshape(count, d, -1)
@@ -81,6 +82,22 @@ class ActiveSet:
         self._maps = np.zeros(count, np.int64), np.zeros((count, d, d)), np.zeros((count, d, d))
         self._across = np.zeros((count, d - 1))
         self.nothing = float(np.linalg.norm(self.error(np.zeros_like(self.q))[0]))
+
+    def resist(self, step: Step, acting: np.ndarray, r: np.ndarray) -> bool:
+        """Take the friction and the slips that the laws of a step resist at the impulses r (m, d); whether they change."""
+        if not step.resists:
+            return False
+        (w, shares, *rest), slip = self.laws, np.zeros((len(r), self.dimension - 1))
+        a = r - (self.problem.times(r.ravel()) + self.problem.q).reshape(r.shape) / w[:, None]
+        shares = shares.copy()
+        step.resist(acting, a, w, shares[:, 0], slip)
+        q = self.problem.q.reshape(r.shape).copy()
+        q[:, 1 : self.dimension] += slip
+        if np.array_equal(q, self.q) and np.array_equal(shares, self.laws[1]):
+            return False
+        self.q, self.laws = q, (w, shares, *rest)
+        self.nothing = float(np.linalg.norm(self.error(np.zeros_like(self.q))[0]))
+        return True
 
     @cached_property
     def columns(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

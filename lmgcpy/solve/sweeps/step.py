@@ -59,6 +59,16 @@ class Step(ABC):
         """
 
     @property
+    def resists(self) -> bool:
+        """Whether a law has friction that depends on the impulses, ``Law.resisted``."""
+        return False
+
+    def resist(self, acting: np.ndarray, a: np.ndarray, w: np.ndarray, friction: np.ndarray, slip: np.ndarray) -> None:
+        """Enter the coefficients of friction (k,) and slips [m/s] (k, d - 1) of these laws at ``a = r - u/w`` (k, d),
+        w (k,), of the interactions ``acting`` (m,) in conic form."""
+        raise TypeError("No law of this step has friction that depends on the impulses.")
+
+    @property
     @abstractmethod
     def law_without_conic(self) -> str | None:
         """Name of a law of the step that has no conic form; None if all have one."""

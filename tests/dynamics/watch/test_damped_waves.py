@@ -45,7 +45,7 @@ def wire(h, mode=1, *, dimension=2, law=None, amplitude=AMPLITUDE, ratio=1.0, pl
 
 def said(told):
     """Time until which a wave was damped [s], its period [s], and what is said to be lost of its amplitude."""
-    words = r"Until t = ([\d.e-]+) s waves .* from body 0 to body 32 lost ([\d.]+) % .* in a period of ([\d.e-]+) s"
+    words = r"Until t = ([\d.e-]+) s waves .* body (?:0 to body 32|\d+) lost ([\d.]+) % .* in a period of ([\d.e-]+) s"
     (one,) = told
     until, lost, period = map(float, re.search(words, str(one.message)).groups())
     return until, period, 0.01 * lost
@@ -195,10 +195,138 @@ def test_a_wire_that_grains_shake_is_no_wave(seed, beat):
     assert np.abs(sim.velocities[1 : COUNT + 1]).max() > 1e-3
 
 
+def closed(places, velocities, tension, h, *, cell=None, start=0, held=(), ratio=1.0):
+    """A taut closed wire of elastic links, a chain from bead ``start`` on, in a periodic cell of sides ``cell``; some beads
+    are ``held``, every second one is lighter by ``ratio``."""
+    dimension = places.shape[1]
+    scene = lm.Scene(dimension=dimension)
+    body = lm.disk if dimension == 2 else lm.sphere
+    length = np.linalg.norm(places[1] - places[0])
+    beads = [
+        scene.add(body(radius=0.04 * length, position=x, velocity=v, mass=MASS / ratio if k % 2 else MASS))
+        for k, (x, v) in enumerate(zip(places, velocities, strict=True))
+    ]
+    for k in held:
+        beads[k].fix()
+    if cell is not None:
+        scene.periodic(**dict(zip("xyz", cell, strict=False)))
+    law = lm.ElasticWire(stiffness=1e3 * tension / length)
+    scene.chain(np.roll(beads, -start).tolist(), law, reference_gap=length * 0.999 - 0.08 * length, closed=True)
+    return lm.Simulation(scene, time_step=h, solver=lm.Auto(tolerance=1e-12))
+
+
+def swing(sim, shapes, frequency, until, rest=0.0):
+    """Run ``until`` [s]; the root of the energy of modes (j, b) of one frequency, of velocities and distances from ``rest``
+    along the last axis at the middle of each step."""
+    energies = []
+    beads = slice(0, shapes.shape[1])
+
+    def now():
+        return np.stack([sim.velocities[beads, -1], sim.positions[beads, -1] - rest]) @ shapes.T
+
+    while sim.time < until:
+        before = now()
+        sim.step()
+        velocity, place = 0.5 * (before + now())
+        energies.append((velocity**2 + (frequency * place) ** 2).sum())
+    return np.sqrt(energies)
+
+
+def holds(told, root, h, period):
+    """What was told is what the wave lost, to a twentieth or the last digit, and so is its period."""
+    until, of_period, lost = said(told)
+    end = round(until / h)
+    assert of_period == pytest.approx(period, abs=0.03 * period + 0.5 * h)
+    assert lost == pytest.approx(1.0 - root[end - 1] / root[end - 1 - round(of_period / h)], rel=0.05, abs=5e-3)
+
+
+@pytest.mark.default_parameters("1-0.008-2-0.0-2", "10-0.006-3-1.0-3")
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("travel", [0.0, 0.5, 1.0])
+@pytest.mark.parametrize(("h", "mode"), [(8e-3, 1), (8e-3, 2), (6e-3, 3), (4e-3, 1), (4e-3, 3)])
+@pytest.mark.parametrize("ratio", [1, 10])
+def test_a_string_that_is_closed_across_the_faces_of_a_cell(ratio, h, mode, travel, dimension):
+    """Waves that stand, travel, and both, of a string that drifts, in a pair of modes of one frequency. Told within two
+    periods and the 16 steps until it is looked at."""
+    count = 64
+    h = h / math.sqrt(0.5 * (1.0 + ratio))  # the same s
+    number = np.arange(count)
+    mass = np.where(number % 2, MASS / ratio, MASS)
+    pull = TENSION / LENGTH * (2.0 * np.eye(count) - np.roll(np.eye(count), 1, 0) - np.roll(np.eye(count), -1, 0))
+    root = np.sqrt(mass)
+    squares, modes = np.linalg.eigh(pull / root / root[:, None])
+    frequency, pair = math.sqrt(squares[2 * mode - 1]), modes[:, 2 * mode - 1 : 2 * mode + 1] / root[:, None]
+    weighed = (pair * mass[:, None]).T
+    standing, other = pair[:, 0], pair[:, 1]
+    places = np.zeros((count, dimension))
+    places[:, 0], places[:, -1] = LENGTH * (number + 0.5), 0.5 * count * LENGTH + AMPLITUDE * standing / abs(standing).max()
+    speeds = np.zeros((count, dimension))
+    speeds[:, -1] = 1e-2 + travel * frequency * AMPLITUDE * other / abs(standing).max()
+    sim = closed(places, speeds, TENSION, h, cell=dimension * [count * LENGTH], ratio=ratio)
+    period = 2.0 * math.pi / frequency
+    with pytest.warns(RuntimeWarning, match="waves of the closed wire of body 0 lost") as told:
+        energy = swing(sim, weighed, frequency, 2.0 * period + 20 * h)
+    holds(told, energy, h, period)
+
+
+def hoop(count, mode, s, h):
+    """A ring of 1 m radius that spins so fast that it is taut, with a wave out of its plane; its simulation, the shapes of
+    the mode, its frequency and the spin [1/s]."""
+    length, angle = 2.0 * math.sin(math.pi / count), 2.0 * math.pi * np.arange(count) / count
+    tension = s * MASS * length / (4.0 * h * h)
+    spin = math.sqrt(2.0 * tension * math.sin(math.pi / count) / MASS)
+    places = np.column_stack([np.cos(angle), np.sin(angle), 1e-3 * np.cos(mode * angle)])
+    speeds = spin * np.column_stack([-np.sin(angle), np.cos(angle), 0.0 * angle])
+    frequency = 2.0 * math.sqrt(tension / (MASS * length)) * math.sin(math.pi * mode / count)
+    return closed(places, speeds, tension, h), np.stack([np.cos(mode * angle), np.sin(mode * angle)]), frequency, spin
+
+
+@pytest.mark.default_parameters("64-2-6.0")
+@pytest.mark.parametrize(("count", "mode", "s"), [(64, 2, 3.0), (64, 2, 6.0), (64, 3, 6.0), (96, 2, 10.0), (200, 3, 10.0)])
+def test_a_ring_that_spins_swings_out_of_its_plane(count, mode, s):
+    """``T = m spin^2 R/l``: frequencies of a closed string in beads that go round, ``mode`` times the spin."""
+    h = 1e-3
+    sim, shapes, frequency, spin = hoop(count, mode, s, h)
+    assert frequency == pytest.approx(mode * spin, rel=0.02)
+    period = 2.0 * math.pi / frequency
+    with pytest.warns(RuntimeWarning, match="waves of the closed wire of body 0 lost") as told:
+        root = swing(sim, shapes, frequency, 2.0 * period + 20 * h)
+    holds(told, root, h, period)
+
+
+@pytest.mark.parametrize(("mode", "s"), [(1, 6.0), (2, 1.9)])
+def test_a_ring_that_wobbles_or_is_resolved_is_not_told(mode, s):
+    """It turns as a whole in mode 1, which nothing damps; and nothing is damped where s < 2."""
+    sim, shapes, frequency, _ = hoop(64, mode, s, 1e-3)
+    root = swing(sim, shapes, frequency, 3.0 * 2.0 * math.pi / frequency)
+    assert root[-1] > 0.9 * root[0]
+
+
+@pytest.mark.parametrize("start", [0, 7])
+def test_a_closed_wire_over_pegs_swings_in_spans(start):
+    """A square of four beads that are held, 16 links a side, two of which swing: the chain may begin anywhere."""
+    side, h = 16, 8e-3
+    steps = np.repeat([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]], side, axis=0)
+    places = LENGTH * np.cumsum(np.concatenate([np.zeros((1, 2)), steps[:-1]]), axis=0)
+    rest = places[:, 1].copy()
+    shape = np.sin(math.pi * np.arange(side + 1) / side)
+    places[: side + 1, 1] += AMPLITUDE * shape
+    places[2 * side : 3 * side + 1, 1] -= AMPLITUDE * shape
+    sim = closed(places, 0.0 * places, TENSION, h, start=start, held=range(0, 4 * side, side))
+    shapes = np.zeros((1, 4 * side))
+    shapes[0, : side + 1], shapes[0, 2 * side : 3 * side + 1] = shape, -shape
+    frequency = 2.0 * math.sqrt(TENSION / (MASS * LENGTH)) * math.sin(math.pi / (2 * side))
+    period = 2.0 * math.pi / frequency
+    with pytest.warns(RuntimeWarning, match="waves of the closed wire of body") as told:
+        root = swing(sim, shapes, frequency, 2.0 * period + 20 * h, rest)
+    assert f"closed wire of body {side if start else 0} lost" in str(told[0].message)
+    holds(told, root, h, period)
+
+
 @pytest.mark.parametrize(("stiffness", "swings"), [(1e-9, True), (1e-3, False), (1e3, False)])
 def test_modes_that_creep_are_no_waves(stiffness, swings):
     """From ``c = 4 h w`` or so on the trace passes 2 d: two real factors, and no period."""
-    mass, length = np.array([0.0, MASS, MASS, MASS, 0.0]), np.full(4, LENGTH)
-    modes = damped_waves.slow_modes(mass, np.full(4, 1e-3), np.full(4, stiffness), length, 1e-3)
+    mass, turning = np.array([0.0, MASS, MASS, MASS, 0.0]), np.full((4, 1), LENGTH)
+    modes = damped_waves.slow_modes(mass, np.full(4, 1e-3), np.full(4, stiffness), turning, 1e-3)
     assert modes.damped.tolist() == [swings] * 3
     assert np.all((np.angle(modes.factor) > 0.0) == swings)
