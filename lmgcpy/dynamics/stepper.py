@@ -342,8 +342,13 @@ class Stepper:
         solved = self._solve(given)
         after = far.measure(solved.system.velocity, h)
         if far.unseen(moves, after, self._detector.widest):
+            report, velocity = self.report, solved.system.velocity.copy()
+            if len(given.light.body):  # flung about, they would double the work of many steps
+                self._detector.begin_again(interactions, solved.system.impulse)
             interactions, given = self._assemble(before, flight, worse(moves, after))
+            given.light.centre[:] = velocity[given.light.body]
             solved = self._solve(given)
+            self.report = self.report.following(report)
             after = far.measure(solved.system.velocity, h)
         displacement, projected, predicted = h * solved.system.velocity, None, solved.predicted_gaps()
         if self.geometric_stiffness and self._links.count:
