@@ -111,7 +111,6 @@ CASES = [
         tolerance=1e-2,
         long=True,
         solvers=("Auto",),
-        says=("Until t",),
     ),
     Case("light wire drawn through a pack", light.through_pack, tolerance=1e-4, long=True),
     Case(
