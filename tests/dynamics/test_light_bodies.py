@@ -81,9 +81,9 @@ class Recording(lm.AcceleratedGaussSeidel):
 
 @pytest.mark.filterwarnings("ignore:In the step")
 def test_a_step_that_is_made_again_begins_from_the_first_solve():
-    """The wire is torn off at 10 m/s, 40 of its radii in a step, so that the step is made again with a wider alert distance.
-    No bead meets another contact: the second solve begins with the impulses of the first, and a sweep or two do. (From the
-    impulses of the step before it took as many as the first, and these were not in the report.)"""
+    """The wire is torn off at 10 m/s, a quarter of a bead's radius in a step, so that the step is made again with a wider
+    alert distance. No bead meets another contact: the second solve begins with the impulses of the first, and a sweep or
+    two do. (From the impulses of the step before it took as many as the first, and these were not in the report.)"""
     scene, _ = squeezed_wire(1e3, 1.5)
     sim = lm.Simulation(scene, time_step=2.5e-4, solver=Recording(tolerance=1e-2), geometric_stiffness=False)
     report = sim.step()
