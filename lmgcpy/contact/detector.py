@@ -199,6 +199,10 @@ class Detector:
         """Keep the impulses (m, d) of the step for the next one's start, and the states (m, k) of the laws."""
         self._last.remember(interactions.slot, impulse, state)
 
+    def begin_again(self, interactions: Interactions, impulse: np.ndarray) -> None:
+        """Have the next step start from these impulses (m, d), and from the states of the last step."""
+        self._last.replace_impulses(interactions.slot, impulse)
+
     @property
     def remembered(self) -> tuple[int, int]:
         """How many components the impulse of an interaction has at the most, and the state of its law."""

@@ -78,6 +78,15 @@ class LastStep:
             known.fill(new)
             recall(slots, self._slots, values, known)
 
+    def replace_impulses(self, slots: np.ndarray, impulse: np.ndarray) -> None:
+        """Put impulses (m, d) in the place of those of the interactions in these slots, (m,), ascending; their states
+        stay."""
+        every = np.union1d(self._slots, slots)
+        impulses, states = (np.empty((len(every), width)) for width in self.width)
+        self.recall(every, impulses, states)
+        recall(every, slots, impulse, impulses)
+        self.remember(every, impulses, states)
+
     def carry_over(self, before: list[Group], groups: list[Group], slots: int) -> None:
         """Move impulses and states from the slots of the groups ``before`` to the slots of the new ``groups``, which have
         ``slots`` slots in all."""

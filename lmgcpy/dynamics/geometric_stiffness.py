@@ -119,7 +119,7 @@ class LinkStiffness:
         shared = np.where(self.joined[:, None], of_candidate, 0.0)
         length = problem.data.gap[: self.count] + self.radius_sum
         system = s._replace(
-            geometric=stiffness,
+            geometric=stiffness.copy(),
             carried=self._carried(frame, length, problem.data.before[: self.count], before),
             own=(frame * (of_candidate + of_antagonist)[:, None]) @ across,  # a quarter of the time of einsum
             following=-(frame * shared[:, None]) @ across[self.following],
@@ -159,12 +159,19 @@ def solve_stiffened(
     The turns also end once three of them were not solved.
     """
     gap, h = problem.data.gap, problem.data.time_step
-    plain = problem
+    plain, stiffened = problem, None
     used = before = links.stiffness(problem.guess, gap, h)
     sweeps = factorisations = unsolved = 0
     for turn in range(TURNS):
         problem.guess[: links.count, 1:][used == 0.0] = 0.0
-        problem = plain if not used.any() else links.stiffen(plain, used, before)
+        if not used.any():
+            problem = plain
+        elif stiffened is None:
+            problem = stiffened = links.stiffen(plain, used, before)
+        else:  # nothing else changes
+            problem = stiffened
+            problem.system.geometric[:] = used
+            problem.system.scratch.fill(0.0)
         outcome = solve(problem)
         sweeps += outcome.iterations
         factorisations += outcome.factorisations

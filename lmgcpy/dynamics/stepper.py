@@ -357,8 +357,15 @@ class Stepper:
         solved = self._solve(given)
         after = far.measure(solved.system.velocity, h)
         if far.unseen(moves, after, self._detector.widest):
+            report, velocity = self.report, solved.system.velocity.copy()
+            again = report.solved and len(given.light.body) > 0  # flung about, they would double the work of many steps
+            if again:
+                self._detector.begin_again(interactions, solved.system.impulse)
             interactions, given = self._assemble(before, flight, worse(moves, after))
+            if again:
+                given.light.centre[:] = velocity[given.light.body]
             solved = self._solve(given)
+            self.report = self.report.with_work(report, self.report)
             after = far.measure(solved.system.velocity, h)
         displacement, projected, predicted = h * solved.system.velocity, None, solved.predicted_gaps()
         if self.geometric_stiffness and self._links.count:

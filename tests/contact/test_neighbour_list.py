@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import lmgcpy as lm
+from lmgcpy.contact.memory import LastStep
 
 
 def stack_and_flyer(flyer_first):
@@ -113,3 +114,14 @@ def test_a_new_contact_starts_from_nothing_and_a_lost_one_is_forgotten():
     sim.run(steps=60)
     assert len(sim.interactions) == 0
     assert len(sim._detector.give_memory().impulse) == 0
+
+
+def test_impulses_are_replaced_and_states_stay():
+    """Of interactions that were seen now and then, only now, and only then, in slots 4, 7 and 2."""
+    memory = LastStep(components=2, width=1)
+    memory.remember(np.array([2, 4], np.int32), np.array([[1.0, 2.0], [3.0, 4.0]]), np.array([[5.0], [6.0]]))
+    memory.replace_impulses(np.array([4, 7], np.int32), np.array([[7.0, 8.0], [9.0, 10.0]]))
+    impulse, state = np.empty((4, 2)), np.empty((4, 1))
+    memory.recall(np.array([2, 3, 4, 7], np.int32), impulse, state)
+    np.testing.assert_array_equal(impulse, [[1.0, 2.0], [0.0, 0.0], [7.0, 8.0], [9.0, 10.0]])
+    np.testing.assert_array_equal(state, [[5.0], [np.nan], [6.0], [np.nan]])

@@ -107,7 +107,8 @@ class Alternating(Solver):
     def solve(self, step: Step) -> Outcome:
         """Sweeps and Newton steps by turns from the guess, until one of them solves the step or both are spent."""
         system, size = step.system, (len(step.guess), step.dimension)
-        turn, patience, trial, slip = self.first_turn(*size), PATIENCE, self.TRIES, self.largest_slip
+        turn, patience, trial = self.first_turn(*size), PATIENCE, self.TRIES
+        _, slip, force = self.bounds
         most = min(self.max_factorisations, newton_steps(WORK, *size))
         progress = Progress(len(step.guess), sweeps_of_seven_steps(*size) / 7.0, PATIENCE)
         sweeps = factorisations = 0
@@ -140,8 +141,13 @@ class Alternating(Solver):
                 problem, acting = step.conic()
                 active, noise = ActiveSet(problem), np.random.default_rng(0)
             start, left = system.impulse[acting], min(most - factorisations, 2 * progress.newton_left)
-            # Newton steps know of the residual only; it is to fall as the worst displacement must
-            aim = min(self.tolerance, 0.5 * swept.residual * slip / swept.slip) if swept.slip > slip else self.tolerance
+            # Newton steps know of the residual only; it is to fall as the worst displacement must, and as the worst force
+            # on a light body, which is off by much at any residual
+            aim = self.tolerance
+            if swept.slip > slip:
+                aim = min(aim, 0.5 * swept.residual * slip / swept.slip)
+            if len(step.light.body) and swept.force > force:
+                aim = min(aim, 0.5 * swept.residual * force / swept.force)
             within = min(LAST_PATIENCE if last else patience, progress.newton_left)
             enough = max(GAIN * least, aim)
             on_trial, trial = trial and not last, False

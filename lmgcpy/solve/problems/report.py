@@ -131,13 +131,12 @@ class Report:
 
     def following(self, earlier: Report) -> Report:
         """The report of a step after one more solve: the sums of both, and the status of the one that was not solved."""
-        return replace(
-            self if earlier.solved else earlier,
-            iterations=earlier.iterations + self.iterations,
-            factorisations=earlier.factorisations + self.factorisations,
-            seconds=earlier.seconds + self.seconds,
-            solves=earlier.solves + self.solves,
-        )
+        return (self if earlier.solved else earlier).with_work(earlier, self)
+
+    def with_work(self, *solves: Report) -> Report:
+        """This report with the sums of the work of these solves."""
+        names = "iterations", "factorisations", "seconds", "solves"
+        return replace(self, **{name: sum(getattr(solve, name) for solve in solves) for name in names})
 
     def __str__(self) -> str:
         worst = f"; worst: {self.worst}" if self.worst else ""

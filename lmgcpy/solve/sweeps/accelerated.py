@@ -55,10 +55,6 @@ FAST = 0.8
 """The momentum does not grow while a step is less than this part of the one before: the sweeps converge by themselves."""
 MOMENTUM = 0.97
 """Bound of the momentum by default."""
-CALM = 0.3
-"""There is no momentum while the imbalance of a light body, as last measured, is above this part of its bound. (Taut wires
-of 1/100 and 1/400 of a grain: with 0.3 and 0.5 a third fewer sweeps than without momentum, with 1 as many or a third fewer,
-and without this limit more than twice as many.)"""
 MOST_DAMPING = 0.5
 """Largest damping: the momentum that it leaves never did harm."""
 
@@ -165,11 +161,9 @@ def accelerated_gauss_seidel(team: Team, turn, overtime, most, momentum_bound, s
             elif now.sweeps >= 4 * now.milestone_sweep + 4000:
                 status = STAGNATED
                 break
-        # weigh the last results: beta_j grows with the slow sweeps, unless light bodies are out of balance
+        # weigh the last results: beta_j grows with the slow sweeps
         if step > FAST * now.previous:
             now.run += 1
-        if team.light > 0 and team.measured[5] > CALM * team.bounds[2]:
-            now.run = 0
         now.previous = step
         beta = min(now.run / (now.run + 3.0), 1.0 - now.damping)
         # restart: the step has grown, so momentum made a mode swing
@@ -181,7 +175,8 @@ def accelerated_gauss_seidel(team: Team, turn, overtime, most, momentum_bound, s
         else:
             now.damping = max(1.0 - momentum_bound, RECOVERY * now.damping)
             now.least = min(now.least, step)
-        team.beta[0] = beta
+        # none while a light body is out of balance by more than its bound, as last measured; then as large as before
+        team.beta[0] = 0.0 if team.light > 0 and team.measured[5] > team.bounds[2] else beta
         if team.light > 0:
             share_chunks(MOVE, team)
         share_chunks(EXTRAPOLATE, team)
