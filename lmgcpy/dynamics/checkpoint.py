@@ -17,7 +17,7 @@ class Checkpoint:
     """A simulation between two steps, as copies; n bodies."""
 
     positions: np.ndarray
-    """(x, y, angle) [m, m, rad], (n, 3); in 3D see :mod:`lmgcpy.contact.positions`."""
+    """(x, y, angle) [m, m, rad], (n, 3); in 3D see ``lmgcpy/contact/positions.py``."""
     velocities: np.ndarray
     """[m/s, rad/s], (n, k); the spins of bodies that turn in space along their own axes."""
     time: float

@@ -33,8 +33,9 @@ class Clump:
     """Of the union [m^3], in 2D its area [m^2]."""
     centre: np.ndarray
     """Centre of mass in the coordinates in which the offsets were given [m], (d,)."""
-    axes: Rotation | None = None
-    """In 3D, the rotation from the axes of the body, which are principal axes, to those of the offsets that were given."""
+    axes: Any = None
+    """In 3D, the rotation (a scipy ``Rotation``) from the axes of the body, which are principal axes, to those of the
+    offsets that were given."""
 
     @property
     def dimension(self) -> int:
