@@ -197,3 +197,36 @@ def test_a_run_of_clumps_goes_on_bit_for_bit(tmp_path):
     np.testing.assert_array_equal([body._quaternion for body in scene.bodies], one.rotations)
     np.testing.assert_allclose([body.spin for body in scene.bodies], one.spins, rtol=1e-14)
     np.testing.assert_allclose(lm.Simulation(scene, time_step=2e-3).spins, one.spins, rtol=1e-13)
+
+
+def test_a_wheel_of_spheres_rolls_down_at_the_speed_of_a_rimless_wheel():
+    """McGeer's wheel (1990, Int. J. Robotics Research 9) with feet of radius r. A shock keeps the angular momentum about
+    the next foot, w+ = eta w-, and between shocks the wheel gains the energy of its way down."""
+    count, ring, foot, lean, mass, inertia = 8, 0.1, 0.02, 0.2, 1.0, 0.008
+    angles = 2.0 * math.pi * np.arange(count) / count
+    feet = [(lm.SphereContactor(foot), (ring * math.sin(a), 0.0, -ring * math.cos(a))) for a in angles]
+    half, height = ring * math.sin(math.pi / count), ring * math.cos(math.pi / count) + foot
+    about_foot = inertia + mass * (height**2 + half**2)
+    eta = (inertia + mass * (height**2 - half**2)) / about_foot
+    way = 2.0 * half + 2.0 * math.pi / count * foot  # from shock to shock: a chord, and what a foot rolls
+    steady = math.sqrt(2.0 * mass * G * way * math.sin(lean) / (about_foot * (1.0 - eta**2)))
+    scene = lm.Scene(dimension=3, gravity=(G * math.sin(lean), 0, -G * math.cos(lean)))
+    start = {"position": (0, 0, ring + foot), "spin": (0, steady, 0), "velocity": (steady * (ring + foot), 0, 0)}
+    wheel = scene.add(lm.RigidBody(feet, mass=mass, inertia=(0.005, inertia, 0.005), color="GRAIN", **start))
+    wheel.fix("y", "spin_x", "spin_z")
+    scene.add(lm.wall(point=(0, 0, 0), normal=(0, 0, 1)))
+    scene.see("GRAIN", "WALL", lm.Coulomb(friction=1.0))
+    sim = lm.Simulation(scene, time_step=5e-4, solver=lm.GaussSeidel(tolerance=1e-10))
+    shocks, before, high = [], steady, None
+    while len(shocks) < 24:
+        sim.step()
+        now = wheel.spin[1]
+        if now < 0.99 * before:  # a shock takes two steps: the first one closes the gap
+            high = before if high is None else high
+        elif high is not None:
+            shocks.append((high, before))
+            high = None
+        before = now
+    shocks = np.array(shocks[12:])  # the start is forgotten: eta^24
+    np.testing.assert_allclose(shocks[:, 1] / shocks[:, 0], eta, rtol=2e-2)  # a step of free fall more or less
+    np.testing.assert_allclose(shocks[:, 0], steady, rtol=2e-2)
