@@ -108,15 +108,14 @@ def _grains(
         chosen &= snap.beads
     if style.wires == "hidden":
         chosen &= ~snap.beads
-    parts = [(chosen & part, paint, None) for part, paint in _paints(snap, style, legend)]
+    parts = [(chosen & part, paint) for part, paint in _paints(snap, style, legend)]
     if red.any():
         legend.append((f"overlaps by more than {100 * OVERLAP:g} %", WRONG))
-        parts.append((red, Paint(WRONG), 1.0))
+        parts.append((red, Paint(WRONG)))
     balls, tubes = [], []
-    for mine, paint, opacity in parts:
+    for mine, paint in parts:
         rounds, rods = mine[snap.rounds.body], mine[snap.rods.body]
-        if opacity is None:
-            opacity = _opacity(snap, style, rounds, rods)
+        opacity = 1.0 if mine is red else _opacity(snap, style, rounds, rods)
         if rounds.any():
             balls.append(_balls(snap, paint, opacity).take(rounds))
         if rods.any():
@@ -135,9 +134,8 @@ def _rods(snap: Snapshot, paint: Paint, opacity: float) -> Tubes:
     """All rods, in the paint of their bodies."""
     rods, at, half = snap.rods, in_space(snap.placed(snap.rods)), in_space(snap.rods.shape[:, 1:])
     bodies = at - in_space(rods.position - snap.positions[rods.body])
-    return Tubes(
-        at - half, at + half, rods.shape[:, 0], paint.take(rods.body), level=0, opacity=opacity, bodies=bodies
-    )
+    radii, own = rods.shape[:, 0], paint.take(rods.body)
+    return Tubes(at - half, at + half, radii, own, level=0, opacity=opacity, bodies=bodies)
 
 
 def _paints(snap: Snapshot, style: Style, legend: list[tuple[str, str]]) -> list[tuple[np.ndarray, Paint]]:

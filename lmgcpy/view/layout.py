@@ -91,7 +91,8 @@ def overlaps_of(snap: Snapshot, share: float) -> np.ndarray:
         apart = distances(middle[first], half[first], middle[second], half[second])
         gap = apart - radius[first] - radius[second]
     pieces = [(body[first], body[second], gap, np.minimum(radius[first], radius[second]))]
-    body, middle, radius = rounds.body, rounds.position, rounds.shape[:, 0]  # at walls the spheres at the ends of rods decide
+    # at walls the spheres at the ends of rods decide
+    body, middle, radius = rounds.body, rounds.position, rounds.shape[:, 0]
     for wall, point, normal in zip(snap.walls.body, snap.walls.position, snap.walls.shape, strict=True):
         gap = (middle - point) @ normal - radius
         pieces.append((body, np.full(len(gap), wall), gap, radius))
@@ -139,8 +140,7 @@ def near_pairs(positions: np.ndarray, radius: np.ndarray) -> tuple[np.ndarray, n
 
 
 def distances(a: np.ndarray, half_a: np.ndarray, b: np.ndarray, half_b: np.ndarray) -> np.ndarray:
-    """Distances of segments from ``a - half_a`` to ``a + half_a`` and from ``b - half_b`` to ``b + half_b`` [m], (p, d) each:
-    (p,).
+    """Distances of segments ``a - half_a`` to ``a + half_a`` from segments ``b - half_b`` to ``b + half_b`` [m], (p,).
 
     The points that are nearest to each other are inside both segments, or one is an end: the least of five distances.
     """

@@ -259,8 +259,9 @@ def acting_lines(snap: Snapshot) -> tuple[np.ndarray, np.ndarray]:
     """Ends of the line along which each interaction acts [m], (m, d) each, from the antagonist to the candidate.
 
     The line of a link joins the two centres. The line of a contact passes through its point and joins the centres of the
-    two touching disks or spheres, or ends on the axis of a rod. At a wall or a shape of a plug-in it ends at the contact point; between two of these it
-    is a short piece of the normal. In a periodic cell the antagonist is its image next to the candidate.
+    two touching disks or spheres, or ends on the axis of a rod. At a wall or a shape of a plug-in it ends at the contact
+    point; between two of these it is a short piece of the normal. In a periodic cell the antagonist is its image next to
+    the candidate.
     """
     forces = snap.forces
     assert forces is not None
@@ -285,8 +286,8 @@ def acting_lines(snap: Snapshot) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _ends(snap: Snapshot, bodies: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The centre of the disk or sphere of each body that touches at a point (m, d) [m], the foot of the point on the axis of
-    the rod, else the point; and whether it is a centre or foot (m,)."""
+    """Where forces on bodies at points (m, d) [m] end: in the centre of the disk or sphere that touches, on the axis of the
+    rod below the point, else in the point; and whether it is one of the former (m,)."""
     discs, rods = snap.discs, snap.rods
     body = np.concatenate([discs.body, rods.body])
     middle, radius = np.concatenate([discs.position, rods.position]), np.concatenate([discs.shape[:, 0], rods.shape[:, 0]])
