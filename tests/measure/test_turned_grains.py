@@ -37,7 +37,7 @@ def test_stress_of_a_box_is_the_pressure_on_its_walls():
     """V sigma = sum f (x) x over the walls, of bodies at rest: the load over the area of the top, where walls have no
     friction, and sigma is symmetric, as no moment acts. Levers are from centres of mass that lie in no sphere's centre."""
     sim, top = pressed_box()
-    sim.run(steps=500)
+    sim.run(steps=700)
     sigma = lm.measure.stress(sim)["total"]
     pressure = LOAD / SIDE**2
     height = top.position[2]
