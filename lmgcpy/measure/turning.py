@@ -24,7 +24,7 @@ def angular_momentum(sim: Source, *, about: Any = None, frame: int | None = None
     rotation of a body, I its inertia about its own axes, w its spin along the axes of space. ``about`` is the point c [m],
     (d,), by default the centre of mass of these bodies. In 2D L is per metre of depth.
 
-    Raises ValueError in a periodic cell, where L is not conserved and depends on the choice of images.
+    Raises ValueError in a periodic cell: L is not conserved there, and depends on the choice of images.
 
     A body that is thrown has the same about its centre of mass at any time:
 
@@ -80,7 +80,7 @@ def long_axes(sim: Source, *, frame: int | None = None) -> LongAxes:
     last.
 
     The long axis is the principal axis of least inertia. Bodies without a unique one, spheres, cubes, plates, have none.
-    Raises ValueError in 2D, where bodies have one inertia.
+    Raises ValueError in 2D, as bodies have one inertia there.
     """
     now = moment(sim, frame, "long_axes")
     if now.positions.shape[1] == 2:

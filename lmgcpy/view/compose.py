@@ -74,7 +74,7 @@ def compose(snap: Snapshot, style: Style) -> Drawing:
 
 
 def into_cell(drawing: Drawing, snap: Snapshot) -> Drawing:
-    """The drawing with the images of wires and forces whose middles lie in the periodic cell, where bodies are already."""
+    """The drawing with the images of wires and forces whose middles lie in the periodic cell. Bodies are in it already."""
     tubes = []
     for tube in drawing.tubes:
         if tube.bodies is None:

@@ -286,8 +286,8 @@ def acting_lines(snap: Snapshot) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _ends(snap: Snapshot, bodies: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Where forces on bodies at points (m, d) [m] end: in the centre of the disk or sphere that touches, on the axis of the
-    rod below the point, else in the point; and whether it is one of the former (m,)."""
+    """Ends of the lines of forces that act on bodies at points (m, d) [m]: the centre of the disk or sphere that touches, the
+    nearest point of the axis of the rod, or else the point; and whether it is a centre or on an axis (m,)."""
     discs, rods = snap.discs, snap.rods
     body = np.concatenate([discs.body, rods.body])
     middle, radius = np.concatenate([discs.position, rods.position]), np.concatenate([discs.shape[:, 0], rods.shape[:, 0]])

@@ -28,7 +28,7 @@ PARTS = ("bodies", "forces", "wires", "walls")
 def export_vtk(run: Run, folder: str | os.PathLike, *, force: bool = False) -> list[Path]:
     """Write a run into a folder for ParaView; returns the paths of the series to open, .pvd files.
 
-    * ``bodies.pvd`` has a point for each disk or sphere, those of a clump and the ends of a capsule as well, with
+    * ``bodies.pvd`` has a point for each disk or sphere, also in clumps and at the ends of capsules, with
       ``radius`` [m], and of its body ``body`` (the id), ``velocity`` [m/s], ``spin`` [rad/s], ``mass`` [kg],
       ``coordination``, and ``color`` (its word is in the field ``color_names``). Foreign shapes without outline appear as
       their bounding circles.
