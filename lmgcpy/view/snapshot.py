@@ -286,8 +286,8 @@ def acting_lines(snap: Snapshot) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _ends(snap: Snapshot, bodies: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Ends of the lines of forces that act on bodies at points (m, d) [m]: the centre of the disk or sphere that touches, the
-    nearest point of the axis of the rod, or else the point; and whether it is a centre or on an axis (m,)."""
+    """Ends of the lines of forces that act on bodies at points (m, d) [m]: the centre of the disk or sphere that touches,
+    the nearest point of the axis of the rod, or else the point; and whether it is a centre or on an axis (m,)."""
     discs, rods = snap.discs, snap.rods
     body = np.concatenate([discs.body, rods.body])
     middle, radius = np.concatenate([discs.position, rods.position]), np.concatenate([discs.shape[:, 0], rods.shape[:, 0]])
