@@ -118,7 +118,7 @@ def _sample(subject: Subject) -> Iterator[Entry | str]:
         yield "Volume and stress are not known: the scene has neither opposite walls across each axis nor a periodic cell."
         return
     yield Entry("volume between the walls, or of the cell", volume, unit)
-    yield Entry("solid part of the volume, overlaps of bodies twice", solid / volume)
+    yield Entry("solid part of the volume, overlaps twice", solid / volume)
     if not subject.has_step:
         yield "Nothing acts before the first step: stress, contacts and tensions are those of later frames."
         return
