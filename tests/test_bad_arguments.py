@@ -319,6 +319,10 @@ CALLS = {
     "measure.particle_stress": (lm.measure.particle_stress, {"sim": simulation()}, {"sim": THING}),
     "measure.window_stress": (lm.measure.window_stress, {"sim": simulation(), "window": ((0, 0), (1, 1))},
         {"sim": THING, "window": [*THING, ((0, 0),), ((0, 0), (0, 1))]}),
+    "measure.angular_momentum": (lm.measure.angular_momentum, {"sim": simulation()},
+        {"sim": THING, "about": optional(VECTOR)}),
+    "measure.long_axes": (lm.measure.long_axes, {"sim": lm.Simulation(lm.Scene(dimension=3), time_step=1e-3)},
+        {"sim": THING}),
     "measure.contact_kinds": (lm.measure.contact_kinds, {"sim": WIRED}, {"sim": THING, "tolerance": FRACTION}),
     "measure.wire_links": (lm.measure.wire_links, {"sim": WIRED}, {"sim": THING}),
     "measure.wire_fabric": (lm.measure.wire_fabric, {"sim": WIRED}, {"sim": THING, "volume": optional(POSITIVE)}),
@@ -441,6 +445,7 @@ EXEMPT = {
     "measure.ContactForces": "a result",
     "measure.ParticleStress": "a result",
     "measure.LocalStrain": "a result",
+    "measure.LongAxes": "a result",
     "measure.WireShape": "a result",
     "measure.BeadSlip": "a result",
     "measure.ContactKinds": "a result",
@@ -465,7 +470,7 @@ EXEMPT = {
 }
 OF_FRAMES = (
     *("contact_kinds", "wire_links", "wire_fabric", "tension_by_direction", "wire_contacts", "tension_correlation"),
-    *("taut_runs", "mean_strain", "stretch_by_direction", "bead_slip"),
+    *("taut_runs", "mean_strain", "stretch_by_direction", "bead_slip", "angular_momentum", "long_axes"),
 )
 EXEMPT_ARGUMENTS = {
     ("Simulation.run", "duration"): "has a row of its own",

@@ -11,7 +11,7 @@ LAWS = [f"{word}{shape}" for word in ("Elastic", "Rigid", "Voigt") for shape in 
 PUBLIC = [
     *("Scene", "Simulation", "Chain", "Cell", "Law", "Coulomb", "Restitution", "RollingCoulomb", "Signorini", *LAWS),
     *("AcceleratedGaussSeidel", "Auto", "GaussSeidel", "Newton"),
-    *("measure.density", "measure.mean_strain", "measure.stress", "measure.wire_links"),
+    *("measure.angular_momentum", "measure.density", "measure.mean_strain", "measure.stress", "measure.wire_links"),
 ]
 """Names whose docstrings have an example."""
 

@@ -161,6 +161,7 @@ def things(folder) -> dict[str, object]:
         "TensionCorrelation of 1 rows": lm.measure.tension_correlation(sim),
         "TautRuns of 1 rows": lm.measure.taut_runs(sim),
         "MeanStrain of 3 bodies: volume ": lm.measure.mean_strain(sim, since=sim.positions.copy()),
+        "LongAxes of 0 rows": lm.measure.long_axes(lm.Simulation(lm.Scene(dimension=3), time_step=1e-3)),
         "LocalStrain of 4 rows": lm.measure.strain(TWO_FRAMES),
         "WireShape: persistence length ": lm.measure.wire_shape(laid.positions, laid.chains),
         "Layout: 0 overlaps, 0 links longer than their reference": lm.view.check(sim),

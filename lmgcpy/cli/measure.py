@@ -116,6 +116,8 @@ def tables(subject: Subject, found: dict[str, list[Any]], folder: Path) -> Itera
             centres, density = forces.distribution()
             rows = zip(centres.tolist(), density.tolist(), strict=True)
             yield written("contact-forces", ["f / mean f", "probability density"], rows)
+    if run.dimension == 3 and len(axes := measures.long_axes(run, **at)):
+        made["long-axes"] = axes
     if subject.has_wire:
         made["links"] = measures.wire_links(run, **at)
     if subject.has_wire and subject.has_step:

@@ -77,11 +77,15 @@ class Subject:
 
     @cached_property
     def grain_size(self) -> float:
-        """Mean diameter of the bodies with bounds that belong to no chain, of all if there are none [m]."""
+        """Mean diameter of the bodies with bounds that belong to no chain, of all if there are none [m]: of the disks or
+        spheres that have their volumes, or if these are not known, that hold them."""
         bounded = np.isfinite(self.now.extent)
         grains = bounded & ~beads_of(self.now)
         chosen = grains if grains.any() else bounded
-        return 2.0 * float(self.now.extent[chosen].mean()) if chosen.any() else math.nan
+        volume, d = volumes_of(self.now), self.run.dimension
+        unit = math.pi if d == 2 else 4.0 / 3.0 * math.pi
+        radius = np.where(volume > 0.0, np.abs(volume / unit) ** (1.0 / d), self.now.extent)
+        return 2.0 * float(radius[chosen].mean()) if chosen.any() else math.nan
 
 
 def report(subject: Subject) -> dict[str, list[Entry | str]]:
@@ -107,6 +111,9 @@ def _sample(subject: Subject) -> Iterator[Entry | str]:
     yield Entry("grains, which belong to no chain", int((bounded & ~beads).sum()))
     yield Entry("beads, which belong to chains", int(beads.sum()))
     yield Entry("mean diameter of the grains" if (bounded & ~beads).any() else "mean diameter", subject.grain_size, "m")
+    if run.dimension == 3 and len(axes := measure.long_axes(run, frame=frame)):
+        for k, axis in enumerate(subject.axes):
+            yield Entry(f"fabric of long axes, mean of t_{axis} t_{axis}", float(axes.fabric[k, k]))
     if math.isnan(volume):
         yield "Volume and stress are not known: the scene has neither opposite walls across each axis nor a periodic cell."
         return

@@ -1,4 +1,4 @@
-"""Measures of a sample: stress by law, particle and window, contact network and forces, strain, density, wires."""
+"""Measures of a sample: stress by law, particle and window, contact network and forces, strain, density, wires, turning."""
 
 from lmgcpy.measure.contact_forces import ContactForces, contact_forces
 from lmgcpy.measure.contact_kinds import ContactKinds, contact_kinds
@@ -9,6 +9,7 @@ from lmgcpy.measure.particle_stress import ParticleStress, particle_stress, wind
 from lmgcpy.measure.strain import LocalStrain, strain
 from lmgcpy.measure.stress import principal, stress
 from lmgcpy.measure.tension_along import TautRuns, TensionCorrelation, taut_runs, tension_correlation
+from lmgcpy.measure.turning import LongAxes, angular_momentum, long_axes
 from lmgcpy.measure.wire_fabric import TensionByDirection, WireFabric, tension_by_direction, wire_fabric
 from lmgcpy.measure.wire_friction import BeadSlip, WireContacts, bead_slip, wire_contacts
 from lmgcpy.measure.wire_links import WireLinks, wire_links
@@ -20,6 +21,7 @@ __all__ = [
     "ContactForces",
     "ContactKinds",
     "LocalStrain",
+    "LongAxes",
     "MeanStrain",
     "Network",
     "ParticleStress",
@@ -31,10 +33,12 @@ __all__ = [
     "WireFabric",
     "WireLinks",
     "WireShape",
+    "angular_momentum",
     "bead_slip",
     "contact_forces",
     "contact_kinds",
     "density",
+    "long_axes",
     "mean_strain",
     "network",
     "particle_stress",

@@ -17,7 +17,8 @@ def density(positions: Any, radii: Any, window: Any) -> float:
 
     If disks overlap by more than a hundredth of the smaller radius, as in clusters, their shared area counts once. The
     shared area of smaller overlaps counts twice, and so does the shared volume of spheres; if spheres overlap by more than
-    3.5 %, the function warns.
+    3.5 %, the function warns. The volumes of clumps and capsules, with overlaps once, are in
+    ``particle_stress(sim).volume``.
 
     ``positions`` [m], shape (n, d); ``radii`` [m], shape (n,); ``window`` the corners ((x0, y0), (x1, y1)) [m], lower
     left and upper right, in 3D ((x0, y0, z0), (x1, y1, z1)).
@@ -56,7 +57,10 @@ def density(positions: Any, radii: Any, window: Any) -> float:
     overlapping = _overlapping(centres, sizes, OVERLAP[dimension])
     if dimension == 3:
         if overlapping:
-            warn("Spheres overlap by more than 3.5 % of a radius: the volume that they share counts twice in this density.")
+            warn(
+                "Spheres overlap by more than 3.5 % of a radius: the volume that they share counts twice in this density. "
+                "lmgcpy.measure.particle_stress(sim).volume has volumes of clumps."
+            )
         return float(sphere_volume_in_box(centres, sizes, low, high).sum() / size)
     if overlapping:
         return disk_union(centres, sizes, low, high) / size

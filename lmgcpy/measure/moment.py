@@ -74,6 +74,29 @@ class Moment:
         return np.asarray(self.scene["bodies"]["mass"], dtype=float)
 
     @property
+    def spins(self) -> np.ndarray:
+        """[rad/s], (n,), in 3D along the axes of space, (n, 3)."""
+        return self.source.spins[:] if isinstance(self.source, Stepper) else self.source.spins[self.number]
+
+    @cached_property
+    def turning(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Ids of the bodies that keep a rotation in space, (t,), their quaternions, (t, 4), and their principal inertias
+        [kg m^2], (t, 3)."""
+        table = self.scene.get("turning")
+        if table is None:
+            return np.zeros(0, dtype=np.int64), np.zeros((0, 4)), np.zeros((0, 3))
+        rotations = self.source.rotations if isinstance(self.source, Stepper) else self.source.rotations[self.number]
+        return table["body"], rotations[table["body"]], table["inertia"]
+
+    @property
+    def moves(self) -> np.ndarray:
+        """Whether each body has bounds and mass, is not hidden, and is no edge of a cell, (n,) bool."""
+        found = np.isfinite(self.extent) & ~self.hidden & np.isfinite(self.mass)
+        if self.lattice is not None:
+            found[self.lattice.rows] = False
+        return found
+
+    @property
     def is_link(self) -> np.ndarray:
         """Whether each interaction is a link, (m,) bool."""
         return np.isin(self.net.law, list(self.links))

@@ -40,7 +40,8 @@ class Network:
 def network(sim: Source, *, frame: int | None = None) -> Network:
     """The contact network in the last step of a simulation, or in the step of a ``frame`` of an open run.
 
-    A contact counts if its normal impulse is above zero. Bodies with fewer than two contacts are rattlers. Their contacts
+    A contact counts if its normal impulse is above zero; of two bodies that touch at several points, as clumps do, each
+    point counts. Bodies with fewer than two contacts are rattlers. Their contacts
     are left out, which may make rattlers of other bodies; this is repeated until no rattler has a contact. The measure is
     meant for samples that are pressed together: under gravity a body may rest on a single contact. Walls do not count as
     bodies, but contacts at walls count.

@@ -8,10 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from lmgcpy.errors import named_arguments, shown, vector
-from lmgcpy.measure.disk_union import disk_union
 from lmgcpy.measure.moment import Moment, Source, moment
 from lmgcpy.measure.table import Table
-from lmgcpy.scene.contactor import DiskContactor, SphereContactor
+from lmgcpy.scene.ball_union import ball_union
+from lmgcpy.scene.capsule import capsule_volume
+from lmgcpy.scene.contactor import DiskContactor, RodContactor, SphereContactor
 
 
 @dataclass(frozen=True, repr=False)
@@ -23,7 +24,8 @@ class ParticleStress(Table):
     position: np.ndarray
     """Centres [m], (p, d)."""
     volume: np.ndarray
-    """Their own volumes [m^3, per metre of depth in 2D], (p,); 0 if a shape of a plug-in has none."""
+    """Their own volumes [m^3, per metre of depth in 2D], (p,); what spheres of a clump share counts once. 0 if a shape of a
+    plug-in has none, NaN for a body of rods and other shapes that is no capsule."""
     moment: np.ndarray
     """Sum of force (x) lever over all forces on the body [N m], (p, d, d): its part of V sigma for a volume V around it."""
 
@@ -96,22 +98,35 @@ def moments_of(now: Moment) -> np.ndarray:
 
 
 def volumes_of(now: Moment) -> np.ndarray:
-    """Volumes of the shapes of each body [m^3, per metre of depth in 2D], (n,).
+    """Volumes of the bodies [m^3, per metre of depth in 2D], (n,).
 
-    The area that disks of a cluster share counts once. Overlaps of other shapes of one body count twice.
+    What disks or spheres of one body share counts once. Shapes of plug-ins have their area in 2D, no volume in 3D. NaN for
+    a body of rods and other shapes that is no capsule.
     """
-    table = now.scene["contactors"]
-    body, sizes = np.asarray(table["body"]), np.array(table["area"], dtype=float)
+    table, bodies, d = now.scene["contactors"], now.scene["bodies"], now.positions.shape[1]
+    body, radius = np.asarray(table["body"]), np.asarray(table["bounding_radius"])
     kinds = np.array(table["kinds"] or [""])[table["kind"]]
-    if now.positions.shape[1] == 3:
-        sphere = kinds == SphereContactor.KIND
-        sizes = np.where(sphere, 4.0 / 3.0 * np.pi * np.where(sphere, table["bounding_radius"], 0.0) ** 3, 0.0)
+    ball = np.isin(kinds, (DiskContactor.KIND, SphereContactor.KIND))
+    sizes = np.array(table["area"], dtype=float)
+    if d == 3:
+        sizes[ball] = 4.0 / 3.0 * np.pi * radius[ball] ** 3
     volumes = np.bincount(body, weights=sizes, minlength=len(now.positions))
-    if now.positions.shape[1] == 2:
-        disk = kinds == DiskContactor.KIND
-        clusters = np.flatnonzero(np.bincount(body[disk], minlength=len(volumes)) > 1)
-        for cluster in clusters.tolist():
-            its = np.flatnonzero(disk & (body == cluster))
-            radii = np.asarray(table["bounding_radius"])[its]
-            volumes[cluster] += disk_union(np.asarray(table["offset"])[its, :2], radii) - sizes[its].sum()
+    shared: dict[bytes, float] = {}  # by shapes of size one, of which there are few
+    rows = np.flatnonzero(ball)
+    for its in np.split(rows, np.flatnonzero(np.diff(body[rows])) + 1):
+        if len(its) < 2:
+            continue
+        size = radius[its[0]]
+        shape = np.column_stack([np.asarray(table["offset"])[its, :d], radius[its]]) / size
+        key = shape.round(9).tobytes()
+        if key not in shared:
+            shared[key] = ball_union(shape[:, :d], shape[:, d]).volume - float((sizes[its] / size**d).sum())
+        volumes[body[its[0]]] += shared[key] * size**d
+    shapes = np.bincount(body, minlength=len(volumes))
+    for k in np.flatnonzero(kinds == RodContactor.KIND):
+        r, length = float(table["shape"][k, 0]), 2.0 * float(np.linalg.norm(table["shape"][k, 1:4]))
+        if bodies["kinds"][bodies["kind"][body[k]]] == "capsule":
+            volumes[body[k]] = capsule_volume(r, length)
+        else:
+            volumes[body[k]] = np.pi * r**2 * length if shapes[body[k]] == 1 else np.nan
     return volumes

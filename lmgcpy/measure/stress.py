@@ -51,15 +51,12 @@ def stress(sim: Source, *, frame: int | None = None, volume: float | None = None
     branch = start - end
     dyads = -force[:, :, None] * branch[:, None, :] / volume
     parts = {name: dyads[net.law == name].sum(axis=0) for name in dict.fromkeys(now.laws)}
-    return {"total": dyads.sum(axis=0), **parts, "kinetic": _kinetic(now, unbounded) / volume}
+    return {"total": dyads.sum(axis=0), **parts, "kinetic": _kinetic(now) / volume}
 
 
-def _kinetic(now: Moment, unbounded: np.ndarray) -> np.ndarray:
+def _kinetic(now: Moment) -> np.ndarray:
     """``-sum m v' (x) v'`` over the bodies with bounds [N m], (d, d)."""
-    moves = ~unbounded & ~now.hidden & np.isfinite(now.mass)
-    if now.lattice is not None:
-        moves[now.lattice.rows] = False
-    mass, velocity = now.mass[moves], now.velocities[moves]
+    mass, velocity = now.mass[now.moves], now.velocities[now.moves]
     if now.lattice is None and len(mass):
         velocity = velocity - np.average(velocity, axis=0, weights=mass)
     return -np.einsum("b,bi,bj->ij", mass, velocity, velocity)

@@ -44,7 +44,7 @@ def compose(snap: Snapshot, style: Style) -> Drawing:
     flat = snap.dimension == 2
     wrong = _wrong(snap) if style.what == "layout" else (np.zeros(0, np.int64), np.zeros(0, np.int64))
     legend: list[tuple[str, str]] = []
-    balls = _grains(snap, style, wrong[0], legend)
+    balls, rods = _grains(snap, style, wrong[0], legend)
     wires = _wires(snap, style, wrong[1], legend)
     forces = _forces(snap, legend) if style.what == "forces" else []
     walls = wall_polygons(snap)
@@ -54,7 +54,7 @@ def compose(snap: Snapshot, style: Style) -> Drawing:
     drawing = Drawing(
         flat=flat,
         balls=balls,
-        tubes=wires + forces,
+        tubes=rods + wires + forces,
         walls=[polygon for polygon in walls if len(polygon)] + cylinders,
         lines=np.concatenate([edges(walls + rings), polylines([line for _, line in snap.outlines]), cell_outline(snap)]),
         ground=[] if flat else [polygon for polygon, floor in zip(walls, below, strict=True) if floor and len(polygon)],
@@ -74,17 +74,15 @@ def compose(snap: Snapshot, style: Style) -> Drawing:
 
 
 def into_cell(drawing: Drawing, snap: Snapshot) -> Drawing:
-    """The drawing with the images that lie in the periodic cell: balls by their centres, tubes by their middles."""
-
-    def moved(points: np.ndarray) -> np.ndarray:
-        return in_space(snap.into_cell(points[:, : snap.dimension]))
-
-    balls = [replace(b, centres=b.centres + moved(b.centres)) for b in drawing.balls]
+    """The drawing with the images of wires and forces whose middles lie in the periodic cell. Bodies are in it already."""
     tubes = []
     for tube in drawing.tubes:
-        by = moved(0.5 * (tube.starts + tube.ends))
-        tubes.append(replace(tube, starts=tube.starts + by, ends=tube.ends + by))
-    return replace(drawing, balls=balls, tubes=tubes)
+        if tube.bodies is None:
+            middles = 0.5 * (tube.starts + tube.ends)
+            by = in_space(snap.into_cell(middles[:, : snap.dimension]))
+            tube = replace(tube, starts=tube.starts + by, ends=tube.ends + by)
+        tubes.append(tube)
+    return replace(drawing, tubes=tubes)
 
 
 # ------------------------------------------------------------------------------------------------------------ bodies
@@ -98,70 +96,93 @@ def _wrong(snap: Snapshot) -> tuple[np.ndarray, np.ndarray]:
     return bodies, first[links["chain"]] + links["link"]
 
 
-def _grains(snap: Snapshot, style: Style, wrong: np.ndarray, legend: list[tuple[str, str]]) -> list[Balls]:
-    """Disks and spheres that are no beads, and in red those that overlap, beads included."""
-    rounds, flat = snap.rounds, snap.dimension == 2
-    red = np.isin(rounds.body, wrong)
-    bead = snap.beads[rounds.body]
+def _grains(
+    snap: Snapshot, style: Style, wrong: np.ndarray, legend: list[tuple[str, str]]
+) -> tuple[list[Balls], list[Tubes]]:
+    """Disks, spheres and rods that are no beads, and in red those that overlap, beads included."""
+    flat = snap.dimension == 2
+    red = np.isin(np.arange(len(snap.positions)), wrong)
     # In 2D beads are drawn like grains, and the wire over them.
-    chosen = (~bead | flat) & ~red
+    chosen = (~snap.beads | flat) & ~red
     if style.grains == "hidden":
-        chosen &= bead
+        chosen &= snap.beads
     if style.wires == "hidden":
-        chosen &= ~bead
-    everything = Balls(in_space(rounds.position), rounds.shape[:, 0], Paint(SAND), rim=flat)
-    pieces = []
-    for part, paint in _paints(snap, style, legend):
-        mine = chosen & part
-        if mine.any():
-            whole = Balls(everything.centres, everything.radii, paint, _opacity(snap, style, mine), flat)
-            pieces.append(whole.take(mine))
+        chosen &= ~snap.beads
+    parts = [(chosen & part, paint) for part, paint in _paints(snap, style, legend)]
     if red.any():
         legend.append((f"overlaps by more than {100 * OVERLAP:g} %", WRONG))
-        pieces.append(Balls(everything.centres, everything.radii, Paint(WRONG), rim=flat).take(red))
-    return pieces
+        parts.append((red, Paint(WRONG)))
+    balls, tubes = [], []
+    for mine, paint in parts:
+        rounds, rods = mine[snap.rounds.body], mine[snap.rods.body]
+        opacity = 1.0 if mine is red else _opacity(snap, style, rounds, rods)
+        if rounds.any():
+            balls.append(_balls(snap, paint, opacity).take(rounds))
+        if rods.any():
+            tubes.append(_rods(snap, paint, opacity).take(rods))
+    return balls, tubes
+
+
+def _balls(snap: Snapshot, paint: Paint, opacity: float) -> Balls:
+    """All disks and spheres, in the paint of their bodies."""
+    rounds, at = snap.rounds, in_space(snap.placed(snap.rounds))
+    bodies = at - in_space(rounds.position - snap.positions[rounds.body])
+    return Balls(at, rounds.shape[:, 0], paint.take(rounds.body), opacity, rim=snap.dimension == 2, bodies=bodies)
+
+
+def _rods(snap: Snapshot, paint: Paint, opacity: float) -> Tubes:
+    """All rods, in the paint of their bodies."""
+    rods, at, half = snap.rods, in_space(snap.placed(snap.rods)), in_space(snap.rods.shape[:, 1:])
+    bodies = at - in_space(rods.position - snap.positions[rods.body])
+    radii, own = rods.shape[:, 0], paint.take(rods.body)
+    return Tubes(at - half, at + half, radii, own, level=0, opacity=opacity, bodies=bodies)
 
 
 def _paints(snap: Snapshot, style: Style, legend: list[tuple[str, str]]) -> list[tuple[np.ndarray, Paint]]:
-    """Contactors and their paints, for grains and for beads."""
-    body = snap.rounds.body
-    bead = snap.beads[body]
+    """Bodies, (n,) bool, and their paints, for grains and for beads."""
+    bead = snap.beads
     if style.grains in GRAINS:
         quantity, values = GRAINS[style.grains](snap)
-        painted = Paint(values=values[body], quantity=quantity)
-        plain = np.zeros(len(body), dtype=bool)
+        painted = Paint(values=values, quantity=quantity)
+        plain = np.zeros(len(bead), dtype=bool)
         if style.grains in OF_MOTION:
-            plain |= snap.held[body, : snap.dimension].all(axis=1)
+            plain |= snap.held[:, : snap.dimension].all(axis=1)
         elif style.grains in OF_TURNING:
-            plain |= snap.held[body, snap.dimension :].all(axis=1)
-        if plain.all():
+            plain |= snap.held[:, snap.dimension :].all(axis=1)
+        if plain[snap.drawn].all():
             return [(plain, painted)]
         return [(plain & ~bead, Paint(SAND)), (plain & bead, Paint(BEAD)), (~plain, painted)]
     if style.grains == "color":
-        words = dict.fromkeys(snap.colors[body].tolist())
+        words = dict.fromkeys(snap.colors[snap.drawn].tolist())
         shades = {word: GROUPS[k % len(GROUPS)] for k, word in enumerate(words)}
         legend += shades.items()
-        values = np.array([rgb(shades[word]) for word in snap.colors[body]]).reshape(-1, 3)
-        return [(np.ones(len(body), dtype=bool), Paint(values=values))]
+        values = np.array([rgb(shades.get(word, SAND)) for word in snap.colors]).reshape(-1, 3)
+        return [(np.ones(len(bead), dtype=bool), Paint(values=values))]
     return [(~bead, Paint(SAND)), (bead, Paint(BEAD))]
 
 
-def _opacity(snap: Snapshot, style: Style, chosen: np.ndarray) -> float:
-    """Opacity that the user asked for, or one at which the inside is seen: a ray crosses ``sum(pi r^2)/area`` balls."""
+def _opacity(snap: Snapshot, style: Style, rounds: np.ndarray, rods: np.ndarray) -> float:
+    """Opacity of some disks, spheres and rods: the user's, or one at which the inside is seen. A ray crosses as many of
+    them as the sum of their mean shadows over the area of the sample: ``pi r^2`` of a ball, ``pi/4 2 r l`` of a rod."""
     if style.opacity is not None:
         return style.opacity
     if snap.dimension == 2 or style.section is not None:
         return PALE if style.what == "forces" else 1.0
     if style.what == "grains" or (style.what == "layout" and (not snap.chains or style.wires == "hidden")):
         return 1.0
-    rounds = snap.rounds
+    half = np.linalg.norm(snap.rods.shape[:, 1:], axis=1)
+    chosen = np.concatenate([rounds, rods])
+    centres = np.concatenate([snap.placed(snap.rounds), snap.placed(snap.rods)])
+    radii = np.concatenate([snap.rounds.shape[:, 0], snap.rods.shape[:, 0]])
+    length = np.concatenate([np.zeros(len(rounds)), half])
     if style.region is not None:
-        chosen = chosen & reaching(in_space(rounds.position), rounds.shape[:, 0], style.region)
+        chosen = chosen & reaching(in_space(centres), radii + length, style.region)
     if not chosen.any():
         return 1.0
-    centres, radii = rounds.position[chosen], rounds.shape[chosen, 0]
+    centres, radii, length = centres[chosen], radii[chosen], length[chosen]
     sides = centres.max(axis=0) - centres.min(axis=0) + 2.0 * radii.mean()
-    crossed = float(np.pi * (radii**2).sum() / np.prod(sides) ** (2.0 / 3.0))
+    shadows = np.pi * radii * np.where(length > 0.0, length, radii)
+    crossed = float(shadows.sum() / np.prod(sides) ** (2.0 / 3.0))
     return float(1.0 - SEEN_THROUGH[style.what] ** (1.0 / max(crossed, 1.0)))
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from lmgcpy.view.boundary import cut
-from lmgcpy.view.drawing import Drawing, Tubes, in_space
+from lmgcpy.view.drawing import Balls, Drawing, Tubes, in_space
 from lmgcpy.view.style import Plane
 
 OTHERS = {0: [1, 2], 1: [0, 2], 2: [0, 1]}
@@ -22,8 +22,8 @@ def coordinate(drawing: Drawing, plane: Plane) -> float:
 
 
 def clip(drawing: Drawing, plane: Plane, direction: tuple[float, float, float]) -> Drawing:
-    """The drawing without the balls and tubes whose middle is between the plane and the eye, which is in ``direction``. If
-    one looks along the plane, those on its positive side are left out."""
+    """The drawing without the bodies, by their centres, and the tubes, by their middles, that are between the plane and the
+    eye, which is in ``direction``. If one looks along the plane, those on its positive side are left out."""
     axis, at = plane[0], coordinate(drawing, plane)
     side = -1.0 if direction[axis] < -1e-9 else 1.0
 
@@ -32,8 +32,11 @@ def clip(drawing: Drawing, plane: Plane, direction: tuple[float, float, float]) 
 
     return replace(
         drawing,
-        balls=[balls.take(behind(balls.centres)) for balls in drawing.balls],
-        tubes=[tubes.take(behind(0.5 * (tubes.starts + tubes.ends))) for tubes in drawing.tubes],
+        balls=[balls.take(behind(balls.centres if balls.bodies is None else balls.bodies)) for balls in drawing.balls],
+        tubes=[
+            tubes.take(behind(0.5 * (tubes.starts + tubes.ends) if tubes.bodies is None else tubes.bodies))
+            for tubes in drawing.tubes
+        ],
     )
 
 
@@ -100,21 +103,24 @@ def _parts(polygons: list[np.ndarray], region: np.ndarray) -> list[np.ndarray]:
 
 
 def section(drawing: Drawing, plane: Plane) -> Drawing:
-    """The flat drawing of a cut: the disks in which the plane cuts balls, tubes that stay within a mean radius of the
-    plane, walls as lines."""
+    """The flat drawing of a cut: the disks in which the plane cuts balls and rods, wires and forces that stay within a mean
+    radius of the plane, walls as lines."""
     axis, at = plane[0], coordinate(drawing, plane)
 
     def flattened(points: np.ndarray) -> np.ndarray:
         return in_space(points[..., OTHERS[axis]])
 
     balls = []
-    for piece in drawing.balls:
+    for piece in [*drawing.balls, *(balls_along(rods, axis, at) for rods in drawing.tubes if rods.bodies is not None)]:
         half = piece.radii**2 - (piece.centres[:, axis] - at) ** 2
         hit = half > 0.0
         shown = piece.take(hit)
-        balls.append(replace(shown, centres=flattened(shown.centres), radii=np.sqrt(half[hit]), rim=True))
+        centres = flattened(shown.centres)
+        balls.append(replace(shown, centres=centres, radii=np.sqrt(half[hit]), rim=True, bodies=None))
     tubes = []
     for tube in drawing.tubes:
+        if tube.bodies is not None:
+            continue
         near = np.maximum(np.abs(tube.starts[:, axis] - at), np.abs(tube.ends[:, axis] - at)) <= drawing.grain
         within = tube.take(near)
         tubes.append(replace(within, starts=flattened(within.starts), ends=flattened(within.ends)))
@@ -122,6 +128,22 @@ def section(drawing: Drawing, plane: Plane) -> Drawing:
     thin = np.array(lines).reshape(-1, 2, 3)
     region = None if drawing.region is None else flattened(drawing.region)
     return replace(drawing, flat=True, balls=balls, tubes=tubes, walls=lines, lines=thin, ground=[], region=region)
+
+
+STEP = 0.2
+"""Distance of the balls that make up a rod, in its radii: the outline of a cut is then off by 1/200 of a radius."""
+
+
+def balls_along(rods: Tubes, axis: int, at: float) -> Balls:
+    """Balls along rods, a :data:`STEP` from each other, that reach the plane at a coordinate ``at`` [m] of an ``axis``."""
+    along = rods.ends - rods.starts
+    count = np.ceil(np.linalg.norm(along, axis=1) / (STEP * rods.radii)).astype(np.int64) + 1
+    near = np.abs(0.5 * (rods.starts + rods.ends)[:, axis] - at) < 0.5 * np.abs(along[:, axis]) + rods.radii
+    own = np.repeat(np.flatnonzero(near), count[near])
+    number = np.arange(len(own)) - np.repeat(np.cumsum(count[near]) - count[near], count[near])
+    part = number / np.maximum(count[own] - 1, 1)
+    centres = rods.starts[own] + part[:, None] * along[own]
+    return Balls(centres, rods.radii[own], rods.paint.take(own), rods.opacity)
 
 
 def _crossing(polygon: np.ndarray, axis: int, at: float) -> np.ndarray:

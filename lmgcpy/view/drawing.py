@@ -53,10 +53,18 @@ class Balls:
     rim: bool = False
     """Whether disks have a darker edge."""
     level: int = 0
+    bodies: np.ndarray | None = None
+    """Centres of their bodies [m], (k, 3), by which a clip takes bodies whole; None: their own."""
 
     def take(self, chosen: np.ndarray) -> Balls:
         """Some of the balls."""
-        return replace(self, centres=self.centres[chosen], radii=self.radii[chosen], paint=self.paint.take(chosen))
+        return replace(
+            self,
+            centres=self.centres[chosen],
+            radii=self.radii[chosen],
+            paint=self.paint.take(chosen),
+            bodies=None if self.bodies is None else self.bodies[chosen],
+        )
 
 
 @dataclass(frozen=True)
@@ -73,6 +81,8 @@ class Tubes:
     level: int = 1
     opacity: float = 1.0
     """In space; in a flat drawing tubes are opaque."""
+    bodies: np.ndarray | None = None
+    """Centres of their bodies [m], (k, 3), if they are parts of bodies; None of wires and forces."""
 
     def take(self, chosen: np.ndarray) -> Tubes:
         """Some of the tubes."""
@@ -82,6 +92,7 @@ class Tubes:
             ends=self.ends[chosen],
             radii=self.radii[chosen],
             paint=self.paint.take(chosen),
+            bodies=None if self.bodies is None else self.bodies[chosen],
         )
 
 
@@ -115,7 +126,8 @@ class Drawing:
         for balls in self.balls:
             points += [balls.centres - balls.radii[:, None], balls.centres + balls.radii[:, None]]
         for tubes in self.tubes:
-            points += [tubes.starts, tubes.ends]
+            reach = 0.0 if tubes.bodies is None else tubes.radii[:, None]
+            points += [end + side * reach for end in (tubes.starts, tubes.ends) for side in (-1.0, 1.0)]
         cloud = np.concatenate(points)
         if not len(cloud):
             return np.zeros((1, 3))

@@ -9,7 +9,7 @@ import numpy as np
 
 from lmgcpy.contact.lattice import chain_course
 from lmgcpy.errors import named_arguments, number
-from lmgcpy.view.snapshot import Snapshot, snapshot
+from lmgcpy.view.snapshot import Snapshot, feet, snapshot
 
 OVERLAP = 0.01
 """Least overlap that is reported, as part of the smaller radius. A geometric deposit overlaps by 1e-9 of it. A sample
@@ -71,8 +71,8 @@ def check(source: Any, *, frame: int | None = None, overlap: float = OVERLAP, ex
 
     ``frame`` of a run is by default the last. The result holds overlaps deeper than the part ``overlap`` of the smaller
     radius, between bodies that see each other (between all bodies in a scene without a visibility table), and links longer
-    than their reference length by more than the part ``excess`` of it. Shapes other than disks, spheres, lines, planes and
-    cylinders count as the circles that hold them, those with an outline not at all.
+    than their reference length by more than the part ``excess`` of it. The shapes of plug-ins count as the circles that
+    hold them, those with an outline not at all.
     """
     overlap = number(overlap, "overlap", minimum=0.0)
     excess = number(excess, "excess", minimum=0.0)
@@ -82,18 +82,25 @@ def check(source: Any, *, frame: int | None = None, overlap: float = OVERLAP, ex
 
 def overlaps_of(snap: Snapshot, share: float) -> np.ndarray:
     """Rows of :data:`PAIR`, deepest first for their radius."""
-    rounds = snap.rounds
-    radius = rounds.shape[:, 0]
-    first, second, gap = near_pairs(rounds.position, radius)
-    pieces = [(rounds.body[first], rounds.body[second], gap, np.minimum(radius[first], radius[second]))]
+    rounds, rods = snap.rounds, snap.rods
+    body, middle = np.concatenate([rounds.body, rods.body]), np.concatenate([rounds.position, rods.position])
+    radius, half = np.concatenate([rounds.shape[:, 0], rods.shape[:, 0]]), np.zeros_like(middle)
+    half[len(rounds.body) :] = rods.shape[:, 1:]
+    first, second, gap = near_pairs(middle, radius + np.linalg.norm(half, axis=1))
+    if len(rods.body):
+        apart = distances(middle[first], half[first], middle[second], half[second])
+        gap = apart - radius[first] - radius[second]
+    pieces = [(body[first], body[second], gap, np.minimum(radius[first], radius[second]))]
+    # at walls the spheres at the ends of rods decide
+    body, middle, radius = rounds.body, rounds.position, rounds.shape[:, 0]
     for wall, point, normal in zip(snap.walls.body, snap.walls.position, snap.walls.shape, strict=True):
-        gap = (rounds.position - point) @ normal - radius
-        pieces.append((rounds.body, np.full(len(gap), wall), gap, radius))
+        gap = (middle - point) @ normal - radius
+        pieces.append((body, np.full(len(gap), wall), gap, radius))
     for tube, point, shape in zip(snap.cylinders.body, snap.cylinders.position, snap.cylinders.shape, strict=True):
-        away = rounds.position - point
+        away = middle - point
         away -= (away @ shape[:3])[:, None] * shape[:3]
         gap = shape[3] - np.linalg.norm(away, axis=1) - radius
-        pieces.append((rounds.body, np.full(len(gap), tube), gap, radius))
+        pieces.append((body, np.full(len(gap), tube), gap, radius))
     a, b, gap, smaller = (np.concatenate(part) for part in zip(*pieces, strict=True))
     deep = (-gap > share * smaller) & (a != b)
     a, b, depth, part = a[deep], b[deep], -gap[deep], -gap[deep] / smaller[deep]
@@ -130,6 +137,28 @@ def near_pairs(positions: np.ndarray, radius: np.ndarray) -> tuple[np.ndarray, n
             found.append((a[kept], b[kept], gap[kept]))
     a, b, gap = (np.concatenate(part) for part in zip(*found, strict=True))
     return a, b, gap
+
+
+def distances(a: np.ndarray, half_a: np.ndarray, b: np.ndarray, half_b: np.ndarray) -> np.ndarray:
+    """Distances of segments ``a - half_a`` to ``a + half_a`` from segments ``b - half_b`` to ``b + half_b`` [m], (p,).
+
+    The points that are nearest to each other are inside both segments, or one is an end: the least of five distances.
+    """
+    apart, dots = a - b, (half_a * half_b).sum(axis=1)
+    square_a, square_b = (half_a * half_a).sum(axis=1), (half_b * half_b).sum(axis=1)
+    found = []
+    for one, own, other, its in ((a, half_a, b, half_b), (b, half_b, a, half_a)):
+        found += [np.linalg.norm(end - feet(end, other, its), axis=1) for end in (one - own, one + own)]
+    # (apart + s half_a - t half_b) is normal to both; parallel segments have an end that is nearest
+    determinant = square_a * square_b - dots * dots
+    with np.errstate(divide="ignore", invalid="ignore"):
+        on_a, on_b = (apart * half_a).sum(axis=1), (apart * half_b).sum(axis=1)
+        s = (dots * on_b - square_b * on_a) / determinant
+        t = (square_a * on_b - dots * on_a) / determinant
+        inside = (np.abs(s) <= 1.0) & (np.abs(t) <= 1.0)
+        across = np.linalg.norm(apart + s[:, None] * half_a - t[:, None] * half_b, axis=1)
+    found.append(np.where(inside, across, np.inf))
+    return np.min(found, axis=0)
 
 
 def visible(snap: Snapshot, a: np.ndarray, b: np.ndarray) -> np.ndarray:

@@ -21,6 +21,7 @@ from lmgcpy.scene.contactor import (
     CylinderContactor,
     DiskContactor,
     PlaneContactor,
+    RodContactor,
     SphereContactor,
     WallContactor,
 )
@@ -88,7 +89,7 @@ class Snapshot:
     positions: np.ndarray
     """[m], (n, d)."""
     rotations: np.ndarray | None
-    """Angles turned [rad], (n,); None in 3D."""
+    """Angles turned [rad], (n,); in 3D quaternions, (n, 4), or None if no body keeps a rotation."""
     velocities: np.ndarray
     """[m/s], (n, d)."""
     spins: np.ndarray
@@ -123,6 +124,10 @@ class Snapshot:
         if self.lattice is None:
             return np.zeros_like(points)
         return self.lattice.wrapped(points, self.edges) - points
+
+    def placed(self, contactors: Contactors) -> np.ndarray:
+        """Positions of contactors [m], (k, d), in a periodic cell of the images whose centres of mass lie in it."""
+        return contactors.position + self.into_cell(self.positions[contactors.body])
 
     @cached_property
     def colors(self) -> np.ndarray:
@@ -168,9 +173,25 @@ class Snapshot:
     def rounds(self) -> Contactors:
         """Disks and spheres, and circles that hold shapes of plug-ins without outline; the radius [m] is their shape."""
         table = self.scene["contactors"]
-        chosen = np.isfinite(table["bounding_radius"])
+        chosen = np.isfinite(table["bounding_radius"]) & ~self._of_kind((RodContactor.KIND,))
         chosen[[k for k, _ in outlines_of(table)]] = False
         return self._contactors(chosen, table["bounding_radius"][:, None])
+
+    @cached_property
+    def rods(self) -> Contactors:
+        """Rods; the radius, and the vector from the middle to an end [m] along the axes of space, are their shape."""
+        given, d = self.scene["contactors"]["shape"], self.dimension
+        shape = np.zeros((len(given), 1 + d))
+        shape[:, : given.shape[1]] = given[:, : 1 + d]
+        found = self._contactors(self._of_kind((RodContactor.KIND,)), shape)
+        if self.rotations is not None:
+            found.shape[:, 1:] = turned(found.shape[:, 1:], self.rotations[found.body])
+        return found
+
+    @cached_property
+    def drawn(self) -> np.ndarray:
+        """Ids of the bodies that have disks, spheres, rods or circles around them, ascending."""
+        return np.unique(np.concatenate([self.rounds.body, self.rods.body]))
 
     @cached_property
     def outlines(self) -> list[tuple[int, np.ndarray]]:
@@ -238,8 +259,9 @@ def acting_lines(snap: Snapshot) -> tuple[np.ndarray, np.ndarray]:
     """Ends of the line along which each interaction acts [m], (m, d) each, from the antagonist to the candidate.
 
     The line of a link joins the two centres. The line of a contact passes through its point and joins the centres of the
-    two touching disks or spheres. At a wall or a shape of a plug-in it ends at the contact point; between two of these it
-    is a short piece of the normal. In a periodic cell the antagonist is its image next to the candidate.
+    two touching disks or spheres, or ends on the axis of a rod. At a wall or a shape of a plug-in it ends at the contact
+    point; between two of these it is a short piece of the normal. In a periodic cell the antagonist is its image next to
+    the candidate.
     """
     forces = snap.forces
     assert forces is not None
@@ -264,22 +286,36 @@ def acting_lines(snap: Snapshot) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _ends(snap: Snapshot, bodies: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The centre of the disk or sphere of each body that touches at a point (m, d) [m], else the point; and whether it is a
-    centre (m,)."""
-    discs = snap.discs
-    shapes = np.bincount(snap.scene["contactors"]["body"], minlength=len(snap.positions))
-    last = np.full(len(snap.positions), -1)
-    last[discs.body] = np.arange(len(discs.body))
-    only = (last[bodies] >= 0) & (shapes[bodies] == 1)
-    ends, is_centre = points.copy(), only.copy()
-    ends[only] = discs.position[last[bodies[only]]]
-    for i in np.flatnonzero((shapes[bodies] > 1) & (last[bodies] >= 0)):
-        mine = np.flatnonzero(discs.body == bodies[i])
-        away = np.linalg.norm(discs.position[mine] - points[i], axis=1) - discs.shape[mine, 0]
-        if np.abs(away).min() <= 0.5 * discs.shape[mine, 0].max():  # else another shape of the body touches
-            ends[i] = discs.position[mine[np.argmin(np.abs(away))]]
-            is_centre[i] = True
+    """Ends of the lines of forces that act on bodies at points (m, d) [m]: the centre of the disk or sphere that touches,
+    the nearest point of the axis of the rod, or else the point; and whether it is a centre or on an axis (m,)."""
+    discs, rods = snap.discs, snap.rods
+    body = np.concatenate([discs.body, rods.body])
+    middle, radius = np.concatenate([discs.position, rods.position]), np.concatenate([discs.shape[:, 0], rods.shape[:, 0]])
+    half = np.zeros_like(middle)
+    half[len(discs.body) :] = rods.shape[:, 1:]
+    order = np.argsort(body, kind="stable")
+    count = np.bincount(body, minlength=len(snap.positions))
+    first = np.cumsum(count) - count
+    # every shape of the body beside every point
+    here = np.repeat(np.arange(len(bodies)), count[bodies])
+    start = np.cumsum(count[bodies]) - count[bodies]
+    shape = order[np.arange(len(here)) - np.repeat(start - first[bodies], count[bodies])]
+    foot = feet(points[here], middle[shape], half[shape])
+    away = np.abs(np.linalg.norm(points[here] - foot, axis=1) - radius[shape])
+    nearest = np.lexsort((away, here))[start[count[bodies] > 0]]
+    # farther away, another shape of the body touches
+    only = np.bincount(snap.scene["contactors"]["body"], minlength=len(count))[bodies[here[nearest]]] == 1
+    nearest = nearest[only | (away[nearest] <= 0.5 * radius[shape[nearest]])]
+    ends, is_centre = points.copy(), np.zeros(len(bodies), dtype=bool)
+    ends[here[nearest]], is_centre[here[nearest]] = foot[nearest], True
     return ends, is_centre
+
+
+def feet(points: np.ndarray, middle: np.ndarray, half: np.ndarray) -> np.ndarray:
+    """The points of segments from ``middle - half`` to ``middle + half`` (m, d) that are nearest to some points (m, d)."""
+    square = (half * half).sum(axis=1)
+    part = ((points - middle) * half).sum(axis=1) / np.where(square > 0.0, square, 1.0)
+    return middle + np.clip(part, -1.0, 1.0)[:, None] * half
 
 
 def snapshot(source: Any, frame: Any = None) -> Snapshot:

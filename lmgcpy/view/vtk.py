@@ -12,6 +12,7 @@ from lmgcpy.contact.lattice import chain_course
 from lmgcpy.errors import named_arguments, shown
 from lmgcpy.io.csv_tables import folder_for
 from lmgcpy.io.run import Run, RunInteractions
+from lmgcpy.scene.contactor import RodContactor
 from lmgcpy.view.boundary import FACETS, cell_outline, cylinder_polygons, wall_polygons
 from lmgcpy.view.drawing import in_space
 from lmgcpy.view.quantities import coordination
@@ -27,9 +28,15 @@ PARTS = ("bodies", "forces", "wires", "walls")
 def export_vtk(run: Run, folder: str | os.PathLike, *, force: bool = False) -> list[Path]:
     """Write a run into a folder for ParaView; returns the paths of the series to open, .pvd files.
 
-    * ``bodies.pvd`` has a point for each disk or sphere, with ``body``, ``radius`` [m], ``velocity`` [m/s], ``spin``
-      [rad/s], ``mass`` [kg], ``coordination``, and ``color`` (its word is in the field ``color_names``). Foreign shapes
-      without outline appear as their bounding circles.
+    * ``bodies.pvd`` has a point for each disk or sphere, also in clumps and at the ends of capsules, with
+      ``radius`` [m], and of its body ``body`` (the id), ``velocity`` [m/s], ``spin`` [rad/s], ``mass`` [kg],
+      ``coordination``, and ``color`` (its word is in the field ``color_names``). Foreign shapes without outline appear as
+      their bounding circles.
+    * ``rods.pvd``, of a scene with capsules, has a line along the axis of each, with the same arrays of its body and
+      ``radius`` [m] at its ends: a tube of it and the spheres of ``bodies.pvd`` are the capsule.
+    * ``turning.pvd``, of a scene with bodies that keep a rotation in space, has a point at the centre of mass of each, with
+      the same arrays of the body and ``orientation``, the quaternion from its axes to those of space, q_w first, as VTK has
+      it: a surface of any shape can be drawn there.
     * ``forces.pvd`` has a line for each contact or link with a force. A link goes between the centres; a contact goes
       through its point, between the centres of the disks or spheres that touch, and ends there at a wall or a foreign
       shape. It has ``force``, the vector that acts on the candidate [N], ``normal_force`` (positive
@@ -63,6 +70,10 @@ def export_vtk(run: Run, folder: str | os.PathLike, *, force: bool = False) -> l
         }
         if taken.lattice is not None:
             made["cell"] = cell(taken)
+        if RodContactor.KIND in taken.scene["contactors"]["kinds"]:
+            made["rods"] = rods(taken)
+        if "turning" in taken.scene:
+            made["turning"] = turning(taken)
         if taken.outlines:
             made["outlines"] = outlines(taken)
         for part, data in made.items():
@@ -86,23 +97,48 @@ def write_series(path: Path, files: list[tuple[float, str]]) -> Path:
 def bodies(snapshot: Snapshot) -> Any:
     """Disks and spheres."""
     rounds = snapshot.rounds
-    count = len(rounds.body)
-    centres = rounds.position + snapshot.into_cell(rounds.position)
-    data = polygonal_data(centres, "verts", np.arange(count)[:, None])
-    body = rounds.body
+    data = polygonal_data(snapshot.placed(rounds), "verts", np.arange(len(rounds.body))[:, None])
+    add_arrays(data.GetPointData(), {"radius": rounds.shape[:, 0]})
+    add_bodies(data, data.GetPointData(), snapshot, rounds.body)
+    return data
+
+
+def rods(snapshot: Snapshot) -> Any:
+    """Axes of rods."""
+    found, middle = snapshot.rods, snapshot.placed(snapshot.rods)
+    half, count = found.shape[:, 1:], len(found.body)
+    ends = np.stack([middle - half, middle + half], axis=1).reshape(-1, snapshot.dimension)
+    data = polygonal_data(ends, "lines", np.arange(2 * count).reshape(-1, 2))
+    add_arrays(data.GetPointData(), {"radius": np.repeat(found.shape[:, 0], 2)})
+    add_bodies(data, data.GetCellData(), snapshot, found.body)
+    return data
+
+
+def turning(snapshot: Snapshot) -> Any:
+    """Centres of mass and orientations of the bodies that keep a rotation in space."""
+    body = snapshot.scene["turning"]["body"]
+    body = body[~snapshot.hidden[body]]
+    assert snapshot.rotations is not None
+    centres = snapshot.positions[body]
+    data = polygonal_data(centres + snapshot.into_cell(centres), "verts", np.arange(len(body))[:, None])
+    add_arrays(data.GetPointData(), {"orientation": np.roll(snapshot.rotations[body], 1, axis=1)})
+    add_bodies(data, data.GetPointData(), snapshot, body)
+    return data
+
+
+def add_bodies(data: Any, attributes: Any, snapshot: Snapshot, body: np.ndarray) -> None:
+    """Add the arrays of bodies (k,) to the attributes of points or cells."""
     spins = snapshot.spins if snapshot.dimension == 3 else snapshot.spins[:, None] * np.array([0.0, 0.0, 1.0])
     arrays = {
         "body": body,
-        "radius": rounds.shape[:, 0],
         "velocity": in_space(snapshot.velocities)[body],
         "spin": spins[body],
         "mass": snapshot.scene["bodies"]["mass"][body],
         "coordination": coordination(snapshot)[1][body].astype(np.int64),
         "color": snapshot.scene["bodies"]["color"][body],
     }
-    add_arrays(data.GetPointData(), arrays)
+    add_arrays(attributes, arrays)
     add_words(data, "color_names", snapshot.scene["bodies"]["colors"])
-    return data
 
 
 def forces(snapshot: Snapshot, net: RunInteractions, laws: list[str]) -> Any:

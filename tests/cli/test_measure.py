@@ -144,6 +144,33 @@ def test_sand_without_a_wire_and_bodies_without_a_box(tmp_path):
         assert words in output
 
 
+def test_clumps_and_capsules(tmp_path):
+    """Diameters of the spheres of their volumes, solid part of the box, axes; their rotations are in the tables."""
+    scene = lm.Scene(dimension=3)
+    radius = 0.1
+    peanut = lm.clump([radius] * 2, [(0, 0, 0), (0, radius, 0)], density=1.0)
+    for x in (0.2, 0.8):
+        scene.add(peanut.at((x, 0.5, 0.5)))
+    for k in range(3):
+        scene.add(lm.wall(point=np.zeros(3), normal=np.eye(3)[k]))
+        scene.add(lm.wall(point=np.eye(3)[k], normal=-np.eye(3)[k]))
+    scene.see("GRAIN", "WALL", lm.Signorini())
+    sim = lm.Simulation(scene, time_step=1e-3).run(steps=1, record=tmp_path / "run.h5", every=1)
+    lines = told(tmp_path / "run.h5", "--out", tmp_path / "csv")
+    volume = 4.0 / 3.0 * np.pi * radius**3 * (2.0 - 5.0 / 16.0)  # two spheres less a lens
+    assert peanut.volume == pytest.approx(volume, rel=1e-10)
+    assert lines["mean diameter of the grains"] == f"{2.0 * radius * (2.0 - 5.0 / 16.0) ** (1.0 / 3.0):.4g} m"
+    assert lines["solid part of the volume, overlaps twice"] == f"{2.0 * volume:.4g}"
+    assert [float(lines[f"fabric of long axes, mean of t_{k} t_{k}"]) for k in "xyz"] == pytest.approx([0, 1, 0], abs=1e-9)
+    assert (tmp_path / "csv" / "long-axes.csv").exists()
+    with lm.io.open_run(tmp_path / "run.h5") as recorded:
+        lm.io.export_csv(recorded, tmp_path / "tables")
+    with (tmp_path / "tables" / "bodies.csv").open() as file:
+        rows = [row for row in csv.DictReader(file) if row["step"] == "1"]
+    found = [[float(row[name]) for name in ("q_x", "q_y", "q_z", "q_w")] for row in rows]
+    np.testing.assert_array_equal(found, sim.rotations)
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [
