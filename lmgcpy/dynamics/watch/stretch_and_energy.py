@@ -38,7 +38,8 @@ RUNNING = 3
 """Steps in a row. A single blow, as in a wire that is thrown taut, leaves a stretch that the next step pulls back."""
 AT_ONCE = 0.25
 """Part of its reference length by which a rigid link may be off in one step. A link that turns by 0.65 rad in a step is.
-Light bodies that whip are put back from a tenth on (whipping_links.py), so that no right blow leaves as much."""
+Light bodies that whip are put back from a tenth on (whipping_links.py), so that no right blow leaves as much. An elastic
+link may end longer by as much than its law predicts."""
 MADE_BY_CONTACTS = 0.02
 """Part of the energy turned over that a law of contacts may have made before the run warns, if it promises to dissipate."""
 MADE_BY_LINKS = 0.05
@@ -145,6 +146,16 @@ class Watch:
                 f"by too much in a step, if steps are solved. A time step of "
                 f"{rounded_down(h * math.sqrt(0.5 * STRETCH / excess[i]))} s would do. (Said once.)"
             )
+        if "stretch" not in self._said and not self._rigid.all():
+            turned = self._turned(problem)
+            i = int(np.argmax(turned))
+            if turned[i] > AT_ONCE and self._said.first("stretch"):
+                yield (
+                    f"{between(i)}, of {length[i]:.3g} m, turns by too much in a step: it ends longer than its law "
+                    f"predicts by {100.0 * turned[i]:.3g} %. A time step of "
+                    f"{rounded_down(h * math.sqrt(0.5 * STRETCH / turned[i]))} s "
+                    "would do. (Said once.)"
+                )
         i = int(np.argmax(s)) if len(s) else 0
         if len(s) and s[i] > RESOLVED and self._said.first("zigzag"):
             yield (
@@ -153,6 +164,17 @@ class Watch:
                 f"{rounded_down(0.9 * h * math.sqrt(RESOLVED / s[i]))} s would do, or geometric_stiffness=True. "
                 "(Said once.)"
             )
+
+    def _turned(self, problem: StepProblem) -> np.ndarray:
+        """Part by which elastic links end longer than their laws predict, as they turn, (L,); of slack wires and of rigid
+        links, whose length is looked at as it is, zero."""
+        count, data, d = len(self._rigid), problem.data, problem.dimension
+        move = data.time_step * data.after[:count, :d]
+        predicted = data.gap[:count] + self._radius_sum + move[:, 0]
+        ends = np.sqrt(predicted * predicted + (move[:, 1:] * move[:, 1:]).sum(axis=1))
+        reference = data.reference_gap[:count] + self._radius_sum
+        aim = np.where(self._pull, np.maximum(predicted, reference), predicted)
+        return np.where(self._rigid, 0.0, (ends - aim) / reference)
 
     def overlaps(self, problem: StepProblem) -> Iterator[str]:
         """A sentence on rigid contacts that have sunk in."""
