@@ -131,7 +131,7 @@ def kernels_of_law(law: type[Law], dimension: int) -> None:
     """
     contact = law.APPLIES_TO == "contact"
     scenes: tuple[Callable[[Law, int], lm.Scene], ...] = (
-        (plain, crooked if dimension == 2 else held) if contact else (wire,)
+        ((plain, crooked) if dimension == 2 else (plain, held, turning)) if contact else (wire,)
     )
     found = instances(law, dimension)
     for instance, scene, kind, wire_blocks in itertools.product(found, scenes, SOLVERS.values(), (True, False)):
@@ -247,6 +247,16 @@ def held(law: Law, dimension: int) -> lm.Scene:
     scene = plain(law, dimension)
     scene.bodies[0].fix("x")
     return scene
+
+
+def turning(law: Law, dimension: int) -> lm.Scene:
+    """Capsules and a sphere between walls, in a scene whose bodies keep rotations."""
+    scene = lm.Scene(dimension=3)
+    for x in (0.1, 0.4):
+        scene.add(lm.capsule(radius=0.1, length=0.2, position=(x, 0.1, 0.0), mass=1.0, velocity=(0.1, -0.1, 0.0)))
+    for body in (grain(dimension, 0.7, 0.1, 0.0), *unbounded(dimension)):
+        scene.add(body)
+    return see_all(scene, law)
 
 
 def row_of_grains(law: Law, dimension: int, turned: bool) -> lm.Scene:
