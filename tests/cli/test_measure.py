@@ -160,7 +160,7 @@ def test_clumps_and_capsules(tmp_path):
     volume = 4.0 / 3.0 * np.pi * radius**3 * (2.0 - 5.0 / 16.0)  # two spheres less a lens
     assert peanut.volume == pytest.approx(volume, rel=1e-10)
     assert lines["mean diameter of the grains"] == f"{2.0 * radius * (2.0 - 5.0 / 16.0) ** (1.0 / 3.0):.4g} m"
-    assert lines["solid part of the volume, overlaps twice"] == f"{2.0 * volume:.4g}"
+    assert f"solid part of the volume, overlaps twice  {2.0 * volume:.4g}" in lines
     assert [float(lines[f"fabric of long axes, mean of t_{k} t_{k}"]) for k in "xyz"] == pytest.approx([0, 1, 0], abs=1e-9)
     assert (tmp_path / "csv" / "long-axes.csv").exists()
     with lm.io.open_run(tmp_path / "run.h5") as recorded:
