@@ -102,6 +102,8 @@ def things(folder) -> dict[str, object]:
     lm.solve(problem, solver=Watched(seen=seen))
     wire = {"box": (0.67, 0.67), "bead_radius": 0.0075, "interstice": 0.021, "bead_count": 30}
     beads = {"box": (0.1, 0.1, 0.2), "bead_radius": 0.001, "interstice": 0.001, "bead_count": 200}
+    ball = lm.clump([1.0], [(0, 0, 0)], density=1.0)
+    of_mesh = {"volume_error": 0.01, "inertia_error": 0.02}
     failed = CaseResult("seed=0", {"seed": 0}, "failed", 2.0, "no room", {}, {}, {})
     return {
         "Scene in 2D: 4 bodies, 1 rows of the visibility table, 1 chains": sim.scene,
@@ -111,6 +113,11 @@ def things(folder) -> dict[str, object]:
         "Sphere 'GRAIN', body not yet in a scene": lm.sphere(radius=0.1, position=(0, 0, 0), mass=1.0),
         "CylinderWall 'WALL'": lm.cylinder_wall(point=(0, 0, 0), axis=(0, 0, 1), radius=1.0),
         "RigidBody 'A'": lm.RigidBody([lm.DiskContactor(1.0)], mass=1.0, inertia=1.0, position=(0, 0), color="A"),
+        "Capsule 'GRAIN', body not yet in a scene": lm.capsule(radius=0.1, length=0.2, position=(0, 0, 0), mass=1.0),
+        "Clump of 1 spheres: mass 4.189 kg, extent 1 m": ball,
+        "Clump of 1 spheres: mass 4.189 kg, extent 1 m, volume +1.0": lm.MeshClump(**vars(ball), **of_mesh),
+        "SphereContactor 'sphere' of shape (0.1)": lm.SphereContactor(0.1),
+        "RodContactor 'rod' of shape (0.1, 0, 0, 1)": lm.RodContactor(0.1, (0, 0, 1)),
         "Chain of 2 bodies, ElasticWire(stiffness=10000)": sim.scene.chains[0],
         "DiskContactor 'disk' of shape (0.1)": lm.DiskContactor(0.1),
         "WallContactor 'wall' of shape (0, 1)": sim.scene.bodies[3].contactors[0][0],
