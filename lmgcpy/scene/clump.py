@@ -11,6 +11,7 @@ from lmgcpy.errors import named_arguments, number, numbers, shown, vector
 from lmgcpy.scene.ball_union import ball_union, checked_balls
 from lmgcpy.scene.body import NO_CONDITIONS, RigidBody, StartRows, unit_quaternion
 from lmgcpy.scene.contactor import Contactor, DiskContactor, SphereContactor
+from lmgcpy.scene.many_bodies import of_each
 from lmgcpy.scene.solid import Solid, principal_axes
 
 if TYPE_CHECKING:
@@ -139,18 +140,18 @@ def make_clumps(
         raise ValueError(f"positions of add_clumps must be of shape (n, {d}) [m], got {place.shape}.")
     count = len(place)
     turns = _of_each_rotation(rotations, shape, count)
-    sizes = _each(1.0 if scales is None else scales, "scales", (count,))
+    sizes = of_each(1.0 if scales is None else scales, "scales of add_clumps", (count,), "-")
     if not (sizes > 0.0).all():
         raise ValueError(f"scales of add_clumps must be above 0, got {sizes.min():g} in row {int(sizes.argmin())}.")
     if not isinstance(color, str) or not color:
         raise TypeError(f"color of add_clumps must be a word such as 'GRAIN', got {shown(color)}.")
     block = np.zeros((count, StartRows.WIDTH))
     block[:, :d], last = place, 3 + d
-    block[:, 3:last] = _each(velocities, "velocities", (count, d))
+    block[:, 3:last] = of_each(velocities, "velocities of add_clumps", (count, d), "m/s")
     if d == 2:
-        block[:, 2], block[:, last] = turns, _each(spins, "spins", (count,))
+        block[:, 2], block[:, last] = turns, of_each(spins, "spins of add_clumps", (count,), "rad/s")
     else:
-        block[:, last : last + 3] = _each(spins, "spins", (count, 3))
+        block[:, last : last + 3] = of_each(spins, "spins of add_clumps", (count, 3), "rad/s")
     made = [object.__new__(RigidBody) for _ in range(count)]
     contactors: dict[float, list] = {}  # bodies of one size share the list
     masses, powers = (shape.mass * sizes**d).tolist(), sizes ** (d + 2)
@@ -170,13 +171,13 @@ def make_clumps(
 def _of_each_rotation(rotations: Any, shape: Clump, count: int) -> Any:
     """Angles or quaternions, one a body."""
     if shape.axes is None:
-        return _each(rotations, "rotations", (count,))
+        return of_each(rotations, "rotations of add_clumps", (count,), "rad")
     if rotations is None:
         return np.tile(shape.axes.as_quat(), (count, 1))
     from scipy.spatial.transform import Rotation  # slow to import
 
     if not isinstance(rotations, Rotation):
-        quaternions = _each(rotations, "rotations", (count, 4))
+        quaternions = of_each(rotations, "rotations of add_clumps", (count, 4), "-")
         lengths = np.linalg.norm(quaternions, axis=1)
         if not (np.abs(lengths - 1.0) < 1e-6).all():
             row = int(np.argmax(np.abs(lengths - 1.0)))
@@ -190,12 +191,3 @@ def _of_each_rotation(rotations: Any, shape: Clump, count: int) -> Any:
         raise ValueError(f"rotations of add_clumps must be {count} or one, got {len(turned)}.")
     return np.broadcast_to(turned, (count, 4))
 
-
-def _each(value: Any, name: str, shape: tuple[int, ...]) -> np.ndarray:
-    """Numbers of the given shape, one row a body, or one for all; None for zeros."""
-    if value is None:
-        return np.zeros(shape)
-    given = numbers(value, f"{name} of add_clumps", f"an array {shape}")
-    if given.shape not in (shape, shape[1:]):
-        raise ValueError(f"{name} of add_clumps must be of shape {shape}, or {shape[1:]} for all, got {given.shape}.")
-    return np.broadcast_to(given, shape)

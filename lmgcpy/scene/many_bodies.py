@@ -46,8 +46,8 @@ def make_round(
     if rotations is not None:  # in 2D
         block[:, 2] = rotations
     first = 3  # of the velocities
-    block[:, first : first + d] = _of_each(velocities, f"velocities of {what}", (count, d), "m/s")
-    spin = _of_each(spins, f"spins of {what}", (count,) if d == 2 else (count, 3), "rad/s")
+    block[:, first : first + d] = of_each(velocities, f"velocities of {what}", (count, d), "m/s")
+    spin = of_each(spins, f"spins of {what}", (count,) if d == 2 else (count, 3), "rad/s")
     block[:, first + d : first + d + turning] = spin.reshape(count, turning)
     radius = block[:, RADIUS] = _above_zero(radii, "radii", kind, count, "m")
     if material is not None and not isinstance(material, Material):
@@ -71,7 +71,7 @@ def make_round(
     return made
 
 
-def _of_each(value: Any, name: str, shape: tuple[int, ...], unit: str) -> np.ndarray:
+def of_each(value: Any, name: str, shape: tuple[int, ...], unit: str) -> np.ndarray:
     """Numbers of the given shape: one row a body, or one for all; None for zeros."""
     if value is None:
         return np.zeros(shape)
@@ -87,7 +87,7 @@ def _of_each(value: Any, name: str, shape: tuple[int, ...], unit: str) -> np.nda
 def _above_zero(value: Any, name: str, kind: type[Round], count: int, unit: str) -> np.ndarray:
     """Numbers above zero, (count,): one a body, or one for all."""
     whole_name = f"{name} of add_{kind.noun}s"
-    given = _of_each(value, whole_name, (count,), unit)
+    given = of_each(value, whole_name, (count,), unit)
     wrong = np.flatnonzero(~(given >= 1.0 / LARGEST))
     if len(wrong):
         row = int(wrong[0])
