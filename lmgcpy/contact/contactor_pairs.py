@@ -78,6 +78,16 @@ def may_meet(candidate: str, antagonist: str) -> bool:
     return not ("rod" in (candidate, antagonist) and {candidate, antagonist} & {"plane", "cylinder"})
 
 
+def refuse_levers(candidate: str, antagonist: str) -> None:
+    """ValueError if two kinds do not meet centrally, in a scene in space in which no body keeps a rotation."""
+    known = _pairs.get((candidate, antagonist)) or _pairs.get((antagonist, candidate))
+    if known is not None and known.form == "lever":
+        raise ValueError(
+            f"How '{candidate}' and '{antagonist}' meet is not central, so that a contact turns the bodies, but none of "
+            "this scene keeps a rotation: give register_pair central=True, or the class of the contactor TURNS = True."
+        )
+
+
 def is_foreign(candidate: str, antagonist: str) -> bool:
     """Whether two kinds meet by a function that is not lmgcpy's own."""
     known = _pairs.get((candidate, antagonist)) or _pairs.get((antagonist, candidate))

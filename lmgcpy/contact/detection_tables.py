@@ -28,7 +28,8 @@ class ContactorTable:
     bounding_radius: np.ndarray
     """[m], infinite where unbounded, (k,)."""
     turns: np.ndarray | None = None
-    """Whether the body of each contactor keeps a rotation in space, (k,) bool; None in 2D, and if none does."""
+    """Whether the body of each contactor keeps a rotation in space, (k,) bool; None in 2D, and if none does: then positions
+    have no rotations, and no contact may have the form "lever"."""
 
     @cached_property
     def radius(self) -> np.ndarray:

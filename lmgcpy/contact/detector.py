@@ -16,6 +16,7 @@ import numpy as np
 from lmgcpy.contact import narrow_phase, narrow_phase_3d
 from lmgcpy.contact.alert import Distances
 from lmgcpy.contact.broad_phase import near_pairs
+from lmgcpy.contact.contactor_pairs import refuse_levers
 from lmgcpy.contact.detection_tables import ChainTable, ContactorTable, VisibilityRow
 from lmgcpy.contact.excluded_pairs import ExcludedPairs
 from lmgcpy.contact.foreign_pairs import check_narrow_phase, check_points, listing_fault, narrow_fault
@@ -60,6 +61,9 @@ class Detector:
         self._shapes = np.ascontiguousarray(contactors.shape).ravel()
         self._stride = contactors.shape.shape[1]
         self._kinds = [kind_pairs(contactors, row) for row in rows]
+        if dimension == 3 and contactors.turns is None:
+            for kinds in (kinds for of_row in self._kinds for kinds in of_row):
+                refuse_levers(kinds.candidate, kinds.antagonist)
         # in space, spins of bodies that keep a rotation are along their own axes
         off_centre = contactors.offset.any(axis=1) if dimension == 2 else contactors.turns
         rows_off = [] if off_centre is None else np.flatnonzero(off_centre).tolist()
@@ -144,6 +148,7 @@ class Detector:
             before, placed = len(self.contactors.body), detector._place(bodies)
             listed_at = np.zeros((len(memory.listed_at), placed.shape[1]))  # the first body that turns widens positions
             listed_at[:, : memory.listed_at.shape[1]] = memory.listed_at
+            listed_at[:, 6:] = np.where(listed_at[:, 3:].any(axis=1, keepdims=True), listed_at[:, 6:], 1.0)
             parts = listed_at[:before], placed[before : len(tables[0].body)], listed_at[before:]
             memory = replace(memory, listed_at=np.concatenate(parts))
         detector.take_memory(memory)

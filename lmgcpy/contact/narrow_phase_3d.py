@@ -102,6 +102,15 @@ def turned_block(block, coupling, lever, frame, q, easy):
     return diagonal, (w_nt + weighted(m_n, easy, m_t), w_ns + weighted(m_n, easy, m_s), w_ts + weighted(m_t, easy, m_s))
 
 
+ROUNDED = 64.0 * 2.0**-104
+"""Part of ``|l|^2 / I`` that rounding makes of a moment that is zero, eight roundings of its square."""
+
+
+def rounding_of(lever, easy):
+    """By how much rounding of a lever may make W_nn larger than zero [1/kg]; ``easy``: inverse inertias."""
+    return ROUNDED * (lever[0] * lever[0] + lever[1] * lever[1] + lever[2] * lever[2]) * max(easy[0], easy[1], easy[2])
+
+
 @kernel
 def detect_contacts(
     pairs, first, first_slot, alert, contactors, body, shapes, stride, bodies, inverse_mass, result: Interactions
@@ -155,6 +164,10 @@ def detect_contacts(
             block = (block[0], block[1] if block[1] > 0.0 else block[0], block[2] if block[2] > 0.0 else block[0])
             shear = (coupled[1], coupled[2])
             plain = False
+            # a normal through the axis about which a body can turn: levers are rounded
+            noise = rounding_of(lever_c, easy_c) + rounding_of(lever_a, easy_a)
+            if block[0] <= noise:
+                continue
         if block[0] <= 0.0:  # neither body can move along the normal: no impulse changes anything
             continue
         diagonal = diagonal and plain

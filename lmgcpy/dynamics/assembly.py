@@ -77,7 +77,7 @@ class Assembler:
         """
         model, groups = self._model, detector.groups
         cell = model.cell_in_step(before, free_velocity)
-        axes = matrices(positions)
+        axes = matrices(positions, model.turning)
         kept = self._kept
         swept = (b"" if more is None else more.tobytes()) + (b"" if model.drag is None else mobility.tobytes())
         kind = interactions.slot[:KEPT].tobytes(), time_step, wire_blocks, [group.diagonal for group in groups], swept

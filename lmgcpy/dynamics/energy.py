@@ -77,6 +77,14 @@ class Energy:
         work = abs(sum(self.total_interactions.values()))
         return max(self.mechanical, abs(self.total_loads), abs(self.total_drives), work)
 
+    def turn(self, first: float, last: float) -> None:
+        """Enter the works of what drives a part of the spins of bodies that turn freely in space, at the beginning and at
+        the end of a step [J]; the kinetic energy of :meth:`advance` contains the first."""
+        if first != 0.0 or last != 0.0:
+            self.kinetic += last
+            self.drives += first + last
+            self.total_drives += first + last
+
     def advance(
         self,
         problem: StepProblem,

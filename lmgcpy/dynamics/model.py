@@ -212,6 +212,8 @@ class BodyState:
     """Statements between steps so far."""
     steps: int = 0
     """Number of steps so far."""
+    turning: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
+    """Rows of the bodies that keep a rotation in space, (t,)."""
     stale: bool = False
     """Whether statements were made that the model does not know yet."""
     chained: frozenset[int] = frozenset()
@@ -245,16 +247,18 @@ class BodyState:
         if before.shape[1] < laid.positions.shape[1]:
             before = with_rotations(before)
         positions = np.concatenate([before, laid.positions[count:]])
-        return BodyState(positions, np.concatenate([self.velocities, laid.velocities[count:]]), self.time)
+        velocities = np.concatenate([self.velocities, laid.velocities[count:]])
+        return BodyState(positions, velocities, self.time, turning=laid.turning)
 
     def grow(self, laid: BodyState) -> None:
         """Append the further bodies of another state."""
         both = self.with_those_of(laid)
         self.positions, self.velocities, self.stale = both.positions, both.velocities, True
+        self.turning = both.turning
 
     def copy(self) -> BodyState:
         """An independent copy."""
-        return BodyState(self.positions.copy(), self.velocities.copy(), self.time)
+        return BodyState(self.positions.copy(), self.velocities.copy(), self.time, turning=self.turning)
 
     def __repr__(self) -> str:
         return f"<BodyState of {len(self.positions)} bodies at t = {self.time:g} s>"

@@ -19,7 +19,8 @@ Free motion over T and free motion over two parts of T agree to second order, an
 turns far in a step takes several parts (:data:`TURN`), so that its motion is resolved at any speed.
 
 A spin component that is driven stays as it is, along the axis of the body: (1) holds for the others alone, and the drive
-gives the moment. A body whose spin is driven as a whole turns by ``exp(T w)``.
+gives the moment, whose work is the change of the energy of the others. A body whose spin is driven as a whole turns by
+``exp(T w)``.
 """
 
 from __future__ import annotations
@@ -40,15 +41,32 @@ larger than the sum of the others."""
 @kernel
 def turn_freely(rows, time, positions, velocities, mass, inverse_mass):
     """Turn the bodies of some rows over a time [s]: their quaternions in ``positions`` (n, 7) and their spins in
-    ``velocities`` (n, 6), in place."""
+    ``velocities`` (n, 6), in place. Returns the work of what drives a part of their spins [J]."""
+    work = 0.0
     for j in range(rows.shape[0]):
         b = rows[j]
         angle = time * np.sqrt(velocities[b, 3] ** 2 + velocities[b, 4] ** 2 + velocities[b, 5] ** 2)
         if not 0.0 < angle < np.inf:
             continue
         parts = min(np.ceil(angle / TURN), PARTS)
+        driven = inverse_mass[b, 3] == 0.0 or inverse_mass[b, 4] == 0.0 or inverse_mass[b, 5] == 0.0
+        if driven:
+            work -= turning_energy(b, velocities, mass, inverse_mass)
         for _ in range(int(parts)):
             turn_part(b, time / parts, positions, velocities, mass, inverse_mass)
+        if driven:
+            work += turning_energy(b, velocities, mass, inverse_mass)
+    return work
+
+
+@inlined
+def turning_energy(b, velocities, mass, inverse_mass):
+    """Kinetic energy of the free components of the spin of a body [J]."""
+    energy = 0.0
+    for k in range(3, 6):
+        if inverse_mass[b, k] > 0.0:
+            energy += 0.5 * mass[b, k] * velocities[b, k] ** 2
+    return energy
 
 
 @inlined
@@ -126,12 +144,15 @@ def with_rotations(positions: np.ndarray) -> np.ndarray:
     return np.column_stack([positions, np.zeros((len(positions), 3)), np.ones(len(positions))])
 
 
-def matrices(positions: np.ndarray) -> np.ndarray:
-    """Rotation matrices of bodies row by row, (n, 9), from positions (n, 7); (0, 9) from positions without rotations."""
-    if positions.shape[1] == 3:
+def matrices(positions: np.ndarray, turning: np.ndarray) -> np.ndarray:
+    """Rotation matrices of bodies row by row, (n, 9), from positions (n, 7) and the rows of those that turn; (0, 9) if none
+    does."""
+    if not len(turning):
         return np.zeros((0, 9))
-    columns = in_space(positions[:, None, 3:], np.eye(3)[None])  # of the unit vectors of the body
-    return np.ascontiguousarray(columns.transpose(0, 2, 1)).reshape(-1, 9)
+    axes = np.tile(np.eye(3).ravel(), (len(positions), 1))
+    columns = in_space(positions[turning, None, 3:], np.eye(3)[None])  # of the unit vectors of the body
+    axes[turning] = columns.transpose(0, 2, 1).reshape(-1, 9)
+    return axes
 
 
 def in_space(quaternions: np.ndarray, vectors: np.ndarray) -> np.ndarray:

@@ -202,7 +202,7 @@ class Stepper:
         earlier = self._draw_chains()
         h, theta, state, v = self.time_step, self.theta, self.state, self.state.velocities
         state.positions[:, :3] += self._first_move((1.0 - theta) * h * v)  # (1)
-        self._turn((1.0 - theta) * h)
+        driven, driven_last = self._turn((1.0 - theta) * h, v), 0.0
         flight = self._free_flight(v)  # (2)
         found = self._find_impulses(v, flight, earlier)  # (3), (4)
         problem = found.problem
@@ -213,14 +213,17 @@ class Stepper:
         state.positions[:, :3] += self._last_move(found.displacement - (1.0 - theta) * h * problem.system.velocity)
         if self.model.cell is not None:
             self.model.cell.straighten(state.positions)
+        after = problem.system.velocity
+        if len(self.model.turning):
+            after = after.copy()
+            if found.pushed is not None:
+                turn_on(self.model.turning, found.displacement - h * after, state.positions)
+            driven_last = self._turn(theta * h, after)  # (5)
         given = () if earlier is None else given_by_hand(problem, earlier, self._turning_stretch.predicted)
         self.energy.advance(problem, self.model, flight.force, v, found.pushed, dissipated, flight.inertial, given)
+        self.energy.turn(driven, driven_last)
         sentences += self._watched(found, flight.force, v)
-        state.velocities[:] = problem.system.velocity
-        if len(self.model.turning):
-            if found.pushed is not None:
-                turn_on(self.model.turning, found.displacement - h * problem.system.velocity, state.positions)
-            self._turn(theta * h)  # (5)
+        state.velocities[:] = after
         state.time += h
         self.steps += 1
         state.steps = self.steps
@@ -302,11 +305,13 @@ class Stepper:
             now.update(past)
         own.update(then, _assembler=Assembler(then["model"]))  # its arrays may be half filled
 
-    def _turn(self, time: float) -> None:
-        """Turn the bodies that keep a rotation in space freely for a time [s]; their spins change with it."""
-        model, state = self.model, self.state
-        if len(model.turning):
-            turn_freely(model.turning, time, state.positions, state.velocities, model.mass, model.inverse_mass)
+    def _turn(self, time: float, velocities: np.ndarray) -> float:
+        """Turn the bodies that keep a rotation in space freely for a time [s]; their spins among the velocities (n, 6)
+        change with it. Returns the work of what drives a part of their spins [J]."""
+        model = self.model
+        if not len(model.turning):
+            return 0.0
+        return turn_freely(model.turning, time, self.state.positions, velocities, model.mass, model.inverse_mass)
 
     def _first_move(self, moving: np.ndarray) -> np.ndarray:
         """Displacements (n, 3) from the start of a step to its middle; ``moving``: velocities times the time (n, k)."""
@@ -646,7 +651,7 @@ class Stepper:
     def velocities_in_space(self) -> np.ndarray:
         """Velocities [m/s] and spins [rad/s] along the axes of space, (n, k): a view of the state, or a copy if bodies keep
         a rotation in space."""
-        state, turning = self.state, self.model.turning
+        state, turning = self.state, self.state.turning
         if not len(turning):
             return state.velocities
         velocities = state.velocities.copy()
@@ -659,7 +664,7 @@ class Stepper:
         AttributeError if no body keeps a rotation."""
         if self.model.dimension == 2:
             return self.state.positions[:, 2]
-        if not len(self.model.turning):
+        if not len(self.state.turning):
             raise AttributeError("No body of this scene keeps a rotation: spheres look alike from all sides.")
         return self.state.positions[:, 3:]
 

@@ -38,7 +38,9 @@ def sweep_mass(model: Model, interactions: Interactions, tolerance: float) -> np
     for _ in range(PASSES):
         heavy = (swept[others] >= HEAVY * mass[ends]) & np.isfinite(mass[ends])
         end, other = ends[heavy], others[heavy]
-        squeezed = np.bincount(end, minlength=len(mass)) + model.linked > 1
+        # two contacts with one heavy body, as a clump may have, squeeze nothing
+        distinct = np.unique(end.astype(np.int64) * len(mass) + other) // len(mass)
+        squeezed = np.bincount(distinct, minlength=len(mass)) + model.linked > 1
         heaviest = np.zeros(len(mass))
         gives = model.bounded[other] & np.isfinite(swept[other])
         np.maximum.at(heaviest, end[gives], swept[other[gives]])

@@ -159,6 +159,11 @@ def _in_frames(a: Run, b: Run, tolerance: float) -> Iterator[tuple[int, int, Dif
             return
         pairs.append(("impulses", *_matched(net_a, net_b)))
         for rank, (name, x, y) in enumerate(pairs):
+            if x.shape != y.shape:  # in one of two runs in space no body keeps a rotation
+                where = f"of shape {x.shape} and {y.shape}."
+                difference = Difference(name, float(here["time"]), int(here["step"]), np.nan, np.nan, where)
+                yield int(here["step"]), rank, difference
+                return
             by = np.abs(x - y)
             worst = float(by.max(initial=0.0))
             largest = max(scale[name], float(np.abs(x).max(initial=0.0)), float(np.abs(y).max(initial=0.0)))

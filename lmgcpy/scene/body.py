@@ -22,7 +22,9 @@ from lmgcpy.scene.contactor import (
     CylinderContactor,
     DiskContactor,
     PlaneContactor,
+    RodContactor,
     SpatialContactor,
+    SphereContactor,
     WallContactor,
     disk_area,
     disk_second_moment,
@@ -202,6 +204,25 @@ class Body(ABC):
 
         return Rotation.from_quat(self._quaternion if self._state is None else self._now(True)[3:])
 
+    def check_turning(self) -> None:
+        """ValueError for a rotation in space that the body cannot keep, and for rods without ends; ``Scene.add`` asks."""
+        if self.dimension == 2 or not hasattr(self, "__dict__"):
+            return
+        if "_start_rotation" in vars(self) and not self.turns:
+            raise ValueError(f"{self!r} cannot take a rotation: it never turns, or looks alike from all sides.")
+        for rod, at in ((rod, at) for rod, at in self.contactors if isinstance(rod, RodContactor)):
+            for end in (np.add(at, rod.half), np.subtract(at, rod.half)):
+                if not any(
+                    isinstance(ball, SphereContactor)
+                    and ball.radius >= rod.radius * (1.0 - 1e-9)
+                    and math.dist(end, centre) <= 1e-6 * rod.radius
+                    for ball, centre in self.contactors
+                ):
+                    raise ValueError(
+                        f"{self!r} has {rod!r} without a sphere of its radius at its end {shown(end.tolist())} m from the "
+                        "centre: a rod is only what lies between its ends. lmgcpy.capsule has both."
+                    )
+
     @property
     def _quaternion(self) -> np.ndarray:
         """Initial rotation, (4,)."""
@@ -225,7 +246,7 @@ class Body(ABC):
         turning = self._now(False)[self.dimension :]
         if self.dimension == 2:
             return float(turning[0])
-        if self._state is None or not self.turns:
+        if self._state is None or self._state.positions.shape[1] == 3 or not self.turns:
             return turning
         return self.rotation.apply(turning)
 
@@ -384,7 +405,12 @@ def unit_quaternion(rotation: Any, what: str) -> np.ndarray:
             f"rotation of a {what} in 3D must be a scipy.spatial.transform.Rotation or the four numbers of a unit "
             f"quaternion, got {shown(rotation)}."
         )
-    given = vector(rotation, f"rotation of a {what}, a quaternion (q_x, q_y, q_z, q_w),", 4)
+    if np.shape(rotation) != (4,):
+        raise ValueError(
+            f"rotation of a {what} must be a scipy.spatial.transform.Rotation or four numbers (q_x, q_y, q_z, q_w), got "
+            f"{shown(rotation)}. Rotation.from_matrix and Rotation.from_euler make one."
+        )
+    given = vector(rotation, f"rotation of a {what}", 4)
     length = float(np.linalg.norm(given))
     if not abs(length - 1.0) < 1e-6:
         raise ValueError(f"rotation of a {what} must be a quaternion of length one, got {shown(given.tolist())}.")

@@ -68,10 +68,10 @@ class Capsule(RigidBody):
 def along(axis: Any, name: str) -> np.ndarray:
     """The quaternion of the shortest turn from the z axis to a direction, (4,)."""
     x, y, z = direction(axis, name, 3)
-    if z <= -1.0 + 1e-12:
-        return np.array([1.0, 0.0, 0.0, 0.0])
-    # e_z x axis, and 1 + e_z . axis
-    turn = np.array([-y, x, 0.0, 1.0 + z])
+    if x == 0.0 and y == 0.0:
+        return np.array([0.0, 0.0, 0.0, 1.0]) if z > 0.0 else np.array([1.0, 0.0, 0.0, 0.0])
+    # e_z x axis, and 1 + e_z . axis, without cancellation
+    turn = np.array([-y, x, 0.0, 1.0 + z if z > 0.0 else (x * x + y * y) / (1.0 - z)])
     return turn / np.linalg.norm(turn)
 
 

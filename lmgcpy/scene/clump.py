@@ -50,13 +50,22 @@ class Clump:
 
     @named_arguments
     def at(
-        self, position: Any, *, rotation: Any = None, scale: float = 1.0, color: str = "GRAIN", **start: Any
+        self,
+        position: Any,
+        *,
+        rotation: Any = None,
+        scale: float = 1.0,
+        color: str = "GRAIN",
+        velocity: Any = None,
+        spin: Any = None,
     ) -> RigidBody:
         """A body of this shape with its centre of mass at ``position`` [m].
 
         ``rotation`` turns the clump as it was given: an angle [rad], or in 3D a scipy ``Rotation`` or a unit quaternion.
-        ``scale`` multiplies lengths. ``velocity`` [m/s] and ``spin`` [rad/s] may be given as well.
+        ``scale`` multiplies lengths. ``velocity`` [m/s] and ``spin`` [rad/s] are along the axes of space, by default at
+        rest. (Conditions on ``spin_x`` … are about the own axes of the body, the columns of ``body.rotation.as_matrix()``.)
         """
+        start = {name: given for name, given in (("velocity", velocity), ("spin", spin)) if given is not None}
         size = number(scale, "scale of a clump", above=0.0)
         position = vector(position, "position of a clump", self.dimension)
         if self.axes is not None:

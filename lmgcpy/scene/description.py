@@ -92,6 +92,10 @@ class RecordedBody(Body):
     turns = False
     contactors: list[tuple[Contactor, tuple[float, ...]]] = []  # noqa: RUF012
 
+    def __init__(self, dimension: int, **start: Any):
+        self.dimension = dimension
+        super().__init__(**start)
+
 
 def describe(scene: Scene) -> dict[str, Any]:
     """The description of the initial scene: a tree of dictionaries with arrays, lists, numbers and words."""
@@ -456,7 +460,7 @@ def _one_body(
     elif kind == "rigid":
         made = RigidBody(contactors, mass=mass, inertia=inertia, position=position[:dimension], **start)
     else:
-        made = RecordedBody(position=position[:dimension], **start)
+        made = RecordedBody(dimension, position=position[:dimension], **start)
         vars(made).update(
             mass=mass,
             inertia=inertia,

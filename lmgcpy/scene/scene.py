@@ -169,6 +169,8 @@ class Scene:
         """Give bodies their ids. Bodies that are added between the steps of a simulation were hidden until now."""
         if self._state is not None:
             self._state.refuse_recorded("The number of bodies")
+        for body in bodies:
+            body.check_turning()
         for id, body in enumerate(bodies, len(self.bodies)):
             body._id = id
         self.bodies += bodies
@@ -557,7 +559,7 @@ class Scene:
             apart=np.unique(np.concatenate([np.zeros((0, 2), np.int64), *(c.apart for c in self.chains)]), axis=0),
             velocities=driven,
             forces=loads,
-            start=BodyState(positions, velocities, chained=chained),
+            start=BodyState(positions, velocities, chained=chained, turning=turning),
             hidden=hidden,
             cell=None if self._cell is None else CellMotion.of(self._cell.lattice, start.extent),
             drag=drag_of(self._media, self.bodies, mass, np.isfinite(start.extent) & start.heavy),

@@ -378,7 +378,7 @@ def _of_simulation(sim: Stepper) -> Snapshot:
         scene=scene,
         time=sim.time,
         positions=sim.positions.copy(),
-        rotations=sim.rotations.copy() if sim.model.dimension == 2 or len(sim.model.turning) else None,
+        rotations=sim.rotations.copy() if sim.model.dimension == 2 or len(sim.state.turning) else None,
         velocities=sim.velocities.copy(),
         spins=sim.spins.copy(),
         forces=Forces.of(sim.interactions, links_of(scene)) if sim.steps else None,

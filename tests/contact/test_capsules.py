@@ -197,3 +197,30 @@ def test_capsules_in_a_file_come_back(tmp_path):
 def test_impossible_capsules_are_refused(what, sentence):
     with pytest.raises((ValueError, TypeError), match=sentence):
         lm.capsule(**{"radius": 0.1, "length": 1.0, "position": (0, 0, 0), "mass": 1.0, **what})
+
+
+def test_a_rod_without_ends_is_refused():
+    """It would fall through walls, which only the balls at its ends meet."""
+    rod = lm.RodContactor(0.01, (0, 0, 0.1))
+    scene = lm.Scene(dimension=3)
+    for ends in ([], [(lm.SphereContactor(0.01), (0, 0, 0.1))]):
+        body = lm.RigidBody([rod, *ends], mass=1.0, inertia=1.0, position=(0, 0, 1), color="A")
+        with pytest.raises(ValueError, match="without a sphere of its radius at its end"):
+            scene.add(body)
+
+
+def test_a_fibre_that_rolls_moves_as_its_surface_does():
+    """A spin about its own axis moves its ends nowhere: no warning, and contacts are looked for where they can be."""
+    fibre = lm.capsule(radius=1e-3, length=0.1, position=(0, 0, 1.0001e-3), axis=(0, 1, 0), mass=1e-3, spin=(0, 200.0, 0))
+    sim = floor(fibre, friction=0.0)
+    moves = sim._displacement_watch.measure(sim.state.velocities, sim.time_step)
+    assert moves.travel < 1e-15  # of 2e-4 m that its surface moves along itself
+    sim.run(steps=5)
+    across = floor(lm.capsule(radius=1e-2, length=0.1, position=(0, 0, 1.0), axis=(0, 1, 0), mass=1.0, spin=(2.0, 0, 0)))
+    assert across._displacement_watch.measure(across.state.velocities, 1e-3).travel == pytest.approx(1e-3 * 2.0 * 0.05)
+
+
+@pytest.mark.parametrize("axis", [(1e-3, 0, -1), (1e-6, 1e-7, -1), (1e-12, 0, -1), (0, 0, -1), (0, 0, 1), (1, 2, -3)])
+def test_an_axis_is_kept_to_the_last_digit(axis):
+    body = lm.capsule(radius=0.1, length=1.0, position=(0, 0, 0), axis=axis, mass=1.0)
+    np.testing.assert_allclose(body.rotation.apply((0, 0, 1)), np.array(axis) / np.linalg.norm(axis), rtol=0.0, atol=4e-16)

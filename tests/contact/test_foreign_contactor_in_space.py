@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 import lmgcpy as lm
 from lmgcpy.contact import register_pair
+from lmgcpy.contact.contactor_pairs import sphere_sphere
 from lmgcpy.contact.positions import rotated
 
 
@@ -117,3 +118,46 @@ def test_a_normal_that_points_inward_is_found_before_the_first_step():
     scene.see("GRAIN", "FIN", lm.Signorini())
     with pytest.raises(ValueError, match="normal that points inward"):
         lm.Simulation(scene, time_step=1e-3).step()
+
+
+def test_a_pair_with_levers_where_no_body_turns_is_refused():
+    class Ball(lm.SphereContactor):
+        KIND = "test-ball"
+
+    def ball_ball(position_c, shape_c, position_a, shape_a):
+        return sphere_sphere(position_c, shape_c, position_a, shape_a)
+
+    class Other(lm.Sphere):
+        @property
+        def contactors(self):
+            return [(Ball(self.radius), (0.0, 0.0, 0.0))]
+
+    register_pair("test-ball", "test-ball", ball_ball)
+    scene = lm.Scene(dimension=3)
+    for x in (0.0, 0.3):
+        scene.add(Other(radius=0.1, position=(x, 0, 0), mass=1.0, color="OWN"))
+    scene.see("OWN", "OWN", lm.Signorini())
+    with pytest.raises(ValueError, match="none of this scene keeps a rotation: give register_pair central=True"):
+        lm.Simulation(scene, time_step=1e-3)
+
+
+def test_a_scene_with_a_body_class_of_ones_own_comes_back_from_its_file(tmp_path):
+    class Plate(lm.Body):
+        dimension = 3
+        mass, inertia = 2.0, (0.2, 0.3, 0.4)
+
+        @property
+        def contactors(self):
+            return [(Fin(), (0.0, 0.0, 0.0))]
+
+    def drop():
+        scene = lm.Scene(dimension=3, gravity=(0, 0, -9.81))
+        scene.add(Plate(position=(0, 0, 0), color="FIN", spin=(0.1, 0.2, 0.3))).fix("x", "y", "z")
+        scene.add(lm.sphere(radius=0.1, position=(0.3, 0.2, 0.12), mass=1.0))
+        scene.see("GRAIN", "FIN", lm.Coulomb(friction=0.3))
+        return lm.Simulation(scene, time_step=1e-3)
+
+    path, whole = tmp_path / "plate.h5", drop().run(steps=100)
+    drop().run(steps=60, record=path)
+    again = lm.resume(path).run(steps=40)
+    np.testing.assert_array_equal(again.state.positions, whole.state.positions)

@@ -230,3 +230,38 @@ def test_a_wheel_of_spheres_rolls_down_at_the_speed_of_a_rimless_wheel():
     shocks = np.array(shocks[12:])  # the start is forgotten: eta^24
     np.testing.assert_allclose(shocks[:, 1] / shocks[:, 0], eta, rtol=2e-2)  # a step of free fall more or less
     np.testing.assert_allclose(shocks[:, 0], steady, rtol=2e-2)
+
+
+@pytest.mark.parametrize("angle", np.linspace(0.1, 6.2, 12).tolist())
+def test_a_hinge_is_not_turned_by_a_push_through_its_axis(angle):
+    """What rounding makes of W_nn is no mobility: spins of 1e15 rad/s came of it."""
+    scene = lm.Scene(dimension=3, gravity=(0, 0, 0))
+    turn = Rotation.from_rotvec([0.0, 0.0, angle])
+    ball = (lm.SphereContactor(0.1), (0.3 * math.cos(0.7), 0.3 * math.sin(0.7), 0.0))
+    start = {"position": (0, 0, 0), "color": "GRAIN", "rotation": turn}
+    hinge = scene.add(lm.RigidBody([ball], mass=1.0, inertia=(0.1, 0.1, 0.1), **start))
+    hinge.fix("x", "y", "z", "spin_x", "spin_y")
+    to = turn.apply(ball[1]) / 0.3
+    wall = scene.add(lm.wall(point=0.401 * to, normal=-to))
+    scene.see("GRAIN", "WALL", lm.Coulomb(friction=0.3))
+    wall.impose_velocity(**dict(zip("xyz", -1e-2 * to, strict=True)))
+    sim = lm.Simulation(scene, time_step=1e-3)
+    sim.run(steps=150)
+    assert np.abs(hinge.spin).max() < 1e-9
+
+
+def test_what_is_added_turns_at_once():
+    """Spins are along the axes of space before the next step as well."""
+    scene = lm.Scene(dimension=3, gravity=(0, 0, 0))
+    scene.add(lm.sphere(radius=0.1, position=(0, 0, 0), mass=1.0, spin=(1, 2, 3)))
+    sim = lm.Simulation(scene, time_step=1e-3).run(steps=2)
+    body = scene.add(lm.capsule(radius=0.1, length=0.2, position=(1, 0, 0), axis=(1, 0, 0), mass=1.0, spin=(0, 0, 5)))
+    assert sim.spins == pytest.approx(np.array([[1, 2, 3], [0, 0, 5]]), abs=1e-12)
+    assert sim.rotations[1] == pytest.approx(body.rotation.as_quat())
+    assert sim.run(steps=1).spins[1] == pytest.approx((0, 0, 5), abs=1e-12)
+
+
+def test_bodies_that_never_turn_take_no_rotation():
+    scene = lm.Scene(dimension=3)
+    with pytest.raises(ValueError, match="cannot take a rotation: it never turns"):
+        scene.add(lm.Wall(point=(0, 0, 0), normal=(0, 0, 1), color="W", rotation=(0.5, 0.5, 0.5, 0.5)))

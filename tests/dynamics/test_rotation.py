@@ -178,3 +178,29 @@ def test_a_heavy_top_precesses_and_nods():
     assert errors[-1] < 2e-3
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.3)
     assert errors[1] / errors[2] == pytest.approx(4.0, rel=0.3)
+
+
+def test_the_drive_of_a_part_of_the_spins_works():
+    """With one spin driven the others exchange energy with the drive; the balance holds over every step, with the kinetic
+    energy of the free components."""
+    scene = lm.Scene(dimension=3, gravity=(0, 0, 0))
+    body = lm.RigidBody([lm.SphereContactor(0.1)], mass=1.0, inertia=(1.0, 2.0, 2.5), position=(0, 0, 0), color="A",
+                        spin=(3.0, 0.5, 0.5))  # fmt: skip
+    scene.add(body).impose_velocity(spin_x=3.0)
+    sim = lm.Simulation(scene, time_step=0.01)
+    start, moved = sim.energy.kinetic, 0.0
+    for _ in range(200):
+        before = sim.energy.kinetic
+        sim.step()
+        own = own_spin(body)
+        moved += abs(sim.energy.drives)
+        assert sim.energy.kinetic == pytest.approx(0.5 * (2.0 * own[1] ** 2 + 2.5 * own[2] ** 2), rel=1e-13)
+        assert sim.energy.kinetic - before == pytest.approx(sim.energy.drives, abs=1e-14)
+        assert own[0] == pytest.approx(3.0, rel=1e-14)
+    assert moved > 0.1
+    assert sim.energy.kinetic - start == pytest.approx(sim.energy.total_drives, rel=1e-12)
+    # I_2 w_2' = (I_3 - I_1) w_3 w_1 and I_3 w_3' = (I_1 - I_2) w_1 w_2: an oscillation
+    rate = 3.0 * math.sqrt(abs((2.5 - 1.0) * (1.0 - 2.0) / (2.0 * 2.5)))
+    swing = np.array([math.cos(rate * sim.time), math.sin(rate * sim.time)])
+    exact = 0.5 * swing[0] + 0.5 * math.sqrt(2.5 / 2.0 * 1.5 / 1.0) * swing[1]
+    assert abs(own_spin(body)[1]) == pytest.approx(abs(exact), abs=5e-3)

@@ -1,7 +1,8 @@
 """Displacements of bodies in one step: the alert distance that they need, and a warning if they are too large.
 
 A contact is seen in time if the alert distance covers the distance by which its two sides close in a step. The displacement
-of a body includes its spin, as contactors off its centre move by ``h (|v| + |omega| arm)``. The displacement of a wall is
+of a body includes its spin, as contactors off its centre move by ``h (|v| + |omega| arm)``, in space by
+``h (|v| + sum over its axes of |omega_k| arm_k)``. A rod moves as the spheres at its ends do. The displacement of a wall is
 the one along its normal, as a wall that slides in its own plane moves no surface.
 """
 
@@ -60,8 +61,8 @@ def worse(one: Displacements, other: Displacements) -> Displacements:
 def _measure(velocities, dimension, arm, limit, walls, across, wall_limit):
     """(greatest speed, greatest closing speed, worst body, its speed, its speed over its limit, and the same of the walls).
 
-    ``arm``: at least 0 for bounded bodies; ``across`` (k, d, d): from the velocity of a wall to the velocity of its surface
-    along the normal.
+    ``arm`` (n, k): distances from the axes of spin, at least 0 for bounded bodies; ``across`` (w, d, d): from the velocity
+    of a wall to the velocity of its surface along the normal.
     """
     fastest = 0.0
     fastest_bounded = 0.0
@@ -74,14 +75,12 @@ def _measure(velocities, dimension, arm, limit, walls, across, wall_limit):
         for k in range(dimension):
             square += velocities[i, k] * velocities[i, k]
         speed = np.sqrt(square)
-        if arm[i] > 0.0:
-            square = 0.0
-            for k in range(dimension, velocities.shape[1]):
-                square += velocities[i, k] * velocities[i, k]
-            speed += arm[i] * np.sqrt(square)
+        for k in range(arm.shape[1]):
+            if arm[i, k] > 0.0:
+                speed += arm[i, k] * abs(velocities[i, dimension + k])
         fastest = max(fastest, speed)
         # bounded bodies have limits, and close gaps with walls
-        if arm[i] >= 0.0:
+        if arm[i, 0] >= 0.0:
             fastest_bounded = max(fastest_bounded, speed)
             if speed > body_excess * limit[i]:
                 body = i
@@ -120,12 +119,8 @@ class DisplacementWatch:
         self._widest = 2.0 * float(radius[np.isfinite(radius)].max(initial=0.0))
         self._own, self._others = radii_that_meet(model)
         self._limit = np.minimum(OWN * self._own, OTHERS * self._others)
-        self._arm = np.zeros(len(self._limit))
-        reach = np.sqrt((contactors.offset**2).sum(axis=1))
-        if d == 3:  # shapes that are no spheres
-            round_ones = np.array([kind == "sphere" for kind in contactors.kind], dtype=bool)
-            reach = reach + np.where(round_ones, 0.0, radius)
-        np.maximum.at(self._arm, owner, reach)
+        self._arm = np.zeros((len(self._limit), 1 if d == 2 else 3))
+        np.maximum.at(self._arm, owner, off_axes(model))
         self._walls = np.unique(owner[np.isinf(radius)])
         self._arm[self._walls] = -1.0
         self._across = np.array([across(model, int(wall)) for wall in self._walls]).reshape(-1, d, d)
@@ -165,7 +160,7 @@ class DisplacementWatch:
         """
         sentences = []
         if moves.body_excess > 1.0 and self._said.first("body"):
-            spins = self._arm[moves.body] > 0.0
+            spins = self._arm[moves.body].any()
             what = f"{'a contactor of ' if spins else ''}body {moves.body} moves by {moves.body_distance:.3g} m"
             sentences.append(self._sentence(what, moves.body, time, time_step / moves.body_excess))
         if moves.wall_excess > 1.0 and self._said.first("wall"):
@@ -207,6 +202,20 @@ def rounded_down(value: float) -> str:
         return f"{value:.2g}"
     unit = 10.0 ** (math.floor(math.log10(value)) - 1)
     return f"{math.floor(value / unit * (1.0 + 1e-12)) * unit:.2g}"
+
+
+def off_axes(model: Model) -> np.ndarray:
+    """Greatest distance of what a contactor shows to move as its body turns, from the axes of the spin [m], (k, 1 or 3): of
+    its centre, and of all of it unless it is round."""
+    contactors = model.contactors
+    if model.dimension == 2:
+        return np.hypot(*contactors.offset.T)[:, None]
+    if contactors.turns is None:
+        return np.zeros((len(contactors.body), 3))
+    squares = contactors.offset**2
+    distance = np.sqrt(np.maximum(squares.sum(axis=1, keepdims=True) - squares, 0.0))
+    plain = np.array([kind in ("sphere", "rod") for kind in contactors.kind], dtype=bool)  # a rod has spheres at its ends
+    return distance + np.where(plain, 0.0, contactors.bounding_radius)[:, None]
 
 
 def radii_that_meet(model: Model) -> tuple[np.ndarray, np.ndarray]:

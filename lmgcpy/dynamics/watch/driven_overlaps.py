@@ -142,6 +142,8 @@ def yields(found: Interactions, inverse_mass: np.ndarray, positions: np.ndarray)
         normal = normal + turns.sum(axis=1)
     if len(found.lever):
         both = np.column_stack([c, a])
-        moment = np.cross(found.lever.reshape(-1, 2, 3), found.normal[:, None])
-        normal = normal + (in_own_axes(positions[both, 3:], moment) ** 2 * inverse_mass[both, d:]).sum(axis=(1, 2))
+        lever = found.lever.reshape(-1, 2, 3)
+        moment = in_own_axes(positions[both, 3:], np.cross(lever, found.normal[:, None]))
+        moment[np.abs(moment) <= 2.0**-49 * np.abs(lever).max(axis=2, keepdims=True)] = 0.0  # rounding alone
+        normal = normal + (moment**2 * inverse_mass[both, d:]).sum(axis=(1, 2))
     return normal
