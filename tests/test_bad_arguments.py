@@ -208,6 +208,7 @@ CALLS = {
          "density": POSITIVE, "separate": FLAG}),
     "Clump.at": (lm.clump([1.0, 1.0], [(0, 0, 0), (1, 0, 0)], density=1.0).at, {"position": (0, 0, 0)},
         {"position": IN_SPACE, "rotation": optional([*THING, 0.5, (1.0, 1.0, 0.0, 0.0)]), "scale": POSITIVE,
+         "velocity": optional(IN_SPACE), "spin": optional(IN_SPACE),
          "color": WORD}),
     "Scene.add_clumps": (lambda **more: lm.Scene(dimension=3).add_clumps(**more),
         {"shape": lm.clump([1.0, 1.0], [(0, 0, 0), (1, 0, 0)], density=1.0), "positions": [(0, 0, 0), (5, 0, 0)]},

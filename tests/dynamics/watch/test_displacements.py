@@ -257,8 +257,9 @@ def pendulum(speed, law):
 @pytest.mark.parametrize("law", [lm.RigidRod(), lm.RigidWire(), lm.ElasticRod(stiffness=1e6)])
 def test_a_link_that_turns_too_far_in_a_step_is_told(law):
     """Twice its length in a step of 1 ms are 200 m/s; its bodies' radius of 10 mm, which 10 m/s are, does not matter."""
-    assert sentences(pendulum(190.0, law), 1) == []
-    said = sentences(pendulum(210.0, law), 1)
+    # that an elastic link ends longer than its law predicts is told as well
+    slower, said = ([told for told in sentences(pendulum(v, law), 1) if "move by" in told] for v in (190.0, 210.0))
+    assert slower == []
     assert len(said) == 1
     assert "bodies 0 and 1 move by 0.21 m relative to each other" in said[0]
     assert "more than twice the length of their link, 0.1 m" in said[0]
