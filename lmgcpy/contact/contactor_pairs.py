@@ -73,7 +73,7 @@ def known_pairs() -> list[tuple[str, str]]:
     return list(_pairs)
 
 
-def may_meet(candidate: str, antagonist: str) -> bool:
+def can_touch(candidate: str, antagonist: str) -> bool:
     """Whether contactors of two kinds can touch at all: the ends of a rod meet flat and hollow walls before it does."""
     return not ("rod" in (candidate, antagonist) and {candidate, antagonist} & {"plane", "cylinder"})
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from lmgcpy.compiled.kernel import kernel, row_reader
 from lmgcpy.contact.broad_phase import by_first
-from lmgcpy.contact.contactor_pairs import NarrowPhase, find_pair, is_foreign, may_meet
+from lmgcpy.contact.contactor_pairs import NarrowPhase, can_touch, find_pair, is_foreign
 from lmgcpy.contact.detection_tables import ContactorTable, VisibilityRow
 from lmgcpy.contact.excluded_pairs import ExcludedPairs
 from lmgcpy.contact.meeting import meet
@@ -62,7 +62,7 @@ def kind_pairs(contactors: ContactorTable, row: VisibilityRow) -> list[KindPair]
         KindPair(c, a, candidate & (kind == c), antagonist & (kind == a), (size[c], size[a]), contactors.width)
         for c in np.unique(kind[candidate]).tolist()
         for a in np.unique(kind[antagonist]).tolist()
-        if may_meet(c, a)
+        if can_touch(c, a)
     ]
 
 

@@ -660,13 +660,15 @@ class Stepper:
 
     @property
     def rotations(self) -> np.ndarray:
-        """Angles turned [rad], (n,), a view of the state. In 3D quaternions (q_x, q_y, q_z, q_w), (n, 4), a view;
-        AttributeError if no body keeps a rotation."""
+        """Angles turned [rad], (n,), a view of the state. In 3D quaternions (q_x, q_y, q_z, q_w), (n, 4), a view to
+        read; AttributeError if no body keeps a rotation."""
         if self.model.dimension == 2:
             return self.state.positions[:, 2]
         if not len(self.state.turning):
             raise AttributeError("No body of this scene keeps a rotation: spheres look alike from all sides.")
-        return self.state.positions[:, 3:]
+        quaternions = self.state.positions[:, 3:]
+        quaternions.flags.writeable = False  # four numbers that are no rotation would pass for one
+        return quaternions
 
     @property
     def interactions(self) -> InteractionView:

@@ -113,8 +113,9 @@ def volumes_of(now: Moment) -> np.ndarray:
     volumes = np.bincount(body, weights=sizes, minlength=len(now.positions))
     shared: dict[bytes, float] = {}  # by shapes of size one, of which there are few
     rows = np.flatnonzero(ball)
+    rows = rows[np.bincount(body[rows], minlength=len(volumes))[body[rows]] > 1]
     for its in np.split(rows, np.flatnonzero(np.diff(body[rows])) + 1):
-        if len(its) < 2:
+        if not len(its):
             continue
         size = radius[its[0]]
         shape = np.column_stack([np.asarray(table["offset"])[its, :d], radius[its]]) / size
@@ -122,11 +123,8 @@ def volumes_of(now: Moment) -> np.ndarray:
         if key not in shared:
             shared[key] = ball_union(shape[:, :d], shape[:, d]).volume - float((sizes[its] / size**d).sum())
         volumes[body[its[0]]] += shared[key] * size**d
-    shapes = np.bincount(body, minlength=len(volumes))
     for k in np.flatnonzero(kinds == RodContactor.KIND):
         r, length = float(table["shape"][k, 0]), 2.0 * float(np.linalg.norm(table["shape"][k, 1:4]))
-        if bodies["kinds"][bodies["kind"][body[k]]] == "capsule":
-            volumes[body[k]] = capsule_volume(r, length)
-        else:
-            volumes[body[k]] = np.pi * r**2 * length if shapes[body[k]] == 1 else np.nan
+        capsule = bodies["kinds"][bodies["kind"][body[k]]] == "capsule"
+        volumes[body[k]] = capsule_volume(r, length) if capsule else np.nan
     return volumes
