@@ -202,8 +202,8 @@ class Scene:
 
         Bodies near a face of the cell meet the images of bodies near the opposite face. Positions may lie outside of the
         cell and are not folded back, so that wires may be laid across its faces. The edges of a cell that is not periodic
-        in all directions must lie along the periodic axes. The cell must be wider than four times the largest radius and
-        twice the distance within which contacts are looked for.
+        in all directions must lie along the periodic axes. The cell must be wider than four times the largest radius
+        (twice the length of the longest cluster or capsule) and twice the distance within which contacts are looked for.
 
         ``inertia`` [kg m^2] is the inertia of each component of the velocity gradient that yields to a stress. If None, the
         column of an axis gets the mass of all bodies times the square of the width of the cell, over 12.
