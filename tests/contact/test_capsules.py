@@ -130,22 +130,24 @@ def test_a_capsule_rolls_down_like_a_cylinder():
     assert body.spin == pytest.approx((0.0, fast / 0.01, 0.0), abs=1e-6 * fast / 0.01)
 
 
+@pytest.mark.default_parameters("1.0-0.0-0.0", "1.0-0.05-1.0", "1.0-0.035-0.0", "1e-06-0.02-1.0")
 @pytest.mark.parametrize("restitution", [0.0, 1.0])
 @pytest.mark.parametrize("at", [0.0, 0.02, 0.035, 0.05])
-def test_a_ball_strikes_a_resting_rod(restitution, at):
+@pytest.mark.parametrize("mass", [1e-6, 1e-3, 1.0, 1e3, 1e6])
+def test_a_ball_strikes_a_resting_rod(restitution, at, mass):
     """Impulse (1 + e) v / (1/m + 1/M + a^2/I) at the distance a from its centre, on its end as well."""
     rod = lm.capsule(radius=0.01, length=0.1, position=(0, 0, 0), axis=(1, 0, 0), mass=2.0)
-    ball = lm.sphere(radius=0.02, position=(at, 0, 0.03001), mass=1.0, velocity=(0, 0, -1.0))
+    ball = lm.sphere(radius=0.02, position=(at, 0, 0.03001), mass=mass, velocity=(0, 0, -1.0))
     scene = lm.Scene(dimension=3, gravity=(0, 0, 0))
     scene.add(rod), scene.add(ball)
     scene.see("GRAIN", "GRAIN", lm.Restitution(restitution=restitution, friction=0.0))
     sim = lm.Simulation(scene, time_step=1e-4)
     while not np.abs(sim.interactions.impulse).any():
         sim.step()
-    given = (1.0 + restitution) / (1.0 + 0.5 + at**2 / rod.inertia[0])
+    given = (1.0 + restitution) / (1.0 / mass + 0.5 + at**2 / rod.inertia[0])
     assert sim.interactions.impulse[:, 0].sum() == pytest.approx(given, rel=1e-6)
-    assert rod.velocity == pytest.approx((0, 0, -given / 2.0), rel=1e-6, abs=1e-9)
-    assert rod.spin == pytest.approx((0, at * given / rod.inertia[0], 0), rel=1e-6, abs=1e-9)
+    assert rod.velocity == pytest.approx((0, 0, -given / 2.0), rel=1e-6, abs=1e-9 * given)
+    assert rod.spin == pytest.approx((0, at * given / rod.inertia[0], 0), rel=1e-6, abs=1e-9 * given)
 
 
 def test_a_capsule_rocks_at_its_period():
