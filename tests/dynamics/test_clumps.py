@@ -275,3 +275,42 @@ def test_bodies_that_never_turn_take_no_rotation():
     scene = lm.Scene(dimension=3)
     with pytest.raises(ValueError, match="cannot take a rotation: it never turns"):
         scene.add(lm.Wall(point=(0, 0, 0), normal=(0, 0, 1), color="W", rotation=(0.5, 0.5, 0.5, 0.5)))
+
+
+@pytest.mark.parametrize("heading", [0.0, 0.7])
+@pytest.mark.parametrize("friction", [0.5, 2.0])
+def test_painleves_rod_does_in_space_what_it_does_in_the_plane(friction, heading):
+    """A rod that is pushed over rough ground with its end ahead: with a friction of 2 at 45 degrees,
+    ``1/m + l^2/I cos (cos - mu sin)`` is negative, sliding has no solution, and the end jams by an impulse."""
+    reach, lean, speed, inertia, radius = 0.1, 0.25 * math.pi, 3.0, 0.01 / 3.0, 0.01
+    height = reach * math.sin(lean) + radius
+    turn = Rotation.from_euler("yz", [lean, heading])  # the end along x of the body is ahead and low
+    ends = {}
+    for dimension in (2, 3):
+        down = (0.0, -G) if dimension == 2 else (0.0, 0.0, -G)
+        scene = lm.Scene(dimension=dimension, gravity=down)
+        if dimension == 2:
+            pair = [(lm.DiskContactor(radius), (sign * reach, 0.0)) for sign in (1, -1)]
+            start = {"position": (0.0, height), "velocity": (speed, 0.0), "rotation": -lean, "inertia": inertia}
+            scene.add(lm.wall(point=(0, 0), normal=(0, 1)))
+        else:
+            pair = [(lm.SphereContactor(radius), (sign * reach, 0.0, 0.0)) for sign in (1, -1)]
+            ahead = Rotation.from_euler("z", heading).apply((speed, 0.0, 0.0))
+            start = {"position": (0, 0, height), "velocity": ahead, "rotation": turn, "inertia": (1e-4, inertia, inertia)}
+            scene.add(lm.wall(point=(0, 0, 0), normal=(0, 0, 1)))
+        body = scene.add(lm.RigidBody(pair, mass=1.0, color="GRAIN", **start))
+        scene.see("GRAIN", "WALL", lm.Coulomb(friction=friction))
+        sim = lm.Simulation(scene, time_step=1e-4, solver=lm.GaussSeidel(tolerance=1e-12))
+        energy = [sim.energy.kinetic + G * body.position[-1]]
+        path = []
+        for _ in range(150):
+            sim.step()
+            energy.append(sim.energy.kinetic + G * body.position[-1])
+            path.append([*body.position, *body.velocity])
+        assert sim.unconverged_steps == 0
+        assert np.diff(energy).max() < 1e-5 * energy[0]  # the scheme's, second order in the step
+        ends[dimension] = np.array(path)
+    back = Rotation.from_euler("z", -heading)
+    space = np.hstack([back.apply(ends[3][:, :3])[:, [0, 2]], back.apply(ends[3][:, 3:])[:, [0, 2]]])
+    np.testing.assert_allclose(space, ends[2], rtol=0.0, atol=1e-6)
+    assert (ends[2][0, 2] < 0.5 * speed) == (friction == 2.0)  # it jams in the first step
