@@ -79,7 +79,7 @@ class Energy:
 
     def turn(self, first: float, last: float) -> None:
         """Enter the works of what drives a part of the spins of bodies that turn freely in space, at the beginning and at
-        the end of a step [J]; the kinetic energy of :meth:`advance` contains the first."""
+        the end of a step [J]; the kinetic energy of ``advance`` contains the first."""
         if first != 0.0 or last != 0.0:
             self.kinetic += last
             self.drives += first + last
