@@ -103,7 +103,6 @@ CASES = [
         long=True,
         solvers=TWO,
         without="the wires make energy",
-        says=("In the step",),
     ),
     Case("light wire that friction holds", light.squeezed, tolerance=1e-2, long=True),
     Case(
