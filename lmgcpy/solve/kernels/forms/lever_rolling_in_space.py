@@ -109,7 +109,8 @@ def from_moment(i, s, moment):
     n = row(s.normal, i, 0)
     t = row(s.tangent, i, 0)
     spin = (spin_c[0] + spin_a[0], spin_c[1] + spin_a[1], spin_c[2] + spin_a[2])
-    return dot(n, u), dot(t, u), dot(cross(n, t), u), *about_rolling_axes(i, s, spin)
+    u_1, u_2, u_z = about_rolling_axes(i, s, spin)
+    return dot(n, u), dot(t, u), dot(cross(n, t), u), u_1, u_2, u_z
 
 
 @inlined
