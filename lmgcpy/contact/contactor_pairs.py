@@ -13,6 +13,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from lmgcpy.contact.frames import cross, tangent_of
 from lmgcpy.contact.positions import rotated
 from lmgcpy.errors import closest, shown
 
@@ -80,7 +81,7 @@ def can_touch(candidate: str, antagonist: str) -> bool:
 
 def refuse_levers(candidate: str, antagonist: str) -> None:
     """ValueError if two kinds do not meet centrally, in a scene in space in which no body keeps a rotation."""
-    known = _pairs.get((candidate, antagonist)) or _pairs.get((antagonist, candidate))
+    known = _registered(candidate, antagonist)
     if known is not None and known.form == "lever":
         raise ValueError(
             f"How '{candidate}' and '{antagonist}' meet is not central, so that a contact turns the bodies, but none of "
@@ -90,8 +91,13 @@ def refuse_levers(candidate: str, antagonist: str) -> None:
 
 def is_foreign(candidate: str, antagonist: str) -> bool:
     """Whether two kinds meet by a function that is not lmgcpy's own."""
-    known = _pairs.get((candidate, antagonist)) or _pairs.get((antagonist, candidate))
+    known = _registered(candidate, antagonist)
     return known is not None and known.foreign
+
+
+def _registered(candidate: str, antagonist: str) -> NarrowPhase | None:
+    """The narrow phase of two kinds in either order, None if there is none."""
+    return _pairs.get((candidate, antagonist)) or _pairs.get((antagonist, candidate))
 
 
 def find_pair(candidate: str, antagonist: str) -> NarrowPhase:
@@ -217,18 +223,10 @@ def sphere_rod(position_c, shape_c, position_a, shape_a):
     if distance > 0.0:
         n = (x / distance, y / distance, z / distance)
     else:
-        n = across_of(h)
+        length = math.sqrt(square)
+        n = tangent_of(h[0] / length, h[1] / length, h[2] / length)
     reach = shape_c[0] + 0.5 * gap
     return gap, n, (position_c[0] - reach * n[0], position_c[1] - reach * n[1], position_c[2] - reach * n[2])
-
-
-def across_of(h):
-    """A unit vector at right angles to h."""
-    if abs(h[2]) <= abs(h[0]) + abs(h[1]):
-        length = math.sqrt(h[0] * h[0] + h[1] * h[1])
-        return (-h[1] / length, h[0] / length, 0.0)
-    length = math.sqrt(h[1] * h[1] + h[2] * h[2])
-    return (0.0, -h[2] / length, h[1] / length)
 
 
 def rod_rod(position_c, shape_c, position_a, shape_a):
@@ -265,21 +263,13 @@ def rod_rod(position_c, shape_c, position_a, shape_a):
         n = (x / distance, y / distance, z / distance)
     else:  # the axes cut each other
         length = math.sqrt(area)
-        n = (
-            (h[1] * k[2] - h[2] * k[1]) / length,
-            (h[2] * k[0] - h[0] * k[2]) / length,
-            (h[0] * k[1] - h[1] * k[0]) / length,
-        )
+        n_x, n_y, n_z = cross(h, k)
+        n = (n_x / length, n_y / length, n_z / length)
     reach = shape_a[0] + 0.5 * gap
-    return (
-        gap,
-        n,
-        (
-            position_a[0] + t * k[0] + reach * n[0],
-            position_a[1] + t * k[1] + reach * n[1],
-            position_a[2] + t * k[2] + reach * n[2],
-        ),
-    )
+    p_x = position_a[0] + t * k[0] + reach * n[0]
+    p_y = position_a[1] + t * k[1] + reach * n[1]
+    p_z = position_a[2] + t * k[2] + reach * n[2]
+    return gap, n, (p_x, p_y, p_z)
 
 
 register_pair("disk", "disk", disk_disk, central=True)

@@ -12,6 +12,11 @@ STEEP = 0.8
 """Vertical part of a normal from which on the tangent is taken in the plane y z."""
 
 
+def cross(u, v):
+    """``u x v``; for kernels."""
+    return u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
+
+
 def tangent_of(n_x, n_y, n_z):
     """The unit vector t at right angles to n in 3D; for kernels."""
     if abs(n_z) <= STEEP:

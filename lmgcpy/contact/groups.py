@@ -62,6 +62,11 @@ class Group:
         return id(self.chain or self.row), id(self.kinds)
 
 
+def first_contact(groups: list[Group]) -> int:
+    """Row of the first interaction that is no link: links come first."""
+    return max((group.stop for group in groups if group.chain is not None), default=0)
+
+
 def contact_group(
     row: VisibilityRow,
     kinds: KindPair,

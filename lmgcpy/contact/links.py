@@ -12,7 +12,7 @@ from lmgcpy.compiled.kernel import Kernel, kernel
 from lmgcpy.contact.frames import tangent_of
 from lmgcpy.contact.interactions import Interactions
 from lmgcpy.contact.narrow_phase import translation_block
-from lmgcpy.contact.narrow_phase_3d import mobility, weighted
+from lmgcpy.contact.narrow_phase_3d import moves, weighted
 
 centre_line: Callable[..., Any] = Slot("centre_line")
 """``(bodies, c, a)``: distance between two centres [m] and unit vector from a to c; upward if they coincide."""
@@ -87,7 +87,7 @@ def _link_block_2d(i, n, c, a, inverse_mass, tangent):
 
 
 def _link_block_3d(i, n, c, a, inverse_mass, tangent):
-    moving, _ = mobility(c, a, 0.0, 0.0, inverse_mass)
+    moving = moves(c, a, inverse_mass)
     t = tangent_of(n[0], n[1], n[2])
     tangent[i, 0], tangent[i, 1], tangent[i, 2] = t
     w_nn = weighted(n, moving, n)

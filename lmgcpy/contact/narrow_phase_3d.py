@@ -8,7 +8,7 @@ tangent.
 from __future__ import annotations
 
 from lmgcpy.compiled.kernel import kernel
-from lmgcpy.contact.frames import tangent_of
+from lmgcpy.contact.frames import cross, tangent_of
 from lmgcpy.contact.interactions import Interactions
 from lmgcpy.contact.meeting import FOREIGN, is_sound, meet, normal_sign
 from lmgcpy.contact.positions import quaternion_of, turned_back
@@ -22,22 +22,24 @@ def weighted(x, diagonal, y):
     return x[0] * diagonal[0] * y[0] + x[1] * diagonal[1] * y[1] + x[2] * diagonal[2] * y[2]
 
 
-def mobility(c, a, arm_c, arm_a, inverse_mass):
-    """Diagonals of the mobility of two bodies under an impulse between them: of translation along x, y, z [1/kg], and of
-    rotation about these axes, times the levers squared [1/kg]."""
-    square_c = arm_c * arm_c
-    square_a = arm_a * arm_a
-    moving = (
+def moves(c, a, inverse_mass):
+    """Diagonal of the mobility of two bodies under a force between them, along x, y, z [1/kg]."""
+    return (
         inverse_mass[c, 0] + inverse_mass[a, 0],
         inverse_mass[c, 1] + inverse_mass[a, 1],
         inverse_mass[c, 2] + inverse_mass[a, 2],
     )
-    turning = (
+
+
+def turns(c, a, arm_c, arm_a, inverse_mass):
+    """Diagonal of the mobility of their rotation about x, y, z, times the levers squared [1/kg]."""
+    square_c = arm_c * arm_c
+    square_a = arm_a * arm_a
+    return (
         square_c * inverse_mass[c, 3] + square_a * inverse_mass[a, 3],
         square_c * inverse_mass[c, 4] + square_a * inverse_mass[a, 4],
         square_c * inverse_mass[c, 5] + square_a * inverse_mass[a, 5],
     )
-    return moving, turning
 
 
 def local_block(n, t, moving, turning):
@@ -65,11 +67,6 @@ def local_block(n, t, moving, turning):
     w_ns = weighted(n, moving, s)
     w_ts = weighted(t, moving, s) - weighted(s, turning, t)
     return (w_nn, w_tt, w_ss), w_nt, (w_ns, w_ts), False
-
-
-def cross(u, v):
-    """``u x v``."""
-    return u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
 
 
 def times(x, v):
@@ -141,9 +138,9 @@ def detect_contacts(
         # W = H^T M^-1 H in the frame (n, t, s)
         normal = (n_x, n_y, n_z)
         t = tangent_of(n_x, n_y, n_z)
+        moving = moves(c, a, inverse_mass)
         if CENTRAL:
-            moving, turning = mobility(c, a, arm_c, arm_a, inverse_mass)
-            block, w_nt, shear, plain = local_block(normal, t, moving, turning)
+            block, w_nt, shear, plain = local_block(normal, t, moving, turns(c, a, arm_c, arm_a, inverse_mass))
             if result.lever.shape[0] > 0:  # other groups need it, and the arrays still hold older values
                 write_levers(m, times(-arm_c, normal), times(arm_a, normal), result.lever)
         else:
@@ -152,7 +149,6 @@ def detect_contacts(
             lever_c = seen_from(c, bodies, point)
             lever_a = seen_from(a, bodies, point)
             write_levers(m, lever_c, lever_a, result.lever)
-            moving, _ = mobility(c, a, 0.0, 0.0, inverse_mass)
             block = (weighted(normal, moving, normal), weighted(t, moving, t), weighted(frame[2], moving, frame[2]))
             coupled = (weighted(normal, moving, t), weighted(normal, moving, frame[2]), weighted(t, moving, frame[2]))
             easy_c = (inverse_mass[c, 3], inverse_mass[c, 4], inverse_mass[c, 5])

@@ -29,7 +29,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lmgcpy.contact.frames import local_frames
-from lmgcpy.contact.groups import Group
+from lmgcpy.contact.groups import Group, first_contact
 from lmgcpy.contact.interactions import Interactions
 from lmgcpy.contact.lattice import Lattice
 
@@ -174,7 +174,7 @@ class CellMotion:
             across = interactions.lateral[:, 1] - interactions.lateral[:, 0]
             branch += across[:, None] * np.column_stack([-normal[:, 1], normal[:, 0]])
         if len(interactions.lever):
-            links = max((group.stop for group in groups if group.chain is not None), default=0)
+            links = first_contact(groups)
             branch[links:] = interactions.lever[links:, 3:] - interactions.lever[links:, :3]
         branch[self.unbounded[interactions.candidate] | self.unbounded[interactions.antagonist]] = 0.0
         return np.ascontiguousarray(branch[:, self.lattice.axes])
@@ -188,7 +188,7 @@ class CellMotion:
         mobility = branch**2 @ inverse_mass[self.lattice.rows, :d]
         frame = local_frames(interactions.normal)
         blocks = (frame * mobility[:, None]) @ frame.transpose(0, 2, 1)
-        links = max((group.stop for group in groups if group.chain is not None), default=0)
+        links = first_contact(groups)
         interactions.delassus[:] += np.einsum("mii->mi", blocks)
         # a link is coupled with the next link: the term of the cell there is left to the iteration
         interactions.coupling[links:] += blocks[links:, 0, 1]

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lmgcpy.contact.frames import local_frames
+from lmgcpy.contact.groups import first_contact
 from lmgcpy.contact.narrow_phase import Interactions
 from lmgcpy.dynamics.rolling import moments
 from lmgcpy.dynamics.step_problem import StepProblem
@@ -70,7 +71,7 @@ class InteractionView:
         if len(interactions.lateral):
             lever += interactions.lateral[:, :, None] * frame[:, 1][:, None, :]
         if len(interactions.lever):
-            links = max((group.stop for group in groups if group.chain), default=0)
+            links = first_contact(groups)
             lever[links:] = interactions.lever[links:].reshape(-1, 2, 3)
         state = {name: np.full(len(impulse), np.nan) for name in state_names}
         for group in groups:

@@ -71,8 +71,6 @@ class Model:
     heavy: np.ndarray
     """Whether gravity acts on a body, (n,) bool."""
     contactors: ContactorTable
-    turning: np.ndarray
-    """Rows of the bodies that keep a rotation in space, ascending, (t,) int64."""
     rows: list[VisibilityRow]
     chains: list[ChainTable]
     apart: np.ndarray
@@ -93,6 +91,11 @@ class Model:
     """The chains before statements gave them other reference gaps or laws, for the step from the time ``drawn``."""
     drawn: float = -np.inf
     """Time of those statements [s]."""
+
+    @property
+    def turning(self) -> np.ndarray:
+        """Rows of the bodies that keep a rotation in space, ascending, (t,) int64."""
+        return self.start.turning
 
     @property
     def lattice(self) -> Lattice | None:

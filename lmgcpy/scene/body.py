@@ -393,6 +393,11 @@ class Body(ABC):
         return f"<{type(self).__name__} '{self.color}', {which}, at ({position}) m>"
 
 
+def dimension_of(position: Any) -> int:
+    """3 for a position of three numbers, else 2."""
+    return 3 if hasattr(position, "__len__") and getattr(position, "shape", None) != () and len(position) == 3 else 2
+
+
 def unit_quaternion(rotation: Any, what: str) -> np.ndarray:
     """The quaternion (q_x, q_y, q_z, q_w) of a rotation in space, (4,); TypeError or ValueError with a sentence."""
     if hasattr(rotation, "as_quat"):
@@ -442,8 +447,7 @@ class RigidBody(Body):
     """
 
     def __init__(self, contactors: list, *, mass: float, inertia: Any, **start: Any):
-        position: Any = start.get("position")
-        self.dimension = 3 if hasattr(position, "__len__") and len(position) == 3 else 2
+        self.dimension = dimension_of(start.get("position"))
         super().__init__(**start)
         if not isinstance(contactors, (list, tuple)) or not contactors:
             raise TypeError(f"A rigid body needs a list of at least one contactor, got {shown(contactors)}.")
@@ -628,7 +632,7 @@ class Wall(Boundary):
     noun = "wall"
 
     def __init__(self, *, point: Any, normal: Any, mass: float | None = None, **start: Any):
-        self.dimension = 3 if hasattr(point, "__len__") and getattr(point, "shape", None) != () and len(point) == 3 else 2
+        self.dimension = dimension_of(point)
         super().__init__(point=point, mass=mass, **start)
         self._contactor = WallContactor(normal) if self.dimension == 2 else PlaneContactor(normal)
 

@@ -111,6 +111,7 @@ def describe(scene: Scene) -> dict[str, Any]:
             sizes[:] = [size_of(radius) for radius in table.shape[:, 0].tolist()]
     for k, contactor in others.items():
         area[k], second_moment[k] = contactor.area, contactor.second_moment
+    turning = {"body": start.turning, "rotation": start.quaternion, "inertia": start.inertias}
     colors, color = _codes([body.color for body in bodies])
     kinds, kind = _codes(table.kind)
     body_kinds, body_kind = _codes([_kind(body) for body in bodies])
@@ -143,7 +144,7 @@ def describe(scene: Scene) -> dict[str, Any]:
             "held_by_default": np.array([body.held_by_default for body in bodies], dtype=bool),
             "hidden": np.array([body.hidden for body in bodies], dtype=bool),
         },
-        **({"turning": _turning(start)} if len(start.turning) else {}),
+        **({"turning": turning} if len(start.turning) else {}),
         "contactors": {
             "kinds": kinds,
             "kind": kind,
@@ -307,11 +308,6 @@ def lattice_of(description: Mapping[str, Any]) -> Lattice | None:
         raise ValueError(f"its periodic cell has the edges {', '.join(AXES[k] for k in axes)} in {d}D")
     order = np.argsort(axes)
     return Lattice(rows[order], axes[order], d)
-
-
-def _turning(start: StartNumbers) -> dict[str, np.ndarray]:
-    """The bodies that keep a rotation in space, with their rotations and inertias about their own axes."""
-    return {"body": start.turning, "rotation": start.quaternion, "inertia": start.inertias}
 
 
 def _kind(body: Body) -> str:

@@ -532,7 +532,6 @@ class Scene:
             gravity=self.gravity,
             heavy=start.heavy,
             contactors=contactors,
-            turning=turning,
             rows=[
                 VisibilityRow(
                     c,

@@ -12,7 +12,7 @@ from functools import cache
 from typing import Any
 
 from lmgcpy.compiled.fingerprint import Slot
-from lmgcpy.solve.kernels.forms.space import cross
+from lmgcpy.contact.frames import cross
 
 base_velocity: Callable[..., Any] = Slot("base_velocity")
 """``relative_velocity`` without the cell. The names below that begin with ``base_`` are likewise without it."""

@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.compiled.kernel import inlined
-from lmgcpy.contact.frames import local_frames
-from lmgcpy.solve.kernels.forms.space import cross, local_problem
+from lmgcpy.contact.frames import cross, local_frames
+from lmgcpy.solve.kernels.forms.space import local_problem
 from lmgcpy.solve.kernels.small_matrices import small_matrices
 
 __all__ = ["local_problem", "momentum", "push", "relative_velocities", "relative_velocity", "rows"]
@@ -35,8 +35,13 @@ plus_row, less_row = _of_three["plus_row"], _of_three["less_row"]
 @inlined
 def spin_in_space(velocity, b, s):
     """``R spin`` of body ``b``."""
-    spin = row(velocity, b, 3)
-    return dot(row(s.axes, b, 0), spin), dot(row(s.axes, b, 3), spin), dot(row(s.axes, b, 6), spin)
+    return in_space(b, s, row(velocity, b, 3))
+
+
+@inlined
+def in_space(b, s, v):
+    """``R v`` of body ``b``."""
+    return dot(row(s.axes, b, 0), v), dot(row(s.axes, b, 3), v), dot(row(s.axes, b, 6), v)
 
 
 @inlined

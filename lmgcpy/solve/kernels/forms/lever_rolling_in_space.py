@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.compiled.kernel import inlined
-from lmgcpy.contact.frames import local_frames
-from lmgcpy.solve.kernels.forms.lever_in_space import in_own_axes, spin_in_space
+from lmgcpy.contact.frames import cross, local_frames
+from lmgcpy.solve.kernels.forms.lever_in_space import in_own_axes, in_space, spin_in_space
 from lmgcpy.solve.kernels.forms.lever_in_space import local_problem as plain_problem
 from lmgcpy.solve.kernels.forms.lever_in_space import momentum as plain_momentum
 from lmgcpy.solve.kernels.forms.lever_in_space import push as plain_push
@@ -20,14 +20,13 @@ from lmgcpy.solve.kernels.forms.lever_in_space import relative_velocities as pla
 from lmgcpy.solve.kernels.forms.lever_in_space import relative_velocity as plain_velocity
 from lmgcpy.solve.kernels.forms.lever_in_space import rows as plain_rows
 from lmgcpy.solve.kernels.forms.rolling_in_space import moment_of
-from lmgcpy.solve.kernels.forms.space import cross
 from lmgcpy.solve.kernels.small_matrices import small_matrices
 
 WALLS = -1
 """As in ``space``."""
 _of_three = small_matrices(3)
 row, dot, multiple_row = _of_three["row"], _of_three["dot"], _of_three["multiple_row"]
-less_row, scaled_row = _of_three["less_row"], _of_three["scaled_row"]
+plus_row, less_row, scaled_row = _of_three["plus_row"], _of_three["less_row"], _of_three["scaled_row"]
 
 
 @inlined
@@ -103,21 +102,17 @@ def from_moment(i, s, moment):
     spin_c = given_spin(s.candidate[i], s, moment)
     spin_a = given_spin(s.antagonist[i], s, moment)
     # spin_c x l_c + spin_a x l_a, as the antagonist gets -spin_a
-    c_x, c_y, c_z = cross(spin_c, row(s.lever, i, 0))
-    a_x, a_y, a_z = cross(spin_a, row(s.lever, i, 3))
-    u = (c_x + a_x, c_y + a_y, c_z + a_z)
+    u = plus_row(cross(spin_c, row(s.lever, i, 0)), cross(spin_a, row(s.lever, i, 3)))
     n = row(s.normal, i, 0)
     t = row(s.tangent, i, 0)
-    spin = (spin_c[0] + spin_a[0], spin_c[1] + spin_a[1], spin_c[2] + spin_a[2])
-    u_1, u_2, u_z = about_rolling_axes(i, s, spin)
+    u_1, u_2, u_z = about_rolling_axes(i, s, plus_row(spin_c, spin_a))
     return dot(n, u), dot(t, u), dot(cross(n, t), u), u_1, u_2, u_z
 
 
 @inlined
 def given_spin(b, s, moment):
     """``R I^-1 R^T m``: spin in space that a moment gives to body ``b``."""
-    own = scaled_row(row(s.inverse_mass, b, 3), in_own_axes(b, s, moment))
-    return dot(row(s.axes, b, 0), own), dot(row(s.axes, b, 3), own), dot(row(s.axes, b, 6), own)
+    return in_space(b, s, scaled_row(row(s.inverse_mass, b, 3), in_own_axes(b, s, moment)))
 
 
 def momentum(start, stop, walls, s):

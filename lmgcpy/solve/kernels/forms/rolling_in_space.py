@@ -17,8 +17,7 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.compiled.kernel import inlined
-from lmgcpy.contact.frames import local_frames
-from lmgcpy.solve.kernels.forms.space import cross
+from lmgcpy.contact.frames import cross, local_frames
 from lmgcpy.solve.kernels.forms.space import local_problem as space_problem
 from lmgcpy.solve.kernels.forms.space import momentum as space_momentum
 from lmgcpy.solve.kernels.forms.space import push as space_push

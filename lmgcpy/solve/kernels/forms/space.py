@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.compiled.kernel import inlined
-from lmgcpy.contact.frames import local_frames
+from lmgcpy.contact.frames import cross, local_frames
 from lmgcpy.solve.kernels.small_matrices import small_matrices
 
 ROWS = 3
@@ -28,11 +28,6 @@ WALLS = -1
 _of_three = small_matrices(3)
 row, dot, multiple_row = _of_three["row"], _of_three["dot"], _of_three["multiple_row"]
 plus_row, less_row = _of_three["plus_row"], _of_three["less_row"]
-
-
-def cross(n, t):
-    """``n x t``."""
-    return n[1] * t[2] - n[2] * t[1], n[2] * t[0] - n[0] * t[2], n[0] * t[1] - n[1] * t[0]
 
 
 @inlined
