@@ -5,11 +5,13 @@ from __future__ import annotations
 import itertools
 import math
 
+import h5py
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 import lmgcpy as lm
+from lmgcpy.io.run_file.trees import digest
 
 G = 9.81
 
@@ -240,6 +242,27 @@ def test_a_wheel_of_spheres_rolls_down_at_the_speed_of_a_rimless_wheel():
     shocks = np.array(shocks[12:])  # the start is forgotten: eta^24
     np.testing.assert_allclose(shocks[:, 1] / shocks[:, 0], eta, rtol=2e-2)  # a step of free fall more or less
     np.testing.assert_allclose(shocks[:, 0], steady, rtol=2e-2)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "sentence"),
+    [
+        ("rotation", np.zeros((12, 4)), "must be a quaternion of length one"),
+        ("rotation", np.zeros((12, 3)), "the fields of bodies that turn do not fit together"),
+        ("inertia", -np.ones((12, 3)), "must be a number above 0|must be above 0|must be numbers above 0"),
+        ("inertia", np.tile([1.0, 1.0, 3.0], (12, 1)), "which no body has"),
+    ],
+)
+def test_a_damaged_table_of_bodies_that_turn_is_no_scene(tmp_path, name, value, sentence):
+    """With the right digest."""
+    path = tmp_path / "clumps.h5"
+    lm.Simulation(crowd(), time_step=2e-3).run(steps=2, record=path)
+    with h5py.File(path, "r+", locking=False) as file:
+        del file["scene/turning"][name]
+        file["scene/turning"].create_dataset(name, data=value)
+        file["scene"].attrs["digest"] = digest(file["scene"])
+    with pytest.raises(ValueError, match=sentence):
+        lm.resume(path)
 
 
 @pytest.mark.parametrize("angle", np.linspace(0.1, 6.2, 12).tolist())

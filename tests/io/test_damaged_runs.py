@@ -202,6 +202,11 @@ BY_HAND = {
     "group for a table": ("frames/index", lambda f, n: f.create_group(n), "frames/index"),
     "two components": ("frames/velocities", lambda f, n: f.create_dataset(n, data=np.ones((401, 8, 2)), chunks=True),
         "has 2 components, not 3 or 6"),
+    "seven numbers in the plane": ("frames/positions",
+        lambda f, n: f.create_dataset(n, data=np.ones((401, 8, 7)), chunks=True),
+        "is of shape .401, 8, 7., where 3 numbers a body were written"),
+    "positions of no body": ("frames/positions", lambda f, n: f.create_dataset(n, data=np.ones((401, 8)), chunks=True),
+        "is of shape .401, 8., where 3 numbers a body were written"),
     "no laws": ("about/laws", lambda f, n: f.create_dataset(n, data=np.bytes_(b"3")), "'about' is not what was written"),
 }  # fmt: skip
 

@@ -57,9 +57,10 @@ def table_types(file: Any, laws: list[str]) -> dict[str, np.dtype]:
     bodies, components = file["frames/velocities"].shape[1:]
     if components not in (3, 6):
         raise ValueError(f"'frames/velocities' has {components} components, not 3 or 6")
-    dimension, width = 2 if components == 3 else 3, file["frames/positions"].shape[2]
-    if width != 3 and (dimension, width) != (3, 7):
-        raise ValueError(f"'frames/positions' has {width} numbers a body")
+    dimension, shape = 2 if components == 3 else 3, file["frames/positions"].shape
+    width = shape[-1]
+    if len(shape) != 3 or (width != 3 and (dimension, width) != (3, 7)):
+        raise ValueError(f"'frames/positions' is of shape {shape}, where 3 numbers a body were written, or 7 in 3D")
     vectors = np.dtype(("f8", (bodies, width))), np.dtype(("f8", (bodies, components)))
     rolling = (
         ROLLING_ROWS.get(dimension, dimension) - dimension if "moment" in (file["interactions"].dtype.names or ()) else 0
