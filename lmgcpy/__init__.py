@@ -11,7 +11,7 @@ from lmgcpy.laws.coulomb import Coulomb
 from lmgcpy.laws.elastic import ElasticRod, ElasticWire
 from lmgcpy.laws.law import Law, Parameter, State
 from lmgcpy.laws.restitution import Restitution
-from lmgcpy.laws.rigid import RigidRod, RigidWire
+from lmgcpy.laws.rigid import BallJoint, RigidRod, RigidWire
 from lmgcpy.laws.rolling import RollingCoulomb
 from lmgcpy.laws.signorini import Signorini
 from lmgcpy.laws.voigt import VoigtRod, VoigtWire
@@ -22,6 +22,7 @@ from lmgcpy.scene.cell import Cell
 from lmgcpy.scene.chain import Chain
 from lmgcpy.scene.clump import Clump, clump
 from lmgcpy.scene.contactor import Contactor, DiskContactor, RodContactor, SphereContactor
+from lmgcpy.scene.joint import Joint
 from lmgcpy.scene.material import Material
 from lmgcpy.scene.mesh_clump import MeshClump, clump_from_mesh
 from lmgcpy.scene.scene import Scene
@@ -47,6 +48,7 @@ __version__ = VERSION
 __all__ = [
     "AcceleratedGaussSeidel",
     "Auto",
+    "BallJoint",
     "Body",
     "Capsule",
     "Cell",
@@ -60,6 +62,7 @@ __all__ = [
     "ElasticRod",
     "ElasticWire",
     "GaussSeidel",
+    "Joint",
     "Law",
     "LocalSolution",
     "Material",

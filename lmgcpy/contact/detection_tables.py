@@ -63,6 +63,16 @@ class VisibilityRow:
 
 
 @dataclass(frozen=True)
+class Points:
+    """Points of k bodies at which links act."""
+
+    offset: np.ndarray
+    """From the centres of the bodies, along their axes [m], (k, d)."""
+    turns: np.ndarray
+    """Whether a point is off the centre and turns with its body, (k,) bool. In space walls never turn."""
+
+
+@dataclass(frozen=True)
 class ChainTable:
     """Links of one chain: link i joins ``bodies[i]``, antagonist, and ``bodies[i + 1]``, candidate."""
 
@@ -80,6 +90,8 @@ class ChainTable:
     """Time that this takes [s]; 0 for none."""
     function: Callable[[float], np.ndarray] | None = None
     """Reference gaps [m], (links,), at a time [s], if they are a function of it: the steps :meth:`draw` them."""
+    points: Points | None = None
+    """The points of the bodies that it links; None if all are centres."""
 
     @property
     def law(self) -> Law:
@@ -95,6 +107,11 @@ class ChainTable:
     def closed(self) -> bool:
         """Whether the last body is the first."""
         return bool(self.bodies[0] == self.bodies[-1])
+
+    @property
+    def ends(self) -> tuple[np.ndarray, np.ndarray]:
+        """Places in ``bodies`` of the antagonist and of the candidate of each link, (links,)."""
+        return np.arange(self.link_count), np.arange(1, self.link_count + 1)
 
     @cached_property
     def parameters(self) -> np.ndarray:
@@ -116,3 +133,27 @@ class ChainTable:
         if time >= self.relaxation:
             return self.reference_gap
         return self.start_gap + (self.reference_gap - self.start_gap) * (time / self.relaxation)
+
+    @property
+    def form(self) -> str:
+        """Name of the form of the rows of H."""
+        return "central" if self.points is None or not self.points.turns.any() else "lever"
+
+
+@dataclass(frozen=True)
+class JointTable(ChainTable):
+    """Joints of one law: joint j ties a point of ``bodies[2 j]``, antagonist, to a point of ``bodies[2 j + 1]``, candidate.
+
+    It has a link along each axis of space, with the component of the vector between the points as its gap. These d links
+    stand one after another.
+    """
+
+    @property
+    def closed(self) -> bool:
+        """False: joints are no chain."""
+        return False
+
+    @property
+    def ends(self) -> tuple[np.ndarray, np.ndarray]:
+        antagonist = np.repeat(np.arange(0, len(self.bodies), 2), 2 * self.link_count // len(self.bodies))
+        return antagonist, antagonist + 1

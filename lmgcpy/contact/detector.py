@@ -24,7 +24,7 @@ from lmgcpy.contact.groups import Group, check_pairs, contact_group, meets_walls
 from lmgcpy.contact.images import Images, Seen
 from lmgcpy.contact.interactions import Interactions, empty_interactions
 from lmgcpy.contact.lattice import Lattice
-from lmgcpy.contact.links import LINKS
+from lmgcpy.contact.links import LINKS, detect_at_points
 from lmgcpy.contact.memory import LastStep, Memory
 from lmgcpy.contact.neighbours import KindPair, Surroundings, kind_pairs, neighbours
 from lmgcpy.contact.positions import largest_move, place_in_plane, place_in_space
@@ -248,6 +248,10 @@ class Detector:
         chain = group.chain
         assert chain is not None
         rows, stop = chain.bodies, group.start + group.slots
+        if chain.points is not None:
+            lattice = None if self._images is None else self._images.lattice
+            detect_at_points(chain, group.start, group.first_slot, bodies, inverse_mass, lattice, self._capacity)
+            return stop
         course = None if self._images is None else self._images.course(rows, bodies)
         if course is not None:
             rows, bodies, inverse_mass = np.arange(len(rows)), course, inverse_mass[rows]
@@ -330,7 +334,7 @@ class Detector:
             width = 2.0 * self._usual + self._reach
             slabs = cut_bodies(placed[:, : self.dimension], self.contactors, self._bounded, self._free, width)
         self.place = None if slabs is None else slabs.place
-        groups = [Group(chain.law, chain=chain) for chain in self.chains]
+        groups = [Group(chain.law, chain.form, chain=chain) for chain in self.chains]
         for row, kinds in zip(self.rows, self._kinds, strict=True):
             groups += [group for pair in kinds if (group := self._group(row, pair, around, slabs)).slots]
         slots = 0

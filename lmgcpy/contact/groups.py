@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from lmgcpy.compiled.kernel import Kernel
-from lmgcpy.contact.detection_tables import ChainTable, ContactorTable, VisibilityRow
+from lmgcpy.contact.detection_tables import ChainTable, ContactorTable, JointTable, VisibilityRow
 from lmgcpy.contact.neighbours import KindPair
 from lmgcpy.contact.slabs import Slabs, sort_pairs
 from lmgcpy.laws import Law
@@ -15,7 +15,7 @@ from lmgcpy.laws import Law
 
 @dataclass
 class Group:
-    """Interactions of one law and one kind of contactor pair (``chain``: of one wire), rows start to stop."""
+    """Interactions of one law and one kind of contactor pair (``chain``: of a chain, or of joints), rows start to stop."""
 
     law: Law
     form: str = "central"
@@ -55,6 +55,11 @@ class Group:
     def slots(self) -> int:
         """How many interactions the group may have."""
         return self.chain.link_count if self.chain else len(self.pairs)
+
+    @property
+    def jointed(self) -> bool:
+        """Whether its interactions are those of joints."""
+        return isinstance(self.chain, JointTable)
 
     @property
     def identity(self) -> tuple[int, int]:

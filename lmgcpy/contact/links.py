@@ -1,4 +1,19 @@
-"""Links of a chain, between centres: gap, local frame and blocks of W; one kernel for 2D and 3D."""
+"""Links of a chain: gap, local frame and blocks of W. Between centres one kernel for 2D and 3D.
+
+Links may act at points p of their bodies, with the levers ``l = p - x``. An impulse f at a point gives the point the
+velocity ``K f``, with the mobility
+
+    K = M^-1 + B^T I^-1 B,      B f = R^T (l x f),
+
+R the rotation from the axes of the body to those of space, in 2D without R. So the block of W of a link along n is
+``n . (K_c + K_a) n``, and between neighbours, which act at the same point of the body that they share, the entry is
+``-n_i . K n_j``: the part of W of a chain stays tridiagonal.
+
+A joint is a link along each axis of space, whose gap is the component of the vector from the antagonist's point to the
+candidate's. Both bodies feel it half-way between their points, so that the pair of forces has no moment. The part of W of its
+d links is ``K_c + K_a``: two links in a row in 2D, and in 3D three links in a ring,
+whose entries ``coupling`` holds.
+"""
 
 from __future__ import annotations
 
@@ -9,10 +24,13 @@ import numpy as np
 
 from lmgcpy.compiled.fingerprint import Slot
 from lmgcpy.compiled.kernel import Kernel, kernel
-from lmgcpy.contact.frames import tangent_of
+from lmgcpy.contact.detection_tables import ChainTable, JointTable, Points
+from lmgcpy.contact.frames import local_frames, tangent_of
 from lmgcpy.contact.interactions import Interactions
+from lmgcpy.contact.lattice import Lattice
 from lmgcpy.contact.narrow_phase import translation_block
 from lmgcpy.contact.narrow_phase_3d import moves, weighted
+from lmgcpy.contact.positions import axes_of, in_space
 
 centre_line: Callable[..., Any] = Slot("centre_line")
 """``(bodies, c, a)``: distance between two centres [m] and unit vector from a to c; upward if they coincide."""
@@ -101,3 +119,89 @@ LINKS: dict[int, Kernel] = {
     3: detect_links.specialise(centre_line=_centre_line_3d, link_block=_link_block_3d),
 }
 """The kernel of each dimension."""
+
+
+def offsets_in_space(points: Points, positions: np.ndarray) -> np.ndarray:
+    """Vectors from the centres to the points (k, d), along the axes of space [m]; ``positions`` of the bodies, (k, w)."""
+    if positions.shape[1] == 7:
+        return in_space(positions[:, 3:], points.offset)
+    if points.offset.shape[1] == 3:
+        return points.offset
+    (x, y), angle = points.offset.T, positions[:, 2]
+    return np.column_stack([np.cos(angle) * x - np.sin(angle) * y, np.sin(angle) * x + np.cos(angle) * y])
+
+
+def mobility(lever: np.ndarray, positions: np.ndarray, inverse_mass: np.ndarray) -> np.ndarray:
+    """K of points with these levers (k, d) on bodies at ``positions`` (k, w) [1/kg], (k, d, d)."""
+    d = lever.shape[1]
+    if d == 2:
+        turning = np.column_stack([-lever[:, 1], lever[:, 0]])[:, :, None]  # B^T
+    else:
+        turning = np.cross(lever[:, None], np.eye(3)) @ axes_of(positions)
+    result = (turning * inverse_mass[:, None, d:]) @ turning.transpose(0, 2, 1)
+    result[:, range(d), range(d)] += inverse_mass[:, :d]
+    return result
+
+
+def detect_at_points(
+    chain: ChainTable,
+    start: int,
+    first_slot: int,
+    bodies: np.ndarray,
+    inverse_mass: np.ndarray,
+    lattice: Lattice | None,
+    result: Interactions,
+) -> None:
+    """Write the links of a chain, or of joints, at points of bodies, from the row ``start`` on; see ``detect_links``."""
+    assert chain.points is not None
+    rows, d, count = chain.bodies, chain.points.offset.shape[1], chain.link_count
+    positions = bodies[rows]
+    offset = offsets_in_space(chain.points, positions).copy()
+    place = positions[:, :d] + offset
+    if isinstance(chain, JointTable):
+        branch = place[1::2] - place[::2]
+        if lattice is not None:
+            branch = lattice.shortened(branch, lattice.edges(bodies))
+        # both act half-way between the points, which are apart by an error of the step: no moment is left over
+        offset[::2] += 0.5 * branch
+        offset[1::2] -= 0.5 * branch
+    lever = np.where(chain.points.turns[:, None], offset, 0.0)
+    K = mobility(lever, positions, inverse_mass[rows])
+    if isinstance(chain, JointTable):
+        normal, along = np.tile(np.eye(d), (count // d, 1)), branch.ravel()
+        of_joint = K[::2] + K[1::2]
+        both = np.repeat(of_joint, d, axis=0)
+        coupling = of_joint[:, range(d), np.roll(range(d), -1)]
+        if d == 2:  # no ring: the second is the last
+            coupling[:, 1] = 0.0
+        coupling = coupling.ravel()
+    else:
+        if lattice is not None:
+            place = lattice.course(place, lattice.edges(bodies))
+        branch = np.diff(place, axis=0)
+        distance = np.sqrt((branch * branch).sum(axis=1))
+        upward = np.eye(d)[-1]
+        normal = np.where(distance[:, None] > 0.0, branch / np.where(distance > 0.0, distance, 1.0)[:, None], upward)
+        along = distance - chain.radius_sum
+        both = K[:-1] + K[1:]
+        coupling = -np.einsum("ki,kij,kj->k", normal, K[1:], np.roll(normal, -1, axis=0))
+        if not chain.closed:
+            coupling[-1] = 0.0
+    part, (a, c) = slice(start, start + count), chain.ends
+    frame = local_frames(normal)
+    result.candidate[part], result.antagonist[part], result.gap[part] = rows[c], rows[a], along
+    result.normal[part], result.coupling[part] = normal, coupling
+    result.delassus[part] = np.einsum("kei,kij,kej->ke", frame, both, frame)
+    result.slot[part] = first_slot + np.arange(count)
+    if d == 3:
+        result.tangent[part] = frame[:, 1]
+        result.arm[part] = 0.0
+        result.shear[part] = 0.0
+        if len(result.lever):
+            result.lever[part] = np.hstack([lever[c], lever[a]])
+        return
+    # distance along the normal towards the other body, and tangential coordinate of the point
+    ends = np.stack([lever[c], lever[a]], axis=1)
+    result.arm[part] = np.einsum("kej,kj->ke", ends, normal) * [-1.0, 1.0]
+    if len(result.lateral):
+        result.lateral[part] = np.einsum("kej,kj->ke", ends, frame[:, 1])

@@ -65,6 +65,25 @@ def turned_back(q, v):
     return rotated((-q[0], -q[1], -q[2], q[3]), v)
 
 
+def in_space(quaternions: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """Vectors (..., 3) along the axes of bodies with these quaternions (..., 4), along those of space."""
+    axis, last = quaternions[..., :3], quaternions[..., 3:]
+    twice = 2.0 * np.cross(axis, vectors)
+    return vectors + last * twice + np.cross(axis, twice)
+
+
+def in_own_axes(quaternions: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """Vectors (..., 3) along the axes of space, along the axes of bodies with these quaternions (..., 4)."""
+    return in_space(quaternions * [-1.0, -1.0, -1.0, 1.0], vectors)
+
+
+def axes_of(positions: np.ndarray) -> np.ndarray:
+    """Matrices of the rotations from the axes of bodies to those of space, (k, 3, 3), from positions in space (k, w)."""
+    if positions.shape[1] == 3:
+        return np.tile(np.eye(3), (len(positions), 1, 1))
+    return in_space(positions[:, None, 3:], np.eye(3)[None]).transpose(0, 2, 1)  # columns: unit vectors of the body
+
+
 @kernel
 def largest_move(positions, before, dimension):
     """Square of the largest displacement between two sets of positions [m^2]."""

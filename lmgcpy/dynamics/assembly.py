@@ -79,7 +79,7 @@ class Assembler:
         cell = model.cell_in_step(before, free_velocity)
         axes = matrices(positions, model.turning)
         kept = self._kept
-        swept = (b"" if more is None else more.tobytes()) + (b"" if model.drag is None else mobility.tobytes())
+        swept = (b"" if more is None else more.tobytes()) + (b"" if mobility is model.inverse_mass else mobility.tobytes())
         kind = interactions.slot[:KEPT].tobytes(), time_step, wire_blocks, [group.diagonal for group in groups], swept
         if kept is None or groups is not self._groups or kind != self._kind or cell is not None:
             self._kept = kept = None  # frees its arrays before the new ones are made
@@ -126,7 +126,7 @@ def lay_out(
     rolls = width > dimension  # some contacts of the scene have rolling components
     inverse_mass, light = mobility, no_light_bodies(mobility.shape[1])
     if more is not None:
-        mass = model.free_mass if model.drag is None else 1.0 / np.where(mobility > 0.0, mobility, np.inf)
+        mass = model.free_mass if mobility is model.inverse_mass else 1.0 / np.where(mobility > 0.0, mobility, np.inf)
         inverse_mass, light = mobility / more[:, None], light_bodies(more, rate, mass)
     if rolls:
         mark_isotropic(groups, interactions, inverse_mass)

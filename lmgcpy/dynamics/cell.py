@@ -168,14 +168,21 @@ class CellMotion:
         for group in groups:
             if group.chain is not None:
                 part = slice(group.start, group.stop)
-                along[part] = interactions.gap[part] + group.chain.radius_sum
+                along[part] += interactions.gap[part] + group.chain.radius_sum
         branch = along[:, None] * normal
         if len(interactions.lateral):  # in 2D, t = (-n_y, n_x)
             across = interactions.lateral[:, 1] - interactions.lateral[:, 0]
             branch += across[:, None] * np.column_stack([-normal[:, 1], normal[:, 0]])
         if len(interactions.lever):
             links = first_contact(groups)
-            branch[links:] = interactions.lever[links:, 3:] - interactions.lever[links:, :3]
+            levers = interactions.lever[:, 3:] - interactions.lever[:, :3]
+            branch[:links] += levers[:links]
+            branch[links:] = levers[links:]
+        for group in groups:
+            if group.jointed:  # all links of a joint are between the same two points
+                part, d = slice(group.start, group.stop), normal.shape[1]
+                gap = interactions.gap[part, None] * normal[part]
+                branch[part] += np.repeat(gap.reshape(-1, d, d).sum(axis=1), d, axis=0) - gap
         branch[self.unbounded[interactions.candidate] | self.unbounded[interactions.antagonist]] = 0.0
         return np.ascontiguousarray(branch[:, self.lattice.axes])
 

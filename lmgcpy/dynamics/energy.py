@@ -95,12 +95,14 @@ class Energy:
         dissipated: dict[str, float],
         inertial: np.ndarray | None = None,
         given: Iterable[tuple[str, float]] = (),
+        held: Iterable[tuple[str, float]] = (),
     ) -> None:
         """Enter a step at its end: the external forces (n, k), and the velocities of the bodies before it (n, k).
 
         ``dissipated``: see :func:`dissipated_by_law`. ``pushed``: impulses that moved bodies without giving them velocity
         (m, d), None for none; their work is the work against the loads on the way. ``inertial``: forces of inertia in a
-        periodic cell (n, k), None for none; ``given``: see :func:`given_by_hand`. Raises FloatingPointError, and enters
+        periodic cell (n, k), None for none; ``given``: see :func:`given_by_hand`; ``held``: works of moments by name of
+        law, see ``LeverStiffness.works``. Raises FloatingPointError, and enters
         nothing, if a stored energy is not finite.
         """
         data, system, after = problem.data, problem.system, problem.system.velocity
@@ -119,6 +121,7 @@ class Energy:
                 energy = ask(group, kernels.energy, "energy", problem.system, data, arguments)
                 check_energy(problem, group, energy)
                 stored[name] = stored.get(name, 0.0) + energy
+        works = added(works, dict(held))
         gain, self.kinetic, power = totals(terms_of_bodies, model.free_mass, force, before, after)
         # the energy stored before the first step is not known: for laws that store, the first step does not count
         counted = [name for name in works if name in model.passive and (name not in stored or name in self.stored)]
@@ -190,8 +193,7 @@ def given_by_hand(problem: StepProblem, earlier: list[ChainTable], predicted: np
     gaps if no prediction is known. A rigid link stores nothing: while it is drawn, it gets the work of its impulse.
     """
     data = problem.data
-    chains = [pair for pair in zip(problem.by_law, problem.kernels, strict=True) if pair[0].chain]
-    for (group, kernels), before in zip(chains, earlier, strict=True):
+    for group, kernels, before in zip(problem.by_law, problem.kernels, earlier, strict=False):  # chains come first
         assert group.chain is not None
         if before is group.chain:
             continue

@@ -37,6 +37,7 @@ from lmgcpy.contact.detection_tables import ChainTable
 from lmgcpy.contact.frames import local_frames
 from lmgcpy.dynamics.step_problem import StepProblem
 from lmgcpy.solve.kernels.stiffened_wire_block import scratch_columns
+from lmgcpy.solve.kernels.system import System
 from lmgcpy.solve.problems.report import NOT_FINITE, SOLVED_CODES, Outcome
 
 ENOUGH = 0.1
@@ -59,13 +60,16 @@ class LinkStiffness:
     radius_sum: np.ndarray
     """Sum of the two radii [m], (L,)."""
     share: np.ndarray
-    """P, see the module's text [1/kg], (L,)."""
+    """P, see the module's text [1/kg], (L,). A point off the centre has more mobility than 1/m: the greatest that it may
+    have is taken."""
     joined: np.ndarray
     """Whether a link shares a bead with the next one of its chain, (L,) bool."""
     following: np.ndarray
     """Row of the next link of its chain, (L,)."""
     cuts: np.ndarray
     """First link of each chain, and the number of links."""
+    turns: bool
+    """Whether some act at points that turn with their bodies."""
 
     @classmethod
     def of(cls, chains: list[ChainTable], inverse_mass: np.ndarray, dimension: int) -> LinkStiffness:
@@ -75,7 +79,8 @@ class LinkStiffness:
         a = np.concatenate([nothing, *(chain.bodies[:-1] for chain in chains)])
         c = np.concatenate([nothing, *(chain.bodies[1:] for chain in chains)])
         held = np.bincount(np.concatenate([a, c]), minlength=len(inverse))  # links at each body
-        weight = held * inverse.max(axis=1, initial=0.0)
+        weight_a, weight_c = (held[ends] * inverse.max(axis=1, initial=0.0)[ends] for ends in (a, c))
+        turning = inverse_mass[:, dimension:].max(axis=1, initial=0.0)
         cuts = np.cumsum([0, *(chain.link_count for chain in chains)])
         following = np.arange(1, len(a) + 1)
         joined = np.ones(len(a), dtype=bool)
@@ -83,8 +88,14 @@ class LinkStiffness:
             following[end - 1] = first
             if chain.bodies[0] != chain.bodies[-1]:
                 joined[end - 1] = False
+            if chain.points is not None:  # at most 1/m + |p|^2 / I
+                square = (chain.points.offset**2).sum(axis=1)
+                more = held[chain.bodies] * turning[chain.bodies] * np.where(chain.points.turns, square, 0.0)
+                weight_a[first:end] += more[:-1]
+                weight_c[first:end] += more[1:]
         radius_sum = np.concatenate([np.zeros(0), *(chain.radius_sum for chain in chains)])
-        return cls(len(a), dimension, radius_sum, weight[a] + weight[c], joined, following, cuts)
+        turns = any(chain.form == "lever" for chain in chains)
+        return cls(len(a), dimension, radius_sum, weight_a + weight_c, joined, following, cuts, turns)
 
     def resolution(self, impulse: np.ndarray, gap: np.ndarray, time_step: float) -> np.ndarray:
         """``s = h |r_n| P / l`` of each link in tension, zero of the others, (L,); impulses (m, d), gaps (m,).
@@ -115,17 +126,29 @@ class LinkStiffness:
         s, d = problem.system, self.dimension
         frame = local_frames(s.normal[: self.count])
         across = frame.transpose(0, 2, 1)
-        of_candidate, of_antagonist = (s.inverse_mass[ids[: self.count], :d] for ids in (s.candidate, s.antagonist))
-        shared = np.where(self.joined[:, None], of_candidate, 0.0)
+        own, shared = self._blocks(s, frame)
         length = problem.data.gap[: self.count] + self.radius_sum
         system = s._replace(
             geometric=stiffness.copy(),
             carried=self._carried(frame, length, problem.data.before[: self.count], before),
-            own=(frame * (of_candidate + of_antagonist)[:, None]) @ across,  # a quarter of the time of einsum
-            following=-(frame * shared[:, None]) @ across[self.following],
-            scratch=np.zeros((self.count, scratch_columns(d)["WIDTH"])),
+            own=own @ across,
+            following=-shared @ across[self.following],
+            scratch=np.zeros((len(s.scratch), scratch_columns(d)["WIDTH"])),
         )
         return problem.on(system, stiffened=True)
+
+    def _blocks(self, s: System, frame: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """``frame K`` (L, d, d) of each link with the mobility K of its two ends [1/kg], and with the mobility of the end
+        that it shares with the next link."""
+        d, ends = self.dimension, (s.candidate[: self.count], s.antagonist[: self.count])
+        of_candidate, of_antagonist = (s.inverse_mass[ids, :d] for ids in ends)
+        shared = np.where(self.joined[:, None], of_candidate, 0.0)
+        own = frame * (of_candidate + of_antagonist)[:, None]  # a quarter of the time of einsum
+        if not self.turns:
+            return own, frame * shared[:, None]
+        of_candidate, of_antagonist = (turning_part(s, end, ids) for end, ids in enumerate(ends))
+        more = np.where(self.joined[:, None, None], of_candidate, 0.0)
+        return own + frame @ (of_candidate + of_antagonist), frame * shared[:, None] + frame @ more
 
     def _carried(self, frame: np.ndarray, length: np.ndarray, velocity: np.ndarray, weight: np.ndarray) -> np.ndarray:
         """c_t of each link [m/s], (L, d - 1), from the relative velocities (L, d) at the start of the step.
@@ -148,6 +171,21 @@ class LinkStiffness:
             omega = np.linalg.lstsq((root[..., None] * turns).reshape(-1, 3), (root * u).ravel(), rcond=1e-10)[0]
             carried[first:end] = turns @ omega
         return carried
+
+
+def turning_part(s: System, end: int, bodies: np.ndarray) -> np.ndarray:
+    """``B^T I^-1 B`` of the candidates' (``end`` 0) or the antagonists' points of links [1/kg], (L, d, d); see
+    :mod:`lmgcpy.contact.links`."""
+    count, d = len(bodies), s.normal.shape[1]
+    if d == 3:
+        turning = np.cross(s.lever[:count, None, 3 * end : 3 * end + 3], np.eye(3)) @ s.axes[bodies].reshape(-1, 3, 3)
+    else:
+        normal = s.normal[:count]
+        across = np.column_stack([-normal[:, 1], normal[:, 0]])
+        sign = -1.0 if end == 0 else 1.0
+        lever = sign * s.arm[:count, end, None] * normal + s.lateral[:count, end, None] * across
+        turning = np.column_stack([-lever[:, 1], lever[:, 0]])[:, :, None]
+    return (turning * s.inverse_mass[bodies, None, d:]) @ turning.transpose(0, 2, 1)
 
 
 def solve_stiffened(

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from lmgcpy.contact.detection_tables import ChainTable, ContactorTable, VisibilityRow
+from lmgcpy.contact.detection_tables import ChainTable, ContactorTable, JointTable, VisibilityRow
 from lmgcpy.contact.lattice import Lattice
 from lmgcpy.dynamics.cell import CellMotion
 from lmgcpy.dynamics.changes import Change, law_values
@@ -87,6 +87,8 @@ class Model:
     """The periodic cell, if there is one."""
     drag: Drag | None = None
     """The drag of a medium, if there is one."""
+    joints: list[JointTable] = field(default_factory=list)
+    """The joints, those of one law in one table."""
     earlier: list[ChainTable] | None = None
     """The chains before statements gave them other reference gaps or laws, for the step from the time ``drawn``."""
     drawn: float = -np.inf
@@ -114,10 +116,15 @@ class Model:
         np.minimum.at(size, self.contactors.body, self.contactors.bounding_radius)
         return size
 
+    @property
+    def links(self) -> list[ChainTable]:
+        """The chains, then the joints."""
+        return [*self.chains, *self.joints]
+
     @cached_property
     def passive(self) -> frozenset[str]:
         """Names of the laws that promise to give no energy but the energy that they store."""
-        laws = [row.law for row in self.rows] + [chain.law for chain in self.chains]
+        laws = [row.law for row in self.rows] + [table.law for table in self.links]
         return frozenset(law.NAME for law in laws if {"dissipative", "potential"} & law.TRAITS or law.energy is not None)
 
     @cached_property
@@ -147,7 +154,7 @@ class Model:
     def linked(self) -> np.ndarray:
         """Whether a body is in a chain, (n,) bool."""
         linked = np.zeros(len(self.mass), dtype=bool)
-        for chain in self.chains:
+        for chain in self.links:
             linked[chain.bodies] = True
         return linked
 

@@ -28,6 +28,7 @@ from __future__ import annotations
 import numpy as np
 
 from lmgcpy.compiled.kernel import inlined, kernel
+from lmgcpy.contact.positions import axes_of
 
 TURN = 0.1
 """Largest angle of a part of a free motion [rad]. The error of a part is a twelfth of the cube of it at most."""
@@ -150,18 +151,5 @@ def matrices(positions: np.ndarray, turning: np.ndarray) -> np.ndarray:
     if not len(turning):
         return np.zeros((0, 9))
     axes = np.tile(np.eye(3).ravel(), (len(positions), 1))
-    columns = in_space(positions[turning, None, 3:], np.eye(3)[None])  # of the unit vectors of the body
-    axes[turning] = columns.transpose(0, 2, 1).reshape(-1, 9)
+    axes[turning] = axes_of(positions[turning]).reshape(-1, 9)
     return axes
-
-
-def in_space(quaternions: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-    """Vectors (..., 3) along the axes of bodies with these quaternions (..., 4), along those of space."""
-    axis, last = quaternions[..., :3], quaternions[..., 3:]
-    twice = 2.0 * np.cross(axis, vectors)
-    return vectors + last * twice + np.cross(axis, twice)
-
-
-def in_own_axes(quaternions: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-    """Vectors (..., 3) along the axes of space, along the axes of bodies with these quaternions (..., 4)."""
-    return in_space(quaternions * [-1.0, -1.0, -1.0, 1.0], vectors)

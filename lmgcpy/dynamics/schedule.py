@@ -21,11 +21,13 @@ def schedule(groups: list[Group], kernels: list[LawKernels], offset: np.ndarray)
     ``offset``: where the numbers of each group begin in ``System.prepared``.
     """
     if all(group.cuts is None for group in groups):
-        start, stop = [group.start for group in groups], [group.stop for group in groups]
-        return Groups.in_order(kernels, start, stop, offset)
+        order = [piece for g, group in enumerate(groups) for piece in _in_blocks(g, group, kernels[g])]
+        first = [offset[g] + len(groups[g].law.PREPARED) * (start - groups[g].start) for g, start, _, _ in order]
+        ends = [start for _, start, _, _ in order], [stop for _, _, stop, _ in order]
+        return Groups.in_order([kernels[g] for g, _, _, _ in order], *ends, first)
     pieces: list[Piece] = []
     task, phase = [0], [0]
-    for tasks in _phases(groups):
+    for tasks in _phases(groups, kernels):
         for found in tasks:
             if found:
                 pieces += found
@@ -36,23 +38,31 @@ def schedule(groups: list[Group], kernels: list[LawKernels], offset: np.ndarray)
     of = table[:, 0].tolist()
     walls = [groups[g].walls if inside else -1 for g, _, _, inside in pieces]
     width = np.array([len(group.law.PREPARED) for group in groups])
-    first = np.array([group.start for group in groups])
+    starts = np.array([group.start for group in groups])
     return Groups(
         sweep=np.array([kernels[g].sweep_in_slab(wall).address for g, wall in zip(of, walls, strict=True)], np.int64),
         error=np.array([kernels[g].error.address for g in of], np.int64),
         momentum=np.array([kernels[g].momentum.address for g in of], np.int64),
         start=table[:, 1].copy(),
         stop=table[:, 2].copy(),
-        offset=np.asarray(offset)[of] + width[of] * (table[:, 1] - first[of]),
+        offset=np.asarray(offset)[of] + width[of] * (table[:, 1] - starts[of]),
         walls=np.array(walls, np.int64),
         task=np.array(task),
         phase=np.array(phase),
     )
 
 
-def _phases(groups: list[Group]) -> Iterator[list[list[Piece]]]:
+def _in_blocks(g: int, group: Group, kernels: LawKernels) -> list[Piece]:
+    """The pieces of a group that are swept one after another: all of it, or the links of each joint if they are a block."""
+    if not (group.jointed and kernels.key.block):
+        return [(g, group.start, group.stop, False)]
+    d = kernels.key.form.dimension
+    return [(g, row, row + d, False) for row in range(group.start, group.stop, d)]
+
+
+def _phases(groups: list[Group], kernels: list[LawKernels]) -> Iterator[list[list[Piece]]]:
     """The tasks of each phase, each a list of pieces; some may be empty."""
-    chains = [[(g, group.start, group.stop, False)] for g, group in enumerate(groups) if group.chain]
+    chains = [_in_blocks(g, group, kernels[g]) for g, group in enumerate(groups) if group.chain]
     bodies = [np.unique(group.chain.bodies) for group in groups if group.chain]
     apart = len(np.unique(np.concatenate([np.zeros(0, int), *bodies]))) == sum(map(len, bodies))
     yield chains if apart else [[piece for chain in chains for piece in chain]]

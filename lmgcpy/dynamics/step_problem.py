@@ -59,7 +59,8 @@ class StepProblem(Step):
         """The same step on another system, with changes of the keys of its kernels; ``stiffened`` concerns chains alone."""
         kernels = []
         for group, own in zip(self.by_law, self.kernels, strict=True):
-            here = {name: value for name, value in changes.items() if name != "stiffened" or group.chain is not None}
+            chain = group.chain is not None and not group.jointed
+            here = {name: value for name, value in changes.items() if name != "stiffened" or chain}
             kernels.append(law_kernels(type(group.law), replace(own.key, **here)))
         groups = schedule(self.by_law, kernels, self.offset)
         return replace(self, system=system, kernels=kernels, groups=groups)

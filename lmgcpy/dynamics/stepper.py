@@ -14,6 +14,7 @@ from lmgcpy.contact.detection_tables import ChainTable
 from lmgcpy.contact.detector import Detector
 from lmgcpy.contact.foreign_pairs import NarrowPhaseError
 from lmgcpy.contact.narrow_phase import Interactions
+from lmgcpy.contact.positions import in_space
 from lmgcpy.dynamics import turning_overlap
 from lmgcpy.dynamics.assembly import Assembler
 from lmgcpy.dynamics.cell import CellMotion, TurnedOver
@@ -21,11 +22,12 @@ from lmgcpy.dynamics.changes import Change, as_rows, from_rows
 from lmgcpy.dynamics.checkpoint import Checkpoint, check
 from lmgcpy.dynamics.energy import Energy, dissipated_by_law, given_by_hand, kinetic_energy
 from lmgcpy.dynamics.faults.finite_checks import POSITION, VELOCITY, check_bodies, check_detection
-from lmgcpy.dynamics.geometric_stiffness import LinkStiffness
+from lmgcpy.dynamics.geometric_stiffness import TURNS, LinkStiffness
 from lmgcpy.dynamics.interactions import InteractionView
 from lmgcpy.dynamics.journal import Journal
+from lmgcpy.dynamics.lever_stiffness import LeverStiffness
 from lmgcpy.dynamics.model import BodyState, Drive, Model
-from lmgcpy.dynamics.rotation import in_space, turn_freely, turn_on
+from lmgcpy.dynamics.rotation import turn_freely, turn_on
 from lmgcpy.dynamics.solve_step import solve_step
 from lmgcpy.dynamics.step_problem import StepProblem
 from lmgcpy.dynamics.straight_spans import StraightSpans
@@ -80,11 +82,13 @@ class Found(NamedTuple):
     predicted_gap: np.ndarray
     """Gaps of contacts at the next detection, as the first solve predicts them [m], (m,), NaN if the law does not keep
     it."""
+    held: tuple[np.ndarray, np.ndarray] | None
+    """Stiffness of the levers of links, and the spins that it leaves, (n, k - d); None if none acts."""
 
 
 CHANGED = (
     *("model", "steps", "report", "energy", "unconverged_steps", "worst_residual", "worst_slip"),
-    *("_last", "_links", "_straight_spans", "_displacement_watch"),
+    *("_last", "_links", "_levers", "_straight_spans", "_displacement_watch"),
 )
 """Attributes of a simulation that a step or a restore sets, besides detector and assembler."""
 
@@ -135,11 +139,12 @@ class Stepper:
         self.report = Report()
         model = self.model
         self.energy = Energy(kinetic=kinetic_energy(model.free_mass, self.state.velocities))
-        tables = model.contactors, model.rows, model.chains
+        tables = model.contactors, model.rows, model.links
         self._detector = Detector(*tables, model.inverse_mass, model.dimension, model.apart, model.lattice)
         self._detector.hide(model.hidden)
         self._assembler = Assembler(model)
         self._links = LinkStiffness.of(model.chains, model.inverse_mass, model.dimension)
+        self._levers = LeverStiffness.of(model)
         self._straight_spans = StraightSpans.of(model.chains, model.inverse_mass, model.dimension)
         self._last: tuple[StepProblem, Interactions] | None = None
         self.unconverged_steps = 0
@@ -220,7 +225,8 @@ class Stepper:
                 turn_on(self.model.turning, found.displacement - h * after, state.positions)
             driven_last = self._turn(theta * h, after)  # (5)
         given = () if earlier is None else given_by_hand(problem, earlier, self._turning_stretch.predicted)
-        self.energy.advance(problem, self.model, flight.force, v, found.pushed, dissipated, flight.inertial, given)
+        held = () if found.held is None else self._levers.works(problem, *found.held, v)
+        self.energy.advance(problem, self.model, flight.force, v, found.pushed, dissipated, flight.inertial, given, held)
         self.energy.turn(driven, driven_last)
         sentences += self._watched(found, flight.force, v)
         state.velocities[:] = after
@@ -246,19 +252,20 @@ class Stepper:
         if len(model.mass) > before or model.rows is not self.model.rows:
             if len(model.mass) > before and self.state.overlap == "warn":  # with "stop" it was refused as it was added
                 sentences += overlaps_at_start(model, before)
-            tables = model.contactors, model.rows, model.chains
+            tables = model.contactors, model.rows, model.links
             detector = self._detector.grown(tables, model.inverse_mass, model.hidden, model.apart, self.state.positions)
             self._displacement_watch = DisplacementWatch(model, self._said)
         else:
             detector = copy(self._detector)
             if model.chains is not self.model.chains:
-                detector = detector.with_chains(model.chains)
+                detector = detector.with_chains(model.links)
             detector.change(model.inverse_mass, model.hidden)
         for row, now in zip(self.model.rows, model.rows, strict=True):
             if row is not now:  # the energy of contacts under other parameters is not known before the step
                 self.energy.stored = {name: value for name, value in self.energy.stored.items() if name != row.law.NAME}
         self.model, self._detector, self._assembler = model, detector, Assembler(model)
         self._links = LinkStiffness.of(model.chains, model.inverse_mass, model.dimension)
+        self._levers = LeverStiffness.of(model)
         self._straight_spans = StraightSpans.of(model.chains, model.inverse_mass, model.dimension)
         self._turning_stretch.look_at(model)
         self._watch.follow(model)
@@ -358,18 +365,15 @@ class Stepper:
         the chains before they were drawn in or let out, if any was."""
         far, h = self._displacement_watch, self.time_step
         moves = far.measure(before, h)
-        interactions, given = self._assemble(before, flight, moves)
-        solved = self._solve(given)
+        interactions, given, solved, held = self._detect_and_solve(before, flight, moves)
         after = far.measure(solved.system.velocity, h)
         if far.unseen(moves, after, self._detector.widest):
             report, velocity = self.report, solved.system.velocity.copy()
             again = report.solved and len(given.light.body) > 0  # flung about, they would double the work of many steps
             if again:
                 self._detector.begin_again(interactions, solved.system.impulse)
-            interactions, given = self._assemble(before, flight, worse(moves, after))
-            if again:
-                given.light.centre[:] = velocity[given.light.body]
-            solved = self._solve(given)
+            centre = velocity if again else None
+            interactions, given, solved, held = self._detect_and_solve(before, flight, worse(moves, after), centre)
             self.report = self.report.with_work(report, self.report)
             after = far.measure(solved.system.velocity, h)
         displacement, projected, predicted = h * solved.system.velocity, None, solved.predicted_gaps()
@@ -378,7 +382,46 @@ class Stepper:
         problem, pushed = self._take_back(given, solved, before, earlier)
         if projected is not None:
             pushed = projected if pushed is None else pushed + projected
-        return Found(interactions, solved, displacement, problem, pushed, worse(moves, after), predicted)
+        return Found(interactions, solved, displacement, problem, pushed, worse(moves, after), predicted, held)
+
+    def _detect_and_solve(
+        self, before: np.ndarray, flight: Flight, moves: Displacements, centre: np.ndarray | None = None
+    ) -> tuple[Interactions, StepProblem, StepProblem, tuple[np.ndarray, np.ndarray] | None]:
+        """Detect what ``moves`` may bring into contact, and solve until the stiffness of the levers of links fits the
+        impulses; (interactions, their problem, the problem solved, the stiffness that acts). ``centre``: velocities of the
+        bodies that light bodies start from (n, k)."""
+        levers, d = self._levers, self.model.dimension
+
+        def assembled(flight: Flight) -> tuple[Interactions, StepProblem]:
+            interactions, given = self._assemble(before, flight, moves)
+            if centre is not None:
+                given.light.centre[:] = centre[given.light.body]
+            return interactions, given
+
+        interactions, given = assembled(flight)
+        if not (self.geometric_stiffness and levers.count):
+            return interactions, given, self._solve(given), None
+        used, held, report = levers.stiffness(given, given.guess), None, None
+        unsolved = 0
+        for turn in range(TURNS):
+            if used.any():
+                carried = levers.carried(used, given.system.axes, before[:, d:])
+                mobility, free = levers.stiffened(used, carried, flight.mobility, flight.free_velocity)
+                held = used, carried
+                interactions, given = assembled(flight._replace(mobility=mobility, free_velocity=free))
+            elif held is not None:
+                held = None
+                interactions, given = assembled(flight)
+            solved = self._solve(given)
+            self.report = self.report if report is None else self.report.with_work(report, self.report)
+            report = self.report
+            needed = levers.stiffness(given, solved.system.impulse)
+            unsolved += not report.solved
+            if unsolved == 3 or levers.enough(used, needed, turn):
+                break
+            used = levers.next(used, needed, turn)
+            self._detector.begin_again(interactions, solved.system.impulse)
+        return interactions, given, solved, held
 
     def _assemble(self, before: np.ndarray, flight: Flight, moves: Displacements) -> tuple[Interactions, StepProblem]:
         """Detect what ``moves`` may bring into contact; (interactions, their problem)."""

@@ -56,6 +56,9 @@ class StraightSpans:
             closed = bodies[0] == bodies[-1]
             around = bodies[:-1] if closed else bodies
             at = np.flatnonzero(held[around])
+            if chain.points is not None:  # a point off the centre also moves if its body turns
+                turns = chain.points.turns[: len(around)] & (inverse_mass[around].max(axis=1) > 0.0)
+                at = np.flatnonzero(held[around] & ~turns)
             if closed:  # the last span goes on through the first body
                 at = np.append(at, at[:1] + count)
             for first, last in zip(at[:-1].tolist(), at[1:].tolist(), strict=True):

@@ -31,7 +31,7 @@ def sweep_mass(model: Model, interactions: Interactions, tolerance: float) -> np
     candidates = mass[model.bounded & np.isfinite(mass)]
     if tolerance <= TIGHT or len(candidates) == 0 or candidates.max() < HEAVY * candidates.min():
         return None
-    first = sum(chain.link_count for chain in model.chains)
+    first = sum(chain.link_count for chain in model.links)
     c, a = interactions.candidate[first:], interactions.antagonist[first:]
     ends, others = np.concatenate([c, a]), np.concatenate([a, c])
     swept = mass.copy()

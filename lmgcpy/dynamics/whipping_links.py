@@ -5,9 +5,9 @@ across itself ends at ``sqrt(L^2 + (h u_t)^2)``. If the step resolves the motion
 But a light body between two rods that straighten or buckle moves by its length and more in a step, and the rods would end
 at twice their length.
 
-So if a rigid link ends too long by more than a tenth, positions are projected together with all rigid links of its
-component (the links that free bodies join): the bodies move on by the ways d that minimise ``|d|^2_M / 2``, with the masses
-M, under the constraints
+So if a rigid link between centres ends too long by more than a tenth, positions are projected together with all rigid links
+of its component (the links that free bodies join): the bodies move on by the ways d that minimise ``|d|^2_M / 2``, with the
+masses M, under the constraints
 
     |x_c + d_c - x_a - d_a| = L for rods,    <= max(L, reference) for wires.
 
@@ -69,6 +69,9 @@ class WhippingLinks:
             np.repeat(np.array([trait in chain.law.TRAITS for chain in model.chains], dtype=bool), count)
             for trait in ("rigid", "pull")
         )
+        for chain, stop in zip(model.chains, np.cumsum(count).tolist(), strict=True):
+            if chain.points is not None:  # ways of centres are not ways of points that turn
+                self._rigid[stop - chain.link_count : stop] &= ~(chain.points.turns[:-1] | chain.points.turns[1:])
         self._radius_sum = np.concatenate([np.zeros(0), *(chain.radius_sum for chain in model.chains)])
 
     def put_back(

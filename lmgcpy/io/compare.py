@@ -11,7 +11,7 @@ import numpy as np
 from lmgcpy.errors import named_arguments, number, shown
 from lmgcpy.io.run import Run, RunInteractions
 
-PARTS = ("gravity", "laws", "visibility", "chains", "conditions", "bodies", "turning", "contactors", "media")
+PARTS = ("gravity", "laws", "visibility", "chains", "joints", "conditions", "bodies", "turning", "contactors", "media")
 """Parts of a scene, in the order in which they are held against each other."""
 ENERGIES = ("kinetic", "loads", "drives", "drag", "defect", "work", "stored")
 SOLVER = ("iterations", "residual", "slip", "stretch", "made", "unbalanced", "status", "interactions")

@@ -6,7 +6,7 @@ from lmgcpy.laws.coulomb import Coulomb
 from lmgcpy.laws.elastic import ElasticRod, ElasticWire
 from lmgcpy.laws.registry import hook
 from lmgcpy.laws.restitution import Restitution
-from lmgcpy.laws.rigid import RigidRod, RigidWire
+from lmgcpy.laws.rigid import BallJoint, RigidRod, RigidWire
 from lmgcpy.laws.rolling import RollingCoulomb
 from lmgcpy.laws.signorini import Signorini
 from lmgcpy.laws.voigt import VoigtRod, VoigtWire
@@ -21,6 +21,7 @@ def lmgcpy_laws(register):
         Restitution,
         RigidRod,
         RigidWire,
+        BallJoint,
         ElasticRod,
         ElasticWire,
         VoigtRod,

@@ -136,6 +136,8 @@ class Law(ABC):
     * ``INTERFACE``: version of the interface that the law is written for. With ``INTERFACE = 2`` the functions ``prepare``,
       ``initial``, ``commit``, ``energy`` and ``dissipation`` take a last argument ``pair``, a
       :class:`~lmgcpy.laws.Pair` with radii, masses and the time;
+    * ``TIES``: whether a link law ties two points (``Scene.link``): it acts along each axis of space, and its gap is the
+      component of the vector from the antagonist's point to the candidate's, with its sign;
     * ``KEEPS_GAP``: whether the ``reference_gap`` of a contact is the gap that the law predicted in the step before,
       ``gap + time_step * velocity[0]``, if that is below zero, and 0 if not (of a new contact: its own gap, if below zero).
       If the gap is smaller, turning has closed the difference (``laws/signorini.py``). False: 0;
@@ -159,6 +161,7 @@ class Law(ABC):
     TRAITS: ClassVar[frozenset[str]] = frozenset()
     PAIRS: ClassVar[frozenset[tuple[str, str]] | None] = None
     DIMENSIONS: ClassVar[tuple[int, ...]] = (2, 3)
+    TIES: ClassVar[bool] = False
     KEEPS_GAP: ClassVar[bool] = False
     TAKES_BACK_LATER: ClassVar[bool] = False
     INTERFACE: ClassVar[int] = 1  # a law that names no version is written for the first

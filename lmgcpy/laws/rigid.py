@@ -51,6 +51,29 @@ class RigidRod(Law):
         return (prepared[0], 0.0, 0.0)
 
 
+class BallJoint(RigidRod):
+    """``u_i + g_i/h = 0`` along each axis i of space: two points of two bodies stay together. In 2D it is a hinge.
+
+    The impulse is whatever this takes. Bodies turn freely about the point.
+
+    A rod that hangs from a hinge at its end and is let go level:
+
+    >>> import lmgcpy as lm
+    >>> scene = lm.Scene(dimension=2, gravity=(0.0, -10.0))
+    >>> post = scene.add(lm.disk(radius=0.01, position=(0.0, 0.0), mass=1.0)).fix()
+    >>> balls = [(lm.DiskContactor(0.01), (x, 0.0)) for x in (-0.2, 0.2)]
+    >>> start = {"position": (0.2, 0.0), "color": "ROD"}
+    >>> rod = scene.add(lm.RigidBody(balls, mass=1.0, inertia=0.04 / 3.0, **start))
+    >>> hinge = scene.link(post, rod, lm.BallJoint(), at=((0.0, 0.0), (-0.2, 0.0)))
+    >>> sim = lm.Simulation(scene, time_step=1e-3).run(steps=1)
+    >>> sim.interactions.force[:, 0].round(4) + 0.0  # on the rod, along x and y [N]: a quarter of its weight
+    array([0. , 2.5])
+    """
+
+    NAME = "ball-joint"
+    TIES = True
+
+
 class RigidWire(Law):
     """``0 <= -(u_n + (g - g_ref)/h)  _|_  -r_n >= 0``: slack below the reference gap, inextensible at it.
 

@@ -14,6 +14,7 @@ from lmgcpy.dynamics.interactions import InteractionView
 from lmgcpy.dynamics.stepper import Stepper
 from lmgcpy.errors import numbers, shown, whole
 from lmgcpy.io.run import Run, RunInteractions
+from lmgcpy.scene.described_chains import DescribedChain, described_chains
 from lmgcpy.scene.description import describe, lattice_of
 
 Source = Stepper | Run
@@ -35,7 +36,7 @@ class Moment:
     laws: list[str]
     """Names of the laws of the scene."""
     links: frozenset[str]
-    """Names of the laws that act in chains."""
+    """Names of the laws that act in chains and joints."""
     source: Source
     number: int = -1
     """Number of the frame of a run; -1 for a simulation."""
@@ -78,6 +79,18 @@ class Moment:
         """[rad/s], (n,), in 3D along the axes of space, (n, 3)."""
         return self.source.spins[:] if isinstance(self.source, Stepper) else self.source.spins[self.number]
 
+    @property
+    def rotations(self) -> np.ndarray | None:
+        """Angles turned [rad], (n,); in 3D quaternions, (n, 4), or None if no body keeps a rotation."""
+        if self.positions.shape[1] == 3 and "turning" not in self.scene:
+            return None
+        return self.source.rotations if isinstance(self.source, Stepper) else self.source.rotations[self.number]
+
+    @cached_property
+    def chains(self) -> list[DescribedChain]:
+        """The chains of the scene, with the reference gaps at its start."""
+        return described_chains(self.scene)
+
     @cached_property
     def turning(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Ids of the bodies that keep a rotation in space, (t,), their quaternions, (t, 4), and their principal inertias
@@ -111,7 +124,7 @@ def moment(source: Any, frame: int | None, call: str) -> Moment:
         if frame is not None:
             raise TypeError("frame is for run files: a simulation knows its last step only.")
         model = source.model
-        links = [chain.law.NAME for chain in model.chains]
+        links = [table.law.NAME for table in model.links]
         laws = links + [row.law.NAME for row in model.rows]
         return Moment(
             source.interactions,
@@ -130,7 +143,8 @@ def moment(source: Any, frame: int | None, call: str) -> Moment:
         )
     k = frame_number(source, -1 if frame is None else frame, "frame")
     scene = source.scene
-    links = [scene["laws"][code]["name"] for code in np.unique(scene["chains"]["law"]).tolist()]
+    codes = [*scene["chains"]["law"].tolist(), *scene.get("joints", {"law": np.zeros(0, int)})["law"].tolist()]
+    links = [scene["laws"][code]["name"] for code in dict.fromkeys(codes)]
     given = source.interactions(k), source.positions[k], source.extent, source.wall_normals, lattice_of(scene)
     return Moment(*given, list(source.laws), frozenset(links), source, k, scene)
 

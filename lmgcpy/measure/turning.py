@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.dynamics.rotation import in_own_axes, in_space
+from lmgcpy.contact.positions import in_own_axes, in_space
 from lmgcpy.errors import named_arguments, vector
 from lmgcpy.measure.moment import Source, moment
 from lmgcpy.measure.table import Table

@@ -15,7 +15,7 @@ from lmgcpy.measure.contact_kinds import SLIDING, sliding
 from lmgcpy.measure.mean_strain import edges_then_and_now, strain_of
 from lmgcpy.measure.moment import Moment, Source, moment, motion
 from lmgcpy.measure.table import Table
-from lmgcpy.measure.wire_links import beads_of, chain_paths, links_of
+from lmgcpy.measure.wire_links import beads_of, links_of
 
 SURROUNDING = {2: 8, 3: 16}
 """Grains around a bead to whose displacements an affine field is fitted, by dimension."""
@@ -211,7 +211,7 @@ def _beads(now: Moment, positions: np.ndarray) -> dict[str, np.ndarray]:
         name: [] for name in ("chain", "body", "along", "to_end", "length", "taut", "direction")
     }
     first = 0
-    for k, path in enumerate(chain_paths(now)):
+    for k, path in enumerate(chain.path for chain in now.chains):
         course = chain_course(now.lattice, positions, path)
         count, closed = len(path) - 1, len(path) > 1 and path[0] == path[-1]
         branch = np.diff(course, axis=0)

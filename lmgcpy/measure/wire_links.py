@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lmgcpy.contact.lattice import chain_course
 from lmgcpy.errors import named_arguments
 from lmgcpy.measure.moment import Moment, Source, moment
 from lmgcpy.measure.table import Table
@@ -70,18 +69,20 @@ def wire_links(sim: Source, *, frame: int | None = None) -> WireLinks:
 
 def links_of(now: Moment) -> WireLinks:
     """The links of a moment."""
-    scene, chain, pairs = now.scene, *chain_pairs(now)
-    courses = [chain_course(now.lattice, now.positions, path) for path in chain_paths(now)]
+    chain, pairs = chain_pairs(now)
+    courses = [one.course(now.lattice, now.positions, now.rotations) for one in now.chains]
     branch = np.concatenate([np.zeros((0, now.positions.shape[1])), *(np.diff(course, axis=0) for course in courses)])
+    places = [one.places(now.positions, now.rotations)[:-1] for one in now.chains]
+    begin = np.concatenate([np.zeros((0, now.positions.shape[1])), *places])
     length = np.linalg.norm(branch, axis=1)
-    radius = np.asarray(scene["bodies"]["link_radius"], dtype=float)
-    reference = now.reference_gaps + radius[pairs].sum(axis=1)
+    radius = np.concatenate([np.zeros(0), *(one.radius[:-1] + one.radius[1:] for one in now.chains)])
+    reference = now.reference_gaps + radius
     force = now.net.force[: len(pairs), 0] if len(now.net) else np.full(len(pairs), np.nan)
     return WireLinks(
         chain=chain,
         pairs=pairs,
         along=_middles(length, chain),
-        position=now.positions[pairs[:, 1]] + 0.5 * branch,
+        position=begin + 0.5 * branch,
         direction=np.divide(branch, length[:, None], out=np.zeros_like(branch), where=length[:, None] > 0.0),
         length=length,
         reference_length=reference,
@@ -101,22 +102,9 @@ def pulling_links(now: Moment) -> WireLinks:
 def chain_pairs(now: Moment) -> tuple[np.ndarray, np.ndarray]:
     """Chain of each link, (l,), and ids of its candidate and antagonist, (l, 2), from the description of the scene: the
     links come first among the interactions, in this order."""
-    table = now.scene["chains"]
-    counts = np.asarray(table["link_count"], dtype=np.int64)
-    pairs = [np.zeros((0, 2), dtype=np.int64)]
-    for path in chain_paths(now):
-        pairs.append(np.column_stack([path[1:], path[:-1]]))
-    return np.repeat(np.arange(len(counts)), counts), np.concatenate(pairs)
-
-
-def chain_paths(now: Moment) -> list[np.ndarray]:
-    """Ids of the bodies along each chain; a closed chain repeats the first at the end."""
-    table = now.scene["chains"]
-    counts = np.asarray(table["body_count"], dtype=np.int64)
-    bodies = np.asarray(table["bodies"], dtype=np.int64)
-    members = np.split(bodies, np.cumsum(counts)[:-1]) if len(counts) else []
-    closed = np.asarray(table["closed"], dtype=bool)
-    return [np.append(path, path[:1]) if ring else path for path, ring in zip(members, closed, strict=True)]
+    pairs = [np.column_stack([one.path[1:], one.path[:-1]]) for one in now.chains]
+    number = np.repeat(np.arange(len(pairs)), [len(of_chain) for of_chain in pairs])
+    return number, np.concatenate([np.zeros((0, 2), dtype=np.int64), *pairs])
 
 
 def beads_of(now: Moment) -> np.ndarray:

@@ -12,7 +12,6 @@ from lmgcpy.measure.directions import DirectionBins, means_along
 from lmgcpy.measure.mean_strain import strain_of
 from lmgcpy.measure.moment import Source, moment, motion
 from lmgcpy.measure.table import Table
-from lmgcpy.measure.wire_links import chain_paths
 
 
 @dataclass(frozen=True, repr=False)
@@ -64,7 +63,7 @@ def stretch_by_direction(
     d, size = moved.begin.shape[1], whole(links, "links", minimum=1)
     sorted_by = DirectionBins.along(axis, bins, d)
     gradient = strain_of(now, moved, kind=kind).gradient
-    starts, ends, chain = _pieces(chain_paths(now), size)
+    starts, ends, chain = _pieces([one.path for one in now.chains], size)
     before, after = (at[ends] - at[starts] for at in (moved.begin, moved.end))
     length = np.linalg.norm(before, axis=1)
     sound = length > 0.0  # a wire may close on itself

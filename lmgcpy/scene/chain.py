@@ -9,14 +9,16 @@ from typing import Any
 
 import numpy as np
 
+from lmgcpy.contact.detection_tables import Points
 from lmgcpy.dynamics.changes import LINK_LAW, REFERENCE, gap_values
 from lmgcpy.dynamics.model import BodyState
 from lmgcpy.errors import closest, number, numbers, shown
 from lmgcpy.laws import Law
 from lmgcpy.laws.first_calls import check_answers
-from lmgcpy.scene.body import Body, Round
+from lmgcpy.scene.body import Round
 from lmgcpy.scene.cell import Cell
 from lmgcpy.scene.contactor import DiskContactor, SphereContactor
+from lmgcpy.scene.points import Node, points_of
 
 BLOW = 1e-6
 """Relative excess over the reference length from which a rigid link is refused at the start. Its bias would give the
@@ -31,8 +33,8 @@ class Chain:
     """Bodies, each linked to the next: link i goes from ``bodies[i]``, antagonist, to ``bodies[i + 1]``, candidate.
 
     ``reference_gaps`` [m], (links,), are gaps between surfaces. ``parameters`` are the parameters of the law that differ
-    from link to link, (links,) each. Links act between centres and carry no moment. ``settled``: rigid links may be off
-    their reference by the errors that the steps of a run have left.
+    from link to link, (links,) each. Links act between centres or points of bodies, and carry no moment. ``settled``: rigid
+    links may be off their reference by the errors that the steps of a run have left.
 
     A wire of ten links, 1 m long, that hangs from a hook:
 
@@ -48,7 +50,7 @@ class Chain:
 
     def __init__(
         self,
-        bodies: list[Body],
+        nodes: list[Node],
         law: Law,
         reference_gap: Any,
         *,
@@ -67,12 +69,14 @@ class Chain:
         """Number of the chain in that scene."""
         self.function: Callable[[float], Any] | None = reference_gap if callable(reference_gap) else None
         """Function of time [s] that gives the reference gaps, or None."""
-        self.bodies = list(bodies)
-        self._path = self.bodies + self.bodies[:1] if closed else self.bodies
+        self.bodies = [node.body for node in nodes]
+        self.nodes = list(nodes)
+        """The bodies, each with the point at which links act."""
+        self._nodes = nodes + nodes[:1] if closed else self.nodes
         self.closed = closed
         self.neighbours_collide = neighbours_collide
         self.relaxation = number(relaxation, "relaxation of a chain", minimum=0.0, unit="s")
-        self.radius_sums = np.array([a.link_radius + b.link_radius for a, b in self._pairs()])
+        self.radius_sums = np.array([a.radius + b.radius for a, b in self._pairs()])
         self._as_built = reference_gap is None
         self.start_gaps = self.lengths() - self.radius_sums
         self._refuse_relaxation(self.function)
@@ -147,12 +151,12 @@ class Chain:
         """The laws of the links: one that all share, or one each."""
         return [law for law in self._laws(self._law, self.parameters) if isinstance(law, Law)] or [self._law]
 
-    def _pairs(self) -> list[tuple[Body, Body]]:
-        return list(zip(self._path[:-1], self._path[1:], strict=True))
+    def _pairs(self) -> list[tuple[Node, Node]]:
+        return list(zip(self._nodes[:-1], self._nodes[1:], strict=True))
 
     def lengths(self) -> np.ndarray:
-        """Current distances between the centres [m], (links,); in a periodic cell between nearest images."""
-        branch = np.diff([body.position for body in self._path], axis=0)
+        """Current distances between the centres, or points, [m], (links,); in a periodic cell between nearest images."""
+        branch = np.diff([node.place for node in self._nodes], axis=0)
         if self._cell is not None:
             branch = self._cell.lattice.shortened(branch, self._cell.edges)
         return np.array([np.linalg.norm(x) for x in branch])
@@ -267,7 +271,12 @@ class Chain:
     @property
     def path(self) -> np.ndarray:
         """Ids of the bodies along the chain; a closed chain repeats the first id at the end."""
-        return np.array([body.id for body in self._path], dtype=np.int64)
+        return np.array([node.body.id for node in self._nodes], dtype=np.int64)
+
+    @property
+    def points(self) -> Points | None:
+        """The points of the bodies along :attr:`path` at which links act, None if all are centres."""
+        return points_of(self._nodes)
 
     @property
     def colliding(self) -> np.ndarray:
@@ -277,8 +286,9 @@ class Chain:
         shortest = self.reference_gaps
         if self.relaxation > 0.0:
             shortest = np.minimum(shortest, self.start_gaps)
-        cores = np.array([[core_radius(a), core_radius(b)] for a, b in self._pairs()])
-        return shortest + self.radius_sums - cores.sum(axis=1) > COLLISION_GAP * cores.min(axis=1)
+        cores = np.array([[core_radius(node) for node in pair] for pair in self._pairs()])
+        smaller = np.where(cores > 0.0, cores, np.inf).min(axis=1)
+        return shortest + self.radius_sums - cores.sum(axis=1) > COLLISION_GAP * np.where(smaller < np.inf, smaller, 0.0)
 
     @property
     def apart(self) -> np.ndarray:
@@ -293,7 +303,7 @@ class Chain:
         if not lengths[i] > 0.0:
             a, b = self._pairs()[i]
             raise ValueError(
-                f"Link {i} of the chain {what} between the centres of {a!r} and {b!r}, {lengths[i]:g} m: {remedy}."
+                f"Link {i} of the chain {what} between its ends at {a!r} and {b!r}, {lengths[i]:g} m: {remedy}."
             )
 
     def check_start(self) -> None:
@@ -332,11 +342,15 @@ def refuse_other_class(law: Any, now: Law, what: str) -> None:
         )
 
 
-def core_radius(body: Body) -> float:
-    """Radius [m] of the largest circle or sphere around the centre that the body certainly fills.
+def core_radius(node: Node) -> float:
+    """Radius [m] of the largest circle or sphere around the centre that a body certainly fills. A point has 0, as if it lay
+    on the surface.
 
     It is the larger of the link radius and the radius that the disks or spheres of the body fill; 0 if neither is known.
     """
+    body = node.body
+    if node.point is not None:
+        return 0.0
     if isinstance(body, Round):
         return body.radius
     filled = (c.radius - math.hypot(*at) for c, at in body.contactors if isinstance(c, (DiskContactor, SphereContactor)))

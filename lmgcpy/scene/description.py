@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import logging
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from itertools import groupby
 from typing import Any
 
@@ -37,6 +37,7 @@ from lmgcpy.scene.contactor import (
 from lmgcpy.scene.many_bodies import StartNumbers
 from lmgcpy.scene.material import Material
 from lmgcpy.scene.medium import described, media_of
+from lmgcpy.scene.points import Node
 from lmgcpy.scene.scene import Scene
 
 KINDS: dict[type[Body], str] = {
@@ -122,6 +123,13 @@ def describe(scene: Scene) -> dict[str, Any]:
         for loaded, values in ((False, body._velocities), (True, body._forces))
         for component, value in values.items()
     ]
+    at_points = any(node.point is not None for chain in scene.chains for node in chain.nodes)
+    joints = {
+        "law": np.array([_law(joint.law, laws) for joint in scene.joints], dtype=np.int64),
+        "body": np.array([[body.id for body in joint.bodies] for joint in scene.joints], dtype=np.int64),
+        "point": np.array([_points(joint.nodes) for joint in scene.joints], dtype=float),
+        "collide": np.array([joint.collide for joint in scene.joints], dtype=bool),
+    }
     of_time = np.array([chain.function is not None for chain in scene.chains], dtype=bool)
     return {
         "dimension": scene.dimension,
@@ -179,7 +187,9 @@ def describe(scene: Scene) -> dict[str, Any]:
             "reference_gaps": np.concatenate([chain.reference_gap for chain in scene.chains] or [np.zeros(0)]),
             **({"function": of_time} if of_time.any() else {}),
             "parameters": {str(i): dict(chain.parameters) for i, chain in enumerate(scene.chains) if chain.parameters},
+            **({"points": _points([node for chain in scene.chains for node in chain.nodes])} if at_points else {}),
         },
+        **({"joints": joints} if scene.joints else {}),
         "laws": [
             {"name": law.NAME, "distribution": _distribution(law), "parameters": law.values} for law in laws
         ],  # last, because the tables above add their laws to the list
@@ -213,9 +223,11 @@ def build(description: Mapping[str, Any], *, settled: bool = False) -> Scene:
     collide = chains.get("neighbours_collide", np.full(len(chains["law"]), _COLLIDE.index(True)))
     members = np.split(chains["bodies"], np.cumsum(chains["body_count"]))
     gaps = np.split(chains["reference_gaps"], np.cumsum(chains["link_count"]))
+    points = _points_in(chains, "points", chains["bodies"].shape, scene.dimension)
+    points_of = np.split(points, np.cumsum(chains["body_count"]))
     for i, law in enumerate(chains["law"]):
         scene.chain(
-            [scene.bodies[body] for body in members[i]],
+            [(scene.bodies[body], _given(point)) for body, point in zip(members[i], points_of[i], strict=True)],
             laws[law],
             reference_gap=gaps[i],
             closed=bool(chains["closed"][i]),
@@ -223,10 +235,29 @@ def build(description: Mapping[str, Any], *, settled: bool = False) -> Scene:
             neighbours_collide=_COLLIDE[collide[i]],
             parameters=chains.get("parameters", {}).get(str(i)),  # none in files of former versions
         )
+    if "joints" in description:
+        joints = description["joints"]
+        points = _points_in(joints, "point", joints["body"].shape, scene.dimension)
+        for law, (a, b), at, collide in zip(joints["law"], joints["body"], points, joints["collide"], strict=True):
+            tied, where = (scene.bodies[a], scene.bodies[b]), (_given(at[0]), _given(at[1]))
+            scene.link(*tied, laws[law], at=where, neighbours_collide=bool(collide))
     scene._settled = False
     if "media" in description:
         scene._media = media_of(description["media"], len(scene.bodies))
     return scene
+
+
+def _points_in(table: Mapping[str, Any], name: str, shape: tuple[int, ...], dimension: int) -> np.ndarray:
+    """The points of a table, (..., d), NaN for centres; ValueError if they do not fit to the bodies."""
+    points = table.get(name, np.full((*shape, dimension), np.nan))  # none in files of former versions
+    if points.shape != (*shape, dimension):
+        raise ValueError("the points at which links act do not fit to the bodies")
+    return points
+
+
+def _given(point: np.ndarray) -> np.ndarray | None:
+    """A point of a table, None for the centre."""
+    return None if np.isnan(point).all() else point
 
 
 def functions_of_time(description: Mapping[str, Any]) -> list[Key]:
@@ -320,6 +351,12 @@ def _codes(words: list[str]) -> tuple[list[str], np.ndarray]:
     table = list(dict.fromkeys(words))
     index = {word: i for i, word in enumerate(table)}
     return table, np.array([index[word] for word in words], dtype=np.int64)
+
+
+def _points(nodes: Sequence[Node]) -> np.ndarray:
+    """The points of some nodes [m], (k, d), NaN for centres."""
+    nowhere = np.full(nodes[0].body.dimension, np.nan)
+    return np.array([nowhere if node.point is None else node.point for node in nodes])
 
 
 def _index(item: Any, items: list) -> int:

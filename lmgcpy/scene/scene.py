@@ -13,6 +13,7 @@ import numpy as np
 
 from lmgcpy.contact.detection_tables import ChainTable, ContactorTable, VisibilityRow
 from lmgcpy.contact.groups import check_pairs
+from lmgcpy.contact.positions import in_own_axes
 from lmgcpy.dynamics.cell import CellMotion
 from lmgcpy.dynamics.changes import (
     DRIVEN,
@@ -28,7 +29,7 @@ from lmgcpy.dynamics.changes import (
     laws_after,
 )
 from lmgcpy.dynamics.model import COMPONENTS, BodyState, Drive, Model
-from lmgcpy.dynamics.rotation import in_own_axes, with_rotations
+from lmgcpy.dynamics.rotation import with_rotations
 from lmgcpy.dynamics.watch.start_overlaps import check_start
 from lmgcpy.errors import AXES, LARGEST, closest, flag, named_arguments, number, shown, vector, whole
 from lmgcpy.laws import Law
@@ -39,9 +40,11 @@ from lmgcpy.scene.body_3d import Sphere
 from lmgcpy.scene.cell import Cell, Edge, edge_vector
 from lmgcpy.scene.chain import Chain, refuse_other_class
 from lmgcpy.scene.clump import Clump, make_clumps
+from lmgcpy.scene.joint import Joint, joint_tables
 from lmgcpy.scene.many_bodies import SomeRound, StartNumbers, make_round
 from lmgcpy.scene.material import Material
 from lmgcpy.scene.medium import COEFFICIENTS, Medium, drag_of, medium
+from lmgcpy.scene.points import Node, node_of
 
 SomeBody = TypeVar("SomeBody", bound=Body)
 
@@ -76,6 +79,7 @@ class Scene:
         self.bodies: list[Body] = []
         self._rows: list[tuple[str, str, Law, float | None]] = []
         self.chains: list[Chain] = []
+        self.joints: list[Joint] = []
         self._cell: Cell | None = None
         self._media: list[Medium] = []
 
@@ -420,6 +424,9 @@ class Scene:
     ) -> Chain:
         """Link consecutive bodies by a law; returns the chain.
 
+        A body may be given as a pair (body, point): the link then acts at that point, from the centre of the body along its
+        axes [m], and its length ends there, not at the surface. So wires end at the corner of a plate or at a wall.
+
         ``reference_gap`` [m] is the gap between surfaces at the reference length: one number, one number a link, a function
         of time [s] that gives them (see ``Chain.reference_gap``), or None for the initial gaps. ``block_spin`` holds the
         spin of the bodies: links carry no moment, so a bead that is free to spin rolls, and a chain of such beads slides
@@ -433,19 +440,15 @@ class Scene:
         """
         self._editable("add a chain")
         self._check_law(law, "link", "chain")
-        if law.rows(self.dimension) != 1:
-            raise TypeError(f"Law '{law.NAME}' has {law.rows(self.dimension)} components: a link acts along its line only.")
+        if law.TIES:
+            raise TypeError(f"Law '{law.NAME}' ties two points, not bodies of a chain: give it to Scene.link.")
         block_spin, closed = flag(block_spin, "block_spin"), flag(closed, "closed")
         if neighbours_collide is not None:
             neighbours_collide = flag(neighbours_collide, "neighbours_collide, unless it is None,")
         if isinstance(bodies, (str, Body)) or not isinstance(bodies, Iterable):
             raise TypeError(f"A chain links a list of bodies, got {shown(bodies)}.")
-        members = list(bodies)
-        for body in members:
-            if not isinstance(body, Body):
-                raise TypeError(f"A chain links bodies of the scene, got {shown(body)}.")
-            if not (0 <= body.id < len(self.bodies) and self.bodies[body.id] is body):
-                raise ValueError(f"{body!r} is not in this scene: add it before it is chained.")
+        nodes = [self._node(given, "a chain") for given in bodies]
+        members = [node.body for node in nodes]
         if len(members) < (3 if closed else 2):
             least, kind = (3, "closed chain") if closed else (2, "chain")
             raise ValueError(f"A {kind} needs at least {least} bodies, got {len(members)}.")
@@ -455,7 +458,7 @@ class Scene:
         components = dict.fromkeys(COMPONENTS[self.dimension][self.dimension :], 0.0)
         blocked = [(body, body._to_drive("block_spin", components)) for body in members if block_spin]
         chain = Chain(
-            members,
+            nodes,
             law,
             reference_gap,
             relaxation=relaxation,
@@ -470,6 +473,53 @@ class Scene:
         self.chains.append(chain)
         return chain
 
+    @named_arguments
+    def link(
+        self,
+        a: Body,
+        b: Body,
+        law: Law,
+        *,
+        at: Any = (None, None),
+        reference_gap: Any = None,
+        relaxation: float = 0.0,
+        neighbours_collide: bool | None = None,
+    ) -> Chain | Joint:
+        """Link two bodies by a law, ``at`` a point of each; returns the chain of one link, or the joint.
+
+        ``at``: points of a and of b, from the centre of the body along its axes [m], (d,) each; None stands for the centre.
+        In 3D a body keeps axes if it turns, as clumps and capsules do, see ``Body.turns``; the axes of walls are those of
+        space. The other arguments are as of :meth:`chain`.
+
+        A law that ties two points, as :class:`~lmgcpy.BallJoint`, makes a joint: points that start apart are refused, and
+        the bodies do not collide with each other unless ``neighbours_collide``.
+        """
+        self._editable("add a link")
+        self._check_law(law, "link", "link")
+        if isinstance(at, (str, Body)) or not isinstance(at, Iterable) or len(pair := list(at)) != 2:
+            raise TypeError(f"at must be two points, one of each body, as ((0.1, 0.0), None), got {shown(at)}.")
+        if not law.TIES:
+            given = {"reference_gap": reference_gap, "relaxation": relaxation, "neighbours_collide": neighbours_collide}
+            return self.chain([(a, pair[0]), (b, pair[1])], law, **given)
+        nodes = self._node((a, pair[0]), "a link"), self._node((b, pair[1]), "a link")
+        if a is b:
+            raise ValueError(f"{a!r} cannot be tied to itself: a joint is between two bodies.")
+        if reference_gap is not None or number(relaxation, "relaxation of a link", minimum=0.0, unit="s") > 0.0:
+            raise ValueError(f"Law '{law.NAME}' ties two points: a joint has no reference_gap and does not relax.")
+        collide = neighbours_collide is not None and flag(neighbours_collide, "neighbours_collide, unless it is None,")
+        joint = Joint(nodes, law, collide=collide, settled=self._settled, cell=self._cell)
+        self.joints.append(joint)
+        return joint
+
+    def _node(self, given: Any, what: str) -> Node:
+        """A body, or a pair of a body and its point, to be linked."""
+        body, point = given if isinstance(given, (tuple, list)) and len(given) == 2 else (given, None)
+        if not isinstance(body, Body):
+            raise TypeError(f"Bodies of the scene are linked, or pairs (body, point), got {shown(given)}.")
+        if not (0 <= body.id < len(self.bodies) and self.bodies[body.id] is body):
+            raise ValueError(f"{body!r} is not in this scene: add it before it is linked.")
+        return node_of(body, point, what)
+
     def _editable(self, what: str, instead: str = "Make a new scene.") -> None:
         if self._compiled:
             raise RuntimeError(f"Cannot {what}: a Simulation has compiled this scene. {instead}")
@@ -481,7 +531,7 @@ class Scene:
         if self.dimension not in law.DIMENSIONS:
             raise ValueError(f"Law '{law.NAME}' is for scenes in {law.DIMENSIONS[0]}D, this one is in {self.dimension}D.")
         if applies_to != law.APPLIES_TO:
-            right = "see" if law.APPLIES_TO == "contact" else "chain"
+            right = "see" if law.APPLIES_TO == "contact" else "link" if law.TIES else "chain"
             raise TypeError(f"Law '{law.NAME}' is for a {law.APPLIES_TO}: give it to Scene.{right}, not Scene.{call}.")
 
     # ----------------------------------------------------------------------------------------------------- compile
@@ -495,6 +545,9 @@ class Scene:
         for chain in self.chains:
             check_answers(chain.law, self.dimension)
             chain.check_start()
+        for joint in self.joints:
+            check_answers(joint.law, self.dimension)
+            joint.check_start(self._cell)
         if self._cell is not None:
             self._cell.check()
             for chain in self.chains:
@@ -519,9 +572,11 @@ class Scene:
             velocities[drive.body, drive.component] = drive.at(time)
         velocities[hidden] = 0.0
         chained = frozenset(body.id for chain in self.chains for body in chain.bodies)
+        chained |= {body.id for joint in self.joints for body in joint.bodies}
         for i in np.flatnonzero(hidden).tolist():
             if i in chained:
                 raise ValueError(f"{self.bodies[i]!r} is hidden, but it is linked in a chain, which would be cut: show it.")
+        tied = [sorted(body.id for body in joint.bodies) for joint in self.joints if not joint.collide]
         return Model(
             dimension=self.dimension,
             mass=mass,
@@ -552,10 +607,14 @@ class Scene:
                     chain.start_gaps,
                     chain.relaxation,
                     chain.gaps_in_time,
+                    chain.points,
                 )
                 for chain in self.chains
             ],
-            apart=np.unique(np.concatenate([np.zeros((0, 2), np.int64), *(c.apart for c in self.chains)]), axis=0),
+            joints=joint_tables(self.joints, d),
+            apart=np.unique(
+                np.concatenate([np.array(tied, np.int64).reshape(-1, 2), *(c.apart for c in self.chains)]), axis=0
+            ),
             velocities=driven,
             forces=loads,
             start=BodyState(positions, velocities, chained=chained, turning=turning),

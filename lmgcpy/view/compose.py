@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.contact.lattice import chain_course
 from lmgcpy.errors import shown
 from lmgcpy.io.run import Run
 from lmgcpy.view.boundary import cell_outline, cylinder_polygons, edges, polylines, wall_polygons
@@ -212,7 +211,7 @@ def _wires(snap: Snapshot, style: Style, wrong: np.ndarray, legend: list[tuple[s
     else:
         paint = Paint(WIRE)
         legend.append(("wire", WIRE))
-    courses = [chain_course(snap.lattice, snap.positions, chain.path) for chain in snap.chains]
+    courses = snap.courses
     starts, ends = (np.concatenate([course[part] for course in courses]) for part in (np.s_[:-1], np.s_[1:]))
     tubes = Tubes(in_space(starts), in_space(ends), thickness, paint)
     red = np.zeros(len(a), dtype=bool)

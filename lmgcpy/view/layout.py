@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.contact.lattice import chain_course
 from lmgcpy.errors import named_arguments, number
 from lmgcpy.view.snapshot import Snapshot, feet, snapshot
 
@@ -179,9 +178,9 @@ def visible(snap: Snapshot, a: np.ndarray, b: np.ndarray) -> np.ndarray:
 def long_links_of(snap: Snapshot, excess: float) -> np.ndarray:
     """Rows of :data:`LINK`, the longest first for their reference."""
     rows = [np.zeros(0, dtype=LINK)]
-    for number_of_chain, chain in enumerate(snap.chains):
+    for number_of_chain, (chain, course) in enumerate(zip(snap.chains, snap.courses, strict=True)):
         a, b = chain.path[:-1], chain.path[1:]
-        length = np.linalg.norm(np.diff(chain_course(snap.lattice, snap.positions, chain.path), axis=0), axis=1)
+        length = np.linalg.norm(np.diff(course, axis=0), axis=1)
         over = length / chain.reference - 1.0
         link = np.flatnonzero(over > excess)
         row = np.zeros(len(link), dtype=LINK)

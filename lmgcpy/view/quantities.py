@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lmgcpy.contact.lattice import chain_course
 from lmgcpy.view.snapshot import Forces, Snapshot
 
 Limits = tuple[float, float]
@@ -113,7 +112,7 @@ GRAINS: dict[str, Callable[[Snapshot], tuple[Quantity, np.ndarray]]] = {
 
 def arc_length(snap: Snapshot) -> tuple[Quantity, np.ndarray]:
     """Length of wire up to the middle of each link, chain by chain [m], (l,)."""
-    courses = [chain_course(snap.lattice, snap.positions, chain.path) for chain in snap.chains]
+    courses = snap.courses
     lengths = [np.linalg.norm(np.diff(course, axis=0), axis=1) for course in courses]
     return LENGTH, np.concatenate([np.cumsum(length) - 0.5 * length for length in lengths] or [np.zeros(0)])
 

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.contact.lattice import Lattice
+from lmgcpy.contact.positions import in_space
 from lmgcpy.dynamics.model import COMPONENTS
-from lmgcpy.dynamics.rotation import in_space
 from lmgcpy.dynamics.stepper import Stepper
 from lmgcpy.errors import shown, whole
 from lmgcpy.io.run import Run
@@ -25,6 +25,7 @@ from lmgcpy.scene.contactor import (
     SphereContactor,
     WallContactor,
 )
+from lmgcpy.scene.described_chains import DescribedChain, described_chains, joint_rows
 from lmgcpy.scene.description import describe, lattice_of, outlines_of
 from lmgcpy.scene.scene import Scene
 
@@ -45,16 +46,6 @@ class Contactors:
 
 
 @dataclass(frozen=True)
-class ChainLinks:
-    """The l links between consecutive bodies of ``path``. The path of a closed chain ends with its first body."""
-
-    path: np.ndarray
-    """Ids of the bodies, (l + 1,)."""
-    reference: np.ndarray
-    """Reference distances of the centres [m], (l,)."""
-
-
-@dataclass(frozen=True)
 class Forces:
     """Forces of the last step at m contacts and links. Links come first, chain by chain."""
 
@@ -71,11 +62,14 @@ class Forces:
     """Normal force of each link of the chains [N], (l,)."""
 
     @classmethod
-    def of(cls, net: Net, links: int) -> Forces:
-        """Forces of interactions, of which the first ``links`` are links; zero before the first step of a run."""
-        normal = net.force[:, 0]
+    def of(cls, net: Net, scene: Mapping[str, Any]) -> Forces:
+        """Forces of interactions without those of joints, which are inside of what hangs together; zero before the first
+        step of a run."""
+        links, joints = links_of(scene), joint_rows(scene)
+        shown = np.delete(np.arange(len(net)), np.s_[links : links + joints])
+        normal = net.force[shown, 0]
         link = normal[:links] if len(net) else np.zeros(links)
-        return cls(net.candidate, net.antagonist, normal, net.lever, net.normal, link)
+        return cls(net.candidate[shown], net.antagonist[shown], normal, net.lever[shown], net.normal[shown], link)
 
 
 @dataclass(frozen=True)
@@ -136,16 +130,14 @@ class Snapshot:
         return np.array(bodies["colors"] or [""])[bodies["color"]]
 
     @cached_property
-    def chains(self) -> list[ChainLinks]:
+    def chains(self) -> list[DescribedChain]:
         """The chains of the scene."""
-        table, radius = self.scene["chains"], self.scene["bodies"]["link_radius"]
-        members = np.split(table["bodies"], np.cumsum(table["body_count"]))
-        gaps = np.split(table["reference_gaps"], np.cumsum(table["link_count"]))
-        found = []
-        for path, gap, closed in zip(members, gaps, table["closed"], strict=False):
-            path = np.append(path, path[0]) if closed else path
-            found.append(ChainLinks(path, gap + radius[path[:-1]] + radius[path[1:]]))
-        return found
+        return described_chains(self.scene)
+
+    @cached_property
+    def courses(self) -> list[np.ndarray]:
+        """Where the links of each chain act, see :meth:`DescribedChain.course` [m], (l + 1, d)."""
+        return [chain.course(self.lattice, self.positions, self.rotations) for chain in self.chains]
 
     @cached_property
     def link_count(self) -> int:
@@ -381,7 +373,7 @@ def _of_simulation(sim: Stepper) -> Snapshot:
         rotations=sim.rotations.copy() if sim.model.dimension == 2 or len(sim.state.turning) else None,
         velocities=sim.velocities.copy(),
         spins=sim.spins.copy(),
-        forces=Forces.of(sim.interactions, links_of(scene)) if sim.steps else None,
+        forces=Forces.of(sim.interactions, scene) if sim.steps else None,
         hidden=np.array([body.hidden for body in sim.scene.bodies], dtype=bool),
     )
 
@@ -395,7 +387,7 @@ def _of_run(run: Run, frame: int) -> Snapshot:
         rotations=run.rotations[frame] if run.dimension == 2 or run.rotations.shape[2] else None,
         velocities=run.velocities[frame],
         spins=run.spins[frame],
-        forces=Forces.of(run.interactions(frame), links_of(scene)),
+        forces=Forces.of(run.interactions(frame), scene),
         hidden=run.hidden(frame),
     )
 

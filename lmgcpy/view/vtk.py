@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.contact.lattice import chain_course
 from lmgcpy.errors import named_arguments, shown
 from lmgcpy.io.csv_tables import folder_for
 from lmgcpy.io.run import Run, RunInteractions
@@ -170,7 +169,7 @@ def wires(snapshot: Snapshot, net: RunInteractions, laws: list[str]) -> Any:
     assert snapshot.forces is not None
     paths = [chain.path for chain in snapshot.chains]
     body = np.concatenate([np.zeros(0, np.int64), *paths])
-    courses = [chain_course(snapshot.lattice, snapshot.positions, chain.path) for chain in snapshot.chains]
+    courses = snapshot.courses
     places = np.concatenate([np.zeros((0, snapshot.dimension)), *courses])
     cells, along = [np.zeros((0, 2), np.int64)], [np.zeros(0)]
     first = 0

@@ -111,6 +111,8 @@ class DampedWaves:
         self._mass = model.free_mass[:, : model.dimension].max(axis=1, initial=0.0)
         self._chains, self._links = [], []
         for chain, first in zip(model.chains, self._cuts[:-1].tolist(), strict=True):
+            if chain.form != "central":  # points that turn have other waves
+                continue
             bodies, links = chain.bodies, np.arange(first, first + chain.link_count)
             if chain.closed:
                 bodies = bodies[:-1]

@@ -14,8 +14,8 @@ import numpy as np
 from lmgcpy.contact.detector import Detector
 from lmgcpy.contact.foreign_pairs import NarrowPhaseError
 from lmgcpy.contact.interactions import Interactions
+from lmgcpy.contact.positions import in_own_axes
 from lmgcpy.dynamics.model import Model
-from lmgcpy.dynamics.rotation import in_own_axes
 from lmgcpy.dynamics.watch.said import Said
 
 DEEPER = 0.01

@@ -86,7 +86,7 @@ class Watch:
         )
         self.follow(model)
         self._most_made: dict[str, float] = {}
-        for law in [row.law for row in model.rows] + [chain.law for chain in model.chains]:
+        for law in [row.law for row in model.rows] + [table.law for table in model.links]:
             contact = law.APPLIES_TO == "contact"
             most = MADE_BY_POTENTIALS if law.energy is not None else MADE_BY_CONTACTS if contact else MADE_BY_LINKS
             self._most_made[law.NAME] = most

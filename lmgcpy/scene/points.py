@@ -1,0 +1,70 @@
+"""Points of bodies at which links act."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from lmgcpy.contact.detection_tables import Points
+from lmgcpy.errors import shown, vector
+from lmgcpy.scene.body import Body, Boundary
+
+
+class Node(NamedTuple):
+    """A body, and the point of it at which a link acts."""
+
+    body: Body
+    point: np.ndarray | None
+    """From the centre of the body, along its axes [m], (d,); None for the centre, where the link ends at the surface."""
+
+    @property
+    def offset(self) -> np.ndarray:
+        """The point, zero for the centre [m], (d,)."""
+        return np.zeros(self.body.dimension) if self.point is None else self.point
+
+    @property
+    def turns(self) -> bool:
+        """Whether the point is off the centre and turns with the body."""
+        return bool(self.offset.any()) and (self.body.dimension == 2 or self.body.turns)
+
+    @property
+    def radius(self) -> float:
+        """Distance from where the link acts to where its gap begins [m]."""
+        return self.body.link_radius if self.point is None else 0.0
+
+    @property
+    def place(self) -> np.ndarray:
+        """Where the link acts now [m], (d,)."""
+        body, offset = self.body, self.offset
+        if not self.turns:
+            return body.position + offset
+        if body.dimension == 3:
+            return body.position + body.rotation.apply(offset)
+        (x, y), cosine, sine = offset, np.cos(body.rotation), np.sin(body.rotation)
+        return body.position + np.array([cosine * x - sine * y, sine * x + cosine * y])
+
+    def __repr__(self) -> str:
+        return repr(self.body) if self.point is None else f"the point {shown(self.point.tolist())} of {self.body!r}"
+
+
+def node_of(body: Body, point: Any, what: str) -> Node:
+    """A body with the point of it that was given; errors say that ``what`` it is for."""
+    if point is None:
+        return Node(body, None)
+    at = vector(point, f"point of {what}", body.dimension)
+    node = Node(body, at)
+    if at.any() and not node.turns and not isinstance(body, Boundary):
+        raise ValueError(
+            f"{body!r} keeps no rotation, so that no point off its centre is known: make it a clump of one sphere, "
+            "lmgcpy.clump([radius], [(0, 0, 0)], density=...).at(position), or take its centre."
+        )
+    return node
+
+
+def points_of(nodes: Sequence[Node]) -> Points | None:
+    """The points of some nodes as arrays, None if all are centres."""
+    if not any(node.offset.any() for node in nodes):
+        return None
+    return Points(np.array([node.offset for node in nodes]), np.array([node.turns for node in nodes], dtype=bool))

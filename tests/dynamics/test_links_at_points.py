@@ -1,0 +1,383 @@
+"""Links at points of bodies, and joints: pendulums, a top, a plate on wires, a chain of capsules, against theory."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+from scipy.spatial.transform import Rotation
+from scipy.special import ellipk
+
+import lmgcpy as lm
+
+G = 9.81
+L, M = 0.4, 2.0
+"""Length [m] and mass [kg] of a rod."""
+SOLVERS = {
+    "Auto": lm.Auto(tolerance=1e-9),
+    "GaussSeidel": lm.GaussSeidel(tolerance=1e-9),
+    "AcceleratedGaussSeidel": lm.AcceleratedGaussSeidel(tolerance=1e-9),
+    "Newton": lm.Newton(tolerance=1e-9),
+}
+
+
+def gravity(d: int) -> tuple[float, ...]:
+    return (0.0,) * (d - 1) + (-G,)
+
+
+def direction(d: int, angle: float) -> np.ndarray:
+    """Unit vector in the vertical plane x, z (2D: x, y), ``angle`` from straight down."""
+    e = np.zeros(d)
+    e[0], e[-1] = np.sin(angle), -np.cos(angle)
+    return e
+
+
+def post_at(scene: lm.Scene, place: object) -> lm.Body:
+    make = lm.disk if scene.dimension == 2 else lm.sphere
+    return scene.add(make(radius=0.01, position=place, mass=1.0, color="POST")).fix()
+
+
+def rod(scene: lm.Scene, begin: np.ndarray, angle: float, mass: float = M, length: float = L) -> tuple:
+    """A rod that begins somewhere, with the points of its ends."""
+    d, half = scene.dimension, 0.5 * length
+    e = direction(d, angle)
+    if d == 3:
+        made = scene.add(lm.capsule(radius=0.01, length=length, mass=mass, position=begin + half * e, axis=e))
+        return made, (0.0, 0.0, -half), (0.0, 0.0, half)
+    balls = [(lm.DiskContactor(0.01), (0.0, y)) for y in (-half, half)]
+    start = {"position": begin + half * e, "rotation": angle, "color": "ROD"}
+    made = scene.add(lm.RigidBody(balls, mass=mass, inertia=mass * length**2 / 12.0, **start))
+    return made, (0.0, half), (0.0, -half)
+
+
+def opening(scene: lm.Scene) -> float:
+    return max(float(np.linalg.norm(joint.opening())) for joint in scene.joints)
+
+
+@pytest.mark.parametrize("d", [2, 3])
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_a_rod_on_a_joint_swings_at_its_period(d, solver):
+    """Period of a compound pendulum, 4 K(sin(a/2)) sqrt(I/(m g c)); errors of second order, 3.4e-6 at 2 ms."""
+    scene = lm.Scene(dimension=d, gravity=gravity(d))
+    made, top, _ = rod(scene, np.zeros(d), 0.3)
+    scene.link(post_at(scene, np.zeros(d)), made, lm.BallJoint(), at=(None, top))
+    inertia = (made.inertia if d == 2 else made.inertia[0]) + M * (0.5 * L) ** 2
+    period = 4.0 * ellipk(np.sin(0.15) ** 2) * np.sqrt(inertia / (M * G * 0.5 * L))
+    sim = lm.Simulation(scene, time_step=2e-3, solver=SOLVERS[solver])
+    times, x = [], []
+    while sim.time < 2.3 * period:
+        sim.step()
+        times.append(sim.time)
+        x.append(made.position[0])
+        assert opening(scene) < 2e-6  # (h omega)^2 c / 2
+        assert abs(sim.energy.defect) < 1e-14
+    x = np.array(x)
+    down = np.flatnonzero((x[:-1] > 0.0) & (x[1:] <= 0.0))
+    crossed = np.array(times)[down] + 2e-3 * x[down] / (x[down] - x[down + 1])
+    assert crossed[1] - crossed[0] == pytest.approx(period, rel=1e-5)
+    assert sim.unconverged_steps == 0
+
+
+def double_pendulum(time: float, k: float) -> np.ndarray:
+    """Angles of two rods with the inertia k m L^2 after a time, from level and at rest, by Lagrange's equations."""
+
+    def right(_, y):
+        a, b, u, w = y
+        c, s = np.cos(a - b), np.sin(a - b)
+        mass = np.array([[k + 1.25, 0.5 * c], [0.5 * c, k + 0.25]]) * L
+        force = np.array([-0.5 * L * s * w * w - 1.5 * G * np.sin(a), 0.5 * L * s * u * u - 0.5 * G * np.sin(b)])
+        return [u, w, *np.linalg.solve(mass, force)]
+
+    return solve_ivp(right, (0.0, time), [0.5 * np.pi, 0.5 * np.pi, 0.0, 0.0], rtol=1e-11, atol=1e-11).y[:2, -1]
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_a_double_pendulum_follows_lagrange(d):
+    """Both angles after half a second, with an error of second order."""
+    errors = []
+    for h in (2e-3, 1e-3):
+        scene = lm.Scene(dimension=d, gravity=gravity(d))
+        first, top, bottom = rod(scene, np.zeros(d), 0.5 * np.pi)
+        second, its_top, _ = rod(scene, L * direction(d, 0.5 * np.pi), 0.5 * np.pi)
+        scene.link(post_at(scene, np.zeros(d)), first, lm.BallJoint(), at=(None, top))
+        scene.link(first, second, lm.BallJoint(), at=(bottom, its_top))
+        lm.Simulation(scene, time_step=h).run(duration=0.5)
+        middle = np.array([first.position, second.position - 2.0 * first.position]) / (0.5 * L)
+        angles, inertia = np.arctan2(middle[:, 0], -middle[:, -1]), np.atleast_1d(first.inertia)[0]
+        exact = double_pendulum(0.5, inertia / (M * L**2))
+        errors.append(np.abs(np.angle(np.exp(1j * (angles - exact)))).max())
+    assert errors[1] < 2e-4
+    assert 3.0 < errors[0] / errors[1] < 5.0
+
+
+def test_a_top_on_a_ball_joint_precesses_and_nutates():
+    """A heavy symmetric top on its tip, against Lagrange's equations of its Euler angles; spin 120 rad/s, 0.3 s."""
+    scene = lm.Scene(dimension=3, gravity=gravity(3))
+    tilt, spin = 0.5, 120.0
+    axis = np.array([np.sin(tilt), 0.0, np.cos(tilt)])
+    top = scene.add(lm.capsule(radius=0.05, length=0.1, mass=1.0, position=0.05 * axis, axis=axis, spin=spin * axis))
+    scene.link(post_at(scene, (0.0, 0.0, 0.0)), top, lm.BallJoint(), at=(None, (0.0, 0.0, -0.05)))
+    across, _, along = top.inertia
+    about = across + 0.05**2
+
+    def right(_, y):
+        a, rate, _turned = y
+        c = along * spin  # constant
+        precession = c * (np.cos(tilt) - np.cos(a)) / (about * np.sin(a) ** 2)
+        return [
+            rate,
+            precession**2 * np.sin(a) * np.cos(a) - c / about * precession * np.sin(a) + G * 0.05 / about * np.sin(a),
+            precession,
+        ]
+
+    exact = solve_ivp(right, (0.0, 0.3), [tilt, 0.0, 0.0], rtol=1e-10, atol=1e-12).y[:, -1]
+    errors = []
+    for h in (1e-3, 5e-4):
+        sim = lm.Simulation(scene if h == 1e-3 else _copied(scene), time_step=h).run(duration=0.3)
+        x = sim.positions[0] if np.any(sim.positions[0]) else sim.positions[1]
+        found = np.array([np.arccos(x[2] / np.linalg.norm(x)), np.arctan2(x[1], x[0])])
+        errors.append(np.abs(found - exact[[0, 2]]).max())
+    assert errors[1] < 2e-3
+    assert 3.0 < errors[0] / errors[1] < 5.0
+
+
+def _copied(scene: lm.Scene) -> lm.Scene:
+    from lmgcpy.scene.description import describe, from_description
+
+    written = describe(scene)
+    written["bodies"]["position"] = written["bodies"]["position"].copy()
+    return from_description(written)
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_a_blow_at_the_centre_of_percussion_is_not_felt_by_the_hinge(d):
+    """A force F at the distance s from the hinge, which bears -F (1 - m c s / I) in the first step, 0 at s = I/(m c)."""
+    for s in (0.1 * L, 2.0 / 3.0 * L, L):
+        scene = lm.Scene(dimension=d)
+        made, top, _ = rod(scene, np.zeros(d), 0.0)
+        scene.link(post_at(scene, np.zeros(d)), made, lm.BallJoint(), at=(None, top))
+        inertia = (made.inertia if d == 2 else made.inertia[0]) + M * (0.5 * L) ** 2
+        moment = (s - 0.5 * L) * 1.0
+        # moment about the y axis of space, which is one of the capsule's own, in one direction or the other
+        if d == 2:
+            made.impose_force(x=1.0, spin=moment)
+        else:
+            about_y = made.rotation.apply([0.0, 1.0, 0.0])[1]
+            made.impose_force(x=1.0, spin_y=-moment * about_y)
+        sim = lm.Simulation(scene, time_step=1e-4)
+        sim.step()
+        assert sim.interactions.force[0, 0] == pytest.approx(M * 0.5 * L * s / inertia - 1.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("d", [2, 3])
+@pytest.mark.parametrize("law", [lm.RigidWire(), lm.RigidRod(), lm.ElasticWire(stiffness=1e6)])
+def test_a_plate_hangs_from_wires_at_its_points(d, law):
+    """Tensions by the balance of moments: 2D weights by the lever, 3D barycentric coordinates of the centre of mass."""
+    scene = lm.Scene(dimension=d, gravity=gravity(d))
+    if d == 2:
+        points = np.array([(-0.3, 0.02), (0.1, 0.02)])
+        balls = [(lm.DiskContactor(0.01), tuple(p)) for p in points]
+        plate = scene.add(lm.RigidBody(balls, mass=M, inertia=0.05, position=(0.0, 0.0), color="PLATE"))
+        share = np.array([0.25, 0.75])
+    else:
+        points = np.array([(0.3, 0.0, 0.02), (-0.2, 0.25, 0.02), (-0.1, -0.2, 0.02)])
+        balls = [(lm.SphereContactor(0.01), tuple(p)) for p in points]
+        plate = scene.add(lm.RigidBody(balls, mass=M, inertia=(0.03, 0.04, 0.05), position=(0.0, 0.0, 0.0), color="PLATE"))
+        share = np.linalg.solve(np.vstack([points[:, :2].T, np.ones(3)]), [0.0, 0.0, 1.0])
+    up = np.zeros(d)
+    up[-1] = 0.5
+    for p, part in zip(points, share, strict=True):
+        stretch = part * M * G / law.stiffness if isinstance(law, lm.ElasticWire) else 0.0
+        chain = scene.chain([post_at(scene, p + up), (plate, p)], law, reference_gap=0.49 - stretch)
+        assert chain.lengths() == pytest.approx(0.5)
+    sim = lm.Simulation(scene, time_step=1e-3, solver=lm.Newton(tolerance=1e-12)).run(steps=100)
+    np.testing.assert_allclose(-sim.interactions.force[:, 0], share * M * G, rtol=1e-9)
+    np.testing.assert_allclose(sim.velocities, 0.0, atol=1e-9)
+    np.testing.assert_allclose(sim.spins, 0.0, atol=1e-9)
+
+
+def through_points(d: int, seed: int, closed: bool = False) -> lm.Simulation:
+    """Rigid bodies anywhere, with a chain through points of them, and two joints; one step was made."""
+    rng = np.random.default_rng(seed)
+    scene = lm.Scene(dimension=d, gravity=gravity(d))
+    bodies, points = [], []
+    for k in range(6):
+        at = rng.normal(size=d) + 3.0 * k * np.eye(d)[0]
+        start = {"mass": float(rng.uniform(1, 3)), "position": at, "color": "B", "velocity": rng.normal(size=d)}
+        offset = rng.normal(size=d)
+        if d == 2:
+            start |= {"inertia": float(rng.uniform(0.5, 2)), "rotation": float(rng.uniform(0, 6))}
+            start["spin"] = float(rng.normal())
+            balls = [(lm.DiskContactor(0.1), (0.0, 0.0))]
+        else:
+            turned = Rotation.random(random_state=int(rng.integers(1000)))
+            start |= {"inertia": tuple(rng.uniform(1, 1.5, 3)), "rotation": turned, "spin": rng.normal(size=3)}
+            balls = [(lm.SphereContactor(0.1), (0.0, 0.0, 0.0))]
+        bodies.append(scene.add(lm.RigidBody(balls, **start)))
+        points.append(offset)
+    nodes = [(body, None if k == 2 else p) for k, (body, p) in enumerate(zip(bodies, points, strict=True))]
+    scene.chain(nodes, lm.RigidRod(), closed=closed)
+    for a, b in ((0, 1), (3, 5)):
+        where = rng.normal(size=d)
+        at = [_own(body, where) for body in (bodies[a], bodies[b])]
+        scene.link(bodies[a], bodies[b], lm.BallJoint(), at=at)
+    sim = lm.Simulation(scene, time_step=1e-3, solver=lm.Newton(tolerance=1e-12), on_unconverged="stop")
+    sim.step()
+    return sim
+
+
+def _own(body: lm.Body, place: np.ndarray) -> np.ndarray:
+    """A place in space, along the axes of a body."""
+    away = place - body.position
+    if body.dimension == 3:
+        return body.rotation.inv().apply(away)
+    c, s = np.cos(body.rotation), np.sin(body.rotation)
+    return np.array([c * away[0] + s * away[1], c * away[1] - s * away[0]])
+
+
+@pytest.mark.parametrize("d", [2, 3])
+@pytest.mark.parametrize("closed", [False, True])
+def test_the_blocks_of_w_are_those_of_the_rows_of_h(d, closed):
+    """Detection writes what H^T M^-1 H has at each link, and between a link and the next one, in a ring or not."""
+    sim = through_points(d, 3, closed)
+    problem = sim._last[0]
+    system, links = problem.system, 6 if closed else 5
+    H = problem.interaction_matrix().toarray()
+    W = H @ np.diag(system.inverse_mass.ravel()) @ H.T
+    count = len(system.gap) if hasattr(system, "gap") else len(system.candidate)
+    own = np.array([np.diag(W)[d * i : d * i + d] for i in range(count)])
+    np.testing.assert_allclose(system.delassus[:count], own, rtol=1e-12)
+    normal = W[::d, ::d]
+    following = [(i, (i + 1) % links) for i in range(links if closed else links - 1)]
+    for joint in (links, links + d):
+        following += [(joint + i, joint + (i + 1) % d) for i in range(d if d == 3 else 1)]
+    for i, j in following:
+        assert system.coupling[i] == pytest.approx(normal[i, j], abs=1e-12)
+    last = [i for i in range(count) if i not in [i for i, _ in following]]
+    assert not system.coupling[last].any()
+
+
+@pytest.mark.parametrize("d", [2, 3])
+@pytest.mark.parametrize("closed", [False, True])
+def test_linked_points_keep_momentum_and_balance(d, closed):
+    """Free bodies under gravity: the momentum is that of the fall, angular momentum about the centre of mass stays, and the
+    energy balance closes, to round-off."""
+    sim = through_points(d, 5, closed)
+    mass = sim.model.mass[:, 0]
+    momentum = mass @ sim.velocities
+    centre = mass @ sim.positions / mass.sum()
+    about = lm.measure.angular_momentum(sim, about=centre)
+    for _ in range(200):
+        sim.step()
+        assert abs(sim.energy.defect) < 1e-11
+    fall = mass.sum() * np.array(gravity(d)) * 0.2
+    np.testing.assert_allclose(mass @ sim.velocities - momentum, fall, atol=1e-10)
+    centre = mass @ sim.positions / mass.sum()
+    moved = lm.measure.angular_momentum(sim, about=centre)
+    np.testing.assert_allclose(moved, about, rtol=1e-9, atol=1e-9)
+    chain = sim.scene.chains[0]
+    np.testing.assert_allclose(chain.lengths(), chain.reference_gaps + chain.radius_sums, rtol=1e-4)
+    assert opening(sim.scene) < 1e-4
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_solvers_agree_on_links_at_points(d):
+    """The same chain of rods on joints, with a wire from its end to a wall, by all solvers."""
+    ends = []
+    for solver in SOLVERS.values():
+        scene = lm.Scene(dimension=d, gravity=gravity(d))
+        first, top, bottom = rod(scene, np.zeros(d), 1.2)
+        second, its_top, end = rod(scene, L * direction(d, 1.2), 0.2)
+        scene.link(post_at(scene, np.zeros(d)), first, lm.BallJoint(), at=(None, top))
+        scene.link(first, second, lm.BallJoint(), at=(bottom, its_top))
+        normal = -np.eye(d)[0]
+        wall = scene.add(lm.wall(point=2.0 * np.eye(d)[0], normal=normal))
+        scene.link(wall, second, lm.RigidWire(), at=(-0.3 * np.eye(d)[-1], end))
+        sim = lm.Simulation(scene, time_step=1e-3, solver=solver).run(duration=0.2)
+        ends.append(sim.positions.copy())
+        assert sim.unconverged_steps == 0
+    for found in ends[1:]:
+        np.testing.assert_allclose(found, ends[0], atol=1e-6)
+
+
+@pytest.mark.default_parameters("2-10000.0-0.004", "3-100.0-0.004")
+@pytest.mark.parametrize(
+    ("d", "tip", "h"), [(d, tip, h) for d in (2, 3) for tip in (1.0, 1e2, 1e4, 1e6) for h in (4e-3, 1e-3)]
+)
+def test_a_chain_of_rods_under_a_heavy_tip_makes_no_energy(d, tip, h):
+    """Six light rods on joints, let go level with a heavy one at the end: without the stiffness of their levers they were
+    turned over and over from h^2 T = 4 I / l on (1500 times the energy at 1e6 and 0.25 ms)."""
+    scene = lm.Scene(dimension=d, gravity=gravity(d))
+    before, point, rods = post_at(scene, np.zeros(d)), None, []
+    for k in range(6):
+        mass = 0.1 * (tip if k == 5 else 1.0)
+        made, top, bottom = rod(scene, 0.1 * k * direction(d, 0.5 * np.pi), 0.5 * np.pi, mass, 0.1)
+        scene.link(before, made, lm.BallJoint(), at=(point, top))
+        before, point = made, bottom
+        rods.append(made)
+    sim = lm.Simulation(scene, time_step=h)
+    mass = np.array([body.mass for body in rods])
+    scale = mass.sum() * G * 0.55
+    for _ in range(round(0.5 / h)):
+        sim.step()
+        energy = sim.energy.kinetic + G * mass @ [body.position[-1] for body in rods]
+        assert energy < 1e-9 * scale
+        assert energy > -0.05 * scale
+        assert opening(scene) < 0.02 * 0.1
+        assert abs(sim.energy.defect) < 1e-12 * scale
+    assert sim.unconverged_steps == 0
+
+
+def catenary(count: int, length: float, span: float) -> np.ndarray:
+    """Middles of rods of one mass that hang between hinges at one height, (count, 2).
+
+    Moments about the end of rod k give tan(a_k) = (k - (count - 1)/2) m g / H for the angle a_k from level.
+    """
+    k = np.arange(count) - 0.5 * (count - 1)
+    level = brentq(lambda x: length * np.cos(np.arctan(k * x)).sum() - span, 1e-9, 1e9, xtol=1e-14)
+    steps = length * np.column_stack([np.cos(np.arctan(k * level)), np.sin(np.arctan(k * level))])
+    return np.cumsum(steps, axis=0) - 0.5 * steps
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_a_chain_of_capsules_hangs_in_its_catenary(d):
+    """Ten rods between two hinges, let go from a triangle, with drag until they rest: the discrete catenary to 1e-6."""
+    count, length, span = 10, 0.1, 0.8
+    scene = lm.Scene(dimension=d, gravity=gravity(d))
+    down = np.arccos(span / (count * length))
+    before, point, rods = post_at(scene, np.zeros(d)), None, []
+    begin = np.zeros(d)
+    for k in range(count):
+        angle = 0.5 * np.pi - down if k < count // 2 else 0.5 * np.pi + down
+        made, first, last = rod(scene, begin, angle, 0.05, length)
+        scene.link(before, made, lm.BallJoint(), at=(point, first))
+        begin = begin + length * direction(d, angle)
+        before, point = made, last
+        rods.append(made)
+    scene.link(before, post_at(scene, begin), lm.BallJoint(), at=(point, None))
+    scene.drag(rods, rate=8.0)
+    sim = lm.Simulation(scene, time_step=2e-3).run(duration=5.0)
+    found = np.array([body.position for body in rods])[:, [0, -1]]
+    np.testing.assert_allclose(found, catenary(count, length, span), atol=1e-6)
+    assert sim.unconverged_steps == 0
+
+
+def test_a_closed_frame_of_rods_on_joints_holds():
+    """A square of four rods on hinges with one diagonal at points: a truss, with forces by the balance of its nodes."""
+    scene = lm.Scene(dimension=2, gravity=None)
+    corners = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)])
+    bars = []
+    for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        along = b - a
+        balls = [(lm.DiskContactor(0.01), (x, 0.0)) for x in (-0.5, 0.5)]
+        start = {"position": 0.5 * (a + b), "rotation": float(np.arctan2(along[1], along[0])), "color": "BAR"}
+        bars.append(scene.add(lm.RigidBody(balls, mass=1.0, inertia=1.0 / 12.0, **start)))
+    for one, other in zip(bars, [*bars[1:], bars[0]], strict=True):
+        scene.link(one, other, lm.BallJoint(), at=((0.5, 0.0), (-0.5, 0.0)))
+    scene.link(bars[0], bars[2], lm.RigidWire(), at=((-0.5, 0.0), (-0.5, 0.0)))
+    bars[0].fix()
+    bars[2].impose_force(x=1.0)  # shears the square: the diagonal takes sqrt(2)
+    sim = lm.Simulation(scene, time_step=1e-3, solver=lm.Newton(tolerance=1e-12)).run(duration=0.1)
+    assert -sim.interactions.force[0, 0] == pytest.approx(np.sqrt(2.0), rel=1e-6)
+    np.testing.assert_allclose(sim.velocities, 0.0, atol=1e-8)
