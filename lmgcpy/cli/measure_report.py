@@ -17,7 +17,6 @@ from lmgcpy.io.run import Run
 from lmgcpy.measure.moment import Moment, frame_number, moment
 from lmgcpy.measure.particle_stress import volumes_of
 from lmgcpy.measure.wire_fabric import volume_if_known
-from lmgcpy.measure.wire_links import beads_of
 
 CHORD = 10
 """Links of the longer pieces of wire whose stretch is shown."""
@@ -80,7 +79,7 @@ class Subject:
         """Mean diameter of the bodies with bounds that belong to no chain, of all if there are none [m]: of the disks or
         spheres that have their volumes, or if these are not known, that hold them."""
         bounded = np.isfinite(self.now.extent)
-        grains = bounded & ~beads_of(self.now)
+        grains = bounded & ~self.now.beads
         chosen = grains if grains.any() else bounded
         volume, d = volumes_of(self.now), self.run.dimension
         unit = math.pi if d == 2 else 4.0 / 3.0 * math.pi
@@ -103,7 +102,7 @@ def report(subject: Subject) -> dict[str, list[Entry | str]]:
 
 def _sample(subject: Subject) -> Iterator[Entry | str]:
     now, run, frame = subject.now, subject.run, subject.frame
-    bounded, beads = np.isfinite(now.extent), beads_of(now)
+    bounded, beads = np.isfinite(now.extent), now.beads
     solid, volume = float(volumes_of(now)[bounded & ~now.hidden].sum()), volume_if_known(now, None)
     unit = f"m^{run.dimension}"
     if run.dimension == 2:
@@ -152,7 +151,7 @@ def _contacts(subject: Subject) -> Iterator[Entry | str]:
     yield Entry("greatest normal force over the mean", float(forces.relative.max()))
     yield Entry("contacts of a body, without rattlers", net.coordination)
     yield Entry("contacts of a body, with rattlers", net.coordination_with_rattlers)
-    grains = np.isfinite(subject.now.extent) & ~beads_of(subject.now)
+    grains = np.isfinite(subject.now.extent) & ~subject.now.beads
     if grains.any():
         share = grains[net.rattlers].sum() / grains.sum()
         yield Entry("share of the grains that are rattlers: fewer than two contacts", 100.0 * float(share), "%")

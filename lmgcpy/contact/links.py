@@ -10,9 +10,8 @@ R the rotation from the axes of the body to those of space, in 2D without R. So 
 ``-n_i . K n_j``: the part of W of a chain stays tridiagonal.
 
 A joint is a link along each axis of space, whose gap is the component of the vector from the antagonist's point to the
-candidate's. Both bodies feel it half-way between their points, so that the pair of forces has no moment. The part of W of its
-d links is ``K_c + K_a``: two links in a row in 2D, and in 3D three links in a ring,
-whose entries ``coupling`` holds.
+candidate's. Both bodies feel it half-way between their points, so that the pair of forces has no moment. The part of W of
+its d links is ``K_c + K_a``: two links in a row in 2D, and in 3D three links in a ring, whose entries ``coupling`` holds.
 """
 
 from __future__ import annotations

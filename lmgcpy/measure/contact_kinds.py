@@ -10,7 +10,6 @@ from lmgcpy.errors import named_arguments, number
 from lmgcpy.measure.contact_forces import ContactForces, contact_forces
 from lmgcpy.measure.moment import Source, moment
 from lmgcpy.measure.table import Table
-from lmgcpy.measure.wire_links import beads_of
 
 KINDS = ("grain-grain", "grain-bead", "bead-bead", "wall")
 SLIDING = 1e-6
@@ -47,7 +46,7 @@ def contact_kinds(sim: Source, *, frame: int | None = None, tolerance: float = S
     """
     now = moment(sim, frame, "contact_kinds")
     forces = contact_forces(sim, frame=frame)
-    bead, wall = beads_of(now)[forces.pairs].sum(axis=1), ~np.isfinite(now.extent)[forces.pairs].all(axis=1)
+    bead, wall = now.beads[forces.pairs].sum(axis=1), ~np.isfinite(now.extent)[forces.pairs].all(axis=1)
     kind = np.where(wall, KINDS.index("wall"), bead)
     slides, mobilised = sliding(forces, tolerance), forces.mobilised
     rubs = ~np.isnan(mobilised)

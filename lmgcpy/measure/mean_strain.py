@@ -11,7 +11,6 @@ import numpy as np
 from lmgcpy.contact.lattice import Lattice
 from lmgcpy.errors import named_arguments, number, one_of, shown, vector
 from lmgcpy.measure.moment import Moment, Motion, Source, moment, motion
-from lmgcpy.measure.wire_links import beads_of
 
 BLOCKS = {2: 4, 3: 3}
 """Blocks along each axis that are left out in turn for the standard error, by dimension: 16 and 27 in all."""
@@ -121,7 +120,7 @@ def strain_of(now: Moment, moved: Motion, window: Any = None, margin: Any = 0.0,
     begin, d = moved.begin, moved.begin.shape[1]
     chosen = np.isfinite(moved.extent) & ~now.hidden
     if one_of(kind, "kind", KINDS) != "all":
-        chosen &= beads_of(now) == (kind == "beads")
+        chosen &= now.beads == (kind == "beads")
     if window is not None:
         if not isinstance(window, (tuple, list, np.ndarray)) or len(window) != 2:
             raise TypeError(f"window must be two corners such as ((0, 0), (1, 2)) [m], got {shown(window)}.")

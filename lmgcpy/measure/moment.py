@@ -92,6 +92,14 @@ class Moment:
         return described_chains(self.scene)
 
     @cached_property
+    def beads(self) -> np.ndarray:
+        """Whether each body is a bead of a chain, (n,) bool."""
+        found = np.zeros(len(self.extent), dtype=bool)
+        for chain in self.chains:
+            found[chain.path[chain.bead]] = True
+        return found
+
+    @cached_property
     def turning(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Ids of the bodies that keep a rotation in space, (t,), their quaternions, (t, 4), and their principal inertias
         [kg m^2], (t, 3)."""

@@ -15,7 +15,7 @@ from lmgcpy.measure.contact_kinds import SLIDING, sliding
 from lmgcpy.measure.mean_strain import edges_then_and_now, strain_of
 from lmgcpy.measure.moment import Moment, Source, moment, motion
 from lmgcpy.measure.table import Table
-from lmgcpy.measure.wire_links import beads_of, links_of
+from lmgcpy.measure.wire_links import links_of
 
 SURROUNDING = {2: 8, 3: 16}
 """Grains around a bead to whose displacements an affine field is fitted, by dimension."""
@@ -81,7 +81,7 @@ def wire_contacts(sim: Source, *, frame: int | None = None, tolerance: float = S
     its weight. A contact slides if ``|f_t| >= (1 - tolerance) mu f_n``.
     """
     now = moment(sim, frame, "wire_contacts")
-    forces, bead = contact_forces(sim, frame=frame), beads_of(now)
+    forces, bead = contact_forces(sim, frame=frame), now.beads
     acting = (now.net.impulse[:, 0] > 0.0) & ~now.is_link
     local, frames = now.net.force[acting], now.net.frame[acting]
     pushes = local[:, :1] * frames[:, 0]

@@ -107,13 +107,6 @@ def chain_pairs(now: Moment) -> tuple[np.ndarray, np.ndarray]:
     return number, np.concatenate([np.zeros((0, 2), dtype=np.int64), *pairs])
 
 
-def beads_of(now: Moment) -> np.ndarray:
-    """Whether each body belongs to a chain, (n,) bool."""
-    found = np.zeros(len(now.extent), dtype=bool)
-    found[np.asarray(now.scene["chains"]["bodies"], dtype=np.int64)] = True
-    return found
-
-
 def _middles(length: np.ndarray, chain: np.ndarray) -> np.ndarray:
     """Length of wire up to the middle of each link [m], (l,), counted anew in each chain."""
     end = np.cumsum(length)

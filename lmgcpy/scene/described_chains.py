@@ -21,6 +21,8 @@ class DescribedChain:
     """Ids of the bodies, (l + 1,)."""
     radius: np.ndarray
     """Distance from where a link acts to where its gap begins, of each body [m], (l + 1,)."""
+    bead: np.ndarray
+    """Whether the links act at the centre of each body: it is a bead, and no body to which the chain is tied, (l + 1,)."""
     gap: np.ndarray
     """Reference gaps [m], (l,)."""
     points: Points | None
@@ -63,7 +65,7 @@ def described_chains(scene: Mapping[str, Any]) -> list[DescribedChain]:
         centre = np.isnan(at[:, 0])
         offset = np.where(centre[:, None], 0.0, at)
         moved = Points(offset, (offset != 0.0).any(axis=1)) if offset.any() else None
-        found.append(DescribedChain(path, np.where(centre, link_radius[path], 0.0), gap, moved))
+        found.append(DescribedChain(path, np.where(centre, link_radius[path], 0.0), centre, gap, moved))
     return found
 
 

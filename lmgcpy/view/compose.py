@@ -18,7 +18,7 @@ from lmgcpy.view.drawing import Balls, Drawing, Paint, Tubes, in_space, rgb
 from lmgcpy.view.layout import EXCESS, OVERLAP, long_links_of, overlaps_of
 from lmgcpy.view.palette import BEAD, COHESION, CONTACT, GROUPS, PUSHING, SAND, WIRE, WRONG
 from lmgcpy.view.quantities import GRAINS, WIRES, acting
-from lmgcpy.view.snapshot import Snapshot, acting_lines, frame_number, snapshot
+from lmgcpy.view.snapshot import LINKS, Snapshot, acting_lines, frame_number, snapshot
 from lmgcpy.view.style import Style, style_of
 
 THICK = {2: 0.35, 3: 1.0}
@@ -192,10 +192,9 @@ def _wires(snap: Snapshot, style: Style, wrong: np.ndarray, legend: list[tuple[s
     """Links as tubes; links that are too long are red."""
     if style.wires == "hidden" or not snap.chains:
         return []
-    a = np.concatenate([chain.path[:-1] for chain in snap.chains])
-    b = np.concatenate([chain.path[1:] for chain in snap.chains])
-    radius = snap.scene["bodies"]["link_radius"]
-    thickness = THICK[snap.dimension] * np.minimum(radius[a], radius[b])
+    first, second = (np.concatenate([chain.radius[part] for chain in snap.chains]) for part in LINKS)
+    thinner, thicker = np.minimum(first, second), np.maximum(first, second)
+    thickness = THICK[snap.dimension] * np.where(thinner > 0.0, thinner, thicker)  # a point has no radius
     if style.what == "forces":
         thickness *= BEHIND
     thickness[thickness == 0.0] = 0.1 * _mean_radius(snap)  # links between bodies that are no disks
@@ -211,10 +210,9 @@ def _wires(snap: Snapshot, style: Style, wrong: np.ndarray, legend: list[tuple[s
     else:
         paint = Paint(WIRE)
         legend.append(("wire", WIRE))
-    courses = snap.courses
-    starts, ends = (np.concatenate([course[part] for course in courses]) for part in (np.s_[:-1], np.s_[1:]))
+    starts, ends = (np.concatenate([course[part] for course in snap.courses]) for part in LINKS)
     tubes = Tubes(in_space(starts), in_space(ends), thickness, paint)
-    red = np.zeros(len(a), dtype=bool)
+    red = np.zeros(len(first), dtype=bool)
     red[wrong] = True
     pieces = [tubes.take(~red)]
     if red.any():

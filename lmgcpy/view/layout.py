@@ -103,7 +103,7 @@ def overlaps_of(snap: Snapshot, share: float) -> np.ndarray:
     a, b, gap, smaller = (np.concatenate(part) for part in zip(*pieces, strict=True))
     deep = (-gap > share * smaller) & (a != b)
     a, b, depth, part = a[deep], b[deep], -gap[deep], -gap[deep] / smaller[deep]
-    seen = visible(snap, a, b)
+    seen = visible(snap, a, b) & ~tied(snap, a, b)
     order = np.argsort(-part[seen], kind="stable")
     found = np.zeros(len(order), dtype=PAIR)
     low, high = np.minimum(a, b)[seen][order], np.maximum(a, b)[seen][order]
@@ -173,6 +173,15 @@ def visible(snap: Snapshot, a: np.ndarray, b: np.ndarray) -> np.ndarray:
             sees[i, j] = sees[j, i] = True
     color = snap.scene["bodies"]["color"]
     return sees[color[a], color[b]]
+
+
+def tied(snap: Snapshot, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Whether joints tie bodies that do not collide, (p,)."""
+    if "joints" not in snap.scene:
+        return np.zeros(len(a), dtype=bool)
+    table, count = snap.scene["joints"], len(snap.positions)
+    pairs = np.sort(table["body"][~table["collide"]], axis=1)
+    return np.isin(np.minimum(a, b) * count + np.maximum(a, b), pairs[:, 0] * count + pairs[:, 1])
 
 
 def long_links_of(snap: Snapshot, excess: float) -> np.ndarray:

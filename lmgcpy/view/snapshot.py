@@ -45,6 +45,10 @@ class Contactors:
     """Parameters of the shapes, (k, p)."""
 
 
+LINKS = np.s_[:-1], np.s_[1:]
+"""Beginnings and ends of the links along a chain."""
+
+
 @dataclass(frozen=True)
 class Forces:
     """Forces of the last step at m contacts and links. Links come first, chain by chain."""
@@ -60,16 +64,17 @@ class Forces:
     """Normals, from the antagonist to the candidate, (m, d)."""
     link: np.ndarray
     """Normal force of each link of the chains [N], (l,)."""
+    row: np.ndarray
+    """Rows among all interactions, (m,): forces in joints, inside of what hangs together, are left out."""
 
     @classmethod
     def of(cls, net: Net, scene: Mapping[str, Any]) -> Forces:
-        """Forces of interactions without those of joints, which are inside of what hangs together; zero before the first
-        step of a run."""
+        """Forces of interactions; zero before the first step of a run."""
         links, joints = links_of(scene), joint_rows(scene)
-        shown = np.delete(np.arange(len(net)), np.s_[links : links + joints])
-        normal = net.force[shown, 0]
+        row = np.delete(np.arange(len(net)), np.s_[links : links + joints])
+        normal = net.force[row, 0]
         link = normal[:links] if len(net) else np.zeros(links)
-        return cls(net.candidate[shown], net.antagonist[shown], normal, net.lever[shown], net.normal[shown], link)
+        return cls(net.candidate[row], net.antagonist[row], normal, net.lever[row], net.normal[row], link, row)
 
 
 @dataclass(frozen=True)
@@ -149,7 +154,8 @@ class Snapshot:
         """Whether a body is a bead of a chain, (n,). A body above 1.5 times the median of its chain is a load."""
         part, radius = np.zeros(len(self.positions), dtype=bool), self.scene["bodies"]["link_radius"]
         for chain in self.chains:
-            part[chain.path] = radius[chain.path] <= 1.5 * np.median(radius[chain.path])
+            path = chain.path[chain.bead]
+            part[path] = radius[path] <= 1.5 * np.median(radius[path]) if len(path) else False
         return part
 
     @cached_property
@@ -267,7 +273,8 @@ def acting_lines(snap: Snapshot) -> tuple[np.ndarray, np.ndarray]:
         image = snap.lattice.nearest(from_antagonist - from_candidate, snap.edges) @ snap.edges
         start -= np.where((snap.unbounded[a] | snap.unbounded[c])[:, None], 0.0, image)
     link = np.arange(len(c)) < snap.link_count
-    start[link], end[link] = snap.positions[a[link]], snap.positions[c[link]]
+    if link.any():
+        start[link], end[link] = (np.concatenate([course[part] for course in snap.courses]) for part in LINKS)
     stub = ~(start_is_centre | end_is_centre | link)
     if stub.any():
         extent = snap.scene["bodies"]["extent"]

@@ -36,9 +36,9 @@ def export_vtk(run: Run, folder: str | os.PathLike, *, force: bool = False) -> l
     * ``turning.pvd``, of a scene with bodies that keep a rotation in space, has a point at the centre of mass of each, with
       the same arrays of the body and ``orientation``, the quaternion from its axes to those of space, q_w first, as VTK has
       it: a surface of any shape can be drawn there.
-    * ``forces.pvd`` has a line for each contact or link with a force. A link goes between the centres; a contact goes
-      through its point, between the centres of the disks or spheres that touch, and ends there at a wall or a foreign
-      shape. It has ``force``, the vector that acts on the candidate [N], ``normal_force`` (positive
+    * ``forces.pvd`` has a line for each contact or link with a force, not for joints. A link goes between its ends; a
+      contact goes through its point, between the centres of the disks or spheres that touch, and ends there at a wall or
+      a foreign shape. It has ``force``, the vector that acts on the candidate [N], ``normal_force`` (positive
       if it pushes) and ``tension`` [N], ``candidate``, ``antagonist``, ``gap`` [m], and ``law`` (its name is in the field
       ``law_names``).
     * ``wires.pvd`` has a line for each link, with ``tension`` [N], ``excess`` (relative to its reference length),
@@ -142,22 +142,25 @@ def add_bodies(data: Any, attributes: Any, snapshot: Snapshot, body: np.ndarray)
 
 def forces(snapshot: Snapshot, net: RunInteractions, laws: list[str]) -> Any:
     """Contacts and links with a force."""
+    assert snapshot.forces is not None
+    row = snapshot.forces.row
     start, end = acting_lines(snapshot)
     into_cell = snapshot.into_cell(0.5 * (start + end))
     start, end = start + into_cell, end + into_cell
-    acting = net.force.any(axis=1)
+    force = net.force[row]
+    acting = force.any(axis=1)
     count = int(acting.sum())
     points = np.stack([start[acting], end[acting]], axis=1).reshape(-1, snapshot.dimension)
     data = polygonal_data(points, "lines", np.arange(2 * count).reshape(-1, 2))
-    link = np.arange(len(net)) < snapshot.link_count
+    link = np.arange(len(row)) < snapshot.link_count
     arrays = {
-        "force": in_space(np.einsum("mk,mkd->md", net.force, net.frame)),
-        "normal_force": net.force[:, 0],
-        "tension": np.where(link, np.maximum(-net.force[:, 0], 0.0), 0.0),
-        "candidate": net.candidate,
-        "antagonist": net.antagonist,
-        "gap": net.gap,
-        "law": codes(net.law, laws),
+        "force": in_space(np.einsum("mk,mkd->md", force, net.frame[row])),
+        "normal_force": force[:, 0],
+        "tension": np.where(link, np.maximum(-force[:, 0], 0.0), 0.0),
+        "candidate": net.candidate[row],
+        "antagonist": net.antagonist[row],
+        "gap": net.gap[row],
+        "law": codes(net.law[row], laws),
     }
     add_arrays(data.GetCellData(), {name: values[acting] for name, values in arrays.items()})
     add_words(data, "law_names", laws)
