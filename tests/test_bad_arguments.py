@@ -126,6 +126,13 @@ def links(**more):
     return made.chain(**{"bodies": made.bodies, "law": lm.RigidWire(), **more})
 
 
+def tie(**more):
+    made = scene()
+    a, b = made.bodies[:2]
+    half = 0.5 * (b.position - a.position)
+    return made.link(**{"a": a, "b": b, "law": lm.BallJoint(), "at": (half, -half), **more})
+
+
 def biaxial_run(**more):
     return Biaxial(sample()).run(**{"strain": 0.1, **more})
 
@@ -231,6 +238,10 @@ CALLS = {
          "law": [*THING, lm.RigidRod, lm.Signorini()], "reference_gap": optional([*ARRAY, [1.0] * 3, -1.0]),
          "block_spin": FLAG, "closed": FLAG, "relaxation": NOT_NEGATIVE,
          "neighbours_collide": optional(FLAG), "parameters": [*optional(THING), {"stiffness": [1.0]}, {3: [1.0]}]}),
+    "Scene.link": (tie, {},
+        {"a": THING, "b": THING, "law": [*THING, lm.BallJoint, lm.Signorini()],
+         "at": [*THING, [], [None], [(0.0, 0.05), (0.0, nan)], [(0.0, 0.0, 0.0), None], [None, (inf, 0.0)]],
+         "reference_gap": optional([*ARRAY, 0.1]), "relaxation": NOT_NEGATIVE, "neighbours_collide": optional(FLAG)}),
     "Simulation": (simulate, {"time_step": 1e-3},
         {"scene": [*THING, lm.Scene], "time_step": POSITIVE, "theta": [*FRACTION, 0.4],
          "solver": [*optional(THING), lm.GaussSeidel], "on_unconverged": CHOICE, "overlap": CHOICE,
@@ -411,8 +422,8 @@ CALLED = {
     "impulses": ["impulses"],
     "sim": ["stress", "sim"],
     "sigma": ["stress"],
-    "a": ["compare"],
-    "b": ["compare"],
+    "a": ["compare", "Scene.link", "chain"],
+    "b": ["compare", "Scene.link", "chain"],
     "run": ["export_csv", "export_vtk", "run must be"],
     "sample": ["Sample"],
     "grain_count": ["grain"],
@@ -429,6 +440,7 @@ EXEMPT = {
     "Body": "abstract: through Disk, Wall and RigidBody",
     "Cell": "made by Scene.periodic",
     "Chain": "made by Scene.chain",
+    "Joint": "made by Scene.link",
     "Clump": "made by clump",
     "MeshClump": "made by clump_from_mesh",
     "clump_from_mesh": "in tests/scene/test_mesh_clump.py",

@@ -213,6 +213,7 @@ def built_in():
     """A law of each class."""
     return (
         *(lm.Signorini(), lm.Coulomb(friction=0.3), lm.Restitution(restitution=0.5), lm.RigidWire(), lm.RigidRod()),
+        lm.BallJoint(),
         lm.RollingCoulomb(friction=0.3, rolling_friction=0.1),
         *(lm.ElasticWire(stiffness=1.0), lm.ElasticRod(axial_rigidity=1.0)),
         *(lm.VoigtWire(stiffness=1.0, viscosity=1.0), lm.VoigtRod(stiffness=1.0, viscosity=1.0)),

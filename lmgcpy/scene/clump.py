@@ -81,6 +81,14 @@ class Clump:
             **start,
         )
 
+    @named_arguments
+    def point(self, place: Any, *, scale: float = 1.0) -> np.ndarray:
+        """A ``place`` [m] in the coordinates of the offsets that were given, as the links of a body of this shape take it:
+        from the centre of mass along the axes of the body, (d,); ``scale`` as of :meth:`at`."""
+        away = vector(place, "place on a clump", self.dimension) - self.centre
+        away = away if self.axes is None else self.axes.inv().apply(away)
+        return number(scale, "scale of a clump", above=0.0) * away
+
     def _contactors(self, scale: float) -> list[tuple[Contactor, tuple[float, ...]]]:
         make = DiskContactor if self.dimension == 2 else SphereContactor
         sizes, offsets = (scale * self.radii).tolist(), (scale * self.offsets).tolist()

@@ -49,11 +49,11 @@ class Node(NamedTuple):
         return repr(self.body) if self.point is None else f"the point {shown(self.point.tolist())} of {self.body!r}"
 
 
-def node_of(body: Body, point: Any, what: str) -> Node:
-    """A body with the point of it that was given; errors say that ``what`` it is for."""
+def node_of(body: Body, point: Any) -> Node:
+    """A body with the point of it that was given."""
     if point is None:
         return Node(body, None)
-    at = vector(point, f"point of {what}", body.dimension)
+    at = vector(point, f"The point at which {body!r} is linked", body.dimension)
     node = Node(body, at)
     if at.any() and not node.turns and not isinstance(body, Boundary):
         raise ValueError(

@@ -447,7 +447,7 @@ class Scene:
             neighbours_collide = flag(neighbours_collide, "neighbours_collide, unless it is None,")
         if isinstance(bodies, (str, Body)) or not isinstance(bodies, Iterable):
             raise TypeError(f"A chain links a list of bodies, got {shown(bodies)}.")
-        nodes = [self._node(given, "a chain") for given in bodies]
+        nodes = [self._node(given, "A chain") for given in bodies]
         members = [node.body for node in nodes]
         if len(members) < (3 if closed else 2):
             least, kind = (3, "closed chain") if closed else (2, "chain")
@@ -501,7 +501,7 @@ class Scene:
         if not law.TIES:
             given = {"reference_gap": reference_gap, "relaxation": relaxation, "neighbours_collide": neighbours_collide}
             return self.chain([(a, pair[0]), (b, pair[1])], law, **given)
-        nodes = self._node((a, pair[0]), "a link"), self._node((b, pair[1]), "a link")
+        nodes = self._node((a, pair[0]), "Scene.link"), self._node((b, pair[1]), "Scene.link")
         if a is b:
             raise ValueError(f"{a!r} cannot be tied to itself: a joint is between two bodies.")
         if reference_gap is not None or number(relaxation, "relaxation of a link", minimum=0.0, unit="s") > 0.0:
@@ -515,10 +515,10 @@ class Scene:
         """A body, or a pair of a body and its point, to be linked."""
         body, point = given if isinstance(given, (tuple, list)) and len(given) == 2 else (given, None)
         if not isinstance(body, Body):
-            raise TypeError(f"Bodies of the scene are linked, or pairs (body, point), got {shown(given)}.")
+            raise TypeError(f"{what} links bodies of the scene, or points (body, point) of them, got {shown(body)}.")
         if not (0 <= body.id < len(self.bodies) and self.bodies[body.id] is body):
             raise ValueError(f"{body!r} is not in this scene: add it before it is linked.")
-        return node_of(body, point, what)
+        return node_of(body, point)
 
     def _editable(self, what: str, instead: str = "Make a new scene.") -> None:
         if self._compiled:

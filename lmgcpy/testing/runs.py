@@ -6,6 +6,7 @@ import tempfile
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -47,6 +48,12 @@ def to_laws_for_scenes(law: Law) -> str:
     return "" if dimensions(law) else "the law is for contactors that are not lmgcpy's own"
 
 
+def turning_ball(*, radius: float, mass: float, **start: Any) -> lm.RigidBody:
+    """A ball that keeps its rotation."""
+    inertia = (0.4 * mass * radius**2,) * 3
+    return lm.RigidBody([(lm.SphereContactor(radius), (0.0, 0.0, 0.0))], mass=mass, inertia=inertia, color="GRAIN", **start)
+
+
 class SmallRun:
     """Four disks or spheres: a wire that hangs from the first and swings, or bodies thrown at each other and at a wall.
 
@@ -66,9 +73,11 @@ class SmallRun:
         """A vector in the rotated scene; in 3D with a third component."""
         return self.turn @ (vector if self.dimension == 2 else (*vector, across))
 
-    def _bodies(self, positions: np.ndarray, velocities: np.ndarray) -> list[lm.Body]:
+    def _bodies(self, positions: np.ndarray, velocities: np.ndarray, tied: bool = False) -> list[lm.Body]:
         bodies: dict[int, lm.Body] = {}
         make: Any = lm.disk if self.dimension == 2 else lm.sphere
+        if tied and self.dimension == 3:  # spheres have no points
+            make = turning_ball
         for i in self.order:
             position, velocity = self.turned(positions[i], 0.01 * i), self.turned(velocities[i], 0.02 * i - 0.05)
             bodies[i] = self.scene.add(make(radius=RADIUS, mass=MASSES[i], position=position, velocity=velocity))
@@ -77,9 +86,15 @@ class SmallRun:
     def _wire(self, law: Law, reverse: bool) -> None:
         positions = np.array([(0.0, 0.0), (0.05, -0.3), (0.02, -0.6), (0.1, -0.87)])
         velocities = np.array([(0.0, 0.0), (0.3, 0.0), (0.15, -0.1), (-0.3, -0.2)])
-        self.bodies = self._bodies(positions, velocities)
+        self.bodies = self._bodies(positions, velocities, law.TIES)
         self.bodies[0].fix()
-        self.scene.chain(self.bodies[::-1] if reverse else self.bodies, law)
+        if not law.TIES:
+            self.scene.chain(self.bodies[::-1] if reverse else self.bodies, law)
+            return
+        for pair in pairwise(self.bodies):  # tied half-way
+            a, b = reversed(pair) if reverse else pair
+            half = 0.5 * (b.position - a.position)
+            self.scene.link(a, b, law, at=(half, -half))
 
     def _heap(self, law: Law, reverse: bool) -> None:
         positions = RADIUS * np.array([(-1.5, 1.001), (0.503, 1.002), (-0.52, 2.734), (1.51, 2.735)])
@@ -107,10 +122,13 @@ class SmallRun:
         """Forces of the last step on the first body of each pair along axes that rotate with the scene [N], (d,); 4 is the
         wall."""
         number = {body.id: i for i, body in enumerate(self.bodies)}
-        net, found = self.sim.interactions, {}
+        net = self.sim.interactions
+        found: dict[tuple[int, int], np.ndarray] = {}
         for c, a, force, frame in zip(net.candidate.tolist(), net.antagonist.tolist(), net.force, net.frame, strict=True):
             one, other = number.get(c, 4), number.get(a, 4)
-            found[min(one, other), max(one, other)] = (1.0 if one < other else -1.0) * (force @ frame @ self.turn)
+            pair = min(one, other), max(one, other)
+            on_first = (1.0 if one < other else -1.0) * (force @ frame @ self.turn)
+            found[pair] = found.get(pair, 0.0) + on_first  # a joint has several links
         return found
 
 

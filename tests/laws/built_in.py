@@ -9,6 +9,7 @@ INSTANCES = [
     lm.Restitution(friction=0.3, restitution=0.5),
     lm.RigidRod(),
     lm.RigidWire(),
+    lm.BallJoint(),
     lm.ElasticRod(stiffness=1e3),
     lm.ElasticWire(axial_rigidity=1e2),
     lm.VoigtRod(stiffness=1e3, viscosity=10.0),
