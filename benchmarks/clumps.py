@@ -2,7 +2,8 @@
 
 The first table sweeps the same spheres in the same places twice, as spheres and as clumps of one ball each, which have the
 general form of contacts: levers anywhere, full local blocks. After the same number of sweeps both must have the same
-velocities. Times are those of the processor, medians of alternating steps, a contact and sweep.
+velocities; they may differ by a part of ``h g``, which a step gives without contacts. Times are those of the processor, of
+whole steps, medians of alternating steps, a contact and sweep.
 
 The second table lets clumps of four balls settle in a box, and as many spheres as there are balls.
 
@@ -58,12 +59,10 @@ def contacts(side: int, friction: float) -> list:
         for k, sim in enumerate(sims):
             begin = time.process_time()
             sim.step()
-            seconds[step, k] = time.process_time() - begin
-    count = sims[0].report.interactions
-    off = float(np.abs(sims[0].velocities - sims[1].velocities).max() / np.abs(sims[0].velocities).max())
-    each = np.median(seconds, axis=0) / (SWEEPS * count) * 1e9
-    ratio = float(np.median(seconds[:, 1] / seconds[:, 0]))
-    return [side**3, friction, count, f"{off:.1e}", *(f"{t:.1f}" for t in each), f"{ratio:.2f}"]
+            seconds[step, k] = (time.process_time() - begin) / (sim.report.iterations * sim.report.interactions)
+    off = float(np.abs(sims[0].velocities - sims[1].velocities).max() / (1e-4 * 9.81))
+    each, ratio = 1e9 * np.median(seconds, axis=0), float(np.median(seconds[:, 1] / seconds[:, 0]))
+    return [side**3, friction, sims[0].report.interactions, f"{off:.0e}", *(f"{t:.1f}" for t in each), f"{ratio:.2f}"]
 
 
 def settle(count: int, clumps: bool) -> list:
@@ -78,6 +77,7 @@ def settle(count: int, clumps: bool) -> list:
     if clumps:
         scene.add_clumps(shape, places, rotations=Rotation.random(number, rng))
     else:
+        places += rng.uniform(-0.04 * size, 0.04 * size, places.shape)  # on the lattice itself they would stand in columns
         scene.add_spheres(RADIUS, places, material=lm.Material("stone", 2000.0))
     box(scene, np.zeros(3), np.full(3, 2.1 * size * side), lm.Coulomb(friction=0.5), lid=False)
     sim = lm.Simulation(scene, time_step=1e-3, solver=lm.AcceleratedGaussSeidel(tolerance=1e-2), on_unconverged="ignore")
@@ -94,8 +94,9 @@ def settle(count: int, clumps: bool) -> list:
 
 
 if __name__ == "__main__":
-    header = ["spheres", "friction", "contacts", "velocities differ by", "spheres [ns]", "clumps [ns]", "ratio (goal 1.6)"]
-    report("clumps", header, [contacts(side, friction) for side in (6, 10, 20) for friction in (0.0, 0.3)])
+    header = ["spheres", "friction", "contacts", "velocities differ by [h g]"]
+    header += ["spheres [ns]", "clumps [ns]", "ratio (goal 1.6)"]
+    report("clumps", header, [contacts(side, friction) for side in (10, 20) for friction in (0.0, 0.3)])
     number = int(sys.argv[1]) if len(sys.argv) > 1 else 5000
     header = ["what settles", "contacts", "sweeps a step", "unsolved of 500", "kinetic / (m g r)", "processor [s]"]
     header += ["ns a contact and sweep"]

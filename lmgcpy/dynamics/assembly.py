@@ -15,6 +15,7 @@ from lmgcpy.dynamics.rotation import matrices
 from lmgcpy.dynamics.schedule import schedule
 from lmgcpy.dynamics.step_problem import StepProblem
 from lmgcpy.solve.kernels.forms.form import FORMS, ROLLING, in_cell
+from lmgcpy.solve.kernels.forms.lever_in_space import fill_moments
 from lmgcpy.solve.kernels.law_kernels import KernelKey, LawKernels, StepData, law_kernels
 from lmgcpy.solve.kernels.system import System
 from lmgcpy.solve.sweeps.light_bodies import LightBodies, no_light_bodies
@@ -94,7 +95,10 @@ class Assembler:
         if kept.row is not None or len(kept.light.body) or kept.threads != threads:
             kept.crews.clear()  # what sweeps get is a copy of arrays of this step
         kept.threads = threads
-        kept.system.axes[:] = axes  # before the relative velocities, which they turn
+        kept.system.axes[:] = axes
+        for group in kept.by_law:  # before the relative velocities
+            if model.dimension == 3 and group.form == "lever":
+                fill_moments(group.start, group.stop, kept.system)
         fill(kept, time, time_step, before, free_velocity)
         kept.system.farness[:] = np.abs(positions[:, : model.dimension]).max(axis=1, initial=0.0) / time_step
         if cell is not None:
@@ -152,6 +156,7 @@ def lay_out(
         arm=interactions.arm,
         lateral=interactions.lateral,
         lever=interactions.lever,
+        moment=with_spare_rows(len(interactions.lever), 18),
         axes=axes,
         rolling=rolling,
         edges=edges,

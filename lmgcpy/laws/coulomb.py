@@ -13,11 +13,14 @@ from __future__ import annotations
 import math
 from typing import ClassVar
 
+from lmgcpy.compiled.kernel import inlined
 from lmgcpy.laws.law import Law, Parameter
 from lmgcpy.laws.signorini import approach
 
 ROUND_OFF = 1e-14
 """A sum that is no larger than this part of its terms counts as zero. The test for singular blocks of W uses it."""
+NEWTON_STEPS = 8
+"""Most Newton steps for a contact that slides. Two to five are enough, and one if all tangents are alike."""
 LEAST = 1e-300
 """Replaces ``W_tt = 0``: a sliding contact gets its full friction, a contact at rest gets none."""
 
@@ -37,11 +40,11 @@ def react_in_plane(W, q_n, q_t, friction):
 
 
 def react_to_full_block_in_plane(W, q_n, q_t, friction):
-    """The impulse for ``q_n < 0``, ``W_nn > 0`` and any block; a separate function, as :func:`react_to_full_block` is.
+    """The impulse for ``q_n < 0``, ``W_nn > 0`` and any block; a separate function, as :func:`react_by_bracket` is.
 
     Statuses are tried in the order open, stick, slide. For a symmetric positive definite ``W`` a solution exists; with
     strong coupling, ``mu |W_nt| > W_nn``, there may be several, and this order is the rule that picks one. A singular
-    block may have no solution (:func:`react_to_full_block`): then the impulse is that without friction.
+    block may have no solution (:func:`react_by_bracket`): then the impulse is that without friction.
     """
     (w_nn, w_nt), (w_tn, w_tt) = W
     # normal impulse without friction, u_n = 0
@@ -92,14 +95,17 @@ def slide_at(slowness, w_nn, q_n, coupling, shear, free):
     return math.sqrt(r_t * r_t + r_s * r_s), r_n, r_t, r_s
 
 
+@inlined
 def react_in_space(W, q_n, q_t, q_s, friction):
     """Impulse (r_n, r_t, r_s) of ``0 <= u_n _|_ r_n >= 0``, ``|r_t| <= mu r_n``, opposing ``u_t``, for ``u = q + W r``."""
     # open: u = q satisfies the law with r = 0
     if q_n >= 0.0:
         return (0.0, 0.0, 0.0)
     (w_nn, w_nt, w_ns), (_, w_tt, w_ts), (_, _, w_ss) = W
-    # diagonal block with W_tt = W_ss: r_n and r_t decouple, and r_t is projected on the disk of radius mu r_n
-    if w_nt == 0.0 and w_ns == 0.0 and w_ts == 0.0 and w_tt == w_ss and w_nn > 0.0 and w_tt > 0.0:
+    if w_nt == 0.0 and w_ns == 0.0 and w_ts == 0.0:
+        if not (w_tt == w_ss and w_nn > 0.0 and w_tt > 0.0):
+            return react_by_bracket(W, q_n, q_t, q_s, friction)
+        # diagonal block with W_tt = W_ss: r_n and r_t decouple, and r_t is projected on the disk of radius mu r_n
         r_n = -q_n / w_nn
         limit = friction * r_n
         length = math.sqrt(q_t * q_t + q_s * q_s) / w_tt
@@ -108,7 +114,78 @@ def react_in_space(W, q_n, q_t, q_s, friction):
     return react_to_full_block(W, q_n, q_t, q_s, friction)
 
 
+@inlined
 def react_to_full_block(W, q_n, q_t, q_s, friction):
+    """The impulse for ``q_n < 0`` and a block that couples the rows; what is rare is left to :func:`react_by_bracket`.
+
+    Let S be the Schur complement of the normal row and ``k = W_tn / W_nn``. A contact that slides has ``u_t = -l r_t``,
+    l > 0, with r_t(l) and r_n(l) of :func:`slide_at`, and with ``K = (S + l)^-1``
+
+        d r_t / dl = -K r_t,     d|r_t| / dl = -r_t . K r_t / |r_t|,     d r_n / dl = k . K r_t.
+
+    The angle between r_t and ``K r_t`` has a cosine of ``2 sqrt(det S) / tr S`` at least (Kantorovich). So if that is more
+    than ``mu |k|``, ``|r_t| - mu r_n`` falls everywhere, and there is one root at most. ``mu r_n / |r_t|`` is nearly linear
+    in l (linear if ``k = 0`` and S is a multiple of the identity), and Newton steps find where it is 1.
+    """
+    (w_nn, w_nt, w_ns), (_, w_tt, w_ts), (_, _, w_ss) = W
+    if w_nn <= 0.0:
+        return (0.0, 0.0, 0.0)
+    # Schur complement of the normal row; a reciprocal does not wait for the velocities, as a quotient would
+    inverse = 1.0 / w_nn
+    k_t = w_nt * inverse
+    k_s = w_ns * inverse
+    s_tt = w_tt - k_t * w_nt
+    s_ts = w_ts - k_t * w_ns
+    s_ss = w_ss - k_s * w_ns
+    determinant = s_tt * s_ss - s_ts * s_ts
+    if not determinant > ROUND_OFF * w_tt * w_ss:
+        return react_by_bracket(W, q_n, q_t, q_s, friction)
+    # stick: r = -W^-1 q, if it is in the cone
+    over = 1.0 / determinant
+    alone = -q_n * inverse
+    free_t = q_t + w_nt * alone
+    free_s = q_s + w_ns * alone
+    r_t = (s_ts * free_s - s_ss * free_t) * over
+    r_s = (s_ts * free_t - s_tt * free_s) * over
+    r_n = alone - (k_t * r_t + k_s * r_s)
+    square = r_t * r_t + r_s * r_s
+    size = math.sqrt(square)
+    above = size - friction * r_n
+    if above <= 0.0:
+        return (r_n, r_t, r_s)
+    # slide, if there is one root: Newton steps on mu r_n / |r_t| = 1 from l = 0
+    trace = s_tt + s_ss
+    if friction * friction * (k_t * k_t + k_s * k_s) * trace * trace < 4.0 * determinant:
+        slowness = 0.0
+        a = s_tt
+        b = s_ss
+        for _ in range(NEWTON_STEPS):
+            # K r_t, and the derivative times |r_t|^3
+            fall_t = (b * r_t - s_ts * r_s) * over
+            fall_s = (a * r_s - s_ts * r_t) * over
+            rise = friction * (square * (k_t * fall_t + k_s * fall_s) + r_n * (r_t * fall_t + r_s * fall_s))
+            if not rise > 0.0:
+                break
+            slowness += above * (square / rise)
+            if not slowness > 0.0:
+                break
+            a = s_tt + slowness
+            b = s_ss + slowness
+            over = 1.0 / (a * b - s_ts * s_ts)
+            r_t = (s_ts * free_s - b * free_t) * over
+            r_s = (s_ts * free_t - a * free_s) * over
+            r_n = alone - (k_t * r_t + k_s * r_s)
+            square = r_t * r_t + r_s * r_s
+            size = math.sqrt(square)
+            limit = friction * r_n
+            above = size - limit
+            if abs(above) < 8e-16 * size:
+                factor = limit / size
+                return (r_n, factor * r_t, factor * r_s)
+    return react_by_bracket(W, q_n, q_t, q_s, friction)
+
+
+def react_by_bracket(W, q_n, q_t, q_s, friction):
     """The impulse for ``q_n < 0`` and any symmetric block without negative eigenvalues.
 
     It is a separate function, so that the compiler inlines :func:`react_in_space` in the sweep and leaves this long one
@@ -256,6 +333,7 @@ class Coulomb(Law):
         return (approach(gap, reference_gap, velocity[0], time_step), friction)
 
     @staticmethod
+    @inlined
     def react(W, u, prepared):
         bias, friction = prepared
         if len(u) == 1:

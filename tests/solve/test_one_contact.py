@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 import lmgcpy as lm
 from lmgcpy.compiled.kernel import kernel
-from lmgcpy.laws.coulomb import react_in_plane, react_in_space
+from lmgcpy.laws import coulomb
+from lmgcpy.laws.coulomb import react_by_bracket, react_in_plane, react_in_space
 
 COUNT = suites.size(10_000, long=100_000)
 
@@ -159,6 +160,63 @@ def test_the_local_problem_is_solved(spread, most_friction):
     most = np.linalg.norm(u[slide, 1:], axis=1) * size[slide]
     # the directions are opposite: an angle of a leaves a^2/2 of the power, and u_t may be 1e-10 of its terms
     assert np.all(power <= -most * (1.0 - 1e-6) + 1e-11 * scale[slide] * size[slide])
+
+
+@kernel
+def solve_by_bracket(W, q, friction, impulse):
+    for i in range(q.shape[0]):
+        block = (
+            (W[i, 0, 0], W[i, 0, 1], W[i, 0, 2]),
+            (W[i, 1, 0], W[i, 1, 1], W[i, 1, 2]),
+            (W[i, 2, 0], W[i, 2, 1], W[i, 2, 2]),
+        )
+        impulse[i, 0], impulse[i, 1], impulse[i, 2] = react_by_bracket(block, q[i, 0], q[i, 1], q[i, 2], friction[i])
+
+
+def with_one_root(W, friction):
+    """Which blocks have ``mu |k| tr S < 2 sqrt(det S)``; k and S as of ``react_to_full_block``."""
+    k = W[:, 0, 1:] / W[:, 0, :1]
+    S = W[:, 1:, 1:] - W[:, 0, :1, None] * k[:, :, None] * k[:, None, :]
+    one = friction * np.linalg.norm(k, axis=1) * np.trace(S, axis1=1, axis2=2) < 2.0 * np.sqrt(np.linalg.det(S))
+    return k, S, one
+
+
+@pytest.mark.parametrize("spread", [1.0, 10.0, 1e2, 1e6])
+def test_newton_steps_find_what_a_bracket_finds(spread):
+    """For blocks with one root ``|r_t| - mu r_n`` falls over all l, and both ways lead to the same impulse. With a spread
+    of 1 couplings are round-off, as those of spheres among bodies that turn."""
+    rng = np.random.default_rng(7)
+    W = blocks(COUNT, spread, rng)
+    q, friction = rng.normal(size=(COUNT, 3)), 10.0 ** rng.uniform(-2.0, 0.5, COUNT)
+    q[:, 0] = -np.abs(q[:, 0])
+    k, S, one = with_one_root(W, friction)
+    assert one.sum() > COUNT // 4
+    alone, free = -q[:, 0] / W[:, 0, 0], q[:, 1:] - k * q[:, :1]
+    above = []
+    for slowness in np.r_[0.0, np.geomspace(1e-7, 1e7, 60)]:
+        r_t = -np.linalg.solve(S + slowness * np.eye(2), free[:, :, None])[:, :, 0]
+        above.append(np.linalg.norm(r_t, axis=1) - friction * (alone - (k * r_t).sum(axis=1)))
+    assert (np.diff(above, axis=0) <= 1e-12 * (np.abs(above[0]) + friction * alone))[:, one].all()  # round-off
+    r, same = np.zeros((COUNT, 3)), np.zeros((COUNT, 3))
+    solve_space(W, q, friction, r)
+    solve_by_bracket(W, q, friction, same)
+    # measured 1e-15; both miss the root by round-off, times the condition of S
+    far = np.abs(r - same).max(axis=1) / (np.abs(same).max(axis=1) * np.linalg.cond(S))
+    assert far[one].max() < 1e-14
+
+
+@pytest.mark.parametrize(("spread", "steps", "left"), [(1.0, 1, 0.01), (3.0, 4, 0.01), (100.0, 6, 0.1)])
+def test_newton_steps_are_few(monkeypatch, spread, steps, left):
+    """With so many steps a bracket is left for some contacts with one root: those that pull if they stick, r_n < 0."""
+    W, rng = blocks(500, spread, np.random.default_rng(8)), np.random.default_rng(9)
+    q = rng.normal(size=(500, 3))
+    q[:, 0] = -np.abs(q[:, 0])
+    monkeypatch.setattr(coulomb, "NEWTON_STEPS", steps)
+    monkeypatch.setattr(coulomb, "react_by_bracket", lambda *given: None)
+    one = with_one_root(W, np.full(500, 0.3))[2]
+    found = [react_in_space(block, *free, 0.3) for block, free in zip(W[one].tolist(), q[one].tolist(), strict=True)]
+    assert len(found) > 250
+    assert found.count(None) <= left * len(found)
 
 
 @pytest.mark.parametrize("case", ["no friction", "stiff along s", "stiff along n", "at rest", "tiny", "huge"])

@@ -179,6 +179,7 @@ SYSTEM_TYPE = numba.typeof(
         arm=np.zeros((0, 2)),
         lateral=np.zeros((0, 2)),
         lever=np.zeros((0, 6)),
+        moment=np.zeros((0, 18)),
         axes=np.zeros((0, 9)),
         rolling=np.zeros(0),
         edges=np.zeros(0, np.int64),

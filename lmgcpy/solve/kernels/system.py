@@ -37,6 +37,10 @@ class System(NamedTuple):
     lever: np.ndarray
     """Contact point seen from the candidate's and from the antagonist's centre, along the axes of space [m], (m, 6); (0, 6)
     in 2D and if every pair is central."""
+    moment: np.ndarray
+    """Moments of unit impulses along n, t and s about the centres of the candidate and the antagonist, along the axes of
+    these bodies [m], (m, 18): n on the candidate, n on the antagonist, t on the candidate, and so on. (0, 18) in 2D and if
+    every pair is central."""
     axes: np.ndarray
     """Rotation from the axes of each body, along which its spin is, to those of space, row by row of the matrix, (n, 9);
     (0, 9) if no body keeps a rotation in space."""

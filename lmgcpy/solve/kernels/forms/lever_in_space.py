@@ -6,9 +6,9 @@ contact point p and the rotations R from the axes of the bodies to the axes of s
 
     e:  (e, R_c^T (l_c x e))  (-e, -R_a^T (l_a x e)).
 
-Kernels go by the vectors: ``u = v_c + (R_c spin_c) x l_c - v_a - (R_a spin_a) x l_a`` in the local frame, and the moment of
-a force f on the candidate is ``R_c^T (l_c x f)``. So a contact has six numbers more, and a body nine. (With the rows
-themselves a contact has eighteen, and sweeps wait for memory.) A body that keeps no rotation has ``R = 1``.
+The moments, ``R_c^T (l_c x e)`` and ``-R_a^T (l_a x e)``, are made once a step (:func:`fill_moments`), so that sweeps turn
+no vector: a contact has eighteen numbers more, in the order in which they are read. A body that keeps no rotation has
+``R = 1``.
 """
 
 from __future__ import annotations
@@ -17,12 +17,13 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.compiled.kernel import inlined
+from lmgcpy.compiled.kernel import inlined, kernel
 from lmgcpy.contact.frames import cross, local_frames
 from lmgcpy.solve.kernels.forms.space import local_problem
 from lmgcpy.solve.kernels.small_matrices import small_matrices
+from lmgcpy.solve.kernels.system import System
 
-__all__ = ["local_problem", "momentum", "push", "relative_velocities", "relative_velocity", "rows"]
+__all__ = ["fill_moments", "local_problem", "momentum", "push", "relative_velocities", "relative_velocity", "rows"]
 
 ROWS = 3
 """As in ``space``, like the next one."""
@@ -62,14 +63,20 @@ def relative_velocity_for(velocity, i, s):
     """``H^T v`` of interaction ``i`` for velocities ``v`` of the bodies, (n, 6)."""
     c = s.candidate[i]
     a = s.antagonist[i]
-    # u = v_c + spin_c x l_c - (v_a + spin_a x l_a)
-    u = plus_row(row(velocity, c, 0), cross(spin_in_space(velocity, c, s), row(s.lever, i, 0)))
-    u = less_row(u, plus_row(row(velocity, a, 0), cross(spin_in_space(velocity, a, s), row(s.lever, i, 3))))
     n = row(s.normal, i, 0)
+    v = less_row(row(velocity, c, 0), row(velocity, a, 0))
+    spins = row(velocity, c, 3), row(velocity, a, 3)
+    u_n = dot(n, v) + from_spins(i, 0, spins, s)
     if ROWS == 1:
-        return dot(n, u), 0.0, 0.0
+        return u_n, 0.0, 0.0
     t = row(s.tangent, i, 0)
-    return dot(n, u), dot(t, u), dot(cross(n, t), u)
+    return u_n, dot(t, v) + from_spins(i, 6, spins, s), dot(cross(n, t), v) + from_spins(i, 12, spins, s)
+
+
+@inlined
+def from_spins(i, at, spins, s):
+    """Part of the spins in a relative velocity; ``at``: column of the first moment of the row."""
+    return dot(row(s.moment, i, at), spins[0]) + dot(row(s.moment, i, at + 3), spins[1])
 
 
 @inlined
@@ -84,21 +91,31 @@ def force_of(i, s, d):
 
 
 @inlined
+def own_moment(i, side, s, d):
+    """Moment of an impulse ``d`` about the centre of the candidate (side 0) or the antagonist (3), along its axes."""
+    moment = multiple_row(d[0], row(s.moment, i, side))
+    if ROWS == 3:
+        of_t, of_s = row(s.moment, i, 6 + side), row(s.moment, i, 12 + side)
+        moment = plus_row(moment, plus_row(multiple_row(d[1], of_t), multiple_row(d[2], of_s)))
+    return moment
+
+
+@inlined
 def push(i, s, d):
     """Add ``M^-1 H d`` of an impulse ``d`` on interaction ``i`` to the velocities of its bodies."""
     force = force_of(i, s, d)
     if WALLS != 0:
         c = s.candidate[i]
-        moment = in_own_axes(c, s, cross(row(s.lever, i, 0), force))
+        moment = own_moment(i, 0, s, d)
         for k in range(3):
             s.velocity[c, k] += s.inverse_mass[c, k] * force[k]
             s.velocity[c, 3 + k] += s.inverse_mass[c, 3 + k] * moment[k]
     if WALLS != 1:
         a = s.antagonist[i]
-        moment = in_own_axes(a, s, cross(row(s.lever, i, 3), force))
+        moment = own_moment(i, 3, s, d)
         for k in range(3):
             s.velocity[a, k] -= s.inverse_mass[a, k] * force[k]
-            s.velocity[a, 3 + k] -= s.inverse_mass[a, 3 + k] * moment[k]
+            s.velocity[a, 3 + k] += s.inverse_mass[a, 3 + k] * moment[k]
 
 
 def momentum(start, stop, walls, s):
@@ -110,17 +127,32 @@ def momentum(start, stop, walls, s):
         force = force_of(i, s, r)
         if walls != 0:
             c = s.candidate[i]
-            moment = in_own_axes(c, s, cross(row(s.lever, i, 0), force))
+            moment = own_moment(i, 0, s, r)
             for k in range(3):
                 s.velocity[c, k] += force[k]
                 s.velocity[c, 3 + k] += moment[k]
         if walls != 1:
             a = s.antagonist[i]
-            moment = in_own_axes(a, s, cross(row(s.lever, i, 3), force))
+            moment = own_moment(i, 3, s, r)
             for k in range(3):
                 s.velocity[a, k] -= force[k]
-                s.velocity[a, 3 + k] -= moment[k]
+                s.velocity[a, 3 + k] += moment[k]
     return 0.0
+
+
+@kernel
+def fill_moments(start, stop, s: System):
+    """Fill ``s.moment`` of some interactions."""
+    for i in range(start, stop):
+        n = row(s.normal, i, 0)
+        t = row(s.tangent, i, 0)
+        frame = n, t, cross(n, t)
+        for k in range(3):
+            on_c = in_own_axes(s.candidate[i], s, cross(row(s.lever, i, 0), frame[k]))
+            on_a = in_own_axes(s.antagonist[i], s, cross(frame[k], row(s.lever, i, 3)))
+            for j in range(3):
+                s.moment[i, 6 * k + j] = on_c[j]
+                s.moment[i, 6 * k + 3 + j] = on_a[j]
 
 
 def relative_velocities(start, stop, s, velocity, result):
