@@ -79,8 +79,8 @@ def test_energy_identity_holds_at_every_step(records):
 
 def test_the_wire_stiffens_the_sand(records):
     mean = {law: record.reaction[record.strain > 0.01].mean() for law, record in records.items()}
-    assert mean["rigid-wire"] > 1.02 * mean["none"]
-    assert mean.get("rigid-rod", np.inf) > 1.02 * mean["none"]  # of the long suite
+    for law in mean.keys() & {"rigid-wire", "rigid-rod"}:
+        assert mean[law] > 1.02 * mean["none"]
 
 
 @pytest.mark.long
