@@ -89,10 +89,11 @@ def compare(a: Run, b: Run, *, tolerance: float = 0.0) -> Difference | None:
 def _parameter(a: Run, b: Run) -> str:
     """The first difference in the input of the runs: options, laws with their parameters, and the scene."""
     names = ("time_step", "theta", "solver", "solver_fields", "geometric_stiffness")
-    given = [
-        {"options": {name: run.options[name] for name in names}, **{part: run.scene.get(part, {}) for part in PARTS}}
-        for run in (a, b)
-    ]
+    given = []
+    for run in (a, b):
+        scene = run.scene
+        options = {name: run.options[name] for name in names}
+        given.append({"options": options, **{part: scene.get(part, {}) for part in PARTS}})
     for part in ("options", *PARTS):
         different = first_difference(given[0][part], given[1][part], part, ("in the first", "in the second"))
         if different:

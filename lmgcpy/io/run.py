@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import os
 from collections.abc import Callable, Iterator
+from copy import deepcopy
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -328,14 +329,20 @@ class Run:
 
     @property
     def scene(self) -> dict[str, Any]:
-        """The scene as arrays and words: bodies, contactors, materials, visibility table, chains."""
+        """The scene as arrays and words: bodies, contactors, materials, visibility table, chains. A copy at each call."""
+        self._table("scene")  # a closed file says so
+        return deepcopy(self._description)
+
+    @cached_property
+    def _description(self) -> dict[str, Any]:
+        """The scene, read once: no step changes it, and frames ask for it one by one."""
         with sentences_of_damage(self.path):
             return read_tree(self._sound_scene())
 
     @cached_property
     def _lattice(self) -> Lattice | None:
-        """The periodic cell of the scene, read once: :meth:`interactions` is called frame by frame."""
-        return lattice_of(self.scene)
+        """The periodic cell of the scene."""
+        return lattice_of(self._description)
 
     def _sound_scene(self) -> Any:
         """The group of the scene; its digest is checked at the first call."""
@@ -395,15 +402,15 @@ class Run:
 
     def hidden(self, frame: int) -> np.ndarray:
         """Whether a body was hidden after the step of a frame, (n,) bool."""
-        bodies = self.scene["bodies"]
-        start = np.asarray(bodies.get("hidden", np.zeros(len(bodies["mass"]), dtype=bool)), dtype=bool)
+        bodies = self._description["bodies"]
+        start = np.array(bodies.get("hidden", np.zeros(len(bodies["mass"]), dtype=bool)), dtype=bool)
         if not self._statements:
             return start
         return hidden_after(self._statements, int(self.steps[frame]), start)
 
     def reference_gaps(self, frame: int) -> np.ndarray:
         """Reference gaps of the links of all chains at a frame [m], (l,)."""
-        chains = self.scene["chains"]
+        chains = self._description["chains"]
         gaps = np.split(np.asarray(chains["reference_gaps"], dtype=float), np.cumsum(chains["link_count"])[:-1])
         gaps = gaps if len(chains["link_count"]) else []
         return np.concatenate([np.zeros(0), *gaps_after(self._statements, int(self.steps[frame]), gaps)])
@@ -413,13 +420,14 @@ class Run:
         """Statements between the steps so far."""
         with sentences_of_damage(self.path):
             checkpoint, _ = read_checkpoint(self._file, self.laws)
-            parameters = [len(law["parameters"]) for law in self.scene["laws"]]
+            scene = self._description
+            parameters = [len(law["parameters"]) for law in scene["laws"]]
             counts = Counts(
                 bodies=len(checkpoint.positions),
                 dimension=self.dimension,
-                links=self.scene["chains"]["link_count"],
-                seen_parameters=[parameters[row["law"]] for row in self.scene["visibility"]],
-                link_parameters=[parameters[law] for law in self.scene["chains"]["law"]],
+                links=scene["chains"]["link_count"],
+                seen_parameters=[parameters[row["law"]] for row in scene["visibility"]],
+                link_parameters=[parameters[law] for law in scene["chains"]["law"]],
             )
             return from_rows(checkpoint.changes, counts)
 

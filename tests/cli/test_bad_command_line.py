@@ -289,6 +289,7 @@ def test_in_a_process_of_its_own(row, w):
     assert_sentence(done.stderr, ROWS[row][1:])
 
 
+@pytest.mark.long
 def test_the_traceback_of_a_process(w):
     done = process("--traceback", "info", w.text())
     assert done.returncode == 1
@@ -303,6 +304,7 @@ def test_what_nobody_foresaw_is_an_error_of_lmgcpy(monkeypatch):
     assert_sentence(told, ["This is an error of lmgcpy: KeyError('name')", "--traceback"])
 
 
+@pytest.mark.long
 def test_a_warning_is_a_sentence_too(w):
     """Not converged steps, told without the line of the program."""
     done = process("resume", w.unsolved_run_file(), "--steps", "1")

@@ -101,8 +101,8 @@ def test_plug_ins_that_failed_to_load_are_listed_with_the_reason(tmp_path, text,
         assert word in told.stdout
 
 
+@pytest.mark.long
 @FAILED
-@pytest.mark.default_parameters("late")
 def test_an_unknown_law_may_be_that_of_a_plug_in_that_failed_to_load(tmp_path, text, words):
     asked = child("laws", "late", folders=[install(tmp_path / "site", "lmgcpy-law-test", "lmgcpy_law_test", text)])
     assert asked.returncode != 0

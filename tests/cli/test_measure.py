@@ -192,7 +192,7 @@ def test_an_axis_that_a_plane_run_does_not_have(tmp_path):
     assert done.output == "Error: --axis z does not exist: the run is in 2D, with the axes x and y.\n"
 
 
-@pytest.mark.default_parameters("2")
+@pytest.mark.long
 def test_damaged_files_get_a_sentence(file, tmp_path):
     """Bits of the file that are flipped leave it readable, or are named in one sentence; none shows an error of lmgcpy."""
     data, rng = file.read_bytes(), np.random.default_rng(0)

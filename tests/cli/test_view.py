@@ -78,6 +78,7 @@ def test_a_section_and_its_scale(file, tmp_path):
     assert (np.abs(pixels.astype(int) - half).max(axis=1) <= 3).sum() > 100
 
 
+@pytest.mark.default_parameters("energy")
 @pytest.mark.parametrize("what", ["reaction", "energy", "solver"])
 def test_plot(what, file, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

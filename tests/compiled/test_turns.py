@@ -162,7 +162,7 @@ def test_nobody_waits_for_a_kernel_that_will_not_be_kept(other, waits):
     assert not waited
 
 
-@pytest.mark.default_parameters("broken")
+@pytest.mark.long
 @pytest.mark.parametrize("what", ["found to be of no use to others", "broken"])
 def test_who_cannot_keep_a_kernel_lets_the_others_go_on(what, other, waits):
     """As soon as that is known, while it lives on. Who waited takes no turn, and waits for nothing else."""

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
@@ -50,7 +50,6 @@ def distance(one, other):
 unit = st.floats(-1.0, 1.0)
 
 
-@settings(deadline=None, max_examples=100, derandomize=True)
 @given(st.tuples(unit, unit, unit), st.integers(0, 10_000), st.floats(0.05, 1.0), st.floats(0.05, 1.0), st.booleans())
 def test_the_nearest_parts_are_as_far_as_the_capsules(position, seed, half, other_half, parallel):
     turns = Rotation.random(2, random_state=seed)

@@ -62,6 +62,7 @@ register_pair("sphere", "test-pole", sphere_pole)
 register_pair("sphere", "test-fin", sphere_fin)
 
 
+@pytest.mark.long
 def test_a_driven_pole_turns_a_sphere():
     """Without sliding the surfaces have one velocity, wherever the axis points."""
     turn = Rotation.from_euler("xyz", [0.4, 1.0, 0.2])

@@ -107,6 +107,7 @@ def scene(narrow, monkeypatch, flipped=False, space=False):
     return made
 
 
+@pytest.mark.default_parameters(overlap=("ignore",))
 @pytest.mark.parametrize("overlap", ["warn", "ignore"])
 @pytest.mark.parametrize("what", SENTENCE)
 def test_a_wrong_answer_is_named_with_pair_and_step(what, overlap, monkeypatch):

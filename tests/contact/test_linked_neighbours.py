@@ -172,6 +172,7 @@ def test_where_there_is_room_nothing_changes(asked):
     assert ends[0] == ends[1]
 
 
+@pytest.mark.long
 def test_a_partitioned_scene_keeps_them_apart():
     plain = contacts(row_of(40)[0])
     with partition_from(2):

@@ -27,6 +27,7 @@ def stack_and_flyer(flyer_first):
     return lm.Simulation(scene, time_step=1e-3, solver=lm.GaussSeidel(tolerance=1e-8))
 
 
+@pytest.mark.default_parameters("True")
 @pytest.mark.parametrize("flyer_first", [False, True])
 def test_impulses_are_kept_through_a_rebuild(flyer_first):
     """After the first step, of dozens of sweeps, the warm start of a stack at rest is the solution, whatever the list

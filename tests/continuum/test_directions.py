@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from lmgcpy.continuum import (
@@ -127,7 +127,6 @@ def test_links_count_by_their_length():
     assert repr(rule) == "<Directions: 2 in 2D, mean squares of the components 0.75, 0.25>"
 
 
-@settings(max_examples=30, deadline=None)
 @given(st.integers(8, 3000), st.floats(0.0, 0.99))
 def test_weights_are_a_distribution_and_units_have_length_one(count, spread):
     rule = layers("x", spread, count)

@@ -205,7 +205,7 @@ def test_stresses_beyond_the_strength_have_no_solution():
         drive(material, material.start(P), np.full((50, 6), NAN), stresses)
 
 
-@pytest.mark.default_parameters("1e-05")
+@pytest.mark.long
 @pytest.mark.parametrize("anchorage", [np.inf, 1e-5])
 def test_a_thousand_increments_are_fast(anchorage):
     """0.2 s are asked for; 0.15 to 0.2 s were measured. The bound leaves a busy machine a factor of five."""

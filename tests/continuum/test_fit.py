@@ -37,6 +37,7 @@ def measured(dimension, seed=0, noise=1.0, memory=0.0, stiff=3e5, **change):
     return MeasuredCompression("y", strain, stress)
 
 
+@pytest.mark.default_parameters("weak0-1000.0-2", "weak1-1000.0-3")
 @pytest.mark.parametrize("dimension", [2, 3])
 @pytest.mark.parametrize("stiff", [30.0, 1e3, 1e5])
 @pytest.mark.parametrize("weak", [{}, dict(peak=0.1, peak_shear=0.06, dilation=1.0, turning=0.85)])

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from test_directions import rotation
 
@@ -169,7 +169,6 @@ def test_the_dual_energy_of_stiff_wires_becomes_that_of_inextensible_ones():
     np.testing.assert_allclose(np.array(rest) * [1e3, 1e4, 1e5], rest[0] * 1e3, rtol=1e-5)
 
 
-@settings(max_examples=60, deadline=None)
 @given(st.integers(0, 2**31), st.sampled_from(["circle", "sphere"]))
 def test_random_stresses_of_the_cone_have_their_dual_energy(seed, name):
     network, rng = NETWORKS[name], np.random.default_rng(seed)

@@ -194,7 +194,7 @@ def test_the_block_of_a_wire_knows_which_bead_is_held_now():
 # ------------------------------------------------------------------------------------------------------------- gravity
 
 
-@pytest.mark.default_parameters("0.5")
+@pytest.mark.long
 @pytest.mark.parametrize("friction", [0.2, 0.5, 0.8])
 def test_a_tilted_block_slides_from_the_angle_of_friction_on(friction):
     """Gravity turns by 0.5 rad/s; a cluster of two disks, which does not roll, holds up to tan(angle) = friction."""
@@ -724,6 +724,7 @@ def test_an_offset_has_as_many_numbers_as_the_scene_dimensions(later):
         simulate(scene)
 
 
+@pytest.mark.long
 def test_a_body_that_turns_joins_a_scene_of_spheres():
     """Positions get a rotation then; the scene is, bit for bit, the one in which the body was hidden until then."""
     runs = []
@@ -757,7 +758,7 @@ def test_rigid_bodies_refuse_contactors_of_the_other_dimension():
         lm.Scene(dimension=3).add(lm.RigidBody([flat], mass=1.0, inertia=1.0, position=(0, 0), color="A"))
 
 
-@pytest.mark.default_parameters("2")
+@pytest.mark.long
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_grains_fall_on_a_wire_with_a_law_that_rolls(dimension):
     """Chains, what the wire remembers, and rolling contacts: the bits of grains that were hidden until then."""

@@ -137,7 +137,7 @@ LAWS = {
 }
 
 
-@pytest.mark.default_parameters("solver0-coulomb", "solver1-rolling")
+@pytest.mark.default_parameters("solver0-coulomb")
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("solver", [lm.GaussSeidel(), lm.AcceleratedGaussSeidel(), lm.Auto(), lm.Newton()])
 def test_momentum_and_angular_momentum_of_a_crowd_stay(law, solver):
@@ -230,7 +230,7 @@ def test_a_wheel_of_spheres_rolls_down_at_the_speed_of_a_rimless_wheel():
     scene.see("GRAIN", "WALL", lm.Coulomb(friction=1.0))
     sim = lm.Simulation(scene, time_step=5e-4, solver=lm.GaussSeidel(tolerance=1e-10))
     shocks, before, high = [], steady, None
-    while len(shocks) < 24:
+    while len(shocks) < 12:
         sim.step()
         now = wheel.spin[1]
         if now < 0.99 * before:  # a shock takes two steps: the first one closes the gap
@@ -239,7 +239,7 @@ def test_a_wheel_of_spheres_rolls_down_at_the_speed_of_a_rimless_wheel():
             shocks.append((high, before))
             high = None
         before = now
-    shocks = np.array(shocks[12:])  # the start is forgotten: eta^24
+    shocks = np.array(shocks[6:])  # the start is forgotten: eta^12
     np.testing.assert_allclose(shocks[:, 1] / shocks[:, 0], eta, rtol=2e-2)  # a step of free fall more or less
     np.testing.assert_allclose(shocks[:, 0], steady, rtol=2e-2)
 

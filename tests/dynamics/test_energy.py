@@ -10,7 +10,7 @@ from mixed_scene import LAWS, mixed_scene
 import lmgcpy as lm
 
 
-@pytest.mark.default_parameters("1e-08-0.8", "0.5-0.5")
+@pytest.mark.default_parameters("0.5-0.5")
 @pytest.mark.parametrize("theta", [0.5, 0.8])
 @pytest.mark.parametrize("tolerance", [1e-8, 0.5])
 def test_the_identity_closes_at_every_step(theta, tolerance):

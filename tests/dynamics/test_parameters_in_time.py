@@ -69,7 +69,7 @@ def test_position_and_velocity_follow_with_the_square_of_the_step(law):
     assert errors[-1][1] < 1e-5
 
 
-@pytest.mark.default_parameters(h=(2e-3, 8e-3))
+@pytest.mark.default_parameters(h=(8e-3,))
 @pytest.mark.parametrize("law", [lm.RigidRod(), lm.ElasticRod(stiffness=1e4), lm.ElasticRod(axial_rigidity=1e4)])
 @pytest.mark.parametrize("h", [5e-4, 2e-3, 8e-3])
 def test_a_function_gives_the_energy_that_its_rope_does(law, h):
@@ -204,6 +204,7 @@ def slope(friction, *, dimension=2, law=lm.Coulomb, **others):
     return lm.Simulation(scene, time_step=1e-3, solver=lm.Auto(tolerance=1e-12)), block
 
 
+@pytest.mark.default_parameters(first=(0.0, 0.2), then=(0.0, 0.5))
 @pytest.mark.parametrize("dimension", [2, 3])
 @pytest.mark.parametrize("first", [0.0, 0.2, 0.5])
 @pytest.mark.parametrize("then", [0.0, 0.1, 0.5, 0.8])
@@ -252,7 +253,7 @@ def changing(sim):
         scene.chains[0].reference_gap = 0.05
 
 
-@pytest.mark.default_parameters("20")
+@pytest.mark.long
 @pytest.mark.parametrize("first", [15, 20, 30, 41])
 def test_a_run_goes_on_with_the_laws_that_were_set(tmp_path, first):
     """Bit for bit, also from the step in which they were set; a scene of an earlier frame has those of then."""

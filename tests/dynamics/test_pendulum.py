@@ -65,6 +65,7 @@ def test_the_length_error_is_bounded(h, theta):
     check_length(length_errors(sim, suites.size(1000, long=5000)), h)
 
 
+@pytest.mark.long
 @pytest.mark.scaled
 def test_the_length_error_is_of_second_order():
     """Largest over a second, or four, for h halved three times: slope of the logarithms; the next term is of order h."""

@@ -90,7 +90,7 @@ def test_speeds_do_not_grow_in_a_cell_that_spins(dimension, turn, ratio):
     assert dimension == 2 or thrown.velocity[2] == velocity[2]
 
 
-@pytest.mark.default_parameters("1000000.0-0.01")
+@pytest.mark.long
 @pytest.mark.parametrize("turn", [0.0, 1e-3, 1e-2])
 @pytest.mark.parametrize("ratio", [1.0, 1e2, 1e4, 1e6])
 def test_a_gas_of_heavy_and_light_disks_keeps_its_energy_in_a_cell_that_spins(ratio, turn):
@@ -189,7 +189,7 @@ def test_momentum_is_conserved_in_a_cell_that_is_held(dimension):
     assert np.abs(mass @ sim.velocities[:-dimension] - before).max() < 1e-13 * scale
 
 
-@pytest.mark.default_parameters("0.0004-2", "2.5e-05-3")
+@pytest.mark.default_parameters("0.0004-2")
 @pytest.mark.parametrize("dimension", [2, 3])
 @pytest.mark.parametrize("time_step", [4e-4, 2e-4, 1e-4, 5e-5, 2.5e-5])
 def test_the_energy_identity_closes_with_the_work_of_stress_and_shear(dimension, time_step):

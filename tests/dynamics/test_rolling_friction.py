@@ -263,7 +263,7 @@ def dumbbell(x, y, **start):
     return lm.RigidBody(contactors, mass=1.5, inertia=0.2, position=(x, y), color="RED", **start)
 
 
-@pytest.mark.default_parameters("1.2")
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:Step")  # on both disks it rests with four more unknowns than it has equations
 @pytest.mark.parametrize("angle", [0.3, 1.2])
 def test_a_contact_beside_the_centre_is_solved_at_once(angle):

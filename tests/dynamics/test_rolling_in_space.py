@@ -253,6 +253,7 @@ def test_without_rolling_friction_it_is_coulomb():
     assert other.problem().width == 3
 
 
+@pytest.mark.long
 def test_a_run_file_keeps_the_moments(tmp_path):
     """And a run that goes on from it has the bits of the whole run."""
     sim = heap(rolling(0.5, 0.2)).run(steps=70, record=str(tmp_path / "run.h5"), every=10)

@@ -20,6 +20,7 @@ def slide(speed, friction, *, h=1e-3, held=True, duration=None, mass=2.0):
     return sim.run(duration=1.2 * abs(speed) / (friction * G) if duration is None else duration)
 
 
+@pytest.mark.default_parameters("0.2-1.0", "0.7--1.7")
 @pytest.mark.parametrize("speed", [1.0, -1.7])
 @pytest.mark.parametrize("friction", [0.2, 0.7])
 def test_the_sliding_distance(speed, friction):

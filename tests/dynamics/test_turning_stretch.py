@@ -116,6 +116,7 @@ def test_the_balance_of_energy_and_the_work_of_gravity_close(taken):
     assert sim.energy.total_loads == pytest.approx(G * fallen, rel=1e-12)
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:In the step")
 def test_a_free_wire_keeps_its_momentum(taken):
     """Two masses thrown apart on folded light beads: velocities and ways are due to pairs of impulses, so that linear

@@ -27,6 +27,7 @@ def momenta(sim):
     return np.array([MASS @ v_x, MASS @ v_y, MASS @ (x * v_y - y * v_x) + spin])
 
 
+@pytest.mark.default_parameters("0.7")
 @pytest.mark.parametrize("theta", [0.5, 0.7, 1.0])
 def test_momentum_through_the_snap(theta):
     """Linear and angular momentum, in every step: r acts along the line of the centres at the detection configuration.

@@ -77,8 +77,8 @@ def test_links_round_a_light_elbow_keep_their_length(dimension, law, time_step, 
     assert sim.energy.made <= 5e-3 * sim.energy.turned
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:In the step")
-@pytest.mark.default_parameters("2-0.008-driven")
 @pytest.mark.parametrize("held", ["driven", "fixed"])
 @pytest.mark.parametrize("time_step", [8e-3, 2e-3])
 @pytest.mark.parametrize("dimension", [2, 3])
@@ -170,6 +170,7 @@ def test_a_free_chain_keeps_its_momentum(projected, time_step):
     np.testing.assert_allclose(mass @ sim.positions[:3], centre + sim.time * momentum, atol=1e-12)
 
 
+@pytest.mark.default_parameters("0.44")
 @pytest.mark.parametrize("turn", [0.1, 0.44, 0.6])
 def test_what_turns_heavily_is_left_alone(projected, turn):
     """Two bodies about each other, which fly along together much faster: their energy is that of the turning. They keep
@@ -308,6 +309,7 @@ def test_a_straightening_that_loses_energy_is_told(law, time_step, ratio):
         assert lost <= 0.02
 
 
+@pytest.mark.long
 def test_the_step_that_is_named_does():
     """At 1e3 and 2 ms it names the step m l/(10 r) of 0.5 kg m/s or more: 4e-5 s. With it less than 0.02 is lost, and
     nothing is said. Mass ratios scale it."""

@@ -29,7 +29,7 @@ def endless(dimension, way, law, **chain):
     return scene, cell
 
 
-@pytest.mark.default_parameters("closed-2")
+@pytest.mark.long
 @pytest.mark.parametrize("dimension", [2, 3])
 @pytest.mark.parametrize("way", ["closed", "second chain", "cell last"])
 def test_every_link_of_a_strained_endless_wire_bears_the_same(dimension, way):
@@ -64,6 +64,7 @@ def test_a_rigid_endless_wire_bears_the_stress_of_its_cell(law):
     assert cell.edges[0, 0] == pytest.approx(SIDE, rel=1e-5)  # drift of 50 steps to 1e-4
 
 
+@pytest.mark.long
 def test_it_stays_linked_where_the_cell_takes_other_edges():
     """Sheared by 3 the cell has been straightened three times; the wire goes with the shear, unstretched."""
     scene, cell = endless(2, "closed", lm.ElasticWire(stiffness=STIFFNESS))

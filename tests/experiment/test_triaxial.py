@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import suites
 from conftest import DENSITY, PRESSURE
 
 import lmgcpy as lm
@@ -18,7 +19,8 @@ def records(sample_3d):
     def run(law, axis):
         return Triaxial(sample_3d, law, axis=axis, inertial_number=2e-3, solver=SOLVER).run(0.03, frames=3)
 
-    return {"sand": run(None, "z"), "wire": run(lm.RigidWire(), "z"), "wire along x": run(lm.RigidWire(), "x")}
+    found = {"sand": run(None, "z"), "wire along x": run(lm.RigidWire(), "x")}
+    return found | {"wire": run(lm.RigidWire(), "z")} if suites.LONG else found
 
 
 @pytest.mark.long
@@ -138,6 +140,7 @@ def test_friction_at_the_platens_bears_shear(sample_3d):
     assert shear(0.5) > 0.0
 
 
+@pytest.mark.long
 def test_a_file_changes_no_bit(sample_3d, tmp_path):
     def run(**more):
         return Triaxial(sample_3d, lm.RigidWire(), axis="x", inertial_number=2e-3, solver=SOLVER).run(0.004, **more)

@@ -119,6 +119,7 @@ def test_another_scene_is_not_resumed(path):
     assert lm.resume(path, observe={"height": height}).steps == 400
 
 
+@pytest.mark.long
 def test_the_last_chunk_of_a_file_that_was_not_closed_has_a_sum_of_its_own(tmp_path):
     """Its checksum may be that of another moment: what counts in it is read, and is not where a bit of it is another."""
     path = tmp_path / "dead.h5"

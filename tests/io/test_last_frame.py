@@ -21,7 +21,7 @@ def scene():
     return made
 
 
-@pytest.mark.default_parameters(every=(7,))
+@pytest.mark.default_parameters(how=("steps", "resumed"), every=(7,))
 @pytest.mark.parametrize("every", [1, 7, 10, 100])
 @pytest.mark.parametrize("how", ["steps", "until", "resumed", "nothing"])
 def test_the_last_frame_is_where_the_run_ended(every, how, tmp_path):

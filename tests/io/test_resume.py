@@ -75,7 +75,7 @@ def same_bits(a, b):
     assert (a.unconverged_steps, a.worst_residual) == (b.unconverged_steps, b.worst_residual)
 
 
-@pytest.mark.default_parameters("coulomb", "rigid-wire")
+@pytest.mark.default_parameters("rigid-wire")
 @pytest.mark.parametrize("name", sorted(LAWS))
 def test_two_halves_are_the_whole_for_every_law(name, tmp_path):
     law = some_law(name)
@@ -168,6 +168,7 @@ def linked_box(neighbours_collide):
     return scene
 
 
+@pytest.mark.default_parameters("True")
 @pytest.mark.parametrize("neighbours_collide", [None, True, False])
 def test_a_run_goes_on_with_the_neighbours_that_collide(tmp_path, neighbours_collide):
     path = tmp_path / "run.h5"

@@ -80,6 +80,7 @@ def test_the_file_holds_the_run(path):
                     assert np.array_equal(getattr(net, name), getattr(here, name)), name
         assert run.status.tolist() == ["converged"] * 50
         assert run.closed
+        run.scene["laws"].clear()  # of a copy
         assert run.scene["laws"][0] == {"name": "coulomb", "distribution": "lmgcpy", "parameters": {"friction": 0.4}}
         assert run.options["solver"] == "Auto"
         assert run.options["solver_fields"]["tolerance"] == 1e-4

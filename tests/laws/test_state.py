@@ -95,6 +95,7 @@ def test_commit_is_given_the_gap_the_velocity_and_the_impulse_of_the_step():
     assert acted > 5
 
 
+@pytest.mark.default_parameters("hanging")
 @pytest.mark.parametrize("make", [hanging, billiards])
 def test_a_run_from_a_checkpoint_has_the_same_states(make):
     whole, half, rest = make(), make(), make()
@@ -107,6 +108,7 @@ def test_a_run_from_a_checkpoint_has_the_same_states(make):
         assert np.array_equal(column, rest.interactions.state[name], equal_nan=True)
 
 
+@pytest.mark.default_parameters("billiards")
 @pytest.mark.parametrize("make", [hanging, billiards])
 def test_a_run_from_a_file_has_the_same_states(make, tmp_path):
     whole = make()

@@ -72,6 +72,7 @@ def test_windows_and_margins_choose_bodies_by_where_they_were(affine):
     assert np.array_equal(lm.measure.mean_strain(sim, since=since, margin=0.15).body, np.flatnonzero(inside))
 
 
+@pytest.mark.default_parameters("3")
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_the_standard_error_is_that_of_noise(dimension):
     """Independent noise s on p bodies spread evenly over a unit box: s/sqrt(p/12) for each component. Over 20 samples the

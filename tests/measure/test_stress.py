@@ -28,6 +28,7 @@ def boxed():
     return scene
 
 
+@pytest.mark.default_parameters(theta=(0.8,))
 @pytest.mark.parametrize(
     ("scene", "volume"),
     [

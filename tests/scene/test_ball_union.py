@@ -150,6 +150,7 @@ def test_random_spheres_against_a_sample(count, spread):
     assert solid.error < 1e-8
 
 
+@pytest.mark.default_parameters(seed=(0,))
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("scale", [1.0, 1e-4, 1e3])
 def test_invariances_in_space(seed, scale):

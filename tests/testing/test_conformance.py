@@ -32,6 +32,7 @@ SOUND = [
 ]
 
 
+@pytest.mark.default_parameters(*(f"test-tangential-spring-{name}" for name in ("compiled", "restart", "scene", "units")))
 @lmgcpy.testing.conformance(SOUND[1])
 def test_sound_laws_conform(check):
     check()
@@ -78,7 +79,15 @@ BROKEN = [
 ]
 
 
-@pytest.mark.parametrize(("law", "name", "words"), BROKEN, ids=[f"{type(law).__name__}-{name}" for law, name, _ in BROKEN])
+SLOW = (broken.SlopeOverTheKink, broken.StressAsForce, broken.ForceForImpulse)
+"""What they break others break as well."""
+
+
+@pytest.mark.parametrize(
+    ("law", "name", "words"),
+    [pytest.param(*each, marks=pytest.mark.long if isinstance(each[0], SLOW) else ()) for each in BROKEN],
+    ids=[f"{type(law).__name__}-{name}" for law, name, _ in BROKEN],
+)
 def test_a_broken_law_is_told_by_the_property_that_it_breaks(law, name, words):
     """The message begins with the property and the law, and says the input where there is one."""
     with pytest.raises(Nonconformance, match=words) as caught:
@@ -285,6 +294,7 @@ def test_lmgcpy_does_not_bring_the_kit_and_the_kit_says_what_it_needs():
     assert done.stdout == 'lmgcpy.testing needs hypothesis and pytest: pip install "lmgcpy[test]"\n'
 
 
+@pytest.mark.long
 def test_what_is_found_is_found_again():
     """The examples do not change from one run to the next."""
     told = []

@@ -37,6 +37,7 @@ def where(source, points, image, top=0, **options):
     return image[top + at[:, 1].astype(int), at[:, 0].astype(int)], scale
 
 
+@pytest.mark.default_parameters("z", "isometric")
 @pytest.mark.parametrize("camera", ["x", "y", "z", "isometric", (1.0, -2.0, 0.5)])
 def test_the_wire_is_where_it_is_projected_to(camera, tmp_path):
     """Blue along the middle of every link, however lit, and nowhere 0.1 m above it."""
@@ -158,6 +159,7 @@ def run_of_a_fall(tmp_path_factory):
     return path
 
 
+@pytest.mark.long
 def test_a_moving_picture_moves(run_of_a_fall, tmp_path):
     """A falling ball: a frame for each of the run's, at one scale, and it goes down as it should."""
     with lm.io.open_run(run_of_a_fall) as run:
@@ -178,6 +180,7 @@ def test_a_moving_picture_moves(run_of_a_fall, tmp_path):
         assert image.n_frames == 3
 
 
+@pytest.mark.long
 def test_colours_of_all_frames_are_on_one_scale(tmp_path):
     """Three panels of a run, of which the scale is the fastest frame's: up to the 99 % quantile of speeds 0 and 1 m/s."""
     scene = lm.Scene(dimension=2)
