@@ -407,3 +407,52 @@ def test_a_law_of_ones_own_may_tie_points(d):
     np.testing.assert_allclose(ball.position[0], 0.1 * damped, rtol=0.02)
     assert abs(ball.position[-1]) < 2e-3
     assert sim.energy.stored["elastic-joint"] > 0.0
+
+
+def hung(turn: np.ndarray, order: np.ndarray) -> np.ndarray:
+    """A rod on a joint, a second on it and a wire from its end to a post, in a space that is turned, made in some order;
+    positions and velocities of the two rods along the axes that turned with it, (2, 6)."""
+    scene = lm.Scene(dimension=3, gravity=turn @ gravity(3))
+    axes = np.array([(0.6, 0.0, 0.8), (0.8, 0.6, 0.0)])
+    starts = np.array([(0.0, 0.0, 0.0), L * axes[0]])
+    made: dict[int, lm.Body] = {}
+    for k in order.tolist():
+        if k == 2:
+            made[k] = post_at(scene, np.zeros(3))
+        elif k == 3:
+            made[k] = post_at(scene, turn @ (0.5, 0.5, 0.5))
+        else:
+            start = {"position": turn @ (starts[k] + 0.5 * L * axes[k]), "axis": turn @ axes[k]}
+            start["velocity"] = turn @ np.cross((0.3, -0.2, 0.5), starts[k] + 0.5 * L * axes[k])
+            start["spin"] = turn @ (0.3, -0.2, 0.5)
+            made[k] = scene.add(lm.capsule(radius=0.02, length=L, mass=M, **start))
+    end = (0.0, 0.0, 0.5 * L)
+    scene.link(made[2], made[0], lm.BallJoint(), at=(None, (0.0, 0.0, -0.5 * L)))
+    scene.link(made[0], made[1], lm.BallJoint(), at=(end, (0.0, 0.0, -0.5 * L)))
+    scene.link(made[3], made[1], lm.RigidWire(), at=(None, end), reference_gap=0.45)
+    lm.Simulation(scene, time_step=1e-3, solver=lm.Newton(tolerance=1e-12)).run(duration=0.3)
+    return np.array([np.concatenate([made[k].position @ turn, made[k].velocity @ turn]) for k in (0, 1)])
+
+
+def test_turned_and_permuted_it_is_the_same():
+    """The links of a joint lie along the axes of space: turning space turns them in the bodies. 300 steps, errors of the
+    solver's tolerance times the growth of errors in a double pendulum."""
+    expected = hung(np.eye(3), np.arange(4))
+    for seed in (0, 1):
+        turn = Rotation.random(random_state=seed).as_matrix()
+        np.testing.assert_allclose(hung(turn, np.random.default_rng(seed).permutation(4)), expected, atol=1e-9)
+
+
+def test_it_is_the_same_in_other_units():
+    """Millimetres, grams and milliseconds in place of metres, kilograms and seconds: the same motion."""
+    ends = []
+    for length, mass, time in ((1.0, 1.0, 1.0), (1e3, 1e3, 1e3)):
+        scene = lm.Scene(dimension=2, gravity=(0.0, -G * length / time**2))
+        post = scene.add(lm.disk(radius=0.01 * length, position=(0.0, 0.0), mass=mass)).fix()
+        balls = [(lm.DiskContactor(0.01 * length), (0.0, y * length)) for y in (-0.2, 0.2)]
+        start = {"position": (0.2 * length, 0.0), "rotation": 0.5 * np.pi, "color": "ROD"}
+        made = scene.add(lm.RigidBody(balls, mass=M * mass, inertia=0.03 * mass * length**2, **start))
+        scene.link(post, made, lm.BallJoint(), at=(None, (0.0, 0.2 * length)))
+        lm.Simulation(scene, time_step=1e-3 * time).run(steps=300)
+        ends.append(made.position / length)
+    np.testing.assert_allclose(ends[1], ends[0], rtol=1e-9)
