@@ -64,7 +64,8 @@ def report(run, writer: str) -> list[str]:
         f"  made      {run.created}, with " + ", ".join(f"{name} {value}" for name, value in run.versions.items()),
         f"  scene     dimension {run.dimension}, {len(bodies['mass'])} bodies ("
         + ", ".join(f"{count} {kind}" for kind, count in kinds)
-        + f"), {len(scene['chains']['law'])} chains",
+        + f"), {len(scene['chains']['law'])} chains"
+        + (f", {len(scene['joints']['law'])} joints" if "joints" in scene else ""),
         "  laws      " + ("; ".join(law_sentence(law) for law in scene["laws"]) or "none"),
         f"  functions {int(conditions['function'].sum())} components are given by functions of time, not in the file",
         f"  options   time step {options['time_step']:g} s, theta {options['theta']:g}, {options['solver']}({solver})",

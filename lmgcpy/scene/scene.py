@@ -821,7 +821,8 @@ class Scene:
     def __repr__(self) -> str:
         return (
             f"<Scene in {self.dimension}D: {len(self.bodies)} bodies, {len(self.rows)} rows of the visibility table, "
-            f"{len(self.chains)} chains{', compiled' if self._compiled else ''}>"
+            f"{len(self.chains)} chains{f', {len(self.joints)} joints' if self.joints else ''}"
+            f"{', compiled' if self._compiled else ''}>"
         )
 
 
