@@ -1,6 +1,8 @@
-"""Samples: gradings, wires laid by random walks, and deposits of grains around them."""
+"""Samples: gradings, wires laid by random walks, deposits of grains around them, fibres, deposits of clumps."""
 
 from lmgcpy.sample.deposit import deposit
+from lmgcpy.sample.deposit_bodies import deposit_bodies
+from lmgcpy.sample.fibres import Fibres, fibres
 from lmgcpy.sample.grading import grading
 from lmgcpy.sample.grid import grid_positions
 from lmgcpy.sample.scatter import scatter
@@ -10,12 +12,15 @@ from lmgcpy.sample.wire_content import axial_rigidity, bead_count, bead_mass, wi
 from lmgcpy.sample.wires import Wire, Wires
 
 __all__ = [
+    "Fibres",
     "Wire",
     "Wires",
     "axial_rigidity",
     "bead_count",
     "bead_mass",
     "deposit",
+    "deposit_bodies",
+    "fibres",
     "grading",
     "grid_positions",
     "scatter",

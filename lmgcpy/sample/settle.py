@@ -19,6 +19,24 @@ LOOK_EVERY = 20
 """Number of steps after which the speeds are looked at."""
 
 
+def come_to_rest(sim: Stepper, count: int, finest: float, max_steps: int, remedy: str) -> None:
+    """Make steps until the first ``count`` bodies are slow against a fall by the ``finest`` radius [m].
+
+    RuntimeError with the ``remedy`` if that takes more than ``max_steps``.
+    """
+    still = STILL * float(np.sqrt(2.0 * GRAVITY * finest))
+    while True:
+        for _ in range(LOOK_EVERY):
+            sim.step()
+        # A grain at the top of its flight is slow as well, but gravity makes it faster than this by the next look.
+        if float(np.abs(sim.velocities[:count]).max()) < still:
+            return
+        if sim.steps >= max_steps:
+            raise RuntimeError(
+                f"The grains have not come to rest after {sim.steps} steps ({sim.time:g} s): {remedy}."
+            )
+
+
 @named_arguments
 def settle(
     positions: np.ndarray,
@@ -58,19 +76,8 @@ def settle(
     step = 0.5 * finest / float(np.sqrt(2.0 * GRAVITY * height))
     solver = AcceleratedGaussSeidel(tolerance=1e-2, max_iterations=2000)
     sim = Stepper(scene, time_step=step, solver=solver, on_unconverged="ignore")
-    still = STILL * float(np.sqrt(2.0 * GRAVITY * finest))
     count = len(radii)
-    while True:
-        for _ in range(LOOK_EVERY):
-            sim.step()
-        # A grain at the top of its flight is slow as well, but gravity makes it faster than this by the next look.
-        if float(np.abs(sim.velocities[:count]).max()) < still:
-            break
-        if sim.steps >= max_steps:
-            raise RuntimeError(
-                f"The grains have not come to rest after {sim.steps} steps ({sim.time:g} s): allow more by max_steps, or "
-                "take method='geometric'."
-            )
+    come_to_rest(sim, count, finest, max_steps, "allow more by max_steps, or take method='geometric'")
     settled = sim.positions[:count].copy()
     top = float((settled[:, 1] + radii).max())
     if top > lengths[-1]:

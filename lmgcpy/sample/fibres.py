@@ -1,0 +1,205 @@
+"""Short fibres and grains at random places in a box: a loose start without overlaps, for a compaction."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from lmgcpy.errors import named_arguments, number, shown
+from lmgcpy.sample import arguments
+from lmgcpy.scene.capsule import Capsule, capsule, capsule_volume
+from lmgcpy.scene.contactor import direction
+from lmgcpy.scene.material import Material
+
+TRIES = 5000
+"""Places that are tried for a fibre or a grain before the box is called full."""
+QUARTER = 0.5 * math.pi
+"""A quarter of a turn [rad]."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Fibres:
+    """Fibres, which are capsules, and grains among them, as :func:`lmgcpy.sample.fibres` lays them; m fibres, n grains."""
+
+    positions: np.ndarray
+    """Centres of the fibres [m], (m, 3)."""
+    axes: np.ndarray
+    """Unit vectors t along them, (m, 3)."""
+    radius: float
+    """Radius of a fibre [m]."""
+    length: float
+    """Distance between the centres of its ends [m]."""
+    grains: np.ndarray
+    """Centres of the grains [m], (n, 3), in the order of their radii."""
+    content: float
+    """Volume of the fibres over that of the grains: of as many whole fibres as come nearest to what was asked for."""
+
+    def capsules(self, material: Material, *, color: str = "GRAIN") -> list[Capsule]:
+        """The fibres as bodies."""
+        return [
+            capsule(radius=self.radius, length=self.length, position=x, axis=t, material=material, color=color)
+            for x, t in zip(self.positions, self.axes, strict=True)
+        ]
+
+    def __repr__(self) -> str:
+        of = f"{len(self.positions)} fibres of {self.length:.3g} m"
+        return f"<Fibres: {of}, {100.0 * self.content:.3g} % of the volume of {len(self.grains)} grains>"
+
+
+@named_arguments
+def fibres(
+    radii: Any,
+    *,
+    content: float,
+    radius: float,
+    length: float,
+    box: Any,
+    orientation: Any = "random",
+    spread: float | None = None,
+    grain_volume: float | None = None,
+    seed: Any = 0,
+) -> Fibres:
+    """Lay fibres and grains at random places in a closed box, without overlap.
+
+    Random sequential addition: the fibres first, then the grains, the coarsest first, each at the first free one of places
+    drawn evenly in the box. All distances are exact (between segments, and between points and segments). A fibre keeps the
+    direction that was drawn for it, so that a crowded box or a wall does not change the distribution of directions.
+
+    ``radii`` [m], (n,), of the grains. Of clumps they are the radii of the spheres around them (``scales * shape.extent``),
+    and ``grain_volume`` [m^3] is the volume of all clumps together; by default it is that of the spheres.
+    ``content``: volume of the fibres over that of the grains; a content by weight is this times the ratio of the densities.
+    ``radius`` and ``length`` [m] of a fibre: a sphere swept along a segment, as in :func:`lmgcpy.capsule`.
+    ``box``: its three lengths [m], from the origin.
+    ``orientation`` of the fibres and their ``spread`` s [rad], from 0 to pi/2; t is a unit vector along a fibre:
+
+    ============== =============================================================================== =======================
+    "random"       all directions alike; takes no spread                                           <t (x) t> = I/3
+    "horizontal"   directions evenly within an angle s, by default 0, of the plane of x and y      <t_z^2> = sin^2 s / 3
+    (x, y, z)      directions evenly in a cone around this vector a, with the half angle s, by     <(t . a)^2> =
+                   default 0                                                                       (1 + cos s + cos^2 s)/3
+    ============== =============================================================================== =======================
+
+    ``seed``: whatever ``numpy.random.default_rng`` takes. A box that is to be filled loosely has some four times the volume
+    of the grains, more if fibres are many: each keeps grains out of the volume within a grain's radius around it. Raises
+    ValueError if a fibre or a grain finds no place, and says how many did; ValueError or TypeError if an argument makes no
+    sense.
+    """
+    sizes = arguments.radii(radii, least=0)
+    lengths = np.array(arguments.box(box, dimensions=(3,), open_top=False))
+    content = number(content, "content", minimum=0.0)
+    radius = number(radius, "radius of the fibres", above=0.0, unit="m")
+    length = number(length, "length of the fibres", above=0.0, unit="m")
+    if grain_volume is None:
+        solid = 4.0 / 3.0 * math.pi * float((sizes**3).sum())
+    else:
+        solid = number(grain_volume, "grain_volume", above=0.0, unit="m^3")
+    if len(sizes):
+        arguments.refuse_unfit(tuple(lengths), float(sizes.max()), "the coarsest grain")
+    wanted = content * solid / capsule_volume(radius, length)
+    if wanted * capsule_volume(radius, length) > float(np.prod(lengths)):
+        raise ValueError(
+            f"content is {content:g}: the fibres alone have a larger volume than the box. It is a volume over the volume "
+            "of the grains, 0.01 for one per cent."
+        )
+    count = round(wanted)
+    if content > 0.0 and count == 0:
+        raise ValueError(
+            f"content is {content:g}, which is {wanted:.2g} of a fibre among these grains: take a larger content, more "
+            "grains, or thinner or shorter fibres."
+        )
+    rng = arguments.generator(seed)
+    axes = _directions(count, orientation, spread, rng)
+    room = lengths - length * np.abs(axes) - 2.0 * radius
+    if (room < 0.0).any():
+        axis = int(room.min(axis=0).argmin())
+        raise ValueError(
+            f"a fibre of length {length:g} m and radius {radius:g} m does not fit in the box, which is "
+            f"{lengths[axis]:g} m wide along {'xyz'[axis]}: take a wider box, shorter fibres or another orientation."
+        )
+    centres = np.empty((count, 3))
+    for k in range(count):
+        for _ in range(TRIES):
+            place = 0.5 * lengths + (rng.random(3) - 0.5) * room[k]
+            if (_between_segments(place, axes[k], centres[:k], axes[:k], 0.5 * length) >= 2.0 * radius).all():
+                break
+        else:
+            raise ValueError(f"the box is full: {k} of {count} fibres found a place. Take a larger box or fewer fibres.")
+        centres[k] = place
+    grains = np.empty((len(sizes), 3))
+    order = np.argsort(-sizes, kind="stable")
+    for done, grain in enumerate(order):
+        there = order[:done]
+        near = (sizes[there] + sizes[grain]) ** 2
+        for _ in range(TRIES):
+            place = sizes[grain] + rng.random(3) * np.maximum(lengths - 2.0 * sizes[grain], 0.0)
+            apart = grains[there] - place
+            if (np.einsum("gd,gd->g", apart, apart) >= near).all() and (
+                _to_segments(place, centres, axes, 0.5 * length) >= radius + sizes[grain]
+            ).all():
+                break
+        else:
+            raise ValueError(
+                f"the box is full: {done} of {len(sizes)} grains found a place among {count} fibres. Take a larger box, "
+                "with at most 0.3 of it solid, less if there are many fibres."
+            )
+        grains[grain] = place
+    return Fibres(centres, axes, radius, length, grains, count * capsule_volume(radius, length) / solid if count else 0.0)
+
+
+def _directions(count: int, orientation: Any, spread: float | None, rng: np.random.Generator) -> np.ndarray:
+    """Unit vectors, (count, 3), of the distributions that :func:`fibres` lists. All of them are even on a part of the
+    sphere, on which the coordinate along an axis is even (Archimedes' hat-box theorem)."""
+    wide = QUARTER if spread is None else number(spread, "spread", minimum=0.0, maximum=QUARTER, unit="rad")
+    narrow = 0.0 if spread is None else wide
+    if isinstance(orientation, str) and orientation == "random":
+        if spread is not None:
+            raise ValueError("orientation 'random' takes no spread: all directions are alike. Leave one of them out.")
+        axis, low, high = np.array([0.0, 0.0, 1.0]), -1.0, 1.0
+    elif isinstance(orientation, str) and orientation == "horizontal":
+        axis, low, high = np.array([0.0, 0.0, 1.0]), -math.sin(narrow), math.sin(narrow)
+    elif isinstance(orientation, str):
+        raise ValueError(f"orientation must be 'random', 'horizontal' or a vector (x, y, z), got {shown(orientation)}.")
+    else:
+        axis, low, high = direction(orientation, "orientation of the fibres", 3), math.cos(narrow), 1.0
+    along, around = rng.uniform(low, high, count), rng.uniform(0.0, 2.0 * math.pi, count)
+    across = np.sqrt(np.maximum(1.0 - along**2, 0.0))
+    # two vectors that complete the axis to a right-handed frame
+    first = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
+    first /= np.linalg.norm(first)
+    second = np.cross(axis, first)
+    t = along[:, None] * axis + (across * np.cos(around))[:, None] * first + (across * np.sin(around))[:, None] * second
+    return t / np.linalg.norm(t, axis=1)[:, None]
+
+
+def _to_segments(point: np.ndarray, centres: np.ndarray, axes: np.ndarray, half: float) -> np.ndarray:
+    """Distances [m] of a point from segments of half length ``half``, (m,). One may also give (m, 3) points, one each."""
+    apart = point - centres
+    along = np.clip(np.einsum("md,md->m", apart, axes), -half, half)
+    return np.linalg.norm(apart - along[:, None] * axes, axis=1)
+
+
+def _between_segments(
+    centre: np.ndarray, axis: np.ndarray, centres: np.ndarray, axes: np.ndarray, half: float
+) -> np.ndarray:
+    """Distances [m] of a segment from others of the same half length, (m,).
+
+    The squared distance of the points at s and r on two segments is convex in (s, r), so its least value on the square
+    |s|, |r| <= half is at its stationary point, if that is inside, else on the rim: from an end to the other segment.
+    """
+    apart, cosine = centres - centre, axes @ axis
+    ends = [_to_segments(centre + sign * half * axis, centres, axes, half) for sign in (-1.0, 1.0)]
+    own, own_axis = np.broadcast_to(centre, centres.shape), np.broadcast_to(axis, axes.shape)
+    ends += [_to_segments(centres + sign * half * axes, own, own_axis, half) for sign in (-1.0, 1.0)]
+    least = np.min(ends, axis=0)
+    sine_squared = 1.0 - cosine**2
+    skew = sine_squared > 1e-12  # of parallel segments the distance is found at an end
+    along, along_other = apart @ axis, np.einsum("md,md->m", apart, axes)
+    s = np.divide(along - cosine * along_other, sine_squared, out=np.full(len(least), np.inf), where=skew)
+    r = np.divide(cosine * along - along_other, sine_squared, out=np.full(len(least), np.inf), where=skew)
+    inside = (np.abs(s) < half) & (np.abs(r) < half)
+    s, r = np.where(inside, s, 0.0), np.where(inside, r, 0.0)
+    between = np.linalg.norm(apart + r[:, None] * axes - s[:, None] * axis, axis=1)
+    return np.where(inside, np.minimum(least, between), least)
