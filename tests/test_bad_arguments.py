@@ -22,6 +22,7 @@ from lmgcpy.experiment.box import Sample
 from lmgcpy.experiment.column.sample import lay_column
 from lmgcpy.experiment.column.study import ColumnStudy
 from lmgcpy.experiment.compaction import compact
+from lmgcpy.experiment.grains import lay_grains
 from lmgcpy.experiment.texsol.sample import lay_sample, lay_sample_3d
 from lmgcpy.experiment.texsol.study import Study2D, Study3D
 from lmgcpy.experiment.triaxial import Triaxial
@@ -155,6 +156,9 @@ STUDY = {
 IN_SPACE = [*NO_ARRAY, None, 1.0, [1.0], [1.0, 2.0], [1.0, 2.0, 3.0, 4.0], [[1.0, 2.0, 3.0]], (0.0, nan, 0.0)]
 START = {"velocity": VECTOR, "rotation": NUMBER, "spin": NUMBER, "color": WORD}
 SETTLED = {"positions": [[0.1, 0.1]], "radii": [0.01], "box": (0.3, None), "obstacles": None}
+PEANUT = lm.clump([0.01, 0.01], [(0, 0, 0), (0.01, 0, 0)], density=1.0)
+FIBRES = {"radii": [0.01, 0.01], "content": 0.5, "radius": 0.002, "length": 0.02, "box": (0.2, 0.2, 0.2),
+          "orientation": "horizontal"}  # fmt: skip
 WIRE = {"box": (0.67, 0.67), "bead_radius": 0.0075, "interstice": 0.021, "bead_count": 9}
 OBSTACLES = ["text", 3.0, object(), [1.0], (1.0, 2.0), ([[nan, 0.0]], [1.0]), ([[0.0, 0.0]], [0.0]), ([[0.0, 0.0]], ["a"])]
 PANEL = {
@@ -292,6 +296,17 @@ CALLS = {
          "order": CHOICE, "seed": SEED}),
     "sample.scatter": (lm.sample.scatter, {"radii": [0.01, 0.01], "cell": (0.3, 0.3)},
         {"radii": [*ARRAY, [], [0.0], [-1.0], 0.01], "cell": [*BOX, (1.0, None)], "seed": SEED}),
+    "sample.fibres": (lm.sample.fibres, FIBRES,
+        {"radii": [*ARRAY, [0.0], [-1.0], 0.01], "content": [*NOT_NEGATIVE, 1e-9, 1e5], "radius": POSITIVE,
+         "length": [*POSITIVE, 0.3], "box": [*BOX, (0.3, 0.3), (0.3, 0.3, None), (0.3, 0.3, 0.015)],
+         "orientation": [*optional(IN_SPACE), "upright", (0.0, 0.0, 0.0)], "spread": optional([*NOT_NEGATIVE, 1.6]),
+         "grain_volume": optional(POSITIVE), "seed": SEED}),
+    "Fibres.capsules": (lm.sample.fibres(**FIBRES).capsules, {"material": lm.Material("steel", density=1.0)},
+        {"material": [*THING, None], "color": WORD}),
+    "sample.deposit_bodies": (lm.sample.deposit_bodies, {"bodies": [PEANUT.at((0, 0, 0))], "box": (0.3, 0.3, None)},
+        {"bodies": [*THING, [], [disk()], [PEANUT], [lm.wall(point=(0, 0, 0), normal=(0, 0, 1))]],
+         "box": [*BOX, (0.3, 0.3), (0.3, 0.02, 0.3), (0.3, 0.3, 1e-3)], "friction": NOT_NEGATIVE, "seed": SEED,
+         "max_steps": [*COUNT, 0]}),
     "sample.wire_2d": (lm.sample.wire_2d, WIRE,
         {"box": [*BOX, (1.0, None)], "bead_radius": POSITIVE, "interstice": NOT_NEGATIVE, "bead_count": [*COUNT, 0],
          "theta_max": [*NOT_NEGATIVE, 4.0], "start": optional(VECTOR), "clearance": NOT_NEGATIVE,
@@ -395,7 +410,13 @@ CALLS = {
     "Sample": (Sample, vars(sample()),
         {"positions": [*ARRAY, [[0.1]]], "radii": [*ARRAY, [0.0], [-1.0]],
          "wires": [3, "two", None, (1,), (4,), ("two",)], "reference_gap": NUMBER,
-         "box": [*ARRAY, (1.0,), (0.0, 1.0), (1.0, 1.0, 1.0)], "bead_mass": optional(POSITIVE)}),
+         "box": [*ARRAY, (1.0,), (0.0, 1.0), (1.0, 1.0, 1.0)], "bead_mass": optional(POSITIVE),
+         "bodies": [*THING, [disk()], [lm.clump([1.0], [(0, 0)], density=1.0).at((0, 0))], [PEANUT.at((0, 0, 0))]]}),
+    "lay_grains": (lay_grains, {"grain_count": 20, "content": 0.05, "fibre_length": 2e-3, "orientation": "horizontal"},
+        {"grain_count": [*COUNT, 9], "minimum": POSITIVE, "maximum": POSITIVE,
+         "shape": [*optional(THING), lm.clump([1.0], [(0, 0)], density=1.0)], "content": [*NOT_NEGATIVE, 1e-9, 1.1],
+         "fibre_radius": POSITIVE, "fibre_length": POSITIVE, "orientation": [*optional(IN_SPACE), "upright"],
+         "spread": optional([*NOT_NEGATIVE, 1.6]), "density": POSITIVE, "seed": SEED}),
     "compact": (compact, {"sample": lay_sample(30, 0), "pressure": 1e5, "density": 2600.0, "max_steps": 5},
         {"sample": THING, "pressure": POSITIVE, "density": POSITIVE, "friction": NOT_NEGATIVE,
          "drag": optional(NOT_NEGATIVE), "time_step": optional(POSITIVE), "solver": [*optional(THING), lm.GaussSeidel],
@@ -414,7 +435,7 @@ CALLED = {
     "candidate": ["colour", "candidate"],
     "antagonist": ["colour", "antagonist"],
     "law": ["law", "Law"],
-    "bodies": ["chain", "Chain"],
+    "bodies": ["bodies", "chain", "Chain"],
     "reference_gap": ["reference"],
     "checkpoint": ["restore", "checkpoint"],
     "laws": ["law"],
@@ -471,6 +492,7 @@ EXEMPT = {
     "measure.WireFabric": "a result",
     "measure.WireLinks": "a result",
     "view.Layout": "a result",
+    "sample.Fibres": "a result",
     "sample.Wire": "a result",
     "sample.Wires": "a result",
     "laws.Law": "see Law",

@@ -133,6 +133,9 @@ def things(folder) -> dict[str, object]:
         "Registry of ": lm.laws.registry,
         "step 0, h = 0.001 s; no step yet": fresh,
         "Simulation of 4 bodies at t = 0.03 s, step 30, h = 0.001 s; last step converged": sim,
+        "Fibres: 3 fibres of 1 m, ": lm.sample.fibres(
+            [1.0] * 2, content=0.15, radius=0.3, length=1.0, box=(9.0, 9.0, 9.0)
+        ),
         "0 interactions: none": fresh.interactions,
         "2 interactions: 1 coulomb, 1 elastic-wire": sim.interactions,
         "Report: converged after": sim.report,

@@ -19,6 +19,7 @@ if TYPE_CHECKING:  # the names of MODULES, for type checkers
     from lmgcpy.experiment.column.study import ColumnStudy
     from lmgcpy.experiment.compaction import Compaction, Unrest, compact
     from lmgcpy.experiment.compression import Compression, CompressionRecord
+    from lmgcpy.experiment.grains import lay_grains
     from lmgcpy.experiment.periodic import (
         PeriodicCell,
         PeriodicSample,
@@ -47,6 +48,7 @@ MODULES = {
     "column.study": ("ColumnStudy",),
     "compaction": ("Compaction", "Unrest", "compact"),
     "compression": ("Compression", "CompressionRecord"),
+    "grains": ("lay_grains",),
     "periodic": (
         "PeriodicCell",
         "PeriodicSample",

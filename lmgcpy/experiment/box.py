@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,8 +14,10 @@ from lmgcpy.laws import Law
 from lmgcpy.laws.coulomb import Coulomb
 from lmgcpy.measure.network import network
 from lmgcpy.sample.arguments import spheres
-from lmgcpy.scene.body import Wall, wall
+from lmgcpy.scene.body import Body, RigidBody, Wall, wall
+from lmgcpy.scene.capsule import Capsule
 from lmgcpy.scene.material import Material
+from lmgcpy.scene.placed import body_volume, placed
 from lmgcpy.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -27,7 +29,9 @@ GRAIN, PLATEN, LATERAL = "GRAIN", "PLATEN", "LATERAL"
 @named_arguments
 @dataclass(frozen=True)
 class Sample:
-    """Particles in a box that starts at the origin, in d dimensions; the first of them are the beads of wires."""
+    """Particles in a box that starts at the origin, in d dimensions; the first of them are the beads of wires.
+
+    ``positions`` and ``radii`` are those of beads, disks and spheres, n of them."""
 
     positions: np.ndarray
     """[m], (n, d)."""
@@ -41,6 +45,8 @@ class Sample:
     """Sizes of the box [m], (d,)."""
     bead_mass: float | None = None
     """Mass of a bead [kg]; None: the mass of a grain of its size."""
+    bodies: Sequence[Body] = ()
+    """Clumps and capsules in their places, in 3D, which come after the beads and spheres; each keeps its own mass."""
 
     def __post_init__(self):
         box = numbers(self.box, "box of the sample", "its 2 or 3 sizes [m]")
@@ -56,7 +62,12 @@ class Sample:
         number(self.reference_gap, "reference_gap of the sample", unit="m")
         if self.bead_mass is not None:
             number(self.bead_mass, "bead_mass of the sample", above=0.0, unit="kg")
-        for name, value in (("positions", positions), ("radii", radii), ("wires", wires), ("box", box)):
+        if not isinstance(self.bodies, (tuple, list)) or not all(isinstance(body, RigidBody) for body in self.bodies):
+            raise TypeError(f"bodies of the sample must be a list of clumps and capsules, got {shown(self.bodies)}.")
+        if self.bodies and len(box) == 2:
+            raise ValueError("bodies of the sample turn in space, and its box has two sizes: give it three.")
+        kept = {"positions": positions, "radii": radii, "wires": wires, "box": box, "bodies": tuple(self.bodies)}
+        for name, value in kept.items():
             object.__setattr__(self, name, value)
 
     @property
@@ -87,16 +98,32 @@ class Sample:
 
     @property
     def diameter(self) -> float:
-        """Mean diameter of the particles [m]; beads finer than every grain do not count, as they lie in the pores."""
-        grains = self.radii[self.bead_count :]
-        fine = len(grains) and self.radii[: self.bead_count].max(initial=0.0) < grains.min()
-        return 2.0 * float((grains if fine else self.radii).mean())
+        """Mean diameter of the particles [m], of a clump that of a sphere of its volume.
+
+        Beads finer than every grain do not count, as they lie in the pores, and fibres count only if there are no grains.
+        """
+        clumps = [body_volume(body) for body in self.bodies if not isinstance(body, Capsule)]
+        grains = np.append(self.radii[self.bead_count :], np.cbrt(0.75 / np.pi * np.array(clumps)))
+        if not len(grains) and self.bodies:
+            return 2.0 * float(np.cbrt(0.75 / np.pi * np.mean([body_volume(body) for body in self.bodies])))
+        beads = self.radii[: self.bead_count]
+        fine = len(grains) and beads.max(initial=0.0) < grains.min()
+        return 2.0 * float((grains if fine else np.append(beads, grains)).mean())
+
+    @property
+    def solid_volume(self) -> float:
+        """Volume of all particles [m^3], in 2D per metre of depth; what balls of a clump share counts once."""
+        own = np.pi * self.radii**2 if self.dimension == 2 else 4.0 / 3.0 * np.pi * self.radii**3
+        return float(own.sum()) + sum(body_volume(body) for body in self.bodies)
 
     def __repr__(self) -> str:
         of = "one wire" if len(self.wires) == 1 else f"{len(self.wires)} wires"
         wires = f", {self.bead_count} of them beads of {of}" if self.wires else ""
         box = " x ".join(f"{size:.3g}" for size in self.box)
-        return f"<Sample in {self.dimension}D: {len(self.radii)} particles{wires}, in a box of {box} m>"
+        count = len(self.radii) + len(self.bodies)
+        fibres = sum(isinstance(body, Capsule) for body in self.bodies)
+        fibrous = f", {fibres} of them fibres" if fibres else ""
+        return f"<Sample in {self.dimension}D: {count} particles{wires}{fibrous}, in a box of {box} m>"
 
 
 class SampleScene:
@@ -170,6 +197,10 @@ class Box(SampleScene):
         beads = self.bead_count = sample.bead_count
         self.add_particles(sample.radii[:beads], sample.positions[:beads], density, sample.bead_mass)
         self.add_particles(sample.radii[beads:], sample.positions[beads:], density)
+        for body in sample.bodies:
+            twin = placed(body, body.position)
+            twin.color = GRAIN
+            self.particles.append(self.scene.add(twin))
         self.mass = sum(particle.mass for particle in self.particles)
         self.walls: list[tuple[Wall, Wall]] = [None] * d  # type: ignore[list-item]
         """The lower and the upper wall across each axis."""
@@ -269,8 +300,10 @@ class Box(SampleScene):
     def sample(self, before: Sample) -> Sample:
         """The sample in its present state, moved so that its box starts at the origin."""
         origin = np.array([low.position[k] for k, (low, _) in enumerate(self.walls)])
-        positions = np.array([particle.position for particle in self.particles]) - origin
-        return Sample(positions, before.radii, before.wires, before.reference_gap, self.sizes, before.bead_mass)
+        spheres, turning = self.particles[: len(before.radii)], self.particles[len(before.radii) :]
+        positions = np.array([particle.position for particle in spheres]).reshape(-1, self.dimension) - origin
+        bodies = [placed(body, body.position - origin) for body in turning]
+        return replace(before, positions=positions, box=self.sizes, bodies=bodies)
 
 
 def characteristic_time(diameter: float, density: float, pressure: float) -> float:

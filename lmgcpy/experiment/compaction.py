@@ -84,7 +84,7 @@ class Compaction:
     stress: np.ndarray
     """Mean stress [Pa], (d, d), traction positive: Weber's of a cell, the pressures on the loaded walls of a box."""
     solid_fraction: float
-    """Of a box in a window one coarsest diameter from the walls, of a cell as a whole."""
+    """Of a box in a window one coarsest diameter from the walls; of a cell, or a box with clumps or fibres, as a whole."""
     coordination: float
     """Mean number of contacts of the particles that are no rattlers."""
     rattlers: float
@@ -225,7 +225,9 @@ def unrest(rows: Mapping[str, np.ndarray], pressure: float, held: Box | Periodic
 
 
 def inner_solid_fraction(sample: Sample) -> float:
-    """Solid fraction in a window one coarsest diameter from all walls."""
+    """Solid fraction in a window one coarsest diameter from all walls; of the whole box if there are clumps or fibres."""
+    if sample.bodies:
+        return sample.solid_volume / float(np.prod(sample.box))
     margin = 2.0 * float(sample.radii.max())
     low, high = np.full(sample.dimension, margin), sample.box - margin
     return solid_fraction(sample.positions, sample.radii, (low, high))
