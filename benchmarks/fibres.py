@@ -23,7 +23,7 @@ from lmgcpy.scene.capsule import capsule_volume
 
 PRESSURE, DENSITY = 1e5, 2600.0
 RADIUS, LENGTH = 0.1e-3, 3e-3
-CONTENTS = (0.0, 0.005, 0.01, 0.02)
+CASES = ((0.0, "random"), (0.005, "random"), (0.01, "random"), (0.02, "random"), (0.02, "horizontal"))
 STRAIN, LATE = 0.12, 0.1
 
 
@@ -54,10 +54,11 @@ def words(values: Sequence[float], form: str = ".1f") -> str:
     return f"{told.mean:{form}} [{told.low:{form}}, {told.high:{form}}]"
 
 
-def case(content: float, grains: int, seed: int) -> list:
+def case(content: float, orientation: str, grains: int, seed: int) -> list:
     """A row of the table of runs."""
     begin = time.process_time()
-    laid = lay_grains(grains, content=content, fibre_radius=RADIUS, fibre_length=LENGTH, seed=seed)
+    more = {"content": content, "fibre_radius": RADIUS, "fibre_length": LENGTH, "orientation": orientation}
+    laid = lay_grains(grains, seed=seed, **more)
     done = dense(laid)
     record = crushed(done.sample)
     fibres, volume = len(laid.bodies), float(np.prod(done.sample.box))
@@ -66,28 +67,28 @@ def case(content: float, grains: int, seed: int) -> list:
     told = [f"{value:.4g}" for value in (length, solid, done.coordination, *strengths(record))]
     unsolved, overlap = record.unconverged + done.unconverged, record.penetration.max() / laid.diameter
     spent = time.process_time() - begin
-    return [content, seed, fibres, *told, done.at_rest, unsolved, f"{overlap:.1e}", f"{spent:.0f}"]
+    return [content, orientation, seed, fibres, *told, done.at_rest, unsolved, f"{overlap:.1e}", f"{spent:.0f}"]
 
 
 def tables(runs: list[list]) -> None:
     """Print and write the runs, and their means with intervals."""
     rows = []
-    for content in dict.fromkeys(run[0] for run in runs):
-        numbers = np.array([run[2:10] for run in runs if run[0] == content], dtype=float)
+    for of in dict.fromkeys((run[0], run[1]) for run in runs):
+        numbers = np.array([run[3:11] for run in runs if (run[0], run[1]) == of], dtype=float)
         fibres, length, solid, contacts, peak, late, ratio, dilation = numbers.T
-        of = [f"{100.0 * content:g} %", f"{fibres.mean():.0f}", f"{length.mean():.2f}"]
+        laid = [f"{100.0 * of[0]:g} %", of[1] if of[0] else "", f"{fibres.mean():.0f}", f"{length.mean():.2f}"]
         told = (*map(words, (peak, late, dilation)), words(ratio, ".2f"))
-        rows.append([*of, len(numbers), words(solid, ".3f"), words(contacts, ".2f"), *told])
+        rows.append([*laid, len(numbers), words(solid, ".3f"), words(contacts, ".2f"), *told])
     names = ["solid fraction of grains", "coordination", "peak deviator [kPa]", "late [kPa]"]
-    header = ["content", "seed", "fibres", "length d^2 / volume", *names, "peak q/p", "dilation [%]"]
+    header = ["content", "orientation", "seed", "fibres", "length d^2 / volume", *names, "peak q/p", "dilation [%]"]
     report("fibres_runs", [*header, "at rest", "unsolved steps", "overlap / d", "processor [s]"], runs)
-    header = ["content", "fibres", "length d^2 / volume", "samples", *names, "dilation [%]", "peak q/p"]
+    header = ["content", "orientation", "fibres", "length d^2 / volume", "samples", *names, "dilation [%]", "peak q/p"]
     report("fibres", header, rows)
 
 
 def main(seeds: int = 5, grains: int = 400) -> None:
     """All cases, one after the other."""
-    tables([case(content, grains, seed) for content in CONTENTS for seed in range(seeds)])
+    tables([case(*of, grains, seed) for of in CASES for seed in range(seeds)])
 
 
 if __name__ == "__main__":
