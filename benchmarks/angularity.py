@@ -6,7 +6,7 @@ for a sphere. Saint-Cyr and others (CEGEO, Europhysics Letters 98, 44008, 2012) 
 the plane: strength grows with eta, with nearly the same trend for all shapes, and the solid fraction of dense samples grows
 with eta at first and declines later on.
 
-Triaxial tests are those of fibres.py. For the angle of repose a deposit in a box with smooth side walls is tilted slowly by
+Triaxial tests are those of fibres.py. For the angle of repose a deposit in a box with smooth side walls is tilted by
 60 degrees; grains flow until the surface is inclined by the angle of repose against the horizontal.
 
     python benchmarks/angularity.py [SEEDS [GRAINS]]
