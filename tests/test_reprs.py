@@ -119,6 +119,7 @@ def things(folder) -> dict[str, object]:
         "SphereContactor 'sphere' of shape (0.1)": lm.SphereContactor(0.1),
         "RodContactor 'rod' of shape (0.1, 0, 0, 1)": lm.RodContactor(0.1, (0, 0, 1)),
         "Chain of 2 bodies, ElasticWire(stiffness=10000)": sim.scene.chains[0],
+        "Joint of <Disk": tied(),
         "DiskContactor 'disk' of shape (0.1)": lm.DiskContactor(0.1),
         "WallContactor 'wall' of shape (0, 1)": sim.scene.bodies[3].contactors[0][0],
         **{type(law).__name__ + "(": law for law in built_in()},
@@ -210,6 +211,12 @@ def things(folder) -> dict[str, object]:
         "check of finite of Signorini()": lmgcpy.testing.Check(lm.Signorini(), lmgcpy.testing.PROPERTIES["finite"]),
         "property finite: ": lmgcpy.testing.PROPERTIES["finite"],
     }
+
+
+def tied() -> lm.Joint:
+    scene = lm.Scene(dimension=2)
+    a, b = (scene.add(lm.disk(radius=0.1, position=(x, 0.0), mass=1.0)) for x in (0.0, 0.3))
+    return scene.link(a, b, lm.BallJoint(), at=((0.15, 0.0), (-0.15, 0.0)))
 
 
 def built_in():
