@@ -336,7 +336,7 @@ def test_a_warmup_that_cannot_be_ends_with_a_sentence(tmp_path):
     command = "import sys; from lmgcpy.cli import main; main(['warmup', '--workers', '1', '--laws', *sys.argv[1:]])"
     told = child(command, "coulom", check=False)
     assert told.returncode == 1
-    assert told.stderr.startswith("Error: There is no law 'coulom'; did you mean 'coulomb'? Known: coulomb, ")
+    assert told.stderr.startswith("Error: There is no law 'coulom'; did you mean 'coulomb'? Known: ball-joint, coulomb, ")
     told = child(command, "signorini", check=False, LMGCPY_CACHE_DIR=tmp_path / "file" / "cache")
     assert told.returncode == 1
     assert "Error: lmgcpy cannot keep compiled kernels in" in told.stderr

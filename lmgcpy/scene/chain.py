@@ -302,9 +302,8 @@ class Chain:
         i = int(np.argmin(lengths))
         if not lengths[i] > 0.0:
             a, b = self._pairs()[i]
-            raise ValueError(
-                f"Link {i} of the chain {what} between its ends at {a!r} and {b!r}, {lengths[i]:g} m: {remedy}."
-            )
+            ends = "the centres of" if a.point is None and b.point is None else "its ends at"
+            raise ValueError(f"Link {i} of the chain {what} between {ends} {a!r} and {b!r}, {lengths[i]:g} m: {remedy}.")
 
     def check_start(self) -> None:
         """ValueError for a rigid link that is off its reference where its bodies are now, in a scene that is written."""

@@ -533,6 +533,8 @@ class Scene:
         if applies_to != law.APPLIES_TO:
             right = "see" if law.APPLIES_TO == "contact" else "link" if law.TIES else "chain"
             raise TypeError(f"Law '{law.NAME}' is for a {law.APPLIES_TO}: give it to Scene.{right}, not Scene.{call}.")
+        if law.APPLIES_TO == "link" and law.rows(self.dimension) != 1:
+            raise TypeError(f"Law '{law.NAME}' has {law.rows(self.dimension)} components: a link acts along its line only.")
 
     # ----------------------------------------------------------------------------------------------------- compile
 

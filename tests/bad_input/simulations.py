@@ -53,7 +53,7 @@ ROWS: dict[str, tuple] = {
     "two viscosities": (lambda w: lm.VoigtWire(stiffness=1.0, viscosity=1.0, axial_viscosity=1.0), ValueError,
         "Law 'voigt-wire' takes either viscosity"),
     "law unknown": (lambda w: lm.laws.get("coulom"), LookupError,
-        "There is no law 'coulom'; did you mean 'coulomb'? Known: coulomb, elastic-"),
+        "There is no law 'coulom'; did you mean 'coulomb'? Known: ball-joint, coulomb, elastic-"),
     "law registered that is none": (lambda w: lm.laws.register(int), TypeError,
         "A law is a subclass of lmgcpy.Law, got <class 'int'>"),
     # ----------------------------------------------------------------------------------------------------- simulations

@@ -86,7 +86,7 @@ def test_a_capsule_lies_on_its_ends():
     assert np.abs(sim.velocities[0]).max() < 1e-9
 
 
-@pytest.mark.default_parameters("0.001-3.0", "0.001-1000.0")
+@pytest.mark.default_parameters("0.001-3.0")
 @pytest.mark.parametrize("mass", [1e-3, 3.0, 1e3])
 @pytest.mark.parametrize("time_step", [1e-4, 1e-3, 4e-3])
 def test_a_capsule_across_another_is_carried_where_they_cross(time_step, mass):

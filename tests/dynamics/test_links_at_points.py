@@ -55,7 +55,7 @@ def opening(scene: lm.Scene) -> float:
     return max(float(np.linalg.norm(joint.opening())) for joint in scene.joints)
 
 
-@pytest.mark.default_parameters("Auto-2", "Newton-3")
+@pytest.mark.default_parameters("Auto-3")
 @pytest.mark.parametrize("d", [2, 3])
 @pytest.mark.parametrize("solver", SOLVERS)
 def test_a_rod_on_a_joint_swings_at_its_period(d, solver):
@@ -93,6 +93,7 @@ def double_pendulum(time: float, k: float) -> np.ndarray:
     return solve_ivp(right, (0.0, time), [0.5 * np.pi, 0.5 * np.pi, 0.0, 0.0], rtol=1e-11, atol=1e-11).y[:2, -1]
 
 
+@pytest.mark.default_parameters("2")
 @pytest.mark.parametrize("d", [2, 3])
 def test_a_double_pendulum_follows_lagrange(d):
     """Both angles after half a second, with an error of second order."""
@@ -171,6 +172,7 @@ def test_a_blow_at_the_centre_of_percussion_is_not_felt_by_the_hinge(d):
         assert sim.interactions.force[0, 0] == pytest.approx(M * 0.5 * L * s / inertia - 1.0, abs=1e-9)
 
 
+@pytest.mark.default_parameters("law0-2", "law2-3")
 @pytest.mark.parametrize("d", [2, 3])
 @pytest.mark.parametrize("law", [lm.RigidWire(), lm.RigidRod(), lm.ElasticWire(stiffness=1e6)])
 def test_a_plate_hangs_from_wires_at_its_points(d, law):

@@ -167,6 +167,7 @@ RELATIONS = {
     "rolling-coulomb": rolling_coulomb,
     "restitution": restitution,
     "rigid-rod": rigid_rod,
+    "ball-joint": rigid_rod,
     "rigid-wire": rigid_wire,
     "elastic-rod": elastic_rod,
     "elastic-wire": elastic_wire,
