@@ -121,7 +121,8 @@ class Energy:
                 energy = ask(group, kernels.energy, "energy", problem.system, data, arguments)
                 check_energy(problem, group, energy)
                 stored[name] = stored.get(name, 0.0) + energy
-        works = added(works, dict(held))
+        moments = dict(held)
+        works = added(works, moments)
         gain, self.kinetic, power = totals(terms_of_bodies, model.free_mass, force, before, after)
         # the energy stored before the first step is not known: for laws that store, the first step does not count
         counted = [name for name in works if name in model.passive and (name not in stored or name in self.stored)]
@@ -150,7 +151,8 @@ class Energy:
         self.dissipated = dissipated
         if model.drag is not None:
             total = force if inertial is None else force + inertial
-            self.drag = work_of_drag(problem, model, data.time_step * total, before)
+            # the mobility of the step contains the moments as well as the drag
+            self.drag = work_of_drag(problem, model, data.time_step * total, before) - sum(moments.values())
         self.defect = gain - (self.loads + self.drives + sum(works.values()) + self.drag + self.unbalanced)
         self.total_loads += self.loads
         self.total_drives += self.drives

@@ -333,6 +333,21 @@ def test_a_chain_of_rods_under_a_heavy_tip_makes_no_energy(d, tip, h):
     assert sim.unconverged_steps == 0
 
 
+def test_stiff_levers_and_drag_are_two_things_in_the_balance():
+    """A rod of 0.1 kg bears one of 1 t: the moment that holds it and the drag of both, 2/s, close the balance of each step."""
+    scene = lm.Scene(dimension=2, gravity=gravity(2))
+    first, top, bottom = rod(scene, np.zeros(2), 1.2, 0.1)
+    second, its_top, _ = rod(scene, L * direction(2, 1.2), 1.2, 1e3)
+    scene.link(post_at(scene, np.zeros(2)), first, lm.BallJoint(), at=(None, top))
+    scene.link(first, second, lm.BallJoint(), at=(bottom, its_top))
+    scene.drag([first, second], rate=2.0)
+    sim = lm.Simulation(scene, time_step=4e-3)
+    for _ in range(50):
+        sim.step()
+        assert abs(sim.energy.defect) < 1e-12 * abs(sim.energy.total_loads)
+    assert sim._levers.stiffness(sim._last[0], sim._last[0].system.impulse).any()
+
+
 def catenary(count: int, length: float, span: float) -> np.ndarray:
     """Middles of rods of one mass that hang between hinges at one height, (count, 2).
 
