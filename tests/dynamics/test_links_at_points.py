@@ -334,7 +334,7 @@ def test_a_chain_of_rods_under_a_heavy_tip_makes_no_energy(d, tip, h):
 
 
 def test_stiff_levers_and_drag_are_two_things_in_the_balance():
-    """A rod of 0.1 kg bears one of 1 t: with the moment that holds it and the drag of both, the balance of each step closes."""
+    """A rod of 0.1 kg bears one of 1 t: with the moment that holds it and the drag of both, each step balances."""
     scene = lm.Scene(dimension=2, gravity=gravity(2))
     first, top, bottom = rod(scene, np.zeros(2), 1.2, 0.1)
     second, its_top, _ = rod(scene, L * direction(2, 1.2), 1.2, 1e3)
