@@ -28,6 +28,7 @@ from lmgcpy.contact.links import LINKS, detect_at_points
 from lmgcpy.contact.memory import LastStep, Memory
 from lmgcpy.contact.neighbours import KindPair, Surroundings, kind_pairs, neighbours
 from lmgcpy.contact.positions import largest_move, place_in_plane, place_in_space
+from lmgcpy.contact.segments import within_reach
 from lmgcpy.contact.slabs import Slabs, cut_bodies, is_large
 
 
@@ -377,6 +378,8 @@ class Detector:
             raise listing_fault(kinds, error) from error
         if self._hidden is not None:
             pairs = pairs[~self._hidden[pairs].any(axis=1)]
+        if "rod" in (kinds.candidate, kinds.antagonist) and not kinds.foreign and self._images is None:
+            pairs = within_reach(pairs, self.contactors, around.placed, self._reach)
         if len(pairs) == 0:
             return Group(row.law, row=row)
         form = kinds.pair.form

@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from lmgcpy.contact.segments import segment_distances
 from lmgcpy.errors import named_arguments, number
-from lmgcpy.view.snapshot import Snapshot, feet, snapshot
+from lmgcpy.view.snapshot import Snapshot, snapshot
 
 OVERLAP = 0.01
 """Least overlap that is reported, as part of the smaller radius. A geometric deposit overlaps by 1e-9 of it. A sample
@@ -87,7 +88,7 @@ def overlaps_of(snap: Snapshot, share: float) -> np.ndarray:
     half[len(rounds.body) :] = rods.shape[:, 1:]
     first, second, gap = near_pairs(middle, radius + np.linalg.norm(half, axis=1))
     if len(rods.body):
-        apart = distances(middle[first], half[first], middle[second], half[second])
+        apart = segment_distances(middle[first], half[first], middle[second], half[second])
         gap = apart - radius[first] - radius[second]
     pieces = [(body[first], body[second], gap, np.minimum(radius[first], radius[second]))]
     # at walls the spheres at the ends of rods decide
@@ -136,28 +137,6 @@ def near_pairs(positions: np.ndarray, radius: np.ndarray) -> tuple[np.ndarray, n
             found.append((a[kept], b[kept], gap[kept]))
     a, b, gap = (np.concatenate(part) for part in zip(*found, strict=True))
     return a, b, gap
-
-
-def distances(a: np.ndarray, half_a: np.ndarray, b: np.ndarray, half_b: np.ndarray) -> np.ndarray:
-    """Distances of segments ``a - half_a`` to ``a + half_a`` from segments ``b - half_b`` to ``b + half_b`` [m], (p,).
-
-    The points that are nearest to each other are inside both segments, or one is an end: the least of five distances.
-    """
-    apart, dots = a - b, (half_a * half_b).sum(axis=1)
-    square_a, square_b = (half_a * half_a).sum(axis=1), (half_b * half_b).sum(axis=1)
-    found = []
-    for one, own, other, its in ((a, half_a, b, half_b), (b, half_b, a, half_a)):
-        found += [np.linalg.norm(end - feet(end, other, its), axis=1) for end in (one - own, one + own)]
-    # (apart + s half_a - t half_b) is normal to both; parallel segments have an end that is nearest
-    determinant = square_a * square_b - dots * dots
-    with np.errstate(divide="ignore", invalid="ignore"):
-        on_a, on_b = (apart * half_a).sum(axis=1), (apart * half_b).sum(axis=1)
-        s = (dots * on_b - square_b * on_a) / determinant
-        t = (square_a * on_b - dots * on_a) / determinant
-        inside = (np.abs(s) <= 1.0) & (np.abs(t) <= 1.0)
-        across = np.linalg.norm(apart + s[:, None] * half_a - t[:, None] * half_b, axis=1)
-    found.append(np.where(inside, across, np.inf))
-    return np.min(found, axis=0)
 
 
 def visible(snap: Snapshot, a: np.ndarray, b: np.ndarray) -> np.ndarray:

@@ -11,6 +11,7 @@ import numpy as np
 
 from lmgcpy.contact.lattice import Lattice
 from lmgcpy.contact.positions import in_space
+from lmgcpy.contact.segments import feet
 from lmgcpy.dynamics.model import COMPONENTS
 from lmgcpy.dynamics.stepper import Stepper
 from lmgcpy.errors import shown, whole
@@ -308,13 +309,6 @@ def _ends(snap: Snapshot, bodies: np.ndarray, points: np.ndarray) -> tuple[np.nd
     ends, is_centre = points.copy(), np.zeros(len(bodies), dtype=bool)
     ends[here[nearest]], is_centre[here[nearest]] = foot[nearest], True
     return ends, is_centre
-
-
-def feet(points: np.ndarray, middle: np.ndarray, half: np.ndarray) -> np.ndarray:
-    """The points of segments from ``middle - half`` to ``middle + half`` (m, d) that are nearest to some points (m, d)."""
-    square = (half * half).sum(axis=1)
-    part = ((points - middle) * half).sum(axis=1) / np.where(square > 0.0, square, 1.0)
-    return middle + np.clip(part, -1.0, 1.0)[:, None] * half
 
 
 def snapshot(source: Any, frame: Any = None) -> Snapshot:

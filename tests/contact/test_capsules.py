@@ -234,3 +234,33 @@ def test_a_fibre_that_rolls_moves_as_its_surface_does():
 def test_an_axis_is_kept_to_the_last_digit(axis):
     body = lm.capsule(radius=0.1, length=1.0, position=(0, 0, 0), axis=axis, mass=1.0)
     np.testing.assert_allclose(body.rotation.apply((0, 0, 1)), np.array(axis) / np.linalg.norm(axis), rtol=0.0, atol=4e-16)
+
+
+def tumbling_fibres():
+    """Slender fibres that tumble among balls."""
+    rng = np.random.default_rng(2)
+    scene = lm.Scene(dimension=3, gravity=(0, 0, -G))
+    for k in range(40):
+        start = {"position": rng.uniform(0.02, 0.08, 3), "rotation": Rotation.random(random_state=k)}
+        start |= {"velocity": rng.normal(scale=0.3, size=3), "spin": rng.normal(scale=30.0, size=3)}
+        scene.add(lm.capsule(radius=5e-4, length=0.03, mass=1e-4, **start))
+    scene.add_spheres(2e-3, rng.uniform(0.02, 0.08, (60, 3)), masses=1e-4)
+    scene.add(lm.wall(point=(0, 0, 0), normal=(0, 0, 1)))
+    scene.see("GRAIN", "GRAIN", lm.Coulomb(friction=0.3))
+    scene.see("GRAIN", "WALL", lm.Coulomb(friction=0.3))
+    options = {"overlap": "ignore", "on_unconverged": "ignore", "solver": lm.GaussSeidel(tolerance=1e-3)}
+    return lm.Simulation(scene, time_step=2e-4, **options)
+
+
+@pytest.mark.filterwarnings("ignore:In the step")  # fast ends of thin fibres
+def test_the_list_leaves_out_rods_that_are_far_apart_and_no_contact(monkeypatch):
+    """With the list of all pairs whose bounding spheres are near, every step is the same to the last bit."""
+    short = tumbling_fibres().run(steps=60)
+    monkeypatch.setattr("lmgcpy.contact.detector.within_reach", lambda pairs, *_: pairs)
+    whole = tumbling_fibres().run(steps=60)
+    np.testing.assert_array_equal(short.positions, whole.positions)
+    np.testing.assert_array_equal(short.rotations, whole.rotations)
+    assert whole._detector.rebuilds > 3
+    assert len(short.interactions) == len(whole.interactions)
+    listed = [sum(group.slots for group in sim._detector.groups) for sim in (short, whole)]
+    assert listed[0] < 0.3 * listed[1]

@@ -13,8 +13,8 @@ from seen import like, pixels
 from test_vtk import arrays, read
 
 import lmgcpy as lm
+from lmgcpy.contact.segments import segment_distances
 from lmgcpy.view.compose import compose
-from lmgcpy.view.layout import distances
 from lmgcpy.view.snapshot import acting_lines, snapshot
 from lmgcpy.view.style import OPTIONS, style_of
 
@@ -142,7 +142,7 @@ def test_distances_of_segments():
     a, b, half_a, half_b = random.normal(size=(4, 15, 3))
     half_b[:5] = half_a[:5] * random.uniform(0.3, 2.0, 5)[:, None]
     half_a[5:8] = 0.0
-    found = distances(a, half_a, b, half_b)
+    found = segment_distances(a, half_a, b, half_b)
     for k, distance in enumerate(found):
 
         def square(at, k=k):
