@@ -130,16 +130,18 @@ def kernels_of_law(law: type[Law], dimension: int) -> None:
     geometric stiffness and without. The last step is solved as a problem. Contacts are also solved by two threads.
     """
     contact = law.APPLIES_TO == "contact"
-    scenes: tuple[Callable[[Law, int], lm.Scene], ...] = (
-        ((plain, crooked) if dimension == 2 else (plain, held, turning)) if contact else (wire,)
-    )
+    scenes: tuple[Callable[[Law, int], lm.Scene], ...]
+    if contact:
+        scenes = (plain, crooked) if dimension == 2 else (plain, held, turning)
+    else:
+        scenes = (joined,) if law.TIES else (wire,)
     found = instances(law, dimension)
     for instance, scene, kind, wire_blocks in itertools.product(found, scenes, SOLVERS.values(), (True, False)):
         solver = kind(wire_blocks=wire_blocks, max_iterations=2)
         sim = two_steps(scene(instance, dimension), solver)
         if law.conic is not None:
             lm.solve(sim.problem(), solver=solver)
-        if not contact:
+        if sim._links.count:
             stiffen(sim)
     if contact:
         for instance, turned, kind in itertools.product(found, (False, True), SOLVERS.values()):
@@ -306,4 +308,20 @@ def wire(law: Law, dimension: int) -> lm.Scene:
     scene = lm.Scene(dimension=dimension)
     beads = [scene.add(grain(dimension, 0.3 * i, 0.0, 0.0)) for i in range(4)]
     scene.chain(beads, law)
+    return scene
+
+
+def joined(law: Law, dimension: int) -> lm.Scene:
+    """Three rods, each tied to the next by its end."""
+    scene = lm.Scene(dimension=dimension)
+    rods: list[Any] = []
+    for k in range(3):
+        place, end = (0.3 * k, 0.0, 0.0), (0.15, 0.0) if dimension == 2 else (0.0, 0.0, 0.15)
+        if dimension == 2:
+            balls = [(lm.DiskContactor(0.1), (0.0, 0.0))]
+            rods.append(scene.add(lm.RigidBody(balls, mass=1.0, inertia=0.01, position=place[:2], color="GRAIN")))
+        else:
+            rods.append(scene.add(lm.capsule(radius=0.1, length=0.3, mass=1.0, position=place, axis=(1, 0, 0))))
+        if k:
+            scene.link(rods[k - 1], rods[k], law, at=(end, tuple(-x for x in end)))
     return scene

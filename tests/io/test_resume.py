@@ -51,7 +51,11 @@ def box(law, functions=None):
     contact = lm.Coulomb(friction=0.3) if link else law
     scene.see("GRAIN", "GRAIN", contact)
     scene.see("WALL", "GRAIN", contact, alert=0.02)
-    scene.chain([grains[i] for i in (10, 11, 13, 14, 18)], law if link else lm.RigidWire(), block_spin=True)
+    chained = law if link and not law.TIES else lm.RigidWire()
+    scene.chain([grains[i] for i in (10, 11, 13, 14, 18)], chained, block_spin=True)
+    if law.TIES:
+        half = 0.5 * (grains[4].position - grains[3].position)
+        scene.link(grains[3], grains[4], law, at=(half, -half))
     scene.chain([grains[i] for i in (0, 1, 6)], lm.VoigtWire(stiffness=50.0, viscosity=1.0), closed=True, relaxation=0.02)
     return scene
 
