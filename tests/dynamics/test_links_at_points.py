@@ -348,6 +348,19 @@ def test_stiff_levers_and_drag_are_two_things_in_the_balance():
     assert sim._levers.stiffness(sim._last[0], sim._last[0].system.impulse).any()
 
 
+def test_waves_are_looked_for_in_chains_that_come_after_chains_at_points():
+    """A wire at points of a body, then a stiffened wire of beads: once, the numbers of the two were confused."""
+    scene = lm.Scene(dimension=2, gravity=gravity(2))
+    made, top, _ = rod(scene, np.zeros(2), 0.3)
+    scene.link(post_at(scene, (0.0, 0.5)), made, lm.RigidWire(), at=(None, top))
+    beads = [post_at(scene, (2.0, 0.0))]
+    beads += [scene.add(lm.disk(radius=0.01, position=(2.0 + 0.1 * k, 0.0), mass=1e-3, color="BEAD")) for k in range(1, 4)]
+    scene.chain([*beads, post_at(scene, (2.4, 0.0))], lm.ElasticWire(stiffness=1e5), reference_gap=0.07)
+    sim = lm.Simulation(scene, time_step=1e-3).run(steps=50)
+    assert sim._last[0].system.geometric[1:].all()
+    assert sim.unconverged_steps == 0
+
+
 def catenary(count: int, length: float, span: float) -> np.ndarray:
     """Middles of rods of one mass that hang between hinges at one height, (count, 2).
 
