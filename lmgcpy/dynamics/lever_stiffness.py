@@ -15,7 +15,11 @@ is that of :mod:`lmgcpy.dynamics.geometric_stiffness`: an implicit moment in the
 omega_c the velocity with which all bodies that links join turn as one, the mean of their velocities before the step,
 weighted by kappa. It resists what bends a chain of bodies, not what swings or spins all of it. With ``I + kappa`` in place
 of the inertia and ``(I omega_free + kappa omega_c)/(I + kappa)`` in place of the free velocity, the step is solved as any
-other. In space the diagonal ``G_kk + sum |G_kl|`` bounds G along the axes of the body.
+other.
+
+In space G is taken by its diagonal along the axes of the body, which is enough for a pull along its lever: then
+``2 diag(G) - G >= 0`` along any axes. Light bodies turn into their pulls. The elements off the diagonal would hold the
+twist of a fibre about its axis, which no pull at a point of the axis resists.
 
 **Stability.** If the bodies hang together at points, the quantity ``v.(M + C/2 - h^2 K/4) v / 2 + x.K x / 2`` does not grow
 (C: all kappa; K = G/h), as for links, and ``C/2 >= h^2 K/4 - M`` holds body by body. Bodies that are pressed together get
@@ -78,7 +82,7 @@ class LeverStiffness:
         return np.maximum(needed, 0.0)
 
     def _held(self, problem: StepProblem, impulse: np.ndarray, of: np.ndarray | None = None) -> np.ndarray:
-        """Bound of G of each body by axis [N s m], (n, k - d); of the links ``of`` (L,) bool alone if given."""
+        """Diagonal of G of each body by axis [N s m], (n, k - d); of the links ``of`` (L,) bool alone if given."""
         s, d, part = problem.system, self.dimension, slice(self.count)
         frame = local_frames(s.normal[part])
         r = np.einsum("le,lei->li", impulse[part, :d], frame)
@@ -101,8 +105,7 @@ class LeverStiffness:
             l, f = (np.einsum("lij,li->lj", axes, vector) for vector in (lever, sign * r))
             outer = l[:, :, None] * f[:, None, :]
             np.add.at(G, ids, (l * f).sum(axis=1)[:, None, None] * np.eye(3) - 0.5 * (outer + outer.transpose(0, 2, 1)))
-        diagonal = np.einsum("bkk->bk", G)
-        return diagonal + np.abs(G).sum(axis=2) - np.abs(diagonal)
+        return np.einsum("bkk->bk", G)
 
     def enough(self, used: np.ndarray, needed: np.ndarray, turn: int) -> bool:
         """Whether the stiffnesses ``used`` are enough for the impulses found with them in this turn, from 0."""

@@ -464,7 +464,7 @@ class Stepper:
             self.report = report = self.report.following(report)
             return solved
 
-        if self.geometric_stiffness and self._links.count:
+        if self.geometric_stiffness and self.model.links:
             problem, pushed = self._turning_stretch.take_back(given, solved, before, earlier, solve)
             if pushed is not None:
                 return problem, pushed

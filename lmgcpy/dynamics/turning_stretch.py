@@ -24,6 +24,9 @@ ones, but not if some have the one and some the other: then the step has no solu
 without bound. So a chain of rigid rods and all rigid chains with which it shares bodies that may move form one net, of
 which all links or none are taken back. A wire holds one way: it may be shorter than its neighbours ask for.
 
+**Joints.** The points of a joint part by ``(h omega)^2 |l| / 2`` as its bodies turn within a step. The excess of its links
+is the gap less the gap that they predicted, with its sign. All joints of one law are in one net.
+
 **Tolerances.** The proof asks for ``S(lambda) = 0``, and ``lambda`` contains the error of the step before. The impulses of
 nearly straight rods turn this error into energy. If the second solve of a net with rods makes more than the first, the step
 goes back to g.
@@ -61,19 +64,20 @@ class TurningStretch:
     """
 
     def __init__(self, model: Model):
-        chains = model.chains
+        chains = model.links
         self._cuts = np.cumsum([0, *(chain.link_count for chain in chains)])
-        self._tiny = TINY * min((float((c.radius_sum + c.reference_gap).min()) for c in chains), default=0.0)
+        self._tiny = TINY * min((float((c.radius_sum + c.reference_gap).min()) for c in model.chains), default=0.0)
         self._passive = np.array([chain.law.NAME in model.passive for chain in chains], dtype=bool)
         self._rods = np.array([is_of_rigid_rods(chain) for chain in chains], dtype=bool)
+        self._ties = np.repeat(np.array([chain.law.TIES for chain in chains], dtype=bool), np.diff(self._cuts))
         self.predicted = np.full(self._cuts[-1], np.nan)
         self.look_at(model)
 
     def look_at(self, model: Model) -> None:
         """Go on with the free components of a model that has changed."""
-        self._net = nets(model.chains, model.inverse_mass.max(axis=1, initial=0.0) > 0.0)
+        self._net = nets(model.links, model.inverse_mass.max(axis=1, initial=0.0) > 0.0)
         self._chains = [np.flatnonzero(self._net == net).tolist() for net in range(self._net.max(initial=-1) + 1)]
-        bodies = [np.unique(np.concatenate([model.chains[k].bodies for k in net])) for net in self._chains]
+        bodies = [np.unique(np.concatenate([model.links[k].bodies for k in net])) for net in self._chains]
         self._bodies = np.concatenate([np.zeros(0, np.int64), *bodies])
         self._first_body = np.cumsum([0, *(len(of_net) for of_net in bodies)])[:-1]
         self._mass = np.where(model.inverse_mass > 0.0, model.mass, 0.0)[self._bodies]
@@ -94,18 +98,21 @@ class TurningStretch:
         have the velocities ``after``.
         """
         count, h = len(self.predicted), given.data.time_step
-        excess = np.fmax(solved.data.gap[:count] - self.predicted, 0.0)  # zero if no gap was predicted
-        if not excess.max() > self._tiny:
+        excess = np.nan_to_num(solved.data.gap[:count] - self.predicted)  # zero if no gap was predicted
+        excess = np.where(self._ties, excess, np.fmax(excess, 0.0))
+        if not np.abs(excess).max() > self._tiny:
             return solved, None
         gap, first = given.data.gap, None
         drawn = np.zeros(count)
         if earlier is not None:
             gaps = [chain.reference_gap_at(given.data.time) for chain in earlier]
-            drawn = given.data.reference_gap[:count] - np.concatenate(gaps)
+            of_chains = slice(sum(len(gap) for gap in gaps))  # joints have no reference gap
+            drawn[of_chains] = given.data.reference_gap[of_chains] - np.concatenate(gaps)
         limit = MADE * self._kinetic(before, given.free_velocity)
         done = np.array([not self._passive[net].all() for net in self._chains])
         for _ in range(TURNS):
-            tension = np.fmax(-solved.system.impulse[:count, 0], 0.0)
+            tension = -solved.system.impulse[:count, 0]
+            tension = np.where(self._ties, tension, np.fmax(tension, 0.0))
             # work of pulling back the excess
             pulled = np.bincount(self._net, np.add.reduceat(tension * excess, self._cuts[:-1]) / h)
             suspects = np.flatnonzero((pulled > ACCOUNTS * limit) & ~done).tolist()

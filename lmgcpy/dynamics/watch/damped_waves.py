@@ -109,10 +109,9 @@ class DampedWaves:
         """Go on with a model that has changed."""
         self._cuts = np.cumsum([0, *(chain.link_count for chain in model.chains)])
         self._mass = model.free_mass[:, : model.dimension].max(axis=1, initial=0.0)
+        self._central = np.array([chain.form == "central" for chain in model.chains], dtype=bool)  # points have other waves
         self._chains, self._links = [], []
         for chain, first in zip(model.chains, self._cuts[:-1].tolist(), strict=True):
-            if chain.form != "central":  # points that turn have other waves
-                continue
             bodies, links = chain.bodies, np.arange(first, first + chain.link_count)
             if chain.closed:
                 bodies = bodies[:-1]
@@ -151,7 +150,7 @@ class DampedWaves:
             kept.append(wave)
         if self._steps % EVERY == 0:
             seen = {wave.chain for wave in kept}
-            stiff = np.logical_or.reduceat(stiffness > 0.0, self._cuts[:-1])
+            stiff = np.logical_or.reduceat(stiffness > 0.0, self._cuts[:-1]) & self._central
             for chain in (k for k in np.flatnonzero(stiff).tolist() if k not in seen):
                 new = self._seen(problem, links, before, chain)
                 if new is not None:
