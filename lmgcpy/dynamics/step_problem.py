@@ -177,7 +177,8 @@ class StepProblem(Step):
         """``W = H^T M^-1 H`` and ``q = H^T v_free + biases``, and which interactions act.
 
         Interactions that cannot act in this step, such as restitution across an open gap, are left out. Raises TypeError if
-        a law has no conic form, and RuntimeError if the function ``conic`` of a law raises.
+        a law has no conic form, RuntimeError if the function ``conic`` of a law raises, and FloatingPointError if numbers
+        grew without bound.
         """
         import scipy.sparse as sparse  # takes as long to import as the rest of lmgcpy
 
@@ -217,20 +218,24 @@ class StepProblem(Step):
             carried = np.zeros((count, d - 1))
             carried[:links] = system.carried
             q.reshape(-1, width)[:, 1:d] -= (carried * (geometric > 0.0)[:, None])[acting]
-        problem = Problem(
-            W=sparse.csr_array(W),
-            q=q,
-            mu=friction[acting],
-            dimension=d,
-            laws=tuple(name for name, here in zip(names, acting, strict=True) if here),
-            compliance=compliance[acting],
-            guess=self.guess[acting],
-            geometric=geometric[acting],
-            scale=system.scale[acting],
-            split=split,
-            cone_by_law={group.law.NAME: cone_of(type(group.law)) for group in self.by_law},
-            **({"rolling": rolling[acting], "torsion": torsion[acting]} if width > d else {}),
-        )
+        try:
+            problem = Problem(
+                W=sparse.csr_array(W),
+                q=q,
+                mu=friction[acting],
+                dimension=d,
+                laws=tuple(name for name, here in zip(names, acting, strict=True) if here),
+                compliance=compliance[acting],
+                guess=self.guess[acting],
+                geometric=geometric[acting],
+                scale=system.scale[acting],
+                split=split,
+                cone_by_law={group.law.NAME: cone_of(type(group.law)) for group in self.by_law},
+                **({"rolling": rolling[acting], "torsion": torsion[acting]} if width > d else {}),
+            )
+        except ValueError as error:
+            when = f"In the step from t = {self.data.time:g} s"
+            raise FloatingPointError(f"{when} numbers grew without bound: {error}") from error
         return problem, acting
 
     @property

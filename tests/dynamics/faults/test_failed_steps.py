@@ -263,3 +263,23 @@ def test_the_file_of_a_run_that_halts_stays_good(switches, tmp_path):
     same(whole.checkpoint(), again.checkpoint())
     sim.solver = Solver(tolerance=1e-3)
     same(whole.checkpoint(), sim.run(steps=10).checkpoint())
+
+
+class Huge(lm.Signorini):
+    """A law whose bias no step can have."""
+
+    NAME = "test-huge"
+
+    @staticmethod
+    def conic(prepared):
+        return (prepared[0] + 1e80, 0.0, 0.0)
+
+
+def test_numbers_that_grew_without_bound_are_an_error_of_the_step():
+    scene = lm.Scene(dimension=2, gravity=(0.0, -9.81))
+    scene.add(lm.disk(radius=0.1, position=(0.0, 0.1), mass=1.0))
+    scene.add(lm.wall(point=(0.0, 0.0), normal=(0.0, 1.0)))
+    scene.see("GRAIN", "WALL", Huge())
+    sim = lm.Simulation(scene, time_step=1e-3).run(steps=1)  # sweeps ask no conic form
+    with pytest.raises(FloatingPointError, match="In the step from t = 0 s numbers grew without bound: q of a problem"):
+        sim.problem()
