@@ -97,7 +97,7 @@ if __name__ == "__main__":
     header = ["spheres", "friction", "contacts", "velocities differ by [h g]"]
     header += ["spheres [ns]", "clumps [ns]", "ratio (goal 1.6)"]
     report("clumps", header, [contacts(side, friction) for side in (10, 20) for friction in (0.0, 0.3)])
-    number = int(sys.argv[1]) if len(sys.argv) > 1 else 5000
+    number = int(sys.argv[1]) if len(sys.argv) > 1 else 250
     header = ["what settles", "contacts", "sweeps a step", "unsolved of 500", "kinetic / (m g r)", "processor [s]"]
     header += ["ns a contact and sweep"]
     report("clumps_settling", header, [settle(number, clumps) for clumps in (True, False)])
