@@ -176,7 +176,7 @@ RELATIONS = {
 }
 
 
-TURNED = "a full block of W with |W_nt| / W_nn = 0.05: the slip is not against the statement's segment (also by the bracket)"
+TURNED = "a full block, |W_nt| / W_nn = 0.05: the slip is not against the segment of the statement (also by the bracket)"
 
 
 def known(law):
