@@ -32,10 +32,14 @@ class ContactorTable:
     have no rotations, and no contact may have the form "lever"."""
 
     @cached_property
+    def rods(self) -> np.ndarray:
+        """Whether a contactor is a rod, (k,) bool."""
+        return np.array([kind == "rod" for kind in self.kind], dtype=bool)
+
+    @cached_property
     def radius(self) -> np.ndarray:
         """Radius of the surface that others meet [m], (k,): the bounding radius, but of a rod its own."""
-        rods = np.array([kind == "rod" for kind in self.kind], dtype=bool)
-        return np.where(rods, self.shape[:, 0], self.bounding_radius) if rods.any() else self.bounding_radius
+        return np.where(self.rods, self.shape[:, 0], self.bounding_radius) if self.rods.any() else self.bounding_radius
 
     @property
     def width(self) -> int:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from lmgcpy.compiled.reference import by_reference
+from lmgcpy.contact.frames import local_frames
 
 
 @by_reference
@@ -55,3 +56,15 @@ def empty_interactions(capacity: int, central: bool, dimension: int, *, plain: b
         shear=np.empty((0 if plain else in_space, 2)),
         slot=np.empty(capacity, np.int32),
     )
+
+
+def levers(s: Any, part: slice) -> np.ndarray:
+    """Points of some interactions of ``s``, these arrays or those of a step, seen from the centres of the candidates and of
+    the antagonists, along the axes of space [m], (m, 2, d); new."""
+    if len(s.lever):
+        return s.lever[part].reshape(-1, 2, 3).copy()
+    normal, arm = s.normal[part], s.arm[part]
+    lever = np.stack([-arm[:, :1] * normal, arm[:, 1:] * normal], axis=1)
+    if len(s.lateral):
+        lever += s.lateral[part][:, :, None] * local_frames(normal)[:, 1][:, None, :]
+    return lever

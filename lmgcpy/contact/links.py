@@ -17,7 +17,7 @@ its d links is ``K_c + K_a``: two links in a row in 2D, and in 3D three links in
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -29,7 +29,7 @@ from lmgcpy.contact.interactions import Interactions
 from lmgcpy.contact.lattice import Lattice
 from lmgcpy.contact.narrow_phase import translation_block
 from lmgcpy.contact.narrow_phase_3d import moves, weighted
-from lmgcpy.contact.positions import axes_of, in_space
+from lmgcpy.contact.positions import axes_of, in_plane, in_space
 
 centre_line: Callable[..., Any] = Slot("centre_line")
 """``(bodies, c, a)``: distance between two centres [m] and unit vector from a to c; upward if they coincide."""
@@ -122,24 +122,42 @@ LINKS: dict[int, Kernel] = {
 
 def offsets_in_space(points: Points, positions: np.ndarray) -> np.ndarray:
     """Vectors from the centres to the points (k, d), along the axes of space [m]; ``positions`` of the bodies, (k, w)."""
-    if positions.shape[1] == 7:
-        return in_space(positions[:, 3:], points.offset)
-    if points.offset.shape[1] == 3:
-        return points.offset
-    (x, y), angle = points.offset.T, positions[:, 2]
-    return np.column_stack([np.cos(angle) * x - np.sin(angle) * y, np.sin(angle) * x + np.cos(angle) * y])
+    if points.offset.shape[1] == 2:
+        return in_plane(positions[:, 2], points.offset)
+    return in_space(positions[:, 3:], points.offset) if positions.shape[1] == 7 else points.offset
+
+
+def turning_mobility(lever: np.ndarray, axes: np.ndarray | None, inverse_inertia: np.ndarray) -> np.ndarray:
+    """``B^T I^-1 B`` of points with these levers (k, d) [1/kg], (k, d, d); ``axes``: R of the bodies, (k, 3, 3), None in
+    2D; inverse inertias (k, 1 or 3)."""
+    if axes is None:
+        B = np.column_stack([-lever[:, 1], lever[:, 0]])[:, :, None]  # its transpose, as below
+    else:
+        B = np.cross(lever[:, None], np.eye(3)) @ axes
+    return (B * inverse_inertia[:, None]) @ B.transpose(0, 2, 1)
 
 
 def mobility(lever: np.ndarray, positions: np.ndarray, inverse_mass: np.ndarray) -> np.ndarray:
     """K of points with these levers (k, d) on bodies at ``positions`` (k, w) [1/kg], (k, d, d)."""
     d = lever.shape[1]
-    if d == 2:
-        turning = np.column_stack([-lever[:, 1], lever[:, 0]])[:, :, None]  # B^T
-    else:
-        turning = np.cross(lever[:, None], np.eye(3)) @ axes_of(positions)
-    result = (turning * inverse_mass[:, None, d:]) @ turning.transpose(0, 2, 1)
+    result = turning_mobility(lever, axes_of(positions) if d == 3 else None, inverse_mass[:, d:])
     result[:, range(d), range(d)] += inverse_mass[:, :d]
     return result
+
+
+class Found(NamedTuple):
+    """Links at points; L of them between k ends."""
+
+    normal: np.ndarray
+    """(L, d)."""
+    distance: np.ndarray
+    """Between the points, of a joint along the normal, with its sign [m], (L,)."""
+    lever: np.ndarray
+    """Of the ends [m], (k, d); zero where a point does not turn with its body."""
+    block: np.ndarray
+    """Mobility of both ends together [1/kg], (L, d, d)."""
+    coupling: np.ndarray
+    """Entry of W between a link and the next one [1/kg], (L,)."""
 
 
 def detect_at_points(
@@ -155,52 +173,78 @@ def detect_at_points(
     assert chain.points is not None
     rows, d, count = chain.bodies, chain.points.offset.shape[1], chain.link_count
     positions = bodies[rows]
-    offset = offsets_in_space(chain.points, positions).copy()
-    place = positions[:, :d] + offset
-    if isinstance(chain, JointTable):
-        branch = place[1::2] - place[::2]
-        if lattice is not None:
-            branch = lattice.shortened(branch, lattice.edges(bodies))
-        # both act half-way between the points, which are apart by an error of the step: no moment is left over
-        offset[::2] += 0.5 * branch
-        offset[1::2] -= 0.5 * branch
-    lever = np.where(chain.points.turns[:, None], offset, 0.0)
-    K = mobility(lever, positions, inverse_mass[rows])
-    if isinstance(chain, JointTable):
-        normal, along = np.tile(np.eye(d), (count // d, 1)), branch.ravel()
-        of_joint = K[::2] + K[1::2]
-        both = np.repeat(of_joint, d, axis=0)
-        coupling = of_joint[:, range(d), np.roll(range(d), -1)]
-        if d == 2:  # no ring: the second is the last
-            coupling[:, 1] = 0.0
-        coupling = coupling.ravel()
-    else:
-        if lattice is not None:
-            place = lattice.course(place, lattice.edges(bodies))
-        branch = np.diff(place, axis=0)
-        distance = np.sqrt((branch * branch).sum(axis=1))
-        upward = np.eye(d)[-1]
-        normal = np.where(distance[:, None] > 0.0, branch / np.where(distance > 0.0, distance, 1.0)[:, None], upward)
-        along = distance - chain.radius_sum
-        both = K[:-1] + K[1:]
-        coupling = -np.einsum("ki,kij,kj->k", normal, K[1:], np.roll(normal, -1, axis=0))
-        if not chain.closed:
-            coupling[-1] = 0.0
+    offset = offsets_in_space(chain.points, positions)
+    find = of_joints if isinstance(chain, JointTable) else of_chain
+    edges = None if lattice is None else lattice.edges(bodies)
+    found = find(chain, offset, positions, inverse_mass[rows], lattice, edges)
     part, (a, c) = slice(start, start + count), chain.ends
-    frame = local_frames(normal)
-    result.candidate[part], result.antagonist[part], result.gap[part] = rows[c], rows[a], along
-    result.normal[part], result.coupling[part] = normal, coupling
-    result.delassus[part] = np.einsum("kei,kij,kej->ke", frame, both, frame)
+    frame = local_frames(found.normal)
+    result.candidate[part], result.antagonist[part] = rows[c], rows[a]
+    result.gap[part] = found.distance - chain.radius_sum
+    result.normal[part], result.coupling[part] = found.normal, found.coupling
+    result.delassus[part] = np.einsum("kei,kij,kej->ke", frame, found.block, frame)
     result.slot[part] = first_slot + np.arange(count)
+    ends = np.stack([found.lever[c], found.lever[a]], axis=1)
     if d == 3:
         result.tangent[part] = frame[:, 1]
         result.arm[part] = 0.0
         result.shear[part] = 0.0
         if len(result.lever):
-            result.lever[part] = np.hstack([lever[c], lever[a]])
+            result.lever[part] = ends.reshape(-1, 6)
         return
     # distance along the normal towards the other body, and tangential coordinate of the point
-    ends = np.stack([lever[c], lever[a]], axis=1)
-    result.arm[part] = np.einsum("kej,kj->ke", ends, normal) * [-1.0, 1.0]
+    result.arm[part] = np.einsum("kej,kj->ke", ends, found.normal) * [-1.0, 1.0]
     if len(result.lateral):
         result.lateral[part] = np.einsum("kej,kj->ke", ends, frame[:, 1])
+
+
+def of_chain(
+    chain: ChainTable,
+    offset: np.ndarray,
+    positions: np.ndarray,
+    inverse_mass: np.ndarray,
+    lattice: Lattice | None,
+    edges: np.ndarray | None,
+) -> Found:
+    """The links of a chain whose points have these offsets from the centres (k, d)."""
+    assert chain.points is not None
+    d = offset.shape[1]
+    place = positions[:, :d] + offset
+    if lattice is not None and edges is not None:
+        place = lattice.course(place, edges)
+    branch = np.diff(place, axis=0)
+    distance = np.sqrt((branch * branch).sum(axis=1))
+    upward = np.eye(d)[-1]
+    normal = np.where(distance[:, None] > 0.0, branch / np.where(distance > 0.0, distance, 1.0)[:, None], upward)
+    lever = np.where(chain.points.turns[:, None], offset, 0.0)
+    K = mobility(lever, positions, inverse_mass)
+    coupling = -np.einsum("ki,kij,kj->k", normal, K[1:], np.roll(normal, -1, axis=0))
+    if not chain.closed:
+        coupling[-1] = 0.0
+    return Found(normal, distance, lever, K[:-1] + K[1:], coupling)
+
+
+def of_joints(
+    joints: ChainTable,
+    offset: np.ndarray,
+    positions: np.ndarray,
+    inverse_mass: np.ndarray,
+    lattice: Lattice | None,
+    edges: np.ndarray | None,
+) -> Found:
+    """The links of joints whose points have these offsets from the centres (k, d)."""
+    assert joints.points is not None
+    d = offset.shape[1]
+    place = positions[:, :d] + offset
+    branch = place[1::2] - place[::2]
+    if lattice is not None and edges is not None:
+        branch = lattice.shortened(branch, edges)
+    # both act half-way between the points, which are apart by an error of the step: no moment is left over
+    half_way = offset + 0.5 * np.stack([branch, -branch], axis=1).reshape(-1, d)
+    lever = np.where(joints.points.turns[:, None], half_way, 0.0)
+    K = mobility(lever, positions, inverse_mass)
+    block = K[::2] + K[1::2]
+    coupling = block[:, range(d), np.roll(range(d), -1)]
+    if d == 2:  # no ring: the second is the last
+        coupling[:, 1] = 0.0
+    return Found(np.tile(np.eye(d), (len(block), 1)), branch.ravel(), lever, np.repeat(block, d, axis=0), coupling.ravel())

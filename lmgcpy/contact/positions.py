@@ -65,6 +65,12 @@ def turned_back(q, v):
     return rotated((-q[0], -q[1], -q[2], q[3]), v)
 
 
+def in_plane(angles: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """Vectors (..., 2) along the axes of bodies that are turned by these angles (...), along those of space."""
+    cosine, sine, x, y = np.cos(angles), np.sin(angles), vectors[..., 0], vectors[..., 1]
+    return np.stack([cosine * x - sine * y, sine * x + cosine * y], axis=-1)
+
+
 def in_space(quaternions: np.ndarray, vectors: np.ndarray) -> np.ndarray:
     """Vectors (..., 3) along the axes of bodies with these quaternions (..., 4), along those of space."""
     axis, last = quaternions[..., :3], quaternions[..., 3:]

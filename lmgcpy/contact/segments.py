@@ -51,5 +51,4 @@ def within_reach(pairs: np.ndarray, contactors: ContactorTable, placed: np.ndarr
 
 def half_lengths(contactors: ContactorTable, placed: np.ndarray, which: np.ndarray) -> np.ndarray:
     """Vectors from the middles of rods to their ends [m], (p, 3); zero for spheres."""
-    rod = np.array([kind == "rod" for kind in contactors.kind], dtype=bool)[which]
-    return np.where(rod[:, None], in_space(placed[which, 3:], contactors.shape[which, 1:4]), 0.0)
+    return np.where(contactors.rods[which, None], in_space(placed[which, 3:], contactors.shape[which, 1:4]), 0.0)

@@ -35,6 +35,8 @@ import numpy as np
 
 from lmgcpy.contact.detection_tables import ChainTable
 from lmgcpy.contact.frames import local_frames
+from lmgcpy.contact.interactions import levers
+from lmgcpy.contact.links import turning_mobility
 from lmgcpy.dynamics.step_problem import StepProblem
 from lmgcpy.solve.kernels.stiffened_wire_block import scratch_columns
 from lmgcpy.solve.kernels.system import System
@@ -111,15 +113,6 @@ class LinkStiffness:
         excess = self.resolution(impulse, gap, time_step) - 2.0
         return np.where(excess > 0.0, excess, 0.0) / np.where(self.share > 0.0, self.share, 1.0)
 
-    def enough(self, used: np.ndarray, needed: np.ndarray, turn: int) -> bool:
-        """Whether the stiffnesses ``used`` (L,) are enough for the impulses found with them in this turn, from 0."""
-        difference = needed - used if turn >= BOTH_WAYS else np.abs(needed - used)
-        return bool((difference * self.share <= ENOUGH * (needed * self.share + 2.0)).all())
-
-    def next(self, used: np.ndarray, needed: np.ndarray, turn: int) -> np.ndarray:
-        """The stiffnesses of the turn after this one."""
-        return np.maximum(used, needed) if turn >= BOTH_WAYS else needed
-
     def stiffen(self, problem: StepProblem, stiffness: np.ndarray, before: np.ndarray) -> StepProblem:
         """The problem of the step with these stiffnesses (L,); ``before``: stiffnesses of the impulses at its start, (L,),
         the weights of the links in the turning of their wire."""
@@ -146,7 +139,11 @@ class LinkStiffness:
         own = frame * (of_candidate + of_antagonist)[:, None]  # a quarter of the time of einsum
         if not self.turns:
             return own, frame * shared[:, None]
-        of_candidate, of_antagonist = (turning_part(s, end, ids) for end, ids in enumerate(ends))
+        lever = levers(s, slice(self.count))
+        of_candidate, of_antagonist = (
+            turning_mobility(lever[:, end], s.axes[ids].reshape(-1, 3, 3) if d == 3 else None, s.inverse_mass[ids, d:])
+            for end, ids in enumerate(ends)
+        )
         more = np.where(self.joined[:, None, None], of_candidate, 0.0)
         return own + frame @ (of_candidate + of_antagonist), frame * shared[:, None] + frame @ more
 
@@ -173,19 +170,16 @@ class LinkStiffness:
         return carried
 
 
-def turning_part(s: System, end: int, bodies: np.ndarray) -> np.ndarray:
-    """``B^T I^-1 B`` of the candidates' (``end`` 0) or the antagonists' points of links [1/kg], (L, d, d); see
-    :mod:`lmgcpy.contact.links`."""
-    count, d = len(bodies), s.normal.shape[1]
-    if d == 3:
-        turning = np.cross(s.lever[:count, None, 3 * end : 3 * end + 3], np.eye(3)) @ s.axes[bodies].reshape(-1, 3, 3)
-    else:
-        normal = s.normal[:count]
-        across = np.column_stack([-normal[:, 1], normal[:, 0]])
-        sign = -1.0 if end == 0 else 1.0
-        lever = sign * s.arm[:count, end, None] * normal + s.lateral[:count, end, None] * across
-        turning = np.column_stack([-lever[:, 1], lever[:, 0]])[:, :, None]
-    return (turning * s.inverse_mass[bodies, None, d:]) @ turning.transpose(0, 2, 1)
+def enough(used: np.ndarray, needed: np.ndarray, share: np.ndarray, turn: int) -> bool:
+    """Whether the stiffnesses ``used`` are enough for the impulses found with them in this turn, from 0; ``share``: inverse
+    of the mass or inertia that bears each."""
+    difference = needed - used if turn >= BOTH_WAYS else np.abs(needed - used)
+    return bool((difference * share <= ENOUGH * (needed * share + 2.0)).all())
+
+
+def after_turn(used: np.ndarray, needed: np.ndarray, turn: int) -> np.ndarray:
+    """The stiffnesses of the turn after this one."""
+    return np.maximum(used, needed) if turn >= BOTH_WAYS else needed
 
 
 def solve_stiffened(
@@ -215,8 +209,8 @@ def solve_stiffened(
         factorisations += outcome.factorisations
         unsolved += outcome.status not in SOLVED_CODES
         needed = links.stiffness(problem.system.impulse, gap, h)
-        if outcome.status == NOT_FINITE or unsolved == 3 or links.enough(used, needed, turn):
+        if outcome.status == NOT_FINITE or unsolved == 3 or enough(used, needed, links.share, turn):
             break
-        used = links.next(used, needed, turn)
+        used = after_turn(used, needed, turn)
         plain.guess[:] = problem.system.impulse
     return problem, outcome._replace(iterations=sweeps, factorisations=factorisations), turn + 1

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lmgcpy.contact.frames import local_frames
-from lmgcpy.contact.groups import first_contact
-from lmgcpy.contact.narrow_phase import Interactions
+from lmgcpy.contact.interactions import Interactions, levers
 from lmgcpy.dynamics.rolling import moments
 from lmgcpy.dynamics.step_problem import StepProblem
 
@@ -62,23 +61,19 @@ class InteractionView:
         counts = [group.stop - group.start for group in groups]
         normal = interactions.normal
         frame = local_frames(normal)
-        arm, links = interactions.arm.copy(), first_contact(groups)
+        lever = levers(interactions, slice(None))
         for group in groups:
-            if group.chain and not group.jointed:  # the point of a link is its middle
-                part = slice(group.start, group.stop)
-                arm[part] += 0.5 * (interactions.gap[part] + group.chain.radius_sum)[:, None]
-        lever = np.stack([-arm[:, :1] * normal, arm[:, 1:] * normal], axis=1)
-        if len(interactions.lateral):
-            lever += interactions.lateral[:, :, None] * frame[:, 1][:, None, :]
-        if len(interactions.lever):
-            lever[:links] += interactions.lever[:links].reshape(-1, 2, 3)
-            lever[links:] = interactions.lever[links:].reshape(-1, 2, 3)
-        if d == 3:
-            for group in groups:
-                if group.chain and group.chain.points is not None:  # levers of walls, which never turn, are left out
-                    held = np.where(group.chain.points.turns[:, None], 0.0, group.chain.points.offset)
-                    a, c = group.chain.ends
-                    lever[group.start : group.stop] += np.stack([held[c], held[a]], axis=1)
+            if group.chain is None:
+                continue
+            part = slice(group.start, group.stop)
+            if not group.jointed:  # the point of a link is its middle
+                half = 0.5 * (interactions.gap[part] + group.chain.radius_sum)[:, None] * normal[part]
+                lever[part] += np.stack([-half, half], axis=1)
+            points = group.chain.points
+            if d == 3 and points is not None:  # levers of walls, which never turn, are left out
+                held = np.where(points.turns[:, None], 0.0, points.offset)
+                antagonist, candidate = group.chain.ends
+                lever[part] += np.stack([held[candidate], held[antagonist]], axis=1)
         state = {name: np.full(len(impulse), np.nan) for name in state_names}
         for group in groups:
             for k, name in enumerate(group.law.states()):

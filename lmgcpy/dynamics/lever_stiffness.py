@@ -36,7 +36,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lmgcpy.contact.frames import local_frames
-from lmgcpy.dynamics.geometric_stiffness import BOTH_WAYS, ENOUGH
+from lmgcpy.contact.interactions import levers
 from lmgcpy.dynamics.model import Model
 from lmgcpy.dynamics.step_problem import StepProblem
 
@@ -48,8 +48,8 @@ class LeverStiffness:
     count: int
     """L, of all chains and joints; 0 if none acts at a point that turns."""
     dimension: int
-    inertia: np.ndarray
-    """Moments of inertia about the axes of the bodies [kg m^2], infinite if the spin is driven, (n, k - d)."""
+    share: np.ndarray
+    """Inverse moments of inertia about the axes of the bodies [1/(kg m^2)], zero if the spin is driven, (n, k - d)."""
     together: np.ndarray
     """Number of the set of bodies that links join, (n,)."""
     law: np.ndarray
@@ -59,62 +59,40 @@ class LeverStiffness:
     def of(cls, model: Model) -> LeverStiffness:
         """Gather the links of a model."""
         d = model.dimension
-        inverse = model.inverse_mass[:, d:]
-        inertia = 1.0 / np.where(inverse > 0.0, inverse, np.nan)
-        inertia[np.isnan(inertia)] = np.inf
-        together = np.zeros(len(inertia), dtype=np.int64)
+        share = model.inverse_mass[:, d:]
+        together = np.zeros(len(share), dtype=np.int64)
         if all(links.form == "central" for links in model.links):
-            return cls(0, d, inertia, together, np.zeros(0, dtype="<U1"))
+            return cls(0, d, share, together, np.zeros(0, dtype="<U1"))
         from scipy.sparse import coo_array  # takes as long to import as the rest of lmgcpy
         from scipy.sparse.csgraph import connected_components
 
         pairs = np.concatenate([links.bodies[np.stack(links.ends)] for links in model.links], axis=1)
         moves = model.inverse_mass.max(axis=1, initial=0.0) > 0.0
         a, c = pairs[:, moves[pairs].all(axis=0)]
-        graph = coo_array((np.ones(len(a)), (a, c)), shape=(len(inertia),) * 2)
+        graph = coo_array((np.ones(len(a)), (a, c)), shape=(len(share),) * 2)
         together = connected_components(graph, directed=False)[1]
         law = np.concatenate([[links.law.NAME] * links.link_count for links in model.links])
-        return cls(len(law), d, inertia, together, law)
+        return cls(len(law), d, share, together, law)
 
     def stiffness(self, problem: StepProblem, impulse: np.ndarray) -> np.ndarray:
         """kappa of each body by axis [kg m^2], (n, k - d), for impulses of the interactions (m, d)."""
-        needed = problem.data.time_step * self._held(problem, impulse) - 2.0 * self.inertia
-        return np.maximum(needed, 0.0)
+        excess = problem.data.time_step * self._held(problem, impulse) * self.share - 2.0
+        return np.where(excess > 0.0, excess, 0.0) / np.where(self.share > 0.0, self.share, 1.0)
 
     def _held(self, problem: StepProblem, impulse: np.ndarray, of: np.ndarray | None = None) -> np.ndarray:
         """Diagonal of G of each body by axis [N s m], (n, k - d); of the links ``of`` (L,) bool alone if given."""
         s, d, part = problem.system, self.dimension, slice(self.count)
-        frame = local_frames(s.normal[part])
-        r = np.einsum("le,lei->li", impulse[part, :d], frame)
+        r = np.einsum("le,lei->li", impulse[part, :d], local_frames(s.normal[part]))
         if of is not None:
             r = np.where(of[:, None], r, 0.0)
-        if d == 2:
-            # of the candidate l . r, l = -arm n + lateral t; of the antagonist l . (-r), l = arm n + lateral t
-            pulls, across = impulse[part, :1], impulse[part, 1:2]
-            drawn = -s.arm[part] * pulls + s.lateral[part] * across * [1.0, -1.0]
-            if of is not None:
-                drawn = np.where(of[:, None], drawn, 0.0)
-            held = np.zeros(len(self.inertia))
-            np.add.at(held, s.candidate[part], drawn[:, 0])
-            np.add.at(held, s.antagonist[part], drawn[:, 1])
-            return held[:, None]
-        G = np.zeros((len(self.inertia), 3, 3))
-        sides = (s.candidate[part], s.lever[part, :3], 1.0), (s.antagonist[part], s.lever[part, 3:], -1.0)
-        for ids, lever, sign in sides:
-            axes = s.axes[ids].reshape(-1, 3, 3)
-            l, f = (np.einsum("lij,li->lj", axes, vector) for vector in (lever, sign * r))
-            outer = l[:, :, None] * f[:, None, :]
-            np.add.at(G, ids, (l * f).sum(axis=1)[:, None, None] * np.eye(3) - 0.5 * (outer + outer.transpose(0, 2, 1)))
-        return np.einsum("bkk->bk", G)
-
-    def enough(self, used: np.ndarray, needed: np.ndarray, turn: int) -> bool:
-        """Whether the stiffnesses ``used`` are enough for the impulses found with them in this turn, from 0."""
-        difference = needed - used if turn >= BOTH_WAYS else np.abs(needed - used)
-        return bool((difference <= ENOUGH * (needed + 2.0 * self.inertia)).all())
-
-    def next(self, used: np.ndarray, needed: np.ndarray, turn: int) -> np.ndarray:
-        """The stiffnesses of the turn after this one."""
-        return np.maximum(used, needed) if turn >= BOTH_WAYS else needed
+        lever, held = levers(s, part), np.zeros_like(self.share)
+        for ids, l, f in ((s.candidate[part], lever[:, 0], r), (s.antagonist[part], lever[:, 1], -r)):
+            if d == 3:  # along the axes of the body
+                axes = s.axes[ids].reshape(-1, 3, 3)
+                l, f = (np.einsum("lij,li->lj", axes, vector) for vector in (l, f))
+            along = (l * f).sum(axis=1, keepdims=True)  # l . r, about an axis k less l_k r_k
+            np.add.at(held, ids, along if d == 2 else along - l * f)
+        return held
 
     def carried(self, stiffness: np.ndarray, axes: np.ndarray, spins: np.ndarray) -> np.ndarray:
         """omega_c of each body along its axes [rad/s], (n, k - d); ``spins`` before the step, (n, k - d)."""

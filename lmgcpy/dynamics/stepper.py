@@ -22,7 +22,7 @@ from lmgcpy.dynamics.changes import Change, as_rows, from_rows
 from lmgcpy.dynamics.checkpoint import Checkpoint, check
 from lmgcpy.dynamics.energy import Energy, dissipated_by_law, given_by_hand, kinetic_energy
 from lmgcpy.dynamics.faults.finite_checks import POSITION, VELOCITY, check_bodies, check_detection
-from lmgcpy.dynamics.geometric_stiffness import TURNS, LinkStiffness
+from lmgcpy.dynamics.geometric_stiffness import TURNS, LinkStiffness, after_turn, enough
 from lmgcpy.dynamics.interactions import InteractionView
 from lmgcpy.dynamics.journal import Journal
 from lmgcpy.dynamics.lever_stiffness import LeverStiffness
@@ -417,9 +417,9 @@ class Stepper:
             report = self.report
             needed = levers.stiffness(given, solved.system.impulse)
             unsolved += not report.solved
-            if unsolved == 3 or levers.enough(used, needed, turn):
+            if unsolved == 3 or enough(used, needed, levers.share, turn):
                 break
-            used = levers.next(used, needed, turn)
+            used = after_turn(used, needed, turn)
             self._detector.begin_again(interactions, solved.system.impulse)
         return interactions, given, solved, held
 

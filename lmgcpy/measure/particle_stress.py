@@ -10,7 +10,7 @@ import numpy as np
 from lmgcpy.errors import named_arguments, shown, vector
 from lmgcpy.measure.moment import Moment, Source, moment
 from lmgcpy.measure.table import Table
-from lmgcpy.scene.ball_union import ball_union
+from lmgcpy.scene.ball_union import union_volume
 from lmgcpy.scene.capsule import capsule_volume
 from lmgcpy.scene.contactor import DiskContactor, RodContactor, SphereContactor
 
@@ -111,18 +111,13 @@ def volumes_of(now: Moment) -> np.ndarray:
     if d == 3:
         sizes[ball] = 4.0 / 3.0 * np.pi * radius[ball] ** 3
     volumes = np.bincount(body, weights=sizes, minlength=len(now.positions))
-    shared: dict[bytes, float] = {}  # by shapes of size one, of which there are few
     rows = np.flatnonzero(ball)
     rows = rows[np.bincount(body[rows], minlength=len(volumes))[body[rows]] > 1]
     for its in np.split(rows, np.flatnonzero(np.diff(body[rows])) + 1):
         if not len(its):
             continue
-        size = radius[its[0]]
-        shape = np.column_stack([np.asarray(table["offset"])[its, :d], radius[its]]) / size
-        key = shape.round(9).tobytes()
-        if key not in shared:
-            shared[key] = ball_union(shape[:, :d], shape[:, d]).volume - float((sizes[its] / size**d).sum())
-        volumes[body[its[0]]] += shared[key] * size**d
+        shared = union_volume(np.asarray(table["offset"])[its, :d], radius[its]) - float(sizes[its].sum())
+        volumes[body[its[0]]] += shared
     for k in np.flatnonzero(kinds == RodContactor.KIND):
         r, length = float(table["shape"][k, 0]), 2.0 * float(np.linalg.norm(table["shape"][k, 1:4]))
         capsule = bodies["kinds"][bodies["kind"][body[k]]] == "capsule"

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from lmgcpy.contact.segments import feet, segment_distances
 from lmgcpy.errors import named_arguments, number, shown
 from lmgcpy.sample import arguments
 from lmgcpy.scene.capsule import Capsule, capsule, capsule_volume
@@ -119,11 +120,11 @@ def fibres(
             f"a fibre of length {length:g} m and radius {radius:g} m does not fit in the box, which is "
             f"{lengths[axis]:g} m wide along {'xyz'[axis]}: take a wider box, shorter fibres or another orientation."
         )
-    centres = np.empty((count, 3))
+    centres, halves = np.empty((count, 3)), 0.5 * length * axes
     for k in range(count):
         for _ in range(TRIES):
             place = 0.5 * lengths + (rng.random(3) - 0.5) * room[k]
-            if (_between_segments(place, axes[k], centres[:k], axes[:k], 0.5 * length) >= 2.0 * radius).all():
+            if (segment_distances(place[None], halves[k, None], centres[:k], halves[:k]) >= 2.0 * radius).all():
                 break
         else:
             raise ValueError(f"the box is full: {k} of {count} fibres found a place. Take a larger box or fewer fibres.")
@@ -137,7 +138,7 @@ def fibres(
             place = sizes[grain] + rng.random(3) * np.maximum(lengths - 2.0 * sizes[grain], 0.0)
             apart = grains[there] - place
             if (np.einsum("gd,gd->g", apart, apart) >= near).all() and (
-                _to_segments(place, centres, axes, 0.5 * length) >= radius + sizes[grain]
+                np.linalg.norm(place - feet(place, centres, halves), axis=1) >= radius + sizes[grain]
             ).all():
                 break
         else:
@@ -172,34 +173,3 @@ def _directions(count: int, orientation: Any, spread: float | None, rng: np.rand
     second = np.cross(axis, first)
     t = along[:, None] * axis + (across * np.cos(around))[:, None] * first + (across * np.sin(around))[:, None] * second
     return t / np.linalg.norm(t, axis=1)[:, None]
-
-
-def _to_segments(point: np.ndarray, centres: np.ndarray, axes: np.ndarray, half: float) -> np.ndarray:
-    """Distances [m] of a point from segments of half length ``half``, (m,). One may also give (m, 3) points, one each."""
-    apart = point - centres
-    along = np.clip(np.einsum("md,md->m", apart, axes), -half, half)
-    return np.linalg.norm(apart - along[:, None] * axes, axis=1)
-
-
-def _between_segments(
-    centre: np.ndarray, axis: np.ndarray, centres: np.ndarray, axes: np.ndarray, half: float
-) -> np.ndarray:
-    """Distances [m] of a segment from others of the same half length, (m,).
-
-    The squared distance of the points at s and r on two segments is convex in (s, r), so its least value on the square
-    |s|, |r| <= half is at its stationary point, if that is inside, else on the rim: from an end to the other segment.
-    """
-    apart, cosine = centres - centre, axes @ axis
-    ends = [_to_segments(centre + sign * half * axis, centres, axes, half) for sign in (-1.0, 1.0)]
-    own, own_axis = np.broadcast_to(centre, centres.shape), np.broadcast_to(axis, axes.shape)
-    ends += [_to_segments(centres + sign * half * axes, own, own_axis, half) for sign in (-1.0, 1.0)]
-    least = np.min(ends, axis=0)
-    sine_squared = 1.0 - cosine**2
-    skew = sine_squared > 1e-12  # of parallel segments the distance is found at an end
-    along, along_other = apart @ axis, np.einsum("md,md->m", apart, axes)
-    s = np.divide(along - cosine * along_other, sine_squared, out=np.full(len(least), np.inf), where=skew)
-    r = np.divide(cosine * along - along_other, sine_squared, out=np.full(len(least), np.inf), where=skew)
-    inside = (np.abs(s) < half) & (np.abs(r) < half)
-    s, r = np.where(inside, s, 0.0), np.where(inside, r, 0.0)
-    between = np.linalg.norm(apart + r[:, None] * axes - s[:, None] * axis, axis=1)
-    return np.where(inside, np.minimum(least, between), least)

@@ -22,7 +22,7 @@ decision about the topology. It stays right if spheres touch, or if many meet in
 from __future__ import annotations
 
 import math
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any
 
 import numpy as np
@@ -110,6 +110,19 @@ def ball_union(centres: np.ndarray, radii: np.ndarray) -> Solid:
 
 _DEGREES = np.array([0, 1, 1, 1, 2, 2, 2, 2, 2, 2])
 """Degrees of the moments 1, x, y, z, xx, xy, xz, yy, yz, zz."""
+
+
+def union_volume(centres: np.ndarray, radii: np.ndarray) -> float:
+    """Volume of a union of spheres [m^3], or area of disks [m^2]; what many sizes of one shape share is found once."""
+    shape = np.column_stack([centres, radii]) / radii[0]
+    return float(radii[0] ** centres.shape[1] * _volume_of_shape(shape.round(12).tobytes(), centres.shape[1]))
+
+
+@lru_cache(maxsize=256)
+def _volume_of_shape(shape: bytes, dimension: int) -> float:
+    """Volume of a union of balls, rows (centre, radius)."""
+    balls = np.frombuffer(shape).reshape(-1, dimension + 1)
+    return ball_union(balls[:, :-1], balls[:, -1]).volume
 
 
 def _bare(centres: np.ndarray, radii: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -276,7 +276,8 @@ class Chain:
     @property
     def points(self) -> Points | None:
         """The points of the bodies along :attr:`path` at which links act, None if all are centres."""
-        return points_of(self._nodes)
+        points = points_of(self._nodes)
+        return points if points.offset.any() else None
 
     @property
     def colliding(self) -> np.ndarray:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lmgcpy.contact.detection_tables import JointTable, Points
+from lmgcpy.contact.detection_tables import JointTable
 from lmgcpy.laws import Law
 from lmgcpy.scene.cell import Cell
 from lmgcpy.scene.points import Node, points_of
@@ -58,6 +58,5 @@ def joint_tables(joints: list[Joint], dimension: int) -> list[JointTable]:
         mine = [node for joint in joints if joint.law == law for node in joint.nodes]
         bodies = np.array([node.body.id for node in mine], dtype=np.int64)
         zero = np.zeros(dimension * len(mine) // 2)
-        centres = Points(np.zeros((len(mine), dimension)), np.zeros(len(mine), dtype=bool))
-        tables.append(JointTable(bodies, [law], zero, zero, zero, 0.0, points=points_of(mine) or centres))
+        tables.append(JointTable(bodies, [law], zero, zero, zero, 0.0, points=points_of(mine)))
     return tables

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import copy
-from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lmgcpy.scene.ball_union import ball_union
+from lmgcpy.scene.ball_union import union_volume
 from lmgcpy.scene.body import NO_CONDITIONS, RADIUS, Body, _start_rows
 from lmgcpy.scene.capsule import Capsule, capsule_volume
 from lmgcpy.scene.contactor import SphereContactor
@@ -41,12 +40,4 @@ def body_volume(body: Body) -> float:
     balls = [(*at, ball.radius) for ball, at in body.contactors if isinstance(ball, SphereContactor)]
     if len(balls) < len(body.contactors):
         raise ValueError(f"{body!r} is no sphere, clump or capsule, so that its volume is not known.")
-    size = balls[0][-1]
-    return size**3 * _union_volume((np.array(balls) / size).round(9).tobytes())
-
-
-@lru_cache(maxsize=256)
-def _union_volume(shape: bytes) -> float:
-    """Volume of a union of balls, rows of (x, y, z, radius); bodies of one shape and many sizes share it."""
-    balls = np.frombuffer(shape).reshape(-1, 4)
-    return float(ball_union(balls[:, :3], balls[:, 3]).volume)
+    return union_volume(np.array(balls)[:, :3], np.array(balls)[:, 3])

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lmgcpy.contact.detection_tables import Points
+from lmgcpy.contact.positions import in_plane
 from lmgcpy.errors import shown, vector
 from lmgcpy.scene.body import Body, Boundary
 
@@ -40,10 +41,8 @@ class Node(NamedTuple):
         body, offset = self.body, self.offset
         if not self.turns:
             return body.position + offset
-        if body.dimension == 3:
-            return body.position + body.rotation.apply(offset)
-        (x, y), cosine, sine = offset, np.cos(body.rotation), np.sin(body.rotation)
-        return body.position + np.array([cosine * x - sine * y, sine * x + cosine * y])
+        turned = in_plane(body.rotation, offset) if body.dimension == 2 else body.rotation.apply(offset)
+        return body.position + turned
 
     def __repr__(self) -> str:
         return repr(self.body) if self.point is None else f"the point {shown(self.point.tolist())} of {self.body!r}"
@@ -63,8 +62,6 @@ def node_of(body: Body, point: Any) -> Node:
     return node
 
 
-def points_of(nodes: Sequence[Node]) -> Points | None:
-    """The points of some nodes as arrays, None if all are centres."""
-    if not any(node.offset.any() for node in nodes):
-        return None
+def points_of(nodes: Sequence[Node]) -> Points:
+    """The points of some nodes as arrays."""
     return Points(np.array([node.offset for node in nodes]), np.array([node.turns for node in nodes], dtype=bool))

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import lmgcpy as lm
-from lmgcpy.sample.fibres import _between_segments, _directions
+from lmgcpy.contact.segments import segment_distances
+from lmgcpy.sample.fibres import _directions
 from lmgcpy.scene.capsule import capsule_volume
 
 RADII = lm.sample.grading(150, minimum=4e-4, maximum=6e-4, by="diameter", dimension=3, seed=0)
@@ -75,9 +76,10 @@ def test_distance_of_segments_at_random():
         t, u = (v / np.linalg.norm(v) for v in rng.normal(size=(2, 3)))
         u = t if count % 6 == 0 else u
         half = rng.uniform(0.2, 2.0)
-        exact = float(_between_segments(x, t, y[None], u[None], half)[0])
+        one, other = (x[None], half * t[None]), (y[None], half * u[None])
+        exact = float(segment_distances(*one, *other)[0])
         assert exact == pytest.approx(segment_distance(x, t, y, u, half), abs=1e-6 * half + 1e-9)
-        assert exact == pytest.approx(float(_between_segments(y, u, x[None], t[None], half)[0]), abs=1e-12)
+        assert exact == pytest.approx(float(segment_distances(*other, *one)[0]), abs=1e-12)
 
 
 @pytest.mark.parametrize("content", [0.01, 0.02, 0.037])

@@ -162,15 +162,7 @@ def test_the_local_problem_is_solved(spread, most_friction):
     assert np.all(power <= -most * (1.0 - 1e-6) + 1e-11 * scale[slide] * size[slide])
 
 
-@kernel
-def solve_by_bracket(W, q, friction, impulse):
-    for i in range(q.shape[0]):
-        block = (
-            (W[i, 0, 0], W[i, 0, 1], W[i, 0, 2]),
-            (W[i, 1, 0], W[i, 1, 1], W[i, 1, 2]),
-            (W[i, 2, 0], W[i, 2, 1], W[i, 2, 2]),
-        )
-        impulse[i, 0], impulse[i, 1], impulse[i, 2] = react_by_bracket(block, q[i, 0], q[i, 1], q[i, 2], friction[i])
+solve_by_bracket = solve_space.specialise(react_in_space=react_by_bracket)
 
 
 def with_one_root(W, friction):
