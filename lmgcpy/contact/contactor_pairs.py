@@ -12,6 +12,7 @@ import inspect
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import product
 
 from lmgcpy.contact.frames import cross, tangent_of
 from lmgcpy.contact.positions import rotated
@@ -30,7 +31,7 @@ class NarrowPhase:
     @property
     def foreign(self) -> bool:
         """Whether the function is not lmgcpy's own; its answers are then checked at every call."""
-        return self.narrow.__module__ != __name__
+        return self.narrow.__module__ not in OWN
 
     @property
     def name(self) -> str:
@@ -38,6 +39,8 @@ class NarrowPhase:
         return f"{self.narrow.__module__}.{self.narrow.__qualname__}"
 
 
+OWN = (__name__, "lmgcpy.contact.features")
+"""Modules of lmgcpy's own narrow phases."""
 _pairs: dict[tuple[str, str], NarrowPhase] = {}
 
 
@@ -74,15 +77,23 @@ def known_pairs() -> list[tuple[str, str]]:
     return list(_pairs)
 
 
+BY_OTHERS = {
+    *(frozenset(kinds) for kinds in product(("rod", "edge", "face"), ("plane", "cylinder", "face"))),
+    *(frozenset(kinds) for kinds in (("line", "wall"), ("line",))),
+}
+"""Kinds of which the ends or corners touch before they do."""
+
+
 def can_touch(candidate: str, antagonist: str) -> bool:
-    """Whether contactors of two kinds can touch at all: the ends of a rod meet flat and hollow walls before it does."""
-    return not ("rod" in (candidate, antagonist) and {candidate, antagonist} & {"plane", "cylinder"})
+    """Whether contactors of two kinds can touch by themselves: the ends of a rod meet flat and hollow walls before it does,
+    and the corners and edges of two faces meet."""
+    return frozenset((candidate, antagonist)) not in BY_OTHERS
 
 
 def refuse_levers(candidate: str, antagonist: str) -> None:
     """ValueError if two kinds do not meet centrally, in a scene in space in which no body keeps a rotation."""
     known = _registered(candidate, antagonist)
-    if known is not None and known.form == "lever":
+    if known is not None and known.foreign and known.form == "lever":
         raise ValueError(
             f"How '{candidate}' and '{antagonist}' meet is not central, so that a contact turns the bodies, but none of "
             "this scene keeps a rotation: give register_pair central=True, or the class of the contactor TURNS = True."

@@ -15,6 +15,7 @@ from lmgcpy.contact.broad_phase import by_first
 from lmgcpy.contact.contactor_pairs import NarrowPhase, can_touch, find_pair, is_foreign
 from lmgcpy.contact.detection_tables import ContactorTable, VisibilityRow
 from lmgcpy.contact.excluded_pairs import ExcludedPairs
+from lmgcpy.contact.features import oriented
 from lmgcpy.contact.meeting import meet
 
 
@@ -45,7 +46,7 @@ class KindPair:
         readers: dict[str, Any] = {"read_shape_c": row_reader(size_c), "read_shape_a": row_reader(size_a)}
         if self.width > 3:
             readers |= {"read_position": row_reader(self.width), "WIDTH": self.width}
-        return {"narrow": self.pair.narrow, "FLIPPED": self.pair.flipped, **readers}
+        return {"narrow": oriented(self.pair.narrow, self.width), "FLIPPED": self.pair.flipped, **readers}
 
     @property
     def foreign(self) -> bool:
