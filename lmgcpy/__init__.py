@@ -22,6 +22,7 @@ from lmgcpy.scene.cell import Cell
 from lmgcpy.scene.chain import Chain
 from lmgcpy.scene.clump import Clump, clump
 from lmgcpy.scene.contactor import Contactor, DiskContactor, RodContactor, SphereContactor
+from lmgcpy.scene.features import Surface, mesh, plate, read_mesh, wall_segment
 from lmgcpy.scene.joint import Joint
 from lmgcpy.scene.material import Material
 from lmgcpy.scene.mesh_clump import MeshClump, clump_from_mesh
@@ -86,6 +87,7 @@ __all__ = [
     "SphereContactor",
     "State",
     "Step",
+    "Surface",
     "VoigtRod",
     "VoigtWire",
     "Wall",
@@ -99,6 +101,9 @@ __all__ = [
     "io",
     "laws",
     "measure",
+    "mesh",
+    "plate",
+    "read_mesh",
     "residual",
     "resume",
     "sample",
@@ -107,6 +112,7 @@ __all__ = [
     "sphere",
     "view",
     "wall",
+    "wall_segment",
 ]
 
 

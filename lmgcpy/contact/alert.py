@@ -19,12 +19,12 @@ class Distances:
     def __init__(self, contactors: ContactorTable, rows: list[VisibilityRow], meets_walls: list[bool]):
         """``meets_walls``: whether contactors without bounds take part in a row."""
         self._rows = list(zip(rows, meets_walls, strict=True))
-        bounded = np.isfinite(contactors.bounding_radius)
-        radii = contactors.bounding_radius[bounded]
+        bounded = np.isfinite(contactors.size)
+        radii = contactors.size[bounded]
         self._largest = float(radii.max()) if len(radii) else 0.0
         self._lasting = STEPS_OF_FEW if len(radii) <= FEW else STEPS_A_LIST
         # a contactor off the centre of its body swings about it
-        swing = np.sqrt((contactors.offset * contactors.offset).sum(axis=1))[bounded]
+        swing = np.sqrt((contactors.swing * contactors.swing).sum(axis=1))[bounded]
         self.cap = float((radii + swing).max()) if len(radii) else 0.0
         """Bound of the adaptive alert distance of two bounded contactors."""
         self._skin = max([0.2 * float(radii.min()) if len(radii) else 0.0, *(row.alert for row in rows)])

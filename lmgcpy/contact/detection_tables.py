@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from lmgcpy.contact.positions import in_plane, in_space
 from lmgcpy.laws import Law
 
 
@@ -26,10 +27,16 @@ class ContactorTable:
     shape_size: dict[str, int]
     """How many of them a kind has."""
     bounding_radius: np.ndarray
-    """[m], infinite where unbounded, (k,)."""
+    """Of a circle or sphere around each contactor [m], infinite where unbounded, (k,)."""
     turns: np.ndarray | None = None
     """Whether the body of each contactor keeps a rotation in space, (k,) bool; None in 2D, and if none does: then positions
     have no rotations, and no contact may have the form "lever"."""
+    middle: np.ndarray | None = None
+    """Centres of these circles or spheres seen from the contactors, along the axes of the bodies [m], (k, d); None if all
+    are the positions of the contactors."""
+    sizes: np.ndarray | None = None
+    """Lengths with which displacements and overlaps are compared [m], (k,), infinite for walls; None for the bounding
+    radii."""
 
     @cached_property
     def rods(self) -> np.ndarray:
@@ -38,8 +45,30 @@ class ContactorTable:
 
     @cached_property
     def radius(self) -> np.ndarray:
-        """Radius of the surface that others meet [m], (k,): the bounding radius, but of a rod its own."""
-        return np.where(self.rods, self.shape[:, 0], self.bounding_radius) if self.rods.any() else self.bounding_radius
+        """Radius of the surface that others meet [m], (k,): the size, but of a rod its own."""
+        return np.where(self.rods, self.shape[:, 0], self.size) if self.rods.any() else self.size
+
+    @property
+    def size(self) -> np.ndarray:
+        """Lengths with which displacements and overlaps are compared [m], (k,)."""
+        return self.bounding_radius if self.sizes is None else self.sizes
+
+    @property
+    def swing(self) -> np.ndarray:
+        """Vectors from the centres of the bodies to the centres of the bounding spheres, along their axes [m], (k, d)."""
+        return self.offset if self.middle is None else self.offset + self.middle
+
+    def centres(self, placed: np.ndarray) -> np.ndarray:
+        """Positions (k, w) of the contactors with the centres of their bounding spheres in place of their own; further
+        rows are left as they are."""
+        if self.middle is None:
+            return placed
+        centres, (k, d) = placed.copy(), self.middle.shape
+        if d == 2:
+            centres[:k, :2] += in_plane(placed[:k, 2], self.middle)
+        else:
+            centres[:k, :3] += in_space(placed[:k, 3:], self.middle) if placed.shape[1] == 7 else self.middle
+        return centres
 
     @property
     def width(self) -> int:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from copy import copy
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -74,7 +75,7 @@ class Detector:
         self._looked_at: set[tuple[str, str]] = set()
         """Kinds whose narrow phase, a foreign one, was asked before it is compiled."""
         self._distances = Distances(contactors, rows, with_walls)
-        radii = contactors.bounding_radius[self._bounded]
+        radii = contactors.size[np.isfinite(contactors.size)]
         self._images = None if lattice is None else Images(lattice, contactors, self._bounded)
         self._partitioned = is_large(len(radii), dimension) and lattice is None
         self._usual = float(np.quantile(radii, 0.95)) if len(radii) else 0.0
@@ -82,6 +83,8 @@ class Detector:
         """Whether each contactor is hidden, (k,) bool; None if none is."""
         self._reach = 0.0
         self._listed_at: np.ndarray | None = None
+        self._listed_centres: Any = None
+        """The same positions with the centres of the bounding spheres in place of the contactors' own."""
         self.groups: list[Group] = []
         self.place: np.ndarray | None = None
         """Place of each body in the order of the sweep, (n,); None without slabs."""
@@ -315,20 +318,22 @@ class Detector:
         """Whether a pair that is not in the list may be within the ``widest`` alert distance."""
         if self._listed_at is None or widest > self._reach:
             return True
-        before, spare = self._listed_at, self._reach - widest
+        before, spare = self._listed_centres, self._reach - widest
+        turned = slice(2 if self.dimension == 2 else 3, None)
+        # the smallest turn of a contactor without bounds moves its distant parts far
+        if (placed[self._unbounded, turned] != before[self._unbounded, turned]).any():
+            return True
+        placed = self.contactors.centres(placed)
         if self._images is not None:
             before, ratio = self._images.carried_along(before, placed)
             spare -= self._images.shortening(ratio, self._reach)
-        if spare < 0.0 or 4.0 * largest_move(placed, before, self.dimension) > spare**2:
-            return True
-        # the smallest turn of a contactor without bounds moves its distant parts far
-        turned = slice(2 if self.dimension == 2 else 3, None)
-        return bool((placed[self._unbounded, turned] != before[self._unbounded, turned]).any())
+        return bool(spare < 0.0 or 4.0 * largest_move(placed, before, self.dimension) > spare**2)
 
     def _list_neighbours(self, placed: np.ndarray) -> None:
         """Make the groups and their lists of neighbours anew and carry impulses and states over."""
         self.rebuilds += 1
         self._listed_at = placed.copy()
+        self._listed_centres = self.contactors.centres(self._listed_at)
         around = self._surroundings(placed)
         slabs: Slabs | None = None
         if self._partitioned:
@@ -345,7 +350,7 @@ class Detector:
         self._last.carry_over(self.groups, groups, slots)
         self.groups = groups
         if self._images is not None:
-            self._images.look_at(groups, placed)
+            self._images.look_at(groups, self._listed_centres)
         central = all(group.form == "central" for group in groups)
         levers = self._capacity.lateral if self.dimension == 2 else self._capacity.lever
         if len(self._capacity.gap) < slots or (not central and len(levers) < slots):
@@ -354,10 +359,10 @@ class Detector:
     def _surroundings(self, placed: np.ndarray) -> Surroundings:
         """The near pairs of bounded contactors, and the data for pairs with contactors without bounds."""
         if self._images is not None:
-            near = self._images.near_pairs(placed, self._reach)
+            near = self._images.near_pairs(self._listed_centres, self._reach)
         else:
             bounded = np.flatnonzero(self._bounded)
-            centres = placed.take(bounded, axis=0)[:, : self.dimension]
+            centres = self._listed_centres.take(bounded, axis=0)[:, : self.dimension]
             near = near_pairs(centres, self.contactors.bounding_radius[bounded], self._reach)
             if len(bounded) < len(placed):
                 near = bounded.astype(np.int32).take(near)
@@ -378,11 +383,13 @@ class Detector:
             raise listing_fault(kinds, error) from error
         if self._hidden is not None:
             pairs = pairs[~self._hidden[pairs].any(axis=1)]
-        if "rod" in (kinds.candidate, kinds.antagonist) and not kinds.foreign and self._images is None:
+        if {kinds.candidate, kinds.antagonist} in ({"rod"}, {"rod", "sphere"}) and self._images is None:
             pairs = within_reach(pairs, self.contactors, around.placed, self._reach)
         if len(pairs) == 0:
             return Group(row.law, row=row)
         form = kinds.pair.form
+        if form == "lever" and self.dimension == 3 and self.contactors.turns is None:
+            form = "central"  # surfaces that do not turn
         if form == "central" and not self._off_centre.isdisjoint((row.candidate, row.antagonist)):
             form = "lever"
         names = {"CENTRAL": form == "central"} | ({"FOREIGN": True} if kinds.foreign else {})

@@ -43,7 +43,7 @@ class Images:
         self._contactors = contactors
         self._bounded = bounded
         self._largest = float(contactors.bounding_radius[bounded].max(initial=0.0))
-        reach = (np.linalg.norm(contactors.offset, axis=1) + contactors.bounding_radius)[bounded]
+        reach = (np.linalg.norm(contactors.swing, axis=1) + contactors.bounding_radius)[bounded]
         self._longest = float(reach.max(initial=0.0))
         """Largest radius of a circle or sphere around the centre of a body that contains it; the cell must be wider than
         twice this radius."""

@@ -110,10 +110,10 @@ class Model:
 
     @property
     def size(self) -> np.ndarray:
-        """Radius of the smallest bounded contactor of each body [m], (n,), infinite if it has none. Displacements are
+        """Size of the smallest contactor of each body [m], (n,), infinite for walls. Displacements are
         compared with it."""
         size = np.full(len(self.mass), np.inf)
-        np.minimum.at(size, self.contactors.body, self.contactors.bounding_radius)
+        np.minimum.at(size, self.contactors.body, self.contactors.size)
         return size
 
     @property

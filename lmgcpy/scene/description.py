@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from lmgcpy.contact.detection_tables import ContactorTable
 from lmgcpy.contact.lattice import Lattice
 from lmgcpy.dynamics.changes import DRIVEN, LOADED
 from lmgcpy.dynamics.model import COMPONENTS
@@ -34,6 +35,7 @@ from lmgcpy.scene.contactor import (
     disk_area,
     disk_second_moment,
 )
+from lmgcpy.scene.features import Features, Surface
 from lmgcpy.scene.many_bodies import StartNumbers
 from lmgcpy.scene.material import Material
 from lmgcpy.scene.medium import described, media_of
@@ -47,6 +49,7 @@ KINDS: dict[type[Body], str] = {
     Sphere: "sphere",
     CylinderWall: "cylinder",
     Capsule: "capsule",
+    Surface: "surface",
 }
 """Classes of bodies that a description restores; bodies of other classes come back as :class:`RecordedBody`."""
 
@@ -164,6 +167,7 @@ def describe(scene: Scene) -> dict[str, Any]:
             "area": area,
             "second_moment": second_moment,
             "outlines": _outlines(others, scene.dimension),
+            **({} if table.sizes is None else {"size": table.sizes, "middle": middle_of(table)}),
         },
         "conditions": {
             "body": np.array([body for body, _, _, _ in conditions], dtype=np.int64),
@@ -464,7 +468,8 @@ def _one_body(
     """The body of a row of the table of bodies, with its contactors, that is no disk or sphere; ``turning``: its rotation
     and inertia if it keeps a rotation in space."""
     bodies, table = description["bodies"], description["contactors"]
-    contactors = [(_contactor(table, k), tuple(table["offset"][k].tolist())) for k in of_body]
+    parts = [] if kind == "surface" else of_body
+    contactors = [(_contactor(table, k), tuple(table["offset"][k].tolist())) for k in parts]
     position, velocity = bodies["position"][i], bodies["velocity"][i]
     start: dict[str, Any] = {"color": color, "velocity": velocity[:dimension]}
     start |= {"spin": float(velocity[2]), "rotation": float(position[2])} if dimension == 2 else {"spin": velocity[3:]}
@@ -490,6 +495,11 @@ def _one_body(
         made = Capsule(radius=rod.radius, length=2.0 * rod.half[2], mass=mass, position=position, **start)
         at = int(bodies["material"][i])
         made.material = Material(**description["materials"][at]) if at >= 0 else None
+    elif kind == "surface":
+        held, free = bool(bodies["held_by_default"][i]), {"mass": mass, "inertia": inertia}
+        at, given = int(bodies["material"][i]), {k: v for k, v in free.items() if np.isfinite(v).all()}
+        given["material"] = Material(**description["materials"][at]) if at >= 0 else None
+        made = Surface(features_in(table, of_body), held=held, position=position[:dimension], **given, **start)
     elif kind == "rigid":
         made = RigidBody(contactors, mass=mass, inertia=inertia, position=position[:dimension], **start)
     else:
@@ -528,6 +538,27 @@ def _contactor(table: Mapping[str, Any], k: int) -> Contactor:
     recorded = RecordedContactor(kind, shape, *sizes)
     recorded.outline = [points for owner, points in outlines_of(table) if owner == k] or None
     return recorded
+
+
+def features_in(table: Mapping[str, Any], of_body: list[int]) -> list[Features]:
+    """The features of a surface in some rows of the table of contactors, by kind in the order in which they stand."""
+    rows, kinds = np.array(of_body, dtype=np.int64), table["kind"][of_body]
+    outlines = dict(outlines_of(table))
+    found = []
+    for code in dict.fromkeys(kinds.tolist()):
+        mine = rows[kinds == code]
+        places = np.array([outlines[k][: 3 if len(outlines[k]) == 4 else None] for k in mine.tolist()])
+        shapes = table["shape"][mine, : int(table["shape_size"][mine[0]])]
+        size = float(table["size"][mine[0]])
+        found.append(
+            Features(table["kinds"][code], shapes, places, table["middle"][mine], table["bounding_radius"][mine], size)
+        )
+    return found
+
+
+def middle_of(table: ContactorTable) -> np.ndarray:
+    """Centres of the bounding spheres seen from the contactors [m], (k, d)."""
+    return np.zeros(table.offset.shape) if table.middle is None else table.middle
 
 
 def _check_conditions(scene: Scene, conditions: Mapping[str, Any]) -> None:

@@ -80,8 +80,8 @@ def clump_from_mesh(mesh: Any, *, density: float, spheres: int = 20, mass_of: st
     number(density, "density of a clump", above=0.0, unit="kg/m^3")
     whole(spheres, "spheres", minimum=1)
     one_of(mass_of, "mass_of", ("mesh", "spheres"))
-    name, points, triangles = _surface(mesh)
-    _check_closed(name, points, triangles)
+    name, points, triangles = read_surface(mesh)
+    check_closed(name, points, triangles)
     solid = mesh_solid(points, triangles)
     if abs(solid.volume) <= FLAT * np.ptp(points, axis=0).max() ** 3:
         raise ValueError(f"{name} is flat: it encloses no volume, so that there is nothing to fill.")
@@ -115,7 +115,7 @@ def mesh_solid(points: np.ndarray, triangles: np.ndarray) -> Solid:
     return Solid(float(volume) * size**3, origin + size * shift, inertia * size**5)
 
 
-def _surface(mesh: Any) -> tuple[str, np.ndarray, np.ndarray]:
+def read_surface(mesh: Any) -> tuple[str, np.ndarray, np.ndarray]:
     """A name for sentences, points (n, 3) and triangles (m, 3) of a file or a pyvista mesh, with equal points merged."""
     try:
         import pyvista
@@ -149,7 +149,7 @@ def _surface(mesh: Any) -> tuple[str, np.ndarray, np.ndarray]:
     return name, points, triangles
 
 
-def _check_closed(name: str, points: np.ndarray, triangles: np.ndarray) -> None:
+def check_closed(name: str, points: np.ndarray, triangles: np.ndarray) -> None:
     """Raise ValueError unless each edge is passed as often one way as the other: then the surface has no boundary."""
     begin, end = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
     edges, which = np.unique(np.sort(np.column_stack([begin, end]), axis=1), axis=0, return_inverse=True)

@@ -784,6 +784,7 @@ class Scene:
         shapes = [contactor.shape for _, contactor, _ in others]
         table = np.zeros((len(owner), max(map(len, shapes), default=1)))
         bounding_radius = table[:, 0] = rows[owner, RADIUS]
+        sizes, middle = np.full(len(owner), np.nan), np.zeros((len(owner), self.dimension))
         kinds = [round_kind] * len(owner)
         offset = np.zeros((len(owner), self.dimension))
         shape_size = {round_kind: 1} if plain.any() else {}
@@ -799,7 +800,9 @@ class Scene:
             table[at, : len(shape)] = shape
             offset[at] = from_centre
             bounding_radius[at] = contactor.bounding_radius
-            shape_size[contactor.KIND] = len(shape)
+            if contactor.middle is not None:
+                middle[at], sizes[at] = contactor.middle, contactor.size
+            shape_size[contactor.KIND] = max(len(shape), shape_size.get(contactor.KIND, 0))
         colors = [body.color for body in self.bodies]
         return ContactorTable(
             body=owner,
@@ -810,6 +813,8 @@ class Scene:
             shape_size=shape_size,
             bounding_radius=bounding_radius,
             turns=np.isin(owner, start.turning) if len(start.turning) else None,
+            middle=middle if middle.any() else None,
+            sizes=None if np.isnan(sizes).all() else np.where(np.isnan(sizes), bounding_radius, sizes),
         )
 
     @staticmethod
@@ -817,7 +822,7 @@ class Scene:
         if alert is not None:
             return alert
         concerned = np.array([color in (candidate, antagonist) for color in contactors.color], dtype=bool)
-        radii = contactors.bounding_radius[concerned & np.isfinite(contactors.bounding_radius)]
+        radii = contactors.size[concerned & np.isfinite(contactors.size)]
         return DEFAULT_ALERT * float(radii.min()) if len(radii) else 0.0
 
     def __repr__(self) -> str:
@@ -856,7 +861,7 @@ def reach(candidate: str, antagonist: str, law: Law, contactors: ContactorTable)
     """Greatest gap at which the law acts between contactors of two colours, one of them bounded [m]."""
     bounds = []
     for color in (candidate, antagonist):
-        radii = contactors.bounding_radius[[color == of for of in contactors.color]]
+        radii = contactors.size[[color == of for of in contactors.color]]
         bounded = radii[np.isfinite(radii)]
         bounds.append({*radii[np.isinf(radii)], *([bounded.min(), bounded.max()] if len(bounded) else [])})
     pairs = [(float(one), float(other)) for one, other in itertools.product(*bounds) if min(one, other) < np.inf]

@@ -209,10 +209,11 @@ def off_axes(model: Model) -> np.ndarray:
     its centre, and of all of it unless it is round."""
     contactors = model.contactors
     if model.dimension == 2:
-        return np.hypot(*contactors.offset.T)[:, None]
+        long = np.array([kind == "line" for kind in contactors.kind], dtype=bool)
+        return (np.hypot(*contactors.swing.T) + np.where(long, contactors.bounding_radius, 0.0))[:, None]
     if contactors.turns is None:
         return np.zeros((len(contactors.body), 3))
-    squares = contactors.offset**2
+    squares = contactors.swing**2
     distance = np.sqrt(np.maximum(squares.sum(axis=1, keepdims=True) - squares, 0.0))
     plain = np.array([kind in ("sphere", "rod") for kind in contactors.kind], dtype=bool)  # a rod has spheres at its ends
     return distance + np.where(plain, 0.0, contactors.bounding_radius)[:, None]
@@ -224,7 +225,7 @@ def radii_that_meet(model: Model) -> tuple[np.ndarray, np.ndarray]:
     A radius is infinite if the contactors have no bounds or see no others.
     """
     contactors = model.contactors
-    listed = list(zip(contactors.color, contactors.bounding_radius.tolist(), strict=True))
+    listed = list(zip(contactors.color, contactors.size.tolist(), strict=True))
     smallest: dict[str, float] = {}
     for color, radius in listed:
         smallest[color] = min(smallest.get(color, np.inf), radius)
