@@ -11,6 +11,9 @@ import numpy as np
 from lmgcpy.contact.positions import in_plane, in_space
 from lmgcpy.laws import Law
 
+FEATURES = ("face", "edge", "corner", "line", "tip")
+"""Kinds of the features of surfaces, see :mod:`lmgcpy.contact.features`."""
+
 
 @dataclass(frozen=True)
 class ContactorTable:
@@ -42,6 +45,11 @@ class ContactorTable:
     def rods(self) -> np.ndarray:
         """Whether a contactor is a rod, (k,) bool."""
         return np.array([kind == "rod" for kind in self.kind], dtype=bool)
+
+    @cached_property
+    def features(self) -> np.ndarray:
+        """Whether a contactor is a feature of a surface, (k,) bool."""
+        return np.array([kind in FEATURES for kind in self.kind], dtype=bool)
 
     @cached_property
     def radius(self) -> np.ndarray:

@@ -26,7 +26,7 @@ from lmgcpy.contact.images import Images, Seen
 from lmgcpy.contact.interactions import Interactions, empty_interactions
 from lmgcpy.contact.lattice import Lattice
 from lmgcpy.contact.links import LINKS, detect_at_points
-from lmgcpy.contact.memory import LastStep, Memory
+from lmgcpy.contact.memory import LastStep, Memory, surfaces_met
 from lmgcpy.contact.neighbours import KindPair, Surroundings, kind_pairs, neighbours
 from lmgcpy.contact.positions import largest_move, place_in_plane, place_in_space
 from lmgcpy.contact.segments import within_reach
@@ -86,6 +86,8 @@ class Detector:
         self._listed_centres: Any = None
         """The same positions with the centres of the bounding spheres in place of the contactors' own."""
         self.groups: list[Group] = []
+        self._surfaces: np.ndarray | None = None
+        """Number of what meets which surface for each slot, see :func:`~lmgcpy.contact.memory.surfaces_met`."""
         self.place: np.ndarray | None = None
         """Place of each body in the order of the sweep, (n,); None without slabs."""
         laws = [row.law for row in rows] + [chain.law for chain in chains]
@@ -221,6 +223,8 @@ class Detector:
         """Fill in the impulses of the last step by identity, zero for new interactions, (m, d), and the states of the laws,
         (m, k), k the longest; NaN for new interactions and for laws with fewer."""
         self._last.recall(interactions.slot, impulse, state)
+        if self._surfaces is not None:
+            self._last.hand_on(interactions.slot, self._surfaces, impulse, state)
 
     def give_memory(self) -> Memory:
         """Impulses of the last step and states by identity, and the data from which the list was made; copies."""
@@ -347,6 +351,7 @@ class Detector:
         for group in groups:
             group.first_slot = slots
             slots += group.slots
+        self._surfaces = surfaces_met(groups, self.contactors, slots)
         self._last.carry_over(self.groups, groups, slots)
         self.groups = groups
         if self._images is not None:

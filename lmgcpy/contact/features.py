@@ -430,9 +430,6 @@ IN_PLANE = {
     ("tip", "tip"): tip_tip,
     ("tip", "wall"): tip_wall,
 }
-FEATURES = ("face", "edge", "corner", "line", "tip")
-"""Kinds of the features."""
-
 for _kinds, _narrow in (IN_SPACE | IN_PLANE).items():
     register_pair(*_kinds, _narrow)
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lmgcpy.compiled.kernel import kernel
+from lmgcpy.contact.detection_tables import ContactorTable
 from lmgcpy.contact.groups import Group
 from lmgcpy.contact.spare_rows import with_spare_rows
 
@@ -77,6 +78,23 @@ class LastStep:
         for values, known, new in ((self._impulses, impulse, 0.0), (self._states, state, np.nan)):
             known.fill(new)
             recall(slots, self._slots, values, known)
+
+    def hand_on(self, slots: np.ndarray, surfaces: np.ndarray, impulse: np.ndarray, state: np.ndarray) -> None:
+        """Give new interactions in these slots, of a contactor with a surface, the impulse and the state that it had with
+        another feature of the surface in the last step, if it had just one that it has lost. ``surfaces``: of
+        :func:`surfaces_met`."""
+        new = np.flatnonzero(~np.isin(slots, self._slots, assume_unique=True))
+        lost = np.flatnonzero(~np.isin(self._slots, slots, assume_unique=True))
+        if not len(new) or not len(lost):
+            return
+        sides = []
+        for rows, numbers in ((new, surfaces[slots[new]]), (lost, surfaces[self._slots[lost]])):
+            number, first, uses = np.unique(numbers, return_index=True, return_counts=True)
+            once = (uses == 1) & (number >= 0)
+            sides.append((number[once], rows[first[once]]))
+        _, here, there = np.intersect1d(sides[0][0], sides[1][0], assume_unique=True, return_indices=True)
+        to, source = sides[0][1][here], sides[1][1][there]
+        impulse[to], state[to] = self._impulses[source], self._states[source]
 
     def replace_impulses(self, slots: np.ndarray, impulse: np.ndarray) -> None:
         """Put impulses (m, d) in the place of those of the interactions in these slots, (m,), ascending; their states
@@ -153,6 +171,25 @@ class LastStep:
         states = np.full((len(order), self._states.shape[1]), np.nan)
         states[:, : memory.state.shape[1]] = memory.state[order]  # older checkpoints hold no predicted gaps
         self._impulses, self._states = memory.impulse[order], states
+
+
+def surfaces_met(groups: list[Group], contactors: ContactorTable, slots: int) -> np.ndarray | None:
+    """A number for each slot, (slots,): the same for the pairs of one contactor and one surface under one law, -1 for pairs
+    without a feature and for two surfaces; None if there are none but these."""
+    feature = contactors.features
+    if not feature.any():
+        return None
+    count, numbers = len(feature), np.full(slots, -1)
+    for group in groups:
+        if group.chain is not None or group.kinds is None:
+            continue
+        one = feature[group.pairs]
+        # the surface in place of its feature; which of the two is it does not matter
+        sides = np.where(one, count + contactors.body[group.pairs], group.pairs)
+        row = next(i for i, other in enumerate(groups) if other.row is group.row and other.chain is None)
+        key = (row * 2 * count + sides.max(axis=1)) * count + sides.min(axis=1)
+        numbers[group.first_slot : group.first_slot + group.slots] = np.where(one.sum(axis=1) == 1, key, -1)
+    return numbers
 
 
 def table_index(group: Group, tables: list) -> int:

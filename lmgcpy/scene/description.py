@@ -496,10 +496,16 @@ def _one_body(
         at = int(bodies["material"][i])
         made.material = Material(**description["materials"][at]) if at >= 0 else None
     elif kind == "surface":
-        held, free = bool(bodies["held_by_default"][i]), {"mass": mass, "inertia": inertia}
-        at, given = int(bodies["material"][i]), {k: v for k, v in free.items() if np.isfinite(v).all()}
-        given["material"] = Material(**description["materials"][at]) if at >= 0 else None
-        made = Surface(features_in(table, of_body), held=held, position=position[:dimension], **given, **start)
+        at = int(bodies["material"][i])
+        made = Surface(
+            features_in(table, of_body),
+            mass=mass if np.isfinite(mass) else None,
+            inertia=inertia if np.isfinite(inertia).all() else None,
+            held=bool(bodies["held_by_default"][i]),
+            material=Material(**description["materials"][at]) if at >= 0 else None,
+            position=position[:dimension],
+            **start,
+        )
     elif kind == "rigid":
         made = RigidBody(contactors, mass=mass, inertia=inertia, position=position[:dimension], **start)
     else:

@@ -153,6 +153,11 @@ class Surface(Body):
         return len(self.features[0].radii)
 
     @property
+    def radius(self) -> float:
+        """Half of its thickness [m]."""
+        return float(self.features[0].shapes[0, 0])
+
+    @property
     def turns(self) -> bool:
         if self.dimension == 2:
             return False
@@ -186,10 +191,24 @@ class Surface(Body):
         turns = any(k >= self.dimension and (call != "impose_velocity" or value != 0.0) for k, value in checked)
         if self.dimension == 3 and turns and call != "fix" and self._state is not None and not self.turns:
             raise ValueError(
-                f"{self!r} keeps no rotation, as nothing turned it when the simulation was made: give it rotation= where it "
-                "is made, for example (0, 0, 0, 1), so that it can turn later."
+                f"{self!r} keeps no rotation, as nothing turned it when the simulation was made: give it rotation= where "
+                "it is made, for example (0, 0, 0, 1), so that it can turn later."
             )
         return checked
+
+
+def refuse_points_on_planes(bodies: Sequence[Body], rows: Sequence[tuple]) -> None:
+    """ValueError for surfaces without radius that see each other, if one of them is free: a corner is a point then, which
+    is on the other side of a plane by the first rounding."""
+    sharp = [body for body in bodies if isinstance(body, Surface) and body.radius == 0.0]
+    for candidate, antagonist, *_ in rows:
+        one = [body for body in sharp if body.color == candidate]
+        other = [body for body in sharp if body.color == antagonist and not (body in one and len(one) == 1)]
+        if one and other and not all(body.held_by_default for body in (*one, *other)):
+            raise ValueError(
+                f"{one[0]!r} and {other[-1]!r} see each other, and have no radius, so that corners and edges would pass "
+                "through each other: give one of them a radius."
+            )
 
 
 @named_arguments
@@ -268,7 +287,8 @@ def plate(
     normal = normal / np.linalg.norm(normal)
     off = np.abs((at - at[0]) @ normal)
     if off.max() > 1e-6 * size:
-        raise ValueError(f"Corner {int(off.argmax())} of a plate is {off.max():.3g} m off the plane of the others: give a mesh.")
+        k = int(off.argmax())
+        raise ValueError(f"Corner {k} of a plate is {off[k]:.3g} m off the plane of the others: give a mesh.")
     wrong = turns @ normal < -THIN * size**2
     if wrong.any():
         k = (int(wrong.argmax()) + 1) % len(at)
@@ -395,7 +415,8 @@ def _cleaned(name: str, points: np.ndarray, triangles: np.ndarray) -> tuple[np.n
     wrong = twice | (height <= THIN * sides**2)
     if wrong.any():
         k = int(wrong.argmax())
-        raise ValueError(f"Triangle {k} of {_small(name)} is a line or a point, at {_at(corners[k].mean(axis=0))}: take it out.")
+        at = _at(corners[k].mean(axis=0))
+        raise ValueError(f"Triangle {k} of {_small(name)} is a line or a point, at {at}: take it out.")
     used, triangles = np.unique(triangles, return_inverse=True)
     points, triangles = points[used], triangles.reshape(-1, 3)
     _check_edges(name, points, triangles)
@@ -411,7 +432,7 @@ def _check_edges(name: str, points: np.ndarray, triangles: np.ndarray) -> None:
         at = sorted(set((np.flatnonzero(which.ravel() == e) % len(triangles)).tolist()))
         raise ValueError(
             f"{uses[e]} triangles of {_small(name)}, {', '.join(map(str, at))}, meet at the edge at "
-            f"{_at(points[ends[e]].mean(axis=0))}: two are the most. Make bodies of their own of its parts, and turn them alike."
+            f"{_at(points[ends[e]].mean(axis=0))}: two are the most. Make bodies of its parts, and turn them alike."
         )
     # corners of the boundary that lie inside an edge of the boundary
     free = ends[uses == 1]
@@ -429,7 +450,8 @@ def _check_edges(name: str, points: np.ndarray, triangles: np.ndarray) -> None:
             (k,) = np.flatnonzero((triangles == free[e, 0]).any(axis=1) & (triangles == free[e, 1]).any(axis=1))
             at = points[corners[near[int(off.argmin())]]]
             raise ValueError(
-                f"A corner of {_small(name)}, at {_at(at)}, lies inside an edge of its triangle {k}: divide this triangle there."
+                f"A corner of {_small(name)}, at {_at(at)}, lies inside an edge of its triangle {k}: divide this triangle "
+                "there."
             )
 
 
@@ -545,7 +567,7 @@ def thickness(points: np.ndarray, net: Topology) -> np.ndarray:
             with np.errstate(divide="ignore", invalid="ignore"):
                 t = (away[..., 0] * side[..., 1] - away[..., 1] * side[..., 0]) / across
                 part = (n[..., 0] * away[..., 1] - n[..., 1] * away[..., 0]) / across
-            hit = (part >= -1e-9) & (part <= 1.0 + 1e-9)
+                hit = (part >= -1e-9) & (part <= 1.0 + 1e-9)
         else:
             u, v, n = sides[:, 0], sides[:, 1], normal[rows]
             area = np.cross(u, v)
@@ -554,6 +576,6 @@ def thickness(points: np.ndarray, net: Topology) -> np.ndarray:
             with np.errstate(divide="ignore", invalid="ignore"):
                 t = (away * area).sum(axis=2) / across
                 one, other = (turned * v).sum(axis=2) / across, (turned * u).sum(axis=2) / -across
-            hit = (one >= -1e-9) & (other >= -1e-9) & (one + other <= 1.0 + 1e-9)
+                hit = (one >= -1e-9) & (other >= -1e-9) & (one + other <= 1.0 + 1e-9)
         result[rows] = np.minimum(result[rows], np.where(hit & (t > near), t, 2.0 * DEEP).min(axis=1))
     return result

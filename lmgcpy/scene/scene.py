@@ -40,6 +40,7 @@ from lmgcpy.scene.body_3d import Sphere
 from lmgcpy.scene.cell import Cell, Edge, edge_vector
 from lmgcpy.scene.chain import Chain, refuse_other_class
 from lmgcpy.scene.clump import Clump, make_clumps
+from lmgcpy.scene.features import refuse_points_on_planes
 from lmgcpy.scene.joint import Joint, joint_tables
 from lmgcpy.scene.many_bodies import SomeRound, StartNumbers, make_round
 from lmgcpy.scene.material import Material
@@ -542,6 +543,7 @@ class Scene:
         """The frozen model, with the initial values of imposed velocities. ``Simulation`` calls it."""
         self._editable("compile the scene again")
         self._check_colors()
+        refuse_points_on_planes(self.bodies, self._rows)
         for law in {id(law): law for _, _, law, _ in self.rows}.values():
             check_answers(law, self.dimension)
         for chain in self.chains:
