@@ -18,14 +18,15 @@ FACETS = 72
 def drawn_box(snap: Snapshot) -> np.ndarray:
     """Low and high corner of the box around all bodies with bounds, the walls near them, and a margin [m], (2, d)."""
     rounds, rods = snap.rounds, snap.rods
-    if not len(snap.drawn) and not snap.outlines:
+    lines = [line for _, line in (*snap.outlines, *snap.facets)]
+    if not len(snap.drawn) and not lines:
         walls = snap.walls.position
         middle = walls.mean(axis=0) if len(walls) else np.zeros(snap.dimension)
         return np.stack([middle - 1.0, middle + 1.0])
     radius = rounds.shape[:, :1]
     centres, middles, reach = snap.placed(rounds), snap.placed(rods), np.abs(rods.shape[:, 1:]) + rods.shape[:, :1]
     ends = [centres - radius, centres + radius, middles - reach, middles + reach]
-    points = np.concatenate([*ends, *(line for _, line in snap.outlines)])
+    points = np.concatenate([*ends, *lines])
     box = np.stack([points.min(axis=0), points.max(axis=0)])
     diagonal = float(np.linalg.norm(box[1] - box[0]))
     reached = box.copy()

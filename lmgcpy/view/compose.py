@@ -50,13 +50,18 @@ def compose(snap: Snapshot, style: Style) -> Drawing:
     below = [normal[-1] > 0.5 for normal in snap.walls.shape]
     cylinders = cylinder_polygons(snap)
     rings = [np.stack([facet[i], facet[i + 1]]) for facet in cylinders for i in (0, 2)]
+    facets = [in_space(corners) for _, corners in snap.facets]
+    held = [bool(snap.scene["bodies"]["held_by_default"][body]) for body, _ in snap.facets]
+    thin = [line for _, line in (*snap.outlines, *snap.sharp_edges, *(snap.facets if flat else []))]
     drawing = Drawing(
         flat=flat,
         balls=balls,
         tubes=rods + wires + forces,
-        walls=[polygon for polygon in walls if len(polygon)] + cylinders,
-        lines=np.concatenate([edges(walls + rings), polylines([line for _, line in snap.outlines]), cell_outline(snap)]),
+        walls=[polygon for polygon in walls if len(polygon)] + cylinders + facets,
+        lines=np.concatenate([edges(walls + rings), polylines(thin), cell_outline(snap)]),
         ground=[] if flat else [polygon for polygon, floor in zip(walls, below, strict=True) if floor and len(polygon)],
+        sheets=[] if flat else [corners for corners, wall in zip(facets, held, strict=True) if wall],
+        solids=[] if flat else [corners for corners, wall in zip(facets, held, strict=True) if not wall],
         grain=_mean_radius(snap),
         time=snap.time,
         legend=legend,
@@ -227,7 +232,8 @@ def _mean_radius(snap: Snapshot) -> float:
     radii, bead = snap.rounds.shape[:, 0], snap.beads[snap.rounds.body]
     chosen = radii if bead.all() else radii[~bead]
     if not len(chosen):
-        chosen = snap.scene["bodies"]["extent"][[body for body, _ in snap.outlines]]
+        chosen = snap.scene["bodies"]["extent"][[body for body, _ in (*snap.outlines, *snap.facets)]]
+        chosen = chosen[np.isfinite(chosen)]
     return float(chosen.mean()) if len(chosen) else 1.0
 
 

@@ -49,6 +49,8 @@ def within(drawing: Drawing, region: np.ndarray) -> Drawing:
         tubes=[tubes.take(_passing(tubes, region)) for tubes in drawing.tubes],
         walls=_parts(drawing.walls, region),
         ground=_parts(drawing.ground, region),
+        sheets=_parts(drawing.sheets, region),
+        solids=_parts(drawing.solids, region),
         lines=_pieces(drawing.lines, region),
         region=region,
     )
@@ -127,7 +129,8 @@ def section(drawing: Drawing, plane: Plane) -> Drawing:
     lines = [flattened(line) for line in (_crossing(polygon, axis, at) for polygon in drawing.walls) if len(line)]
     thin = np.array(lines).reshape(-1, 2, 3)
     region = None if drawing.region is None else flattened(drawing.region)
-    return replace(drawing, flat=True, balls=balls, tubes=tubes, walls=lines, lines=thin, ground=[], region=region)
+    drawing = replace(drawing, flat=True, balls=balls, tubes=tubes, walls=lines, lines=thin, region=region)
+    return replace(drawing, ground=[], sheets=[], solids=[])
 
 
 STEP = 0.2

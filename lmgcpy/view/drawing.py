@@ -111,6 +111,10 @@ class Drawing:
     """Mean radius of the grains [m]."""
     ground: list[np.ndarray] = field(default_factory=list)
     """Filled polygons: walls on which bodies lie [m], (v, 3) each."""
+    sheets: list[np.ndarray] = field(default_factory=list)
+    """Facets of walls, that let through what is behind them [m], (v, 3) each."""
+    solids: list[np.ndarray] = field(default_factory=list)
+    """Facets of bodies [m], (v, 3) each."""
     time: float | None = None
     """Time [s]; None for a scene."""
     legend: list[tuple[str, str]] = field(default_factory=list)

@@ -33,6 +33,8 @@ AMBIENT, DIFFUSE = 0.25, 0.85
 SHADE = 3.0
 """Distance within which neighbours take light from each other (ambient occlusion), in mean radii of the grains. Without it
 a dense sample looks flat, as all its spheres are lit alike."""
+SHEET = 0.35
+"""Opacity of the facets of walls."""
 EDGE_WIDTH = 1.2
 """Width of the edges of walls [pixels]."""
 BAR = 0.11
@@ -161,7 +163,7 @@ class Painter:
                 tubes = tubes.take(np.argsort((tubes.starts + tubes.ends) @ towards, kind="stable"))
             radii = thickness * tubes.radii if tubes.by_force else tubes.radii
             self._add_tubes(tubes, radii, tubes.paint.rgb(len(radii), limits), tubes.level * step, flat=drawing.flat)
-        self._add_walls(drawing, finer)
+        self._add_walls(drawing, finer, towards)
         return 4.0 * step
 
     def _add_disks(self, balls: Balls, colors: np.ndarray, grain: float, step: float) -> None:
@@ -240,11 +242,19 @@ class Painter:
         look.SetDiffuse(1.0 if flat else DIFFUSE)
         self.plotter.add_actor(actor, reset_camera=False, render=False)
 
-    def _add_walls(self, drawing: Drawing, finer: float) -> None:
+    def _add_walls(self, drawing: Drawing, finer: float, towards: np.ndarray) -> None:
         pyvista = load_pyvista()
         for polygon in drawing.ground:
             face = pyvista.PolyData(polygon, faces=[len(polygon), *range(len(polygon))])
             self.plotter.add_mesh(face, color=GROUND, lighting=False, reset_camera=False, render=False)
+        for pieces, opacity in ((drawing.solids, 1.0), (drawing.sheets, SHEET)):
+            if not pieces:
+                continue
+            ordered = sorted(pieces, key=lambda piece: float(piece.mean(axis=0) @ towards))
+            first = np.cumsum([0, *map(len, ordered)])
+            faces = [n for k, piece in enumerate(ordered) for n in (len(piece), *range(first[k], first[k + 1]))]
+            surface = pyvista.PolyData(np.concatenate(ordered), faces=faces)
+            self.plotter.add_mesh(surface, color=GROUND, opacity=opacity, reset_camera=False, render=False)
         if len(drawing.lines):
             count = len(drawing.lines)
             lines = np.column_stack([np.full(count, 2), np.arange(2 * count).reshape(-1, 2)]).ravel()

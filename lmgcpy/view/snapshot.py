@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from lmgcpy.contact.detection_tables import FEATURES
 from lmgcpy.contact.lattice import Lattice
 from lmgcpy.contact.positions import in_space
 from lmgcpy.contact.segments import feet
@@ -195,8 +196,23 @@ class Snapshot:
     @cached_property
     def outlines(self) -> list[tuple[int, np.ndarray]]:
         """Polylines of the shapes of plug-ins: id of the body, and points [m], (v, d)."""
+        return self._outlines(~self._of_kind(FEATURES))
+
+    @cached_property
+    def facets(self) -> list[tuple[int, np.ndarray]]:
+        """Triangles of surfaces, in the plane their segments: id of the body, and corners [m], (d, d)."""
+        d = self.dimension
+        return [(body, points[:d]) for body, points in self._outlines(self._of_kind(("face", "line")))]
+
+    @cached_property
+    def sharp_edges(self) -> list[tuple[int, np.ndarray]]:
+        """Edges of surfaces between triangles that are not in one plane: id of the body, and ends [m], (2, 3)."""
+        return self._outlines(self._of_kind(("edge",)))
+
+    def _outlines(self, chosen: np.ndarray) -> list[tuple[int, np.ndarray]]:
+        """Polylines of some contactors, (k,) bool: id of the body, and points [m], (v, d)."""
         table = self.scene["contactors"]
-        lines = [(k, points) for k, points in outlines_of(table) if not self.hidden[table["body"][k]]]
+        lines = [(k, points) for k, points in outlines_of(table) if chosen[k] and not self.hidden[table["body"][k]]]
         owners = np.array([k for k, _ in lines], dtype=np.int64)
         placed = self._contactors(owners, np.zeros((len(table["body"]), 0)))
         found = []

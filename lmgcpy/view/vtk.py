@@ -44,7 +44,7 @@ def export_vtk(run: Run, folder: str | os.PathLike, *, force: bool = False) -> l
     * ``wires.pvd`` has a line for each link, with ``tension`` [N], ``excess`` (relative to its reference length),
       ``chain``, ``link`` and ``law``. Its points have ``radius`` [m], ``velocity`` and ``length``, the length of the wire
       up to the point [m].
-    * ``walls.pvd`` has lines and planes, cut to the sample, with ``body``.
+    * ``walls.pvd`` has lines and planes, cut to the sample, and the triangles or segments of surfaces, with ``body``.
     * ``cell.pvd``, of a periodic scene, has the edges of the cell. Bodies and forces are then drawn in it, bodies by their
       centres and forces by their middles; wires are whole and go on beyond its faces.
     * ``outlines.pvd``, of a scene with foreign shapes that have an outline, has their lines, with ``body``.
@@ -207,8 +207,9 @@ def wires(snapshot: Snapshot, net: RunInteractions, laws: list[str]) -> Any:
 
 
 def walls(snapshot: Snapshot) -> Any:
-    """Lines, planes, and facets of cylinders."""
+    """Lines, planes, facets of surfaces, and of cylinders."""
     pieces = [(body, piece) for body, piece in zip(snapshot.walls.body, wall_polygons(snapshot), strict=True) if len(piece)]
+    pieces += [(body, in_space(corners)) for body, corners in snapshot.facets]
     pieces += [(snapshot.cylinders.body[k // FACETS], facet) for k, facet in enumerate(cylinder_polygons(snapshot))]
     points = np.concatenate([np.zeros((0, 3)), *(piece for _, piece in pieces)])
     first = np.cumsum([0, *(len(piece) for _, piece in pieces)])

@@ -1,0 +1,83 @@
+"""Scenes with surfaces in run files: the same bits after resume, the same scene again, and pictures of the facets."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+import pytest
+
+import lmgcpy as lm
+
+
+def in_space():
+    points = np.array(list(product((-0.1, 0.1), repeat=3)))
+    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    triangles = [t for a, b, c, d in faces for t in ((a, b, c), (a, c, d))]
+    scene = lm.Scene(dimension=3, gravity=(0.0, 0.0, -9.81))
+    for k in range(4):
+        scene.add(lm.sphere(radius=0.05, position=(0.1 * k - 0.15, 0.02 * k, 0.1), mass=1.0))
+    oak = lm.Material("oak", 700.0)
+    scene.add(lm.mesh(points - (0.0, 0.0, -0.35), triangles, material=oak, sides="outside", color="GRAIN"))
+    corners = [(-0.5, -0.5, 0.0), (0.5, -0.5, 0.0), (0.5, 0.5, 0.0), (-0.5, 0.5, 0.0)]
+    scene.add(lm.plate(corners, radius=0.01)).impose_velocity(spin_z=1.0)
+    return scene
+
+
+def in_plane():
+    scene = lm.Scene(dimension=2, gravity=(0.0, -9.81))
+    for k in range(4):
+        scene.add(lm.disk(radius=0.05, position=(0.12 * k - 0.18, 0.065), mass=1.0))
+    block = [(-0.1, 0.2), (0.1, 0.2), (0.1, 0.4), (-0.1, 0.4)]
+    oak = lm.Material("oak", 700.0)
+    scene.add(lm.wall_segment(*block, closed=True, sides="outside", material=oak, color="GRAIN"))
+    scene.add(lm.wall_segment((-0.5, 0.1), (-0.3, 0.0), (0.3, 0.0), (0.5, 0.1), radius=0.01)).impose_velocity(spin=0.1)
+    return scene
+
+
+SCENES = {"in space": in_space, "in the plane": in_plane}
+
+
+def simulated(make):
+    scene = make()
+    for color in ("GRAIN", "WALL"):
+        scene.see("GRAIN", color, lm.Coulomb(friction=0.3))
+    return lm.Simulation(scene, time_step=1e-3)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_run_goes_on_with_the_same_bits_and_its_scene_comes_back(name, tmp_path):
+    path = tmp_path / "run.h5"
+    whole = simulated(SCENES[name]).run(steps=60)
+    simulated(SCENES[name]).run(steps=40, record=path, every=10)
+    resumed = lm.resume(path).run(steps=20)
+    for part in ("positions", "velocities", "spins"):
+        assert np.array_equal(getattr(resumed, part), getattr(whole, part))
+    assert len(whole.interactions) > 2
+    before, again = SCENES[name](), lm.Scene.from_run(path, 40)
+    for one, other in zip(before.bodies[-2:], again.bodies[-2:], strict=True):
+        assert isinstance(other, lm.Surface)
+        assert other.facet_count == one.facet_count
+        assert other.mass == one.mass
+        assert other.held_by_default == one.held_by_default
+        for mine, its in zip(one.contactors, other.contactors, strict=True):
+            assert mine[0].KIND == its[0].KIND
+            assert its[0].shape[: len(mine[0].shape)] == mine[0].shape
+            assert (its[0].bounding_radius, its[0].size) == (mine[0].bounding_radius, mine[0].size)
+            assert list(its[0].middle) == list(mine[0].middle)
+    lm.Simulation(again, time_step=1e-3).run(steps=2)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_facets_are_drawn_where_they_are(name):
+    from lmgcpy.view.snapshot import snapshot
+
+    sim = simulated(SCENES[name]).run(steps=20)
+    snap = snapshot(sim)
+    flat = snap.dimension == 2
+    assert len(snap.facets) == (4 + 3 if flat else 12 + 2)
+    assert not snap.outlines
+    assert len(snap.sharp_edges) == (0 if flat else 12 + 4)
+    surface = sim.scene.bodies[-1]
+    middle = np.mean([corners.mean(axis=0) for body, corners in snap.facets if body == surface.id], axis=0)
+    assert middle[0] == pytest.approx(surface.position[0], abs=0.05)
