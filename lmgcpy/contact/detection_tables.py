@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from lmgcpy.contact.positions import in_plane, in_space
+from lmgcpy.contact.positions import axes_of, in_plane, in_space
 from lmgcpy.laws import Law
 
 FEATURES = ("face", "edge", "corner", "line", "tip")
@@ -37,6 +37,9 @@ class ContactorTable:
     middle: np.ndarray | None = None
     """Centres of these circles or spheres seen from the contactors, along the axes of the bodies [m], (k, d); None if all
     are the positions of the contactors."""
+    half_box: np.ndarray | None = None
+    """Half sides of boxes along the axes of the bodies that contain the contactors, around the same centres [m], (k, d);
+    None if there are no features."""
     sizes: np.ndarray | None = None
     """Lengths with which displacements and overlaps are compared [m], (k,), infinite for walls; None for the bounding
     radii."""
@@ -55,6 +58,11 @@ class ContactorTable:
     def radius(self) -> np.ndarray:
         """Radius of the surface that others meet [m], (k,): the size, but of a rod its own."""
         return np.where(self.rods, self.shape[:, 0], self.size) if self.rods.any() else self.size
+
+    @cached_property
+    def thickness(self) -> np.ndarray:
+        """Radius with which the axis, or the plane, of each contactor is surrounded [m], (k,): of round ones their own."""
+        return np.where(self.rods | self.features, self.shape[:, 0], self.bounding_radius)
 
     @property
     def size(self) -> np.ndarray:
@@ -77,6 +85,18 @@ class ContactorTable:
         else:
             centres[:k, :3] += in_space(placed[:k, 3:], self.middle) if placed.shape[1] == 7 else self.middle
         return centres
+
+    def boxes(self, placed: np.ndarray) -> np.ndarray | None:
+        """Half sides of boxes along the axes of space around the centres of the bounding spheres that contain the
+        contactors at these positions (k, w) [m], (k, d); None without features."""
+        if self.half_box is None:
+            return None
+        k, d = self.half_box.shape
+        if d == 2:
+            axes = in_plane(placed[:k, 2, None], np.eye(2)).transpose(0, 2, 1)
+        else:
+            axes = axes_of(placed[:k])
+        return np.where(self.features[:, None], np.einsum("kij,kj->ki", np.abs(axes), self.half_box), self.half_box)
 
     @property
     def width(self) -> int:

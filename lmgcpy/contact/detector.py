@@ -29,7 +29,7 @@ from lmgcpy.contact.links import LINKS, detect_at_points
 from lmgcpy.contact.memory import LastStep, Memory, surfaces_met
 from lmgcpy.contact.neighbours import KindPair, Surroundings, kind_pairs, neighbours
 from lmgcpy.contact.positions import largest_move, place_in_plane, place_in_space
-from lmgcpy.contact.segments import within_reach
+from lmgcpy.contact.segments import are_long, within_reach
 from lmgcpy.contact.slabs import Slabs, cut_bodies, is_large
 
 
@@ -368,7 +368,10 @@ class Detector:
         else:
             bounded = np.flatnonzero(self._bounded)
             centres = self._listed_centres.take(bounded, axis=0)[:, : self.dimension]
-            near = near_pairs(centres, self.contactors.bounding_radius[bounded], self._reach)
+            box = self.contactors.boxes(placed)
+            box = None if box is None else box[bounded]
+            held = None if box is None else (self.contactors.features & ~self._free[self.contactors.body])[bounded]
+            near = near_pairs(centres, self.contactors.bounding_radius[bounded], self._reach, box, held)
             if len(bounded) < len(placed):
                 near = bounded.astype(np.int32).take(near)
         near = self._excluded.left_out_of(near, self.contactors.body)
@@ -388,7 +391,7 @@ class Detector:
             raise listing_fault(kinds, error) from error
         if self._hidden is not None:
             pairs = pairs[~self._hidden[pairs].any(axis=1)]
-        if {kinds.candidate, kinds.antagonist} in ({"rod"}, {"rod", "sphere"}) and self._images is None:
+        if are_long(kinds.candidate, kinds.antagonist) and self._images is None:
             pairs = within_reach(pairs, self.contactors, around.placed, self._reach)
         if len(pairs) == 0:
             return Group(row.law, row=row)

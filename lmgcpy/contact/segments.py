@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from lmgcpy.contact.detection_tables import ContactorTable
-from lmgcpy.contact.positions import in_space
+from lmgcpy.contact.positions import in_own_axes, in_plane, in_space
 
 
 def feet(points: np.ndarray, middle: np.ndarray, half: np.ndarray) -> np.ndarray:
@@ -37,18 +37,59 @@ def segment_distances(a: np.ndarray, half_a: np.ndarray, b: np.ndarray, half_b: 
     return np.min(found, axis=0)
 
 
-def within_reach(pairs: np.ndarray, contactors: ContactorTable, placed: np.ndarray, reach: float) -> np.ndarray:
-    """The pairs (p, 2) of rods, or of a rod and a sphere, whose surfaces are within ``reach`` [m]; ``placed``: positions of
-    the contactors, (k, 7).
+LONG = ("rod", "edge", "face", "line")
+"""Kinds of contactors that are much smaller than the spheres around them."""
+MEASURED = (*LONG, "sphere", "disk", "corner", "tip")
+AT_ONCE = 200_000
+"""How many pairs are measured together; more would take gigabytes."""
 
-    Pairs come from spheres around the rods, which are much larger. A rod moves no farther than the spheres at its ends, so
-    that a list of these pairs holds as long as one of spheres.
+
+def are_long(one: str, other: str) -> bool:
+    """Whether the distances of contactors of two kinds can be measured here, and are more than those of the spheres around
+    them."""
+    return one in MEASURED and other in MEASURED and (one in LONG or other in LONG)
+
+
+def within_reach(pairs: np.ndarray, contactors: ContactorTable, placed: np.ndarray, reach: float) -> np.ndarray:
+    """The pairs (p, 2) of contactors of two kinds, see :func:`are_long`, whose surfaces are within ``reach`` [m];
+    ``placed``: positions of the contactors, (k, w).
+
+    Pairs come from spheres around them, which are much larger. A rod or a surface moves no farther than the spheres at the
+    ends of the rod, or the corners of the surface, so that a list of these pairs holds as long as one of spheres.
     """
+    if len(pairs) > AT_ONCE:
+        pieces = np.array_split(pairs, len(pairs) // AT_ONCE + 1)
+        return np.concatenate([within_reach(piece, contactors, placed, reach) for piece in pieces])
+    if not len(pairs):
+        return pairs
+    centre, faces = contactors.centres(placed), [contactors.kind[k] == "face" for k in pairs[0]]
+    near = contactors.thickness[pairs].sum(axis=1) + reach
+    d = contactors.offset.shape[1]
+    if any(faces):
+        face, other = (pairs[:, 0], pairs[:, 1]) if faces[0] else (pairs[:, 1], pairs[:, 0])
+        return pairs[face_distances(centre[other, :3], contactors, placed, face) <= near]
     half = [half_lengths(contactors, placed, pairs[:, side]) for side in (0, 1)]
-    centre = [placed[pairs[:, side], :3] for side in (0, 1)]
-    return pairs[segment_distances(centre[0], half[0], centre[1], half[1]) <= contactors.radius[pairs].sum(axis=1) + reach]
+    middle = [centre[pairs[:, side], :d] for side in (0, 1)]
+    return pairs[segment_distances(middle[0], half[0], middle[1], half[1]) <= near]
 
 
 def half_lengths(contactors: ContactorTable, placed: np.ndarray, which: np.ndarray) -> np.ndarray:
-    """Vectors from the middles of rods to their ends [m], (p, 3); zero for spheres."""
-    return np.where(contactors.rods[which, None], in_space(placed[which, 3:], contactors.shape[which, 1:4]), 0.0)
+    """Vectors from the middles of rods, edges and lines to their ends [m], (p, d); zero for others. All are of one kind."""
+    kind, shape, d = contactors.kind[which[0]], contactors.shape[which], contactors.offset.shape[1]
+    if kind == "line":
+        return in_plane(placed[which, 2], 0.5 * (shape[:, 11:13] - shape[:, 5:7]))
+    if kind not in ("rod", "edge"):
+        return np.zeros((len(which), d))
+    half = shape[:, 1:4] if kind == "rod" else 0.5 * (shape[:, 4:7] - shape[:, 1:4])
+    return in_space(placed[which, 3:], half) if placed.shape[1] == 7 else half
+
+
+def face_distances(points: np.ndarray, contactors: ContactorTable, placed: np.ndarray, which: np.ndarray) -> np.ndarray:
+    """Distances of points (p, 3) from the triangles of faces [m], (p,), or less near their corners: the root of the squares
+    of the distances from the plane and, in it, from the farthest side."""
+    x, shape = points - placed[which, :3], contactors.shape[which]
+    if placed.shape[1] == 7:
+        x = in_own_axes(placed[which, 3:], x)
+    z = ((x - shape[:, 6:9]) * shape[:, 3:6]).sum(axis=1)
+    beyond = [((x - shape[:, at : at + 3]) * shape[:, at + 3 : at + 6]).sum(axis=1) for at in (6, 14, 22)]
+    return np.hypot(z, np.maximum(0.0, np.max(beyond, axis=0)))

@@ -43,6 +43,11 @@ class Contactor(ABC):
         return None
 
     @property
+    def half_box(self) -> Sequence[float]:
+        """Half sides of a box around the middle that contains the shape, along the axes of the body [m], (d,) or one."""
+        return [self.bounding_radius]
+
+    @property
     def size(self) -> float:
         """Length with which displacements and overlaps of the contactor are compared [m]; infinite for walls."""
         return self.bounding_radius

@@ -93,6 +93,11 @@ class FeatureContactor(Contactor):
         return self._of.middles[self._row].tolist()
 
     @property
+    def half_box(self) -> Sequence[float]:
+        away = np.abs(self._of.places[self._row] - self._of.middles[self._row]).max(axis=0)
+        return (away + self._of.shapes[self._row, 0]).tolist()
+
+    @property
     def size(self) -> float:
         return self._of.size
 

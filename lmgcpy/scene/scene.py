@@ -787,6 +787,7 @@ class Scene:
         table = np.zeros((len(owner), max(map(len, shapes), default=1)))
         bounding_radius = table[:, 0] = rows[owner, RADIUS]
         sizes, middle = np.full(len(owner), np.nan), np.zeros((len(owner), self.dimension))
+        half_box = np.full(middle.shape, np.nan)
         kinds = [round_kind] * len(owner)
         offset = np.zeros((len(owner), self.dimension))
         shape_size = {round_kind: 1} if plain.any() else {}
@@ -803,7 +804,7 @@ class Scene:
             offset[at] = from_centre
             bounding_radius[at] = contactor.bounding_radius
             if contactor.middle is not None:
-                middle[at], sizes[at] = contactor.middle, contactor.size
+                middle[at], sizes[at], half_box[at] = contactor.middle, contactor.size, contactor.half_box
             shape_size[contactor.KIND] = max(len(shape), shape_size.get(contactor.KIND, 0))
         colors = [body.color for body in self.bodies]
         return ContactorTable(
@@ -816,6 +817,7 @@ class Scene:
             bounding_radius=bounding_radius,
             turns=np.isin(owner, start.turning) if len(start.turning) else None,
             middle=middle if middle.any() else None,
+            half_box=None if np.isnan(sizes).all() else np.where(np.isnan(half_box), bounding_radius[:, None], half_box),
             sizes=None if np.isnan(sizes).all() else np.where(np.isnan(sizes), bounding_radius, sizes),
         )
 

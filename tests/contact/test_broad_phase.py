@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lmgcpy.contact.broad_phase import near_pairs
+from lmgcpy.contact.broad_phase import Grid, near_pairs
 
 
 def all_pairs(positions, radius, reach):
@@ -80,3 +80,36 @@ def test_random_spheres(seed, flat):
     positions[:, list(flat)] = 0.5
     for reach in (0.0, 0.1, 3.0):
         assert check(positions, rng.uniform(0.1, 0.6, 300), reach) > 20
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("ratio", [4.0, 1000.0])
+@pytest.mark.parametrize("seed", range(2))
+def test_classes_of_sizes_boxes_and_held_circles(dimension, ratio, seed):
+    """Few large circles among many small ones, each in a flat box: the pairs whose boxes are within reach too, and that are
+    not both held."""
+    rng = np.random.default_rng(seed)
+    radius = np.where(rng.random(300) < 0.05, ratio, 1.0) * rng.uniform(0.5, 1.0, 300)
+    positions = rng.uniform(0.0, 2.0 * 300 ** (1.0 / dimension), (300, dimension)) + 1e3
+    box = radius[:, None] * rng.uniform(0.0, 1.0, (300, dimension))
+    held = rng.random(300) < 0.4
+    for reach in (0.0, 0.3):
+        expected = check(positions, radius, reach)
+        assert expected > 100
+        i, j = all_pairs(positions, radius, reach).T
+        meet = (np.abs(positions[i] - positions[j]) <= box[i] + box[j] + reach).all(axis=1)
+        assert near_pairs(positions, radius, reach, box).tolist() == np.stack([i, j], axis=1)[meet].tolist()
+        meet &= ~(held[i] & held[j])
+        assert near_pairs(positions, radius, reach, box, held).tolist() == np.stack([i, j], axis=1)[meet].tolist()
+
+
+def test_one_boulder_looks_at_few_cells():
+    """Of 20 000 small disks the grid has as many cells as without the boulder, not one cell for all."""
+    rng = np.random.default_rng(0)
+    positions = np.vstack([rng.uniform(0.0, 200.0, (20_000, 2)), [[100.0, 300.0]]])
+    radius = np.append(np.full(20_000, 0.5), 99.0)
+    pairs = near_pairs(positions, radius, 0.1)
+    alone = near_pairs(positions[:-1], radius[:-1], 0.1)
+    assert pairs[pairs[:, 1] < 20_000].tolist() == alone.tolist()
+    small = Grid(np.arange(20_000), np.column_stack([positions, 0.0 * radius]), radius, np.zeros((0, 3)), 0.1, 2)
+    assert small.cell < 2.0

@@ -155,14 +155,14 @@ def test_a_ball_in_a_box_of_six_plates_comes_to_rest_in_a_corner():
         sim.step()
         moving = 0.5 * ball.velocity @ ball.velocity + 0.2 * R**2 * ball.spin @ ball.spin
         energy.append(moving + ball.position @ (2.0, 3.0, 5.0))
-    assert np.diff(energy).max() < 1e-12
+    assert np.diff(energy).max() < 1e-8 * energy[0]  # what a tolerance of 1e-4 leaves of friction
     assert ball.position == pytest.approx([-0.4] * 3, abs=1e-6)
     net = sim.interactions
     assert len(net) == 3
     assert sorted(net.force[:, 0]) == pytest.approx([2.0, 3.0, 5.0], rel=0.05)  # friction may take a part
 
 
-@pytest.mark.parametrize("depth", [0.5, 1.5, 3.0])
+@pytest.mark.parametrize("depth", [0.5, 1.0, 1.5, 1.9])
 def test_a_ball_deep_in_a_solid_is_pushed_out(depth):
     """Its centre is behind the face: it is driven upward until the overlap is gone, as the contact is pressed."""
     points, triangles = box_triangles()
