@@ -155,6 +155,11 @@ STUDY = {
 
 IN_SPACE = [*NO_ARRAY, None, 1.0, [1.0], [1.0, 2.0], [1.0, 2.0, 3.0, 4.0], [[1.0, 2.0, 3.0]], (0.0, nan, 0.0)]
 START = {"velocity": VECTOR, "rotation": NUMBER, "spin": NUMBER, "color": WORD}
+def segment(points, **more):
+    """``wall_segment``, whose points have no name."""
+    return lm.wall_segment(*points if isinstance(points, list) else (points,), **more)
+
+
 SETTLED = {"positions": [[0.1, 0.1]], "radii": [0.01], "box": (0.3, None), "obstacles": None}
 PEANUT = lm.clump([0.01, 0.01], [(0, 0, 0), (0.01, 0, 0)], density=1.0)
 FIBRES = {"radii": [0.01, 0.01], "content": 0.5, "radius": 0.002, "length": 0.02, "box": (0.2, 0.2, 0.2),
@@ -211,6 +216,21 @@ CALLS = {
         {"radius": POSITIVE, "length": POSITIVE, "position": IN_SPACE, "axis": [*IN_SPACE, (0, 0, 0)],
          "rotation": optional([*THING, 0.5, (1.0, 1.0, 0.0, 0.0)]), "material": optional(THING), "mass": optional(POSITIVE),
          "color": WORD, "velocity": IN_SPACE, "spin": IN_SPACE}),
+    "wall_segment": (segment, {"points": [(0, 0), (1, 0), (1, 1)]},
+        {"points": [*THING, [(0, 0)], [(0, 0, 0), (1, 0, 0)], [(0, 0), (nan, 1)], [(0, 0), (1, 0), (1, 0)]],
+         "radius": NOT_NEGATIVE, "closed": FLAG, "sides": CHOICE, "centre": optional(VECTOR), "material": optional(THING),
+         "mass": optional(POSITIVE), "inertia": optional(POSITIVE), "rotation": NUMBER, "color": WORD}),
+    "plate": (lm.plate, {"corners": [(0, 0, 0), (1, 0, 0), (0, 1, 0)]},
+        {"corners": [*NO_ARRAY, None, [(0, 0, 0), (1, 0, 0)], [(0, 0), (1, 0), (1, 1)], [(0, 0, 0), (1, 0, 0), (2, 0, 0)],
+                     [(0, 0, 0), (1, 0, 0), (1, 1, 0.1), (0, 1, 0)], [(0, 0, 0), (2, 0, 0), (0.5, 0.5, 0), (0, 2, 0)]],
+         "radius": NOT_NEGATIVE, "centre": optional(IN_SPACE), "mass": optional(POSITIVE), "inertia": optional(POSITIVE),
+         "rotation": optional([*THING, 0.5, (1.0, 1.0, 0.0, 0.0)]), "color": WORD}),
+    "mesh": (lm.mesh, {"points": [(0, 0, 0), (1, 0, 0), (0, 1, 0)], "triangles": [(0, 1, 2)]},
+        {"points": [*NO_ARRAY, None, [(0, 0), (1, 0), (1, 1)]],
+         "triangles": [*THING, None, [], [(0, 1)], [(0, 1, 3)], [(0, 1, -1)], [(0, 1, 1)], [(0.0, 1.0, 2.0)]],
+         "radius": NOT_NEGATIVE, "sides": CHOICE, "centre": optional(IN_SPACE), "material": optional(THING),
+         "mass": optional(POSITIVE), "inertia": optional(POSITIVE),
+         "rotation": optional([*THING, 0.5, (1.0, 1.0, 0.0, 0.0)]), "color": WORD}),
     "Capsule": (lm.Capsule, {"radius": 1.0, "length": 1.0, "position": (0, 0, 0), "mass": 1.0, "color": "A"},
         {"radius": POSITIVE, "length": POSITIVE, "material": optional(THING), "mass": optional(POSITIVE),
          "position": IN_SPACE, "velocity": IN_SPACE, "spin": IN_SPACE, "color": WORD}),
@@ -431,6 +451,9 @@ CALLED = {
     "name": ["name of a material", "law"],
     "contactors": ["contactor"],
     "components": ["component", "fix"],
+    "triangles": ["triangle", "Triangle"],
+    "corners": ["corner", "Corner", "plate"],
+    "points": ["points", "point"],
     "body": ["body", "Scene.add"],
     "candidate": ["colour", "candidate"],
     "antagonist": ["colour", "antagonist"],
@@ -465,6 +488,8 @@ EXEMPT = {
     "Clump": "made by clump",
     "MeshClump": "made by clump_from_mesh",
     "clump_from_mesh": "in tests/scene/test_mesh_clump.py",
+    "Surface": "made by wall_segment, plate and mesh",
+    "read_mesh": "in tests/scene/test_surfaces.py",
     "Contactor": "abstract",
     "Law": "abstract; what authors of laws may do wrong is in tests/laws",
     "Parameter": "of authors of laws",

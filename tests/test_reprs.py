@@ -114,6 +114,8 @@ def things(folder) -> dict[str, object]:
         "CylinderWall 'WALL'": lm.cylinder_wall(point=(0, 0, 0), axis=(0, 0, 1), radius=1.0),
         "RigidBody 'A'": lm.RigidBody([lm.DiskContactor(1.0)], mass=1.0, inertia=1.0, position=(0, 0), color="A"),
         "Capsule 'GRAIN', body not yet in a scene": lm.capsule(radius=0.1, length=0.2, position=(0, 0, 0), mass=1.0),
+        "Surface 'WALL', body not yet in a scene, at (0.5, 0) m": lm.wall_segment((0, 0), (1, 0)),
+        "FeatureContactor 'tip' of shape (0, 0.5, 0, -1, 0)": lm.wall_segment((0, 0), (1, 0)).contactors[2][0],
         "Clump of 1 spheres: mass 4.189 kg, extent 1 m": ball,
         "Clump of 1 spheres: mass 4.189 kg, extent 1 m, volume +1.0": lm.MeshClump(**vars(ball), **of_mesh),
         "SphereContactor 'sphere' of shape (0.1)": lm.SphereContactor(0.1),

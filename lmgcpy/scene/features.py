@@ -39,6 +39,8 @@ THIN = 1e-9
 """A triangle is a line if its height is this part of its longest side at the most."""
 RAYS = 4_000_000
 """How many rays and facets are looked at together."""
+EVERYWHERE = {2: (1, 0, -1, 0, 0, 1, 0, -1), 3: (1, 0, 0, -1, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 1, 0, 0, -1, *6 * (0,))}
+"""Directions to corners that lie on all sides: what has them is met nowhere."""
 SIDES = ("both", "outside", "inside")
 
 
@@ -379,6 +381,7 @@ def _mesh(
 ) -> Surface:
     """The surface of a mesh, checked; ``name`` begins sentences."""
     one_of(sides, "sides", SIDES)
+    _check_material(material)
     points, triangles = _cleaned(name, points, triangles)
     solid = None
     if sides != "both" or material is not None:
@@ -479,6 +482,11 @@ def polygon_solid(points: np.ndarray) -> Solid:
     return Solid(area, points.mean(axis=0) + shift, polar)
 
 
+def _check_material(material: Any) -> None:
+    if material is not None and not isinstance(material, Material):
+        raise TypeError(f"material of a surface must be a lmgcpy.Material, got {shown(material)}.")
+
+
 def _surface(
     name: str,
     points: np.ndarray,
@@ -492,9 +500,8 @@ def _surface(
     """The body of a surface with these points (V, d) and cells (m, d)."""
     d, material, mass, inertia = points.shape[1], given["material"], given["mass"], given["inertia"]
     thick = number(radius, "radius of a surface", minimum=0.0, unit="m")
+    _check_material(material)
     if material is not None:
-        if not isinstance(material, Material):
-            raise TypeError(f"material of a surface must be a lmgcpy.Material, got {shown(material)}.")
         if solid is None:
             raise ValueError(f"{name} is open: without a volume a material gives it no mass. Give mass= and inertia=.")
         if centre is not None:
@@ -523,7 +530,7 @@ def _surface(
         start["rotation"] = axes if turn is None else turn if axes is None else turn * axes
     places = points - middle if axes is None else axes.inv().apply(points - middle)
     return Surface(
-        features_of(places, cells, thick, sides != "both", free=not held),
+        features_of(places, cells, thick, sides, free=not held),
         mass=mass,
         inertia=inertia,
         held=held,
@@ -533,14 +540,18 @@ def _surface(
     )
 
 
-def features_of(points: np.ndarray, cells: np.ndarray, radius: float, one_sided: bool, *, free: bool) -> list[Features]:
+def features_of(points: np.ndarray, cells: np.ndarray, radius: float, sides: str, *, free: bool) -> list[Features]:
     """The features of a surface with these points (V, d) from its centre and cells (m, d): facets, edges, corners."""
+    one_sided = sides != "both"
     net = topology(cells, len(points), dimension=points.shape[1])
     ridges = ridges_of(points, net)
     depth = thickness(points, net) / 2.0 if one_sided else DEEP
     facets = facet_shapes(points, net, radius, one_sided=one_sided, depth=depth, ridges=ridges)
     size = float(np.linalg.norm(points, axis=1).max()) + radius if free else math.inf
-    kept = kept_corners(points, net, one_sided=one_sided)
+    kept, corners = kept_corners(points, net, one_sided=one_sided), corner_shapes(points, net, radius)
+    if sides == "inside":  # the outermost corners, which tell how far the surface has moved, in cones without a direction
+        corners = np.column_stack([corners[:, : 1 + net.dimension], np.tile(EVERYWHERE[net.dimension], (len(points), 1))])
+        kept[:] = True
     # a corner without radius is a point, and a bounding sphere has a radius
     least = 1e-9 * float(np.abs(points).max())
 
@@ -553,7 +564,7 @@ def features_of(points: np.ndarray, cells: np.ndarray, radius: float, one_sided:
     if not flat:
         edges = kept_edges(net, ridges, one_sided=one_sided)
         found.append(features("edge", edge_shapes(points, net, radius, ridges=ridges)[edges], points[net.edges[edges]]))
-    found.append(features("tip" if flat else "corner", corner_shapes(points, net, radius)[kept], points[kept][:, None]))
+    found.append(features("tip" if flat else "corner", corners[kept], points[kept][:, None]))
     return found
 
 

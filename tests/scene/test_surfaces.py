@@ -1,0 +1,176 @@
+"""Surfaces as bodies: masses, sides, cleaning, files of meshes, and sentences for what is none."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+import pytest
+
+import lmgcpy as lm
+
+OAK = lm.Material("oak", 700.0)
+POINTS = np.array(list(product((-0.5, 0.5), repeat=3)))
+FACES = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+CUBE = np.array([t for a, b, c, d in FACES for t in ((a, b, c), (a, c, d))])
+SQUARE = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0)]
+
+
+def kinds(surface):
+    return {of.kind: len(of.radii) for of in surface.features}
+
+
+def test_features_are_those_that_a_ball_can_meet():
+    """Of a cube: diagonals of its faces have no contactor; from inside neither have edges and corners, which are kept as
+    corners that nothing meets."""
+    assert kinds(lm.mesh(POINTS, CUBE)) == {"face": 12, "edge": 12, "corner": 8}
+    assert kinds(lm.mesh(POINTS, CUBE, sides="outside")) == {"face": 12, "edge": 12, "corner": 8}
+    assert kinds(lm.mesh(POINTS, CUBE, sides="inside")) == {"face": 12, "edge": 0, "corner": 8}
+    assert kinds(lm.plate([(0, 0, 0), (2, 0, 0), (2, 1, 0), (0, 1, 0)])) == {"face": 2, "edge": 4, "corner": 4}
+    assert kinds(lm.wall_segment(*SQUARE)) == {"line": 3, "tip": 4}
+    assert kinds(lm.wall_segment((0, 0), (1, 0), (2, 0))) == {"line": 2, "tip": 2}
+
+
+@pytest.mark.parametrize("flipped", [False, True])
+@pytest.mark.parametrize("sides", ["outside", "inside"])
+def test_the_side_does_not_depend_on_the_order_of_corners(flipped, sides):
+    triangles = CUBE[:, ::-1] if flipped else CUBE
+    faces = lm.mesh(POINTS, triangles, sides=sides).features[0]
+    outward = (faces.shapes[:, 3:6] * faces.middles).sum(axis=1)
+    assert ((outward > 0.0) == (sides == "outside")).all()
+    lines = lm.wall_segment(*(SQUARE[::-1] if flipped else SQUARE), closed=True, sides=sides).features[0]
+    outward = (lines.shapes[:, 3:5] * lines.middles).sum(axis=1)
+    assert ((outward > 0.0) == (sides == "outside")).all()
+
+
+def test_a_face_reaches_half_way_through_the_solid():
+    flat = lm.mesh(POINTS * (1.0, 1.0, 0.2), CUBE, sides="outside").features[0]
+    upward = np.abs(flat.shapes[:, 5]) > 0.5
+    assert flat.shapes[upward, 2] == pytest.approx(0.1)
+    assert flat.shapes[~upward, 2] == pytest.approx(0.5)
+    square = lm.wall_segment(*SQUARE, closed=True, sides="outside").features[0]
+    assert sorted(square.shapes[:, 2]) == pytest.approx([0.5, 0.5, 1.0, 1.0])
+
+
+@pytest.mark.parametrize("flipped", [False, True])
+def test_a_body_of_a_material_has_the_mass_of_its_volume(flipped):
+    box = lm.mesh(POINTS * (1.0, 2.0, 3.0) + 5.0, CUBE[:, ::-1] if flipped else CUBE, material=OAK)
+    assert box.mass == pytest.approx(4200.0)
+    assert box.inertia == pytest.approx(350.0 * np.array([13.0, 10.0, 5.0]))
+    assert box.position == pytest.approx([5.0] * 3)
+    assert not box.held_by_default
+    assert box.turns
+    rectangle = lm.wall_segment(*(SQUARE[::-1] if flipped else SQUARE), closed=True, material=OAK)
+    assert rectangle.mass == pytest.approx(1400.0)
+    assert rectangle.inertia == pytest.approx(1400.0 * 5.0 / 12.0)
+    assert rectangle.position == pytest.approx([1.0, 0.5])
+
+
+def test_what_holds_a_surface():
+    """Nothing given: a wall; a mass: a wall that may be loaded; a mass and an inertia, or a material: free."""
+    wall, loaded = lm.plate(np.eye(3)), lm.plate(np.eye(3), mass=2.0)
+    free = lm.plate(np.eye(3), mass=2.0, inertia=1.0)
+    assert [body.held_by_default for body in (wall, loaded, free)] == [True, True, False]
+    assert [body.gravity_acts for body in (wall, loaded, free)] == [False, False, True]
+    assert [np.isfinite(body.extent) for body in (wall, loaded, free)] == [False, False, True]
+    assert not wall.turns
+    assert lm.plate(np.eye(3)).impose_velocity(spin_x=1.0).turns
+    assert lm.plate(np.eye(3), rotation=(0, 0, 0, 1)).turns
+    with pytest.raises(ValueError, match="has no mass"):
+        wall.impose_force(z=1.0)
+
+
+def test_a_wall_that_began_unturned_cannot_turn_later():
+    scene = lm.Scene(dimension=3)
+    wall = scene.add(lm.plate(np.eye(3)))
+    scene.add(lm.sphere(radius=0.1, position=(3, 3, 3), mass=1.0))
+    lm.Simulation(scene, time_step=1e-3).run(steps=1)
+    wall.impose_velocity(x=1.0)
+    with pytest.raises(ValueError, match=r"keeps no rotation.*rotation="):
+        wall.impose_velocity(spin_x=1.0)
+
+
+def test_equal_points_are_one():
+    apart = POINTS[CUBE].reshape(-1, 3) + 1e-12
+    surface = lm.mesh(apart, np.arange(36).reshape(-1, 3), sides="outside")
+    assert kinds(surface) == {"face": 12, "edge": 12, "corner": 8}
+
+
+WRONG = {
+    "open": (lambda: lm.mesh(POINTS, CUBE[1:], sides="outside"), "is open"),
+    "facing in and out": (lambda: lm.mesh(POINTS, [*CUBE[1:], CUBE[0][::-1]], sides="inside"), "face inward beside"),
+    "flat": (lambda: lm.mesh(np.eye(3), [(0, 1, 2), (0, 2, 1)], sides="outside"), "is flat"),
+    "a line": (lambda: lm.mesh([*POINTS, (0.5, 0.5, 0.0)], [*CUBE, (7, 8, 6)]), r"Triangle 12 .* is a line"),
+    "three at an edge": (lambda: lm.mesh([*POINTS, (3, 3, 3)], [*CUBE, (0, 1, 8)]), r"3 triangles .* 12, meet"),
+    "the same twice": (lambda: lm.mesh(POINTS, [*CUBE, CUBE[3]]), "triangles of the mesh"),
+    "a T-joint": (
+        lambda: lm.mesh([(0, 0, 0), (2, 0, 0), (0, 1, 0), (1, 0, 0), (0, -1, 0)], [(0, 1, 2), (0, 4, 3)]),
+        r"at \(1, 0, 0\) m, lies inside an edge of its triangle 0",
+    ),
+    "a million": (lambda: lm.mesh(POINTS, np.tile(CUBE, (100_000, 1))), "1200000 triangles"),
+    "material of an open one": (lambda: lm.wall_segment(*SQUARE, material=OAK), "is open"),
+    "side of an open one": (lambda: lm.wall_segment(*SQUARE, sides="outside"), "no solid behind"),
+    "points on planes": (lambda: see_each_other(0.0), "give one of them a radius"),
+}
+
+
+def see_each_other(radius):
+    scene = lm.Scene(dimension=3)
+    scene.add(lm.mesh(POINTS + 3.0, CUBE, material=OAK, color="A", radius=radius))
+    scene.add(lm.plate(np.eye(3)))
+    scene.see("A", "WALL", lm.Coulomb(friction=0.3))
+    lm.Simulation(scene, time_step=1e-3)
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_what_is_no_surface_gets_a_sentence(name):
+    call, words = WRONG[name]
+    with pytest.raises(ValueError, match=words) as caught:
+        call()
+    assert str(caught.value).endswith(".")
+
+
+def test_surfaces_see_each_other_with_a_radius():
+    see_each_other(0.01)
+
+
+def test_files_of_meshes(tmp_path):
+    """An STL file has each corner of each triangle, in single precision; lengths are scaled."""
+    pyvista = pytest.importorskip("pyvista")
+    for name in ("cube.stl", "cube.ply", "cube.obj", "cube.vtp"):
+        pyvista.PolyData.from_regular_faces(1000.0 * POINTS, CUBE).save(tmp_path / name)
+        cube = lm.read_mesh(tmp_path / name, scale=1e-3, sides="outside", material=OAK)
+        assert kinds(cube) == {"face": 12, "edge": 12, "corner": 8}
+        assert cube.mass == pytest.approx(700.0)
+    for text, error in (("nothing", OSError), (None, FileNotFoundError)):
+        path = tmp_path / "other.stl"
+        if text is not None:
+            path.write_text(text)
+        with pytest.raises((error, ValueError), match=r"other\.stl"):
+            lm.read_mesh(path)
+        path.unlink(missing_ok=True)
+    with pytest.raises(ValueError, match="scale"):
+        lm.read_mesh(tmp_path / "cube.stl", scale=0.0)
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_a_turned_scene_with_its_triangles_in_another_order_does_the_same(seed):
+    """A ball on a rough sheet: turned about the vertical, its triangles permuted and their corners rolled. To the tolerance
+    of the solver and to rounding, 1e-9 of the way."""
+    from scipy.spatial.transform import Rotation
+
+    rng = np.random.default_rng(seed)
+    x, y = (along.ravel().astype(float) for along in np.meshgrid(range(7), range(7), indexing="ij"))
+    square = [7 * i + j for i, j in product(range(6), repeat=2)]
+    triangles = np.array([t for a in square for t in ((a, a + 7, a + 8), (a, a + 8, a + 1))])
+    points = np.column_stack([x, y, 0.1 * rng.normal(size=49)])
+    ends = []
+    for turn, order in ((Rotation.identity(), np.arange(72)), (Rotation.from_rotvec([0, 0, 0.7]), rng.permutation(72))):
+        scene = lm.Scene(dimension=3, gravity=(0.0, 0.0, -9.81))
+        start, velocity = turn.apply((2.3, 3.1, 0.6)), turn.apply((0.7, -0.4, 0.0))
+        ball = scene.add(lm.sphere(radius=0.3, position=start, velocity=velocity, mass=1.0))
+        scene.add(lm.mesh(turn.apply(points), np.roll(triangles[order], int(order[0]) % 3, axis=1), radius=0.02))
+        scene.see("GRAIN", "WALL", lm.Signorini())
+        lm.Simulation(scene, time_step=1e-3, solver=lm.GaussSeidel(tolerance=1e-12)).run(steps=500)
+        ends.append(turn.inv().apply(ball.position))
+    assert ends[1] == pytest.approx(ends[0], abs=1e-9)
