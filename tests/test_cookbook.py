@@ -16,6 +16,18 @@ def drum(torque, weight_and_lever):
     assert torque > 1.0  # the grains are carried to one side
 
 
+def blades(torque, weight_and_lever):
+    """As above; 50 grains fall from blades, and their momentum is some percent of the moment in 0.6 s."""
+    assert torque == pytest.approx(weight_and_lever, rel=0.05)
+    assert torque > 0.05
+
+
+def hopper(left, borne, weight):
+    """At rest, to what is left of the motion of 84 grains."""
+    assert left == 0
+    assert borne == pytest.approx(weight, rel=0.02)
+
+
 def silo(early, _time, first, second):
     """The rate of an hourglass: counts of about 125 grains scatter by 11, and water would run slower by a third."""
     assert early > 20
@@ -72,7 +84,7 @@ def weakening(rest, pushed, start, expected):
     assert pushed > start + 0.4
 
 
-CHECKS = (drum, silo, pressure, shear, clusters, plank, again, sweep, controller, weakening)
+CHECKS = (drum, blades, hopper, silo, pressure, shear, clusters, plank, again, sweep, controller, weakening)
 
 
 def test_every_entry_has_its_check():
