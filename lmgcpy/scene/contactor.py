@@ -34,23 +34,7 @@ class Contactor(ABC):
     @property
     @abstractmethod
     def bounding_radius(self) -> float:
-        """Radius [m] of a circle around the contactor's middle that contains the shape; may be infinite."""
-
-    @property
-    def middle(self) -> Sequence[float] | None:
-        """Centre of that circle seen from the contactor's position, along the axes of the body [m], (d,); None for the
-        position itself."""
-        return None
-
-    @property
-    def half_box(self) -> Sequence[float]:
-        """Half sides of a box around the middle that contains the shape, along the axes of the body [m], (d,) or one."""
-        return [self.bounding_radius]
-
-    @property
-    def size(self) -> float:
-        """Length with which displacements and overlaps of the contactor are compared [m]; infinite for walls."""
-        return self.bounding_radius
+        """Radius [m] of a circle around the contactor's position that contains the shape; may be infinite."""
 
     @property
     @abstractmethod

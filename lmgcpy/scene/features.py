@@ -22,6 +22,7 @@ from lmgcpy.contact.features import (
     kept_edges,
     ridges_of,
     topology,
+    unique_rows,
 )
 from lmgcpy.errors import flag, named_arguments, number, numbers, one_of, shown, vector
 from lmgcpy.scene.body import Body, Prescribed, principal_inertias
@@ -60,6 +61,11 @@ class Features:
     size: float
     """Size of the surface [m]; infinite for a wall."""
 
+    @property
+    def half_boxes(self) -> np.ndarray:
+        """Half sides of boxes around the middles that contain the features, along the axes of the body [m], (m, d)."""
+        return np.abs(self.places - self.middles[:, None]).max(axis=1, initial=0.0) + self.shapes[:, :1]
+
 
 class FeatureContactor(Contactor):
     """One of the features of a surface."""
@@ -89,19 +95,6 @@ class FeatureContactor(Contactor):
     @property
     def bounding_radius(self) -> float:
         return float(self._of.radii[self._row])
-
-    @property
-    def middle(self) -> Sequence[float]:
-        return self._of.middles[self._row].tolist()
-
-    @property
-    def half_box(self) -> Sequence[float]:
-        away = np.abs(self._of.places[self._row] - self._of.middles[self._row]).max(axis=0)
-        return (away + self._of.shapes[self._row, 0]).tolist()
-
-    @property
-    def size(self) -> float:
-        return self._of.size
 
     @property
     def outline(self) -> Sequence[np.ndarray]:
@@ -155,6 +148,11 @@ class Surface(Body):
         return [(FeatureContactor(of, row), here) for of in self.features for row in range(len(of.radii))]
 
     @property
+    def feature_count(self) -> int:
+        """Number of its contactors."""
+        return sum(len(of.radii) for of in self.features)
+
+    @property
     def facet_count(self) -> int:
         """Number of triangles, or of segments."""
         return len(self.features[0].radii)
@@ -192,6 +190,9 @@ class Surface(Body):
     @property
     def held_by_default(self) -> bool:
         return self._held
+
+    def check_turning(self) -> None:
+        """Nothing: a surface has no rods, and turns if it was given a rotation."""
 
     def _checked(self, call: str, components: Any) -> list[tuple[int, Prescribed]]:
         checked = super()._checked(call, components)
@@ -434,10 +435,10 @@ def _cleaned(name: str, points: np.ndarray, triangles: np.ndarray) -> tuple[np.n
 def _check_edges(name: str, points: np.ndarray, triangles: np.ndarray) -> None:
     """ValueError for more than two triangles at an edge, for the same triangle twice, and for T-joints."""
     edges = np.sort(np.concatenate([triangles[:, [k, (k + 1) % 3]] for k in range(3)]), axis=1)
-    ends, which, uses = np.unique(edges, axis=0, return_inverse=True, return_counts=True)
+    ends, which, uses = unique_rows(edges, len(points))
     if uses.max() > 2:
         e = int(uses.argmax())
-        at = sorted(set((np.flatnonzero(which.ravel() == e) % len(triangles)).tolist()))
+        at = sorted(set((np.flatnonzero(which == e) % len(triangles)).tolist()))
         raise ValueError(
             f"{uses[e]} triangles of {_small(name)}, {', '.join(map(str, at))}, meet at the edge at "
             f"{_at(points[ends[e]].mean(axis=0))}: two are the most. Make bodies of its parts, and turn them alike."
@@ -549,7 +550,7 @@ def features_of(points: np.ndarray, cells: np.ndarray, radius: float, sides: str
     facets = facet_shapes(points, net, radius, one_sided=one_sided, depth=depth, ridges=ridges)
     size = float(np.linalg.norm(points, axis=1).max()) + radius if free else math.inf
     kept, corners = kept_corners(points, net, one_sided=one_sided), corner_shapes(points, net, radius)
-    if sides == "inside":  # the outermost corners, which tell how far the surface has moved, in cones without a direction
+    if sides == "inside":  # nothing meets a corner, but its place shows how far the surface has moved
         corners = np.column_stack([corners[:, : 1 + net.dimension], np.tile(EVERYWHERE[net.dimension], (len(points), 1))])
         kept[:] = True
     # a corner without radius is a point, and a bounding sphere has a radius

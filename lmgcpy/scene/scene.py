@@ -40,7 +40,7 @@ from lmgcpy.scene.body_3d import Sphere
 from lmgcpy.scene.cell import Cell, Edge, edge_vector
 from lmgcpy.scene.chain import Chain, refuse_other_class
 from lmgcpy.scene.clump import Clump, make_clumps
-from lmgcpy.scene.features import refuse_points_on_planes
+from lmgcpy.scene.features import Surface, refuse_points_on_planes
 from lmgcpy.scene.joint import Joint, joint_tables
 from lmgcpy.scene.many_bodies import SomeRound, StartNumbers, make_round
 from lmgcpy.scene.material import Material
@@ -778,21 +778,36 @@ class Scene:
     def _contactors(self, start: StartNumbers) -> ContactorTable:
         """The table of all contactors."""
         rows, plain = start.rows, start.plain
-        others = [(i, *item) for i in start.others for item in self.bodies[i].contactors]
+        surfaces = {i: body for i in start.others if isinstance(body := self.bodies[i], Surface)}
+        others = [(i, *item) for i in start.others if i not in surfaces for item in self.bodies[i].contactors]
         count = plain.astype(np.int64)
         np.add.at(count, [i for i, _, _ in others], 1)
+        for i, body in surfaces.items():
+            count[i] = body.feature_count
         owner = np.repeat(np.arange(len(rows)), count)
         round_kind = (Disk if self.dimension == 2 else Sphere)._shape.KIND
         shapes = [contactor.shape for _, contactor, _ in others]
-        table = np.zeros((len(owner), max(map(len, shapes), default=1)))
+        widths = [of.shapes.shape[1] for body in surfaces.values() for of in body.features]
+        table = np.zeros((len(owner), max([1, *map(len, shapes), *widths])))
         bounding_radius = table[:, 0] = rows[owner, RADIUS]
         sizes, middle = np.full(len(owner), np.nan), np.zeros((len(owner), self.dimension))
         half_box = np.full(middle.shape, np.nan)
         kinds = [round_kind] * len(owner)
         offset = np.zeros((len(owner), self.dimension))
         shape_size = {round_kind: 1} if plain.any() else {}
+        first = np.cumsum(count) - count
+        for i, body in surfaces.items():
+            last = int(first[i])
+            for of in body.features:
+                part, last = slice(last, last + len(of.radii)), last + len(of.radii)
+                table[part, : of.shapes.shape[1]], bounding_radius[part] = of.shapes, of.radii
+                kinds[part] = [of.kind] * len(of.radii)
+                middle[part], half_box[part], sizes[part] = of.middles, of.half_boxes, of.size
+                shape_size[of.kind] = max(of.shapes.shape[1], shape_size.get(of.kind, 0))
+        single = ~plain
+        single[list(surfaces)] = False
         for at, (_, contactor, from_centre), shape in zip(
-            np.flatnonzero(~plain[owner]).tolist(), others, shapes, strict=True
+            np.flatnonzero(single[owner]).tolist(), others, shapes, strict=True
         ):
             if len(from_centre) != self.dimension:
                 raise ValueError(
@@ -803,9 +818,7 @@ class Scene:
             table[at, : len(shape)] = shape
             offset[at] = from_centre
             bounding_radius[at] = contactor.bounding_radius
-            if contactor.middle is not None:
-                middle[at], sizes[at], half_box[at] = contactor.middle, contactor.size, contactor.half_box
-            shape_size[contactor.KIND] = max(len(shape), shape_size.get(contactor.KIND, 0))
+            shape_size[contactor.KIND] = len(shape)
         colors = [body.color for body in self.bodies]
         return ContactorTable(
             body=owner,

@@ -60,11 +60,12 @@ def test_a_run_goes_on_with_the_same_bits_and_its_scene_comes_back(name, tmp_pat
         assert other.facet_count == one.facet_count
         assert other.mass == one.mass
         assert other.held_by_default == one.held_by_default
-        for mine, its in zip(one.contactors, other.contactors, strict=True):
-            assert mine[0].KIND == its[0].KIND
-            assert its[0].shape[: len(mine[0].shape)] == mine[0].shape
-            assert (its[0].bounding_radius, its[0].size) == (mine[0].bounding_radius, mine[0].size)
-            assert list(its[0].middle) == list(mine[0].middle)
+        for mine, its in zip(one.features, other.features, strict=True):
+            assert (mine.kind, mine.size) == (its.kind, its.size)
+            for part in ("places", "middles", "radii", "half_boxes"):
+                assert np.array_equal(getattr(its, part), getattr(mine, part)), part
+            assert np.array_equal(its.shapes[:, : mine.shapes.shape[1]], mine.shapes)
+            assert not its.shapes[:, mine.shapes.shape[1] :].any()
     lm.Simulation(again, time_step=1e-3).run(steps=2)
 
 
