@@ -151,6 +151,18 @@ def foreign(s):
     s.scene.see("GRAIN", "SEGMENT", s.law)
 
 
+def surface(s):
+    """a plate or polyline that turns"""
+    if s.dimension == 2:
+        plate = lm.wall_segment((0.05, 0.237), (0.1, 0.237), (0.15, 0.237), radius=0.01, color="PLATE")
+        s.scene.add(plate).impose_velocity(spin=0.5)
+        s.scene.see("GRAIN", "PLATE", s.law)
+        return
+    corners = [(x, y, 0.237) for x, y in ((0.05, 0.45), (0.15, 0.45), (0.15, 0.55), (0.05, 0.55))]
+    s.scene.add(lm.plate(corners, radius=0.01, color="PLATE")).impose_velocity(spin_y=0.5)
+    s.scene.see("GRAIN", "PLATE", s.law)
+
+
 def restitution(s):
     """restitution"""
     s.law = lm.Restitution(restitution=0.5)
@@ -210,7 +222,7 @@ def tilted(s):
 FEATURES = {
     f.__name__: f
     for f in (
-        *(wire, closed, relaxing, winch, timed, light, points, joints, cluster, capsule, cylinder, foreign),
+        *(wire, closed, relaxing, winch, timed, light, points, joints, cluster, capsule, cylinder, foreign, surface),
         *(restitution, rolling),
         *(held_cell, yielding_cell, other_law, drag, driven, hidden, tilted),
     )
@@ -234,6 +246,7 @@ PAIRS = [
 DEFAULT = {
     *((2, "closed", "yielding_cell"), (2, "wire", "drag"), (2, "winch", "hidden"), (2, "light", "drag")),
     *((2, "timed", "other_law"), (3, "points", "joints"), (2, "points", "yielding_cell")),
+    *((2, "surface", "held_cell"), (3, "cluster", "surface")),
 }
 
 
