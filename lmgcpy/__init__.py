@@ -27,6 +27,7 @@ from lmgcpy.scene.joint import Joint
 from lmgcpy.scene.material import Material
 from lmgcpy.scene.mesh_clump import MeshClump, clump_from_mesh
 from lmgcpy.scene.scene import Scene
+from lmgcpy.scene.skin import Net, PointMass, Skin, Thread, point_mass
 from lmgcpy.simulation import Simulation
 from lmgcpy.simulation.resume import resume
 from lmgcpy.solve.newton.alternating import Auto, Newton
@@ -68,9 +69,11 @@ __all__ = [
     "LocalSolution",
     "Material",
     "MeshClump",
+    "Net",
     "Newton",
     "Outcome",
     "Parameter",
+    "PointMass",
     "Problem",
     "Restitution",
     "RigidBody",
@@ -81,6 +84,7 @@ __all__ = [
     "Scene",
     "Signorini",
     "Simulation",
+    "Skin",
     "Solution",
     "Solver",
     "Sphere",
@@ -88,6 +92,7 @@ __all__ = [
     "State",
     "Step",
     "Surface",
+    "Thread",
     "VoigtRod",
     "VoigtWire",
     "Wall",
@@ -104,6 +109,7 @@ __all__ = [
     "mesh",
     "plate",
     "read_mesh",
+    "point_mass",
     "residual",
     "resume",
     "sample",

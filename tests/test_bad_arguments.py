@@ -43,6 +43,7 @@ POSITIVE = [*NOT_NEGATIVE, 0, 0.0, -0.0, 1e-300]
 FRACTION = [*NOT_NEGATIVE, 1.1]
 COUNT = [*NO_NUMBER, *NO_QUANTITY, 0.5, 2.0, -1, 10**30]
 VECTOR = [*NO_ARRAY, *NOT_FINITE, None, 1.0, [1.0], [1.0, 2.0, 3.0], [[1.0, 2.0]]]
+VECTOR_OF_ANY = [value for value in VECTOR if value != [1.0, 2.0, 3.0]]
 ARRAY = [*NO_ARRAY, *NOT_FINITE, None]
 WORD = [*NO_WORD, ""]
 CHOICE = [*NO_WORD, "", "nothing such"]
@@ -66,6 +67,24 @@ def scene():
     for i in range(3):
         made.add(lm.disk(radius=0.1, position=(0.3 * i, 0.0), mass=1.0))
     return made
+
+
+def netted(**more):
+    made = scene()
+    given = {"bodies": made.bodies, "edges": [(0, 1), (1, 2)], "law": lm.RigidRod()}
+    return made.net(**{**given, **more})
+
+
+def covered(**more):
+    made = lm.Scene(dimension=3)
+    nodes = [made.add(lm.point_mass(position=p, mass=1.0)) for p in ((0, 0, 0), (1, 0, 0), (0, 1, 0))]
+    given = {"bodies": nodes, "triangles": [(0, 1, 2)], "law": lm.RigidRod(), "radius": 0.1}
+    return made.membrane(**{**given, **more})
+
+
+def pushed(**more):
+    made = scene()
+    return made.impose_forces(**{"bodies": made.bodies, "forces": [(1.0, 2.0)] * 3, **more})
 
 
 def disk():
@@ -261,11 +280,24 @@ CALLS = {
         {"bodies": [*THING, [], range(3), disk()],
          "law": [*THING, lm.RigidRod, lm.Signorini()], "reference_gap": optional([*ARRAY, [1.0] * 3, -1.0]),
          "block_spin": FLAG, "closed": FLAG, "relaxation": NOT_NEGATIVE,
-         "neighbours_collide": optional(FLAG), "parameters": [*optional(THING), {"stiffness": [1.0]}, {3: [1.0]}]}),
+         "neighbours_collide": optional(FLAG), "parameters": [*optional(THING), {"stiffness": [1.0]}, {3: [1.0]}],
+         "surface": optional(THING)}),
     "Scene.link": (tie, {},
         {"a": THING, "b": THING, "law": [*THING, lm.BallJoint, lm.Signorini()],
          "at": [*THING, [], [None], [(0.0, 0.05), (0.0, nan)], [(0.0, 0.0, 0.0), None], [None, (inf, 0.0)]],
          "reference_gap": optional([*ARRAY, 0.1]), "relaxation": NOT_NEGATIVE, "neighbours_collide": optional(FLAG)}),
+    "point_mass": (lm.point_mass, {"position": (0, 0), "mass": 1.0},
+        {"position": VECTOR_OF_ANY, "mass": POSITIVE, "color": WORD, "velocity": optional(VECTOR_OF_ANY)}),
+    "PointMass": (lm.PointMass, {"position": (0, 0), "mass": 1.0},
+        {"position": VECTOR_OF_ANY, "mass": POSITIVE, "color": WORD, "velocity": VECTOR_OF_ANY}),
+    "Thread": (lm.Thread, {"radius": 0.1}, {"radius": POSITIVE, "color": WORD}),
+    "Scene.net": (netted, {}, {"bodies": [*THING, [], range(3), disk()], "edges": [*ARRAY, [(0, 3)], [(0, 0)], [(0, 1, 2)]],
+        "law": [*THING, lm.RigidRod, lm.Signorini()], "surface": optional(THING), "reference_gap": optional(ARRAY),
+        "neighbours_collide": optional(FLAG)}),
+    "Scene.membrane": (covered, {}, {"bodies": [*THING, [], range(3), disk()], "triangles": [*ARRAY, [(0, 1, 4)], [(0, 1)]],
+        "law": [*THING, lm.RigidRod, lm.Signorini()], "radius": POSITIVE, "color": WORD, "reference_gap": optional(ARRAY)}),
+    "Scene.impose_forces": (pushed, {}, {"bodies": [*THING[1:], range(3), disk()],
+        "forces": [value for value in [*ARRAY, [(1.0, 2.0, 3.0)]] if value is not print]}),
     "Simulation": (simulate, {"time_step": 1e-3},
         {"scene": [*THING, lm.Scene], "time_step": POSITIVE, "theta": [*FRACTION, 0.4],
          "solver": [*optional(THING), lm.GaussSeidel], "on_unconverged": CHOICE, "overlap": CHOICE,
@@ -458,7 +490,7 @@ CALLED = {
     "candidate": ["colour", "candidate"],
     "antagonist": ["colour", "antagonist"],
     "law": ["law", "Law"],
-    "bodies": ["bodies", "chain", "Chain"],
+    "bodies": ["bodies", "chain", "Chain", "net"],
     "reference_gap": ["reference"],
     "checkpoint": ["restore", "checkpoint"],
     "laws": ["law"],
@@ -485,6 +517,8 @@ EXEMPT = {
     "Cell": "made by Scene.periodic",
     "Chain": "made by Scene.chain",
     "Joint": "made by Scene.link",
+    "Net": "made by Scene.net and Scene.membrane",
+    "Skin": "made by Scene.chain, Scene.net and Scene.membrane",
     "Clump": "made by clump",
     "MeshClump": "made by clump_from_mesh",
     "clump_from_mesh": "in tests/scene/test_mesh_clump.py",

@@ -122,6 +122,10 @@ def things(folder) -> dict[str, object]:
         "RodContactor 'rod' of shape (0.1, 0, 0, 1)": lm.RodContactor(0.1, (0, 0, 1)),
         "Chain of 2 bodies, ElasticWire(stiffness=10000)": sim.scene.chains[0],
         "Joint of <Disk": tied(),
+        "Net of 1 links between 2 bodies, <Skin 'THREAD' of 1 segments between 2 bodies, radius 0.1 m>": netted(),
+        "Skin 'THREAD' of 1 segments": netted().skin,
+        "PointMass 'NODE', body 0": netted().bodies[0],
+        "Thread(radius=0.1, color='THREAD')": lm.Thread(0.1),
         "DiskContactor 'disk' of shape (0.1)": lm.DiskContactor(0.1),
         "WallContactor 'wall' of shape (0, 1)": sim.scene.bodies[3].contactors[0][0],
         **{type(law).__name__ + "(": law for law in built_in()},
@@ -213,6 +217,12 @@ def things(folder) -> dict[str, object]:
         "check of finite of Signorini()": lmgcpy.testing.Check(lm.Signorini(), lmgcpy.testing.PROPERTIES["finite"]),
         "property finite: ": lmgcpy.testing.PROPERTIES["finite"],
     }
+
+
+def netted() -> lm.Net:
+    scene = lm.Scene(dimension=2)
+    nodes = [scene.add(lm.point_mass(position=(i, 0), mass=1.0)) for i in range(2)]
+    return scene.net(nodes, [(0, 1)], lm.RigidWire(), surface=lm.Thread(0.1))
 
 
 def tied() -> lm.Joint:

@@ -39,6 +39,8 @@ class NarrowPhase:
         return f"{self.narrow.__module__}.{self.narrow.__qualname__}"
 
 
+OF_NODES = "nodes' "
+"""Begins the kinds of contactor that lie on several bodies: "nodes' edge" is an edge between bodies."""
 OWN = (__name__, "lmgcpy.contact.features")
 """Modules of lmgcpy's own narrow phases."""
 _pairs: dict[tuple[str, str], NarrowPhase] = {}
@@ -87,7 +89,7 @@ BY_OTHERS = {
 def can_touch(candidate: str, antagonist: str) -> bool:
     """Whether contactors of two kinds can touch by themselves: the ends of a rod meet flat and hollow walls before it does,
     and the corners and edges of two faces meet."""
-    return frozenset((candidate, antagonist)) not in BY_OTHERS
+    return frozenset(kind.removeprefix(OF_NODES) for kind in (candidate, antagonist)) not in BY_OTHERS
 
 
 def refuse_levers(candidate: str, antagonist: str) -> None:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
+from lmgcpy.contact.elements import ElementTable, SkinTable
 from lmgcpy.contact.positions import axes_of, in_plane, in_space
 from lmgcpy.laws import Law
 
@@ -43,6 +44,33 @@ class ContactorTable:
     sizes: np.ndarray | None = None
     """Lengths with which displacements and overlaps are compared [m], (k,), infinite for walls; None for the bounding
     radii."""
+    elements: ElementTable | None = None
+    """Those that lie on several bodies; ``body`` of these is the body at one of their corners. None if there are none."""
+
+    def with_elements(self, surfaces: Sequence[SkinTable], points: np.ndarray, bodies: int) -> ContactorTable:
+        """The table with the elements of some surfaces, for bodies at ``points`` (n, d); ``bodies``: number of bodies to
+        whose contactors they come next. Bodies that are added later come after them."""
+        first = int(np.searchsorted(self.body, bodies))
+        table = ElementTable.of(first, surfaces)
+        count, radius = len(table), table.bounds(points)[1]
+        nothing = np.zeros((count, self.offset.shape[1]))
+        size = self.shape_size | table.shape_size(points)
+        shape = np.insert(widened(self.shape, max(size.values())), first, np.zeros((count, 1)), axis=0)
+        return replace(
+            self,
+            body=np.insert(self.body, first, table.own[:, 1]),
+            offset=np.insert(self.offset, first, nothing, axis=0),
+            kind=[*self.kind[:first], *table.kind, *self.kind[first:]],
+            color=[*self.color[:first], *table.color, *self.color[first:]],
+            shape=table.enter(shape, points),
+            shape_size=size,
+            bounding_radius=np.insert(self.bounding_radius, first, radius),
+            middle=None if self.middle is None else np.insert(self.middle, first, nothing, axis=0),
+            half_box=None if self.half_box is None else np.insert(self.half_box, first, nothing, axis=0),
+            sizes=np.insert(self.size, first, table.radius),
+            turns=None if self.turns is None else np.insert(self.turns, first, np.zeros(count, dtype=bool)),
+            elements=table,
+        )
 
     @cached_property
     def rods(self) -> np.ndarray:
@@ -102,6 +130,11 @@ class ContactorTable:
     def width(self) -> int:
         """Length of a position: 3, or 7 in scenes with bodies that keep a rotation in space."""
         return 3 if self.turns is None else 7
+
+
+def widened(table: np.ndarray, width: int) -> np.ndarray:
+    """A table with columns of zeros behind it, up to a width."""
+    return np.pad(table, ((0, 0), (0, max(0, width - table.shape[1]))))
 
 
 @dataclass(frozen=True)

@@ -14,11 +14,12 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.contact import narrow_phase, narrow_phase_3d
+from lmgcpy.contact import narrow_phase, narrow_phase_3d, narrow_phase_elements
 from lmgcpy.contact.alert import Distances
 from lmgcpy.contact.broad_phase import near_pairs
 from lmgcpy.contact.contactor_pairs import refuse_levers
 from lmgcpy.contact.detection_tables import ChainTable, ContactorTable, VisibilityRow
+from lmgcpy.contact.elements import Elements, elements_form
 from lmgcpy.contact.excluded_pairs import ExcludedPairs
 from lmgcpy.contact.foreign_pairs import check_narrow_phase, check_points, listing_fault, narrow_fault
 from lmgcpy.contact.groups import Group, check_pairs, contact_group, meets_walls
@@ -57,10 +58,12 @@ class Detector:
         self._narrow_phase = (narrow_phase if dimension == 2 else narrow_phase_3d).detect_contacts
         self._bounded: np.ndarray = np.isfinite(contactors.bounding_radius)
         self._unbounded = np.flatnonzero(~self._bounded)
-        self._free: np.ndarray = inverse_mass.max(axis=1, initial=0.0) > 0.0
+        self._free = self._movable(inverse_mass)
+        self._elements: Elements | None = None
+        """The elements where they are now."""
         self._excluded = ExcludedPairs(np.zeros((0, 2), np.int64) if apart is None else apart, len(inverse_mass))
         self._in_place = not contactors.offset.any() and np.array_equal(contactors.body, np.arange(len(inverse_mass)))
-        self._shapes = np.ascontiguousarray(contactors.shape).ravel()
+        self._shapes = np.array(contactors.shape, order="C").ravel()  # those of elements are written anew at each detection
         self._stride = contactors.shape.shape[1]
         self._kinds = [kind_pairs(contactors, row) for row in rows]
         if dimension == 3 and contactors.turns is None:
@@ -77,7 +80,12 @@ class Detector:
         self._distances = Distances(contactors, rows, with_walls)
         radii = contactors.size[np.isfinite(contactors.size)]
         self._images = None if lattice is None else Images(lattice, contactors, self._bounded)
-        self._partitioned = is_large(len(radii), dimension) and lattice is None
+        pairs_of_kinds = [kinds for of_row in self._kinds for kinds in of_row]
+        self._corners = max((sum(n for n in kinds.corners if n > 1) for kinds in pairs_of_kinds), default=0)
+        """Most corners of elements that both sides of an interaction have."""
+        self._partitioned = is_large(len(radii), dimension) and lattice is None and contactors.elements is None
+        self._radii = contactors.bounding_radius
+        """Bounding radii now [m], (k,): elements may become longer."""
         self._usual = float(np.quantile(radii, 0.95)) if len(radii) else 0.0
         self._hidden: np.ndarray | None = None
         """Whether each contactor is hidden, (k,) bool; None if none is."""
@@ -105,7 +113,8 @@ class Detector:
         # the edges of a cell that yields may couple the components of every contact
         central = self.contactors.turns is None
         self._plain = self.dimension == 3 and not self.chains and alike and central and self._images is None
-        self._capacity = empty_interactions(0, True, self.dimension, plain=self._plain)
+        self._plain = self._plain and not self._corners
+        self._capacity = empty_interactions(0, True, self.dimension, plain=self._plain, corners=self._corners)
         self._found = self._capacity.cut(0)
 
     def __copy__(self) -> Detector:
@@ -118,14 +127,27 @@ class Detector:
             other._images = copy(self._images)
         return other
 
+    def _movable(self, inverse_mass: np.ndarray) -> np.ndarray:
+        """Whether a body of each contactor has a component that is not held, (k,) bool."""
+        free: np.ndarray = inverse_mass.max(axis=1, initial=0.0) > 0.0
+        return self._of_contactors(free)
+
+    def _of_contactors(self, bodies: np.ndarray) -> np.ndarray:
+        """Whether something is true (n,) of a body of each contactor, (k,) bool."""
+        result: np.ndarray = bodies[self.contactors.body]
+        elements = self.contactors.elements
+        if elements is not None:
+            result[elements.rows] |= bodies[elements.corner].any(axis=1)
+        return result
+
     def hide(self, bodies: np.ndarray) -> None:
         """Leave out the contactors of some bodies (n,) bool, from the next list of neighbours on."""
-        self._hidden = bodies[self.contactors.body] if bodies.any() else None
+        self._hidden = self._of_contactors(bodies) if bodies.any() else None
 
     def change(self, inverse_mass: np.ndarray, hidden: np.ndarray) -> None:
         """Go on with other inverse masses (n, k), and without the ``hidden`` bodies (n,) bool."""
         self.inverse_mass = inverse_mass
-        self._free = inverse_mass.max(axis=1, initial=0.0) > 0.0
+        self._free = self._movable(inverse_mass)
         self.hide(hidden)
         self._make_room()
         if self._listed_at is not None:
@@ -188,7 +210,11 @@ class Detector:
         placed = self._place(bodies)
         self._update_list(placed, travel, closing)
         inverse_mass = self.inverse_mass if inverse_mass is None else inverse_mass
-        seen = Seen(placed, self.contactors.body, self._shapes, bodies, inverse_mass)
+        positions = placed
+        if self.contactors.elements is not None:  # their shapes are seen from the origin
+            positions = placed.copy()
+            positions[self.contactors.elements.rows, : self.dimension] = 0.0
+        seen = Seen(positions, self.contactors.body, self._shapes, bodies, inverse_mass)
         if self._images is not None:
             seen = self._images.seen(seen, self._stride)
         first = 0
@@ -277,7 +303,9 @@ class Detector:
         alert = self._distances.alert(group.row, travel, closing if group.unbounded else 0.0)
         contactors = seen.placed.ravel(), seen.body, seen.shapes, self._stride
         pairs = group.pairs if group.placed_pairs is None else group.placed_pairs
-        given = pairs, group.start, group.first_slot, alert, *contactors, seen.bodies, seen.inverse_mass
+        given = [pairs, group.start, group.first_slot, alert, *contactors, seen.bodies, seen.inverse_mass]
+        if group.on_elements:
+            given.append(self._elements)
         foreign = group.kinds is not None and group.kinds.foreign
         try:
             stop, group.diagonal = group.kernel(*given, self._capacity)
@@ -302,7 +330,24 @@ class Detector:
         placed = np.empty((len(self.contactors.body), bodies.shape[1]))
         place = place_in_plane if bodies.shape[1] == 3 else place_in_space
         place(bodies, self.contactors.body, self.contactors.offset, placed)
+        if self.contactors.elements is not None:
+            self._place_elements(bodies, placed)
         return placed if self._images is None else self._images.with_edges(placed, bodies)
+
+    def _place_elements(self, bodies: np.ndarray, placed: np.ndarray) -> None:
+        """Enter the positions and shapes of elements, whose axes are those of space."""
+        table, d = self.contactors.elements, self.dimension
+        assert table is not None
+        points = bodies[:, :d]
+        middle, radii = table.bounds(points)
+        placed[table.rows] = 0.0
+        placed[table.rows, :d] = middle
+        if placed.shape[1] == 7:
+            placed[table.rows, 6] = 1.0
+        table.enter(self._shapes.reshape(-1, self._stride), points)
+        self._elements = table.at(points, middle, len(placed))
+        self._radii = self.contactors.bounding_radius.copy()
+        self._radii[table.rows] = radii
 
     def _nowhere(self) -> np.ndarray:
         """Zeros of the shape that :meth:`_place` returns."""
@@ -357,9 +402,13 @@ class Detector:
         if self._images is not None:
             self._images.look_at(groups, self._listed_centres)
         central = all(group.form == "central" for group in groups)
+        on_elements = any(group.on_elements for group in groups)
         levers = self._capacity.lateral if self.dimension == 2 else self._capacity.lever
-        if len(self._capacity.gap) < slots or (not central and len(levers) < slots):
-            self._capacity = empty_interactions(slots + slots // 8, central, self.dimension, plain=self._plain)
+        too_few = (not central and len(levers) < slots) or (on_elements and len(self._capacity.corner) < slots)
+        if len(self._capacity.gap) < slots or too_few:
+            corners = self._corners if on_elements else 0
+            given = slots + slots // 8, central, self.dimension
+            self._capacity = empty_interactions(*given, plain=self._plain, corners=corners)
 
     def _surroundings(self, placed: np.ndarray) -> Surroundings:
         """The near pairs of bounded contactors, and the data for pairs with contactors without bounds."""
@@ -369,9 +418,11 @@ class Detector:
             bounded = np.flatnonzero(self._bounded)
             centres = self._listed_centres.take(bounded, axis=0)[:, : self.dimension]
             box = self.contactors.boxes(placed)
+            if box is not None and self.contactors.elements is not None:
+                box[self.contactors.elements.rows] = self._radii[self.contactors.elements.rows, None]
             box = None if box is None else box[bounded]
-            held = None if box is None else (self.contactors.features & ~self._free[self.contactors.body])[bounded]
-            near = near_pairs(centres, self.contactors.bounding_radius[bounded], self._reach, box, held)
+            held = None if box is None else (self.contactors.features & ~self._free)[bounded]
+            near = near_pairs(centres, self._radii[bounded], self._reach, box, held)
             if len(bounded) < len(placed):
                 near = bounded.astype(np.int32).take(near)
         near = self._excluded.left_out_of(near, self.contactors.body)
@@ -393,6 +444,10 @@ class Detector:
             pairs = pairs[~self._hidden[pairs].any(axis=1)]
         if are_long(kinds.candidate, kinds.antagonist) and self._images is None:
             pairs = within_reach(pairs, self.contactors, around.placed, self._reach)
+        corners = kinds.corners
+        if max(corners) > 1:
+            assert self.contactors.elements is not None
+            pairs = self.contactors.elements.strangers(pairs, self.contactors.body)
         if len(pairs) == 0:
             return Group(row.law, row=row)
         form = kinds.pair.form
@@ -400,6 +455,11 @@ class Detector:
             form = "central"  # surfaces that do not turn
         if form == "central" and not self._off_centre.isdisjoint((row.candidate, row.antagonist)):
             form = "lever"
-        names = {"CENTRAL": form == "central"} | ({"FOREIGN": True} if kinds.foreign else {})
-        kernel = self._narrow_phase.specialise(**kinds.meaning, **names)
+        names: dict[str, Any] = {"FOREIGN": True} if kinds.foreign else {}
+        if max(corners) > 1:
+            form = elements_form(*corners)
+            names |= narrow_phase_elements.names_of(self.dimension, kinds.width, *corners)
+            kernel = narrow_phase_elements.detect_contacts.specialise(**kinds.meaning, **names)
+        else:
+            kernel = self._narrow_phase.specialise(**kinds.meaning, **names, CENTRAL=form == "central")
         return contact_group(row, kinds, pairs, kernel, form, self.contactors.body, self._bounded, slabs)

@@ -45,6 +45,11 @@ class Group:
     """Whether each of its bodies has the same inertia about all axes; needed only if contacts roll in 3D."""
 
     @property
+    def on_elements(self) -> bool:
+        """Whether at least one side of its interactions is an element."""
+        return self.kinds is not None and max(self.kinds.corners) > 1
+
+    @property
     def parameters(self) -> np.ndarray:
         """Parameters of the law, one row for all or one each."""
         source = self.chain or self.row

@@ -29,6 +29,8 @@ class Interactions(NamedTuple):
     delassus: np.ndarray
     coupling: np.ndarray
     shear: np.ndarray
+    corner: np.ndarray
+    weight: np.ndarray
     slot: np.ndarray
     """Index of the interaction in the list of neighbours, ascending, (m,) int32."""
 
@@ -37,10 +39,13 @@ class Interactions(NamedTuple):
         return Interactions(*(a[:count] for a in self))
 
 
-def empty_interactions(capacity: int, central: bool, dimension: int, *, plain: bool = False) -> Interactions:
+def empty_interactions(
+    capacity: int, central: bool, dimension: int, *, plain: bool = False, corners: int = 0
+) -> Interactions:
     """Arrays for ``capacity`` interactions. ``central``: whether all contact points lie between the centres. ``plain``:
-    whether all interactions of the scene are contacts in 3D with diagonal blocks of W."""
-    in_space = capacity if dimension == 3 else 0
+    whether all interactions of the scene are contacts in 3D with diagonal blocks of W. ``corners``: most corners that both
+    sides of an interaction have."""
+    in_space, on_elements = capacity if dimension == 3 else 0, capacity if corners else 0
     return Interactions(
         candidate=np.empty(capacity, np.uint32),
         antagonist=np.empty(capacity, np.uint32),
@@ -54,6 +59,8 @@ def empty_interactions(capacity: int, central: bool, dimension: int, *, plain: b
         delassus=np.empty((capacity, dimension)),
         coupling=np.empty(0 if plain else capacity),
         shear=np.empty((0 if plain else in_space, 2)),
+        corner=np.zeros((on_elements, corners), np.uint32),
+        weight=np.zeros((on_elements, (dimension + 1) * corners)),
         slot=np.empty(capacity, np.int32),
     )
 

@@ -176,18 +176,22 @@ class LastStep:
 def surfaces_met(groups: list[Group], contactors: ContactorTable, slots: int) -> np.ndarray | None:
     """A number for each slot, (slots,): the same for the pairs of one contactor and one surface under one law, -1 for pairs
     without a feature and for two surfaces; None if there are none but these."""
-    feature = contactors.features
+    feature, surface, elements = contactors.features, contactors.body, contactors.elements
+    if elements is not None:
+        feature, surface = feature.copy(), surface.copy()
+        feature[elements.rows] = True
+        surface[elements.rows] = surface.max(initial=0) + 1 + elements.skin
     if not feature.any():
         return None
-    count, numbers = len(feature), np.full(slots, -1)
+    count, numbers = len(feature) + int(surface.max(initial=0)) + 1, np.full(slots, -1)
     for group in groups:
         if group.chain is not None or group.kinds is None:
             continue
         one = feature[group.pairs]
         # the surface in place of its feature; which of the two is it does not matter
-        sides = np.where(one, count + contactors.body[group.pairs], group.pairs)
+        sides = np.where(one, len(feature) + surface[group.pairs], group.pairs)
         row = next(i for i, other in enumerate(groups) if other.row is group.row and other.chain is None)
-        key = (row * 2 * count + sides.max(axis=1)) * count + sides.min(axis=1)
+        key = (row * count + sides.max(axis=1)) * count + sides.min(axis=1)
         numbers[group.first_slot : group.first_slot + group.slots] = np.where(one.sum(axis=1) == 1, key, -1)
     return numbers
 

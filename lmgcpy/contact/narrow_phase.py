@@ -75,6 +75,8 @@ def detect_contacts(
         result.delassus[m, 0] = w_nn
         result.delassus[m, 1] = w_tt
         result.coupling[m] = w_nt
+        for k in range(result.weight.shape[1]):  # other groups need them, and the arrays still hold older values
+            result.weight[m, k] = 0.0
         result.slot[m] = first_slot + p
         m += 1
     return m, diagonal

@@ -180,6 +180,8 @@ def detect_contacts(
             result.coupling[m] = w_nt
             result.shear[m, 0] = shear[0]
             result.shear[m, 1] = shear[1]
+        for k in range(result.weight.shape[1]):
+            result.weight[m, k] = 0.0
         result.slot[m] = first_slot + p
         m += 1
     return m, diagonal

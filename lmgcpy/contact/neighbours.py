@@ -14,6 +14,7 @@ from lmgcpy.compiled.kernel import kernel, row_reader
 from lmgcpy.contact.broad_phase import by_first
 from lmgcpy.contact.contactor_pairs import NarrowPhase, can_touch, find_pair, is_foreign
 from lmgcpy.contact.detection_tables import ContactorTable, VisibilityRow
+from lmgcpy.contact.elements import corners_of
 from lmgcpy.contact.excluded_pairs import ExcludedPairs
 from lmgcpy.contact.features import oriented
 from lmgcpy.contact.meeting import meet
@@ -47,6 +48,11 @@ class KindPair:
         if self.width > 3:
             readers |= {"read_position": row_reader(self.width), "WIDTH": self.width}
         return {"narrow": oriented(self.pair.narrow, self.width), "FLIPPED": self.pair.flipped, **readers}
+
+    @property
+    def corners(self) -> tuple[int, int]:
+        """On how many bodies a contactor of each of the two kinds lies."""
+        return corners_of(self.candidate), corners_of(self.antagonist)
 
     @property
     def foreign(self) -> bool:
@@ -83,7 +89,7 @@ def _choose(near, is_candidate, is_antagonist, same, body, free, chosen):
             if not (is_candidate[c] and is_antagonist[a]):
                 continue
             # not a body with itself, not twice, not two bodies that are held
-            if body[c] == body[a] or (same and body[c] > body[a]) or not (free[body[c]] or free[body[a]]):
+            if body[c] == body[a] or (same and body[c] > body[a]) or not (free[c] or free[a]):
                 continue
             chosen[count, 0] = c
             chosen[count, 1] = a
@@ -100,7 +106,7 @@ def _choose_unbounded(candidates, antagonists, same, body, free, reach, contacto
         c = candidates[k]
         for j in range(antagonists.shape[0]):
             a = antagonists[j]
-            if body[c] == body[a] or (same and body[c] > body[a]) or not (free[body[c]] or free[body[a]]):
+            if body[c] == body[a] or (same and body[c] > body[a]) or not (free[c] or free[a]):
                 continue
             gap, _, _ = meet(c, a, contactors, shapes, stride)
             if gap > reach:
@@ -126,7 +132,7 @@ class Surroundings:
     bounded: np.ndarray
     """Whether each contactor is bounded, (k,) bool."""
     free: np.ndarray
-    """Whether each body has a component that is not held, (n,) bool."""
+    """Whether a body of each contactor has a component that is not held, (k,) bool."""
     excluded: ExcludedPairs
     """Pairs of bodies that never meet; ``near`` has none of them."""
 

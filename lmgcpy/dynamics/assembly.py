@@ -97,7 +97,7 @@ class Assembler:
         kept.threads = threads
         kept.system.axes[:] = axes
         for group in kept.by_law:  # before the relative velocities
-            if model.dimension == 3 and group.form == "lever":
+            if model.dimension == 3 and group.form != "central":
                 fill_moments(group.start, group.stop, kept.system)
         fill(kept, time, time_step, before, free_velocity)
         kept.system.farness[:] = np.abs(positions[:, : model.dimension]).max(axis=1, initial=0.0) / time_step
@@ -164,6 +164,8 @@ def lay_out(
         delassus=delassus,
         coupling=interactions.coupling,
         shear=interactions.shear,
+        corner=interactions.corner,
+        weight=interactions.weight,
         prepared=with_spare_rows(int(offset[-1])),
         impulse=with_spare_rows(count, width),
         velocity=np.empty(bodies),

@@ -20,6 +20,15 @@ spinning wire.
 velocities to the relative velocity across a link, the quantity ``v.(M + C/2 - h^2 K/4) v / 2 + x.K x / 2`` does not grow,
 and it is positive at any step, mass and tension: ``sum b b^T / P <= M``, as the masses are shared out among the links.
 
+**Pinched segments.** A contact on a thread or membrane (:mod:`lmgcpy.contact.elements`) turns with the element. With z the
+distance of the other body's axis or centre from the axis of the element, two grains that pinch a segment with forces N
+from both sides bring it back like a spring: the gap has the second derivative ``-z (n . sum G_k dx_k)^2``. As the G_k have
+the sum zero, N z times this is the energy of springs across the links between the corners,
+
+    k_ij = -N z G_i . G_j,       of a segment of length l: N z / l^2,
+
+so that such a contact stiffens a link as a tension ``k_ij l`` does.
+
 **kappa and r_n.** kappa is kept while a step is solved, so that the problem remains the linear complementarity problem that
 solvers know, with one more linear row for each link and direction. Afterwards it is compared with the kappa of the impulses
 found. If they differ, the step is solved again from these impulses. In smooth motion the kappa of the last step's impulses
@@ -30,6 +39,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations
 
 import numpy as np
 
@@ -53,6 +64,32 @@ BOTH_WAYS = 2
 the next, the larger stiffness is stable and ends the search."""
 
 
+NODES = ("corner", "tip")
+"""Ends of the kinds of elements that are nodes: contacts on them do not turn with a link."""
+
+
+@dataclass(frozen=True)
+class Pinched:
+    """Contacts on links, see the module's text; k of them."""
+
+    row: np.ndarray
+    """Row of the interaction, (k,)."""
+    link: np.ndarray
+    """Link on which it is, (k,)."""
+    factor: np.ndarray
+    """``-z l G_i . G_j``: tension that it is worth, in parts of its normal impulse, (k,)."""
+
+    def tension(self, impulse: np.ndarray, count: int) -> np.ndarray:
+        """The tensions of ``count`` links that the contacts are worth [N s], (L,), for impulses (m, d)."""
+        return np.bincount(self.link, self.factor * np.maximum(impulse[self.row, 0], 0.0), count)
+
+
+def key_of(pairs: np.ndarray) -> np.ndarray:
+    """A number for each pair of bodies (k, 2), in either order."""
+    low, high = np.sort(pairs, axis=1).T
+    return (low << 32) + high
+
+
 @dataclass(frozen=True)
 class LinkStiffness:
     """The links of all chains, one after another, as the detector orders them; L of them."""
@@ -72,6 +109,8 @@ class LinkStiffness:
     """First link of each chain, and the number of links."""
     turns: bool
     """Whether some act at points that turn with their bodies."""
+    ends: np.ndarray
+    """Rows of the two bodies of each link, (L, 2)."""
 
     @classmethod
     def of(cls, chains: list[ChainTable], inverse_mass: np.ndarray, dimension: int) -> LinkStiffness:
@@ -97,21 +136,66 @@ class LinkStiffness:
                 weight_c[first:end] += more[1:]
         radius_sum = np.concatenate([np.zeros(0), *(chain.radius_sum for chain in chains)])
         turns = any(chain.form == "lever" for chain in chains)
-        return cls(len(a), dimension, radius_sum, weight_a + weight_c, joined, following, cuts, turns)
+        ends = np.column_stack([a, c])
+        return cls(len(a), dimension, radius_sum, weight_a + weight_c, joined, following, cuts, turns, ends)
 
-    def resolution(self, impulse: np.ndarray, gap: np.ndarray, time_step: float) -> np.ndarray:
+    def resolution(
+        self, impulse: np.ndarray, gap: np.ndarray, time_step: float, pinched: Pinched | None = None
+    ) -> np.ndarray:
         """``s = h |r_n| P / l`` of each link in tension, zero of the others, (L,); impulses (m, d), gaps (m,).
 
         Beyond 2 the step does not resolve the motion of the beads across their wire.
         """
         tension = np.maximum(-impulse[: self.count, 0], 0.0)
+        if pinched is not None:
+            tension += pinched.tension(impulse, self.count)
         length = gap[: self.count] + self.radius_sum
         return time_step * tension * self.share / np.where(length > 0.0, length, np.inf)  # of no length: no direction
 
-    def stiffness(self, impulse: np.ndarray, gap: np.ndarray, time_step: float) -> np.ndarray:
+    def stiffness(
+        self, impulse: np.ndarray, gap: np.ndarray, time_step: float, pinched: Pinched | None = None
+    ) -> np.ndarray:
         """kappa of each link [kg], (L,)."""
-        excess = self.resolution(impulse, gap, time_step) - 2.0
+        excess = self.resolution(impulse, gap, time_step, pinched) - 2.0
         return np.where(excess > 0.0, excess, 0.0) / np.where(self.share > 0.0, self.share, 1.0)
+
+    @cached_property
+    def _keys(self) -> tuple[np.ndarray, np.ndarray]:
+        """Keys of the links by their bodies, and their order."""
+        keys = key_of(self.ends)
+        return keys, np.argsort(keys)
+
+    def pinched(self, problem: StepProblem) -> Pinched | None:
+        """The contacts of a step that lie on links, None if there are none."""
+        s, d = problem.system, self.dimension
+        if not s.corner.shape[1]:
+            return None
+        keys, order = self._keys
+        rows, links, factors = [], [], []
+        for group in problem.by_law:
+            if not group.on_elements:
+                continue
+            assert group.kinds is not None
+            at, part = 0, slice(group.start, group.stop)
+            arm = np.abs(s.arm[part]).sum(axis=1)
+            kinds = group.kinds.candidate, group.kinds.antagonist
+            for kind, count, side in zip(kinds, group.kinds.corners, (0, 1), strict=True):
+                corner = s.corner[part, at : at + count].astype(np.int64)
+                tilt = s.weight[part].reshape(len(corner), -1, d + 1)[:, at : at + count, 2:]  # rho G
+                at += count if count > 1 else 0
+                if count == 1 or kind.endswith(NODES):
+                    continue
+                rho = s.arm[part, side]
+                for i, j in combinations(range(count), 2):
+                    key = key_of(corner[:, [i, j]])
+                    link = order[np.minimum(np.searchsorted(keys[order], key), len(keys) - 1)]
+                    length = problem.data.gap[link] + self.radius_sum[link]
+                    factor = -arm * length * (tilt[:, i] * tilt[:, j]).sum(axis=1) / np.where(rho != 0.0, rho, np.inf) ** 2
+                    here = np.flatnonzero((keys[link] == key) & (factor > 0.0))
+                    rows.append(group.start + here)
+                    links.append(link[here])
+                    factors.append(factor[here])
+        return Pinched(np.concatenate(rows), np.concatenate(links), np.concatenate(factors)) if rows else None
 
     def stiffen(self, problem: StepProblem, stiffness: np.ndarray, before: np.ndarray) -> StepProblem:
         """The problem of the step with these stiffnesses (L,); ``before``: stiffnesses of the impulses at its start, (L,),
@@ -192,7 +276,8 @@ def solve_stiffened(
     """
     gap, h = problem.data.gap, problem.data.time_step
     plain, stiffened = problem, None
-    used = before = links.stiffness(problem.guess, gap, h)
+    pinched = links.pinched(problem)
+    used = before = links.stiffness(problem.guess, gap, h, pinched)
     sweeps = factorisations = unsolved = 0
     for turn in range(TURNS):
         problem.guess[: links.count, 1:][used == 0.0] = 0.0
@@ -208,7 +293,7 @@ def solve_stiffened(
         sweeps += outcome.iterations
         factorisations += outcome.factorisations
         unsolved += outcome.status not in SOLVED_CODES
-        needed = links.stiffness(problem.system.impulse, gap, h)
+        needed = links.stiffness(problem.system.impulse, gap, h, pinched)
         if outcome.status == NOT_FINITE or unsolved == 3 or enough(used, needed, links.share, turn):
             break
         used = after_turn(used, needed, turn)

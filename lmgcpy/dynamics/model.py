@@ -13,6 +13,7 @@ from lmgcpy.contact.lattice import Lattice
 from lmgcpy.dynamics.cell import CellMotion
 from lmgcpy.dynamics.changes import Change, law_values
 from lmgcpy.dynamics.drag import Drag
+from lmgcpy.dynamics.loads import ManyForces, Pressure
 from lmgcpy.dynamics.rotation import with_rotations
 from lmgcpy.errors import number, shown, vector
 from lmgcpy.laws import Law
@@ -79,6 +80,8 @@ class Model:
     """Imposed velocities."""
     forces: list[Drive]
     """Imposed forces."""
+    loads: list[ManyForces | Pressure]
+    """Forces on many bodies, and pressures on surfaces."""
     start: BodyState
     """State of the bodies at the beginning."""
     hidden: np.ndarray
@@ -191,12 +194,17 @@ class Model:
         except ValueError as error:
             raise FloatingPointError(str(error)) from error
 
-    def force(self, loads: list[tuple[Drive, float]], time: float) -> np.ndarray:
-        """External forces on the free components at a time [N], (n, k): gravity and the ``loads``, each with its value."""
+    def force(self, loads: list[tuple[Drive, float]], positions: np.ndarray, time: float) -> np.ndarray:
+        """External forces on the free components at a time [N], (n, k): gravity, the ``loads``, each with its value, and
+        those on many bodies at these positions (n, w)."""
         weight = self.weight_at(time) if callable(self.gravity) else self.weight
-        force = weight.copy() if loads else weight
+        force = weight.copy() if loads or self.loads else weight
         for load, value in loads:
             force[load.body, load.component] += value
+        for many in self.loads:
+            many.add_to(force, positions[:, : self.dimension], time)
+        if self.loads:
+            force[self.inverse_mass == 0.0] = 0.0
         return force
 
     def __repr__(self) -> str:

@@ -89,8 +89,9 @@ class StepProblem(Step):
         held or driven get the impulses of their laws at these velocities: no solver computes them, as they change no
         velocity."""
         self.data = self.data._replace(after=self.relative_velocities(self.system.velocity, self.after))
+        first_of = {id(group): first for group, first in zip(self.by_law, self.offset, strict=True)}
         for group, rows in self.stuck:
-            width, first = len(group.law.PREPARED), self.offset[self.by_law.index(group)]
+            width, first = len(group.law.PREPARED), first_of[id(group)]
             for i in rows.tolist():
                 at = first + (i - group.start) * width
                 prepared = tuple(self.system.prepared[at : at + width].tolist())
@@ -279,20 +280,28 @@ class StepProblem(Step):
 
         s = self.system
         (count, d), k, width = s.normal.shape, s.inverse_mass.shape[1], s.impulse.shape[1]
-        values = np.zeros((count, width, 2 * k))
+        parts = [(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0))]
         for form, start, stop in self.spans:
+            part = slice(start, stop)
             assert form.rows is not None
-            values[start:stop, : form.width] = form.rows(s, slice(start, stop))
-        columns = np.hstack([k * ids.astype(np.int64)[:, None] + np.arange(k) for ids in (s.candidate, s.antagonist)])
-        if s.deforms:
-            cell = np.zeros((count, width, d * len(s.edges)))
-            cell[:, :d] = (local_frames(s.normal)[:, :, None, :] * s.branch[:, None, :, None]).reshape(count, d, -1)
-            values = np.concatenate([values, cell], axis=2)
-            edges = (k * s.edges[:, None] + np.arange(d)).ravel()
-            columns = np.hstack([columns, np.tile(edges, (count, 1))])
-        rows = np.repeat(np.arange(width * count), columns.shape[1])
-        columns = np.repeat(columns, width, axis=0)
-        return sparse.csr_array((values.ravel(), (rows, columns.ravel())), shape=(width * count, s.inverse_mass.size))
+            both = np.column_stack([s.candidate[part], s.antagonist[part]])
+            bodies = both if form.bodies is None else form.bodies(s, part)
+            values = form.rows(s, part)
+            columns = (k * bodies.astype(np.int64)[:, :, None] + np.arange(k)).reshape(len(bodies), -1)
+            if s.deforms:
+                cell = np.zeros((len(bodies), form.width, d * len(s.edges)))
+                branch = s.branch[part, None, :, None]
+                cell[:, :d] = (local_frames(s.normal[part])[:, :, None, :] * branch).reshape(len(bodies), d, -1)
+                edges = (k * s.edges[:, None] + np.arange(d)).ravel()
+                values = np.concatenate([values, cell], axis=2)
+                columns = np.hstack([columns, np.tile(edges, (len(bodies), 1))])
+            rows = width * np.arange(start, stop)[:, None, None] + np.arange(form.width)[:, None]
+            shape = values.shape
+            parts.append(
+                (np.broadcast_to(rows, shape).ravel(), np.broadcast_to(columns[:, None], shape).ravel(), values.ravel())
+            )
+        of_row, of_column, value = (np.concatenate(column) for column in zip(*parts, strict=True))
+        return sparse.csr_array((value, (of_row, of_column)), shape=(width * count, s.inverse_mass.size))
 
 
 def cell_columns(H: sparse.csr_array, system: System) -> np.ndarray:

@@ -341,7 +341,8 @@ class Stepper:
         """How bodies would fly in the step without impulses."""
         model, state, h, d = self.model, self.state, self.time_step, self.model.dimension
         middle = state.time + 0.5 * h
-        force = model.force([(load, load.at(middle) * self._unit(load)) for load in model.forces], middle)
+        loads = [(load, load.at(middle) * self._unit(load)) for load in model.forces]
+        force = model.force(loads, state.positions, middle)
         inertial = None if model.cell is None else model.cell.inertial_force(before, model.free_mass, h)
         total = force if inertial is None else force + inertial
         mobility = model.inverse_mass

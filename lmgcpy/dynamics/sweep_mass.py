@@ -21,6 +21,22 @@ PASSES = 2
 """Passes over the pairs: a body may be heavy only because it is swept with a larger mass."""
 
 
+def pairs_that_meet(interactions: Interactions, first: int) -> tuple[np.ndarray, np.ndarray]:
+    """Bodies that meet in the interactions from row ``first`` on: candidates and antagonists, or with an element on a side
+    the bodies at its corners."""
+    c, a = interactions.candidate[first:], interactions.antagonist[first:]
+    corner, count = interactions.corner[first:], interactions.corner.shape[1]
+    if not count or not len(corner):
+        return c, a
+    sign = interactions.weight[first:, :: interactions.weight.shape[1] // count]
+    of_c, of_a = [c], [a]
+    for k in range(count):
+        for mine, others, here in ((of_c, of_a, sign[:, k] > 0.0), (of_a, of_c, sign[:, k] < 0.0)):
+            mine.append(corner[here, k])
+            others.append((a if mine is of_c else c)[here])
+    return np.concatenate(of_c), np.concatenate(of_a)
+
+
 def sweep_mass(model: Model, interactions: Interactions, tolerance: float) -> np.ndarray | None:
     """M / m of each body (n,), None if all are 1; ``tolerance``: of the solver.
 
@@ -32,7 +48,7 @@ def sweep_mass(model: Model, interactions: Interactions, tolerance: float) -> np
     if tolerance <= TIGHT or len(candidates) == 0 or candidates.max() < HEAVY * candidates.min():
         return None
     first = sum(chain.link_count for chain in model.links)
-    c, a = interactions.candidate[first:], interactions.antagonist[first:]
+    c, a = pairs_that_meet(interactions, first)
     ends, others = np.concatenate([c, a]), np.concatenate([a, c])
     swept = mass.copy()
     for _ in range(PASSES):

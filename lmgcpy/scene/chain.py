@@ -19,6 +19,7 @@ from lmgcpy.scene.body import Round
 from lmgcpy.scene.cell import Cell
 from lmgcpy.scene.contactor import DiskContactor, SphereContactor
 from lmgcpy.scene.points import Node, points_of
+from lmgcpy.scene.skin import Skin
 
 BLOW = 1e-6
 """Relative excess over the reference length from which a rigid link is refused at the start. Its bias would give the
@@ -61,6 +62,8 @@ class Chain:
         settled: bool = False,
         cell: Cell | None = None,
     ):
+        self.skin: Skin | None = None
+        """The surface of the chain, None if only its bodies have one."""
         self._law = law
         self._cell = cell
         self._state: BodyState | None = None

@@ -9,6 +9,7 @@ from __future__ import annotations
 import logging
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from itertools import groupby
 from typing import Any
 
@@ -17,6 +18,7 @@ import numpy as np
 from lmgcpy.contact.detection_tables import ContactorTable
 from lmgcpy.contact.lattice import Lattice
 from lmgcpy.dynamics.changes import DRIVEN, LOADED
+from lmgcpy.dynamics.loads import ManyForces
 from lmgcpy.dynamics.model import COMPONENTS
 from lmgcpy.errors import AXES, shown
 from lmgcpy.laws import Law, registry
@@ -41,6 +43,7 @@ from lmgcpy.scene.material import Material
 from lmgcpy.scene.medium import described, media_of
 from lmgcpy.scene.points import Node
 from lmgcpy.scene.scene import Scene
+from lmgcpy.scene.skin import PointMass, Skin, Thread
 
 KINDS: dict[type[Body], str] = {
     Disk: "disk",
@@ -48,6 +51,7 @@ KINDS: dict[type[Body], str] = {
     RigidBody: "rigid",
     Sphere: "sphere",
     CylinderWall: "cylinder",
+    PointMass: "point",
     Capsule: "capsule",
     Surface: "surface",
 }
@@ -194,6 +198,8 @@ def describe(scene: Scene) -> dict[str, Any]:
             **({"points": _points([node for chain in scene.chains for node in chain.nodes])} if at_points else {}),
         },
         **({"joints": joints} if scene.joints else {}),
+        **({"skins": _skins(scene.skins)} if scene.skins else {}),
+        **({"forces": _many_forces(scene._many_forces)} if scene._many_forces else {}),
         "laws": [
             {"name": law.NAME, "distribution": _distribution(law), "parameters": law.values} for law in laws
         ],  # last, because the tables above add their laws to the list
@@ -245,6 +251,7 @@ def build(description: Mapping[str, Any], *, settled: bool = False) -> Scene:
         for law, (a, b), at, collide in zip(joints["law"], joints["body"], points, joints["collide"], strict=True):
             tied, where = (scene.bodies[a], scene.bodies[b]), (_given(at[0]), _given(at[1]))
             scene.link(*tied, laws[law], at=where, neighbours_collide=bool(collide))
+    _add_skins(scene, description)
     scene._settled = False
     if "media" in description:
         scene._media = media_of(description["media"], len(scene.bodies))
@@ -271,7 +278,56 @@ def functions_of_time(description: Mapping[str, Any]) -> list[Key]:
     names = COMPONENTS[description["dimension"]]
     found: list[Key] = [(int(body), names[component]) for body, component, function in rows if function]
     found += [("chain", k) for k in chains_of_time(description)]
+    found += [("pressure", k) for k in _loads_of_time(description, "skins", "pressure")]
+    found += [("forces", k) for k in _loads_of_time(description, "forces", "value")]
     return found + (["gravity"] if np.isnan(description["gravity"]).all() else [])
+
+
+def _loads_of_time(description: Mapping[str, Any], table: str, name: str) -> list[int]:
+    """Numbers of the pressures, or of the forces on many bodies, that are functions of time."""
+    return [k for k, row in enumerate(_in_order(description, table)) if np.isnan(row[name]).any()]
+
+
+def _in_order(description: Mapping[str, Any], table: str) -> list[Mapping[str, Any]]:
+    """The rows of a table of trees, which are named by their numbers; none in files of former versions."""
+    rows = description.get(table, {})
+    return [rows[str(k)] for k in range(len(rows))]
+
+
+def _skins(skins: Sequence[Skin]) -> dict[str, dict[str, Any]]:
+    return {
+        str(k): {
+            "bodies": np.array([body.id for body in skin.bodies], dtype=np.int64),
+            "cells": skin.cells,
+            "radius": skin.radius,
+            "color": skin.color,
+            "loaded": skin.pressure is not None,
+            "pressure": math.nan if callable(skin.pressure) else skin.pressure or 0.0,
+        }
+        for k, skin in enumerate(skins)
+    }
+
+
+def _many_forces(many: Sequence[ManyForces]) -> dict[str, dict[str, Any]]:
+    return {
+        str(k): {"bodies": forces.bodies, "value": np.full(1, math.nan) if callable(forces.value) else forces.value}
+        for k, forces in enumerate(many)
+    }
+
+
+def _add_skins(scene: Scene, description: Mapping[str, Any]) -> None:
+    for row in _in_order(description, "skins"):
+        bodies, cells = row["bodies"], row["cells"]
+        if not (bodies.ndim == 1 and cells.ndim == 2 and cells.shape[1] in (2, 3) and cells.min(initial=0) >= 0):
+            raise ValueError("the fields of a skin do not fit together")
+        nodes = [Node(scene.bodies[k], None) for k in bodies.tolist()]
+        skin = scene._skin(nodes, cells, Thread(float(row["radius"]), color=row["color"]))
+        skin.pressure = float(row["pressure"]) if row["loaded"] else None
+        for chain in scene.chains:
+            if [body.id for body in chain.bodies] == bodies.tolist():
+                chain.skin = skin
+    for row in _in_order(description, "forces"):
+        scene._many_forces.append(ManyForces(row["bodies"], row["value"]))
 
 
 def chains_of_time(description: Mapping[str, Any]) -> list[int]:
@@ -506,6 +562,8 @@ def _one_body(
             position=position[:dimension],
             **start,
         )
+    elif kind == "point":
+        made = PointMass(position=position[:dimension], mass=mass, color=color, velocity=velocity[:dimension])
     elif kind == "rigid":
         made = RigidBody(contactors, mass=mass, inertia=inertia, position=position[:dimension], **start)
     else:
@@ -615,6 +673,17 @@ def impose(scene: Scene, description: Mapping[str, Any], functions: Functions) -
             raise TypeError(f"functions['chain', {k}] must be a function of time, got {shown(what)}.")
         else:
             scene.chains[k]._drive(what)
+    for name, table, column in (("pressure", "skins", "pressure"), ("forces", "forces", "value")):
+        for k in _loads_of_time(description, table, column):
+            what = left.pop((name, k), None)
+            if what is None:
+                missing.append(((name, k), f"{name} {k}"))
+            elif not callable(what):
+                raise TypeError(f"functions['{name}', {k}] must be a function of time, got {shown(what)}.")
+            elif name == "pressure":
+                scene.skins[k].pressure = what
+            else:
+                scene._many_forces[k] = replace(scene._many_forces[k], value=what)
     if missing:
         which = "; ".join(words for _, words in missing)
         again = asked_again([key for key, _ in missing])

@@ -28,10 +28,12 @@ from lmgcpy.dynamics.changes import (
     gap_values,
     laws_after,
 )
+from lmgcpy.dynamics.loads import ManyForces
+from lmgcpy.dynamics.loads import forces as many_forces
 from lmgcpy.dynamics.model import COMPONENTS, BodyState, Drive, Model
 from lmgcpy.dynamics.rotation import with_rotations
 from lmgcpy.dynamics.watch.start_overlaps import check_start
-from lmgcpy.errors import AXES, LARGEST, closest, flag, named_arguments, number, shown, vector, whole
+from lmgcpy.errors import AXES, LARGEST, closest, flag, named_arguments, number, numbers, shown, vector, whole
 from lmgcpy.laws import Law
 from lmgcpy.laws.first_calls import check_answers
 from lmgcpy.laws.registry import check_interface
@@ -46,6 +48,7 @@ from lmgcpy.scene.many_bodies import SomeRound, StartNumbers, make_round
 from lmgcpy.scene.material import Material
 from lmgcpy.scene.medium import COEFFICIENTS, Medium, drag_of, medium
 from lmgcpy.scene.points import Node, node_of
+from lmgcpy.scene.skin import Net, Skin, Thread, edges_of, paths
 
 SomeBody = TypeVar("SomeBody", bound=Body)
 
@@ -72,6 +75,8 @@ class Scene:
     def __init__(self, *, dimension: int, gravity: Any = None):
         self.dimension = whole(dimension, "dimension", minimum=2, maximum=3)
         self._compiled = False
+        self._made_with: int | None = None
+        """How many bodies the scene had when it was compiled."""
         self._settled = False  # links are as long as the steps of a run have left them
         self._state: BodyState | None = None
         self._at_start: list[tuple[Any, Any, bool]] = []
@@ -81,6 +86,8 @@ class Scene:
         self._rows: list[tuple[str, str, Law, float | None]] = []
         self.chains: list[Chain] = []
         self.joints: list[Joint] = []
+        self.skins: list[Skin] = []
+        self._many_forces: list[ManyForces] = []
         self._cell: Cell | None = None
         self._media: list[Medium] = []
 
@@ -422,6 +429,7 @@ class Scene:
         relaxation: float = 0.0,
         neighbours_collide: bool | None = None,
         parameters: Mapping[str, Any] | None = None,
+        surface: Thread | None = None,
     ) -> Chain:
         """Link consecutive bodies by a law; returns the chain.
 
@@ -438,6 +446,9 @@ class Scene:
         they may if the gap that the link holds is above a thousandth of the smaller radius, from the start of a relaxation
         to its end. With a smaller gap, link and contact of the same pair would prestress each other without bound. Link
         beads by rods if they touch and must not be pushed into each other.
+
+        ``surface`` gives the chain a smooth surface between its bodies, see :class:`~lmgcpy.Thread`. The bodies may then be
+        points (:func:`~lmgcpy.point_mass`).
         """
         self._editable("add a chain")
         self._check_law(law, "link", "chain")
@@ -469,6 +480,10 @@ class Scene:
             settled=self._settled,
             cell=self._cell,
         )
+        if surface is not None:
+            count = len(chain.start_gaps)
+            cells = np.column_stack([np.arange(count), np.arange(1, count + 1) % len(members)])
+            chain.skin = self._skin(nodes, cells, surface)
         for body, spins in blocked:
             body._state_changes(DRIVEN, spins)
         self.chains.append(chain)
@@ -511,6 +526,108 @@ class Scene:
         joint = Joint(nodes, law, collide=collide, settled=self._settled, cell=self._cell)
         self.joints.append(joint)
         return joint
+
+    @named_arguments
+    def net(
+        self,
+        bodies: Any,
+        edges: Any,
+        law: Law,
+        *,
+        surface: Thread | None = None,
+        reference_gap: Any = None,
+        neighbours_collide: bool | None = None,
+    ) -> Net:
+        """Link bodies by a law along ``edges``, (m, 2) indices of ``bodies``; returns the net.
+
+        ``surface`` gives the links a round surface, see :class:`~lmgcpy.Thread`; ``reference_gap`` [m]: one number, one a
+        link, or None for the gaps as built.
+        """
+        return self._net("net", bodies, edges, 2, law, surface, reference_gap, neighbours_collide)
+
+    @named_arguments
+    def membrane(
+        self,
+        bodies: Any,
+        triangles: Any,
+        law: Law,
+        *,
+        radius: float,
+        color: str = "MEMBRANE",
+        reference_gap: Any = None,
+    ) -> Net:
+        """A surface of triangles between bodies, linked by a law along the edges of the triangles; returns the net.
+
+        ``triangles``: (m, 3) indices of ``bodies``; ``radius``: half of the thickness [m]. Others see both of its sides.
+        In 2D a closed chain with a surface is a membrane.
+        """
+        if self.dimension == 2:
+            raise ValueError("A membrane of triangles is for 3D: in 2D take a chain with surface=lmgcpy.Thread(...).")
+        return self._net("membrane", bodies, triangles, 3, law, Thread(radius, color=color), reference_gap, None)
+
+    def _net(
+        self, call: str, bodies: Any, cells: Any, corners: int, law: Law, thread: Any, gaps: Any, collide: bool | None
+    ) -> Net:
+        self._editable(f"add a {call}")
+        self._check_law(law, "link", call)
+        if isinstance(bodies, (str, Body)) or not isinstance(bodies, Iterable):
+            raise TypeError(f"A {call} links a list of bodies, got {shown(bodies)}.")
+        nodes = [self._node(body, f"A {call}") for body in bodies]
+        what = f"{'edges' if corners == 2 else 'triangles'} of a {call}"
+        given = numbers(cells, what, f"an array (m, {corners}) of indices")
+        if given.ndim != 2 or given.shape[1] != corners or not len(given):
+            raise ValueError(f"The {what} must be of shape (m, {corners}), got {given.shape}.")
+        table = given.astype(np.int64)
+        wrong = (table != given).any(axis=1) | (table < 0).any(axis=1) | (table >= len(nodes)).any(axis=1)
+        wrong |= (np.diff(np.sort(table, axis=1), axis=1) == 0).any(axis=1)
+        if wrong.any():
+            i = int(np.argmax(wrong))
+            raise ValueError(
+                f"Row {i} of the {what} is {shown(given[i].tolist())}: it must be {corners} different indices of the "
+                f"{len(nodes)} bodies, 0 ... {len(nodes) - 1}."
+            )
+        edges = np.unique(np.sort(table, axis=1), axis=0) if corners == 2 else edges_of(table)
+        if corners == 2 and len(edges) < len(table):
+            raise ValueError("Two edges of a net join the same bodies: each pair has one link.")
+        skin = None if thread is None else self._skin(nodes, table, thread)
+        place = {tuple(edge): k for k, edge in enumerate((np.sort(table, axis=1) if corners == 2 else edges).tolist())}
+        if gaps is not None:
+            gaps = np.broadcast_to(numbers(gaps, "reference_gap", "a number [m], or one an edge"), len(edges))
+        chains = []
+        for path in paths(edges, len(nodes)):
+            of_path = None
+            if gaps is not None:
+                of_path = gaps[[place[min(ends), max(ends)] for ends in itertools.pairwise(path)]]
+            members = [nodes[k].body for k in path]
+            chains.append(self.chain(members, law, reference_gap=of_path, neighbours_collide=collide))
+        return Net([node.body for node in nodes], edges, chains, skin)
+
+    def _skin(self, nodes: Sequence[Node], cells: np.ndarray, thread: Thread) -> Skin:
+        """Add a surface; TypeError or ValueError for one that bodies cannot have."""
+        if not isinstance(thread, Thread):
+            raise TypeError(f"surface must be a lmgcpy.Thread, got {shown(thread)}.")
+        if self._cell is not None:
+            raise ValueError("Threads are not built for periodic cells: give beads shapes of their own there.")
+        if any(node.point is not None for node in nodes):
+            raise ValueError(
+                "A surface goes through centres of bodies, and this one would go through points off them: end it at a "
+                "node, and link this node to the point by a chain of its own."
+            )
+        skin = Skin([node.body for node in nodes], cells, thread)
+        self.skins.append(skin)
+        return skin
+
+    @named_arguments
+    def impose_forces(self, bodies: Any, forces: Any) -> None:
+        """Load many bodies at once: ``forces`` [N] is an array (m, d), one row for all, or a function of time [s] that
+        gives it. These forces come beside those of ``Body.impose_force``."""
+        self._editable("impose forces on many bodies")
+        if isinstance(bodies, (str, Body)) or not isinstance(bodies, Iterable):
+            raise TypeError(f"Scene.impose_forces loads a list of bodies, got {shown(bodies)}.")
+        members = [self._node(body, "Scene.impose_forces").body for body in bodies]
+        if not callable(forces):
+            forces = many_forces(forces, "forces", len(members), self.dimension).copy()
+        self._many_forces.append(ManyForces(np.array([body.id for body in members], dtype=np.int64), forces))
 
     def _node(self, given: Any, what: str) -> Node:
         """A body, or a pair of a body and its point, to be linked."""
@@ -569,7 +686,7 @@ class Scene:
             positions[turning, 3:] = start.quaternion
             velocities[turning, 3:] = in_own_axes(start.quaternion, velocities[turning, 3:])
             mass[turning, 3:] = start.inertias
-        contactors = self._contactors(start)
+        contactors = self._with_elements(self._contactors(start), start)
         self._check_numbers(positions, velocities, mass, contactors)
         driven, loads, inverse_mass, hidden = self._conditions(mass)
         for drive in driven:
@@ -621,6 +738,7 @@ class Scene:
             ),
             velocities=driven,
             forces=loads,
+            loads=[*self._many_forces, *(skin.load for skin in self.skins if skin.load is not None)],
             start=BodyState(positions, velocities, chained=chained, turning=turning),
             hidden=hidden,
             cell=None if self._cell is None else CellMotion.of(self._cell.lattice, start.extent),
@@ -735,7 +853,7 @@ class Scene:
 
     def hand_over(self, state: BodyState) -> None:
         """Make the bodies views of a simulation's state. From then on only statements between steps change the scene."""
-        self._compiled = True
+        self._compiled, self._made_with = True, len(self.bodies)
         self._state = state
         self._gravity_at_start = self._gravity
         self._at_start = [(body._velocities, body._forces, body._hidden) for body in self.bodies]
@@ -747,7 +865,7 @@ class Scene:
             chain._state, chain._number = state, k
 
     def _check_colors(self) -> None:
-        known = {body.color for body in self.bodies}
+        known = {body.color for body in self.bodies} | {skin.color for skin in self.skins}
         for candidate, antagonist, _, _ in self.rows:
             for color in (candidate, antagonist):
                 if color not in known and known:
@@ -776,7 +894,7 @@ class Scene:
                 raise ValueError(f"The {what} of {body!r} must be {bound}, got {shown(values[i].tolist())}.")
 
     def _contactors(self, start: StartNumbers) -> ContactorTable:
-        """The table of all contactors."""
+        """The table of all contactors of bodies."""
         rows, plain = start.rows, start.plain
         surfaces = {i: body for i in start.others if isinstance(body := self.bodies[i], Surface)}
         others = [(i, *item) for i in start.others if i not in surfaces for item in self.bodies[i].contactors]
@@ -833,6 +951,14 @@ class Scene:
             half_box=None if np.isnan(sizes).all() else np.where(np.isnan(half_box), bounding_radius[:, None], half_box),
             sizes=None if np.isnan(sizes).all() else np.where(np.isnan(sizes), bounding_radius, sizes),
         )
+
+    def _with_elements(self, contactors: ContactorTable, start: StartNumbers) -> ContactorTable:
+        """The table of contactors with those of the surfaces between bodies."""
+        if not self.skins:
+            return contactors
+        before = len(self.bodies) if self._made_with is None else self._made_with
+        tables = [skin.table for skin in self.skins]
+        return contactors.with_elements(tables, start.rows[:, : self.dimension], before)
 
     @staticmethod
     def _alert(candidate: str, antagonist: str, alert: float | None, contactors: ContactorTable) -> float:

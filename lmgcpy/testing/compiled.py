@@ -10,11 +10,11 @@ import numpy as np
 
 from lmgcpy.compiled.fingerprint import Slot
 from lmgcpy.compiled.kernel import CompilerError, Kernel, kernel, row_reader
+from lmgcpy.compiled.small_matrices import small_matrices
 from lmgcpy.errors import told
 from lmgcpy.laws import Law
 from lmgcpy.laws.pair import pair_of
 from lmgcpy.solve.kernels.law_kernels import as_floats, not_compiled, zeros
-from lmgcpy.solve.kernels.small_matrices import small_matrices
 from lmgcpy.testing.answers import Nonconformance, Numbers
 from lmgcpy.testing.case import LawCase, velocity
 from lmgcpy.testing.property import drawn

@@ -136,14 +136,23 @@ def yields(found: Interactions, inverse_mass: np.ndarray, positions: np.ndarray)
     body yields along the normal."""
     c, a = found.candidate, found.antagonist
     d = found.normal.shape[1]
-    normal = (found.normal**2 * (inverse_mass[c, :d] + inverse_mass[a, :d])).sum(axis=1)
+    square = found.normal**2
+    on_c, on_a = ((square * inverse_mass[ids, :d]).sum(axis=1) for ids in (c, a))
+    if len(found.corner):  # of elements, the bodies at the corners with their weights
+        weight = found.weight[:, :: d + 1]
+        of_corners = (weight**2 * (square[:, None] * inverse_mass[found.corner, :d]).sum(axis=2)).sum(axis=1)
+        on_c = np.where((weight > 0.0).any(axis=1), of_corners, on_c)
+        on_a = np.where((weight < 0.0).any(axis=1), of_corners, on_a)
+    normal = on_c + on_a
     if len(found.lateral):  # levers of clusters in the plane
         turns = found.lateral[: len(c)] ** 2 * inverse_mass[np.column_stack([c, a]), d]
         normal = normal + turns.sum(axis=1)
     if len(found.lever):
         both = np.column_stack([c, a])
         lever = found.lever.reshape(-1, 2, 3)
-        moment = in_own_axes(positions[both, 3:], np.cross(lever, found.normal[:, None]))
+        moment = np.cross(lever, found.normal[:, None])
+        if positions.shape[1] > 3:
+            moment = in_own_axes(positions[both, 3:], moment)
         moment[np.abs(moment) <= 2.0**-49 * np.abs(lever).max(axis=2, keepdims=True)] = 0.0  # rounding alone
         normal = normal + (moment**2 * inverse_mass[both, d:]).sum(axis=(1, 2))
     return normal

@@ -41,6 +41,8 @@ def add_load(start, stop, walls, s, found):
                 bear(s.candidate[i], size, s)
             if walls != 1:
                 bear(s.antagonist[i], size, s)
+            for k in range(s.corner.shape[1]):
+                bear(s.corner[i, k], abs(s.weight[i, (s.normal.shape[1] + 1) * k]) * size, s)
 
 
 def bear(b, size, s):

@@ -16,6 +16,7 @@ import numpy as np
 
 from lmgcpy.compiled.kernel import Kernel
 from lmgcpy.compiled.reference import by_reference
+from lmgcpy.compiled.small_matrices import small_matrices
 from lmgcpy.laws import Law
 from lmgcpy.laws.coulomb import Coulomb
 from lmgcpy.laws.elastic import ElasticRod, ElasticWire
@@ -24,7 +25,6 @@ from lmgcpy.solve.kernels.forms import plane, space
 from lmgcpy.solve.kernels.forms.form import Form
 from lmgcpy.solve.kernels.law_kernels import KernelKey, LawKernels, law_kernels
 from lmgcpy.solve.kernels.loads import LITTLE, NEARBY
-from lmgcpy.solve.kernels.small_matrices import small_matrices
 from lmgcpy.solve.kernels.stiffened_wire_block import scratch_columns
 from lmgcpy.solve.kernels.system import Groups
 from lmgcpy.solve.problems.problem import BOTH, CONTACT, PULL, Problem

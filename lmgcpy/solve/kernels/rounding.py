@@ -16,6 +16,8 @@ exactly a problem whose operator and free velocities differ from the given ones 
 of many contacts bear by the last digit of their gaps, and that may take any time. So ``|x_b| / 4 h``, twice that rounding,
 is added to N_b if a solve takes long, and for the question whether there is anything to do at all.
 
+Bodies at the corners of elements count with the sizes of the numbers by which they move the contact point.
+
 In a periodic cell that deforms, the columns of its velocity gradient count as bodies, with the components of the branch as
 factors.
 
@@ -71,6 +73,13 @@ def add_noise(start, stop, walls, s):
             add_size(s.candidate[i], i, 0, normal, tangential, s)
         if walls != 1:
             add_size(s.antagonist[i], i, 1, normal, tangential, s)
+        for k in range(s.corner.shape[1]):
+            share = share_of_corner(i, k, s)
+            if share > 0.0:
+                centre = 0.0
+                for j in range(s.normal.shape[1]):
+                    centre = max(centre, s.inverse_mass[s.corner[i, k], j])
+                s.noise[s.corner[i, k], 0] += centre * share * (normal + tangential)
         for j in range(s.edges.shape[0]):
             edge = s.edges[j]
             yielding = 0.0
@@ -104,6 +113,15 @@ def length_of_lever(i, side, s):
     return abs(s.lever[i, at]) + abs(s.lever[i, at + 1]) + abs(s.lever[i, at + 2])
 
 
+def share_of_corner(i, k, s):
+    """Sum of the sizes of the numbers by which a corner of an element enters interaction ``i``."""
+    numbers = s.normal.shape[1] + 1
+    share = 0.0
+    for j in range(numbers * k, numbers * (k + 1)):
+        share += abs(s.weight[i, j])
+    return share
+
+
 def gather_noise(first, last, s):
     """noise_i = N_c + N_a + lever_c S_c + lever_a S_a of some interactions [m/s], into ``s.floor``."""
     across = s.lateral.shape[0] > 0
@@ -120,5 +138,7 @@ def gather_noise(first, last, s):
             arm_c = length_of_lever(i, 0, s)
             arm_a = length_of_lever(i, 1, s)
         s.floor[i] = s.noise[c, 0] + s.noise[a, 0] + arm_c * s.noise[c, 1] + arm_a * s.noise[a, 1]
+        for j in range(s.corner.shape[1]):
+            s.floor[i] += share_of_corner(i, j, s) * s.noise[s.corner[i, j], 0]
         for j in range(s.edges.shape[0]):  # the term of a periodic cell, G l
             s.floor[i] += abs(s.branch[i, j]) * s.noise[s.edges[j], 0]

@@ -26,9 +26,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from lmgcpy.compiled.small_matrices import small_matrices
 from lmgcpy.solve.kernels.contact_block import push, relative_velocity
 from lmgcpy.solve.kernels.rounding import ROUNDING
-from lmgcpy.solve.kernels.small_matrices import small_matrices
 from lmgcpy.solve.kernels.system import System
 from lmgcpy.solve.kernels.wire_block import SAME, held_up, react, read, relax_link, slope
 

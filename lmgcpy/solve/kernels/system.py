@@ -59,6 +59,12 @@ class System(NamedTuple):
     there are no links and all blocks are diagonal."""
     shear: np.ndarray
     """(W_ns, W_ts) of a contact in 3D [1/kg], (m, 2); (0, 2) in 2D and if ``coupling`` is empty."""
+    corner: np.ndarray
+    """Rows of the bodies at the corners of elements, of the candidate first, (m, c) uint32; (0, c) without elements. The
+    candidate or antagonist itself is the body at the nearest corner then."""
+    weight: np.ndarray
+    """Numbers by which these bodies move the contact point, d + 1 a corner (``elements_in_space``), zero in places that an
+    interaction does not need, (m, (d + 1) c)."""
     prepared: np.ndarray
     """Numbers that the laws' ``prepare`` returned, row by row of each group, flat."""
     impulse: np.ndarray
@@ -107,7 +113,7 @@ class System(NamedTuple):
         body = np.empty_like(row)
         body[row] = np.arange(len(row), dtype=row.dtype)
         rows = row.astype(np.uint32)
-        pairs = {"candidate": rows.take(self.candidate), "antagonist": rows.take(self.antagonist)}
+        pairs = {name: rows.take(getattr(self, name)) for name in ("candidate", "antagonist", "corner")}
         # take copies rows of a matrix four to fifteen times as fast as brackets do
         bodies = {"inverse_mass": self.inverse_mass.take(body, axis=0), "farness": self.farness.take(body)}
         if len(self.axes):

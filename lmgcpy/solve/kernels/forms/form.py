@@ -7,8 +7,9 @@ Newton steps and measures know no other way to the velocities of the bodies.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, fields
-from functools import cache
+from dataclasses import dataclass, field, fields, replace
+from functools import cache, partial
+from itertools import product
 from types import ModuleType
 from typing import Any
 
@@ -16,9 +17,13 @@ import numpy as np
 
 from lmgcpy.compiled.by_address import call, group_signature
 from lmgcpy.compiled.kernel import Kernel, kernel
+from lmgcpy.compiled.small_matrices import small_matrices
+from lmgcpy.contact.elements import elements_form
 from lmgcpy.solve.kernels import contact_block
 from lmgcpy.solve.kernels.forms import (
     cell,
+    elements_in_plane,
+    elements_in_space,
     lever_in_space,
     lever_rolling_in_space,
     plane,
@@ -26,7 +31,6 @@ from lmgcpy.solve.kernels.forms import (
     rolling_in_space,
     space,
 )
-from lmgcpy.solve.kernels.small_matrices import small_matrices
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,8 +52,10 @@ class Form:
     relative_velocities: Kernel
     """``(start, stop, s, velocity, result)``: ``H^T v`` of some interactions for velocities of the bodies (n, k)."""
     rows: Callable[[Any, slice], np.ndarray] | None = None
-    """``(s, part)``: rows of ``H^T``, (m, width, 2 k): the columns of the candidate, then those of the antagonist. None if
-    there are no bodies."""
+    """``(s, part)``: rows of ``H^T``, (m, width, b k): the columns of the candidate, then those of the antagonist, and of
+    further bodies. None if there are no bodies."""
+    bodies: Callable[[Any, slice], np.ndarray] | None = None
+    """``(s, part)``: rows of these bodies, (m, b) int64; None if they are the candidate and the antagonist."""
     constants: dict[str, Any] = field(default_factory=dict)
     """Constants that its functions read."""
     seen: int | None = None
@@ -102,11 +108,26 @@ def written_in(file: ModuleType, dimension: int, width: int, **constants: Any) -
     return Form(dimension, width, **functions, constants=constants)
 
 
+def on_elements(dimension: int, candidate: int, antagonist: int) -> Form:
+    """The form of two sides of which at least one is an element, by their numbers of bodies."""
+    file = elements_in_plane if dimension == 2 else elements_in_space
+    corners = sum(count for count in (candidate, antagonist) if count > 1)
+    form = written_in(file, dimension, dimension, CANDIDATE=candidate, ANTAGONIST=antagonist, BOTH=corners)
+    rows = partial(file.rows, candidate=candidate, antagonist=antagonist)
+    return replace(form, rows=rows, bodies=file.bodies)
+
+
 FORMS: dict[tuple[int, str], Form] = {
     (2, "central"): written_in(plane, 2, 2, CENTRAL=True),
     (2, "lever"): written_in(plane, 2, 2, CENTRAL=False),
     (3, "central"): written_in(space, 3, 3),
     (3, "lever"): written_in(lever_in_space, 3, 3),
+    **{
+        (dimension, elements_form(*counts)): on_elements(dimension, *counts)
+        for dimension in (2, 3)
+        for counts in product((1, 2, 3), repeat=2)
+        if max(counts) > 1
+    },
 }
 """By dimension and the name that a narrow phase gives: "central" where the contact point lies on the normal through both
 centres."""

@@ -18,9 +18,9 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.compiled.kernel import inlined, kernel
+from lmgcpy.compiled.small_matrices import small_matrices
 from lmgcpy.contact.frames import cross, local_frames
 from lmgcpy.solve.kernels.forms.space import local_problem
-from lmgcpy.solve.kernels.small_matrices import small_matrices
 from lmgcpy.solve.kernels.system import System
 
 __all__ = ["fill_moments", "local_problem", "momentum", "push", "relative_velocities", "relative_velocity", "rows"]
@@ -47,7 +47,9 @@ def in_space(b, s, v):
 
 @inlined
 def in_own_axes(b, s, v):
-    """``R^T v`` of body ``b``."""
+    """``R^T v`` of body ``b``; v itself if no body keeps a rotation."""
+    if s.axes.shape[0] == 0:
+        return v
     two = plus_row(multiple_row(v[0], row(s.axes, b, 0)), multiple_row(v[1], row(s.axes, b, 3)))
     return plus_row(two, multiple_row(v[2], row(s.axes, b, 6)))
 
@@ -165,6 +167,8 @@ def relative_velocities(start, stop, s, velocity, result):
 def rows(s: Any, part: slice) -> np.ndarray:
     """Rows of ``H^T`` of some interactions, (m, 3, 12)."""
     frame = local_frames(s.normal[part])
-    lever, axes = s.lever[part].reshape(-1, 2, 1, 3), s.axes.reshape(-1, 3, 3)
-    moment = np.cross(lever, frame[:, None]) @ np.stack([axes[s.candidate[part]], axes[s.antagonist[part]]], axis=1)
+    moment = np.cross(s.lever[part].reshape(-1, 2, 1, 3), frame[:, None])
+    if len(s.axes):
+        axes = s.axes.reshape(-1, 3, 3)
+        moment = moment @ np.stack([axes[s.candidate[part]], axes[s.antagonist[part]]], axis=1)
     return np.concatenate([frame, moment[:, 0], -frame, -moment[:, 1]], axis=2)

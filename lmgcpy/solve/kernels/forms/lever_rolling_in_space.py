@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.compiled.kernel import inlined
+from lmgcpy.compiled.small_matrices import small_matrices
 from lmgcpy.contact.frames import cross, local_frames
 from lmgcpy.solve.kernels.forms.lever_in_space import in_own_axes, in_space, spin_in_space
 from lmgcpy.solve.kernels.forms.lever_in_space import local_problem as plain_problem
@@ -20,7 +21,6 @@ from lmgcpy.solve.kernels.forms.lever_in_space import relative_velocities as pla
 from lmgcpy.solve.kernels.forms.lever_in_space import relative_velocity as plain_velocity
 from lmgcpy.solve.kernels.forms.lever_in_space import rows as plain_rows
 from lmgcpy.solve.kernels.forms.rolling_in_space import moment_of
-from lmgcpy.solve.kernels.small_matrices import small_matrices
 
 WALLS = -1
 """As in ``space``."""

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.compiled.kernel import inlined
+from lmgcpy.compiled.small_matrices import small_matrices
 from lmgcpy.contact.frames import cross, local_frames
 from lmgcpy.solve.kernels.forms.space import local_problem as space_problem
 from lmgcpy.solve.kernels.forms.space import momentum as space_momentum
@@ -24,7 +25,6 @@ from lmgcpy.solve.kernels.forms.space import push as space_push
 from lmgcpy.solve.kernels.forms.space import relative_velocities as space_velocities
 from lmgcpy.solve.kernels.forms.space import relative_velocity as space_velocity
 from lmgcpy.solve.kernels.forms.space import rows as space_rows
-from lmgcpy.solve.kernels.small_matrices import small_matrices
 
 WALLS = -1
 """As in ``space``."""

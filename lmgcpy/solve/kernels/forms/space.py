@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.compiled.kernel import inlined
+from lmgcpy.compiled.small_matrices import small_matrices
 from lmgcpy.contact.frames import cross, local_frames
-from lmgcpy.solve.kernels.small_matrices import small_matrices
 
 ROWS = 3
 """1 if the impulse is normal only."""

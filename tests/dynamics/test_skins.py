@@ -1,0 +1,507 @@
+"""Surfaces between bodies: threads, nets and membranes, held against kinematics, conservation laws and theory."""
+
+import numpy as np
+import pytest
+
+import lmgcpy as lm
+from lmgcpy.contact.positions import in_space
+from lmgcpy.dynamics.rotation import turn_freely
+
+ROD = lm.ElasticRod(stiffness=1.0)
+
+
+def grain(d, radius, position, mass=2.0):
+    return (lm.disk if d == 2 else lm.sphere)(radius=radius, position=position, mass=mass)
+
+
+def thread(scene, places, color="THREAD", radius=0.1, law=ROD, mass=1.0):
+    """A thread whose nodes have different masses."""
+    nodes = [scene.add(lm.point_mass(position=p, mass=mass * (1.0 + 0.3 * k))) for k, p in enumerate(places)]
+    return scene.chain(nodes, law, surface=lm.Thread(radius, color=color))
+
+
+def ball_on_segment(d):
+    scene = lm.Scene(dimension=d)
+    thread(scene, [(0.0,) * d, (1.0, 0.1, 0.1)[:d]])
+    scene.add(grain(d, 0.2, (0.37, 0.33) if d == 2 else (0.37, 0.2, 0.25)))
+    return scene
+
+
+def ball_at_joint(d):
+    scene = lm.Scene(dimension=d)
+    thread(scene, [(-1.0, -0.5, 0.2)[:d], (0.0,) * d, (1.2, -0.7, 0.1)[:d]])
+    scene.add(grain(d, 0.2, (0.02, 0.29, 0.03)[:d]))
+    return scene
+
+
+def ball_at_end(d):
+    scene = lm.Scene(dimension=d)
+    thread(scene, [(0.0,) * d, (1.0, 0.1, 0.1)[:d]])
+    scene.add(grain(d, 0.2, (-0.25, 0.13) if d == 2 else (-0.25, 0.1, 0.1)))
+    return scene
+
+
+def tip_on_line(d):
+    scene = lm.Scene(dimension=2)
+    thread(scene, [(0, 0), (1, 0.1)])
+    thread(scene, [(0.4, 0.23), (0.5, 1)], "GRAIN")
+    return scene
+
+
+def crossing(d):
+    scene = lm.Scene(dimension=3)
+    thread(scene, [(0, 0, 0), (1, 0.1, 0.1)])
+    thread(scene, [(0.4, -0.5, 0.2), (0.5, 0.6, 0.28)], "GRAIN")
+    return scene
+
+
+def capsule_across(d):
+    scene = lm.Scene(dimension=3)
+    thread(scene, [(0, 0, 0), (1, 0.1, 0.1)])
+    scene.add(lm.capsule(radius=0.1, length=1.0, position=(0.5, 0, 0.24), axis=(0.2, 1, 0.1), mass=3.0))
+    return scene
+
+
+def ball_on_membrane(d):
+    scene = lm.Scene(dimension=3)
+    places = [(0, 0, 0), (1, 0.1, 0.1), (0.2, 1, -0.1)]
+    nodes = [scene.add(lm.point_mass(position=p, mass=1.0 + k)) for k, p in enumerate(places)]
+    scene.membrane(nodes, [[0, 1, 2]], ROD, radius=0.1, color="THREAD")
+    scene.add(grain(3, 0.2, (0.4, 0.3, 0.3)))
+    return scene
+
+
+def clump_on_segment(d):
+    scene = lm.Scene(dimension=3)
+    thread(scene, [(0, 0, 0), (1, 0.1, 0.1)])
+    shape = lm.clump([0.2, 0.2], [(-0.2, 0, 0), (0.15, 0.1, 0)], density=3.0)
+    scene.add(shape.at(position=(0.3, 0.1, 0.3), rotation=(0.5, 0.5, 0.5, 0.5)))
+    return scene
+
+
+SCENES = [
+    *((make, d) for make in (ball_on_segment, ball_at_joint, ball_at_end) for d in (2, 3)),
+    *((tip_on_line, 2), (crossing, 3), (capsule_across, 3), (ball_on_membrane, 3), (clump_on_segment, 3)),
+]
+
+
+def one_contact(make, d):
+    """A simulation after a step that moves nothing, its problem, the row of its contact, and random velocities."""
+    scene = make(d)
+    scene.see("GRAIN", "THREAD", lm.Coulomb(friction=0.3))
+    sim = lm.Simulation(scene, time_step=1e-12, overlap="ignore")
+    sim.step()
+    (row,) = np.flatnonzero(sim.interactions.law == "coulomb")
+    return sim, sim._last[0], row, np.random.default_rng(3).standard_normal(sim.state.velocities.shape)
+
+
+@pytest.mark.parametrize(("make", "d"), SCENES)
+def test_the_form_is_the_rows_of_h_and_gives_momentum_to_no_one(make, d):
+    _, problem, row, velocities = one_contact(make, d)
+    s, H = problem.system, problem.interaction_matrix().toarray()
+    # ten roundings of numbers of size one
+    np.testing.assert_allclose(H @ velocities.ravel(), problem.relative_velocities(velocities).ravel(), atol=4e-15)
+    s.impulse[:] = 0.0
+    s.impulse[row] = np.random.default_rng(4).standard_normal(d)
+    momentum = problem.momentum()
+    np.testing.assert_allclose(H.T @ s.impulse.ravel(), momentum.ravel(), atol=4e-15)
+    W = (H @ np.diag(s.inverse_mass.ravel()) @ H.T)[d * row : d * row + d, d * row : d * row + d]
+    block = np.diag(s.delassus[row])
+    block[0, 1] = s.coupling[row]
+    if d == 3:
+        block[0, 2], block[1, 2] = s.shear[row]
+    np.testing.assert_allclose(np.triu(W), block, atol=1e-14)
+    np.testing.assert_allclose(momentum[:, :d].sum(axis=0), 0.0, atol=2e-15)
+
+
+@pytest.mark.parametrize(("make", "d"), SCENES)
+def test_the_gap_grows_with_the_normal_velocity(make, d):
+    sim, problem, row, velocities = one_contact(make, d)
+    way, gaps = 1e-6, []
+    for step in (way, 0.0):
+        positions, turning = sim.state.positions.copy(), velocities.copy()
+        positions[:, :d] += step * velocities[:, :d]
+        if d == 2:
+            positions[:, 2] += step * velocities[:, 2]
+        elif len(sim.model.turning):
+            turn_freely(sim.model.turning, step, positions, turning, sim.model.mass, sim.model.inverse_mass)
+        gaps.append(sim._detector.detect(positions, 0.0, 1.0).gap[row])
+    normal = problem.relative_velocities(velocities)[row, 0]
+    assert gaps[0] - gaps[1] == pytest.approx(way * normal, abs=3e-5 * way)  # the second derivative, times half the way
+
+
+@pytest.mark.parametrize(("make", "d"), SCENES)
+def test_angular_momentum_is_kept_but_for_the_torsion_of_a_segment_in_space(make, d):
+    sim, problem, row, _ = one_contact(make, d)
+    s, x = problem.system, sim.positions
+    s.impulse[:] = 0.0
+    s.impulse[row] = r = np.random.default_rng(4).standard_normal(d)
+    p = problem.momentum()
+    if d == 2:
+        assert (x[:, 0] * p[:, 1] - x[:, 1] * p[:, 0] + p[:, 2]).sum() == pytest.approx(0.0, abs=2e-15)
+        return
+    spins = p[:, 3:].copy()
+    for b in sim.model.turning:
+        spins[b] = in_space(sim.state.positions[b, 3:], spins[b])
+    lost = (np.cross(x, p[:, :3]) + spins).sum(axis=0)
+    if make is ball_on_segment:  # rho r_b about the axis e, of the impulse r on the ball at the distance rho from the axis
+        frame, lever = sim.interactions.frame[row], sim.interactions.lever[row, 1]
+        axis = x[1] / np.linalg.norm(x[1])
+        moment = np.cross(lever, r @ frame)
+        np.testing.assert_allclose(lost, axis * (axis @ moment), atol=2e-15)
+        assert np.linalg.norm(lost) > 0.01  # there is one
+    elif make is ball_on_membrane:
+        np.testing.assert_allclose(lost, 0.0, atol=2e-15)
+
+
+def drawn_through(d, friction, *, mass=1e-6, time_step=1e-3, pairs=12, seed=0, steps=60):
+    """Force that draws a straight thread through pairs of grains, over the force of all grains on it, step by step."""
+    rng, force, radius = np.random.default_rng(seed), 1.0, 5e-4
+    scene = lm.Scene(dimension=d)
+    across, held = ("y", ("x", "spin")) if d == 2 else ("z", ("x", "y", "spin_x", "spin_y", "spin_z"))
+    places = np.zeros((pairs + 6, d))
+    places[:, 0] = 0.01 * np.arange(pairs + 6)
+    chain = thread(scene, places, radius=radius, law=lm.RigidWire(), mass=mass)
+    for x in 0.01 * (np.arange(3, pairs + 3) + rng.uniform(-0.4, 0.4, pairs)):
+        for side in (1.0, -1.0):
+            at = np.zeros(d)
+            at[0], at[-1] = x, side * (0.005 + radius)
+            scene.add(grain(d, 0.005, at, 1e-3)).fix(*held).impose_force(**{across: -side * force})
+    scene.see("GRAIN", "THREAD", lm.Coulomb(friction=friction))
+    chain.bodies[-1].impose_velocity(**{"x": 0.02, across: 0.0})
+    chain.bodies[0].impose_force(x=-0.5)  # a tail that is slack would swing
+    if d == 3:
+        for node in chain.bodies:
+            node.fix("y")
+    sim = lm.Simulation(scene, time_step=time_step, solver=lm.Auto(tolerance=1e-8))
+    tensions = []
+    for _ in range(steps):
+        sim.step()
+        tensions.append(-sim.interactions.force[sim.interactions.law == "rigid-wire", 0][-1])
+    assert sim.unconverged_steps == 0
+    return (np.array(tensions) - 0.5) / (2.0 * pairs * force)
+
+
+@pytest.mark.parametrize("d", [2, 3])
+@pytest.mark.parametrize("friction", [0.0, 0.2, 0.5])
+def test_a_straight_thread_is_held_by_the_friction_that_was_given(d, friction):
+    apparent = drawn_through(d, friction)[20:]  # the first steps bring all of it to the speed of its end
+    np.testing.assert_allclose(apparent, friction, atol=1e-6)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("time_step", [2.5e-4, 5e-4, 2e-3, 4e-3])
+@pytest.mark.parametrize("mass", [1e-9, 1e-7, 1e-5, 1e-3])
+def test_so_it_is_at_any_step_and_mass(time_step, mass):
+    # pairs of grains that pinch a light segment would turn it over (1e-6: a force of 111 times that of the grains) without
+    # the stiffness of pinched segments
+    steps = max(60, round(0.2 / 0.02 * 0.05 / 50 / time_step))
+    apparent = drawn_through(2, 0.2, mass=mass, time_step=time_step, steps=steps)[steps // 2 :]
+    np.testing.assert_allclose(apparent, 0.2, atol=1e-6)
+
+
+def on_a_wire(d, at, nodes=11, mass=1e-3, time_step=1e-3):
+    """A ball that rests on a taut elastic thread at a part of its span; the simulation, the thread, the ball."""
+    scene = lm.Scene(dimension=d, gravity=(0.0,) * (d - 1) + (-10.0,))
+    places = np.zeros((nodes, d))
+    places[:, 0] = np.linspace(0.0, 1.0, nodes)
+    chain = thread(scene, places, radius=0.002, law=lm.ElasticWire(stiffness=4e4), mass=mass)
+    chain.reference_gap = chain.reference_gap - 0.01 / (nodes - 1)
+    chain.bodies[0].fix()
+    chain.bodies[-1].fix()
+    place = np.zeros(d)
+    place[0], place[-1] = at, 0.022
+    held = ("x", "spin") if d == 2 else ("x", "y", "spin_x", "spin_y", "spin_z")
+    ball = scene.add(grain(d, 0.02, place, 0.5)).fix(*held)
+    scene.see("GRAIN", "THREAD", lm.Signorini())
+    scene.drag(linear=8.0, bodies=[ball])
+    scene.drag(linear=0.5, bodies=chain.bodies)
+    return lm.Simulation(scene, time_step=time_step, solver=lm.Auto(tolerance=1e-9)), chain, ball
+
+
+@pytest.mark.long
+@pytest.mark.default_parameters("0.537-2", "0.25-3")
+@pytest.mark.parametrize("d", [2, 3])
+@pytest.mark.parametrize("at", [0.45, 0.537, 0.25, 0.701])
+def test_a_ball_rests_on_a_taut_thread_wherever_it_touches(d, at):
+    """Statics of the polygon: the two parts of the thread are straight, their tensions balance the ball and are those of
+    the law."""
+    sim, _, ball = on_a_wire(d, at)
+    sim.run(duration=1.8)
+    net = sim.interactions
+    tension = -net.force[net.law == "elastic-wire", 0]
+    up = sim.positions[:, -1]
+    # beside the segment that bears the ball, and on it, each part is straight with one slope
+    slopes = np.diff(up[:11]) / np.diff(sim.positions[:11, 0])
+    bears = int(at / 0.1)
+    left, right = slopes[: max(bears, 1)], slopes[min(bears + 1, 9) :]
+    weight = 0.5 * 10.0
+    own = 1e-3 * (1.0 + 0.3 * np.arange(11)) * 10.0
+    assert np.abs(ball.velocity).max() < 2e-5
+    vertical = tension * slopes / np.sqrt(1.0 + slopes**2)
+    # the vertical force of a part changes by the weight of each node that hangs on it
+    np.testing.assert_allclose(np.diff(vertical)[: max(bears - 1, 0)], own[1 : max(bears, 1)], atol=2e-5)
+    # it still creeps, at 1e-5 m/s against the drag
+    assert vertical[-1] - vertical[0] == pytest.approx(weight + own[1:-1].sum(), abs=3e-4)
+    # moments about the left end: the support on the right bears its share of the ball
+    share = (weight * at + (own[1:-1] * sim.positions[1:10, 0]).sum()) / sim.positions[10, 0]
+    assert vertical[-1] == pytest.approx(share, rel=2e-3)  # the sag moves the horizontal forces by none of it
+    assert left.max() < 0.0 < right.min()
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_a_thread_over_a_fixed_drum_has_eulers_ratio_of_tensions(d):
+    """e^(mu phi) without the polygon's correction: contacts are on the segments, and tend to it as they get shorter."""
+
+    def ratio(count):
+        scene = lm.Scene(dimension=d)
+        radius, drum, dphi = 2e-3, 0.1, np.pi / count
+        rho = (drum + radius) / np.cos(0.5 * dphi)  # segments touch in their middles
+        length = 2.0 * rho * np.sin(0.5 * dphi)
+        angles = np.linspace(np.pi, 0.0, count + 1)
+        arc = rho * np.column_stack([np.cos(angles), np.sin(angles)])
+        down = np.column_stack([np.zeros(4), -length * np.arange(4, 0, -1)])
+        flat = np.concatenate([arc[0] + down, arc, arc[-1] + down[::-1]])
+        places = flat if d == 2 else np.insert(flat, 1, 0.0, axis=1)
+        chain = thread(scene, places, radius=radius, law=lm.RigidWire(), mass=1e-3)
+        body = scene.add(grain(d, drum, (0.0,) * d, 1.0)).fix()
+        scene.see("GRAIN", "THREAD", lm.Coulomb(friction=0.3))
+        vertical = "y" if d == 2 else "z"
+        chain.bodies[0].fix("x").impose_force(**{vertical: -1.0})
+        chain.bodies[-1].impose_velocity(**{vertical: -0.02, "x": 0.0})
+        if d == 3:
+            for node in chain.bodies:
+                node.fix("y")
+        sim = lm.Simulation(scene, time_step=1e-3, solver=lm.Auto(tolerance=1e-8))
+        found = []
+        for _ in range(150):
+            sim.step()
+            tension = sim.interactions.force[sim.interactions.law == "rigid-wire", 0]
+            found.append(tension[-1] / tension[0])
+        assert body.position[0] == 0.0
+        return np.mean(found[50:])
+
+    # the thread slides by 0.02 m, and the place of the contacts on the segments with it: the mean over two segments
+    exact = np.exp(0.3 * np.pi)
+    assert ratio(12) == pytest.approx(exact, rel=0.06)
+    assert ratio(48) == pytest.approx(exact, rel=0.03)
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_impulse_gap_and_normal_are_continuous_as_a_ball_goes_along_a_thread(d):
+    """A ball under a constant force slides along a held, bent thread without friction."""
+    scene = lm.Scene(dimension=d)
+    angle = np.linspace(-0.4, 0.4, 9)
+    flat = np.column_stack([np.sin(angle), np.cos(angle) - 1.0])
+    places = flat if d == 2 else np.insert(flat, 1, 0.0, axis=1)
+    for node in thread(scene, places, radius=0.01).bodies:
+        node.fix()
+    start = np.zeros(d)
+    start[0], start[-1] = -0.2, np.cos(0.2) - 1.0 + 0.061
+    vertical = "y" if d == 2 else "z"
+    ball = scene.add(grain(d, 0.05, start, 1.0)).impose_force(**{vertical: -10.0})
+    ball.impose_velocity(x=0.4)
+    scene.see("GRAIN", "THREAD", lm.Signorini())
+    sim = lm.Simulation(scene, time_step=1e-3)
+    counts, normals, impulses, gaps = [], [], [], []
+    for _ in range(1000):
+        sim.step()
+        net = sim.interactions
+        here = np.flatnonzero((net.law == "signorini") & (net.impulse[:, 0] > 0.0))
+        counts.append(len(here))
+        if len(here):
+            normals.append(net.normal[here].mean(axis=0))
+            impulses.append(net.impulse[here, 0].sum())
+            gaps.append(net.gap[here[0]])
+    assert set(counts[40:]) <= {1}
+    # a normal turns over a joint of 0.1 rad on an arc of 0.06 m, at 0.4 m/s by 6.7e-3 rad a step
+    assert np.abs(np.diff(normals[40:], axis=0)).max() < 1e-2
+    assert np.abs(np.diff(gaps[40:])).max() < 1e-5
+    # centrifugal force over a joint, m v^2 / (R + r): 2.7 N of 10 N, less where the normal slants
+    assert 0.6 < np.min(impulses[40:]) / 1e-2 < 1.2
+    assert np.max(impulses[40:]) / 1e-2 < 1.2
+
+
+def test_a_ring_under_pressure_has_the_tension_of_a_hoop():
+    """2D: T = p R cos(dphi/2) of the polygon, whose corners bear ``p L cos(dphi/2)`` by ``2 T sin(dphi/2)``."""
+    count, pressure, scene = 24, 50.0, lm.Scene(dimension=2)
+    angle = -2.0 * np.pi * np.arange(count) / count  # clockwise: the normals point outward
+    nodes = [scene.add(lm.point_mass(position=(np.cos(a), np.sin(a)), mass=0.01)) for a in angle]
+    ring = scene.chain(nodes, lm.RigidWire(), closed=True, surface=lm.Thread(0.01))
+    ring.skin.impose_pressure(-pressure)
+    sim = lm.Simulation(scene, time_step=1e-3, solver=lm.Auto(tolerance=1e-10)).run(steps=20)
+    length = 2.0 * np.sin(np.pi / count)
+    tension = pressure * length * np.cos(np.pi / count) / (2.0 * np.sin(np.pi / count))
+    np.testing.assert_allclose(-sim.interactions.force[:, 0], tension, rtol=1e-8)
+    np.testing.assert_allclose(sim.velocities, 0.0, atol=1e-9)
+
+
+def ball_of_triangles(level=1):
+    """Points and triangles of an icosahedron on the unit sphere, each triangle cut into four, ``level`` times; outward."""
+    g = 0.5 * (1.0 + np.sqrt(5.0))
+    points = np.array([(a * u, b * v, 0.0) for u in (1, -1) for v in (1, -1) for a, b in [(1.0, g)]])
+    points = np.concatenate([np.roll(points, k, axis=1) for k in range(3)])
+    apart = np.linalg.norm(points[:, None] - points[None], axis=2)
+    near = np.abs(apart - 2.0) < 1e-9
+    cells = [(i, j, k) for i in range(12) for j in range(i) for k in range(j) if near[i, j] and near[j, k] and near[i, k]]
+    cells = np.array(cells)
+    points /= np.linalg.norm(points, axis=1, keepdims=True)
+    for _ in range(level):
+        sides = np.sort(cells[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+        edges, which = np.unique(sides, axis=0, return_inverse=True)
+        middle = points[edges].mean(axis=1)
+        a, b, c = (len(points) + which.reshape(-1, 3)).T
+        i, j, k = cells.T
+        cells = np.concatenate([np.column_stack(rows) for rows in ((i, a, c), (a, j, b), (c, b, k), (a, b, c))])
+        points = np.concatenate([points, middle / np.linalg.norm(middle, axis=1, keepdims=True)])
+    corners = points[cells]
+    inward = (np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) * corners[:, 0]).sum(axis=1) < 0.0
+    cells[inward] = cells[inward][:, ::-1]
+    return points, cells
+
+
+def test_pressure_on_a_closed_membrane_does_the_work_of_its_volume():
+    """``-p dV`` at the mean velocity, by the energy balance; neither momentum nor angular momentum."""
+    points, cells = ball_of_triangles()
+    scene = lm.Scene(dimension=3)
+    nodes = [scene.add(lm.point_mass(position=p * (1.0, 0.8, 1.1), mass=0.01 * (1 + k % 3))) for k, p in enumerate(points)]
+    membrane = scene.membrane(nodes, cells, lm.ElasticRod(stiffness=50.0), radius=0.01)
+    membrane.impose_pressure(lambda t: 5.0 * np.sin(40.0 * t))
+    sim = lm.Simulation(scene, time_step=1e-3, solver=lm.Auto(tolerance=1e-12))
+    mass, volumes, work = sim.model.mass[:, :1], [], 0.0
+    for _ in range(30):
+        before, then = sim.positions.copy(), sim.time
+        sim.step()
+        p = 5.0 * np.sin(40.0 * (then + 0.5e-3))
+        corners = [x[cells] for x in (before, sim.positions)]
+        volume = [(np.cross(c[:, 0], c[:, 1]) * c[:, 2]).sum() / 6.0 for c in corners]
+        work -= p * (volume[1] - volume[0])
+        volumes.append(volume[1])
+    # the forces are those in the middle of the step, where the volume has its slope to second order
+    assert sim.energy.total_loads == pytest.approx(work, rel=1e-4)
+    assert np.ptp(volumes) > 0.01
+    np.testing.assert_allclose((mass * sim.velocities).sum(axis=0), 0.0, atol=1e-13)
+    np.testing.assert_allclose((mass * np.cross(sim.positions, sim.velocities)).sum(axis=0), 0.0, atol=1e-12)
+
+
+def test_forces_on_many_bodies_are_those_on_each():
+    made = []
+    for together in (True, False):
+        scene = lm.Scene(dimension=2)
+        beads = [scene.add(lm.disk(radius=0.1, position=(i, 0.0), mass=1.0 + i)) for i in range(4)]
+        forces = np.arange(8.0).reshape(4, 2)
+        if together:
+            scene.impose_forces(beads[:2], lambda t, given=forces: given[:2] * (1.0 + t))
+            scene.impose_forces(beads[2:], forces[2:])
+        else:
+            for bead, (x, y), grows in zip(beads, forces, (1, 1, 0, 0), strict=True):
+                bead.impose_force(x=lambda t, x=x, g=grows: x * (1.0 + g * t), y=lambda t, y=y, g=grows: y * (1.0 + g * t))
+        made.append(lm.Simulation(scene, time_step=1e-3).run(steps=20))
+    np.testing.assert_array_equal(made[0].positions, made[1].positions)
+    assert made[0].energy.total_loads == pytest.approx(made[1].energy.total_loads, rel=1e-14)
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_a_run_with_surfaces_is_resumed_bit_for_bit_and_comes_back_from_its_file(tmp_path, d):
+    sim, chain, _ = on_a_wire(d, 0.537)
+    sim.run(steps=40, record=tmp_path / "whole.h5")
+    half, _, _ = on_a_wire(d, 0.537)
+    half.run(steps=20, record=tmp_path / "half.h5")
+    again = lm.resume(tmp_path / "half.h5").run(steps=20)
+    np.testing.assert_array_equal(again.positions, sim.positions)
+    np.testing.assert_array_equal(again.velocities, sim.velocities)
+    scene = lm.Scene.from_run(tmp_path / "whole.h5")
+    assert scene.skins[0].radius == 0.002
+    assert scene.chains[0].skin is scene.skins[0]
+    np.testing.assert_array_equal(scene.skins[0].cells, chain.skin.cells)
+    assert isinstance(scene.bodies[3], lm.PointMass)
+
+
+def test_functions_of_time_of_pressures_and_forces_are_asked_for_again(tmp_path):
+    def made():
+        scene = lm.Scene(dimension=2)
+        nodes = [scene.add(lm.point_mass(position=p, mass=1.0)) for p in [(0, 0), (1, 0), (0.5, 1)]]
+        scene.chain(nodes, lm.RigidWire(), closed=True, surface=lm.Thread(0.01)).skin.impose_pressure(np.sin)
+        scene.impose_forces(nodes, lambda t: (t, 0.0))
+        return lm.Simulation(scene, time_step=1e-3)
+
+    made().run(steps=10, record=tmp_path / "run.h5")
+    with pytest.raises(ValueError, match=r"\(\"pressure\", 0\): f, \(\"forces\", 0\): f"):
+        lm.resume(tmp_path / "run.h5")
+    functions = {("pressure", 0): np.sin, ("forces", 0): lambda t: (t, 0.0)}
+    again = lm.resume(tmp_path / "run.h5", functions=functions).run(steps=10)
+    np.testing.assert_array_equal(again.positions, made().run(steps=20).positions)
+
+
+def test_a_net_catches_a_ball_that_beads_would_let_through():
+    """A ball of radius 0.06 m fits between the nodes of a mesh of 0.1 m, but not between its segments: it rests on four."""
+    scene = lm.Scene(dimension=3, gravity=(0, 0, -10.0))
+    n = 5
+    places = [(0.1 * i, 0.1 * j, 0.0) for i in range(n) for j in range(n)]
+    nodes = [scene.add(lm.point_mass(position=p, mass=0.01)) for p in places]
+    edges = [(i * n + j, i * n + j + 1) for i in range(n) for j in range(n - 1)]
+    edges += [(i * n + j, i * n + j + n) for i in range(n - 1) for j in range(n)]
+    net = scene.net(nodes, edges, lm.ElasticWire(stiffness=5e3), surface=lm.Thread(0.002))
+    for node in nodes:
+        if {node.position[0], node.position[1]} & {0.0, 0.1 * (n - 1)}:
+            node.fix()
+    ball = scene.add(lm.sphere(radius=0.06, position=(0.15, 0.15, 0.05), mass=0.1))
+    scene.drag(linear=2.0, bodies=[ball, *nodes])
+    scene.see("GRAIN", "THREAD", lm.Coulomb(friction=0.5))
+    sim = lm.Simulation(scene, time_step=1e-3).run(duration=1.0)
+    assert len(net.chains) < len(edges) / 3
+    assert sum(len(chain.bodies) - 1 for chain in net.chains) == len(edges)
+    assert ball.position[2] > 0.0
+    assert (sim.interactions.law == "coulomb").sum() == 4
+    forces = sim.interactions
+    lifted = (forces.force[:, :, None] * forces.frame)[forces.law == "coulomb"].sum(axis=1)
+    np.testing.assert_allclose(lifted.sum(axis=0), (0, 0, 1.0), atol=1e-2)
+
+
+BAD = {
+    "nodes closer than the thread is thick": (
+        lambda s: thread(s, [(0, 0), (0.15, 0), (1, 0)]),
+        "Cell 0 of a surface, between .* has nodes 0.15 m apart, closer than its thickness of 0.2 m",
+    ),
+    "no thread": (
+        lambda s: s.chain([s.add(lm.point_mass(position=(i, 0), mass=1.0)) for i in range(2)], ROD, surface=0.1),
+        "surface must be a lmgcpy.Thread",
+    ),
+    "points off the centres": (
+        lambda s: s.chain(
+            [(s.add(lm.disk(radius=0.1, position=(i, 0), mass=1.0)), (0.0, 0.1)) for i in range(2)],
+            ROD,
+            surface=lm.Thread(0.01),
+        ),
+        "goes through centres of bodies",
+    ),
+    "a membrane in 2D": (lambda s: s.membrane([], [[0, 1, 2]], ROD, radius=0.1), "in 2D take a chain"),
+    "a corner twice": (
+        lambda s: s.net([s.add(lm.point_mass(position=(i, 0), mass=1.0)) for i in range(2)], [[0, 1], [1, 1]], ROD),
+        r"Row 1 of the edges of a net is \[1.0, 1.0\]",
+    ),
+    "an edge twice": (
+        lambda s: s.net([s.add(lm.point_mass(position=(i, 0), mass=1.0)) for i in range(2)], [[0, 1], [1, 0]], ROD),
+        "Two edges of a net join the same bodies",
+    ),
+    "a periodic cell": (
+        lambda s: (s.periodic(x=5.0), thread(s, [(0, 0), (1, 0)])),
+        "not built for periodic cells",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_surfaces_that_cannot_be_are_refused_with_a_sentence(case):
+    make, words = BAD[case]
+    scene = lm.Scene(dimension=2)
+    with pytest.raises((TypeError, ValueError), match=words):
+        make(scene)
+    assert scene.skins == []
+
+
+def test_a_thread_in_space_has_no_side_for_a_pressure():
+    scene = lm.Scene(dimension=3)
+    surface = thread(scene, [(0, 0, 0), (1, 0, 0)]).skin
+    with pytest.raises(TypeError, match="has no side"):
+        surface.impose_pressure(1.0)
