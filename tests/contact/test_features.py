@@ -160,15 +160,16 @@ def test_a_ball_around_a_box_meets_one_feature_outside_and_one_face_inside():
         "corner": 8,
     }
     for point in np.random.default_rng(0).uniform(-1.5, 1.5, (300, 3)):
-        found = box.meetings(point)
+        found = box.meetings(point, radius=1.0)
         deepest = np.abs(point).max() - 1.0
         if deepest > 0.0:
             assert len(found) == 1
-            assert found[0][1] == pytest.approx(np.linalg.norm(np.maximum(np.abs(point) - 1.0, 0.0)) - 0.1, abs=1e-13)
+            assert found[0][1] == pytest.approx(np.linalg.norm(np.maximum(np.abs(point) - 1.0, 0.0)) - 1.0, abs=1e-13)
         else:
             ((kind, gap, normal, _),) = found
             assert kind == "face"
-            assert gap == pytest.approx(deepest - 0.1, abs=1e-13)
+            assert gap == pytest.approx(deepest - 1.0, abs=1e-13)
+            assert bool(box.meetings(point, radius=0.1)) == (deepest >= -0.1)
             outward = Rotation.from_quat(TURN).inv().apply(normal)
             assert outward[np.abs(point).argmax()] * np.sign(point[np.abs(point).argmax()]) == pytest.approx(1.0)
 
