@@ -91,6 +91,17 @@ def test_a_ball_in_a_solid_is_found_at_the_start():
         lm.Simulation(world(ball, block), time_step=1e-3, overlap="stop")
 
 
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e6])
+def test_a_surface_in_other_units_is_named(scale):
+    ball = lm.sphere(radius=0.01, position=(0.0, 0.0, 10.0), mass=1.0)
+    scene = world(ball, lm.mesh(sheet(2, 1.0)[0] * scale, sheet(2, 1.0)[1]))
+    if scale == 1.0:
+        lm.Simulation(scene, time_step=1e-3)
+        return
+    with pytest.warns(RuntimeWarning, match=r"body 1 \('WALL'\) reaches .* scale="):
+        lm.Simulation(scene, time_step=1e-3)
+
+
 def test_a_large_floor_makes_neighbours_of_what_lies_on_it():
     """A column of 400 balls on two large triangles: pairs with the lowest alone."""
     scene = lm.Scene(dimension=3, gravity=(0.0, 0.0, -G))
