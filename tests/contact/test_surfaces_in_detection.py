@@ -84,6 +84,14 @@ def test_the_stress_is_what_a_wall_without_ends_gives(dimension):
     assert stresses[0][-1, -1] == pytest.approx(-0.1 * G)
 
 
+def test_measures_leave_out_walls_that_turn():
+    """A plate that turns has no inertia, and is no body of the sample."""
+    ball = lm.capsule(radius=0.1, length=0.2, position=(0.0, 0.0, 0.2), mass=1.0, spin=(1.0, 0.0, 0.0))
+    sim = lm.Simulation(world(ball, lm.mesh(*sheet(2, 1.0)).impose_velocity(spin_z=1.0)), time_step=1e-3).run(steps=2)
+    assert np.isfinite(lm.measure.angular_momentum(sim)).all()
+    assert lm.measure.long_axes(sim).body.tolist() == [0]
+
+
 def test_a_ball_in_a_solid_is_found_at_the_start():
     ball = lm.disk(radius=0.1, position=(0.5, 0.95), mass=1.0)
     block = lm.wall_segment((0, 0), (1, 0), (1, 1), (0, 1), closed=True, sides="outside")
