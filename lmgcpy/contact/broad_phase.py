@@ -217,9 +217,11 @@ def near_pairs(
     size = radius + 0.5 * reach
     # size 0 is the smallest there is: a point
     classes = (np.log(size.max() / np.maximum(size, 1e-30 * size.max())) / np.log(CLASS)).astype(np.int64)
-    kinds = classes if held is None else np.where(held, -1 - classes, classes)
-    grids = [Grid(np.flatnonzero(kinds == k), centres, radius, boxes, reach, d) for k in np.unique(kinds)[::-1]]
-    free = grids[: len(np.unique(kinds[kinds >= 0]))]
+    most = int(classes.max()) + 1
+    kinds = classes if held is None else np.where(held, most + classes, classes)
+    occurring = np.flatnonzero(np.bincount(kinds))
+    grids = [Grid(np.flatnonzero(kinds == k), centres, radius, boxes, reach, d) for k in occurring.tolist()]
+    free = grids[: int((occurring < most).sum())]
     pairs = np.empty((12 * count, 2), np.int32)  # memory that is not touched costs nothing
     while True:
         found = 0

@@ -21,8 +21,8 @@ flat corner exactly one face is met if the boundaries are moved a little in a di
 
 **One side.** If a solid lies behind the surface, a hollow edge has no contactor, a corner has none unless its cone is
 outside, and the normal of a face points outward even if the centre is behind it. Behind the surface the faces beside an
-edge part in the plane that bisects the angle theta of the solid: ``m . y + depth cot(theta/2) < 0``. A face reaches no
-deeper than half-way to what lies behind it.
+edge part in the plane that bisects the angle theta of the solid: ``m . y + depth cot(theta/2) < 0``. A centre is
+met no deeper than its radius, and no deeper than half-way to the next face behind.
 
 Corners are seen from the position of the contactors, along the axes of the body.
 """
@@ -74,11 +74,11 @@ def less(u, v):
     return u[0] - v[0], u[1] - v[1], u[2] - v[2]
 
 
-def behind_side(x, depth, shape, at):
-    """Whether the foot of a point is within the side of a face whose numbers begin ``at``: q, m, cot(theta/2), bound."""
+def beyond_side(x, shape, at):
+    """Distance of the foot of a point beyond a side of a face, ``m . y``; its numbers begin ``at``: q, m, cot(theta/2),
+    bound."""
     y = (x[0] - shape[at], x[1] - shape[at + 1], x[2] - shape[at + 2])
-    m = (shape[at + 3], shape[at + 4], shape[at + 5])
-    return dot(m, y) + shape[at + 6] * depth < shape[at + 7]
+    return dot((shape[at + 3], shape[at + 4], shape[at + 5]), y)
 
 
 def ball_face(centre, radius, position_a, shape_a):
@@ -87,18 +87,26 @@ def ball_face(centre, radius, position_a, shape_a):
     x = to_body(position_a, less(centre, position_a))
     n = (shape_a[3], shape_a[4], shape_a[5])
     z = dot(n, less(x, (shape_a[6], shape_a[7], shape_a[8])))
-    depth = 0.0
-    if shape_a[1] > 0.0:
-        depth = max(0.0, -z)
-        if depth > shape_a[2]:
-            return APART
-    inside = behind_side(x, depth, shape_a, 6) and behind_side(x, depth, shape_a, 14) and behind_side(x, depth, shape_a, 22)
-    if not inside:
+    depth = max(0.0, -z) if shape_a[1] > 0.0 else 0.0
+    one = beyond_side(x, shape_a, 6)
+    other = beyond_side(x, shape_a, 14)
+    third = beyond_side(x, shape_a, 22)
+    inside = one + shape_a[12] * depth < shape_a[13] and other + shape_a[20] * depth < shape_a[21]
+    if not (inside and third + shape_a[28] * depth < shape_a[29]):
+        return APART
+    if too_deep(depth, max(one, other, third), radius, shape_a):
         return APART
     if shape_a[1] == 0.0 and z < 0.0:
         z = -z
         n = (-n[0], -n[1], -n[2])
     return gap_below(centre, radius, z, to_space(position_a, n), shape_a[0])
+
+
+def too_deep(depth, beyond, radius, shape_a):
+    """Whether a centre behind a facet is farther from it than the radii of both, or than half-way to the next facet."""
+    far = max(0.0, beyond)
+    within = radius + shape_a[0]
+    return depth > 0.0 and (depth > shape_a[2] or depth * depth + far * far > within * within)
 
 
 def gap_below(centre, radius, distance, n, radius_a):
@@ -299,10 +307,9 @@ def rod_corner(position_c, shape_c, position_a, shape_a):
 APART_2D = math.inf, (0.0, 1.0), (0.0, 0.0)
 
 
-def behind_end(x, depth, shape, at):
-    """Whether the foot of a point is within the end of a line whose numbers begin ``at``: q, m, cot(theta/2), bound."""
-    along = shape[at + 2] * (x[0] - shape[at]) + shape[at + 3] * (x[1] - shape[at + 1])
-    return along + shape[at + 4] * depth < shape[at + 5]
+def beyond_end(x, shape, at):
+    """Distance of the foot of a point beyond an end of a line, whose numbers begin ``at``: q, m, cot(theta/2), bound."""
+    return shape[at + 2] * (x[0] - shape[at]) + shape[at + 3] * (x[1] - shape[at + 1])
 
 
 def ball_line(centre, radius, position_a, shape_a):
@@ -311,12 +318,12 @@ def ball_line(centre, radius, position_a, shape_a):
     x = to_body(position_a, (centre[0] - position_a[0], centre[1] - position_a[1]))
     n = (shape_a[3], shape_a[4])
     z = n[0] * (x[0] - shape_a[5]) + n[1] * (x[1] - shape_a[6])
-    depth = 0.0
-    if shape_a[1] > 0.0:
-        depth = max(0.0, -z)
-        if depth > shape_a[2]:
-            return APART_2D
-    if not (behind_end(x, depth, shape_a, 5) and behind_end(x, depth, shape_a, 11)):
+    depth = max(0.0, -z) if shape_a[1] > 0.0 else 0.0
+    one = beyond_end(x, shape_a, 5)
+    other = beyond_end(x, shape_a, 11)
+    if not (one + shape_a[9] * depth < shape_a[10] and other + shape_a[15] * depth < shape_a[16]):
+        return APART_2D
+    if too_deep(depth, max(one, other), radius, shape_a):
         return APART_2D
     if shape_a[1] == 0.0 and z < 0.0:
         z = -z

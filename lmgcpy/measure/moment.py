@@ -101,13 +101,15 @@ class Moment:
 
     @cached_property
     def turning(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Ids of the bodies that keep a rotation in space, (t,), their quaternions, (t, 4), and their principal inertias
-        [kg m^2], (t, 3)."""
+        """Ids of the bodies with inertias that keep a rotation in space, (t,), their quaternions, (t, 4), and their
+        principal inertias [kg m^2], (t, 3)."""
         table = self.scene.get("turning")
         if table is None:
             return np.zeros(0, dtype=np.int64), np.zeros((0, 4)), np.zeros((0, 3))
         rotations = self.source.rotations if isinstance(self.source, Stepper) else self.source.rotations[self.number]
-        return table["body"], rotations[table["body"]], table["inertia"]
+        has = np.isfinite(table["inertia"]).all(axis=1)  # walls that turn have none
+        body = table["body"][has]
+        return body, rotations[body], table["inertia"][has]
 
     @property
     def moves(self) -> np.ndarray:

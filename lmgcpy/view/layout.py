@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.contact.segments import segment_distances
+from lmgcpy.contact.segments import feet, segment_distances
 from lmgcpy.errors import named_arguments, number
 from lmgcpy.view.snapshot import Snapshot, snapshot
 
@@ -101,6 +101,7 @@ def overlaps_of(snap: Snapshot, share: float) -> np.ndarray:
         away -= (away @ shape[:3])[:, None] * shape[:3]
         gap = shape[3] - np.linalg.norm(away, axis=1) - radius
         pieces.append((body, np.full(len(gap), tube), gap, radius))
+    pieces += facet_overlaps(snap)
     a, b, gap, smaller = (np.concatenate(part) for part in zip(*pieces, strict=True))
     deep = (-gap > share * smaller) & (a != b)
     a, b, depth, part = a[deep], b[deep], -gap[deep], -gap[deep] / smaller[deep]
@@ -112,6 +113,40 @@ def overlaps_of(snap: Snapshot, share: float) -> np.ndarray:
     found["depth"], found["share"] = depth[seen][order], part[seen][order]
     _, unique = np.unique(np.column_stack([low, high]), axis=0, return_index=True)  # clusters: their deepest contactors
     return found[np.sort(unique)]
+
+
+def facet_overlaps(snap: Snapshot) -> list[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:
+    """Disks or spheres near the facets of surfaces: their bodies, the bodies of the surfaces, gaps from either side, and
+    radii [m], (p,) each."""
+    from scipy.spatial import cKDTree
+
+    balls, facets, d = snap.rounds, snap.facets, snap.dimension
+    if not facets or not len(balls.body):
+        return []
+    owner, corners = np.array([body for body, _ in facets]), np.array([points for _, points in facets])
+    thick = snap.thickness[owner]
+    middle = 0.5 * (corners.min(axis=1) + corners.max(axis=1))
+    reach = np.linalg.norm(corners - middle[:, None], axis=2).max(axis=1) + thick + float(balls.shape[:, 0].max())
+    near = cKDTree(balls.position).query_ball_point(middle, reach)
+    facet = np.repeat(np.arange(len(facets)), [len(ids) for ids in near])
+    ball = np.concatenate([np.zeros(0, np.int64), *map(np.array, near)]).astype(np.int64)
+    points, at, radius = balls.position[ball], corners[facet], balls.shape[ball, 0]
+    sides = [(at[:, k], at[:, (k + 1) % d]) for k in range(1 if d == 2 else 3)]
+    away = [np.linalg.norm(points - feet(points, 0.5 * (p + q), 0.5 * (q - p)), axis=1) for p, q in sides]
+    if d == 3:
+        away.append(foot_distances(points, at))
+    return [(balls.body[ball], owner[facet], np.min(away, axis=0) - radius - thick[facet], radius)]
+
+
+def foot_distances(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """Distances of points (p, 3) from the planes of triangles (p, 3, 3) [m], (p,), infinite if the foot is outside."""
+    a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    y = points - a
+    uu, uv, vv, uy, vy = ((s * t).sum(axis=1) for s, t in ((u, u), (u, v), (v, v), (u, y), (v, y)))
+    area = uu * vv - uv * uv
+    one, other = (vv * uy - uv * vy) / area, (uu * vy - uv * uy) / area
+    inside = (one >= 0.0) & (other >= 0.0) & (one + other <= 1.0)
+    return np.where(inside, np.linalg.norm(y - one[:, None] * u - other[:, None] * v, axis=1), np.inf)
 
 
 def near_pairs(positions: np.ndarray, radius: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

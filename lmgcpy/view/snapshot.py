@@ -205,6 +205,14 @@ class Snapshot:
         return [(body, points[:d]) for body, points in self._outlines(self._of_kind(("face", "line")))]
 
     @cached_property
+    def thickness(self) -> np.ndarray:
+        """Radius of the surface of each body [m], (n,); zero for bodies that are none."""
+        table, thick = self.scene["contactors"], np.zeros(len(self.positions))
+        mine = self._of_kind(FEATURES)
+        thick[table["body"][mine]] = table["shape"][mine, 0]
+        return thick
+
+    @cached_property
     def sharp_edges(self) -> list[tuple[int, np.ndarray]]:
         """Edges of surfaces between triangles that are not in one plane: id of the body, and ends [m], (2, 3)."""
         return self._outlines(self._of_kind(("edge",)))

@@ -7,6 +7,7 @@ from itertools import product
 
 import numpy as np
 import pytest
+from scipy.optimize import nnls
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
@@ -160,15 +161,16 @@ def test_a_ball_around_a_box_meets_one_feature_outside_and_one_face_inside():
         "corner": 8,
     }
     for point in np.random.default_rng(0).uniform(-1.5, 1.5, (300, 3)):
-        found = box.meetings(point)
+        found = box.meetings(point, radius=1.0)
         deepest = np.abs(point).max() - 1.0
         if deepest > 0.0:
             assert len(found) == 1
-            assert found[0][1] == pytest.approx(np.linalg.norm(np.maximum(np.abs(point) - 1.0, 0.0)) - 0.1, abs=1e-13)
+            assert found[0][1] == pytest.approx(np.linalg.norm(np.maximum(np.abs(point) - 1.0, 0.0)) - 1.0, abs=1e-13)
         else:
             ((kind, gap, normal, _),) = found
             assert kind == "face"
-            assert gap == pytest.approx(deepest - 0.1, abs=1e-13)
+            assert gap == pytest.approx(deepest - 1.0, abs=1e-13)
+            assert bool(box.meetings(point, radius=0.1)) == (deepest >= -0.1)
             outward = Rotation.from_quat(TURN).inv().apply(normal)
             assert outward[np.abs(point).argmax()] * np.sign(point[np.abs(point).argmax()]) == pytest.approx(1.0)
 
@@ -182,3 +184,68 @@ def test_hollow_corners_have_a_contact_with_each_wall():
         found = [gap for _, gap, _, _ in room.meetings((1 - near, 1 - near, 1 - near), radius=0.1) if gap < near]
         assert len(found) == count
         assert found == pytest.approx([near - 0.1] * 3, abs=1e-13)
+
+
+def hull_distance(one, other):
+    """Distance of the hulls of two sets of points, by non-negative least squares; heavy rows for the sums of weights."""
+    heavy = 1e4
+    A = np.block(
+        [
+            [one.T, -other.T],
+            [heavy * np.ones(len(one)), np.zeros(len(other))],
+            [np.zeros(len(one)), heavy * np.ones(len(other))],
+        ]
+    )
+    weights = nnls(A, np.array([0.0, 0.0, 0.0, heavy, heavy]))[0]
+    w, v = weights[: len(one)], weights[len(one) :]
+    return float(np.linalg.norm(one.T @ (w / w.sum()) - other.T @ (v / v.sum())))
+
+
+def turned(rng, points):
+    """Points turned at random, and their place in space."""
+    turn = Rotation.random(random_state=rng)
+    position = rng.normal(size=3) * 1.5
+    return (*position, *turn.as_quat()), turn.apply(points) + position
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_two_solids_are_as_far_as_their_nearest_features(seed):
+    """Two hulls apart: the least gap of corners, edges and faces is their distance, and no pair of features is nearer."""
+    rng = np.random.default_rng(seed)
+    bodies = []
+    for _ in range(2):
+        points, triangles = solid(rng.normal(size=(8, 3)) * 0.4)
+        place, there = turned(rng, points)
+        bodies.append((Surface(points, triangles, radius=0.05, place=place), there))
+    (one, points), (other, others) = bodies
+    true = hull_distance(points, others)
+    if true < 0.01:
+        pytest.skip("they overlap")
+    gaps = []
+    for (kind, shape), (its_kind, its_shape) in product(one.shapes, other.shapes):
+        if (kind, its_kind) in IN_SPACE:
+            meet = oriented(IN_SPACE[kind, its_kind], 7)
+            gaps.append(meet(one.place, shape, other.place, its_shape)[0])
+        elif (its_kind, kind) in IN_SPACE:
+            gaps.append(oriented(IN_SPACE[its_kind, kind], 7)(other.place, its_shape, one.place, shape)[0])
+    assert min(gaps) == pytest.approx(true - 0.1, abs=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_a_capsule_is_as_far_as_its_nearest_parts(seed):
+    """The two balls and the rod of a capsule beside a solid."""
+    rng = np.random.default_rng(seed)
+    points, triangles = solid(rng.normal(size=(10, 3)) * 0.5)
+    place, there = turned(rng, points)
+    surface = Surface(points, triangles, one_sided=True, place=place)
+    half = np.array([0.0, 0.0, 0.6])
+    at, ends = turned(rng, np.array([half, -half]))
+    true = hull_distance(ends, there)
+    if true < 0.01:
+        pytest.skip("they overlap")
+    gaps = []
+    for kind, shape in surface.shapes:
+        gaps += [surface.meet[kind]((*end, *at[3:]), (0.1,), place, shape)[0] for end in ends]
+        if kind != "face":
+            gaps.append(oriented(IN_SPACE["rod", kind], 7)(at, (0.1, *half), place, shape)[0])
+    assert min(gaps) == pytest.approx(true - 0.1, abs=1e-6)

@@ -82,3 +82,15 @@ def test_facets_are_drawn_where_they_are(name):
     surface = sim.scene.bodies[-1]
     middle = np.mean([corners.mean(axis=0) for body, corners in snap.facets if body == surface.id], axis=0)
     assert middle[0] == pytest.approx(surface.position[0], abs=0.05)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_the_check_of_a_layout_finds_balls_in_surfaces(name):
+    """A ball that is lowered by a fifth of its radius into the plate or polyline of thickness 0.01."""
+    scene = SCENES[name]()
+    ball = scene.bodies[1]
+    ball.position[-1] = 0.04 + 0.01
+    found = lm.view.check(scene).overlaps
+    assert (found["antagonist"][0], found["candidate"][0]) == (1, len(scene.bodies) - 1)
+    assert found["depth"][0] == pytest.approx(0.01)
+    assert len(found) == 1

@@ -143,3 +143,20 @@ def test_a_scene_without_states_keeps_the_predicted_gap_only():
     sim = lm.Simulation(scene, time_step=1e-3).run(steps=2)
     assert sim._detector.give_memory().state.tolist() == [[0.0]]
     assert sim.interactions.state == {}
+
+
+def test_the_state_of_a_contact_goes_on_from_feature_to_feature_of_a_surface():
+    """A disk slides over the joints of a polyline: its law, which counts its steps, does not begin anew."""
+    scene = lm.Scene(dimension=2, gravity=(0.0, -9.81))
+    scene.add(lm.disk(radius=0.1, position=(0.02, 0.1), velocity=(2.0, 0.0), mass=1.0))
+    scene.add(lm.wall_segment(*[(0.05 * k, 0.0) for k in range(21)]))
+    scene.see("GRAIN", "WALL", Touched(friction=0.1))
+    sim = lm.Simulation(scene, time_step=1e-3)
+    features = set()
+    for step in range(1, 300):
+        sim.step()
+        memory = sim._detector.give_memory()
+        (touching,) = np.flatnonzero(memory.impulse[:, 0] > 0.0)
+        assert memory.state[touching, 1] == step
+        features.add(tuple(memory.identity[touching].tolist()))
+    assert len(features) > 8

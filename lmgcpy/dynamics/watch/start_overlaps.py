@@ -14,6 +14,9 @@ SHARE = 0.05
 """Overlaps up to this part of the smaller radius are not reported. The relaxation of a sample at a solver's tolerance of
 1e-2 leaves overlaps of up to 3.5 % (measured on 70 to 2000 particles). A misplaced body overlaps by tenths."""
 
+SMALL, LARGE = 0.2, 3e4
+"""Sizes of surfaces, in parts of the radii of what they see, that are more likely another unit of length."""
+
 
 def check_start(model: Model, overlap: str, first: int = 0) -> list[str]:
     """Look at bodies before their first step, those in rows ``first`` and later: ValueError if positions are rounded too
@@ -22,7 +25,35 @@ def check_start(model: Model, overlap: str, first: int = 0) -> list[str]:
     overlaps = [] if overlap == "ignore" and model.cell is None else overlaps_at_start(model, first)
     if overlaps and overlap == "stop":
         raise ValueError(overlaps[0])
-    return overlaps if overlap == "warn" else []
+    return (overlaps if overlap == "warn" else []) + (sizes_at_odds(model, first) if overlap != "ignore" else [])
+
+
+def sizes_at_odds(model: Model, first: int = 0) -> list[str]:
+    """A sentence about a surface that is so small or so large beside the bodies that it sees that its coordinates may be in
+    other units than metres; of bodies in rows ``first`` and later."""
+    table = model.contactors
+    if not table.features.any():
+        return []
+    reach = np.linalg.norm(table.swing, axis=1) + table.bounding_radius
+    color = np.array(table.color, dtype=str)
+    for row in model.rows:
+        for one, other in ((row.candidate, row.antagonist), (row.antagonist, row.candidate)):
+            mine = table.features & (color == one) & (table.body >= first)
+            radii = table.bounding_radius[~table.features & (color == other) & np.isfinite(table.bounding_radius)]
+            if not mine.any() or not len(radii):
+                continue
+            bodies, which = np.unique(table.body[mine], return_inverse=True)
+            size = np.zeros(len(bodies))
+            np.maximum.at(size, which, reach[mine])
+            for least, wrong in ((True, size < SMALL * radii.min()), (False, size > LARGE * radii.max())):
+                if wrong.any():
+                    k, radius = int(wrong.argmax()), radii.min() if least else radii.max()
+                    return [
+                        f"The surface of body {bodies[k]} ('{one}') reaches {size[k]:.3g} m from its centre, and the "
+                        f"{'smallest' if least else 'largest'} radius of '{other}' is {radius:.3g} m: if its coordinates "
+                        "are not in metres, scale them, as lmgcpy.read_mesh(path, scale=1e-3) does."
+                    ]
+    return []
 
 
 def overlaps_at_start(model: Model, first: int = 0) -> list[str]:
