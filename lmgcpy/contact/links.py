@@ -247,4 +247,5 @@ def of_joints(
     coupling = block[:, range(d), np.roll(range(d), -1)]
     if d == 2:  # no ring: the second is the last
         coupling[:, 1] = 0.0
-    return LinksAtPoints(np.tile(np.eye(d), (len(block), 1)), branch.ravel(), lever, np.repeat(block, d, axis=0), coupling.ravel())
+    normal = np.tile(np.eye(d), (len(block), 1))
+    return LinksAtPoints(normal, branch.ravel(), lever, np.repeat(block, d, axis=0), coupling.ravel())

@@ -285,10 +285,10 @@ def functions_of_time(description: Mapping[str, Any]) -> list[Key]:
 
 def _loads_of_time(description: Mapping[str, Any], table: str, name: str) -> list[int]:
     """Numbers of the pressures, or of the forces on many bodies, that are functions of time."""
-    return [k for k, row in enumerate(_in_order(description, table)) if np.isnan(row[name]).any()]
+    return [k for k, row in enumerate(trees_in_order(description, table)) if np.isnan(row[name]).any()]
 
 
-def _in_order(description: Mapping[str, Any], table: str) -> list[Mapping[str, Any]]:
+def trees_in_order(description: Mapping[str, Any], table: str) -> list[Mapping[str, Any]]:
     """The rows of a table of trees, which are named by their numbers; none in files of former versions."""
     rows = description.get(table, {})
     return [rows[str(k)] for k in range(len(rows))]
@@ -316,7 +316,7 @@ def _many_forces(many: Sequence[ManyForces]) -> dict[str, dict[str, Any]]:
 
 
 def _add_skins(scene: Scene, description: Mapping[str, Any]) -> None:
-    for row in _in_order(description, "skins"):
+    for row in trees_in_order(description, "skins"):
         bodies, cells = row["bodies"], row["cells"]
         if not (bodies.ndim == 1 and cells.ndim == 2 and cells.shape[1] in (2, 3) and cells.min(initial=0) >= 0):
             raise ValueError("the fields of a skin do not fit together")
@@ -326,7 +326,7 @@ def _add_skins(scene: Scene, description: Mapping[str, Any]) -> None:
         for chain in scene.chains:
             if [body.id for body in chain.bodies] == bodies.tolist():
                 chain.skin = skin
-    for row in _in_order(description, "forces"):
+    for row in trees_in_order(description, "forces"):
         scene._many_forces.append(ManyForces(row["bodies"], row["value"]))
 
 

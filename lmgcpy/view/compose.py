@@ -50,8 +50,8 @@ def compose(snap: Snapshot, style: Style) -> Drawing:
     below = [normal[-1] > 0.5 for normal in snap.walls.shape]
     cylinders = cylinder_polygons(snap)
     rings = [np.stack([facet[i], facet[i + 1]]) for facet in cylinders for i in (0, 2)]
-    facets = [in_space(corners) for _, corners in snap.facets]
-    held = [bool(snap.scene["bodies"]["held_by_default"][body]) for body, _ in snap.facets]
+    facets = [*(in_space(corners) for _, corners in snap.facets), *snap.membranes]
+    held = [bool(snap.scene["bodies"]["held_by_default"][body]) for body, _ in snap.facets] + [False] * len(snap.membranes)
     thin = [line for _, line in (*snap.outlines, *snap.sharp_edges, *(snap.facets if flat else []))]
     drawing = Drawing(
         flat=flat,
@@ -202,6 +202,9 @@ def _wires(snap: Snapshot, style: Style, wrong: np.ndarray, legend: list[tuple[s
     thickness = THICK[snap.dimension] * np.where(thinner > 0.0, thinner, thicker)  # a point has no radius
     if style.what == "forces":
         thickness *= BEHIND
+    nodes = [np.concatenate([chain.path[part] for chain in snap.chains]) for part in LINKS]
+    skin = np.min([snap.skin_radius[path] for path in nodes], axis=0)
+    thickness = np.where(skin > 0.0, skin, thickness)  # a thread is drawn as it is
     thickness[thickness == 0.0] = 0.1 * _mean_radius(snap)  # links between bodies that are no disks
     if style.wires in WIRES:
         quantity, values = WIRES[style.wires](snap)

@@ -28,7 +28,7 @@ from lmgcpy.scene.contactor import (
     WallContactor,
 )
 from lmgcpy.scene.described_chains import DescribedChain, described_chains, joint_rows
-from lmgcpy.scene.description import describe, lattice_of, outlines_of
+from lmgcpy.scene.description import describe, lattice_of, outlines_of, trees_in_order
 from lmgcpy.scene.scene import Scene
 
 ROUND = (DiskContactor.KIND, SphereContactor.KIND)
@@ -145,6 +145,25 @@ class Snapshot:
     def courses(self) -> list[np.ndarray]:
         """Where the links of each chain act, see :meth:`DescribedChain.course` [m], (l + 1, d)."""
         return [chain.course(self.lattice, self.positions, self.rotations) for chain in self.chains]
+
+    @cached_property
+    def skins(self) -> list[Mapping[str, Any]]:
+        """The surfaces between bodies: bodies, cells, radius [m] and colour."""
+        return trees_in_order(self.scene, "skins")
+
+    @cached_property
+    def skin_radius(self) -> np.ndarray:
+        """Radius of the surface whose node each body is [m], (n,); zero for bodies that are none."""
+        radius = np.zeros(len(self.positions))
+        for skin in self.skins:
+            radius[skin["bodies"]] = skin["radius"]
+        return radius
+
+    @cached_property
+    def membranes(self) -> np.ndarray:
+        """Corners of the triangles between bodies [m], (m, 3, 3)."""
+        found = [self.positions[skin["bodies"][skin["cells"]]] for skin in self.skins if skin["cells"].shape[1] == 3]
+        return np.concatenate([np.zeros((0, 3, 3)), *found])
 
     @cached_property
     def link_count(self) -> int:
