@@ -60,8 +60,8 @@ ROUNDED = 2.0**-49
 """Part of the coordinates of a centre by which its place in the cone of a corner may be rounded, eight roundings."""
 DEEP = 1e60
 """A depth that no body reaches [m]."""
-FACE, EDGE = 30, 16
-"""How many numbers the shapes of a face and of an edge have; a line has 17."""
+SIZES = {"face": 30, "edge": 16, "line": 17}
+"""How many numbers shapes have; those of corners and tips depend on the number of directions."""
 
 
 def dot(u, v):

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.contact.detection_tables import ContactorTable
+from lmgcpy.contact.features import SIZES
 from lmgcpy.contact.lattice import Lattice
 from lmgcpy.dynamics.changes import DRIVEN, LOADED
 from lmgcpy.dynamics.loads import ManyForces
@@ -613,10 +614,12 @@ def features_in(table: Mapping[str, Any], of_body: list[int]) -> list[Features]:
         mine = rows[kinds == code]
         places = np.array([outlines[k][: 3 if len(outlines[k]) == 4 else None] for k in mine.tolist()])
         shapes = table["shape"][mine, : int(table["shape_size"][mine[0]])]
-        size = float(table["size"][mine[0]])
-        found.append(
-            Features(table["kinds"][code], shapes, places, table["middle"][mine], table["bounding_radius"][mine], size)
-        )
+        size, kind = float(table["size"][mine[0]]), table["kinds"][code]
+        made = Features(kind, shapes, places, table["middle"][mine], table["bounding_radius"][mine], size)
+        sound = size > 0.0 and np.isfinite(made.middles).all() and np.isfinite(places).all() and (made.radii > 0.0).all()
+        if not sound or not shapes.shape[1] == SIZES.get(kind, shapes.shape[1]):
+            raise ValueError("the features of a surface do not fit together")
+        found.append(made)
     return found
 
 

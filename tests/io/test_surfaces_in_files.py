@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import lmgcpy as lm
+from lmgcpy.scene.description import describe, from_description
 
 
 def in_space():
@@ -67,6 +68,29 @@ def test_a_run_goes_on_with_the_same_bits_and_its_scene_comes_back(name, tmp_pat
             assert np.array_equal(its.shapes[:, : mine.shapes.shape[1]], mine.shapes)
             assert not its.shapes[:, mine.shapes.shape[1] :].any()
     lm.Simulation(again, time_step=1e-3).run(steps=2)
+
+
+WRONG = {
+    "no sizes": lambda table: table.pop("size"),
+    "fewer sizes": lambda table: table.update(size=table["size"][:3]),
+    "sizes that are none": lambda table: table["size"].fill(np.nan),
+    "no outlines": lambda table: table.pop("outlines"),
+    "middles that are none": lambda table: table["middle"].fill(np.nan),
+    "shapes that are none": lambda table: table["shape"].__setitem__((5, 3), np.nan),
+    "radii below zero": lambda table: table["bounding_radius"].fill(-1.0),
+    "short shapes": lambda table: table["shape_size"].fill(1),
+    "one kind": lambda table: table["kind"].fill(0),
+}
+
+
+@pytest.mark.parametrize("wrong", WRONG)
+@pytest.mark.parametrize("name", SCENES)
+def test_a_description_that_does_not_fit_is_refused(name, wrong):
+    """With the errors that readers of files turn into a sentence, and before anything is compiled."""
+    description = describe(SCENES[name]())
+    WRONG[wrong](description["contactors"])
+    with pytest.raises((KeyError, IndexError, ValueError)):
+        from_description(description).compile()
 
 
 @pytest.mark.parametrize("name", SCENES)
