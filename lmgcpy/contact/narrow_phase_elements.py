@@ -1,7 +1,7 @@
 """Narrow phase of contacts in 2D and 3D of which at least one side is an element (:mod:`lmgcpy.contact.elements`).
 
 Levers, weights and the local block of W are those of the forms ``elements_in_plane`` and ``elements_in_space``. The body of
-an element is the one at the corner with the largest weight, and its lever begins at the axis.
+an element is the one at the corner with the largest weight.
 """
 
 from __future__ import annotations
@@ -94,12 +94,12 @@ def detect_contacts(
         lever_c = point
         lever_a = point
         if CANDIDATE > 1:
-            c, lever_c = write_corners(m, 0, 1.0, CANDIDATE, k_c, frame, point, contactors, elements, result)
+            c, lever_c = write_corners(m, 0, 1.0, CANDIDATE, k_c, frame, point, contactors, bodies, elements, result)
             used = CANDIDATE
         else:
             lever_c = less_row(point, row(bodies, c, 0))
         if ANTAGONIST > 1:
-            a, lever_a = write_corners(m, used, -1.0, ANTAGONIST, k_a, frame, point, contactors, elements, result)
+            a, lever_a = write_corners(m, used, -1.0, ANTAGONIST, k_a, frame, point, contactors, bodies, elements, result)
             used += ANTAGONIST
         else:
             lever_a = less_row(point, row(bodies, a, 0))
@@ -169,9 +169,9 @@ def corner_row(m, k, e, frame, result):
     return plus_row(along, multiple_row(result.weight[m, at + 1 + e], frame[0]))
 
 
-def write_corners(m, first, sign, count, contactor, frame, point, contactors, elements, result):
+def write_corners(m, first, sign, count, contactor, frame, point, contactors, bodies, elements, result):
     """Write the corners of a side and their numbers; returns the body at the nearest corner, and the contact point as seen
-    from the axis."""
+    from its centre."""
     element = elements.of[contactor]
     # an image in a periodic cell has its shift for a position
     shift_of = read_position(contactors, WIDTH * contactor)
@@ -188,14 +188,14 @@ def write_corners(m, first, sign, count, contactor, frame, point, contactors, el
             largest = weight
             nearest = k
     rho = -sign * dot(frame[0], from_middle)  # p = x + rho m, m = -sign n
-    lever = multiple_row(-sign * rho, frame[0])
     for k in range(count):
         gradient = row(elements.gradient, element, D * k)
         at_k = (D + 1) * (first + k)
         result.weight[m, at_k + 1] = -rho * dot(gradient, frame[0])
         for e in range(1, D):
             result.weight[m, at_k + 1 + e] = rho * dot(gradient, frame[e])
-    return elements.corner[element, nearest], lever
+    body = elements.corner[element, nearest]
+    return body, less_row(less_row(point, shift_of), row(bodies, body, 0))
 
 
 def names_of(dimension: int, width: int, candidate: int, antagonist: int) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from lmgcpy.dynamics.stepper import Stepper
 from lmgcpy.errors import numbers, shown, whole
 from lmgcpy.io.run import Run, RunInteractions
 from lmgcpy.scene.described_chains import DescribedChain, described_chains
-from lmgcpy.scene.description import describe, lattice_of
+from lmgcpy.scene.description import describe, lattice_of, trees_in_order
 
 Source = Stepper | Run
 Net = InteractionView | RunInteractions
@@ -118,6 +118,35 @@ class Moment:
         if self.lattice is not None:
             found[self.lattice.rows] = False
         return found
+
+    @property
+    def levers_of_stress(self) -> np.ndarray:
+        """The contact points seen from where their forces act on the bodies [m], (m, 2, d): from the centres of the bodies,
+        and on a thread or membrane from the foot on its axis, as the nodes bear the force in parts whose mean place is
+        that foot."""
+        lever, radius = np.array(self.net.lever), np.zeros(len(self.extent))
+        for bodies, thick in self._skins:
+            radius[bodies] = thick
+        if not radius.any():
+            return lever
+        for side, (bodies, sign) in enumerate(((self.net.candidate, -1.0), (self.net.antagonist, 1.0))):
+            here = (radius[bodies] > 0.0) & ~self.is_link
+            rho = radius[bodies[here]] + 0.5 * self.net.gap[here]
+            lever[here, side] = sign * rho[:, None] * self.net.frame[here, 0]
+        return lever
+
+    @property
+    def _skins(self) -> list[tuple[np.ndarray, float]]:
+        """Nodes without a shape of their own, and radius, of each surface between bodies: if a node has a shape, it is not
+        known which of both meets another."""
+        if isinstance(self.source, Stepper):
+            return [
+                (np.array([body.id for body in skin.bodies if not body.contactors], dtype=np.int64), skin.radius)
+                for skin in self.source.scene.skins
+            ]
+        shaped = np.isin(np.arange(len(self.extent)), self.scene["contactors"]["body"])
+        skins_in_file = trees_in_order(self.scene, "skins")
+        return [(skin["bodies"][~shaped[skin["bodies"]]], float(skin["radius"])) for skin in skins_in_file]
 
     @property
     def is_link(self) -> np.ndarray:

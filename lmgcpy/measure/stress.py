@@ -46,8 +46,9 @@ def stress(sim: Source, *, frame: int | None = None, volume: float | None = None
     volume = sample_volume(now) if volume is None else number(volume, "volume", above=0.0, unit=f"m^{d}")
     unbounded = ~np.isfinite(now.extent)
     force = np.einsum("mk,mkd->md", net.force, net.frame)
-    start = np.where(unbounded[net.antagonist, None], 0.0, net.lever[:, 1])
-    end = np.where(unbounded[net.candidate, None], 0.0, net.lever[:, 0])
+    lever = now.levers_of_stress
+    start = np.where(unbounded[net.antagonist, None], 0.0, lever[:, 1])
+    end = np.where(unbounded[net.candidate, None], 0.0, lever[:, 0])
     branch = start - end
     dyads = -force[:, :, None] * branch[:, None, :] / volume
     parts = {name: dyads[net.law == name].sum(axis=0) for name in dict.fromkeys(now.laws)}

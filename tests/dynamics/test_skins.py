@@ -145,7 +145,7 @@ def test_angular_momentum_is_kept_but_for_the_torsion_of_a_segment_in_space(make
         spins[b] = in_space(sim.state.positions[b, 3:], spins[b])
     lost = (np.cross(x, p[:, :3]) + spins).sum(axis=0)
     if make is ball_on_segment:  # rho r_b about the axis e, of the impulse r on the ball at the distance rho from the axis
-        frame, lever = sim.interactions.frame[row], sim.interactions.lever[row, 1]
+        frame, lever = sim.interactions.frame[row], sim.interactions.lever[row, 1]  # from a node, on the axis as well
         axis = x[1] / np.linalg.norm(x[1])
         moment = np.cross(lever, r @ frame)
         np.testing.assert_allclose(lost, axis * (axis @ moment), atol=2e-15)
@@ -505,3 +505,22 @@ def test_a_thread_in_space_has_no_side_for_a_pressure():
     surface = thread(scene, [(0, 0, 0), (1, 0, 0)]).skin
     with pytest.raises(TypeError, match="has no side"):
         surface.impose_pressure(1.0)
+
+
+def test_the_stress_of_a_thread_between_plates_is_their_pressure_and_its_tension():
+    """A thread under tension that grains press from both sides: along it the stress is T L / V, across it the forces of
+    the grains times their distance."""
+    scene = lm.Scene(dimension=2)
+    chain = thread(scene, [(0.1 * i, 0.0) for i in range(6)], radius=0.01, law=lm.RigidWire(), mass=1.0)
+    chain.bodies[0].impose_force(x=-3.0)
+    chain.bodies[-1].fix("x")
+    for x in (0.13, 0.28, 0.41):
+        for side in (1.0, -1.0):
+            scene.add(grain(2, 0.05, (x, side * 0.06), 1.0)).fix("x", "spin").impose_force(y=-2.0 * side)
+    scene.see("GRAIN", "THREAD", lm.Signorini())
+    sim = lm.Simulation(scene, time_step=1e-3, solver=lm.Auto(tolerance=1e-10)).run(steps=3)
+    stress = lm.measure.stress(sim, volume=1.0)
+    assert stress["rigid-wire"][0, 0] == pytest.approx(3.0 * 0.5, rel=1e-9)
+    # from the foot on the axis to the centre of the grain, on both sides
+    assert stress["signorini"][1, 1] == pytest.approx(-3 * 2.0 * 0.12, rel=1e-9)
+    np.testing.assert_allclose([stress["total"][0, 1], stress["total"][1, 0], stress["signorini"][0, 0]], 0.0, atol=1e-9)
