@@ -134,7 +134,7 @@ def kernels_of_law(law: type[Law], dimension: int) -> None:
     if contact:
         scenes = (plain, crooked) if dimension == 2 else (plain, held, turning)
     else:
-        scenes = (joined,) if law.TIES else (wire,)
+        scenes = (joined,) if law.TIES else (wire, joined)
     found = instances(law, dimension)
     for instance, scene, kind, wire_blocks in itertools.product(found, scenes, SOLVERS.values(), (True, False)):
         solver = kind(wire_blocks=wire_blocks, max_iterations=2)
@@ -312,11 +312,11 @@ def wire(law: Law, dimension: int) -> lm.Scene:
 
 
 def joined(law: Law, dimension: int) -> lm.Scene:
-    """Three rods, each tied to the next by its end."""
+    """Three rods, each tied to the next by its end, or linked to it there."""
     scene = lm.Scene(dimension=dimension)
     rods: list[Any] = []
     for k in range(3):
-        place, end = (0.3 * k, 0.0, 0.0), (0.15, 0.0) if dimension == 2 else (0.0, 0.0, 0.15)
+        place, end = ((0.3 if law.TIES else 0.4) * k, 0.0, 0.0), (0.15, 0.0) if dimension == 2 else (0.0, 0.0, 0.15)
         if dimension == 2:
             balls = [(lm.DiskContactor(0.1), (0.0, 0.0))]
             rods.append(scene.add(lm.RigidBody(balls, mass=1.0, inertia=0.01, position=place[:2], color="GRAIN")))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,6 +13,19 @@ from lmgcpy.contact.detection_tables import ChainTable
 from lmgcpy.dynamics.faults.finite_checks import check_energy
 from lmgcpy.dynamics.model import Model
 from lmgcpy.dynamics.step_problem import StepProblem, ask
+
+
+class Flight(NamedTuple):
+    """How bodies would fly in a step without impulses."""
+
+    force: np.ndarray
+    """External forces at the middle of the step (n, k)."""
+    inertial: np.ndarray | None
+    """Forces of inertia in a periodic cell (n, k), None without a cell."""
+    mobility: np.ndarray
+    """Velocity that an impulse gives [1/kg], (n, k): the inverse masses, less with drag."""
+    free_velocity: np.ndarray
+    """Velocities without impulses (n, k), with the imposed velocities at the end of the step."""
 
 
 @dataclass
@@ -89,24 +103,22 @@ class Energy:
         self,
         problem: StepProblem,
         model: Model,
-        force: np.ndarray,
+        flight: Flight,
         before: np.ndarray,
         pushed: np.ndarray | None,
         dissipated: dict[str, float],
-        inertial: np.ndarray | None = None,
         given: Iterable[tuple[str, float]] = (),
         held: Iterable[tuple[str, float]] = (),
     ) -> None:
-        """Enter a step at its end: the external forces (n, k), and the velocities of the bodies before it (n, k).
+        """Enter a step at its end: its flight without impulses, and the velocities of the bodies before it (n, k).
 
         ``dissipated``: see :func:`dissipated_by_law`. ``pushed``: impulses that moved bodies without giving them velocity
-        (m, d), None for none; their work is the work against the loads on the way. ``inertial``: forces of inertia in a
-        periodic cell (n, k), None for none; ``given``: see :func:`given_by_hand`; ``held``: works of moments by name of
-        law, see ``LeverStiffness.works``. Raises FloatingPointError, and enters
+        (m, d), None for none; their work is the work against the loads on the way. ``given``: see :func:`given_by_hand`;
+        ``held``: works of moments by name of law, see ``LeverStiffness.works``. Raises FloatingPointError, and enters
         nothing, if a stored energy is not finite.
         """
         data, system, after = problem.data, problem.system, problem.system.velocity
-        against = None if pushed is None else pushed * problem.relative_velocities(fallen(problem, before))
+        against = None if pushed is None else pushed * problem.relative_velocities(fallen(problem, flight, before))
         works: dict[str, float] = {}
         stored: dict[str, float] = {}
         for group, kernels in zip(problem.by_law, problem.kernels, strict=True):
@@ -123,7 +135,7 @@ class Energy:
                 stored[name] = stored.get(name, 0.0) + energy
         moments = dict(held)
         works = added(works, moments)
-        gain, self.kinetic, power = totals(terms_of_bodies, model.free_mass, force, before, after)
+        gain, self.kinetic, power = totals(terms_of_bodies, model.free_mass, flight.force, before, after)
         # the energy stored before the first step is not known: for laws that store, the first step does not count
         counted = [name for name in works if name in model.passive and (name not in stored or name in self.stored)]
         change = {name: works[name] + stored.get(name, 0.0) - self.stored.get(name, 0.0) for name in counted}
@@ -144,13 +156,13 @@ class Energy:
         if against is not None:
             self.loads += float(against.sum())
         self.drives = -work_on_driven(problem, model, before)
-        if inertial is not None:
-            self.drives += data.time_step * float((inertial * (0.5 * (before + after))).sum())
+        if flight.inertial is not None:
+            self.drives += data.time_step * float((flight.inertial * (0.5 * (before + after))).sum())
         self.interactions = works
         self.stored = stored
         self.dissipated = dissipated
         if model.drag is not None:
-            total = force if inertial is None else force + inertial
+            total = flight.force if flight.inertial is None else flight.force + flight.inertial
             # the mobility of the step contains the moments as well as the drag
             self.drag = work_of_drag(problem, model, data.time_step * total, before) - sum(moments.values())
         self.defect = gain - (self.loads + self.drives + sum(works.values()) + self.drag + self.unbalanced)
@@ -245,9 +257,11 @@ def work_on_driven(problem: StepProblem, model: Model, before: np.ndarray) -> fl
     return float(problem.momentum().take(driven).dot(mean))
 
 
-def fallen(problem: StepProblem, before: np.ndarray) -> np.ndarray:
-    """Velocities that the loads of a step alone give to the free components (n, k)."""
-    return np.where(problem.system.inverse_mass > 0.0, problem.free_velocity - before, 0.0)
+def fallen(problem: StepProblem, flight: Flight, before: np.ndarray) -> np.ndarray:
+    """Velocities that the loads of a step alone give to the free components (n, k), with the mobilities of the step, but
+    without the moments that hold the levers of links."""
+    stiffened = np.divide(problem.inverse_mass, flight.mobility, out=np.ones_like(before), where=flight.mobility > 0.0)
+    return np.where(problem.system.inverse_mass > 0.0, stiffened * (flight.free_velocity - before), 0.0)
 
 
 PIECE = 8192

@@ -140,6 +140,16 @@ def turn_on(rows, moving, positions):
         turn_by(b, moving[b, 3], moving[b, 4], moving[b, 5], positions)
 
 
+def turn_to(rows: np.ndarray, ahead: np.ndarray, expected: np.ndarray, positions: np.ndarray) -> None:
+    """Turn the bodies of some rows so that the free motion which leads from ``positions`` to ``expected`` leads to
+    ``ahead`` instead, all (n, 7). A free motion turns a body by the same rotation about its own axes wherever it starts, so
+    that the rotation from ``expected`` to ``ahead``, about the axes of space, may come first."""
+    from scipy.spatial.transform import Rotation  # takes as long to import as the rest of lmgcpy
+
+    now, then, place = (Rotation.from_quat(q[rows, 3:]) for q in (positions, expected, ahead))
+    positions[rows, 3:] = (place * then.inv() * now).as_quat()
+
+
 def with_rotations(positions: np.ndarray) -> np.ndarray:
     """Positions (n, 7) of bodies (n, 3) whose axes are those of space."""
     return np.column_stack([positions, np.zeros((len(positions), 3)), np.ones(len(positions))])

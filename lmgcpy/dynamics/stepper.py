@@ -20,14 +20,14 @@ from lmgcpy.dynamics.assembly import Assembler
 from lmgcpy.dynamics.cell import CellMotion, TurnedOver
 from lmgcpy.dynamics.changes import Change, as_rows, from_rows
 from lmgcpy.dynamics.checkpoint import Checkpoint, check
-from lmgcpy.dynamics.energy import Energy, dissipated_by_law, given_by_hand, kinetic_energy
+from lmgcpy.dynamics.energy import Energy, Flight, dissipated_by_law, given_by_hand, kinetic_energy
 from lmgcpy.dynamics.faults.finite_checks import POSITION, VELOCITY, check_bodies, check_detection
 from lmgcpy.dynamics.geometric_stiffness import TURNS, LinkStiffness, after_turn, enough
 from lmgcpy.dynamics.interactions import InteractionView
 from lmgcpy.dynamics.journal import Journal
 from lmgcpy.dynamics.lever_stiffness import LeverStiffness
 from lmgcpy.dynamics.model import BodyState, Drive, Model
-from lmgcpy.dynamics.rotation import turn_freely, turn_on
+from lmgcpy.dynamics.rotation import turn_freely, turn_on, turn_to
 from lmgcpy.dynamics.solve_step import solve_step
 from lmgcpy.dynamics.step_problem import StepProblem
 from lmgcpy.dynamics.straight_spans import StraightSpans
@@ -51,19 +51,6 @@ REACTIONS = ("warn", "stop", "ignore")
 """Answers to steps that were not solved, and to bodies that overlap at the start."""
 
 
-class Flight(NamedTuple):
-    """How bodies would fly in a step without impulses."""
-
-    force: np.ndarray
-    """External forces at the middle of the step (n, k)."""
-    inertial: np.ndarray | None
-    """Forces of inertia in a periodic cell (n, k), None without a cell."""
-    mobility: np.ndarray
-    """Velocity that an impulse gives [1/kg], (n, k): the inverse masses, less with drag."""
-    free_velocity: np.ndarray
-    """Velocities without impulses (n, k), with the imposed velocities at the end of the step."""
-
-
 class Found(NamedTuple):
     """The impulses of a step, and the problem that they solve."""
 
@@ -72,7 +59,9 @@ class Found(NamedTuple):
     """The step as it was solved first."""
     displacement: np.ndarray
     """Displacement of the bodies in the step [m, m, m or rad ...], (n, k): ``h v`` of the first solve, plus the projection
-    of links that whip."""
+    of links that whip. The rotations of bodies that turn in space are in ``ahead``."""
+    ahead: np.ndarray | None
+    """Positions at the next detection (n, w), None if no body turns; read for the rotations of bodies in space."""
     problem: StepProblem
     """The step as it was solved last, which gives the velocities and impulses at the end."""
     pushed: np.ndarray | None
@@ -207,7 +196,7 @@ class Stepper:
         earlier = self._draw_chains()
         h, theta, state, v = self.time_step, self.theta, self.state, self.state.velocities
         state.positions[:, :3] += self._first_move((1.0 - theta) * h * v)  # (1)
-        driven, driven_last = self._turn((1.0 - theta) * h, v), 0.0
+        driven, driven_last = self._turn((1.0 - theta) * h, v, state.positions), 0.0
         flight = self._free_flight(v)  # (2)
         found = self._find_impulses(v, flight, earlier)  # (3), (4)
         problem = found.problem
@@ -221,12 +210,12 @@ class Stepper:
         after = problem.system.velocity
         if len(self.model.turning):
             after = after.copy()
-            if found.pushed is not None:
-                turn_on(self.model.turning, found.displacement - h * after, state.positions)
-            driven_last = self._turn(theta * h, after)  # (5)
+            if found.pushed is not None and found.ahead is not None:
+                turn_to(self.model.turning, found.ahead, self._ahead(after), state.positions)
+            driven_last = self._turn(theta * h, after, state.positions)  # (5)
         given = () if earlier is None else given_by_hand(problem, earlier, self._turning_stretch.predicted)
         held = () if found.held is None else self._levers.works(problem, *found.held, v)
-        self.energy.advance(problem, self.model, flight.force, v, found.pushed, dissipated, flight.inertial, given, held)
+        self.energy.advance(problem, self.model, flight, v, found.pushed, dissipated, given, held)
         self.energy.turn(driven, driven_last)
         sentences += self._watched(found, flight.force, v)
         state.velocities[:] = after
@@ -312,13 +301,14 @@ class Stepper:
             now.update(past)
         own.update(then, _assembler=Assembler(then["model"]))  # its arrays may be half filled
 
-    def _turn(self, time: float, velocities: np.ndarray) -> float:
-        """Turn the bodies that keep a rotation in space freely for a time [s]; their spins among the velocities (n, 6)
-        change with it. Returns the work of what drives a part of their spins [J]."""
+    def _turn(self, time: float, velocities: np.ndarray, positions: np.ndarray) -> float:
+        """Turn the bodies that keep a rotation in space freely for a time [s]: their quaternions among the ``positions``
+        (n, 7), in place, and with them their spins among the velocities (n, 6). Returns the work of what drives a part of
+        their spins [J]."""
         model = self.model
         if not len(model.turning):
             return 0.0
-        return turn_freely(model.turning, time, self.state.positions, velocities, model.mass, model.inverse_mass)
+        return turn_freely(model.turning, time, positions, velocities, model.mass, model.inverse_mass)
 
     def _first_move(self, moving: np.ndarray) -> np.ndarray:
         """Displacements (n, 3) from the start of a step to its middle; ``moving``: velocities times the time (n, k)."""
@@ -378,12 +368,27 @@ class Stepper:
             self.report = self.report.with_work(report, self.report)
             after = far.measure(solved.system.velocity, h)
         displacement, projected, predicted = h * solved.system.velocity, None, solved.predicted_gaps()
-        if self.geometric_stiffness and self._links.count:
-            displacement, projected = self._whipping_links.put_back(solved, displacement, before)
+        whipping, turning, here = self._whipping_links, self.model.turning, self.state.positions
+        ahead = self._ahead(solved.system.velocity) if whipping.turns or len(turning) else None
+        if self.geometric_stiffness and self.model.links:
+            inverse_inertia = self.model.inverse_mass[:, self.model.dimension :]
+            places = here, here if ahead is None else ahead
+            ways, projected = whipping.put_back(solved, displacement, before, places, inverse_inertia)
+            if ways is not None:
+                displacement += ways
+                if ahead is not None:
+                    turn_on(turning, ways, ahead)
         problem, pushed = self._take_back(given, solved, before, earlier)
         if projected is not None:
             pushed = projected if pushed is None else pushed + projected
-        return Found(interactions, solved, displacement, problem, pushed, worse(moves, after), predicted, held)
+        return Found(interactions, solved, displacement, ahead, problem, pushed, worse(moves, after), predicted, held)
+
+    def _ahead(self, velocity: np.ndarray) -> np.ndarray:
+        """Positions at the next detection, from those at this one, by velocities (n, k)."""
+        positions = self.state.positions.copy()
+        positions[:, :3] += self.time_step * velocity[:, :3]
+        self._turn(self.time_step, velocity.copy(), positions)
+        return positions
 
     def _detect_and_solve(
         self, before: np.ndarray, flight: Flight, moves: Displacements, centre: np.ndarray | None = None

@@ -21,11 +21,12 @@ long. Then v minimises ``|v - v_free|^2_M / 2 + S(lambda + h H^T v)``. The value
 **Nets of rods.** The gaps of all links follow from one displacement of the bodies, and so do the excesses. Rigid rods that
 cross give more equations than motions. The equations agree if all chains have their detected gaps, or all their predicted
 ones, but not if some have the one and some the other: then the step has no solution, and self-stresses of the net grow
-without bound. So a chain of rigid rods and all rigid chains with which it shares bodies that may move form one net, of
-which all links or none are taken back. A wire holds one way: it may be shorter than its neighbours ask for.
+without bound. So a chain of rigid rods and all rigid chains and joints with which it shares bodies that may move form one
+net, of which all links or none are taken back. A wire holds one way: it may be shorter than its neighbours ask for.
 
 **Joints.** The points of a joint part by ``(h omega)^2 |l| / 2`` as its bodies turn within a step. The excess of its links
-is the gap less the gap that they predicted, with its sign. All joints of one law are in one net.
+is the gap less the gap that they predicted, with its sign. In nets a rigid joint is as a rigid rod: two pendulums on joints
+of one law are two nets.
 
 **Tolerances.** The proof asks for ``S(lambda) = 0``, and ``lambda`` contains the error of the step before. The impulses of
 nearly straight rods turn this error into energy. If the second solve of a net with rods makes more than the first, the step
@@ -34,12 +35,14 @@ goes back to g.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
-from lmgcpy.contact.detection_tables import ChainTable
+from lmgcpy.contact.detection_tables import ChainTable, JointTable
 from lmgcpy.dynamics.model import Model
 from lmgcpy.dynamics.step_problem import StepProblem, ask
 from lmgcpy.solve.kernels.law_kernels import StepData
@@ -56,6 +59,20 @@ TURNS = 4
 """Most solves of a step: once some nets make no more energy, others may begin to."""
 
 
+class Strand(NamedTuple):
+    """A chain or a joint."""
+
+    links: ChainTable
+    """The chain, or the joints of one law."""
+    group: int
+    """First row of the links of all of these."""
+    start: int
+    stop: int
+    """Rows of its own links."""
+    bodies: np.ndarray
+    """Rows of the bodies that it links."""
+
+
 class TurningStretch:
     """Remembers the gaps that the links of a model predict, and solves steps anew if the excess would make energy.
 
@@ -64,20 +81,23 @@ class TurningStretch:
     """
 
     def __init__(self, model: Model):
-        chains = model.links
-        self._cuts = np.cumsum([0, *(chain.link_count for chain in chains)])
+        strands = strands_of(model)
         self._tiny = TINY * min((float((c.radius_sum + c.reference_gap).min()) for c in model.chains), default=0.0)
-        self._passive = np.array([chain.law.NAME in model.passive for chain in chains], dtype=bool)
-        self._rods = np.array([is_of_rigid_rods(chain) for chain in chains], dtype=bool)
-        self._ties = np.repeat(np.array([chain.law.TIES for chain in chains], dtype=bool), np.diff(self._cuts))
+        self._cuts = np.array([0, *(strand.stop for strand in strands)])
+        self._passive = np.array([strand.links.law.NAME in model.passive for strand in strands], dtype=bool)
+        self._rods = np.array([is_of_rigid_rods(strand.links) for strand in strands], dtype=bool)
+        self._ties = np.repeat(np.array([strand.links.law.TIES for strand in strands], dtype=bool), np.diff(self._cuts))
         self.predicted = np.full(self._cuts[-1], np.nan)
         self.look_at(model)
 
     def look_at(self, model: Model) -> None:
         """Go on with the free components of a model that has changed."""
-        self._net = nets(model.links, model.inverse_mass.max(axis=1, initial=0.0) > 0.0)
-        self._chains = [np.flatnonzero(self._net == net).tolist() for net in range(self._net.max(initial=-1) + 1)]
-        bodies = [np.unique(np.concatenate([model.links[k].bodies for k in net])) for net in self._chains]
+        self._strands = strands_of(model)
+        self._net = nets(self._strands, model.inverse_mass.max(axis=1, initial=0.0) > 0.0)
+        order = np.argsort(self._net, kind="stable")
+        cuts = np.cumsum(np.bincount(self._net)).tolist()
+        self._of_net = [order[first:stop].tolist() for first, stop in itertools.pairwise([0, *cuts])]
+        bodies = [np.unique(np.concatenate([self._strands[k].bodies for k in net])) for net in self._of_net]
         self._bodies = np.concatenate([np.zeros(0, np.int64), *bodies])
         self._first_body = np.cumsum([0, *(len(of_net) for of_net in bodies)])[:-1]
         self._mass = np.where(model.inverse_mass > 0.0, model.mass, 0.0)[self._bodies]
@@ -109,7 +129,7 @@ class TurningStretch:
             of_chains = slice(sum(len(gap) for gap in gaps))  # joints have no reference gap
             drawn[of_chains] = given.data.reference_gap[of_chains] - np.concatenate(gaps)
         limit = MADE * self._kinetic(before, given.free_velocity)
-        done = np.array([not self._passive[net].all() for net in self._chains])
+        done = np.array([not self._passive[net].all() for net in self._of_net])
         for _ in range(TURNS):
             tension = -solved.system.impulse[:count, 0]
             tension = np.where(self._ties, tension, np.fmax(tension, 0.0))
@@ -124,7 +144,7 @@ class TurningStretch:
                 break
             gap = gap.copy()
             for net in found:
-                for k in self._chains[net]:
+                for k in self._of_net[net]:
                     part = slice(self._cuts[k], self._cuts[k + 1])
                     gap[part] -= excess[part]
                 done[net] = True
@@ -132,7 +152,7 @@ class TurningStretch:
             again = replace(given, data=given.data._replace(gap=gap))
             again.prepare()
             solved = solve(again)
-            if any(self._made_by(solved, net, drawn) > made[net] for net in found if self._rods[self._chains[net]].any()):
+            if any(self._made_by(solved, net, drawn) > made[net] for net in found if self._rods[self._of_net[net]].any()):
                 # errors of lambda made more than the excess did: back to the detected gaps
                 given.guess[:] = first
                 given.prepare()
@@ -157,18 +177,18 @@ class TurningStretch:
 
     def _made_by(self, problem: StepProblem, net: int, drawn: np.ndarray) -> float:
         """Energy that a net makes in the step [J]; ``drawn``: change of the reference gaps by hand [m], (L,)."""
-        return sum(self._made(problem, chain, drawn) for chain in self._chains[net])
+        return sum(self._made(problem, self._strands[k], drawn) for k in self._of_net[net])
 
-    def _made(self, problem: StepProblem, chain: int, drawn: np.ndarray) -> float:
-        """Energy that a chain makes in the step: the work of its impulses, and the growth of its stored energy [J].
+    def _made(self, problem: StepProblem, strand: Strand, drawn: np.ndarray) -> float:
+        """Energy that a strand makes in the step: the work of its impulses, and the growth of its stored energy [J].
 
         A winch that draws in a rigid link does the work ``r_n drawn / h``, which the link does not make. Energy that a
         winch stores in a link is there before the step.
         """
-        start, stop = self._cuts[chain], self._cuts[chain + 1]
+        start, stop = strand.start, strand.stop
         data, part = problem.data, slice(start, stop)
         work = 0.5 * float((problem.system.impulse[part] * (data.before[part] + data.after[part])).sum())
-        at = next(k for k, group in enumerate(problem.by_law) if group.start == start)
+        at = next(k for k, group in enumerate(problem.by_law) if group.start == strand.group)
         group, energy = problem.by_law[at], problem.kernels[at].energy
         if energy is None:
             return work - float(problem.system.impulse[part, 0] @ drawn[part]) / data.time_step
@@ -186,23 +206,41 @@ def is_of_rigid_rods(chain: ChainTable) -> bool:
     return "rigid" in chain.law.TRAITS and "pull" not in chain.law.TRAITS
 
 
-def nets(chains: list[ChainTable], free: np.ndarray) -> np.ndarray:
-    """Net of each chain, numbered from 0: a chain of rigid rods and the rigid chains with which it shares bodies that may
-    move are one. Every other chain is a net of its own.
+def strands_of(model: Model) -> list[Strand]:
+    """The chains and the joints of a model, as the detector orders them."""
+    strands, first = [], 0
+    for links in model.links:
+        d = model.dimension
+        if isinstance(links, JointTable):
+            joints = range(first, first + links.link_count, d)
+            strands += [Strand(links, first, at, at + d, links.bodies[2 * j : 2 * j + 2]) for j, at in enumerate(joints)]
+        else:
+            strands.append(Strand(links, first, first, first + links.link_count, links.bodies))
+        first += links.link_count
+    return strands
+
+
+def nets(strands: list[Strand], free: np.ndarray) -> np.ndarray:
+    """Net of each strand, numbered from 0: a chain of rigid rods, or a rigid joint, and the rigid strands with which it
+    shares bodies that may move are one. Every other strand is a net of its own.
 
     ``free``: whether a body may move, (n,).
     """
-    rigid = [k for k, chain in enumerate(chains) if "rigid" in chain.law.TRAITS]
+    rigid = [k for k, strand in enumerate(strands) if "rigid" in strand.links.law.TRAITS]
     joins = np.zeros(len(free), dtype=bool)
     for k in rigid:
-        if is_of_rigid_rods(chains[k]):
-            joins[chains[k].bodies] = True
+        if is_of_rigid_rods(strands[k].links):
+            joins[strands[k].bodies] = True
     joins &= free
-    net = np.arange(len(chains))
-    first: dict[int, int] = {}  # chain of a body
+    leads = list(range(len(strands)))  # from a strand on to the first one of its net
+
+    def first_of(strand: int) -> int:
+        while leads[strand] != strand:
+            leads[strand] = strand = leads[leads[strand]]
+        return strand
+
+    seen: dict[int, int] = {}  # strand of a body
     for k in rigid:
-        for body in chains[k].bodies[joins[chains[k].bodies]].tolist():
-            other = first.setdefault(body, k)
-            if net[k] != net[other]:
-                net[net == net[k]] = net[other]
-    return np.unique(net, return_inverse=True)[1]
+        for body in strands[k].bodies[joins[strands[k].bodies]].tolist():
+            leads[first_of(k)] = first_of(seen.setdefault(body, k))
+    return np.unique([first_of(k) for k in range(len(strands))], return_inverse=True)[1]

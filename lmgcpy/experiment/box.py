@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
@@ -14,8 +15,9 @@ from lmgcpy.laws import Law
 from lmgcpy.laws.coulomb import Coulomb
 from lmgcpy.measure.network import network
 from lmgcpy.sample.arguments import spheres
+from lmgcpy.sample.fibres import join_segments
 from lmgcpy.scene.body import Body, RigidBody, Wall, wall
-from lmgcpy.scene.capsule import Capsule
+from lmgcpy.scene.capsule import Capsule, capsule_volume
 from lmgcpy.scene.material import Material
 from lmgcpy.scene.placed import body_volume, placed
 from lmgcpy.scene.scene import Scene
@@ -47,6 +49,8 @@ class Sample:
     """Mass of a bead [kg]; None: the mass of a grain of its size."""
     bodies: Sequence[Body] = ()
     """Clumps and capsules in their places, in 3D, which come after the beads and spheres; each keeps its own mass."""
+    segments: int = 1
+    """Number of capsules that ball joints join to one fibre, one after another among the ``bodies``."""
 
     def __post_init__(self):
         box = numbers(self.box, "box of the sample", "its 2 or 3 sizes [m]")
@@ -66,6 +70,10 @@ class Sample:
             raise TypeError(f"bodies of the sample must be a list of clumps and capsules, got {shown(self.bodies)}.")
         if self.bodies and len(box) == 2:
             raise ValueError("bodies of the sample turn in space, and its box has two sizes: give it three.")
+        whole(self.segments, "segments of the fibres of the sample", minimum=1)
+        if len(self.capsules) % self.segments:
+            given = f"segments of the fibres of the sample is {self.segments}"
+            raise ValueError(f"{given}: it does not divide {len(self.capsules)} capsules.")
         kept = {"positions": positions, "radii": radii, "wires": wires, "box": box, "bodies": tuple(self.bodies)}
         for name, value in kept.items():
             object.__setattr__(self, name, value)
@@ -74,6 +82,11 @@ class Sample:
     def dimension(self) -> int:
         """2 or 3."""
         return len(self.box)
+
+    @property
+    def capsules(self) -> list[Capsule]:
+        """The capsules among the bodies."""
+        return [body for body in self.bodies if isinstance(body, Capsule)]
 
     @property
     def bead_count(self) -> int:
@@ -112,18 +125,27 @@ class Sample:
 
     @property
     def solid_volume(self) -> float:
-        """Volume of all particles [m^3], in 2D per metre of depth; what balls of a clump share counts once."""
+        """Volume of all particles [m^3], in 2D per metre of depth; what balls of a clump share counts once, and so do the
+        ends of capsules in a straight fibre."""
         own = np.pi * self.radii**2 if self.dimension == 2 else 4.0 / 3.0 * np.pi * self.radii**3
-        return float(own.sum()) + sum(body_volume(body) for body in self.bodies)
+        joined = (1.0 - 1.0 / self.segments) * sum(capsule_volume(body.radius, 0.0) for body in self.capsules)
+        return float(own.sum()) + sum(body_volume(body) for body in self.bodies) - joined
 
     def __repr__(self) -> str:
         of = "one wire" if len(self.wires) == 1 else f"{len(self.wires)} wires"
         wires = f", {self.bead_count} of them beads of {of}" if self.wires else ""
         box = " x ".join(f"{size:.3g}" for size in self.box)
         count = len(self.radii) + len(self.bodies)
-        fibres = sum(isinstance(body, Capsule) for body in self.bodies)
+        fibres = len(self.capsules) // self.segments
         fibrous = f", {fibres} of them fibres" if fibres else ""
+        count -= fibres * (self.segments - 1)
         return f"<Sample in {self.dimension}D: {count} particles{wires}{fibrous}, in a box of {box} m>"
+
+
+def half_axis(capsule: Body) -> np.ndarray:
+    """Vector from the centre of a capsule to the centre of its upper end [m], (3,)."""
+    assert isinstance(capsule, Capsule)
+    return capsule.rotation.apply((0.0, 0.0, 0.5 * capsule.length))
 
 
 class SampleScene:
@@ -201,6 +223,8 @@ class Box(SampleScene):
             twin = placed(body, body.position)
             twin.color = GRAIN
             self.particles.append(self.scene.add(twin))
+        if sample.segments > 1:
+            join_segments(self.scene, [body for body in self.particles if isinstance(body, Capsule)], sample.segments)
         self.mass = sum(particle.mass for particle in self.particles)
         self.walls: list[tuple[Wall, Wall]] = [None] * d  # type: ignore[list-item]
         """The lower and the upper wall across each axis."""
@@ -303,6 +327,13 @@ class Box(SampleScene):
         spheres, turning = self.particles[: len(before.radii)], self.particles[len(before.radii) :]
         positions = np.array([particle.position for particle in spheres]).reshape(-1, self.dimension) - origin
         bodies = [placed(body, body.position - origin) for body in turning]
+        if before.segments > 1:  # joints are open by the errors of a step, which a scene refuses
+            capsules = [k for k, body in enumerate(bodies) if isinstance(body, Capsule)]
+            for j, (k, following) in enumerate(itertools.pairwise(capsules), start=1):
+                if j % before.segments:
+                    one, other = bodies[k], bodies[following]
+                    end, start = (body.position + sign * half_axis(body) for body, sign in ((one, 1.0), (other, -1.0)))
+                    bodies[following] = placed(other, other.position + (end - start))
         return replace(before, positions=positions, box=self.sizes, bodies=bodies)
 
 

@@ -33,6 +33,7 @@ def lay_grains(
     fibre_length: float = 5e-3,
     orientation: Any = "random",
     spread: float | None = None,
+    segments: int = 1,
     density: float = 2600.0,
     seed: Any = 0,
 ) -> Sample:
@@ -43,7 +44,8 @@ def lay_grains(
     uniform on SO(3). Clumps have the density of the shape, fibres ``density`` [kg/m^3].
 
     ``content``: volume of the fibres over that of the grains; ``fibre_radius``, ``fibre_length`` [m], ``orientation`` and
-    ``spread`` as ``radius``, ``length`` and so on in :func:`lmgcpy.sample.fibres`.
+    ``spread`` as ``radius``, ``length`` and so on in :func:`lmgcpy.sample.fibres`. Fibres of one of the ``segments`` are
+    rigid; with more they are chains of capsules on ball joints, which bend freely.
 
     >>> from lmgcpy.experiment import lay_grains
     >>> lay_grains(100, content=0.02, fibre_length=2e-3)
@@ -75,11 +77,11 @@ def lay_grains(
         grain_volume=solid,
         seed=rng,
     )
-    bodies: list[Body] = list(laid.capsules(fibre))
+    bodies: list[Body] = list(laid.capsules(fibre, segments=segments))
     if shape is None:
-        return Sample(laid.grains, radii, (), 0.0, np.full(3, side), bodies=bodies)
+        return Sample(laid.grains, radii, (), 0.0, np.full(3, side), bodies=bodies, segments=segments)
     from scipy.spatial.transform import Rotation  # takes as long to import as the rest of lmgcpy
 
     turns = Rotation.random(grain_count, rng)
     clumps = [shape.at(x, rotation=q, scale=s) for x, q, s in zip(laid.grains, turns, scales, strict=True)]
-    return Sample(np.empty((0, 3)), np.empty(0), (), 0.0, np.full(3, side), bodies=[*clumps, *bodies])
+    return Sample(np.empty((0, 3)), np.empty(0), (), 0.0, np.full(3, side), bodies=[*clumps, *bodies], segments=segments)

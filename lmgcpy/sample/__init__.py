@@ -2,7 +2,7 @@
 
 from lmgcpy.sample.deposit import deposit
 from lmgcpy.sample.deposit_bodies import deposit_bodies
-from lmgcpy.sample.fibres import Fibres, fibres
+from lmgcpy.sample.fibres import Fibres, fibres, join_segments
 from lmgcpy.sample.grading import grading
 from lmgcpy.sample.grid import grid_positions
 from lmgcpy.sample.scatter import scatter
@@ -23,6 +23,7 @@ __all__ = [
     "fibres",
     "grading",
     "grid_positions",
+    "join_segments",
     "scatter",
     "wire_2d",
     "wire_3d",

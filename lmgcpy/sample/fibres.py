@@ -2,21 +2,31 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lmgcpy.contact.segments import feet, segment_distances
-from lmgcpy.errors import named_arguments, number, shown
+from lmgcpy.errors import named_arguments, number, shown, whole
+from lmgcpy.laws.rigid import BallJoint
 from lmgcpy.sample import arguments
 from lmgcpy.scene.capsule import Capsule, capsule, capsule_volume
 from lmgcpy.scene.contactor import direction
 from lmgcpy.scene.material import Material
 
+if TYPE_CHECKING:
+    from lmgcpy.scene.chain import Chain
+    from lmgcpy.scene.joint import Joint
+    from lmgcpy.scene.scene import Scene
+
 TRIES = 5000
 """Places that are tried for a fibre or a grain before the box is called full."""
+MOST = 1000
+"""Most segments of a fibre."""
 QUARTER = 0.5 * math.pi
 """A quarter of a turn [rad]."""
 
@@ -38,16 +48,48 @@ class Fibres:
     content: float
     """Volume of the fibres over that of the grains: of as many whole fibres as come nearest to what was asked for."""
 
-    def capsules(self, material: Material, *, color: str = "GRAIN") -> list[Capsule]:
-        """The fibres as bodies."""
+    @named_arguments
+    def capsules(self, material: Material, *, segments: int = 1, color: str = "GRAIN") -> list[Capsule]:
+        """The fibres as bodies, each in this number of ``segments`` of one length and mass, one after another from its
+        lower end along t. :func:`join_segments` makes flexible fibres of them."""
+        whole(segments, "segments of a fibre", minimum=1, maximum=MOST)
+        if not isinstance(material, Material):
+            raise TypeError(f"material of the fibres must be a lmgcpy.Material, got {shown(material)}.")
+        mass = material.density * capsule_volume(self.radius, self.length) / segments
+        places = (np.arange(segments) + 0.5) / segments - 0.5
+        shape: dict[str, Any] = {"radius": self.radius, "length": self.length / segments, "color": color}
+        shape |= {"material": material} if segments == 1 else {"mass": mass}
         return [
-            capsule(radius=self.radius, length=self.length, position=x, axis=t, material=material, color=color)
+            capsule(position=x + part * self.length * t, axis=t, **shape)
             for x, t in zip(self.positions, self.axes, strict=True)
+            for part in places
         ]
 
     def __repr__(self) -> str:
         of = f"{len(self.positions)} fibres of {self.length:.3g} m"
         return f"<Fibres: {of}, {100.0 * self.content:.3g} % of the volume of {len(self.grains)} grains>"
+
+
+@named_arguments
+def join_segments(scene: Scene, capsules: Sequence[Capsule], segments: int) -> list[Chain | Joint]:
+    """Join ``capsules`` that were added to a ``scene``, one after another, to fibres of this number of ``segments``, by
+    ball joints where the ends of their axes meet. The fibres bend freely; neighbours in a fibre do not collide."""
+    from lmgcpy.scene.scene import Scene
+
+    whole(segments, "segments of a fibre", minimum=1, maximum=MOST)
+    if not isinstance(scene, Scene):
+        raise TypeError(f"join_segments takes the scene that the capsules were added to, got {shown(scene)}.")
+    if not isinstance(capsules, (list, tuple)) or not all(isinstance(one, Capsule) for one in capsules):
+        raise TypeError(f"join_segments takes a list of capsules that were added to the scene, got {shown(capsules)}.")
+    if len(capsules) % segments:
+        raise ValueError(f"{len(capsules)} capsules make no whole fibres of {segments} segments: give all of each fibre.")
+    law = BallJoint()
+    joints: list[Chain | Joint] = []
+    for k, (one, other) in enumerate(itertools.pairwise(capsules)):
+        if (k + 1) % segments:
+            ends = (0.0, 0.0, 0.5 * one.length), (0.0, 0.0, -0.5 * other.length)
+            joints.append(scene.link(one, other, law, at=ends))
+    return joints
 
 
 @named_arguments

@@ -333,31 +333,100 @@ def test_a_chain_of_rods_under_a_heavy_tip_makes_no_energy(d, tip, h):
     assert sim.unconverged_steps == 0
 
 
-@pytest.mark.default_parameters("3-1000.0-0.002")
-@pytest.mark.parametrize(("d", "ratio", "h"), [(3, 1e3, 2e-3), (3, 1e4, 2e-3), (2, 1e4, 1e-3), (2, 1e6, 1e-3)])
-def test_a_folded_chain_that_is_jerked_straight_makes_no_energy(d, ratio, h):
-    """Four light rods on joints, folded under a heavy ball that falls: light rods whip, and their joints open. Pulling them
-    to in the next step made 0.16 of the energy of the fall at a mass ratio of 1e3, and 200 times it at 1e6."""
-    scene = lm.Scene(dimension=d, gravity=gravity(d))
-    before, point, begin, bodies = post_at(scene, np.zeros(d)), None, np.zeros(d), []
+def folded(d: int, ratio: float, *, law: lm.Law | None = None, post: bool = True) -> tuple[lm.Scene, list[lm.Body]]:
+    """Four light rods, folded between a post and a ball of 1 kg, or between two balls that part; in 3D no three of them are
+    in one plane. On joints, or 2 cm apart on links of a ``law`` at their ends."""
+    gap = 0.0 if law is None else 0.02
+    scene = lm.Scene(dimension=d, gravity=gravity(d) if post else None)
+    make = lm.disk if d == 2 else lm.sphere
+    first = scene.add(make(radius=0.02, position=np.zeros(d), mass=2.0, color="POST"))
+    before, point, begin, bodies = first.fix() if post else first, np.zeros(d), np.zeros(d), []
     for k in range(4):
         angle = (1.2 if k % 2 else -1.2) + 0.05 * k
-        made, top, bottom = rod(scene, begin, angle, 1.0 / ratio, 0.1)
-        scene.link(before, made, lm.BallJoint(), at=(point, top))
-        before, point, begin = made, bottom, begin + 0.1 * direction(d, angle)
+        e = direction(d, angle)
+        if d == 3:
+            e = Rotation.from_euler("z", 0.5 * k).apply(e)
+        begin = begin + gap * e
+        if d == 3:
+            made = scene.add(lm.capsule(radius=0.01, length=0.1, mass=1.0 / ratio, position=begin + 0.05 * e, axis=e))
+            top, bottom = (0.0, 0.0, -0.05), (0.0, 0.0, 0.05)
+        else:
+            made, top, bottom = rod(scene, begin, angle, 1.0 / ratio, 0.1)
+        scene.link(before, made, law or lm.BallJoint(), at=(point, top))
+        before, point, begin = made, bottom, begin + 0.1 * e
         bodies.append(made)
-    make = lm.disk if d == 2 else lm.sphere
-    ball = scene.add(make(radius=0.02, position=begin, mass=1.0))
-    scene.link(before, ball, lm.BallJoint(), at=(point, None))
-    bodies.append(ball)
-    mass = np.array([body.mass for body in bodies])
+    speed = np.zeros(d) if post else 2.0 * begin / np.linalg.norm(begin)
+    ball = scene.add(make(radius=0.02, position=begin + gap * e, mass=1.0, velocity=speed))
+    scene.link(before, ball, law or lm.BallJoint(), at=(point, np.zeros(d)))
+    return scene, [first, *bodies, ball]
+
+
+@pytest.mark.default_parameters("2-1000000.0-0.004", "3-1000.0-0.002")
+@pytest.mark.parametrize("h", [4e-3, 2e-3, 1e-3, 2.5e-4])
+@pytest.mark.parametrize("ratio", [1.0, 1e2, 1e3, 1e4, 1e5, 1e6])
+@pytest.mark.parametrize("d", [2, 3])
+def test_a_folded_chain_that_is_jerked_straight_makes_no_energy(d, ratio, h):
+    """Light rods on joints whip, by up to 60 rad in a step, and their joints open. Pulling them to in the next step made
+    200 times the energy of the fall, or ended the run. Now every step is solved, and no joint makes 2 % of the energy."""
+    scene, bodies = folded(d, ratio)
+    mass = np.array([0.0, *(body.mass for body in bodies[1:])])
     height = mass @ [body.position[-1] for body in bodies]
     sim = lm.Simulation(scene, time_step=h)
-    for _ in range(round(0.5 / h)):
+    least = 0.0
+    for _ in range(round(0.4 / h)):
         sim.step()
         above = sim.energy.kinetic + G * (mass @ [body.position[-1] for body in bodies] - height)
-        assert above < 1e-9 * G * 0.4
+        least = min(least, above)
+        assert above < 1e-8 * G * 0.4
+        assert above - least < 0.02 * G * 0.4
         assert abs(sim.energy.defect) < 1e-12 * G * 0.4
+    assert sim.energy.made < 0.02 * G * 0.4
+    assert sim.unconverged_steps == 0
+
+
+@pytest.mark.default_parameters("3-None-10000.0-0.004")
+@pytest.mark.parametrize(("ratio", "h"), [(1e2, 4e-3), (1e4, 4e-3), (1e4, 1e-3), (1e6, 2e-3)])
+@pytest.mark.parametrize("law", [None, lm.RigidRod(), lm.RigidWire()])
+@pytest.mark.parametrize("d", [2, 3])
+def test_a_free_chain_of_rods_that_is_jerked_keeps_its_momentum(d, law, ratio, h):
+    """Two balls that part until the light rods between them are straight: ways are due to pairs of impulses, so that the
+    centre of mass goes on, and no energy is made."""
+    scene, bodies = folded(d, ratio, law=law, post=False)
+    mass = np.array([body.mass for body in bodies])
+    sim = lm.Simulation(scene, time_step=h)
+    momentum, centre, energy = mass @ sim.velocities, mass @ sim.positions, sim.energy.kinetic
+    for _ in range(round(0.3 / h)):
+        sim.step()
+        np.testing.assert_allclose(mass @ sim.velocities, momentum, atol=1e-11)
+        assert sim.energy.kinetic < 1.02 * energy
+    np.testing.assert_allclose(mass @ sim.positions, centre + sim.time * momentum, atol=1e-11)
+    assert sim.energy.kinetic < 0.9 * energy  # it was jerked
+    assert sim.unconverged_steps == 0
+
+
+@pytest.mark.filterwarnings("ignore:Until t = 0.001 s interactions")
+@pytest.mark.parametrize("d", [2, 3])
+@pytest.mark.parametrize("turn", [0.3, 1.0, 3.0, 50.0])
+def test_a_rod_that_spins_on_its_hinge_makes_no_energy(d, turn):
+    """The first step finds the hinge open by the turn before it, and pulls; the run warns of it. From then on the energy
+    falls; at 3 rad in a step it doubled in the next one, at 50 it grew 300 times in each."""
+    scene, h = lm.Scene(dimension=d), 1e-3
+    post, half = post_at(scene, np.zeros(d)), 0.05
+    e, across = direction(d, 0.0), direction(d, 0.5 * np.pi)
+    start = {"position": half * e, "velocity": turn / h * half * across, "mass": 1.0}
+    if d == 2:
+        balls = [(lm.DiskContactor(0.01), (0.0, y)) for y in (-half, half)]
+        made = scene.add(lm.RigidBody(balls, inertia=1.0 / 1200.0, spin=turn / h, color="ROD", **start))
+    else:
+        spin = turn / h * np.cross(e, across)
+        made = scene.add(lm.capsule(radius=0.01, length=2.0 * half, axis=e, spin=spin, **start))
+    scene.link(post, made, lm.BallJoint(), at=(None, (0.0, half) if d == 2 else (0.0, 0.0, -half)))
+    sim = lm.Simulation(scene, time_step=h, solver=SOLVERS["GaussSeidel"])
+    energies = []
+    for _ in range(50):
+        sim.step()
+        energies.append(sim.energy.kinetic)
+    assert max(energies[1:]) < energies[0]
     assert sim.unconverged_steps == 0
 
 

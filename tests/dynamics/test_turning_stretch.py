@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import lmgcpy as lm
-from lmgcpy.dynamics.turning_stretch import TurningStretch, nets
+from lmgcpy.dynamics.turning_stretch import TurningStretch, nets, strands_of
 
 G = 9.81
 
@@ -244,7 +244,33 @@ def test_rods_and_rigid_chains_that_cross_them_are_one_net(laws, held, expected)
     for law, bodies in zip(laws, ((b[1], b[0], b[2]), (b[3], b[0], b[4]), (b[5], b[6])), strict=True):
         scene.chain(bodies, law(axial_rigidity=1.0) if law is lm.ElasticRod else law())
     model = scene.compile()
-    assert nets(model.chains, model.inverse_mass[:, 0] > 0.0).tolist() == expected
+    assert nets(strands_of(model), model.inverse_mass[:, 0] > 0.0).tolist() == expected
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_two_pendulums_on_joints_of_one_law_are_two_nets(d):
+    """Two rods each on a post of its own: joints that share a rod are one net, however the joints are listed. A third
+    joint, at the same post as the first rod, is a net of its own, as a post that is held joins nothing."""
+    scene = lm.Scene(dimension=d)
+    rods, posts = [], []
+    for x in (0.0, 5.0):
+        make = lm.disk if d == 2 else lm.sphere
+        posts.append(scene.add(make(radius=0.1, position=(x, 0.0, 0.0)[:d], mass=1.0, color="POST")).fix())
+    for x, y in ((0.0, 1.0), (5.0, 1.0), (0.0, 3.0), (5.0, 3.0), (0.0, -1.0)):
+        ball = lm.DiskContactor(0.1) if d == 2 else lm.SphereContactor(0.1)
+        ends = [(ball, (0.0, side, 0.0)[:d]) for side in (-1.0, 1.0)]
+        inertia = {"inertia": 1.0} if d == 2 else {"inertia": (1.0, 0.6, 1.0)}
+        rods.append(scene.add(lm.RigidBody(ends, mass=1.0, position=(x, y, 0.0)[:d], color="ROD", **inertia)))
+    low, high = (0.0, -1.0, 0.0)[:d], (0.0, 1.0, 0.0)[:d]
+    scene.link(posts[0], rods[0], lm.BallJoint(), at=(None, low))
+    scene.link(posts[1], rods[1], lm.BallJoint(), at=(None, low))
+    scene.link(rods[0], rods[2], lm.BallJoint(), at=(high, low))
+    scene.link(rods[1], rods[3], lm.BallJoint(), at=(high, low))
+    scene.link(posts[0], rods[4], lm.BallJoint(), at=(None, high))
+    model = scene.compile()
+    found = nets(strands_of(model), model.inverse_mass.max(axis=1) > 0.0).tolist()
+    assert found[0] == found[2] != found[1] == found[3]
+    assert found[4] not in found[:4]
 
 
 @pytest.mark.parametrize("other", [lm.RigidRod, lm.RigidWire])

@@ -10,7 +10,16 @@ import numpy as np
 import pytest
 
 import lmgcpy as lm
-from lmgcpy.dynamics.whipping_links import WhippingLinks, components, excess, project
+from lmgcpy.dynamics.whipping_links import (
+    Arms,
+    WhippingLinks,
+    components,
+    excess,
+    project,
+    rotations_by,
+    spread,
+    turning_ways,
+)
 
 G = 9.81
 
@@ -116,7 +125,7 @@ def test_where_it_acts_the_links_have_their_length_to_round_off(projected):
 @pytest.mark.filterwarnings("ignore:In the step")
 def test_left_alone_rods_are_twice_as_long(monkeypatch):
     """What the tests above would not see otherwise."""
-    monkeypatch.setattr(WhippingLinks, "put_back", lambda self, solved, displacement, before: (displacement, None))
+    monkeypatch.setattr(WhippingLinks, "put_back", lambda self, *step: (None, None))
     sim = double_pendulum(lm.RigidRod(), 1e6, 8e-3)
     longest = 0.0
     for _ in range(30):
@@ -211,7 +220,7 @@ def test_runs_without_whips_have_the_same_bits(monkeypatch):
         return lm.Simulation(scene, time_step=1e-3).run(duration=0.5).positions.copy()
 
     with_it = run()
-    monkeypatch.setattr(WhippingLinks, "put_back", lambda self, solved, displacement, before: (displacement, None))
+    monkeypatch.setattr(WhippingLinks, "put_back", lambda self, *step: (None, None))
     np.testing.assert_array_equal(run(), with_it)
 
 
@@ -227,7 +236,7 @@ def test_elastic_rods_are_left_alone(projected):
 
 def placed(start, c, a, aim, held, inverse):
     """Vectors of the links after the projection."""
-    push = project(start, c, a, aim, held, inverse)
+    push, _ = project(start, c, a, aim, held, inverse)
     way = np.zeros_like(inverse)
     np.add.at(way, c, inverse[c] * push)
     np.add.at(way, a, -inverse[a] * push)
@@ -267,7 +276,7 @@ def test_wires_may_be_shorter():
     inverse = np.array([[0.0, 0.0], [1.0, 1.0], [0.0, 0.0]])
     links = np.array([1, 2]), np.array([0, 1])
     start = np.array([[0.5, 0.0], [0.5, 0.0]])
-    assert not project(start, *links, np.ones(2), np.zeros(2, dtype=bool), inverse).any()
+    assert not project(start, *links, np.ones(2), np.zeros(2, dtype=bool), inverse)[0].any()
     arrow, _ = placed(np.array([[2.0, 0.0], [-1.5, 0.0]]), *links, np.array([1.5, 5.0]), np.zeros(2, dtype=bool), inverse)
     np.testing.assert_allclose(arrow, [[1.5, 0.0], [-1.0, 0.0]], atol=1e-9)
 
@@ -282,6 +291,57 @@ def test_a_closed_polygon_of_rods():
     arrow, way = placed(corners[c] - corners[a], c, a, aim, np.ones(3, dtype=bool), np.column_stack([1.0 / mass] * 2))
     assert np.abs(excess(arrow, aim)).max() <= 1e-9
     np.testing.assert_allclose(mass @ way, 0.0, atol=1e-15)
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_rods_of_a_chain_that_was_torn_apart_are_joined(d):
+    """A rod on a hinge, and another one at its end, flung by some lengths and radians: both joints are closed, and ways are
+    pairs of impulses. Moments of those impulses give the slope of the ways of turning."""
+    rng, k = np.random.default_rng(0), {2: 3, 3: 6}[d]
+    half, inverse = 0.5 * np.eye(d)[-1], np.zeros((3, k))
+    inverse[1:, :d], inverse[1:, d:] = 1.0, [12.0] if d == 2 else [12.0, 12.0, 1e3]
+    points = np.repeat([[-half, 0.0 * half], [-half, half]], d, axis=0)
+    c, a, axis = np.repeat([1, 2], d), np.repeat([0, 1], d), np.tile(range(d), 2)
+    for _ in range(4):
+        turn = rng.normal(size=(3, k - d)) * 2.0
+        turn[0] = 0.0
+        arms = Arms(points, np.stack([c, a], axis=1), rotations_by(turn))
+        place = np.array([0.0 * half, half, 3.0 * half]) + rng.normal(size=(3, d))
+        place[0] = 0.0
+        start = place[c] - place[a] + arms.apart()
+        push, turned = project(start, c, a, np.ones(2 * d), np.ones(2 * d, dtype=bool), inverse, arms, axis)
+        way = np.zeros((3, d))
+        np.add.at(way, c, push)
+        np.add.at(way, a, -push)
+        way[0] = 0.0
+        there = arms.turned(turned)
+        ends = place[c] + way[c] - place[a] - way[a] + there.apart()
+        np.testing.assert_allclose(ends, 0.0, atol=1e-9)
+        moment = np.zeros((3, k - d))
+        for end, sign in ((0, 1.0), (1, -1.0)):
+            np.add.at(moment, there.ends[:, end], sign * np.einsum("rdk,rd->rk", there.slopes()[:, end], push))
+        slope, _ = turning_ways(spread(inverse[:, d:]), rotations_by(turned))
+        np.testing.assert_allclose(moment[1:], slope[1:], atol=1e-6)  # Newton steps approach it slowly
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_the_ways_of_turning_have_the_slopes_that_are_said(d):
+    """``tr(E) - tr(E Q)`` by differences, along the axes after Q; at rest the second slope is the inertia."""
+    rng, width = np.random.default_rng(1), {2: 1, 3: 3}[d]
+    inverse = 1.0 / np.array([[2.0] if d == 2 else [1.0, 1.5, 2.0]])
+    E, turned, step = spread(inverse), rotations_by(rng.normal(size=(1, width))), 1e-4
+
+    def ways(turn: np.ndarray) -> float:
+        return float(E.sum() - np.einsum("ni,nii->n", E, turned @ rotations_by(turn))[0])
+
+    slope, second = turning_ways(E, turned)
+    for i, e in enumerate(step * np.eye(width)):
+        assert slope[0, i] == pytest.approx((ways(e[None]) - ways(-e[None])) / (2.0 * step), rel=1e-6)
+        for j, f in enumerate(step * np.eye(width)):
+            four = ways((e + f)[None]) - ways((e - f)[None]) - ways((f - e)[None]) + ways((-e - f)[None])
+            assert second[0, i, j] == pytest.approx(four / (4.0 * step**2), abs=1e-6)
+    at_rest = turning_ways(E, np.eye(d)[None])[1][0]
+    np.testing.assert_allclose(at_rest, np.diag(1.0 / inverse[0]), atol=1e-15)
 
 
 def test_components_are_joined_by_free_bodies():

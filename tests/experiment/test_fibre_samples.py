@@ -1,5 +1,7 @@
 """Samples of fibres among spheres and clumps: laid, compacted, and compressed in a triaxial test."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from conftest import DENSITY, PRESSURE, relax
@@ -140,3 +142,35 @@ def test_clumps_with_fibres_are_compacted_and_compressed():
     sigma = -record.stress["total"].mean(axis=0)
     assert sigma[2, 2] == pytest.approx(record.axial.mean(), rel=0.02)
     assert np.abs(record.defect).max() < 1e-12 * PRESSURE * record.size[0].prod()
+
+
+@pytest.mark.filterwarnings("ignore:In the step from")
+def test_flexible_fibres_are_compacted_and_compressed():
+    """Fibres of three capsules on joints: as many fibres in as many directions as rigid ones, of the same mass and volume.
+    Joints stay closed, fibres bend, and each step balances. (Walls hit segments, which are light, and grains then overlap
+    them by an eighth of their radius; the run warns of it.)"""
+    loose = lay_grains(30, content=0.05, fibre_radius=2e-4, fibre_length=2.4e-3, segments=3, seed=3)
+    rigid = lay_grains(30, content=0.05, fibre_radius=2e-4, fibre_length=2.4e-3, seed=3)
+    fibres = len(rigid.bodies)
+    assert len(loose.bodies) == 3 * fibres
+    assert repr(loose) == repr(rigid)
+    assert sum(body.mass for body in loose.bodies) == pytest.approx(sum(body.mass for body in rigid.bodies), rel=1e-12)
+    assert loose.solid_volume == pytest.approx(rigid.solid_volume, rel=1e-12)
+    done = relax(loose)
+    assert done.at_rest
+    axes = np.array([body.rotation.apply([0, 0, 1]) for body in done.sample.bodies]).reshape(fibres, 3, 3)
+    bent = np.arccos(np.clip((axes[:, :-1] * axes[:, 1:]).sum(axis=2), -1.0, 1.0))
+    assert bent.max() > 0.02
+    test = Triaxial(done.sample, inertial_number=2e-3, solver=SOLVER)
+    record = test.run(0.005, frames=0)
+    assert len(test.box.scene.joints) == 2 * fibres
+    assert max(np.linalg.norm(joint.opening()) for joint in test.box.scene.joints) < 1e-6
+    assert np.abs(record.defect).max() < 1e-12 * PRESSURE * record.size[0].prod()
+
+
+def test_capsules_that_make_no_whole_fibres_are_refused():
+    loose = lay_grains(30, content=0.05, fibre_radius=2e-4, fibre_length=2.4e-3, seed=3)
+    with pytest.raises(ValueError, match="it does not divide"):
+        replace(loose, segments=len(loose.bodies) + 1)
+    with pytest.raises(ValueError, match="make no whole fibres"):
+        lm.sample.join_segments(lm.Scene(dimension=3), loose.bodies, len(loose.bodies) + 1)
