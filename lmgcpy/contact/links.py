@@ -145,7 +145,7 @@ def mobility(lever: np.ndarray, positions: np.ndarray, inverse_mass: np.ndarray)
     return result
 
 
-class Found(NamedTuple):
+class LinksAtPoints(NamedTuple):
     """Links at points; L of them between k ends."""
 
     normal: np.ndarray
@@ -205,7 +205,7 @@ def of_chain(
     inverse_mass: np.ndarray,
     lattice: Lattice | None,
     edges: np.ndarray | None,
-) -> Found:
+) -> LinksAtPoints:
     """The links of a chain whose points have these offsets from the centres (k, d)."""
     assert chain.points is not None
     d = offset.shape[1]
@@ -221,7 +221,7 @@ def of_chain(
     coupling = -np.einsum("ki,kij,kj->k", normal, K[1:], np.roll(normal, -1, axis=0))
     if not chain.closed:
         coupling[-1] = 0.0
-    return Found(normal, distance, lever, K[:-1] + K[1:], coupling)
+    return LinksAtPoints(normal, distance, lever, K[:-1] + K[1:], coupling)
 
 
 def of_joints(
@@ -231,7 +231,7 @@ def of_joints(
     inverse_mass: np.ndarray,
     lattice: Lattice | None,
     edges: np.ndarray | None,
-) -> Found:
+) -> LinksAtPoints:
     """The links of joints whose points have these offsets from the centres (k, d)."""
     assert joints.points is not None
     d = offset.shape[1]
@@ -247,4 +247,5 @@ def of_joints(
     coupling = block[:, range(d), np.roll(range(d), -1)]
     if d == 2:  # no ring: the second is the last
         coupling[:, 1] = 0.0
-    return Found(np.tile(np.eye(d), (len(block), 1)), branch.ravel(), lever, np.repeat(block, d, axis=0), coupling.ravel())
+    normal, K = np.tile(np.eye(d), (len(block), 1)), np.repeat(block, d, axis=0)
+    return LinksAtPoints(normal, branch.ravel(), lever, K, coupling.ravel())

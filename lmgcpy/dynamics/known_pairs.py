@@ -7,6 +7,7 @@ import numpy as np
 from lmgcpy.contact.detector import Group
 from lmgcpy.contact.narrow_phase import Interactions
 from lmgcpy.dynamics.model import Model
+from lmgcpy.laws.pair import asks_for_pair
 
 
 def known_pairs(groups: list[Group], interactions: Interactions, model: Model) -> np.ndarray:
@@ -15,7 +16,7 @@ def known_pairs(groups: list[Group], interactions: Interactions, model: Model) -
     Only the rows of laws that ask, and of laws with rolling components, are filled.
     """
     d = model.dimension
-    asking = [group for group in groups if group.stop > group.start and (group.law.INTERFACE >= 2 or group.law.rows(d) > d)]
+    asking = [group for group in groups if group.stop > group.start and (asks_for_pair(group.law) or group.law.rows(d) > d)]
     if not asking:
         return np.zeros((0, 4))
     result = np.full((len(interactions.gap), 4), np.nan)
