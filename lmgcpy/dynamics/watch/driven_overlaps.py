@@ -13,6 +13,7 @@ import numpy as np
 
 from lmgcpy.contact.detector import Detector
 from lmgcpy.contact.foreign_pairs import NarrowPhaseError
+from lmgcpy.contact.frames import cross_rows
 from lmgcpy.contact.interactions import Interactions
 from lmgcpy.contact.positions import in_own_axes
 from lmgcpy.dynamics.model import Model
@@ -143,7 +144,7 @@ def yields(found: Interactions, inverse_mass: np.ndarray, positions: np.ndarray)
     if len(found.lever):
         both = np.column_stack([c, a])
         lever = found.lever.reshape(-1, 2, 3)
-        moment = in_own_axes(positions[both, 3:], np.cross(lever, found.normal[:, None]))
+        moment = in_own_axes(positions[both, 3:], cross_rows(lever, found.normal[:, None]))
         moment[np.abs(moment) <= 2.0**-49 * np.abs(lever).max(axis=2, keepdims=True)] = 0.0  # rounding alone
         normal = normal + (moment**2 * inverse_mass[both, d:]).sum(axis=(1, 2))
     return normal

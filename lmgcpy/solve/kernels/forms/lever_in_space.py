@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.compiled.kernel import inlined, kernel
-from lmgcpy.contact.frames import cross, local_frames
+from lmgcpy.contact.frames import cross, cross_rows, local_frames
 from lmgcpy.solve.kernels.forms.space import local_problem
 from lmgcpy.solve.kernels.small_matrices import small_matrices
 from lmgcpy.solve.kernels.system import System
@@ -166,5 +166,5 @@ def rows(s: Any, part: slice) -> np.ndarray:
     """Rows of ``H^T`` of some interactions, (m, 3, 12)."""
     frame = local_frames(s.normal[part])
     lever, axes = s.lever[part].reshape(-1, 2, 1, 3), s.axes.reshape(-1, 3, 3)
-    moment = np.cross(lever, frame[:, None]) @ np.stack([axes[s.candidate[part]], axes[s.antagonist[part]]], axis=1)
+    moment = cross_rows(lever, frame[:, None]) @ np.stack([axes[s.candidate[part]], axes[s.antagonist[part]]], axis=1)
     return np.concatenate([frame, moment[:, 0], -frame, -moment[:, 1]], axis=2)
