@@ -181,6 +181,7 @@ def test_refresh_shows_what_came_since(path):
 # -------------------------------------------------------------------------------------------------- what goes wrong
 
 
+@pytest.mark.default_parameters(part=(0.02, 0.3, 0.999))
 @pytest.mark.parametrize("part", [0.02, 0.1, 0.3, 0.6, 0.9, 0.999])
 def test_a_truncated_file_gets_a_sentence_or_is_read(path, part):
     """No other kind of exception, and no wrong number: what is given is what was in the file."""
