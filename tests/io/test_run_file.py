@@ -76,8 +76,10 @@ def test_the_file_holds_the_run(path):
                 assert np.array_equal(run.velocities[frame], sim.velocities)
                 assert np.array_equal(run.rotations[frame], sim.rotations)
                 assert np.array_equal(run.spins[frame], sim.spins)
-                for name in ("law", "candidate", "antagonist", "gap", "normal", "impulse", "force"):
+                for name in ("law", "candidate", "antagonist", "gap", "normal", "frame", "point", "impulse", "force"):
                     assert np.array_equal(getattr(net, name), getattr(here, name)), name
+                bounded = np.isfinite(run.extent)[np.column_stack([net.candidate, net.antagonist])]
+                np.testing.assert_allclose(net.lever[bounded], here.lever[bounded], atol=1e-15)
         assert run.status.tolist() == ["converged"] * 50
         assert run.closed
         run.scene["laws"].clear()  # of a copy
