@@ -103,3 +103,18 @@ def test_a_class_name_occurs_once():
         name for path in ROOT.rglob("*.py") for name in re.findall(r"^class (\w+)", path.read_text(encoding="utf-8"), re.M)
     ]
     assert sorted({name for name in names if names.count(name) > 1}) == []
+
+
+def test_a_file_gives_a_name_once():
+    """A second constant of one name would take the place of the first, in the functions above it as well."""
+    twice = []
+    for path in ROOT.rglob("*.py"):
+        given = [
+            target.id
+            for node in ast.parse(path.read_text(encoding="utf-8")).body
+            if isinstance(node, ast.Assign | ast.AnnAssign)
+            for target in (node.targets if isinstance(node, ast.Assign) else [node.target])
+            if isinstance(target, ast.Name)
+        ]
+        twice += [f"{path.relative_to(ROOT)}: {name}" for name in sorted({n for n in given if given.count(n) > 1})]
+    assert twice == []

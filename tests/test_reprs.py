@@ -162,7 +162,6 @@ def things(folder) -> dict[str, object]:
         "wire of 30 beads, 1.04 m long": lm.sample.wire_2d(**wire),
         "wire of 200 beads, 0.597 m long": lm.sample.wire_3d(**beads),
         "4 bodies, 30 steps, 4 frames": run,
-        "2 interactions of a frame: 1 coulomb, 1 elastic-wire": run.interactions(-1),
         "float64 array of shape (4, 4, 2), in the file": run.positions,
         "Difference: They differ in step of the frame": compare(run, lm.io.open_run(other)),
         "Network of ": net,

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lmgcpy.bench.frontier import Judged
-from lmgcpy.bench.profile import Profile
+from lmgcpy.bench.frontier import Judged, Profile
 from lmgcpy.solve.problems.report import SOLVED
 from lmgcpy.view.figures import new_figure
 

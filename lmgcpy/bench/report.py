@@ -9,9 +9,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from lmgcpy.bench.figures import performance_profiles, work_precision
-from lmgcpy.bench.frontier import Judged, SolverRun
+from lmgcpy.bench.frontier import OVERHEAD, SMALLEST, Judged, Profile, SolverRun, profile
 from lmgcpy.bench.machine import load, machine
-from lmgcpy.bench.profile import OVERHEAD, SMALLEST, Profile, profile
 from lmgcpy.bench.reference import APART, ENOUGH, MARGIN, Reference
 from lmgcpy.view.figures import save
 from lmgcpy.writing import make_folder, markdown_table, write_table, write_text

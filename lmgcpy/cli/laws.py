@@ -14,6 +14,7 @@ from lmgcpy.contact.contactor_pairs import known_pairs
 from lmgcpy.errors import closest, told
 from lmgcpy.laws import Law, Parameter
 from lmgcpy.laws.law import REQUIRED
+from lmgcpy.laws.pair import TAKE_PAIR, takes_pair
 
 
 @click.command()
@@ -79,7 +80,8 @@ def about(law: type[Law]) -> list[str]:
     lines.append(f"between     {pairs(law)}")
     lines.append(f"functions   {', '.join(['prepare', 'react', *optional])}")
     lines.append(f"promises    {', '.join(sorted(law.TRAITS)) or 'nothing'}")
-    lines.append(f"interface   version {law.INTERFACE}")
+    asking = [name for name in TAKE_PAIR if takes_pair(getattr(law, name))]
+    lines += [f"take pair   {', '.join(asking)}"] if asking else []
     return lines
 
 

@@ -26,7 +26,7 @@ from numba.core.serialize import dumps
 from numba.core.sigutils import normalize_signature
 
 from lmgcpy.compiled.fingerprint import described
-from lmgcpy.compiled.turns import turn
+from lmgcpy.compiled.waiting import turn
 from lmgcpy.errors import warn
 from lmgcpy.writing import beside
 

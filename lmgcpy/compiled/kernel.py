@@ -47,8 +47,7 @@ from lmgcpy.compiled.fingerprint import (
     rebuildable,
     slots_of,
 )
-from lmgcpy.compiled.turns import turn
-from lmgcpy.compiled.waiting import told_on_a_terminal
+from lmgcpy.compiled.waiting import told_on_a_terminal, turn
 from lmgcpy.errors import closest
 
 CompilerError = (

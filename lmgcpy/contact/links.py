@@ -24,7 +24,7 @@ import numpy as np
 from lmgcpy.compiled.fingerprint import Slot
 from lmgcpy.compiled.kernel import Kernel, kernel
 from lmgcpy.contact.detection_tables import ChainTable, JointTable, Points
-from lmgcpy.contact.frames import local_frames, tangent_of
+from lmgcpy.contact.frames import cross_rows, local_frames, tangent_of
 from lmgcpy.contact.interactions import Interactions
 from lmgcpy.contact.lattice import Lattice
 from lmgcpy.contact.narrow_phase import translation_block
@@ -133,7 +133,7 @@ def turning_mobility(lever: np.ndarray, axes: np.ndarray | None, inverse_inertia
     if axes is None:
         B = np.column_stack([-lever[:, 1], lever[:, 0]])[:, :, None]  # its transpose, as below
     else:
-        B = np.cross(lever[:, None], np.eye(3)) @ axes
+        B = cross_rows(lever[:, None], np.eye(3)) @ axes
     return (B * inverse_inertia[:, None]) @ B.transpose(0, 2, 1)
 
 

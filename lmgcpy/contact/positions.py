@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from lmgcpy.compiled.kernel import inlined, kernel
+from lmgcpy.contact.frames import cross_rows
 
 
 @kernel
@@ -74,8 +75,8 @@ def in_plane(angles: np.ndarray, vectors: np.ndarray) -> np.ndarray:
 def in_space(quaternions: np.ndarray, vectors: np.ndarray) -> np.ndarray:
     """Vectors (..., 3) along the axes of bodies with these quaternions (..., 4), along those of space."""
     axis, last = quaternions[..., :3], quaternions[..., 3:]
-    twice = 2.0 * np.cross(axis, vectors)
-    return vectors + last * twice + np.cross(axis, twice)
+    twice = 2.0 * cross_rows(axis, vectors)
+    return vectors + last * twice + cross_rows(axis, twice)
 
 
 def in_own_axes(quaternions: np.ndarray, vectors: np.ndarray) -> np.ndarray:

@@ -9,8 +9,7 @@ from lmgcpy.continuum.directions import (
     of_links,
     quadrature_error,
 )
-from lmgcpy.continuum.fit import SandFit, fit_sand
-from lmgcpy.continuum.measured import MeasuredCompression
+from lmgcpy.continuum.fit import MeasuredCompression, SandFit, fit_sand
 from lmgcpy.continuum.path import DrivenPath, NoSolution, biaxial, drive, triaxial
 from lmgcpy.continuum.sand import DruckerPrager, SandResponse
 from lmgcpy.continuum.spans import Spans, spans_of

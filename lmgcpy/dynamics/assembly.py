@@ -8,12 +8,12 @@ from lmgcpy.contact.detector import Detector, Group
 from lmgcpy.contact.narrow_phase import Interactions
 from lmgcpy.contact.spare_rows import with_spare_rows
 from lmgcpy.dynamics.cell import CellMotion
-from lmgcpy.dynamics.known_pairs import known_pairs
 from lmgcpy.dynamics.model import Model
 from lmgcpy.dynamics.rolling import mark_isotropic, rolling_radius, with_rolling
 from lmgcpy.dynamics.rotation import matrices
 from lmgcpy.dynamics.schedule import schedule
 from lmgcpy.dynamics.step_problem import StepProblem
+from lmgcpy.laws.pair import asks_for_pair
 from lmgcpy.solve.kernels.forms.form import FORMS, ROLLING, in_cell
 from lmgcpy.solve.kernels.forms.lever_in_space import fill_moments
 from lmgcpy.solve.kernels.law_kernels import KernelKey, LawKernels, StepData, law_kernels
@@ -258,3 +258,24 @@ def fill(problem: StepProblem, time: float, time_step: float, before: np.ndarray
     known = np.where(np.isnan(predicted), data.gap, predicted)
     np.minimum(known, 0.0, out=data.reference_gap, where=problem.keeps_gap)
     problem.prepare()
+
+
+def known_pairs(groups: list[Group], interactions: Interactions, model: Model) -> np.ndarray:
+    """Radii [m] and masses [kg] of candidates and antagonists, (m, 4); (0, 4) if no law of the scene asks.
+
+    Only the rows of laws that ask, and of laws with rolling components, are filled.
+    """
+    d = model.dimension
+    asking = [group for group in groups if group.stop > group.start and (asks_for_pair(group.law) or group.law.rows(d) > d)]
+    if not asking:
+        return np.zeros((0, 4))
+    result = np.full((len(interactions.gap), 4), np.nan)
+    for group in asking:
+        part = slice(group.start, group.stop)
+        bodies = np.column_stack([interactions.candidate[part], interactions.antagonist[part]])
+        if group.chain is not None:
+            result[part, :2] = model.radius[bodies]
+        else:
+            result[part, :2] = model.contactors.radius[group.pairs[interactions.slot[part] - group.first_slot]]
+        result[part, 2:] = model.movable_mass[bodies]
+    return result

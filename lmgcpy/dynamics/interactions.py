@@ -1,20 +1,22 @@
-"""The interactions of the last step as a user sees them."""
+"""The interactions of a step as a user sees them."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from lmgcpy.contact.frames import local_frames
 from lmgcpy.contact.interactions import Interactions, levers
+from lmgcpy.dynamics.cell import CellMotion
 from lmgcpy.dynamics.rolling import moments
 from lmgcpy.dynamics.step_problem import StepProblem
 
 
 @dataclass(frozen=True)
 class InteractionView:
-    """Links and all candidates within alert, as copies; m of them, in canonical order."""
+    """Links and all candidates within alert of a step, as copies; m of them, in canonical order. Simulations and run files
+    give the same, but that a file has no states of laws."""
 
     law: np.ndarray
     """Names of the laws, (m,)."""
@@ -24,8 +26,13 @@ class InteractionView:
     """Ids of the antagonist bodies, (m,)."""
     gap: np.ndarray
     """Gaps at the detection configuration [m], (m,)."""
-    frame: np.ndarray
-    """Rows n, t(, s) of the local frame, (m, d, d)."""
+    normal: np.ndarray
+    """Unit normals from the antagonist to the candidate, (m, d)."""
+    point: np.ndarray
+    """Contact points at the detection configuration [m], (m, d)."""
+    lever: np.ndarray
+    """Contact point seen from the centre of the candidate, and of the antagonist [m], (m, 2, d). A wall has no centre: in a
+    simulation the point is seen from its foot on the wall, in a file from the position of the wall."""
     impulse: np.ndarray
     """Impulses in the local frame, normal first [N s], (m, d)."""
     force: np.ndarray
@@ -33,34 +40,38 @@ class InteractionView:
     moment: np.ndarray
     """Impulses of the moments of rolling friction on the candidates [N m s], (m, 1) in 2D, (m, 3)
     in the local frame in 3D, normal (torsion) first; (m, 0) in scenes without any."""
-    lever: np.ndarray
-    """Contact point seen from the centre of the candidate, and of the antagonist [m], (m, 2, d)."""
-    state: dict[str, np.ndarray]
+    state: dict[str, np.ndarray] = field(default_factory=dict)
     """Numbers that laws with a state keep, by name, (m,) each; NaN if the law of an interaction keeps no such number."""
 
     @property
-    def normal(self) -> np.ndarray:
-        """Normals, from the antagonist to the candidate, (m, d)."""
-        return self.frame[:, 0]
+    def frame(self) -> np.ndarray:
+        """Rows n, t(, s) of the local frames, (m, d, d)."""
+        return local_frames(self.normal)
 
     @classmethod
     def empty(cls, dimension: int, state_names: list[str], rolling_rows: int = 0) -> InteractionView:
         """No interaction."""
         ids, vectors = np.zeros(0, dtype=np.int64), np.zeros((0, dimension))
-        frame = np.zeros((0, dimension, dimension))
         levers, state = np.zeros((0, 2, dimension)), {name: np.zeros(0) for name in state_names}
         turning = np.zeros((0, rolling_rows))
-        return cls(ids.astype("<U1"), ids, ids, np.zeros(0), frame, vectors, vectors, turning, levers, state)
+        return cls(ids.astype("<U1"), ids, ids, np.zeros(0), vectors, vectors, levers, vectors, vectors, turning, state)
 
     @classmethod
-    def of(cls, problem: StepProblem, interactions: Interactions, state_names: list[str]) -> InteractionView:
-        """Copy the arrays of a step; ``state_names``: of all laws of the scene."""
+    def of(
+        cls,
+        problem: StepProblem,
+        interactions: Interactions,
+        state_names: list[str],
+        detected: np.ndarray,
+        extent: np.ndarray,
+    ) -> InteractionView:
+        """Copy the arrays of a step; ``state_names``: of all laws of the scene; ``detected``: positions of the bodies at
+        the detection [m], (n, d); ``extent`` of the bodies [m], infinite for walls, (n,)."""
         groups, d = problem.by_law, problem.dimension
         impulse = problem.system.impulse[:, :d]
         names = [group.law.NAME for group in groups]
         counts = [group.stop - group.start for group in groups]
         normal = interactions.normal
-        frame = local_frames(normal)
         lever = levers(interactions, slice(None))
         for group in groups:
             if group.chain is None:
@@ -78,16 +89,21 @@ class InteractionView:
         for group in groups:
             for k, name in enumerate(group.law.states()):
                 state[name][group.start : group.stop] = problem.data.state[group.start : group.stop, k]
+        candidate, antagonist = (ids.astype(np.int64) for ids in (interactions.candidate, interactions.antagonist))
+        # a wall has no centre, so that its contact point is measured from the other body
+        from_wall = ~np.isfinite(extent)[candidate]
+        seen_from = np.where(from_wall, antagonist, candidate)
         return cls(
             law=np.repeat(np.array(names or [""]), counts or [0]),
-            candidate=interactions.candidate.astype(np.int64),
-            antagonist=interactions.antagonist.astype(np.int64),
+            candidate=candidate,
+            antagonist=antagonist,
             gap=interactions.gap.copy(),
-            frame=frame,
+            normal=normal.copy(),
+            point=detected[seen_from] + np.where(from_wall[:, None], lever[:, 1], lever[:, 0]),
+            lever=lever,
             impulse=impulse.copy(),
             force=impulse / problem.data.time_step,
             moment=moments(problem.system.rolling, problem.system.impulse, d),
-            lever=lever,
             state=state,
         )
 
@@ -98,3 +114,13 @@ class InteractionView:
         names, counts = np.unique(self.law, return_counts=True)
         by_law = ", ".join(f"{count} {name}" for name, count in zip(names, counts, strict=True))
         return f"<{len(self)} interactions: {by_law or 'none'}>"
+
+
+def detection_positions(
+    positions: np.ndarray, velocities: np.ndarray, theta: float, time_step: float, cell: CellMotion | None = None
+) -> np.ndarray:
+    """Positions at the detection of the step that has ended, ``q_m = q - theta h v`` [m], (n, d); in a periodic ``cell``
+    those from which the step went on with the cell's motion."""
+    if cell is not None:
+        return cell.before(positions, theta * time_step * velocities)
+    return positions - theta * time_step * velocities

@@ -23,7 +23,7 @@ from lmgcpy.dynamics.checkpoint import Checkpoint, check
 from lmgcpy.dynamics.energy import Energy, Flight, dissipated_by_law, given_by_hand, kinetic_energy
 from lmgcpy.dynamics.faults.finite_checks import POSITION, VELOCITY, check_bodies, check_detection
 from lmgcpy.dynamics.geometric_stiffness import TURNS, LinkStiffness, after_turn, enough
-from lmgcpy.dynamics.interactions import InteractionView
+from lmgcpy.dynamics.interactions import InteractionView, detection_positions
 from lmgcpy.dynamics.journal import Journal
 from lmgcpy.dynamics.lever_stiffness import LeverStiffness
 from lmgcpy.dynamics.model import BodyState, Drive, Model
@@ -725,7 +725,8 @@ class Stepper:
         if self._last is None:
             return InteractionView.empty(self.model.dimension, self._detector.state_names, self._detector.rolling_rows)
         problem, interactions = self._last
-        return InteractionView.of(problem, interactions, self._detector.state_names)
+        detected = detection_positions(self.positions, self.velocities, self.theta, self.time_step, self.model.cell)
+        return InteractionView.of(problem, interactions, self._detector.state_names, detected, self.model.extent)
 
     def problem(self) -> Problem:
         """The last step as a problem of its own: to solve otherwise, to measure, to write out.

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from lmgcpy.dynamics.interactions import InteractionView
 from lmgcpy.errors import named_arguments, number, shown
-from lmgcpy.io.run import Run, RunInteractions
+from lmgcpy.io.run import Run
 
 PARTS = ("gravity", "laws", "visibility", "chains", "joints", "conditions", "bodies", "turning", "contactors", "media")
 """Parts of a scene, in the order in which they are held against each other."""
@@ -180,7 +181,7 @@ def _difference(quantity: str, row: Any, by: float, largest: float, where: str =
     return Difference(quantity, float(row["time"]), int(row["step"]), float(by), relative, where)
 
 
-def _identities(net: RunInteractions) -> list[tuple[str, int, int, int]]:
+def _identities(net: InteractionView) -> list[tuple[str, int, int, int]]:
     """Law, candidate, antagonist, and the number of the interaction among the interactions with the same three."""
     seen: dict[tuple[str, int, int], int] = {}
     result = []
@@ -190,7 +191,7 @@ def _identities(net: RunInteractions) -> list[tuple[str, int, int, int]]:
     return result
 
 
-def _matched(a: RunInteractions, b: RunInteractions) -> tuple[np.ndarray, np.ndarray]:
+def _matched(a: InteractionView, b: InteractionView) -> tuple[np.ndarray, np.ndarray]:
     """Impulses of both by the identity of their interactions; zero for an interaction that one of them lacks."""
     mine, other = _identities(a), _identities(b)
     if mine == other:

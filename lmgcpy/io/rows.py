@@ -12,7 +12,6 @@ from lmgcpy.io.run_file.tables import INDEX, OBSERVED, history_type, interaction
 from lmgcpy.solve.problems.report import STATUS
 
 if TYPE_CHECKING:
-    from lmgcpy.dynamics.cell import CellMotion
     from lmgcpy.dynamics.stepper import Stepper
 
 
@@ -103,24 +102,8 @@ class Rows:
             return net
         for code, law in enumerate(self.laws):
             net["law"][view.law == law] = code
-        for name in ("candidate", "antagonist", "gap", "normal", "impulse"):
+        for name in ("candidate", "antagonist", "gap", "normal", "point", "impulse"):
             net[name] = getattr(view, name)
         if view.moment.shape[1]:
             net["moment"] = view.moment
-        # a wall has no centre, so that its contact point is measured from the other body
-        from_wall = ~np.isfinite(sim.model.extent)[view.candidate]
-        seen_from = np.where(from_wall, view.antagonist, view.candidate)
-        lever = np.where(from_wall[:, None], view.lever[:, 1], view.lever[:, 0])
-        detected = detection_positions(sim.positions, sim.velocities, sim.theta, sim.time_step, sim.model.cell)
-        net["point"] = detected[seen_from] + lever
         return net
-
-
-def detection_positions(
-    positions: np.ndarray, velocities: np.ndarray, theta: float, time_step: float, cell: CellMotion | None = None
-) -> np.ndarray:
-    """Positions at the detection of the step that has ended, ``q_m = q - theta h v`` [m], (n, d); in a periodic ``cell``
-    those from which the step went on with the cell's motion."""
-    if cell is not None:
-        return cell.before(positions, theta * time_step * velocities)
-    return positions - theta * time_step * velocities

@@ -6,20 +6,18 @@ import logging
 import os
 from collections.abc import Callable, Iterator
 from copy import deepcopy
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from lmgcpy.contact.frames import local_frames
 from lmgcpy.contact.lattice import Lattice
 from lmgcpy.dynamics.cell import CellMotion
 from lmgcpy.dynamics.changes import Change, Counts, from_rows, gaps_after, hidden_after
 from lmgcpy.dynamics.checkpoint import Checkpoint
+from lmgcpy.dynamics.interactions import InteractionView, detection_positions
 from lmgcpy.errors import file_path, named_arguments
 from lmgcpy.io.observations import Observed
-from lmgcpy.io.rows import detection_positions
 from lmgcpy.io.run_file.checked_rows import DamagedRows, rows_of, sentences_of_damage
 from lmgcpy.io.run_file.checkpoints import read_checkpoint
 from lmgcpy.io.run_file.commits import read_commit, read_tails
@@ -33,72 +31,27 @@ from lmgcpy.solve.problems.report import SOLVED_CODES, STATUS
 log = logging.getLogger("lmgcpy")
 
 
-@dataclass(frozen=True)
-class RunInteractions:
-    """The m interactions of a frame, in canonical order."""
-
-    law: np.ndarray
-    """Names of the laws, (m,)."""
-    candidate: np.ndarray
-    """Ids of the candidate bodies, (m,)."""
-    antagonist: np.ndarray
-    """Ids of the antagonist bodies, (m,)."""
-    gap: np.ndarray
-    """Gaps at the detection configuration [m], (m,)."""
-    normal: np.ndarray
-    """Unit normals from the antagonist to the candidate, (m, d)."""
-    point: np.ndarray
-    """Contact points at the detection configuration [m], (m, d)."""
-    lever: np.ndarray
-    """Vectors from the positions of candidate and antagonist to the contact point, at the detection [m], (m, 2, d)."""
-    impulse: np.ndarray
-    """Impulses in the local frame, normal component first [N s], (m, d)."""
-    force: np.ndarray
-    """Impulses divided by the time step [N], (m, d)."""
-    moment: np.ndarray
-    """Impulses of the moments of rolling friction on the candidates [N m s], (m, 1) in 2D, (m, 3) in
-    the local frame in 3D, normal first; (m, 0) in scenes without any."""
-
-    @classmethod
-    def of(
-        cls,
-        net: np.ndarray,
-        laws: list[str],
-        detected: np.ndarray,
-        time_step: float,
-        lattice: Lattice | None = None,
-    ) -> RunInteractions:
-        """Interactions from rows of the file; ``detected`` are the positions of the bodies at the detection [m], (n, d);
-        ``lattice``: of a periodic cell, in which the antagonist is the nearest image."""
-        candidate, antagonist = net["candidate"].astype(np.int64), net["antagonist"].astype(np.int64)
-        from_candidate, from_antagonist = (net["point"] - detected[bodies] for bodies in (candidate, antagonist))
-        if lattice is not None:
-            from_antagonist = lattice.shortened(from_antagonist, lattice.edges(detected))
-        return cls(
-            law=np.array(laws or [""])[net["law"]],
-            candidate=candidate,
-            antagonist=antagonist,
-            gap=net["gap"],
-            normal=net["normal"],
-            point=net["point"],
-            lever=np.stack([from_candidate, from_antagonist], axis=1),
-            impulse=net["impulse"],
-            force=net["impulse"] / time_step,
-            moment=net["moment"] if "moment" in (net.dtype.names or ()) else np.zeros((len(net), 0)),
-        )
-
-    @property
-    def frame(self) -> np.ndarray:
-        """Local frames with the rows n, t(, s), (m, d, d)."""
-        return local_frames(self.normal)
-
-    def __len__(self) -> int:
-        return len(self.gap)
-
-    def __repr__(self) -> str:
-        names, counts = np.unique(self.law, return_counts=True)
-        by_law = ", ".join(f"{count} {name}" for name, count in zip(names, counts, strict=True))
-        return f"<{len(self)} interactions of a frame: {by_law or 'none'}>"
+def _interactions_of(
+    net: np.ndarray, laws: list[str], detected: np.ndarray, time_step: float, lattice: Lattice | None
+) -> InteractionView:
+    """Interactions from rows of the file; ``detected`` are the positions of the bodies at the detection [m], (n, d);
+    ``lattice``: of a periodic cell, in which the antagonist is the nearest image."""
+    candidate, antagonist = net["candidate"].astype(np.int64), net["antagonist"].astype(np.int64)
+    from_candidate, from_antagonist = (net["point"] - detected[bodies] for bodies in (candidate, antagonist))
+    if lattice is not None:
+        from_antagonist = lattice.shortened(from_antagonist, lattice.edges(detected))
+    return InteractionView(
+        law=np.array(laws or [""])[net["law"]],
+        candidate=candidate,
+        antagonist=antagonist,
+        gap=net["gap"],
+        normal=net["normal"],
+        point=net["point"],
+        lever=np.stack([from_candidate, from_antagonist], axis=1),
+        impulse=net["impulse"],
+        force=net["impulse"] / time_step,
+        moment=net["moment"] if "moment" in (net.dtype.names or ()) else np.zeros((len(net), 0)),
+    )
 
 
 class FileArray:
@@ -266,7 +219,7 @@ class Run:
         """Angular velocities [rad/s], (f, n), in 3D along the axes of space, (f, n, 3)."""
         return self._array("frames/velocities", np.s_[:, 2] if self.dimension == 2 else np.s_[:, 3:])
 
-    def interactions(self, frame: int) -> RunInteractions:
+    def interactions(self, frame: int) -> InteractionView:
         """Links, and all contacts within alert, of the step that ended with the frame; a negative ``frame`` counts from
         the end."""
         index = self._array("frames/index")[frame]
@@ -282,7 +235,7 @@ class Run:
             for name, most in (("law", len(self.laws)), ("candidate", len(detected)), ("antagonist", len(detected))):
                 if count and not (net[name].min() >= 0 and net[name].max() < most):
                     raise ValueError(f"an interaction of frame {frame} has a {name} that is not there")
-            return RunInteractions.of(net, self.laws, detected, h, lattice)
+            return _interactions_of(net, self.laws, detected, h, lattice)
 
     # ------------------------------------------------------------------------------------------------------- history
 

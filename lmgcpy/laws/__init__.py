@@ -1,7 +1,7 @@
 """Interaction laws: the abstract class, the built-in laws, and the registry through which users add their own."""
 
 from lmgcpy.laws import builtin
-from lmgcpy.laws.law import INTERFACE, Law, Parameter, State
+from lmgcpy.laws.law import Law, Parameter, State
 from lmgcpy.laws.pair import Pair
 from lmgcpy.laws.registry import hook, registry
 
@@ -14,7 +14,6 @@ failures = registry.failures
 registrations = registry.registrations
 
 __all__ = [
-    "INTERFACE",
     "Law",
     "Pair",
     "Parameter",

@@ -14,7 +14,7 @@ import numpy as np
 
 from lmgcpy.errors import number, shown
 from lmgcpy.laws.law import Law
-from lmgcpy.laws.pair import pair_of
+from lmgcpy.laws.pair import Pair, as_asked, asks_for_pair, pair_of
 
 FAULTS = (NameError, AttributeError, TypeError, IndexError)
 """Errors that are faults of the program for any numbers. Other errors, such as a division by zero, are raised in the run
@@ -40,8 +40,8 @@ def check_answers(law: Law, dimension: int) -> None:
     _checked.add(key)
 
 
-def _situations(law: Law, dimension: int) -> Iterator[tuple[float, tuple[float, ...], tuple[Any, ...]]]:
-    """Gaps [m], velocities before the step [m/s], and the :class:`Pair` that a law of interface version 2 gets."""
+def _situations(law: Law, dimension: int) -> Iterator[tuple[float, tuple[float, ...], Pair]]:
+    """Gaps [m], velocities before the step [m/s], and pairs; of a law that asks for no pair one pair."""
     rows = law.rows(dimension)
     reach = number(
         law.acts_within(LENGTH_OF_LINK, LENGTH_OF_LINK), f"acts_within of law '{law.NAME}'", minimum=0.0, unit="m"
@@ -50,24 +50,25 @@ def _situations(law: Law, dimension: int) -> Iterator[tuple[float, tuple[float, 
     lengths |= {value for name, value in law.values.items() if value and law.parameters()[name].unit == "m"}
     gaps = sorted({0.0, *lengths, *(-length for length in lengths)})
     known = [pair_of((LENGTH_OF_LINK, other), (1.0, other), TIME_STEP) for other in (LENGTH_OF_LINK, np.inf)]
-    for gap, speed, pair in itertools.product(gaps, (-1.0, 0.0, 1.0), known[: law.INTERFACE]):
-        yield gap, (speed,) * rows, (pair,) if law.INTERFACE >= 2 else ()
+    for gap, speed, pair in itertools.product(gaps, (-1.0, 0.0, 1.0), known if asks_for_pair(law) else known[:1]):
+        yield gap, (speed,) * rows, pair
 
 
-def _ask_everything(law: Law, dimension: int, gap: float, before: tuple[float, ...], pair: tuple[Any, ...]) -> None:
+def _ask_everything(law: Law, dimension: int, gap: float, before: tuple[float, ...], pair: Pair) -> None:
     """Let an interaction begin with this gap and go on for three steps."""
     reference = 0.0
     rows, count = law.rows(dimension), len(law.states())
     parameters = tuple(float(value) for value in law.table(np.array([LENGTH_OF_LINK]))[0])
     state: Any = (0.0,) * count
     if law.initial is not None:
-        state = _numbers(law, "initial", count, "one for each state", gap, reference, 0.0, parameters, *pair)
+        birth = gap, reference, 0.0, parameters, *as_asked(law.initial, pair)
+        state = _numbers(law, "initial", count, "one for each state", *birth)
     W = tuple(tuple(1.0 if i == j else 0.1 for j in range(rows)) for i in range(rows))
     for normal, tangential in itertools.product((-100.0, -1e-3, 1e-3, 100.0), (0.0, -1.0, 100.0)):
         if state is None:
             return
         u = (normal, *(tangential,) * (rows - 1))
-        step = gap, reference, before, TIME_STEP, parameters, state, *pair
+        step = gap, reference, before, TIME_STEP, parameters, state, *as_asked(law.prepare, pair)
         prepared = _numbers(law, "prepare", len(law.PREPARED), "one for each name in PREPARED", *step)
         impulse = prepared and _numbers(law, "react", rows, "one for each row of the law", W, u, prepared)
         if (not prepared and law.PREPARED) or impulse is None:
@@ -75,12 +76,12 @@ def _ask_everything(law: Law, dimension: int, gap: float, before: tuple[float, .
         if law.slope is not None:
             _matrix(law, rows, W, u, prepared)
         if law.energy is not None:
-            _number(law, "energy", gap, reference, parameters, state, *pair)
-        end = gap, reference, u, impulse, TIME_STEP, parameters, state, *pair
+            _number(law, "energy", gap, reference, parameters, state, *as_asked(law.energy, pair))
+        end = gap, reference, u, impulse, TIME_STEP, parameters, state
         if law.dissipation is not None:
-            _number(law, "dissipation", *end)
+            _number(law, "dissipation", *end, *as_asked(law.dissipation, pair))
         if law.commit is not None:
-            state = _numbers(law, "commit", count, "one for each state", *end)
+            state = _numbers(law, "commit", count, "one for each state", *end, *as_asked(law.commit, pair))
 
 
 def _numbers(law: Law, function: str, count: int, why: str, *given: Any) -> tuple[float, ...] | None:

@@ -19,10 +19,6 @@ import numpy as np
 
 from lmgcpy.errors import closest, named_arguments, number, shown
 
-INTERFACE = 2
-"""Version of the interface of laws: their functions, the arguments of these, the class attributes. Laws of former versions
-run on. From version 2 on ``prepare``, ``initial``, ``commit``, ``energy`` and ``dissipation`` take ``pair`` in addition."""
-
 REQUIRED = object()
 
 ROLLING_ROWS = {2: 3, 3: 6}
@@ -133,9 +129,6 @@ class Law(ABC):
     * ``TRAITS``: what the law promises, out of :data:`~lmgcpy.laws.law.TRAITS`;
     * ``PAIRS``: pairs of contactor kinds that a contact law serves, as ``{("disk", "wall")}``; None for all;
     * ``DIMENSIONS``: dimensions of the scenes that the law is for, by default 2 and 3;
-    * ``INTERFACE``: version of the interface that the law is written for. With ``INTERFACE = 2`` the functions ``prepare``,
-      ``initial``, ``commit``, ``energy`` and ``dissipation`` take a last argument ``pair``, a
-      :class:`~lmgcpy.laws.Pair` with radii, masses and the time;
     * ``TIES``: whether a link law ties two points (``Scene.link``): it acts along each axis of space, and its gap is the
       component of the vector from the antagonist's point to the candidate's, with its sign;
     * ``KEEPS_GAP``: whether the ``reference_gap`` of a contact is the gap that the law predicted in the step before,
@@ -152,6 +145,9 @@ class Law(ABC):
     step in which they leave it; then its state is lost. ``commit`` makes the new state once a step, after the solver;
     without ``commit`` the state stays.
 
+    Each of ``prepare``, ``initial``, ``commit``, ``energy`` and ``dissipation`` may take one argument more, the last, named
+    ``pair``: a :class:`~lmgcpy.laws.Pair` with radii, masses and the time.
+
     An instance is frozen and comparable: two laws with equal parameters are equal.
     """
 
@@ -164,7 +160,6 @@ class Law(ABC):
     TIES: ClassVar[bool] = False
     KEEPS_GAP: ClassVar[bool] = False
     TAKES_BACK_LATER: ClassVar[bool] = False
-    INTERFACE: ClassVar[int] = 1  # a law that names no version is written for the first
 
     initial: ClassVar[Callable | None] = None
     """``initial(gap, reference_gap, time, parameters)``: state of an interaction that is new at ``time`` [s], a tuple with

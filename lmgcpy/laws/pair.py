@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+import inspect
+from collections.abc import Callable
+from functools import cache
+from typing import Any, NamedTuple
+
+TAKE_PAIR = ("prepare", "initial", "commit", "energy", "dissipation")
+"""Functions of a law each of which may take a last argument ``pair``."""
 
 
 class Pair(NamedTuple):
-    """The two bodies of an interaction, the last argument of the functions of laws of interface version 2.
+    """The two bodies of an interaction: the last argument of functions of laws that take one named ``pair``.
 
     In a contact the radii are the radii of the two contactors, infinite for walls; a contactor of a plug-in has the radius
     of its bounding circle or sphere. In a link they are the distances from the centres to the surfaces. Masses are infinite
@@ -23,6 +29,22 @@ class Pair(NamedTuple):
     """Masses of candidate and antagonist [kg]."""
     time: float
     """Time at the start of the step [s]."""
+
+
+@cache
+def takes_pair(function: Callable | None) -> bool:
+    """Whether a function of a law takes ``pair``, as its signature says."""
+    return function is not None and "pair" in inspect.signature(function).parameters
+
+
+def asks_for_pair(law: Any) -> bool:
+    """Whether a function of a law takes ``pair``."""
+    return any(takes_pair(getattr(law, name)) for name in TAKE_PAIR)
+
+
+def as_asked(function: Callable, pair: Pair) -> tuple[Pair, ...]:
+    """The last arguments of a function of a law: ``(pair,)`` if it takes the pair, ``()`` if not."""
+    return (pair,) if takes_pair(function) else ()
 
 
 def pair_of(radii: tuple[float, float], masses: tuple[float, float], time: float) -> Pair:

@@ -19,7 +19,8 @@ from typing import Any
 import pluggy
 
 from lmgcpy.errors import closest, shown, told
-from lmgcpy.laws.law import INTERFACE, TRAITS, Law
+from lmgcpy.laws.law import TRAITS, Law
+from lmgcpy.laws.pair import TAKE_PAIR, takes_pair
 
 GROUP = "lmgcpy"
 hook_specification = pluggy.HookspecMarker(GROUP)
@@ -38,8 +39,6 @@ ARGUMENTS = {
     "dissipation": ("gap", "reference_gap", "velocity", "impulse", "time_step", "parameters", "state"),
 }
 """Exact argument lists of a law's functions, without ``pair``."""
-TAKE_PAIR = ("prepare", "initial", "commit", "energy", "dissipation")
-"""Functions that take ``pair`` as a last argument from version 2 of the interface on."""
 
 
 class Specification:
@@ -148,11 +147,6 @@ def check_interface(law: Any) -> None:
     if not (isinstance(law, type) and issubclass(law, Law)):
         raise TypeError(f"A law is a subclass of lmgcpy.Law, got {shown(law)}.")
     where = f"Law class {law.__qualname__}"
-    if law.INTERFACE not in range(1, INTERFACE + 1):
-        raise TypeError(
-            f"{where} is written for version {law.INTERFACE!r} of the interface of laws, but this lmgcpy has versions up "
-            f"to {INTERFACE}: install a version of the law, or of lmgcpy, that fits."
-        )
     for name, kind in (
         ("NAME", str),
         ("APPLIES_TO", str),
@@ -186,11 +180,10 @@ def check_interface(law: Any) -> None:
         if not isinstance(inspect.getattr_static(law, name), staticmethod):
             raise TypeError(f"{where}: {name} must be a static method: it is compiled and has no self.")
         got = tuple(inspect.signature(function).parameters)
-        takes_pair = name in TAKE_PAIR and law.INTERFACE >= 2
-        wanted = (*expected, "pair") if takes_pair else expected
+        wanted = (*expected, "pair") if name in TAKE_PAIR and takes_pair(function) else expected
         if got != wanted:
-            hint = " It would take pair with INTERFACE = 2." if got == (*expected, "pair") and name in TAKE_PAIR else ""
-            raise TypeError(f"{where}: {name} must take ({', '.join(wanted)}), but it takes ({', '.join(got)}).{hint}")
+            more = ", with or without pair" if name in TAKE_PAIR and wanted == expected else ""
+            raise TypeError(f"{where}: {name} must take ({', '.join(wanted)}){more}, but it takes ({', '.join(got)}).")
 
 
 @contextmanager

@@ -13,19 +13,18 @@ from lmgcpy.contact.lattice import Lattice
 from lmgcpy.dynamics.interactions import InteractionView
 from lmgcpy.dynamics.stepper import Stepper
 from lmgcpy.errors import numbers, shown, whole
-from lmgcpy.io.run import Run, RunInteractions
+from lmgcpy.io.run import Run
 from lmgcpy.scene.described_chains import DescribedChain, described_chains
 from lmgcpy.scene.description import describe, lattice_of, trees_in_order
 
 Source = Stepper | Run
-Net = InteractionView | RunInteractions
 
 
 @dataclass(frozen=True)
 class Moment:
     """Bodies and interactions after a step; n bodies, d dimensions."""
 
-    net: Net
+    net: InteractionView
     positions: np.ndarray
     """[m], (n, d)."""
     extent: np.ndarray

@@ -3,7 +3,7 @@
 import math
 
 from lmgcpy.sample.bed_2d import DiskBed
-from lmgcpy.sample.supports import FLOOR, LEFT
+from lmgcpy.sample.cells import FLOOR, LEFT
 
 
 def tangent_radii(first, second, third, bed: DiskBed):

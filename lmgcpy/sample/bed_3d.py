@@ -1,6 +1,6 @@
 """The bodies that lie in a 3D box: spheres in the cells of a grid, a floor, four walls.
 
-Supports are named as :mod:`lmgcpy.sample.supports` says.
+Supports are named as :mod:`lmgcpy.sample.cells` says.
 """
 
 # no `from __future__ import annotations`: the fingerprint of a kernel reads the fields of the named tuples it takes
@@ -9,8 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lmgcpy.compiled.reference import by_reference
-from lmgcpy.sample.cells import cell_of, put
-from lmgcpy.sample.supports import BACK, FLOOR, FRONT, LEFT, NONE, RIGHT
+from lmgcpy.sample.cells import BACK, FLOOR, FRONT, LEFT, NONE, RIGHT, cell_of, put
 
 
 @by_reference

@@ -6,9 +6,8 @@ import numpy as np
 
 from lmgcpy.compiled.kernel import kernel
 from lmgcpy.sample.bed_2d import DiskBed, enter
-from lmgcpy.sample.cells import cell_of
+from lmgcpy.sample.cells import FLOOR, LEFT, RIGHT, TOLERANCE, cell_of
 from lmgcpy.sample.pocket_2d import DiskPockets, lowest_rest, new_pockets, open_pocket
-from lmgcpy.sample.supports import FLOOR, LEFT, RIGHT, TOLERANCE
 
 
 def deposit_2d(

@@ -6,9 +6,9 @@ import numpy as np
 
 from lmgcpy.compiled.kernel import kernel
 from lmgcpy.sample.bed_3d import SphereBed, enter
+from lmgcpy.sample.cells import TOLERANCE
 from lmgcpy.sample.pocket_3d import new_near, open_pockets
 from lmgcpy.sample.shelves_3d import lowest_rest, new_pockets, new_shelves
-from lmgcpy.sample.supports import TOLERANCE
 
 
 def deposit_3d(

@@ -22,7 +22,7 @@ import numpy as np
 
 from lmgcpy.sample.apollonius_2d import tangent_radii
 from lmgcpy.sample.bed_2d import DiskBed, blocker, overlaps
-from lmgcpy.sample.supports import FLOOR, LEFT, NONE, RIGHT
+from lmgcpy.sample.cells import FLOOR, LEFT, NONE, RIGHT
 
 # Reasons why a pocket does not host a radius, besides a support that blocks it; all are below NONE.
 TOO_LEFT = -11

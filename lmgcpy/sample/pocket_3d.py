@@ -31,8 +31,8 @@ from lmgcpy.sample.apollonius_3d import (
     tangent_ring,
 )
 from lmgcpy.sample.bed_3d import SphereBed, gap_to_plane, point_of, supports_near
+from lmgcpy.sample.cells import FLOOR
 from lmgcpy.sample.shelves_3d import Shelves, SpherePockets, add
-from lmgcpy.sample.supports import FLOOR
 
 
 class NearSupports(NamedTuple):

@@ -13,7 +13,7 @@ import numpy as np
 
 from lmgcpy.sample.apollonius_3d import TangentCurve, added, along, between_roots, centre_at, negative, tangency
 from lmgcpy.sample.bed_3d import SphereBed, blocker, point_of
-from lmgcpy.sample.supports import NONE
+from lmgcpy.sample.cells import NONE
 
 RACKS = 8
 """Number of racks, for grains of several sizes."""

@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from lmgcpy.laws import Law
-from lmgcpy.laws.pair import Pair, pair_of
+from lmgcpy.laws.pair import Pair, as_asked, asks_for_pair, pair_of
 from lmgcpy.testing.answers import Matrix, Nonconformance, Numbers, number, numbers, rows_of_numbers
 from lmgcpy.testing.units import Dimensions, dimensions
 
@@ -81,23 +81,24 @@ class LawCase:
 
     # ----------------------------------------------------------------------------------------------------- answers
 
-    def known(self, time: float) -> tuple[Pair, ...]:
-        """Further arguments of a law: ``(Pair,)`` for interface version 2, ``()`` for version 1."""
-        return (pair_of(self.radii, self.masses, time),) if self.law.INTERFACE >= 2 else ()
+    def known(self, name: str, time: float) -> tuple[Pair, ...]:
+        """Last arguments of a function of the law: ``(Pair,)`` if it takes the pair, ``()`` if not."""
+        return as_asked(getattr(self.law, name), pair_of(self.radii, self.masses, time))
 
     def first_state(self, gap: float) -> Numbers:
         """The state of an interaction that begins at this gap."""
         count = len(self.law.states())
         if self.law.initial is None:
             return (0.0,) * count
-        given = gap, self.reference_gap, self.birth, self.parameters, *self.known(self.birth)
+        given = gap, self.reference_gap, self.birth, self.parameters, *self.known("initial", self.birth)
         return numbers(self.law, "initial", count, "one for each state", *given)
 
     def prepare(self, step: CaseStep, state: Numbers) -> Numbers:
         """The prepared numbers for a step."""
         names = self.law.PREPARED
-        given = step.gap, self.reference_gap, step.before, self.time_step, self.parameters, state, *self.known(step.time)
-        return numbers(self.law, "prepare", len(names), "one for each name in PREPARED", *given, infinite=True)
+        given = step.gap, self.reference_gap, step.before, self.time_step, self.parameters, state
+        known = self.known("prepare", step.time)
+        return numbers(self.law, "prepare", len(names), "one for each name in PREPARED", *given, *known, infinite=True)
 
     def react(self, W: Matrix, u: Sequence[float], prepared: Numbers) -> Numbers:
         """The impulse [N s]."""
@@ -111,8 +112,8 @@ class LawCase:
         """The state after a step with this end velocity and this impulse."""
         if self.law.commit is None:
             return state
-        given = step.gap, self.reference_gap, u, impulse, self.time_step, self.parameters, state, *self.known(step.time)
-        return numbers(self.law, "commit", len(state), "one for each state", *given)
+        given = step.gap, self.reference_gap, u, impulse, self.time_step, self.parameters, state
+        return numbers(self.law, "commit", len(state), "one for each state", *given, *self.known("commit", step.time))
 
     @property
     def dissipation(self) -> float:
@@ -120,7 +121,7 @@ class LawCase:
         step = self.steps[-1]
         mean = tuple(0.5 * (a + b) for a, b in zip(step.before, self.velocity, strict=True))
         given = step.gap, self.reference_gap, mean, self.impulse, self.time_step, self.parameters, self.state
-        return number(self.law, "dissipation", *given, *self.known(step.time))
+        return number(self.law, "dissipation", *given, *self.known("dissipation", step.time))
 
     @cached_property
     def history(self) -> tuple[Numbers, ...]:
@@ -162,7 +163,8 @@ class LawCase:
     def energy(self, gap: float, state: Numbers | None = None) -> float:
         """Energy stored at a gap [J], with the state before the last step unless ``state`` is given."""
         held = self.state if state is None else state
-        return number(self.law, "energy", gap, self.reference_gap, self.parameters, held, *self.known(self.steps[-1].time))
+        known = self.known("energy", self.steps[-1].time)
+        return number(self.law, "energy", gap, self.reference_gap, self.parameters, held, *known)
 
     # ------------------------------------------------------------------------------------------------------ measures
 
@@ -234,7 +236,7 @@ class LawCase:
             f"gap {step.gap!r} m{link if law.APPLIES_TO == 'link' else ''}, velocity before {step.before} m/s",
             f"W = {step.W} 1/kg, free velocity u = {step.q} m/s",
         ]
-        if law.INTERFACE >= 2:
+        if asks_for_pair(law):
             lines.append(f"radii {self.radii} m, masses {self.masses} kg, time {step.time!r} s")
         try:
             if law.states():

@@ -13,7 +13,7 @@ from lmgcpy.compiled.kernel import CompilerError, Kernel, kernel, row_reader
 from lmgcpy.compiled.small_matrices import small_matrices
 from lmgcpy.errors import told
 from lmgcpy.laws import Law
-from lmgcpy.laws.pair import pair_of
+from lmgcpy.laws.pair import TAKE_PAIR, pair_of, takes_pair
 from lmgcpy.solve.kernels.law_kernels import as_floats, not_compiled, zeros
 from lmgcpy.testing.answers import Nonconformance, Numbers
 from lmgcpy.testing.case import LawCase, velocity
@@ -26,7 +26,11 @@ energy: Callable[..., Any] = lambda *given: 0.0  # noqa: E731
 dissipation: Callable[..., Any] = lambda *given: 0.0  # noqa: E731
 initial: Callable[..., Any] = Slot("initial")
 commit: Callable[..., Any] = lambda *given: ()  # noqa: E731
-pair: Callable[..., Any] = Slot("pair")
+prepare_pair: Callable[..., Any] = Slot("prepare_pair")  # the last argument of each function
+initial_pair: Callable[..., Any] = Slot("initial_pair")
+commit_pair: Callable[..., Any] = Slot("commit_pair")
+energy_pair: Callable[..., Any] = Slot("energy_pair")
+dissipation_pair: Callable[..., Any] = Slot("dissipation_pair")
 read_parameters: Callable[..., Any] = Slot("read_parameters")
 read_vector: Callable[..., Any] = Slot("read_vector")
 read_state: Callable[..., Any] = Slot("read_state")
@@ -48,9 +52,9 @@ def evaluate(W, numbers, vectors, parameters, state, prepared, answer, slopes, f
     gap, reference_gap, time_step, birth = numbers[0], numbers[1], numbers[2], numbers[3]
     given = read_parameters(parameters, 0)
     kept = read_state(state, 0)
-    known = pair(numbers, 4)
+    asked = prepare_pair(numbers, 4)
     # numbers of the local solve, prepared at the velocity before the step
-    row = as_prepared(prepare(gap, reference_gap, read_vector(vectors, 0), time_step, given, kept, *known))
+    row = as_prepared(prepare(gap, reference_gap, read_vector(vectors, 0), time_step, given, kept, *asked))
     for k in range(PREPARED):
         prepared[k] = row[k]
     # r = react(W, u_free), and its slope by u
@@ -70,27 +74,27 @@ def evaluate(W, numbers, vectors, parameters, state, prepared, answer, slopes, f
                 slopes[i, j] = derivative[i][j]
     # state of a new interaction, and state after the step
     if STATE > 0:
-        new = as_state(initial(gap, reference_gap, birth, given, *pair(numbers, 3)))
+        new = as_state(initial(gap, reference_gap, birth, given, *initial_pair(numbers, 3)))
         for k in range(STATE):
             first[k] = new[k]
     if COMMIT:
         end, push = read_vector(vectors, 2 * ROWS), read_vector(vectors, 3 * ROWS)
-        old = as_state(commit(gap, reference_gap, end, push, time_step, given, kept, *known))
+        old = as_state(commit(gap, reference_gap, end, push, time_step, given, kept, *commit_pair(numbers, 4)))
         for k in range(STATE):
             after[k] = old[k]
     # energy dissipated by the impulse at the mean velocity
     mean, push = read_vector(vectors, 4 * ROWS), read_vector(vectors, 3 * ROWS)
-    lost = dissipation(gap, reference_gap, mean, push, time_step, given, kept, *known)
-    return float(energy(gap, reference_gap, given, kept, *known)), float(lost)
+    lost = dissipation(gap, reference_gap, mean, push, time_step, given, kept, *dissipation_pair(numbers, 4))
+    return float(energy(gap, reference_gap, given, kept, *energy_pair(numbers, 4))), float(lost)
 
 
 def no_pair(numbers, time):
-    """Laws of interface version 1 know nothing of the pair."""
+    """No last argument, for functions that take no pair."""
     return ()
 
 
 def known_pair(numbers, time):
-    """The pair of bodies, the further argument of laws of interface version 2; ``time``: index of the time."""
+    """The pair of bodies, the last argument of functions that take it; ``time``: index of the time."""
     return (pair_of((numbers[5], numbers[6]), (numbers[7], numbers[8]), numbers[time]),)
 
 
@@ -104,8 +108,8 @@ def of_law(law: type[Law], rows: int, parameter_count: int) -> Kernel:
         slope=law.slope or slope,
         energy=law.energy or energy,
         dissipation=law.dissipation or dissipation,
-        initial=law.initial or zeros(count, law.INTERFACE >= 2),
-        pair=known_pair if law.INTERFACE >= 2 else no_pair,
+        initial=law.initial or zeros(count),
+        **{f"{name}_pair": known_pair if takes_pair(getattr(law, name)) else no_pair for name in TAKE_PAIR},
         commit=law.commit or commit,
         read_parameters=row_reader(parameter_count),
         read_vector=row_reader(rows),

@@ -17,6 +17,7 @@ import numpy as np
 from hypothesis import strategies as st
 
 from lmgcpy.laws import Law
+from lmgcpy.laws.pair import asks_for_pair
 from lmgcpy.testing.answers import Matrix
 from lmgcpy.testing.case import CaseStep, LawCase, sizes
 from lmgcpy.testing.units import NONE, Dimensions
@@ -194,7 +195,7 @@ def cases(draw: Draw, given: Law, spread: Spread = USUAL) -> LawCase:
     birth = float(draw(YES_OR_NO))
     steps = tuple(step(birth + k * h) for k in range(count + 1))
     bodies: dict[str, Any] = {}
-    if law.INTERFACE >= 2:
+    if asks_for_pair(law):
         radius, mass = length * draw(powers_of_ten(*spread.gap)), draw(powers_of_ten(*spread.delassus))
         others = st.sampled_from((1.0, 0.5, 4.0, math.inf))
         bodies = {"radii": (radius, radius * draw(others)), "masses": (mass * draw(others), mass)}

@@ -13,11 +13,11 @@ from lmgcpy.contact.detection_tables import FEATURES
 from lmgcpy.contact.lattice import Lattice
 from lmgcpy.contact.positions import in_space
 from lmgcpy.contact.segments import feet
+from lmgcpy.dynamics.interactions import InteractionView
 from lmgcpy.dynamics.model import COMPONENTS
 from lmgcpy.dynamics.stepper import Stepper
 from lmgcpy.errors import shown, whole
 from lmgcpy.io.run import Run
-from lmgcpy.measure.moment import Net
 from lmgcpy.scene.body import NO_ROTATION, Body
 from lmgcpy.scene.contactor import (
     CylinderContactor,
@@ -70,7 +70,7 @@ class Forces:
     """Rows among all interactions, (m,): forces in joints, inside of what hangs together, are left out."""
 
     @classmethod
-    def of(cls, net: Net, scene: Mapping[str, Any]) -> Forces:
+    def of(cls, net: InteractionView, scene: Mapping[str, Any]) -> Forces:
         """Forces of interactions; zero before the first step of a run."""
         links, joints = links_of(scene), joint_rows(scene)
         row = np.delete(np.arange(len(net)), np.s_[links : links + joints])

@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from lmgcpy.dynamics.interactions import InteractionView
 from lmgcpy.errors import named_arguments, shown
 from lmgcpy.io.csv_tables import folder_for
-from lmgcpy.io.run import Run, RunInteractions
+from lmgcpy.io.run import Run
 from lmgcpy.scene.contactor import RodContactor
 from lmgcpy.view.boundary import FACETS, cell_outline, cylinder_polygons, wall_polygons
 from lmgcpy.view.drawing import in_space
@@ -140,7 +141,7 @@ def add_bodies(data: Any, attributes: Any, snapshot: Snapshot, body: np.ndarray)
     add_words(data, "color_names", snapshot.scene["bodies"]["colors"])
 
 
-def forces(snapshot: Snapshot, net: RunInteractions, laws: list[str]) -> Any:
+def forces(snapshot: Snapshot, net: InteractionView, laws: list[str]) -> Any:
     """Contacts and links with a force."""
     assert snapshot.forces is not None
     row = snapshot.forces.row
@@ -167,7 +168,7 @@ def forces(snapshot: Snapshot, net: RunInteractions, laws: list[str]) -> Any:
     return data
 
 
-def wires(snapshot: Snapshot, net: RunInteractions, laws: list[str]) -> Any:
+def wires(snapshot: Snapshot, net: InteractionView, laws: list[str]) -> Any:
     """Links of the chains."""
     assert snapshot.forces is not None
     paths = [chain.path for chain in snapshot.chains]

@@ -11,9 +11,8 @@ import lmgcpy as lm
 import lmgcpy.bench.reference
 from lmgcpy.bench.case import Case
 from lmgcpy.bench.chains import chains
-from lmgcpy.bench.frontier import TOLERANCES, Judged, SolverRun, judge
+from lmgcpy.bench.frontier import OVERHEAD, TOLERANCES, Judged, SolverRun, judge, profile
 from lmgcpy.bench.frozen import in_space
-from lmgcpy.bench.profile import OVERHEAD, profile
 from lmgcpy.bench.reference import APART, ENOUGH, MARGIN, Reference, make_reference
 from lmgcpy.bench.report import write_report
 from lmgcpy.solve.solvers import SOLVERS

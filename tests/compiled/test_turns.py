@@ -16,7 +16,7 @@ import pytest
 
 from lmgcpy.compiled import cache as files
 from lmgcpy.compiled import kernel as kernels
-from lmgcpy.compiled import turns
+from lmgcpy.compiled import waiting
 from lmgcpy.compiled.kernel import CompilerError, kernel, statistics
 
 pytest.importorskip("fcntl")
@@ -69,9 +69,9 @@ def cache(tmp_path, monkeypatch):
     """An empty cache, and a process that has no turn and is patient."""
     directory = tmp_path / "cache"
     monkeypatch.setenv("LMGCPY_CACHE_DIR", str(directory))
-    monkeypatch.setattr(turns.turn, "_is_patient", True)
+    monkeypatch.setattr(waiting.turn, "_is_patient", True)
     yield directory
-    assert turns.turn._handle is None
+    assert waiting.turn._handle is None
 
 
 class Other:
@@ -120,10 +120,10 @@ def waits(monkeypatch):
             waited.append(True)
             sleep()
 
-        monkeypatch.setattr(turns, "_pause", pause)
+        monkeypatch.setattr(waiting, "_pause", pause)
         return waited
 
-    sleep = turns._pause
+    sleep = waiting._pause
     return when_waiting
 
 
@@ -190,7 +190,7 @@ def test_other_kernels_are_not_waited_for(other, waits):
 
 @pytest.mark.long
 def test_nobody_waits_longer_than_a_bound_and_then_never_again(other, waits, monkeypatch, cache):
-    monkeypatch.setattr(turns, "LONGEST", 0.02)
+    monkeypatch.setattr(waiting, "LONGEST", 0.02)
     first = other("kept")
     waited = waits(lambda: None)
     assert counted("kept") == (8.0, 0, 1)
@@ -205,7 +205,7 @@ def test_nobody_waits_longer_than_a_bound_and_then_never_again(other, waits, mon
 
 def test_a_kernel_that_is_there_needs_no_turn(monkeypatch):
     assert counted("kept") == (8.0, 0, 1)
-    monkeypatch.setattr(turns.turn, "take", pytest.fail)
+    monkeypatch.setattr(waiting.turn, "take", pytest.fail)
     assert counted("kept") == (8.0, 1, 0)
 
 
@@ -229,13 +229,13 @@ def test_ctrl_c_ends_the_turn(monkeypatch):
         patch.setattr(kernels, "_compilable", lambda *given: (given[0], interrupt))
         with pytest.raises(KeyboardInterrupt):
             made(2.0)
-    assert turns.turn._handle is None
+    assert waiting.turn._handle is None
     with monkeypatch.context() as patch:
-        patch.setattr(turns, "_lock", lambda *given: False)
-        patch.setattr(turns, "_pause", interrupt)
+        patch.setattr(waiting, "_lock", lambda *given: False)
+        patch.setattr(waiting, "_pause", interrupt)
         with pytest.raises(KeyboardInterrupt):
             kernel(cube)(2.0)
-    assert turns.turn._handle is None
+    assert waiting.turn._handle is None
     assert counted("kept") == (8.0, 0, 1)
 
 
@@ -246,9 +246,9 @@ def test_a_kernel_that_is_called_while_another_is_compiled_ends_the_turn_for_tha
     held = []
 
     def call_and_compile(*arguments):
-        assert turns.turn._handle is not None
+        assert waiting.turn._handle is not None
         assert inner(2.0) == 4.0
-        held.append(turns.turn._handle)
+        held.append(waiting.turn._handle)
         return compile(*arguments)
 
     outer.dispatcher._compiler.compile = call_and_compile

@@ -48,6 +48,7 @@ def pulled(law, gap, alert=None, radius=0.1):
     return body.velocity[1]
 
 
+@pytest.mark.default_parameters(reach=(0.03,))
 @pytest.mark.parametrize("alert", [None, 0.0, 1e-3, 0.5])
 @pytest.mark.parametrize("reach", [1e-3, 0.03, 0.3])
 def test_the_answer_does_not_depend_on_the_alert_distance(reach, alert):

@@ -106,6 +106,7 @@ def test_a_capsule_across_another_is_carried_where_they_cross(time_step, mass):
     assert ends == pytest.approx(np.sort([half - more, half + more]), rel=1e-3)
 
 
+@pytest.mark.default_parameters("0.0-0.0", "1e-06-0.013", "0.001-0.03")
 @pytest.mark.parametrize("offset", [0.0, 0.013, 0.03])
 @pytest.mark.parametrize("turn", [0.0, 1e-12, 1e-6, 1e-3])
 def test_a_capsule_on_a_parallel_one_is_carried_by_two_points(offset, turn):
@@ -169,7 +170,7 @@ def test_a_capsule_rocks_at_its_period(time_step, mass):
     sim = lm.Simulation(scene, time_step=time_step, solver=lm.GaussSeidel(tolerance=1e-10))
     sim.state.velocities[1, 3] = 0.2  # about its own x axis, which is that of space
     crossings, before = [], 1.0
-    while len(crossings) < 4:
+    while len(crossings) < 3:
         sim.step()
         now = float(upper.rotation.apply((0, 0, 1))[2])  # how far its axis leans
         if before < 0.0 <= now or before > 0.0 >= now:

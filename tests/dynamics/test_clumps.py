@@ -58,6 +58,7 @@ def test_a_block_tips_over_its_lower_edge(time_step):
         assert np.abs(body.spin[[0, 2]]).max() < 1e-4  # the solver's tolerance
 
 
+@pytest.mark.default_parameters("solver0-0.0-0.0", "solver0-0.4-1.0", "solver1-1.2-0.0")
 @pytest.mark.parametrize("restitution", [0.0, 1.0])
 @pytest.mark.parametrize("angle", [0.0, 0.4, 1.2])
 @pytest.mark.parametrize("solver", [lm.GaussSeidel(tolerance=1e-12), lm.Newton(tolerance=1e-12)])
@@ -269,6 +270,7 @@ def test_a_damaged_table_of_bodies_that_turn_is_no_scene(tmp_path, name, value, 
         lm.resume(path)
 
 
+@pytest.mark.default_parameters("0.1", "2.872727272727273")
 @pytest.mark.parametrize("angle", np.linspace(0.1, 6.2, 12).tolist())
 def test_a_hinge_is_not_turned_by_a_push_through_its_axis(angle):
     """What rounding makes of W_nn is no mobility: spins of 1e15 rad/s came of it."""
@@ -304,6 +306,7 @@ def test_bodies_that_never_turn_take_no_rotation():
         scene.add(lm.Wall(point=(0, 0, 0), normal=(0, 0, 1), color="W", rotation=(0.5, 0.5, 0.5, 0.5)))
 
 
+@pytest.mark.default_parameters("0.5-0.7", "2.0-0.0")
 @pytest.mark.parametrize("heading", [0.0, 0.7])
 @pytest.mark.parametrize("friction", [0.5, 2.0])
 def test_painleves_rod_does_in_space_what_it_does_in_the_plane(friction, heading):

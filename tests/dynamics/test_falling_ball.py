@@ -41,7 +41,7 @@ def test_the_energy_of_a_ball_without_rebound():
     assert sim.energy.total_interactions["signorini"] == pytest.approx(-M * G * 0.5, rel=1e-12)
 
 
-@pytest.mark.default_parameters(h=(2e-3,), height=(0.47, 0.5181))
+@pytest.mark.default_parameters(h=(2e-3,), height=(0.5181,))
 @pytest.mark.parametrize("h", [2e-3, 1e-3, 2.5e-4])
 @pytest.mark.parametrize("height", [0.47, 0.5, 0.5181])
 @pytest.mark.parametrize("e", [0.0, 0.5, 0.8, 1.0])

@@ -44,6 +44,7 @@ def check(sim, downhill, acceleration, spin_rate):
     assert sim.positions[0] @ downhill == pytest.approx(0.5 * acceleration * t**2, rel=1e-9, abs=1e-11)
 
 
+@pytest.mark.default_parameters("1e-06-plane", "0.5-gravity")
 @pytest.mark.parametrize("tilt", ["plane", "gravity"])
 @pytest.mark.parametrize("excess", [1e-6, 0.5])
 def test_it_rolls_where_friction_suffices(tilt, excess):
@@ -56,6 +57,7 @@ def test_it_rolls_where_friction_suffices(tilt, excess):
     assert sim.interactions.force[0] == pytest.approx([weight * math.cos(ALPHA), weight * math.sin(ALPHA) / 3.0], rel=1e-9)
 
 
+@pytest.mark.default_parameters("1e-06-gravity", "0.5-plane")
 @pytest.mark.parametrize("tilt", ["plane", "gravity"])
 @pytest.mark.parametrize("lack", [1e-6, 0.5])
 def test_it_slips_where_friction_does_not_suffice(tilt, lack):

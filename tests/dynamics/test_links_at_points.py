@@ -59,24 +59,24 @@ def opening(scene: lm.Scene) -> float:
 @pytest.mark.parametrize("d", [2, 3])
 @pytest.mark.parametrize("solver", SOLVERS)
 def test_a_rod_on_a_joint_swings_at_its_period(d, solver):
-    """Period of a compound pendulum, 4 K(sin(a/2)) sqrt(I/(m g c)); errors of second order, 3.4e-6 at 2 ms."""
+    """Period of a compound pendulum, 4 K(sin(a/2)) sqrt(I/(m g c)); errors of second order, 1.4e-5 at 4 ms."""
     scene = lm.Scene(dimension=d, gravity=gravity(d))
     made, top, _ = rod(scene, np.zeros(d), 0.3)
     scene.link(post_at(scene, np.zeros(d)), made, lm.BallJoint(), at=(None, top))
     inertia = (made.inertia if d == 2 else made.inertia[0]) + M * (0.5 * L) ** 2
     period = 4.0 * ellipk(np.sin(0.15) ** 2) * np.sqrt(inertia / (M * G * 0.5 * L))
-    sim = lm.Simulation(scene, time_step=2e-3, solver=SOLVERS[solver])
+    sim = lm.Simulation(scene, time_step=4e-3, solver=SOLVERS[solver])
     times, x = [], []
     while sim.time < 1.3 * period:
         sim.step()
         times.append(sim.time)
         x.append(made.position[0])
-        assert opening(scene) < 2e-6  # (h omega)^2 c / 2
+        assert opening(scene) < 8e-6  # (h omega)^2 c / 2
         assert abs(sim.energy.defect) < 1e-14
     x = np.array(x)
     down = np.flatnonzero((x[:-1] > 0.0) & (x[1:] <= 0.0))
-    crossed = np.array(times)[down] + 2e-3 * x[down] / (x[down] - x[down + 1])
-    assert crossed[1] - crossed[0] == pytest.approx(period, rel=1e-5)
+    crossed = np.array(times)[down] + 4e-3 * x[down] / (x[down] - x[down + 1])
+    assert crossed[1] - crossed[0] == pytest.approx(period, rel=4e-5)
     assert sim.unconverged_steps == 0
 
 
@@ -261,6 +261,7 @@ def test_the_blocks_of_w_are_those_of_the_rows_of_h(d, closed):
     assert not system.coupling[last].any()
 
 
+@pytest.mark.default_parameters("False-2", "True-3")
 @pytest.mark.parametrize("d", [2, 3])
 @pytest.mark.parametrize("closed", [False, True])
 def test_linked_points_keep_momentum_and_balance(d, closed):
@@ -515,7 +516,7 @@ def test_a_chain_of_capsules_hangs_in_its_catenary(d):
         rods.append(made)
     scene.link(before, post_at(scene, begin), lm.BallJoint(), at=(point, None))
     scene.drag(rods, rate=8.0)
-    sim = lm.Simulation(scene, time_step=2e-3).run(duration=5.0)
+    sim = lm.Simulation(scene, time_step=5e-3).run(duration=5.0)
     found = np.array([body.position for body in rods])[:, [0, -1]]
     np.testing.assert_allclose(found, catenary(count, length, span), atol=1e-6)
     assert sim.unconverged_steps == 0
@@ -548,6 +549,7 @@ class ElasticJoint(lm.ElasticRod):
     TIES = True
 
 
+@pytest.mark.default_parameters(d=(3,))
 @pytest.mark.parametrize("d", [2, 3])
 def test_a_law_of_ones_own_may_tie_points(d):
     """A ball on springs between two centres goes round an ellipse, with the period 2 pi sqrt(m/k) along each axis."""
@@ -585,12 +587,12 @@ def hung(turn: np.ndarray, order: np.ndarray) -> np.ndarray:
     scene.link(made[2], made[0], lm.BallJoint(), at=(None, (0.0, 0.0, -0.5 * L)))
     scene.link(made[0], made[1], lm.BallJoint(), at=(end, (0.0, 0.0, -0.5 * L)))
     scene.link(made[3], made[1], lm.RigidWire(), at=(None, end), reference_gap=0.45)
-    lm.Simulation(scene, time_step=1e-3, solver=lm.Newton(tolerance=1e-12)).run(duration=0.3)
+    lm.Simulation(scene, time_step=1e-3, solver=lm.Newton(tolerance=1e-12)).run(duration=0.15)
     return np.array([np.concatenate([made[k].position @ turn, made[k].velocity @ turn]) for k in (0, 1)])
 
 
 def test_turned_and_permuted_it_is_the_same():
-    """The links of a joint lie along the axes of space: turning space turns them in the bodies. 300 steps, errors of the
+    """The links of a joint lie along the axes of space: turning space turns them in the bodies. 150 steps, errors of the
     solver's tolerance times the growth of errors in a double pendulum."""
     expected = hung(np.eye(3), np.arange(4))
     for seed in (0, 1):

@@ -39,6 +39,7 @@ def rope(law, reference_gap, *, time_step=H, theta=0.5, dimension=2, solver=None
 # -------------------------------------------------------------------------------------------------- functions of time
 
 
+@pytest.mark.default_parameters("2-law0-0.5", "2-law1-1.0", "3-law0-0.7")
 @pytest.mark.parametrize("theta", [0.5, 0.7, 1.0])
 @pytest.mark.parametrize("law", [lm.RigidRod(), lm.RigidWire()])
 @pytest.mark.parametrize("dimension", [2, 3])

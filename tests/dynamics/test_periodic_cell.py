@@ -348,6 +348,7 @@ def test_all_solvers_find_the_same_step():
 # ------------------------------------------------------------------------------------------------------------- stress
 
 
+@pytest.mark.default_parameters(time_step=(1e-3, 6.25e-5))
 @pytest.mark.parametrize("time_step", [1e-3, 5e-4, 2.5e-4, 1.25e-4, 6.25e-5])
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_a_crystal_of_touching_grains_carries_the_imposed_stress(dimension, time_step):

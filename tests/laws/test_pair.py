@@ -1,4 +1,4 @@
-"""What laws of interface version 2 know of their pair, and what they tell of their dissipation."""
+"""What laws know of their pair, and what they tell of their dissipation."""
 
 from __future__ import annotations
 
@@ -17,7 +17,6 @@ class Lubricated(lm.Law):
 
     NAME = "test-lubricated"
     APPLIES_TO = "contact"
-    INTERFACE = 2
     PREPARED = ("bias", "drag")
 
     viscosity = lm.Parameter("Pa s", above=0.0)
@@ -45,7 +44,6 @@ class Known(lm.RigidRod):
     """A rod that keeps what it was told last."""
 
     NAME = "test-known"
-    INTERFACE = 2
 
     radius = lm.State("m")
     mass = lm.State("kg")
@@ -216,16 +214,44 @@ def test_a_law_that_knows_its_pair_conforms(check):
     check()
 
 
-def test_arguments_are_those_of_the_version():
-    class Old(Lubricated):
-        INTERFACE = 1
+def test_each_function_takes_the_pair_or_not():
+    """As its signature says: a rod that breaks at a strain knows the radii as it commits, and nowhere else."""
 
-    class New(lm.RigidRod):
-        INTERFACE = 2
+    class Brittle(lm.RigidRod):
+        NAME = "test-brittle"
+        broken = lm.State("-")
 
-    with pytest.raises(
-        TypeError, match=r"prepare must take \(.*state\), but .*pair\). It would take pair with INTERFACE = 2"
+        @staticmethod
+        def commit(gap, reference_gap, velocity, impulse, time_step, parameters, state, pair):
+            return (pair.radius,)
+
+    scene = lm.Scene(dimension=2)
+    scene.chain([scene.add(lm.disk(radius=r, mass=1.0, position=(r, 0.0))) for r in (0.25, 0.5)], Brittle())
+    assert states(lm.Simulation(scene, time_step=1e-3).run(steps=1)) == {(1, 0): [pytest.approx(1 / 6)]}
+    others = [name for name in lmgcpy.testing.PROPERTIES if name not in ("interface", "compiled")]
+    assert not lmgcpy.testing.report(Brittle(), skip=others).broken
+
+
+def test_pair_is_the_last_argument_of_functions_that_may_take_it():
+    class PairFirst(Lubricated):
+        @staticmethod
+        def prepare(pair, gap, reference_gap, velocity, time_step, parameters, state):
+            return (0.0, 0.0)
+
+    class PairInReact(Lubricated):
+        @staticmethod
+        def react(W, u, prepared, pair):
+            return (0.0,)
+
+    class TakesTwo(Lubricated):
+        @staticmethod
+        def dissipation(gap, velocity):
+            return 0.0
+
+    for law, sentence in (
+        (PairFirst, r"prepare must take \(gap, .*state, pair\), but it takes \(pair, gap, .*state\)\.$"),
+        (PairInReact, r"react must take \(W, u, prepared\), but it takes \(W, u, prepared, pair\)\.$"),
+        (TakesTwo, r"dissipation must take \(gap, .*state\), with or without pair, but it takes \(gap, velocity\)\.$"),
     ):
-        lm.Scene(dimension=2).see("GRAIN", "WALL", Old(viscosity=1.0, roughness=1e-6, reach=1e-2))
-    with pytest.raises(TypeError, match=r"prepare must take \(.*, pair\), but it takes"):
-        lm.laws.register(New)
+        with pytest.raises(TypeError, match=sentence):
+            lm.Scene(dimension=2).see("GRAIN", "WALL", law(viscosity=1.0, roughness=1e-6, reach=1e-2))

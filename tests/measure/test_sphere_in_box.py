@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from lmgcpy.measure.density import density, disk_area_in_rectangle
-from lmgcpy.measure.sphere_in_box import sphere_volume_in_box
+from lmgcpy.measure.density import density, disk_area_in_rectangle, sphere_volume_in_box
 
 BALL = 4.0 / 3.0 * np.pi
 

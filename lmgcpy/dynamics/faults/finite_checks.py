@@ -13,6 +13,7 @@ from lmgcpy.contact.narrow_phase import Interactions
 from lmgcpy.dynamics.faults.diagnosis import interaction
 from lmgcpy.dynamics.step_problem import StepProblem
 from lmgcpy.errors import LARGEST, shown
+from lmgcpy.laws.pair import takes_pair
 from lmgcpy.solve.kernels.law_kernels import known_pair
 
 POSITION = {2: ("x [m]", "y [m]", "rotation [rad]"), 3: ("x [m]", "y [m]", "z [m]", *(f"rotation (q_{k})" for k in "xyzw"))}
@@ -86,7 +87,7 @@ def check_energy(problem: StepProblem, group: Group, energy: float) -> None:
         parameters = tuple(group.parameters[row - group.start if len(group.parameters) > 1 else 0].tolist())
         state = tuple(data.state[row, : len(law.states())].tolist())
         try:
-            known = known_pair(row, data) if law.INTERFACE >= 2 else ()
+            known = known_pair(row, data) if takes_pair(law.energy) else ()
             given = law.energy(gap, float(data.reference_gap[row]), parameters, state, *known)
         except (ArithmeticError, ValueError) as error:
             given = error

@@ -13,6 +13,7 @@ import numpy as np
 
 from lmgcpy.contact.detector import Detector
 from lmgcpy.contact.foreign_pairs import NarrowPhaseError
+from lmgcpy.contact.frames import cross_rows
 from lmgcpy.contact.interactions import Interactions
 from lmgcpy.contact.positions import in_own_axes
 from lmgcpy.dynamics.model import Model
@@ -150,7 +151,7 @@ def yields(found: Interactions, inverse_mass: np.ndarray, positions: np.ndarray)
     if len(found.lever):
         both = np.column_stack([c, a])
         lever = found.lever.reshape(-1, 2, 3)
-        moment = np.cross(lever, found.normal[:, None])
+        moment = cross_rows(lever, found.normal[:, None])
         if positions.shape[1] > 3:
             moment = in_own_axes(positions[both, 3:], moment)
         moment[np.abs(moment) <= 2.0**-49 * np.abs(lever).max(axis=2, keepdims=True)] = 0.0  # rounding alone

@@ -1,5 +1,7 @@
-"""Bodies that overlap before the first step. Overlaps are allowed, as laws leave an old penetration alone, but rarely
-meant."""
+"""Before the first step: bodies that overlap, and bodies so far from the origin that the round-off of positions is coarse.
+
+Overlaps are allowed, as laws leave an old penetration alone, but rarely meant.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +10,28 @@ import numpy as np
 from lmgcpy.contact.detector import Detector
 from lmgcpy.contact.foreign_pairs import NarrowPhaseError
 from lmgcpy.dynamics.model import Model
-from lmgcpy.dynamics.watch.position_rounding import check_positions
+
+COARSE = 1e-3
+"""Largest round-off of a position, in parts of the body's size.
+
+Positions are rounded to ``eps |x|``, and gaps with them. Laws take a gap for a velocity, ``gap / h``, and bodies in
+quasi-static tests overlap by 1e-3 of their radius or less: with coarser positions no gap has a digit that is right, and
+what moves by less than ``eps |x|`` in a step does not move at all. A disk of 1 cm may be 4e10 m away."""
+
+
+def check_positions(model: Model) -> None:
+    """ValueError if a body starts so far away that its position is rounded by more than :data:`COARSE` of its size."""
+    far = np.abs(model.start.positions[:, : model.dimension]).max(axis=1, initial=0.0)
+    share = 2.0**-52 * far / model.size
+    if not (share > COARSE).any():
+        return
+    body = int(np.argmax(share))
+    raise ValueError(
+        f"Body {body} is {far[body]:.3g} m from the origin, where positions are rounded by {2.0**-52 * far[body]:.2g} m, "
+        f"too coarse for its radius of {model.size[body]:.3g} m: a step would not move it as it should. Put the origin "
+        "near the bodies."
+    )
+
 
 SHARE = 0.05
 """Overlaps up to this part of the smaller radius are not reported. The relaxation of a sample at a solver's tolerance of

@@ -17,7 +17,7 @@ from lmgcpy.compiled.fingerprint import Slot, may_raise
 from lmgcpy.compiled.kernel import CompilerError, Kernel, kernel, row_reader
 from lmgcpy.compiled.reference import by_reference
 from lmgcpy.laws import Law
-from lmgcpy.laws.pair import pair_of
+from lmgcpy.laws.pair import pair_of, takes_pair
 from lmgcpy.solve.kernels import contact_block, stiffened_wire_block, wire_block
 from lmgcpy.solve.kernels.forms.form import Form
 from lmgcpy.solve.kernels.guarded_kernels import finite_matrix, finite_vector, guard, noting_guard, noting_reader
@@ -30,7 +30,9 @@ initial: Callable[..., Any] = Slot("initial")
 commit: Callable[..., Any] = Slot("commit")
 dissipation: Callable[..., Any] = Slot("dissipation")
 pair: Callable[..., Any] = Slot("pair")
-"""Gives the further arguments of a law: ``(Pair,)`` for interface version 2, ``()`` for version 1."""
+"""Gives the last arguments of the function: ``(Pair,)`` if it takes the pair, ``()`` if not."""
+initial_pair: Callable[..., Any] = Slot("initial_pair")
+"""Gives the last arguments of ``initial``."""
 read_parameters: Callable[..., Any] = Slot("read_parameters")
 read_local: Callable[..., Any] = Slot("read_local")
 read_state: Callable[..., Any] = Slot("read_state")
@@ -72,12 +74,12 @@ def parameters_of(i, start, parameters):
 
 
 def no_pair(i, data):
-    """No further argument, for laws of interface version 1."""
+    """No last argument, for functions that take no pair."""
     return ()
 
 
 def known_pair(i, data):
-    """The pair of bodies of interaction ``i``, the further argument of laws of interface version 2."""
+    """The pair of bodies of interaction ``i``, the last argument of functions that take it."""
     radii = (data.pairs[i, 0], data.pairs[i, 1])
     masses = (data.pairs[i, 2], data.pairs[i, 3])
     return (pair_of(radii, masses, data.time),)
@@ -96,7 +98,7 @@ def prepare_group(start, stop, offset, data: StepData, parameters, prepared):
         given = parameters_of(i, start, parameters)
         # a new interaction has NaN for its state
         if STATE > 0 and np.isnan(data.state[i, 0]):
-            first = as_state(initial(data.gap[i], data.reference_gap[i], data.time, given, *pair(i, data)))
+            first = as_state(initial(data.gap[i], data.reference_gap[i], data.time, given, *initial_pair(i, data)))
             for k in range(STATE):
                 if np.isnan(first[k]):
                     return -2 - i
@@ -271,7 +273,7 @@ def _law_kernels(law: type[Law], functions: tuple, rest: tuple, key: KernelKey) 
         raise not_compiled(law, refusal) from refusal
     counts = count, len(law.states()), key.parameters, key.rows
     momentum = key.form.momentum_at(key.system_type)
-    return LawKernels(key, sweep, error, momentum, beside, *_step_kernels(rest, law.INTERFACE >= 2, *counts))
+    return LawKernels(key, sweep, error, momentum, beside, *_step_kernels(rest, *counts))
 
 
 @cache
@@ -332,11 +334,10 @@ def not_compiled(law: type[Law], error: Exception) -> TypeError:
 
 @cache
 def _step_kernels(
-    functions: tuple, takes_pair: bool, prepared_count: int, state_count: int, parameter_count: int, rows: int
+    functions: tuple, prepared_count: int, state_count: int, parameter_count: int, rows: int
 ) -> tuple[Kernel, Kernel | None, Kernel | None, Kernel | None]:
     law_prepare, law_energy, law_initial, law_commit, law_dissipation = functions
     common: dict[str, Any] = {
-        "pair": known_pair if takes_pair else no_pair,
         "read_parameters": row_reader(parameter_count),
         "read_state": row_reader(state_count),
         "PARAMETERS": parameter_count,
@@ -344,16 +345,20 @@ def _step_kernels(
     states = {"as_state": as_floats(state_count), "STATE": state_count, "read_local": row_reader(rows)}
     preparing = prepare_group.specialise(
         prepare=law_prepare,
-        initial=law_initial or zeros(state_count, takes_pair),
+        pair=pair_for(law_prepare),
+        initial=law_initial or zeros(state_count),
+        initial_pair=pair_for(law_initial),
         as_prepared=as_floats(prepared_count),
         PREPARED=prepared_count,
         **common,
         **states,
     )
-    storing = law_energy and stored_energy.specialise(energy=law_energy, **common)
-    committing = law_commit and commit_group.specialise(commit=law_commit, **common, **states)
+    storing = law_energy and stored_energy.specialise(energy=law_energy, pair=pair_for(law_energy), **common)
+    committing = law_commit and commit_group.specialise(
+        commit=law_commit, pair=pair_for(law_commit), **common, **states
+    )
     dissipating = law_dissipation and dissipated_energy.specialise(
-        dissipation=law_dissipation, read_local=states["read_local"], **common
+        dissipation=law_dissipation, pair=pair_for(law_dissipation), read_local=states["read_local"], **common
     )
     return preparing, storing, committing, dissipating
 
@@ -364,8 +369,12 @@ def as_floats(count: int) -> Callable:
     return eval(f"lambda row: ({''.join(f'float(row[{k}]), ' for k in range(count))})", {"__name__": __name__})
 
 
+def pair_for(function: Callable | None) -> Callable:
+    """What gives a function of a law its last arguments."""
+    return known_pair if takes_pair(function) else no_pair
+
+
 @cache
-def zeros(count: int, takes_pair: bool) -> Callable:
+def zeros(count: int) -> Callable:
     """An ``initial`` that returns ``count`` zeros."""
-    arguments = "gap, reference_gap, time, parameters" + (", pair" if takes_pair else "")
-    return eval(f"lambda {arguments}: ({'0.0, ' * count})", {"__name__": __name__})
+    return eval(f"lambda gap, reference_gap, time, parameters: ({'0.0, ' * count})", {"__name__": __name__})

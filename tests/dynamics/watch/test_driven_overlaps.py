@@ -38,6 +38,7 @@ def two(kind, *, held=("x", "y"), target="held", speed=SPEED, see=True):
     return scene
 
 
+@pytest.mark.default_parameters(octaves=(0,))
 @pytest.mark.parametrize("kind", ["wall", "disk", "sphere"])
 @pytest.mark.parametrize("held", [(), ("x",)], ids=str)
 @pytest.mark.parametrize("octaves", [-2, 0, 2])

@@ -9,10 +9,8 @@ import scipy.sparse as sparse
 from scipy.sparse.linalg import splu
 
 import lmgcpy as lm
-from lmgcpy.solve.newton.active_set import ActiveSet
-from lmgcpy.solve.newton.alternating import DISTURBANCE, LONGER, TRIAL, WORK, newton_steps
-from lmgcpy.solve.newton.elimination import Elimination
-from lmgcpy.solve.newton.progress import GRACE, Progress
+from lmgcpy.solve.newton.active_set import ActiveSet, Elimination
+from lmgcpy.solve.newton.alternating import DISTURBANCE, GRACE, LONGER, TRIAL, WORK, Progress, newton_steps
 from lmgcpy.solve.newton.proximal import PATIENCE, Attempt, proximal_newton
 from lmgcpy.solve.newton.rows import LINK, OPEN, SLIDE, STICK
 from lmgcpy.solve.problems.report import CONVERGED, SPENT

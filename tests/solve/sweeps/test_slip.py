@@ -35,7 +35,7 @@ def deepest(sim, column, steps):
     return depth / R
 
 
-@pytest.mark.default_parameters(mass=(1e-3,), tolerance=(1e-2,))
+@pytest.mark.default_parameters(mass=(1e-3,), tolerance=(1e-2,), load=(1e6,))
 @pytest.mark.parametrize("tolerance", [1e-2, 3e-3, 1e-4])
 @pytest.mark.parametrize("load", [1e3, 1e6])
 @pytest.mark.parametrize("mass", [1.0, 0.1, 1e-3, 1e-9])

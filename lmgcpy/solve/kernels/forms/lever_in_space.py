@@ -19,7 +19,7 @@ import numpy as np
 
 from lmgcpy.compiled.kernel import inlined, kernel
 from lmgcpy.compiled.small_matrices import small_matrices
-from lmgcpy.contact.frames import cross, local_frames
+from lmgcpy.contact.frames import cross, cross_rows, local_frames
 from lmgcpy.solve.kernels.forms.space import local_problem
 from lmgcpy.solve.kernels.system import System
 
@@ -167,7 +167,7 @@ def relative_velocities(start, stop, s, velocity, result):
 def rows(s: Any, part: slice) -> np.ndarray:
     """Rows of ``H^T`` of some interactions, (m, 3, 12)."""
     frame = local_frames(s.normal[part])
-    moment = np.cross(s.lever[part].reshape(-1, 2, 1, 3), frame[:, None])
+    moment = cross_rows(s.lever[part].reshape(-1, 2, 1, 3), frame[:, None])
     if len(s.axes):
         axes = s.axes.reshape(-1, 3, 3)
         moment = moment @ np.stack([axes[s.candidate[part]], axes[s.antagonist[part]]], axis=1)
