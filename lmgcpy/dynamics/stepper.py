@@ -31,7 +31,7 @@ from lmgcpy.dynamics.rotation import turn_freely, turn_on
 from lmgcpy.dynamics.solve_step import solve_step
 from lmgcpy.dynamics.step_problem import StepProblem
 from lmgcpy.dynamics.straight_spans import StraightSpans
-from lmgcpy.dynamics.sweep_mass import sweep_mass
+from lmgcpy.dynamics.sweep_mass import ROUNDS, sweep_mass
 from lmgcpy.dynamics.turning_stretch import TurningStretch
 from lmgcpy.dynamics.watch.damped_waves import DampedWaves
 from lmgcpy.dynamics.watch.displacements import Displacements, DisplacementWatch, worse
@@ -46,6 +46,7 @@ from lmgcpy.solve.newton.alternating import Auto
 from lmgcpy.solve.problems.problem import Problem
 from lmgcpy.solve.problems.report import LOCKED, STATUS, Report
 from lmgcpy.solve.sweeps.solver import Solver, check_solver
+from lmgcpy.solve.sweeps.sweep import only_out_of_balance
 
 REACTIONS = ("warn", "stop", "ignore")
 """Answers to steps that were not solved, and to bodies that overlap at the start."""
@@ -389,18 +390,38 @@ class Stepper:
     ) -> tuple[Interactions, StepProblem, StepProblem, tuple[np.ndarray, np.ndarray] | None]:
         """Detect what ``moves`` may bring into contact, and solve until the stiffness of the levers of links fits the
         impulses; (interactions, their problem, the problem solved, the stiffness that acts). ``centre``: velocities of the
-        bodies that light bodies start from (n, k)."""
+        bodies that light bodies start from (n, k).
+
+        Light bodies that stay out of balance bear too little to need more than their own mass: with it they are swept anew.
+        """
         levers, d = self._levers, self.model.dimension
 
         def assembled(flight: Flight) -> tuple[Interactions, StepProblem]:
-            interactions, given = self._assemble(before, flight, moves)
+            interactions, given = self._assemble(before, flight, moves, own)
             if centre is not None:
                 given.light.centre[:] = centre[given.light.body]
             return interactions, given
 
+        def solve(
+            interactions: Interactions, given: StepProblem, flight: Flight
+        ) -> tuple[Interactions, StepProblem, StepProblem]:
+            nonlocal centre
+            solved = self._solve(given)
+            for _ in range(ROUNDS):
+                if not only_out_of_balance(self.solver.bounds, solved.system.measured):
+                    break
+                own[given.light.body[given.light.out > 0.0]] = True
+                report, centre = self.report, solved.system.velocity.copy()
+                self._detector.begin_again(interactions, solved.system.impulse)
+                interactions, given = assembled(flight)
+                solved = self._solve(given)
+                self.report = self.report.with_work(report, self.report)
+            return interactions, given, solved
+
+        own = np.zeros(len(before), dtype=bool)
         interactions, given = assembled(flight)
         if not (self.geometric_stiffness and levers.count):
-            return interactions, given, self._solve(given), None
+            return *solve(interactions, given, flight), None
         used, held, report = levers.stiffness(given, given.guess), None, None
         unsolved = 0
         for turn in range(TURNS):
@@ -412,7 +433,7 @@ class Stepper:
             elif held is not None:
                 held = None
                 interactions, given = assembled(flight)
-            solved = self._solve(given)
+            interactions, given, solved = solve(interactions, given, flight)
             self.report = self.report if report is None else self.report.with_work(report, self.report)
             report = self.report
             needed = levers.stiffness(given, solved.system.impulse)
@@ -423,15 +444,18 @@ class Stepper:
             self._detector.begin_again(interactions, solved.system.impulse)
         return interactions, given, solved, held
 
-    def _assemble(self, before: np.ndarray, flight: Flight, moves: Displacements) -> tuple[Interactions, StepProblem]:
-        """Detect what ``moves`` may bring into contact; (interactions, their problem)."""
+    def _assemble(
+        self, before: np.ndarray, flight: Flight, moves: Displacements, own: np.ndarray
+    ) -> tuple[Interactions, StepProblem]:
+        """Detect what ``moves`` may bring into contact; (interactions, their problem). ``own``: light bodies that are swept
+        with their own mass, (n,) bool."""
         state, detector = self.state, self._detector
         mobility = flight.mobility
         try:
             interactions = detector.detect(state.positions, moves.travel, moves.closing, mobility)
         except NarrowPhaseError as error:
             raise RuntimeError(f"In the step from t = {state.time:g} s {error}.") from error.__cause__
-        more = sweep_mass(self.model, interactions, self.solver.tolerance)
+        more = sweep_mass(self.model, interactions, self.solver.tolerance, own)
         if more is not None:  # W of the sweep needs its masses
             swept = mobility / more[:, None]
             interactions = detector.detect(state.positions, moves.travel, moves.closing, swept)

@@ -44,7 +44,17 @@ from lmgcpy.solve.sweeps.iterates import EXTRAPOLATE, KEEP, RESUME, START, STEP,
 from lmgcpy.solve.sweeps.light_bodies import BEST_CENTRE, KEEP_CENTRE, MOVE
 from lmgcpy.solve.sweeps.solver import Solver
 from lmgcpy.solve.sweeps.step import Step
-from lmgcpy.solve.sweeps.sweep import apply_impulses, at_round_off, begin, measure, rate, sweep_groups
+from lmgcpy.solve.sweeps.sweep import (
+    HALF_AS_MANY,
+    MORE,
+    apply_impulses,
+    at_round_off,
+    begin,
+    measure,
+    only_out_of_balance,
+    rate,
+    sweep_groups,
+)
 from lmgcpy.solve.sweeps.team import Team, share_chunks
 
 GROWTH = 2.0
@@ -74,6 +84,7 @@ STATE = np.dtype(
         ("best", np.float64),  # least residual
         ("milestone", np.float64),  # least residual when it last gained 1 % ...
         ("milestone_sweep", np.int64),  # ... and after which sweep that was
+        ("others", np.int64),  # sweep after which something else than the balance of light bodies was wrong
         ("damping", np.float64),  # the momentum stays below 1 - damping
         ("run", np.int64),  # slow sweeps since the last restart, j
         ("previous", np.float64),  # size of the last step
@@ -146,6 +157,11 @@ def accelerated_gauss_seidel(team: Team, turn, overtime, most, momentum_bound, s
                 break
             if at_round_off(team, now.nothing):
                 status = ROUND_OFF
+                break
+            if not only_out_of_balance(team.bounds, team.measured):
+                now.others = now.sweeps
+            elif now.sweeps >= HALF_AS_MANY * now.others + MORE:
+                status = STAGNATED
                 break
             now.ratio = residual / step
             if residual < now.best:

@@ -12,7 +12,17 @@ from lmgcpy.solve.problems.report import CONVERGED, NOT_FINITE, ROUND_OFF, SPENT
 from lmgcpy.solve.sweeps.light_bodies import MOVE
 from lmgcpy.solve.sweeps.solver import Solver
 from lmgcpy.solve.sweeps.step import Step
-from lmgcpy.solve.sweeps.sweep import apply_impulses, at_round_off, begin, measure, rate, sweep_groups
+from lmgcpy.solve.sweeps.sweep import (
+    HALF_AS_MANY,
+    MORE,
+    apply_impulses,
+    at_round_off,
+    begin,
+    measure,
+    only_out_of_balance,
+    rate,
+    sweep_groups,
+)
 from lmgcpy.solve.sweeps.team import Team, share_chunks
 
 
@@ -30,6 +40,7 @@ def gauss_seidel(team: Team, max_iterations):
     best = residual
     milestone = residual
     milestone_sweep = 0
+    others = 0
     sweeps = 0
     check = 1
     status = SPENT
@@ -56,7 +67,13 @@ def gauss_seidel(team: Team, max_iterations):
         if at_round_off(team, nothing):
             status = ROUND_OFF
             break
-        # stagnation: the last half of the sweeps gained less than 1 %
+        # stagnation: only light bodies are out of balance, and have been for long
+        if not only_out_of_balance(team.bounds, team.measured):
+            others = sweeps
+        elif sweeps >= HALF_AS_MANY * others + MORE:
+            status = STAGNATED
+            break
+        # or the last half of the sweeps gained less than 1 %
         best = min(best, residual)
         if sweeps >= 2 * milestone_sweep and sweeps - milestone_sweep >= 1000:
             if best > 0.99 * milestone:

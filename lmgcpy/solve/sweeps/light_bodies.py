@@ -73,12 +73,14 @@ class LightBodies(NamedTuple):
     """``v - v_c`` of the last move, (L, k)."""
     stride: np.ndarray
     """How far the centre of a body moves, in parts of ``v - v_c``, (L,)."""
+    out: np.ndarray
+    """1 if the imbalance of a body is beyond its bound, as last measured, else 0, (L,)."""
 
 
 def no_light_bodies(components: int) -> LightBodies:
     """The light bodies of a scene without any."""
     rows, none = np.zeros((0, components)), np.zeros(0)
-    numbers = dict.fromkeys(("rate", "share", "stride"), none)
+    numbers = dict.fromkeys(("rate", "share", "stride", "out"), none)
     vectors = dict.fromkeys(("mass", "free", "start", "centre", "best", "aside", "way"), rows)
     return LightBodies(body=np.zeros(0, np.int64), **numbers, **vectors)
 
@@ -209,6 +211,9 @@ def imbalance(first, last, job):
         left = np.sqrt(mass * square)
         # a little imbalance does not count, unless it is the load itself
         little = is_little(left, left * light.rate[l] / mass if mass > 0.0 else 0.0, job.bounds)
+        light.out[l] = 0.0
         if left > 0.0 and not (little and abs(left - np.sqrt(load)) > 0.5 * np.sqrt(load)):
-            worst = max(worst, left / bears if bears > 0.0 else 1.0)
+            share = left / bears if bears > 0.0 else 1.0
+            light.out[l] = 1.0 if share > job.bounds[2] else 0.0
+            worst = max(worst, share)
     return worst
