@@ -161,6 +161,8 @@ def accelerated_gauss_seidel(team: Team, turn, overtime, most, momentum_bound, s
             if not only_out_of_balance(team.bounds, team.measured):
                 now.others = now.sweeps
             elif now.sweeps >= HALF_AS_MANY * now.others + MORE:
+                share_chunks(KEEP, team)  # best are those with nothing else wrong
+                share_chunks(KEEP_CENTRE, team)
                 status = STAGNATED
                 break
             now.ratio = residual / step
