@@ -65,6 +65,8 @@ FAST = 0.8
 """The momentum does not grow while a step is less than this part of the one before: the sweeps converge by themselves."""
 MOMENTUM = 0.97
 """Bound of the momentum by default."""
+FAR = 3.0
+"""No momentum if a light body is out of balance by more than this number of times its bound."""
 MOST_DAMPING = 0.5
 """Largest damping: the momentum that it leaves never did harm."""
 
@@ -193,8 +195,8 @@ def accelerated_gauss_seidel(team: Team, turn, overtime, most, momentum_bound, s
         else:
             now.damping = max(1.0 - momentum_bound, RECOVERY * now.damping)
             now.least = min(now.least, step)
-        # none while a light body is out of balance by more than its bound, as last measured; then as large as before
-        team.beta[0] = 0.0 if team.light > 0 and team.measured[5] > team.bounds[2] else beta
+        # none while a light body is far out of balance, as last measured; then as large as before
+        team.beta[0] = 0.0 if team.light > 0 and team.measured[5] > FAR * team.bounds[2] else beta
         if team.light > 0:
             share_chunks(MOVE, team)
         share_chunks(EXTRAPOLATE, team)
