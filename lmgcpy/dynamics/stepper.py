@@ -405,17 +405,27 @@ class Stepper:
         def solve(
             interactions: Interactions, given: StepProblem, flight: Flight
         ) -> tuple[Interactions, StepProblem, StepProblem]:
-            nonlocal centre
             solved = self._solve(given)
+
+            def anew(impulse: np.ndarray, velocity: np.ndarray) -> None:
+                nonlocal interactions, given, solved, centre
+                report, centre = self.report, velocity
+                self._detector.begin_again(interactions, impulse)
+                interactions, given = assembled(flight)
+                solved = self._solve(given)
+                self.report = self.report.with_work(report, self.report)
+
+            first = None
             for _ in range(ROUNDS):
                 if not only_out_of_balance(self.solver.bounds, solved.system.measured):
                     break
                 own[given.light.body[given.light.out > 0.0]] = True
-                report, centre = self.report, solved.system.velocity.copy()
-                self._detector.begin_again(interactions, solved.system.impulse)
-                interactions, given = assembled(flight)
-                solved = self._solve(given)
-                self.report = self.report.with_work(report, self.report)
+                here = solved.system.impulse.copy(), solved.system.velocity.copy()
+                first = first or here
+                anew(*here)
+            if first is not None and not self.report.solved:  # rather only light bodies out of balance
+                own[:] = False
+                anew(*first)
             return interactions, given, solved
 
         own = np.zeros(len(before), dtype=bool)
