@@ -111,7 +111,8 @@ def accelerated_gauss_seidel(team: Team, turn, overtime, most, momentum_bound, s
 
     The error is measured after sweeps 1, 2, 3 ..., then at intervals of an eighth of the sweeps done, and if the size of
     the step promises success. Without success the best impulses measured are returned. Stagnation: the last three quarters
-    of the sweeps, and 4000, gained less than 1 %.
+    of the sweeps, and 4000, gained less than 1 %; or for long nothing but the balance of light bodies was wrong, and then
+    the last impulses are returned.
 
     There are ``turn`` sweeps. If they are expected to end within ``overtime`` more, for a residual that falls as one over
     the number of sweeps, there is another turn, up to ``most`` sweeps in all. A further call with the same ``state`` goes

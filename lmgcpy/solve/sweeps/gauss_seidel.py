@@ -32,7 +32,8 @@ def gauss_seidel(team: Team, max_iterations):
 
     The error is measured after sweeps 1, 2, 3 ... and then at intervals of an eighth of the sweeps done, so that measuring
     costs about an eighth. Before the solver reports success, it measures again on velocities computed anew from the
-    impulses. Stagnation: the last half of the sweeps, at least 1000 of them, gained less than 1 %.
+    impulses. Stagnation: the last half of the sweeps, at least 1000 of them, gained less than 1 %; or for long nothing but
+    the balance of light bodies was wrong.
     """
     nothing, residual, done, status = begin(team, False)
     if done:

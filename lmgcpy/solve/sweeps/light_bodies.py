@@ -25,6 +25,10 @@ moves have the same direction goes further each time. Each move takes a single s
 there is no proof, nor is there one with friction. Momentum of the impulses makes it diverge as long as centres are on their
 way, and takes a third of the sweeps away when they have arrived (``accelerated.py``).
 
+A body that slides or flies among others that jitter does not get there: its moves have no common direction. Such a body
+bears next to nothing and needs no more than its own mass. So sweeps end if for long nothing but the balance of light bodies
+is wrong (``sweep.py``), and go on with the own masses of those that are out of balance (``lmgcpy.dynamics.stepper``).
+
 What is left when sweeps end is the imbalance ``D (v_c - v)``, an impulse on the body that no law and no load gives. It is
 bounded as the error of a force is (``lmgcpy.solve.kernels.loads``). Bodies get ``v_f + H r / m`` in the end if all bounds
 allow it; else the work of the imbalance is entered in the balance of energy.
