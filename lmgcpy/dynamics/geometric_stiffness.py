@@ -210,7 +210,7 @@ def solve_stiffened(links: LinkStiffness, problem: StepProblem, solver: Solver) 
         needed = links.stiffness(problem.system.impulse, gap, h)
         if outcome.status == NOT_FINITE or unsolved == 3 or enough(used, needed, links.share, turn):
             break
-        if only_out_of_balance(solver.bounds, problem.system.measured):
+        if problem.light.out.any() and only_out_of_balance(solver.bounds, problem.system.measured):
             break
         used = after_turn(used, needed, turn)
         plain.guess[:] = problem.system.impulse

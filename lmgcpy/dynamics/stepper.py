@@ -417,7 +417,7 @@ class Stepper:
 
             first = None
             for _ in range(ROUNDS):
-                if not only_out_of_balance(self.solver.bounds, solved.system.measured):
+                if not (given.light.out.any() and only_out_of_balance(self.solver.bounds, solved.system.measured)):
                     break
                 own[given.light.body[given.light.out > 0.0]] = True
                 here = solved.system.impulse.copy(), solved.system.velocity.copy()

@@ -161,7 +161,7 @@ def accelerated_gauss_seidel(team: Team, turn, overtime, most, momentum_bound, s
             if at_round_off(team, now.nothing):
                 status = ROUND_OFF
                 break
-            if not only_out_of_balance(team.bounds, team.measured):
+            if team.limits[7] > team.bounds[2] or not only_out_of_balance(team.bounds, team.measured):
                 now.others = now.sweeps
             elif now.sweeps >= HALF_AS_MANY * now.others + MORE:
                 share_chunks(KEEP, team)  # best are those with nothing else wrong

@@ -69,7 +69,7 @@ def gauss_seidel(team: Team, max_iterations):
             status = ROUND_OFF
             break
         # stagnation: only light bodies are out of balance, and have been for long
-        if not only_out_of_balance(team.bounds, team.measured):
+        if team.limits[7] > team.bounds[2] or not only_out_of_balance(team.bounds, team.measured):
             others = sweeps
         elif sweeps >= HALF_AS_MANY * others + MORE:
             status = STAGNATED

@@ -242,6 +242,9 @@ def largest_force_error(team):
     team.measured[4] = greatest(FORCE, team)
     if team.light > 0:
         team.measured[5] = greatest(WEIGH, team)
+        team.limits[7] = 0.0
+        for task in range(team.chunks):
+            team.limits[7] = max(team.limits[7], team.partial[task, 1])
     return max(team.measured[4], team.measured[5])
 
 
