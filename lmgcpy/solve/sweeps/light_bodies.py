@@ -27,8 +27,8 @@ way, and takes a third of the sweeps away when they have arrived (``accelerated.
 
 A body that slides or flies among others that jitter does not get there: its moves have no common direction. If such
 a body bears little, it needs no more than its own mass. So sweeps end if for long nothing but the balance of bodies that
-bear little is wrong (``sweep.py``), and go on with the own masses of those out of balance (``lmgcpy.dynamics.stepper``). Bodies
-that bear more keep M: the error of a force on a grain is measured with it.
+bear little is wrong (``sweep.py``), and go on with the own masses of those out of balance (``lmgcpy.dynamics.stepper``).
+Bodies that bear more keep M: the error of a force on a grain is measured with it.
 
 What is left when sweeps end is the imbalance ``D (v_c - v)``, an impulse on the body that no law and no load gives. It is
 bounded as the error of a force is (``lmgcpy.solve.kernels.loads``). Bodies get ``v_f + H r / m`` in the end if all bounds
