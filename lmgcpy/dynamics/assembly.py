@@ -232,8 +232,8 @@ def light_bodies(more: np.ndarray, rate: np.ndarray, mass: np.ndarray) -> LightB
     masses by component (n, k), zero for components that are held."""
     body = np.flatnonzero(more > 1.0)
     rows = {name: np.empty((len(body), mass.shape[1])) for name in ("free", "start", "centre", "best", "aside", "way")}
-    share, stride = 1.0 / more[body], np.ones(len(body))
-    return LightBodies(body=body, rate=rate[body], share=share, mass=mass[body], stride=stride, **rows)
+    share, stride, out = 1.0 / more[body], np.ones(len(body)), np.zeros(len(body))
+    return LightBodies(body=body, rate=rate[body], share=share, mass=mass[body], stride=stride, out=out, **rows)
 
 
 def fill(problem: StepProblem, time: float, time_step: float, before: np.ndarray, free_velocity: np.ndarray) -> None:

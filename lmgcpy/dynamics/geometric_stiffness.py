@@ -37,7 +37,6 @@ is enough.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
@@ -52,6 +51,8 @@ from lmgcpy.dynamics.step_problem import StepProblem
 from lmgcpy.solve.kernels.stiffened_wire_block import scratch_columns
 from lmgcpy.solve.kernels.system import System
 from lmgcpy.solve.problems.report import NOT_FINITE, SOLVED_CODES, Outcome
+from lmgcpy.solve.sweeps.solver import Solver
+from lmgcpy.solve.sweeps.sweep import only_out_of_balance
 
 ENOUGH = 0.1
 """A stiffness is enough if it differs by no more than this part from the one that the impulses call for: a tenth below it,
@@ -266,13 +267,11 @@ def after_turn(used: np.ndarray, needed: np.ndarray, turn: int) -> np.ndarray:
     return np.maximum(used, needed) if turn >= BOTH_WAYS else needed
 
 
-def solve_stiffened(
-    links: LinkStiffness, problem: StepProblem, solve: Callable[[StepProblem], Outcome]
-) -> tuple[StepProblem, Outcome, int]:
+def solve_stiffened(links: LinkStiffness, problem: StepProblem, solver: Solver) -> tuple[StepProblem, Outcome, int]:
     """Solve a step until the stiffnesses of its links fit the impulses found. Returns the problem of the last turn; its
     outcome, with the sweeps and Newton steps of all turns; the number of turns.
 
-    The turns also end once three of them were not solved.
+    The turns also end once three of them were not solved, or one for light bodies that are out of balance.
     """
     gap, h = problem.data.gap, problem.data.time_step
     plain, stiffened = problem, None
@@ -289,12 +288,14 @@ def solve_stiffened(
             problem = stiffened
             problem.system.geometric[:] = used
             problem.system.scratch.fill(0.0)
-        outcome = solve(problem)
+        outcome = solver.solve(problem)
         sweeps += outcome.iterations
         factorisations += outcome.factorisations
         unsolved += outcome.status not in SOLVED_CODES
         needed = links.stiffness(problem.system.impulse, gap, h, pinched)
         if outcome.status == NOT_FINITE or unsolved == 3 or enough(used, needed, links.share, turn):
+            break
+        if problem.light.out.any() and only_out_of_balance(solver.bounds, problem.system.measured):
             break
         used = after_turn(used, needed, turn)
         plain.guess[:] = problem.system.impulse

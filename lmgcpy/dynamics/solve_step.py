@@ -20,7 +20,7 @@ def solve_step(problem: StepProblem, solver: Solver, links: LinkStiffness | None
     """
     start, solves = clock.perf_counter(), 1
     if links is not None and links.count:
-        problem, outcome, solves = solve_stiffened(links, problem, solver.solve)
+        problem, outcome, solves = solve_stiffened(links, problem, solver)
     else:
         outcome = solver.solve(problem)
     report = Report(

@@ -31,7 +31,7 @@ from lmgcpy.dynamics.rotation import turn_freely, turn_on, turn_to
 from lmgcpy.dynamics.solve_step import solve_step
 from lmgcpy.dynamics.step_problem import StepProblem
 from lmgcpy.dynamics.straight_spans import StraightSpans
-from lmgcpy.dynamics.sweep_mass import sweep_mass
+from lmgcpy.dynamics.sweep_mass import ROUNDS, sweep_mass
 from lmgcpy.dynamics.turning_stretch import TurningStretch
 from lmgcpy.dynamics.watch.damped_waves import DampedWaves
 from lmgcpy.dynamics.watch.displacements import Displacements, DisplacementWatch, worse
@@ -46,6 +46,7 @@ from lmgcpy.solve.newton.alternating import Auto
 from lmgcpy.solve.problems.problem import Problem
 from lmgcpy.solve.problems.report import LOCKED, STATUS, Report
 from lmgcpy.solve.sweeps.solver import Solver, check_solver
+from lmgcpy.solve.sweeps.sweep import only_out_of_balance
 
 REACTIONS = ("warn", "stop", "ignore")
 """Answers to steps that were not solved, and to bodies that overlap at the start."""
@@ -395,18 +396,48 @@ class Stepper:
     ) -> tuple[Interactions, StepProblem, StepProblem, tuple[np.ndarray, np.ndarray] | None]:
         """Detect what ``moves`` may bring into contact, and solve until the stiffness of the levers of links fits the
         impulses; (interactions, their problem, the problem solved, the stiffness that acts). ``centre``: velocities of the
-        bodies that light bodies start from (n, k)."""
+        bodies that light bodies start from (n, k).
+
+        Light bodies that stay out of balance bear too little to need more than their own mass: with it they are swept anew.
+        """
         levers, d = self._levers, self.model.dimension
 
         def assembled(flight: Flight) -> tuple[Interactions, StepProblem]:
-            interactions, given = self._assemble(before, flight, moves)
+            interactions, given = self._assemble(before, flight, moves, own)
             if centre is not None:
                 given.light.centre[:] = centre[given.light.body]
             return interactions, given
 
+        def solve(
+            interactions: Interactions, given: StepProblem, flight: Flight
+        ) -> tuple[Interactions, StepProblem, StepProblem]:
+            solved = self._solve(given)
+
+            def anew(impulse: np.ndarray, velocity: np.ndarray) -> None:
+                nonlocal interactions, given, solved, centre
+                report, centre = self.report, velocity
+                self._detector.begin_again(interactions, impulse)
+                interactions, given = assembled(flight)
+                solved = self._solve(given)
+                self.report = self.report.with_work(report, self.report)
+
+            first = None
+            for _ in range(ROUNDS):
+                if not (given.light.out.any() and only_out_of_balance(self.solver.bounds, solved.system.measured)):
+                    break
+                own[given.light.body[given.light.out > 0.0]] = True
+                here = solved.system.impulse.copy(), solved.system.velocity.copy()
+                first = first or here
+                anew(*here)
+            if first is not None and not self.report.solved:  # rather only light bodies out of balance
+                own[:] = False
+                anew(*first)
+            return interactions, given, solved
+
+        own = np.zeros(len(before), dtype=bool)
         interactions, given = assembled(flight)
         if not (self.geometric_stiffness and levers.count):
-            return interactions, given, self._solve(given), None
+            return *solve(interactions, given, flight), None
         used, held, report = levers.stiffness(given, given.guess), None, None
         unsolved = 0
         for turn in range(TURNS):
@@ -418,7 +449,7 @@ class Stepper:
             elif held is not None:
                 held = None
                 interactions, given = assembled(flight)
-            solved = self._solve(given)
+            interactions, given, solved = solve(interactions, given, flight)
             self.report = self.report if report is None else self.report.with_work(report, self.report)
             report = self.report
             needed = levers.stiffness(given, solved.system.impulse)
@@ -429,15 +460,18 @@ class Stepper:
             self._detector.begin_again(interactions, solved.system.impulse)
         return interactions, given, solved, held
 
-    def _assemble(self, before: np.ndarray, flight: Flight, moves: Displacements) -> tuple[Interactions, StepProblem]:
-        """Detect what ``moves`` may bring into contact; (interactions, their problem)."""
+    def _assemble(
+        self, before: np.ndarray, flight: Flight, moves: Displacements, own: np.ndarray
+    ) -> tuple[Interactions, StepProblem]:
+        """Detect what ``moves`` may bring into contact; (interactions, their problem). ``own``: light bodies that are swept
+        with their own mass, (n,) bool."""
         state, detector = self.state, self._detector
         mobility = flight.mobility
         try:
             interactions = detector.detect(state.positions, moves.travel, moves.closing, mobility)
         except NarrowPhaseError as error:
             raise RuntimeError(f"In the step from t = {state.time:g} s {error}.") from error.__cause__
-        more = sweep_mass(self.model, interactions, self.solver.tolerance)
+        more = sweep_mass(self.model, interactions, self.solver.tolerance, own)
         if more is not None:  # W of the sweep needs its masses
             swept = mobility / more[:, None]
             interactions = detector.detect(state.positions, moves.travel, moves.closing, swept)

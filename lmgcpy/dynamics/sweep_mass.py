@@ -17,6 +17,8 @@ SHARE = 0.25
 """Mass in the sweep, in parts of the heaviest body touched."""
 TIGHT = 1e-6
 """Up to this tolerance of a solver, bodies are swept with their own mass: for the last digits Newton steps cost less."""
+ROUNDS = 3
+"""Rounds of a step in which light bodies that stay out of balance are given back their own mass in the sweep."""
 PASSES = 2
 """Passes over the pairs: a body may be heavy only because it is swept with a larger mass."""
 
@@ -37,8 +39,9 @@ def pairs_that_meet(interactions: Interactions, first: int) -> tuple[np.ndarray,
     return np.concatenate(of_c), np.concatenate(of_a)
 
 
-def sweep_mass(model: Model, interactions: Interactions, tolerance: float) -> np.ndarray | None:
-    """M / m of each body (n,), None if all are 1; ``tolerance``: of the solver.
+def sweep_mass(model: Model, interactions: Interactions, tolerance: float, own: np.ndarray) -> np.ndarray | None:
+    """M / m of each body (n,), None if all are 1; ``tolerance``: of the solver; ``own``: bodies that
+    are swept with their own mass all the same, (n,) bool.
 
     A body is between heavy ones if it may touch two of them, or one if it is in a chain as well. A wall, and a body that is
     held, can squeeze but gives no mass: it needs no momentum.
@@ -61,5 +64,5 @@ def sweep_mass(model: Model, interactions: Interactions, tolerance: float) -> np
         gives = model.bounded[other] & np.isfinite(swept[other])
         np.maximum.at(heaviest, end[gives], swept[other[gives]])
         swept = np.where(squeezed, np.maximum(mass, SHARE * heaviest), mass)
-    more = np.divide(swept, mass, out=np.ones_like(mass), where=np.isfinite(mass))
+    more = np.divide(swept, mass, out=np.ones_like(mass), where=np.isfinite(mass) & ~own)
     return more if (more > 1.0).any() else None

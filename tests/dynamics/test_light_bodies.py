@@ -131,7 +131,7 @@ def test_a_light_body_in_a_pore_falls(solver):
 def test_which_bodies_are_swept_with_more():
     """A body is light between two that are 32 times as heavy, one of which gives it a quarter of its mass."""
 
-    def found(ratio, *, above=True, tolerance=1e-2):
+    def found(ratio, *, above=True, tolerance=1e-2, own=False):
         scene = lm.Scene(dimension=2)
         scene.add(lm.disk(radius=0.1, position=(0.0, 0.2), mass=1.0))
         if above:
@@ -140,11 +140,12 @@ def test_which_bodies_are_swept_with_more():
         scene.see("GRAIN", "GRAIN", lm.Coulomb(friction=0.3))
         sim = lm.Simulation(scene, time_step=1e-3)
         sim.step()
-        return sweep_mass(sim.model, sim._last[1], tolerance)
+        return sweep_mass(sim.model, sim._last[1], tolerance, np.arange(len(sim.model.mass)) == (2 if own else -1))
 
     assert found(0.99 * HEAVY) is None
     assert found(1e4, above=False) is None
     assert found(1e4, tolerance=1e-6) is None
+    assert found(1e4, own=True) is None
     np.testing.assert_array_equal(found(1e4), [1.0, 1.0, SHARE * 2.0 * 1e4])
 
 

@@ -44,7 +44,17 @@ from lmgcpy.solve.sweeps.iterates import EXTRAPOLATE, KEEP, RESUME, START, STEP,
 from lmgcpy.solve.sweeps.light_bodies import BEST_CENTRE, KEEP_CENTRE, MOVE
 from lmgcpy.solve.sweeps.solver import Solver
 from lmgcpy.solve.sweeps.step import Step
-from lmgcpy.solve.sweeps.sweep import apply_impulses, at_round_off, begin, measure, rate, sweep_groups
+from lmgcpy.solve.sweeps.sweep import (
+    HALF_AS_MANY,
+    MORE,
+    apply_impulses,
+    at_round_off,
+    begin,
+    measure,
+    only_out_of_balance,
+    rate,
+    sweep_groups,
+)
 from lmgcpy.solve.sweeps.team import Team, share_chunks
 
 GROWTH = 2.0
@@ -55,6 +65,8 @@ FAST = 0.8
 """The momentum does not grow while a step is less than this part of the one before: the sweeps converge by themselves."""
 MOMENTUM = 0.97
 """Bound of the momentum by default."""
+FAR = 3.0
+"""No momentum if a light body is out of balance by more than this number of times its bound."""
 MOST_DAMPING = 0.5
 """Largest damping: the momentum that it leaves never did harm."""
 
@@ -74,6 +86,7 @@ STATE = np.dtype(
         ("best", np.float64),  # least residual
         ("milestone", np.float64),  # least residual when it last gained 1 % ...
         ("milestone_sweep", np.int64),  # ... and after which sweep that was
+        ("others", np.int64),  # sweep after which something else than the balance of light bodies was wrong
         ("damping", np.float64),  # the momentum stays below 1 - damping
         ("run", np.int64),  # slow sweeps since the last restart, j
         ("previous", np.float64),  # size of the last step
@@ -98,7 +111,8 @@ def accelerated_gauss_seidel(team: Team, turn, overtime, most, momentum_bound, s
 
     The error is measured after sweeps 1, 2, 3 ..., then at intervals of an eighth of the sweeps done, and if the size of
     the step promises success. Without success the best impulses measured are returned. Stagnation: the last three quarters
-    of the sweeps, and 4000, gained less than 1 %.
+    of the sweeps, and 4000, gained less than 1 %; or for long nothing but the balance of light bodies was wrong, and then
+    the last impulses are returned.
 
     There are ``turn`` sweeps. If they are expected to end within ``overtime`` more, for a residual that falls as one over
     the number of sweeps, there is another turn, up to ``most`` sweeps in all. A further call with the same ``state`` goes
@@ -147,6 +161,13 @@ def accelerated_gauss_seidel(team: Team, turn, overtime, most, momentum_bound, s
             if at_round_off(team, now.nothing):
                 status = ROUND_OFF
                 break
+            if team.limits[7] > team.bounds[2] or not only_out_of_balance(team.bounds, team.measured):
+                now.others = now.sweeps
+            elif now.sweeps >= HALF_AS_MANY * now.others + MORE:
+                share_chunks(KEEP, team)  # best are those with nothing else wrong
+                share_chunks(KEEP_CENTRE, team)
+                status = STAGNATED
+                break
             now.ratio = residual / step
             if residual < now.best:
                 now.best = residual
@@ -175,8 +196,8 @@ def accelerated_gauss_seidel(team: Team, turn, overtime, most, momentum_bound, s
         else:
             now.damping = max(1.0 - momentum_bound, RECOVERY * now.damping)
             now.least = min(now.least, step)
-        # none while a light body is out of balance by more than its bound, as last measured; then as large as before
-        team.beta[0] = 0.0 if team.light > 0 and team.measured[5] > team.bounds[2] else beta
+        # none while a light body is far out of balance, as last measured; then as large as before
+        team.beta[0] = 0.0 if team.light > 0 and team.measured[5] > FAR * team.bounds[2] else beta
         if team.light > 0:
             share_chunks(MOVE, team)
         share_chunks(EXTRAPOLATE, team)

@@ -12,7 +12,17 @@ from lmgcpy.solve.problems.report import CONVERGED, NOT_FINITE, ROUND_OFF, SPENT
 from lmgcpy.solve.sweeps.light_bodies import MOVE
 from lmgcpy.solve.sweeps.solver import Solver
 from lmgcpy.solve.sweeps.step import Step
-from lmgcpy.solve.sweeps.sweep import apply_impulses, at_round_off, begin, measure, rate, sweep_groups
+from lmgcpy.solve.sweeps.sweep import (
+    HALF_AS_MANY,
+    MORE,
+    apply_impulses,
+    at_round_off,
+    begin,
+    measure,
+    only_out_of_balance,
+    rate,
+    sweep_groups,
+)
 from lmgcpy.solve.sweeps.team import Team, share_chunks
 
 
@@ -22,7 +32,8 @@ def gauss_seidel(team: Team, max_iterations):
 
     The error is measured after sweeps 1, 2, 3 ... and then at intervals of an eighth of the sweeps done, so that measuring
     costs about an eighth. Before the solver reports success, it measures again on velocities computed anew from the
-    impulses. Stagnation: the last half of the sweeps, at least 1000 of them, gained less than 1 %.
+    impulses. Stagnation: the last half of the sweeps, at least 1000 of them, gained less than 1 %; or for long nothing but
+    the balance of light bodies was wrong.
     """
     nothing, residual, done, status = begin(team, False)
     if done:
@@ -30,6 +41,7 @@ def gauss_seidel(team: Team, max_iterations):
     best = residual
     milestone = residual
     milestone_sweep = 0
+    others = 0
     sweeps = 0
     check = 1
     status = SPENT
@@ -56,7 +68,13 @@ def gauss_seidel(team: Team, max_iterations):
         if at_round_off(team, nothing):
             status = ROUND_OFF
             break
-        # stagnation: the last half of the sweeps gained less than 1 %
+        # stagnation: only light bodies are out of balance, and have been for long
+        if team.limits[7] > team.bounds[2] or not only_out_of_balance(team.bounds, team.measured):
+            others = sweeps
+        elif sweeps >= HALF_AS_MANY * others + MORE:
+            status = STAGNATED
+            break
+        # or the last half of the sweeps gained less than 1 %
         best = min(best, residual)
         if sweeps >= 2 * milestone_sweep and sweeps - milestone_sweep >= 1000:
             if best > 0.99 * milestone:

@@ -25,6 +25,11 @@ moves have the same direction goes further each time. Each move takes a single s
 there is no proof, nor is there one with friction. Momentum of the impulses makes it diverge as long as centres are on their
 way, and takes a third of the sweeps away when they have arrived (``accelerated.py``).
 
+A body that slides or flies among others that jitter does not get there: its moves have no common direction. If such
+a body bears little, it needs no more than its own mass. So sweeps end if for long nothing but the balance of bodies that
+bear little is wrong (``sweep.py``), and go on with the own masses of those out of balance (``lmgcpy.dynamics.stepper``).
+Bodies that bear more keep M: the error of a force on a grain is measured with it.
+
 What is left when sweeps end is the imbalance ``D (v_c - v)``, an impulse on the body that no law and no load gives. It is
 bounded as the error of a force is (``lmgcpy.solve.kernels.loads``). Bodies get ``v_f + H r / m`` in the end if all bounds
 allow it; else the work of the imbalance is entered in the balance of energy.
@@ -36,7 +41,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lmgcpy.solve.kernels.loads import NEARBY, is_little
+from lmgcpy.solve.kernels.loads import LITTLE, NEARBY, is_little
 from lmgcpy.solve.sweeps.iterates import part
 
 FLY, CENTRE, MOVE, SETTLE, WEIGH, KEEP_CENTRE, BEST_CENTRE, LAY_ASIDE, TAKE_BACK = map(np.int64, range(22, 31))
@@ -73,12 +78,14 @@ class LightBodies(NamedTuple):
     """``v - v_c`` of the last move, (L, k)."""
     stride: np.ndarray
     """How far the centre of a body moves, in parts of ``v - v_c``, (L,)."""
+    out: np.ndarray
+    """1 if a body that bears little is out of balance by more than its bound, as last measured, else 0, (L,)."""
 
 
 def no_light_bodies(components: int) -> LightBodies:
     """The light bodies of a scene without any."""
     rows, none = np.zeros((0, components)), np.zeros(0)
-    numbers = dict.fromkeys(("rate", "share", "stride"), none)
+    numbers = dict.fromkeys(("rate", "share", "stride", "out"), none)
     vectors = dict.fromkeys(("mass", "free", "start", "centre", "best", "aside", "way"), rows)
     return LightBodies(body=np.zeros(0, np.int64), **numbers, **vectors)
 
@@ -111,7 +118,7 @@ def light_work(kind, task, job):
         shift(first, last, job.light.centre, job)
     # |D (v_c - v)| over the load of the body
     else:
-        job.partial[task, 0] = imbalance(first, last, job)
+        job.partial[task, 0], job.partial[task, 1] = imbalance(first, last, job)
 
 
 def shift(first, last, centre, job):
@@ -183,7 +190,8 @@ def settle(first, last, job):
 
 
 def imbalance(first, last, job):
-    """The largest ``|D (v - v_c)|`` of some light bodies, over the load of the body; spins count by the radius of gyration.
+    """The largest ``|D (v - v_c)|`` of some light bodies, over the load of the body, and of those that bear more than a
+    little; spins count by the radius of gyration.
 
     An imbalance that is next to nothing beside the impulses of the step does not count, unless it is the body's own load:
     then the body would never fall.
@@ -191,6 +199,7 @@ def imbalance(first, last, job):
     light, s = job.light, job.s
     d = s.carried.shape[1] + 1
     worst = 0.0
+    of_loaded = 0.0
     for l in range(first, last):
         b = light.body[l]
         more = 1.0 / light.share[l] - 1.0
@@ -209,6 +218,12 @@ def imbalance(first, last, job):
         left = np.sqrt(mass * square)
         # a little imbalance does not count, unless it is the load itself
         little = is_little(left, left * light.rate[l] / mass if mass > 0.0 else 0.0, job.bounds)
+        light.out[l] = 0.0
         if left > 0.0 and not (little and abs(left - np.sqrt(load)) > 0.5 * np.sqrt(load)):
-            worst = max(worst, left / bears if bears > 0.0 else 1.0)
-    return worst
+            share = left / bears if bears > 0.0 else 1.0
+            if s.noise[b, 2] > LITTLE * job.bounds[3]:
+                of_loaded = max(of_loaded, share)
+            elif share > job.bounds[2]:
+                light.out[l] = 1.0
+            worst = max(worst, share)
+    return worst, of_loaded

@@ -33,6 +33,8 @@ LOST = 2.0**-53
 """Largest error of rounding a number, in parts of the number."""
 LONG = 40
 """A solve has taken long if its round-off was examined more often than this, that is after some 500 sweeps."""
+HALF_AS_MANY, MORE = 1.5, 100
+"""Sweeps end if for half as many as before, and for a hundred more, nothing is wrong but the balance of light bodies."""
 LARGEST_RESIDUAL, LARGEST_SLIP, LARGEST_ENERGY = 1e-2, 3e-3, 100.0
 """Round-off counts as solved up to these, or to the tolerances if they are larger: its floor grows with the impulses, and
 impulses that explode would hide any error. Errors that are small along links may still be large across them, so that the
@@ -240,6 +242,9 @@ def largest_force_error(team):
     team.measured[4] = greatest(FORCE, team)
     if team.light > 0:
         team.measured[5] = greatest(WEIGH, team)
+        team.limits[7] = 0.0
+        for task in range(team.chunks):
+            team.limits[7] = max(team.limits[7], team.partial[task, 1])
     return max(team.measured[4], team.measured[5])
 
 
@@ -299,6 +304,11 @@ def measure(team, nothing):
     share_chunks(TAKE_BACK, team)
     apply_impulses(team)
     return rate(team, nothing)
+
+
+def only_out_of_balance(bounds, measured):
+    """Whether nothing but the balance of light bodies was out of its bound, as last measured."""
+    return measured[0] <= bounds[0] and measured[1] <= bounds[1] and measured[4] <= bounds[2] < measured[5]
 
 
 def at_round_off(team, nothing):

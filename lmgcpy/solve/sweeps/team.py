@@ -52,9 +52,10 @@ class Team(NamedTuple):
     """(4,): largest residual, slip, and error of a force of a solved step; the geometric mean of all impulses, as last
     measured [N s]."""
     limits: np.ndarray
-    """(7,): the error [m/s] and the share of a body's size that an interaction may have whatever round-off is; the terms of
+    """(8,): the error [m/s] and the share of a body's size that an interaction may have whatever round-off is; the terms of
     the velocities without impulses, squared and summed [m^2/s^2]; the most kinetic energy of a solution [J]; whether the
-    rounding of gaps counts; how often round-off was looked for; the sum of ``(W_nn r_n)^2`` as last measured [m^2/s^2].
+    rounding of gaps counts; how often round-off was looked for; the sum of ``(W_nn r_n)^2`` as last measured [m^2/s^2];
+    the largest imbalance of a light body that bears more than little, as last measured.
     They stay while a solve pauses."""
     measured: np.ndarray
     """(6,): see ``lmgcpy.solve.kernels.system.System``."""
@@ -194,7 +195,7 @@ class Crew:
         chunks = max((1, *(end - first for first, end in pairwise(groups.phase.tolist()))))
         words = np.zeros(24, dtype=np.int64)
         self._helpers = threads - 1 if chunks > 1 and not INTERPRETED else 0
-        partial, beta, bounds, limits = np.zeros((max(tasks, chunks), 4)), np.zeros(1), np.zeros(4), np.zeros(7)
+        partial, beta, bounds, limits = np.zeros((max(tasks, chunks), 4)), np.zeros(1), np.zeros(4), np.zeros(8)
         flat = [np.zeros(0)] * 7
         if iterates:
             impulse, velocity = system.impulse.reshape(-1), system.velocity.reshape(-1)
