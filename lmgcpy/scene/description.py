@@ -112,8 +112,12 @@ def describe(scene: Scene) -> dict[str, Any]:
     laws: list[Law] = []
     table = scene._contactors(start)
     # contactors that are no disk or sphere of lmgcpy, by their rows in the table
-    odd = [contactor for i in start.others for contactor, _ in bodies[i].contactors]
-    others = dict(zip(np.flatnonzero(~start.plain[table.body]).tolist(), odd, strict=True))
+    surfaces = {i: body for i in start.others if isinstance(body := bodies[i], Surface)}
+    odd = [contactor for i in start.others if i not in surfaces for contactor, _ in bodies[i].contactors]
+    single = ~start.plain
+    single[list(surfaces)] = False
+    others = dict(zip(np.flatnonzero(single[table.body]).tolist(), odd, strict=True))
+    first_row = {int(np.searchsorted(table.body, i)): body for i, body in surfaces.items()}
     area, second_moment = np.zeros((2, len(table.body)))
     if scene.dimension == 2:
         for sizes, size_of in ((area, disk_area), (second_moment, disk_second_moment)):
@@ -171,7 +175,7 @@ def describe(scene: Scene) -> dict[str, Any]:
             "bounding_radius": table.bounding_radius,
             "area": area,
             "second_moment": second_moment,
-            "outlines": _outlines(others, scene.dimension),
+            "outlines": _outlines(others, first_row, scene.dimension),
             **({} if table.sizes is None else {"size": table.sizes, "middle": middle_of(table)}),
         },
         "conditions": {
@@ -345,8 +349,9 @@ def asked_again(functions: list[Key]) -> str:
 # ---------------------------------------------------------------------------------------------- scene to description
 
 
-def _outlines(contactors: dict[int, Contactor], dimension: int) -> dict[str, np.ndarray]:
-    """Polylines of the contactors, by row, that have some: the contactor of each, its number of points, and the points [m].
+def _outlines(contactors: dict[int, Contactor], surfaces: dict[int, Surface], dimension: int) -> dict[str, np.ndarray]:
+    """Polylines of the contactors, by row, that have some, and of ``surfaces`` by their first row: the contactor of each,
+    its number of points, and the points [m].
 
     Raises ValueError with a sentence if an outline is no polyline.
     """
@@ -365,11 +370,16 @@ def _outlines(contactors: dict[int, Contactor], dimension: int) -> dict[str, np.
                 raise ValueError(f"{must}, got {shown(points)} among them.")
             owners.append(k)
             lines.append(points)
-    return {
-        "contactor": np.array(owners, dtype=np.int64),
-        "count": np.array([len(line) for line in lines], dtype=np.int64),
-        "point": np.concatenate([np.zeros((0, dimension)), *lines]),
-    }
+    owner, count = [np.array(owners, dtype=np.int64)], [np.array([len(line) for line in lines], dtype=np.int64)]
+    for row, body in surfaces.items():
+        for of in body.features:
+            closed = of.places if of.places.shape[1] < 3 else np.concatenate([of.places, of.places[:, :1]], axis=1)
+            owner.append(row + np.arange(len(closed)))
+            count.append(np.full(len(closed), closed.shape[1]))
+            lines.append(closed.reshape(-1, dimension))
+            row += len(closed)
+    points = np.concatenate([np.zeros((0, dimension)), *lines])
+    return {"contactor": np.concatenate(owner), "count": np.concatenate(count), "point": points}
 
 
 def outlines_of(table: Mapping[str, Any]) -> list[tuple[int, np.ndarray]]:
