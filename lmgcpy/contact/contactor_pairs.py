@@ -120,7 +120,8 @@ def find_pair(candidate: str, antagonist: str) -> NarrowPhase:
     if (antagonist, candidate) in _pairs:
         pair = _pairs[antagonist, candidate]
         return NarrowPhase(pair.narrow, pair.form, flipped=True)
-    known = [f"{c}-{a}" for c, a in _pairs]
+    # those of features of surfaces would hide the others
+    known = [f"{c}-{a}" for (c, a), pair in _pairs.items() if pair.narrow.__module__ != OWN[1]]
     raise LookupError(
         f"No narrow phase tells how contactors '{candidate}' and '{antagonist}' meet"
         f"{closest(f'{candidate}-{antagonist}', known)} Add one with lmgcpy.contact.register_pair."

@@ -61,7 +61,7 @@ ROUNDED = 2.0**-49
 DEEP = 1e60
 """A depth that no body reaches [m]."""
 SIZES = {"face": 30, "edge": 16, "line": 17}
-"""How many numbers shapes have; those of corners and tips depend on the number of directions."""
+"""How many numbers shapes have. The number for a corner or a tip depends on its directions."""
 
 
 def dot(u, v):

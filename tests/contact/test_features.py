@@ -121,7 +121,7 @@ def test_the_nearest_feature_is_as_far_as_the_surface(name, seed):
     along the normal; and the features that are met besides are at other feet, farther away."""
     surface, rng = SURFACES[name](seed), np.random.default_rng(seed)
     low, high = surface.points.min(axis=0) - 1.0, surface.points.max(axis=0) + 1.0
-    for point in rng.uniform(low, high, (100, surface.d)):
+    for point in rng.uniform(low, high, (40, surface.d)):
         found = surface.meetings(point)
         gaps = sorted(gap for _, gap, _, _ in found)
         true = surface.distance(point)
@@ -208,7 +208,7 @@ def turned(rng, points):
     return (*position, *turn.as_quat()), turn.apply(points) + position
 
 
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", range(12))
 def test_two_solids_are_as_far_as_their_nearest_features(seed):
     """Two hulls apart: the least gap of corners, edges and faces is their distance, and no pair of features is nearer."""
     rng = np.random.default_rng(seed)
@@ -231,7 +231,7 @@ def test_two_solids_are_as_far_as_their_nearest_features(seed):
     assert min(gaps) == pytest.approx(true - 0.1, abs=1e-6)
 
 
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", range(12))
 def test_a_capsule_is_as_far_as_its_nearest_parts(seed):
     """The two balls and the rod of a capsule beside a solid."""
     rng = np.random.default_rng(seed)

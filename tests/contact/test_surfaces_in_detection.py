@@ -29,7 +29,7 @@ def world(ball, *walls, law=None):
 
 @pytest.mark.filterwarnings("ignore:In the step from")  # balls begin in the solid
 @pytest.mark.parametrize("sides", ["both", "outside", "inside"])
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.long) for seed in (1, 2))])
 def test_lists_hold_what_touches_while_a_mesh_turns_and_moves(sides, seed):
     """Balls of sizes 1 to 30 around a mesh that turns, with the lists of neighbours of a run and with lists made anew from
     all pairs: the same interactions in each of 40 steps."""

@@ -45,8 +45,11 @@ def world(wall, position, velocity=None, *, law=None, time_step=2e-3, gravity=G,
 WAYS = {"along a diagonal": (10.0, 10.0), "along an edge": (10.0, 0.0), "anywhere": (7.0, 9.3)}
 
 
-@pytest.mark.parametrize("way", WAYS)
-@pytest.mark.parametrize("turned", [False, True])
+LONG = pytest.mark.long
+
+
+@pytest.mark.parametrize("way", [way if "diagonal" in way else pytest.param(way, marks=LONG) for way in WAYS])
+@pytest.mark.parametrize("turned", [False, pytest.param(True, marks=LONG)])
 def test_a_ball_that_slides_over_a_flat_mesh_keeps_its_velocity(way, turned):
     """968 triangles of a plane: one contact in every step, through edges and corners exactly, and no bump. Turned by an
     angle, coordinates are rounded: each step may turn the velocity by 1e-16."""
@@ -74,7 +77,7 @@ def test_a_ball_that_slides_over_a_flat_mesh_keeps_its_velocity(way, turned):
 
 def test_a_disk_that_slides_along_a_polyline_keeps_its_velocity():
     sim, ball = world(lm.wall_segment(*[(0.05 * k, 0.0) for k in range(1001)]), (0.5, R), (10.0, 0.0))
-    for _ in range(2400):
+    for _ in range(500):
         sim.step()
         assert len(sim.interactions) == 1
         assert ball.velocity == pytest.approx((10.0, 0.0), abs=1e-12)
@@ -99,7 +102,7 @@ def test_a_rolling_ball_rolls_over_joints_as_over_a_plane(dimension):
     assert np.array(paths[0]) == pytest.approx(np.array(paths[1]), abs=1e-12)
 
 
-@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("dimension", [2, pytest.param(3, marks=LONG)])
 def test_a_ball_over_a_convex_edge_turns_about_it(dimension):
     """A ball that slides off the edge of a table, slowly, without friction: it tips over about the edge, held by it, as
     v^2 = v_0^2 + 2 g R (1 - cos), until it leaves. Gap and normal are continuous: no step changes the speed by more than
@@ -111,10 +114,10 @@ def test_a_ball_over_a_convex_edge_turns_about_it(dimension):
         points, triangles = box_triangles()
         wall = lm.mesh(points - (0.5, 0.0, 0.5), triangles, sides="outside")
         start, velocity = (-0.05, 0.013, R), (0.3, 0.0, 0.0)
-    h = 1e-4
+    h = 2e-4
     sim, ball = world(wall, start, velocity, time_step=h)
     speeds = []
-    for _ in range(5000):
+    for _ in range(2000):
         before = ball.velocity.copy()
         sim.step()
         assert np.linalg.norm(ball.velocity - before) < 1.5 * G * h
@@ -123,7 +126,7 @@ def test_a_ball_over_a_convex_edge_turns_about_it(dimension):
             fall = R - ball.position[-1]
             speeds.append(ball.velocity @ ball.velocity / (0.3**2 + 2.0 * G * fall))
     assert len(speeds) > 100
-    assert np.array(speeds) == pytest.approx(1.0, abs=2e-3)  # of the order of the step
+    assert np.array(speeds) == pytest.approx(1.0, abs=4e-3)  # of the order of the step
 
 
 def test_a_disk_in_a_corner_has_two_contacts():
@@ -188,6 +191,7 @@ def tube(n, radius=0.5):
     return np.concatenate([ring - (0, 0.3, 0), ring - (0, -0.3, 0)]), triangles
 
 
+@LONG
 def test_a_drum_of_plates_carries_a_ball_as_a_cylinder_does():
     """A drum with friction turns about its axis and takes a ball up. The mean error of the height falls as n^-2, with n the
     number of plates: as R (1 - cos(pi/n)). The error along the wall falls as 1/n: a shock at each edge takes n^-2 of the
