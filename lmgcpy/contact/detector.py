@@ -210,11 +210,7 @@ class Detector:
         placed = self._place(bodies)
         self._update_list(placed, travel, closing)
         inverse_mass = self.inverse_mass if inverse_mass is None else inverse_mass
-        positions = placed
-        if self.contactors.elements is not None:  # their shapes are seen from the origin
-            positions = placed.copy()
-            positions[self.contactors.elements.rows, : self.dimension] = 0.0
-        seen = Seen(positions, self.contactors.body, self._shapes, bodies, inverse_mass)
+        seen = Seen(self._as_met(placed), self.contactors.body, self._shapes, bodies, inverse_mass)
         if self._images is not None:
             seen = self._images.seen(seen, self._stride)
         first = 0
@@ -349,6 +345,14 @@ class Detector:
         self._radii = self.contactors.bounding_radius.copy()
         self._radii[table.rows] = radii
 
+    def _as_met(self, placed: np.ndarray) -> np.ndarray:
+        """The positions (k, w) that narrow phases get: the shapes of elements are seen from the origin."""
+        if self.contactors.elements is None:
+            return placed
+        placed = placed.copy()
+        placed[self.contactors.elements.rows, : self.dimension] = 0.0
+        return placed
+
     def _nowhere(self) -> np.ndarray:
         """Zeros of the shape that :meth:`_place` returns."""
         return np.zeros_like(self._place(np.zeros((len(self.inverse_mass), self.contactors.width))))
@@ -427,7 +431,8 @@ class Detector:
                 near = bounded.astype(np.int32).take(near)
         near = self._excluded.left_out_of(near, self.contactors.body)
         of_walls = self._reach if self._reach < self._distances.fullest else np.inf
-        return Surroundings(near, placed, of_walls, self.contactors, self._bounded, self._free, self._excluded)
+        met = self._as_met(placed), self._shapes
+        return Surroundings(near, *met, of_walls, self.contactors, self._bounded, self._free, self._excluded)
 
     def _group(self, row: VisibilityRow, kinds: KindPair, around: Surroundings, slabs: Slabs | None) -> Group:
         """The group of one row of the visibility table and two kinds of contactor."""

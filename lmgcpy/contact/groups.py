@@ -8,6 +8,7 @@ import numpy as np
 
 from lmgcpy.compiled.kernel import Kernel
 from lmgcpy.contact.detection_tables import ChainTable, ContactorTable, JointTable, VisibilityRow
+from lmgcpy.contact.elements import corners_of
 from lmgcpy.contact.neighbours import KindPair
 from lmgcpy.contact.slabs import Slabs, sort_pairs
 from lmgcpy.laws import Law
@@ -117,7 +118,15 @@ def check_pairs(contactors: ContactorTable, rows: list[VisibilityRow]) -> None:
     kinds: dict[str, set[str]] = {}
     for kind, color in zip(contactors.kind, contactors.color, strict=True):
         kinds.setdefault(color, set()).add(kind)
+    d = contactors.offset.shape[1]
     for row in rows:
+        colors = row.candidate, row.antagonist
+        on_nodes = [color for color in colors if any(corners_of(kind) > 1 for kind in kinds.get(color, ()))]
+        if row.law.rows(d) > d and on_nodes:
+            raise ValueError(
+                f"Law '{row.law.NAME}' has rolling friction, and '{on_nodes[0]}' is a thread or membrane, which has no "
+                "spin: give them lmgcpy.Coulomb."
+            )
         allowed = row.law.PAIRS
         if allowed is None:
             continue

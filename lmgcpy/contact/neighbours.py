@@ -125,7 +125,9 @@ class Surroundings:
     near: np.ndarray
     """Pairs of bounded contactors within reach, (p, 2), sorted."""
     placed: np.ndarray
-    """Positions of the contactors, (k, w), see :mod:`lmgcpy.contact.positions`."""
+    """Positions of the contactors, (k, w), see :mod:`lmgcpy.contact.positions`; of elements the origin."""
+    shapes: np.ndarray
+    """Numbers of their shapes, flat."""
     reach: float
     """Distance between surfaces up to which a pair with a contactor without bounds is a neighbour [m]."""
     contactors: ContactorTable
@@ -164,8 +166,8 @@ def _against_unbounded(
     contactors = around.contactors
     choose = _choose_unbounded.specialise(**kinds.meaning)
     chosen = np.empty((len(candidates) + len(antagonists), 2), np.int32)
-    shapes, stride = np.ascontiguousarray(contactors.shape).ravel(), contactors.shape.shape[1]
-    given = candidates, antagonists, same, contactors.body, around.free, around.reach, around.placed.ravel(), shapes, stride
+    read = around.placed.ravel(), around.shapes, contactors.shape.shape[1]
+    given = candidates, antagonists, same, contactors.body, around.free, around.reach, *read
     count = choose(*given, chosen)
     if count > len(chosen):
         chosen = np.empty((count, 2), np.int32)

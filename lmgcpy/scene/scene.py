@@ -223,6 +223,8 @@ class Scene:
         self._editable("make it periodic")
         if self._cell is not None:
             raise ValueError("This scene is periodic already: say all its edges in one call.")
+        if self.skins:
+            raise ValueError("Threads are not built for periodic cells: give beads shapes of their own there.")
         given = {axis: edge for axis, edge in enumerate((x, y, z)) if edge is not None}
         if not given:
             raise TypeError("periodic needs the edge of a direction, for example periodic(x=0.1).")

@@ -524,3 +524,74 @@ def test_the_stress_of_a_thread_between_plates_is_their_pressure_and_its_tension
     # from the foot on the axis to the centre of the grain, on both sides
     assert stress["signorini"][1, 1] == pytest.approx(-3 * 2.0 * 0.12, rel=1e-9)
     np.testing.assert_allclose([stress["total"][0, 1], stress["total"][1, 0], stress["signorini"][0, 0]], 0.0, atol=1e-9)
+
+
+def grounds(d):
+    """Floors at height 0, by name."""
+    if d == 2:
+        return {"wall": lm.wall(point=(0, 0), normal=(0, 1)), "segment": lm.wall_segment((-2, 0), (2, 0), radius=0.0)}
+    square = [(-2, -2, 0), (2, -2, 0), (2, 2, 0), (-2, 2, 0)]
+    return {"wall": lm.wall(point=(0, 0, 0), normal=(0, 0, 1)), "plate": lm.plate(square)}
+
+
+@pytest.mark.parametrize(("d", "ground"), [(2, "wall"), (2, "segment"), (3, "wall"), (3, "plate")])
+def test_a_thread_falls_on_what_bounds_a_scene_and_lies_there(d, ground):
+    scene = lm.Scene(dimension=d, gravity=(0.0,) * (d - 1) + (-10.0,))
+    places = np.zeros((9, d))
+    places[:, 0] = np.linspace(-0.4, 0.4, 9)
+    places[:, -1] = 0.05 + 0.02 * np.sin(9.0 * places[:, 0])
+    chain = thread(scene, places, radius=0.01, law=lm.RigidWire(), mass=0.01)
+    scene.add(grounds(d)[ground])
+    scene.see("THREAD", "WALL", lm.Coulomb(friction=0.5))
+    scene.see("THREAD", "THREAD", lm.Coulomb(friction=0.5))
+    sim = lm.Simulation(scene, time_step=1e-3).run(duration=0.4)
+    assert sim.unconverged_steps == 0
+    np.testing.assert_allclose(sim.positions[: len(chain.bodies), -1], 0.01, atol=1e-5)
+    net = sim.interactions
+    weight = 10.0 * sum(node.mass for node in chain.bodies)
+    lifted = (net.force[:, :, None] * net.frame)[net.law == "coulomb"].sum(axis=(0, 1))[-1]
+    assert lifted == pytest.approx(weight, rel=1e-3)
+
+
+def test_a_membrane_bears_a_ball_by_the_tensions_along_its_edges():
+    """A ball rests on a flat square membrane that is held at its rim: its weight is on the rim's nodes."""
+    scene, n = lm.Scene(dimension=3, gravity=(0, 0, -10.0)), 5
+    nodes = [scene.add(lm.point_mass(position=(0.1 * i, 0.1 * j, 0.0), mass=1e-3)) for i in range(n) for j in range(n)]
+    cells = []
+    for i in range(n - 1):
+        for j in range(n - 1):
+            k = i * n + j
+            cells += [(k, k + n, k + 1), (k + 1, k + n, k + n + 1)]
+    scene.membrane(nodes, cells, lm.ElasticRod(stiffness=200.0), radius=0.002)
+    inside = [node for node in nodes if {node.position[0], node.position[1]}.isdisjoint({0.0, 0.1 * (n - 1)})]
+    for node in nodes:
+        if node not in inside:
+            node.fix()
+    ball = scene.add(lm.sphere(radius=0.05, position=(0.213, 0.197, 0.06), mass=0.2)).fix("x", "y")
+    scene.drag(linear=1.0, bodies=[ball])
+    scene.drag(linear=0.1, bodies=inside)
+    scene.see("GRAIN", "MEMBRANE", lm.Signorini())
+    sim = lm.Simulation(scene, time_step=1e-3).run(duration=1.2)
+    net = sim.interactions
+    touching = net.law == "signorini"
+    lifted = (net.force[:, :1] * net.normal)[touching].sum(axis=0)
+    assert lifted[2] == pytest.approx(2.0, rel=2e-3)
+    rim = np.array([node.id for node in nodes if node not in inside])
+    pull = np.zeros(3)
+    for ids, sign in ((net.candidate, 1.0), (net.antagonist, -1.0)):
+        on_rim = np.isin(ids, rim) & ~touching
+        pull += sign * (net.force[:, :1] * net.normal)[on_rim].sum(axis=0)
+    own = 10.0 * 1e-3 * len(inside)
+    assert pull[2] == pytest.approx(-(2.0 + own), rel=1e-2)  # links pull the rim down; some triangles at it bear the ball
+    assert sim.unconverged_steps == 0
+
+
+def test_rolling_friction_on_a_thread_and_cells_around_it_are_refused():
+    scene = lm.Scene(dimension=2)
+    thread(scene, [(0, 0), (1, 0)])
+    with pytest.raises(ValueError, match="not built for periodic cells"):
+        scene.periodic(x=5.0)
+    scene.add(grain(2, 0.1, (0.5, 0.5)))
+    scene.see("GRAIN", "THREAD", lm.RollingCoulomb(friction=0.3, rolling_friction=0.1))
+    with pytest.raises(ValueError, match="has rolling friction, and 'THREAD' is a thread or membrane"):
+        lm.Simulation(scene, time_step=1e-3)
