@@ -162,6 +162,15 @@ class Model:
         return linked
 
     @cached_property
+    def nodes(self) -> np.ndarray:
+        """Whether a body is a node of a surface and has no shape of its own, (n,) bool."""
+        nodes, table = np.zeros(len(self.mass), dtype=bool), self.contactors
+        if table.elements is not None:
+            nodes[table.elements.corner] = True
+            nodes[np.delete(table.body, np.r_[table.elements.rows])] = False
+        return nodes
+
+    @cached_property
     def movable_mass(self) -> np.ndarray:
         """Mass [kg], (n,), infinite if the body is held in all directions."""
         d = self.dimension
