@@ -391,7 +391,8 @@ class Detector:
         slabs: Slabs | None = None
         if self._partitioned:
             width = 2.0 * self._usual + self._reach
-            slabs = cut_bodies(placed[:, : self.dimension], self.contactors, self._bounded, self._free, width)
+            free: np.ndarray = self.inverse_mass.max(axis=1, initial=0.0) > 0.0
+            slabs = cut_bodies(placed[:, : self.dimension], self.contactors, self._bounded, free, width)
         self.place = None if slabs is None else slabs.place
         groups = [Group(chain.law, chain.form, chain=chain) for chain in self.chains]
         for row, kinds in zip(self.rows, self._kinds, strict=True):

@@ -45,8 +45,8 @@ def sweep_mass(model: Model, interactions: Interactions, tolerance: float, own: 
 
     A body is between heavy ones if it may touch two of them, or one if it is in a chain as well. A node of a thread or
     membrane is not if it may touch one: one ball on a membrane touches many nodes, which all yield, and with their own
-    mass a step takes 13 sweeps, with a larger one 11 000. A wall, and a body that is held, can squeeze but gives no mass: it
-    needs no momentum.
+    mass a step takes 13 sweeps, with a larger one 11 000. A wall, and a body that is held, can squeeze but gives no mass:
+    it needs no momentum.
     """
     mass = model.movable_mass
     candidates = mass[model.bounded & np.isfinite(mass)]

@@ -568,10 +568,10 @@ def test_a_membrane_bears_a_ball_by_the_tensions_along_its_edges():
         if node not in inside:
             node.fix()
     ball = scene.add(lm.sphere(radius=0.05, position=(0.213, 0.197, 0.06), mass=0.2)).fix("x", "y")
-    scene.drag(linear=1.0, bodies=[ball])
+    scene.drag(linear=3.0, bodies=[ball])
     scene.drag(linear=0.1, bodies=inside)
     scene.see("GRAIN", "MEMBRANE", lm.Signorini())
-    sim = lm.Simulation(scene, time_step=1e-3).run(duration=1.2)
+    sim = lm.Simulation(scene, time_step=1e-3).run(duration=2.0)
     net = sim.interactions
     touching = net.law == "signorini"
     lifted = (net.force[:, :1] * net.normal)[touching].sum(axis=0)
