@@ -57,7 +57,7 @@ class Scene:
         else:
             floor = [0.0] * (self.dimension - 1) + [1.0]
             scene.add(lm.wall(point=self.at(0.0, 0.247), normal=floor))
-        for color in ("GRAIN", "BEAD") if scene.chains or scene.joints else ("GRAIN",):
+        for color in sorted({"GRAIN", "BEAD"} & {body.color for body in scene.bodies}, reverse=True):
             scene.see("GRAIN", color, self.law)
             if self.periodic is None:
                 scene.see(color, "WALL", self.law)
@@ -163,6 +163,15 @@ def surface(s):
     s.scene.see("GRAIN", "PLATE", s.law)
 
 
+def smooth(s):
+    """a thread with a surface"""
+    nodes = [s.scene.add(lm.point_mass(position=s.at(0.1 + 0.08 * k, 0.75), mass=0.05)) for k in range(5)]
+    nodes[1].velocity[:] = s.at(-0.3, -0.5)
+    s.scene.chain(nodes, lm.ElasticRod(stiffness=1e4), surface=lm.Thread(0.01))
+    s.scene.add(s.make(radius=0.03, position=s.at(0.3, 0.791), mass=1.0, velocity=s.at(0.1, -1.0)))
+    s.scene.see("GRAIN", "THREAD", s.law)
+
+
 def restitution(s):
     """restitution"""
     s.law = lm.Restitution(restitution=0.5)
@@ -222,7 +231,7 @@ def tilted(s):
 FEATURES = {
     f.__name__: f
     for f in (
-        *(wire, closed, relaxing, winch, timed, light, points, joints, cluster, capsule, cylinder, foreign, surface),
+        *(wire, closed, relaxing, winch, timed, light, points, joints, cluster, capsule, cylinder, foreign, surface, smooth),
         *(restitution, rolling),
         *(held_cell, yielding_cell, other_law, drag, driven, hidden, tilted),
     )
@@ -232,6 +241,9 @@ ONE_OF = ({"restitution", "rolling"}, {"held_cell", "yielding_cell"})
 REFUSED = {  # walls and drums must look the same from every image
     frozenset({"cylinder", "held_cell"}): "periodic",
     frozenset({"cylinder", "yielding_cell"}): "periodic",
+    frozenset({"smooth", "held_cell"}): "periodic",
+    frozenset({"smooth", "yielding_cell"}): "periodic",
+    frozenset({"smooth", "rolling"}): "rolling friction",
 }
 TOLD = {  # light beads are thrown off or jerked, too fast for the step
     frozenset({"light", "restitution"}): "moves by|overlap by",
@@ -246,7 +258,7 @@ PAIRS = [
 DEFAULT = {
     *((2, "closed", "yielding_cell"), (2, "wire", "drag"), (2, "winch", "hidden"), (2, "light", "drag")),
     *((2, "timed", "other_law"), (3, "points", "joints"), (2, "points", "yielding_cell")),
-    *((2, "surface", "held_cell"), (3, "cluster", "surface")),
+    *((2, "surface", "held_cell"), (3, "cluster", "surface"), (2, "surface", "smooth"), (3, "wire", "smooth")),
 }
 
 
