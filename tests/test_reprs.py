@@ -122,6 +122,7 @@ def things(folder) -> dict[str, object]:
         "RodContactor 'rod' of shape (0.1, 0, 0, 1)": lm.RodContactor(0.1, (0, 0, 1)),
         "Chain of 2 bodies, ElasticWire(stiffness=10000)": sim.scene.chains[0],
         "Joint of <Disk": tied(),
+        "Cells: 4 edges between 4 nodes, 4 on the rim": lm.sample.net(size=(1.0, 1.0), mesh=1.0),
         "Net of 1 links between 2 bodies, <Skin 'THREAD' of 1 segments between 2 bodies, radius 0.1 m>": netted(),
         "Skin 'THREAD' of 1 segments": netted().skin,
         "PointMass 'NODE', body 0": netted().bodies[0],

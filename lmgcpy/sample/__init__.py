@@ -6,12 +6,14 @@ from lmgcpy.sample.fibres import Fibres, fibres, join_segments
 from lmgcpy.sample.grading import grading
 from lmgcpy.sample.grid import grid_positions
 from lmgcpy.sample.scatter import scatter
+from lmgcpy.sample.surfaces import Cells, membrane_around, net
 from lmgcpy.sample.wire_2d import wire_2d
 from lmgcpy.sample.wire_3d import wire_3d
 from lmgcpy.sample.wire_content import axial_rigidity, bead_count, bead_mass, wire_content, wire_length
 from lmgcpy.sample.wires import Wire, Wires
 
 __all__ = [
+    "Cells",
     "Fibres",
     "Wire",
     "Wires",
@@ -24,6 +26,8 @@ __all__ = [
     "grading",
     "grid_positions",
     "join_segments",
+    "membrane_around",
+    "net",
     "scatter",
     "wire_2d",
     "wire_3d",

@@ -231,7 +231,8 @@ def tilted(s):
 FEATURES = {
     f.__name__: f
     for f in (
-        *(wire, closed, relaxing, winch, timed, light, points, joints, cluster, capsule, cylinder, foreign, surface, smooth),
+        *(wire, closed, relaxing, winch, timed, light, points, joints, cluster, capsule, cylinder, foreign),
+        *(surface, smooth),
         *(restitution, rolling),
         *(held_cell, yielding_cell, other_law, drag, driven, hidden, tilted),
     )
