@@ -612,3 +612,22 @@ def test_a_bead_does_not_meet_the_segments_of_a_node_from_which_a_link_keeps_it(
     sim.step()
     (row,) = np.flatnonzero(sim.interactions.law == "signorini")
     assert bead.id not in (sim.interactions.candidate[row], sim.interactions.antagonist[row])
+
+
+def test_gaps_of_a_net_are_one_or_one_an_edge():
+    scene = lm.Scene(dimension=3)
+    nodes = [scene.add(lm.point_mass(position=(k, 0, 0), mass=1.0)) for k in range(3)]
+    bad = ({"reference_gap": [1.0] * 3}, r"one an edge, \(2,\), got \(3,\)"), ({"neighbours_collide": 2}, "unless it")
+    for wrong, words in bad:
+        with pytest.raises((TypeError, ValueError), match=words):
+            scene.net(nodes, [[0, 1], [1, 2]], ROD, surface=lm.Thread(0.1), **wrong)
+    assert scene.skins == scene.chains == []
+
+
+def test_the_colour_of_points_is_not_one_of_a_surface():
+    scene = lm.Scene(dimension=2)
+    thread(scene, [(0, 0), (1, 0)])
+    scene.add(grain(2, 0.1, (0.5, 0.5)))
+    scene.see("GRAIN", "NODE", lm.Signorini())
+    with pytest.raises(ValueError, match=r"points without a shape.*Known: GRAIN, THREAD"):
+        lm.Simulation(scene, time_step=1e-3)
