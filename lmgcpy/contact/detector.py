@@ -453,7 +453,7 @@ class Detector:
         corners = kinds.corners
         if max(corners) > 1:
             assert self.contactors.elements is not None
-            pairs = self.contactors.elements.strangers(pairs, self.contactors.body)
+            pairs = self.contactors.elements.strangers(pairs, self.contactors.body, self._excluded)
         if len(pairs) == 0:
             return Group(row.law, row=row)
         form = kinds.pair.form

@@ -28,6 +28,7 @@ import numpy as np
 
 from lmgcpy.compiled.reference import by_reference
 from lmgcpy.contact.contactor_pairs import OF_NODES, known_pairs, register_pair
+from lmgcpy.contact.excluded_pairs import ExcludedPairs
 from lmgcpy.contact.features import (
     IN_PLANE,
     IN_SPACE,
@@ -152,12 +153,13 @@ class ElementTable:
         """The bodies between which the axis of an element lies, of a corner its node alone, (e, 3)."""
         return np.where((self.count == 0)[:, None], self.corner[:, 1:2], self.corner)
 
-    def strangers(self, pairs: np.ndarray, body: np.ndarray) -> np.ndarray:
-        """The pairs of contactors (p, 2) that have no body in common; ``body``: body of each contactor, (k,)."""
+    def strangers(self, pairs: np.ndarray, body: np.ndarray, excluded: ExcludedPairs) -> np.ndarray:
+        """The pairs of contactors (p, 2) that have no body in common, and no two bodies that never meet; ``body``: body of
+        each contactor, (k,)."""
         corners = np.repeat(body[:, None], 3, axis=1)
         corners[self.rows] = self.own
-        c, a = corners[pairs[:, 0]], corners[pairs[:, 1]]
-        return pairs[(c[:, :, None] != a[:, None, :]).all(axis=(1, 2))]
+        c, a = corners[pairs[:, 0], :, None], corners[pairs[:, 1], None, :]
+        return pairs[((c != a) & ~excluded.contain(c, a)).all(axis=(1, 2))]
 
     def shapes(self, points: np.ndarray) -> list[np.ndarray]:
         """Shapes of the elements, piece by piece, for bodies at ``points`` (n, d)."""

@@ -34,6 +34,15 @@ class ExcludedPairs:
         """``pairs``: rows of the bodies, (p, 2), the lower first, sorted."""
         self._others = np.ascontiguousarray(pairs[:, 1])
         self._first = np.searchsorted(pairs[:, 0], np.arange(body_count + 1))
+        self._count = body_count
+        self._keys = self._key(pairs[:, 0], pairs[:, 1])
+
+    def _key(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+        return np.minimum(one, other).astype(np.int64) * self._count + np.maximum(one, other)
+
+    def contain(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+        """Whether bodies never meet others, of the shape to which both are broadcast."""
+        return np.isin(self._key(one, other), self._keys)
 
     def left_out_of(self, pairs: np.ndarray, body: np.ndarray) -> np.ndarray:
         """The pairs of contactors (p, 2) whose bodies may meet, in their order; ``body``: body of each contactor, (k,)."""

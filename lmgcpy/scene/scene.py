@@ -48,7 +48,7 @@ from lmgcpy.scene.many_bodies import SomeRound, StartNumbers, make_round
 from lmgcpy.scene.material import Material
 from lmgcpy.scene.medium import COEFFICIENTS, Medium, drag_of, medium
 from lmgcpy.scene.points import Node, node_of
-from lmgcpy.scene.skin import Net, Skin, Thread, edges_of, paths
+from lmgcpy.scene.skin import Net, PointMass, Skin, Thread, edges_of, paths
 
 SomeBody = TypeVar("SomeBody", bound=Body)
 
@@ -591,10 +591,15 @@ class Scene:
         edges = np.unique(np.sort(table, axis=1), axis=0) if corners == 2 else edges_of(table)
         if corners == 2 and len(edges) < len(table):
             raise ValueError("Two edges of a net join the same bodies: each pair has one link.")
+        if gaps is not None:
+            gaps = numbers(gaps, "reference_gap", "a number [m], or one an edge")
+            if gaps.shape not in ((), (len(edges),)):
+                raise ValueError(f"reference_gap must be a number [m], or one an edge, ({len(edges)},), got {gaps.shape}.")
+            gaps = np.broadcast_to(gaps, len(edges))
+        if collide is not None:
+            collide = flag(collide, "neighbours_collide, unless it is None,")
         skin = None if thread is None else self._skin(nodes, table, thread)
         place = {tuple(edge): k for k, edge in enumerate((np.sort(table, axis=1) if corners == 2 else edges).tolist())}
-        if gaps is not None:
-            gaps = np.broadcast_to(numbers(gaps, "reference_gap", "a number [m], or one an edge"), len(edges))
         chains = []
         for path in paths(edges, len(nodes)):
             of_path = None
@@ -867,7 +872,9 @@ class Scene:
             chain._state, chain._number = state, k
 
     def _check_colors(self) -> None:
-        known = {body.color for body in self.bodies} | {skin.color for skin in self.skins}
+        shaped = {body.color for body in self.bodies if not isinstance(body, PointMass)}
+        met = shaped | {skin.color for skin in self.skins}
+        known = met | {body.color for body in self.bodies}
         for candidate, antagonist, _, _ in self.rows:
             for color in (candidate, antagonist):
                 if color not in known and known:
@@ -875,6 +882,11 @@ class Scene:
                     raise LookupError(
                         f"No body has the colour '{color}' that the visibility table names{hint} If bodies of this colour "
                         "are to come later, begin with a hidden one."
+                    )
+                if color in known - met:
+                    raise ValueError(
+                        f"The visibility table names '{color}', the colour of points without a shape, which meet no "
+                        f"one: name the colour of their surface{closest(color, met)}"
                     )
 
     def _check_numbers(self, positions: Any, velocities: Any, mass: Any, contactors: ContactorTable) -> None:

@@ -595,3 +595,39 @@ def test_rolling_friction_on_a_thread_and_cells_around_it_are_refused():
     scene.see("GRAIN", "THREAD", lm.RollingCoulomb(friction=0.3, rolling_friction=0.1))
     with pytest.raises(ValueError, match="has rolling friction, and 'THREAD' is a thread or membrane"):
         lm.Simulation(scene, time_step=1e-3)
+
+
+@pytest.mark.parametrize("back", [False, True])
+def test_a_bead_does_not_meet_the_segments_of_a_node_from_which_a_link_keeps_it(back):
+    """Whichever way the thread runs: a segment stands for both of its nodes."""
+    scene = lm.Scene(dimension=2)
+    places = [(0.0, 0.0), (1.0, 0.0), (2.0, 0.0)]
+    chain = thread(scene, places[::-1] if back else places)
+    end = next(node for node in chain.bodies if node.position[0] == 0.0)
+    bead = scene.add(grain(2, 0.3, (0.2, 0.35)))
+    scene.chain([end, bead], ROD, neighbours_collide=False)
+    scene.add(grain(2, 0.3, (1.5, 0.35)))
+    scene.see("GRAIN", "THREAD", lm.Signorini())
+    sim = lm.Simulation(scene, time_step=1e-3, overlap="ignore")
+    sim.step()
+    (row,) = np.flatnonzero(sim.interactions.law == "signorini")
+    assert bead.id not in (sim.interactions.candidate[row], sim.interactions.antagonist[row])
+
+
+def test_gaps_of_a_net_are_one_or_one_an_edge():
+    scene = lm.Scene(dimension=3)
+    nodes = [scene.add(lm.point_mass(position=(k, 0, 0), mass=1.0)) for k in range(3)]
+    bad = ({"reference_gap": [1.0] * 3}, r"one an edge, \(2,\), got \(3,\)"), ({"neighbours_collide": 2}, "unless it")
+    for wrong, words in bad:
+        with pytest.raises((TypeError, ValueError), match=words):
+            scene.net(nodes, [[0, 1], [1, 2]], ROD, surface=lm.Thread(0.1), **wrong)
+    assert scene.skins == scene.chains == []
+
+
+def test_the_colour_of_points_is_not_one_of_a_surface():
+    scene = lm.Scene(dimension=2)
+    thread(scene, [(0, 0), (1, 0)])
+    scene.add(grain(2, 0.1, (0.5, 0.5)))
+    scene.see("GRAIN", "NODE", lm.Signorini())
+    with pytest.raises(ValueError, match=r"points without a shape.*Known: GRAIN, THREAD"):
+        lm.Simulation(scene, time_step=1e-3)
