@@ -8,11 +8,11 @@ from functools import cached_property
 
 import numpy as np
 
-from lmgcpy.contact.elements import ElementTable, SkinTable
+from lmgcpy.contact.elements import CORNERS, ElementTable, SkinTable
 from lmgcpy.contact.positions import axes_of, in_plane, in_space
 from lmgcpy.laws import Law
 
-FEATURES = ("face", "edge", "corner", "line", "tip")
+FEATURES = tuple(CORNERS)
 """Kinds of the features of surfaces, see :mod:`lmgcpy.contact.features`."""
 
 

@@ -341,7 +341,7 @@ class Detector:
         if placed.shape[1] == 7:
             placed[table.rows, 6] = 1.0
         table.enter(self._shapes.reshape(-1, self._stride), points)
-        self._elements = table.at(points, middle, len(placed))
+        self._elements = table.at(points, middle)
         self._radii = self.contactors.bounding_radius.copy()
         self._radii[table.rows] = radii
 

@@ -99,8 +99,8 @@ class SkinTable:
 class Elements(NamedTuple):
     """The elements at the positions of a detection, as narrow phases read them; e elements."""
 
-    of: np.ndarray
-    """Element of each contactor, (k,) int64; -1 of others."""
+    first: int
+    """Row of the first one among the contactors."""
     corner: np.ndarray
     """Rows of the bodies at the corners, (e, 3) int64."""
     middle: np.ndarray
@@ -200,11 +200,11 @@ class ElementTable:
     @cached_property
     def radius(self) -> np.ndarray:
         """Radii of the surfaces [m], (e,)."""
-        return np.concatenate([np.full(sum(len(at) for _, at in s.sorts), s.radius) for s in self.surfaces])
+        return np.array([surface.radius for surface in self.surfaces])[self.skin]
 
-    def at(self, points: np.ndarray, middle: np.ndarray, contactors: int) -> Elements:
+    def at(self, points: np.ndarray, middle: np.ndarray) -> Elements:
         """The elements as narrow phases read them, for bodies at ``points`` (n, d) and the middles that :meth:`bounds`
-        gives; ``contactors``: how many contactors there are."""
+        gives."""
         places, (count, d) = points[self.corner], middle.shape
         weight, gradient = np.zeros((count, 3)), np.zeros((count, 3, d))
         here = self.count == 2
@@ -228,9 +228,7 @@ class ElementTable:
             half = np.where(both, 0.5, 1.0)[:, None] * along / square_of(along)[:, None]
             gradient[there, side] = half
             gradient[there, 1] -= half
-        of = np.full(contactors, -1)
-        of[self.rows] = np.arange(count)
-        return Elements(of, self.corner, middle, weight, np.where(here, 0.0, 1.0), gradient.reshape(count, 3 * d))
+        return Elements(self.first, self.corner, middle, weight, np.where(here, 0.0, 1.0), gradient.reshape(count, 3 * d))
 
 
 def square_of(vectors: np.ndarray) -> np.ndarray:

@@ -16,7 +16,7 @@ from lmgcpy.compiled.kernel import kernel
 from lmgcpy.compiled.small_matrices import small_matrices
 from lmgcpy.contact.elements import Elements
 from lmgcpy.contact.frames import cross, tangent_of
-from lmgcpy.contact.meeting import FOREIGN, WIDTH, is_sound, meet, normal_sign, read_position
+from lmgcpy.contact.meeting import FOREIGN, is_sound, meet, normal_sign
 from lmgcpy.contact.narrow_phase_3d import weighted
 from lmgcpy.contact.positions import quaternion_of, turned_back
 
@@ -94,12 +94,12 @@ def detect_contacts(
         lever_c = point
         lever_a = point
         if CANDIDATE > 1:
-            c, lever_c = write_corners(m, 0, 1.0, CANDIDATE, k_c, frame, point, contactors, bodies, elements, result)
+            c, lever_c = write_corners(m, 0, 1.0, CANDIDATE, k_c, frame, point, bodies, elements, result)
             used = CANDIDATE
         else:
             lever_c = less_row(point, row(bodies, c, 0))
         if ANTAGONIST > 1:
-            a, lever_a = write_corners(m, used, -1.0, ANTAGONIST, k_a, frame, point, contactors, bodies, elements, result)
+            a, lever_a = write_corners(m, used, -1.0, ANTAGONIST, k_a, frame, point, bodies, elements, result)
             used += ANTAGONIST
         else:
             lever_a = less_row(point, row(bodies, a, 0))
@@ -169,13 +169,11 @@ def corner_row(m, k, e, frame, result):
     return plus_row(along, multiple_row(result.weight[m, at + 1 + e], frame[0]))
 
 
-def write_corners(m, first, sign, count, contactor, frame, point, contactors, bodies, elements, result):
+def write_corners(m, first, sign, count, contactor, frame, point, bodies, elements, result):
     """Write the corners of a side and their numbers; returns the body at the nearest corner, and the contact point as seen
     from its centre."""
-    element = elements.of[contactor]
-    # an image in a periodic cell has its shift for a position
-    shift_of = read_position(contactors, WIDTH * contactor)
-    from_middle = less_row(less_row(point, shift_of), row(elements.middle, element, 0))
+    element = contactor - elements.first
+    from_middle = less_row(point, row(elements.middle, element, 0))
     nearest = 0
     largest = -np.inf
     for k in range(count):
@@ -195,7 +193,7 @@ def write_corners(m, first, sign, count, contactor, frame, point, contactors, bo
         for e in range(1, D):
             result.weight[m, at_k + 1 + e] = rho * dot(gradient, frame[e])
     body = elements.corner[element, nearest]
-    return body, less_row(less_row(point, shift_of), row(bodies, body, 0))
+    return body, less_row(point, row(bodies, body, 0))
 
 
 def names_of(dimension: int, width: int, candidate: int, antagonist: int) -> dict[str, Any]:

@@ -24,7 +24,7 @@ class ManyForces:
         """Add the forces at a time to those of all bodies (n, k)."""
         d = positions.shape[1]
         checked = partial(forces, count=len(self.bodies), dimension=d)
-        given = at_time(self.value, time, f"The forces at t = {time:g} s", checked)
+        given = at_time(self.value, time, f"of time imposed as forces at t = {time:g} s", checked)
         np.add.at(force[:, :d], self.bodies, given)
 
 
@@ -46,7 +46,7 @@ class Pressure:
     def add_to(self, force: np.ndarray, positions: np.ndarray, time: float) -> None:
         """Add the forces at a time, for bodies at ``positions`` (n, d), to those of all bodies (n, k)."""
         d = positions.shape[1]
-        pressure = at_time(self.value, time, f"The pressure at t = {time:g} s", number)
+        pressure = at_time(self.value, time, f"of time imposed as a pressure at t = {time:g} s", number)
         share = -pressure / d * area_vectors(positions[self.cells])
         for corner in self.cells.T:
             np.add.at(force[:, :d], corner, share)
@@ -70,16 +70,16 @@ def forces(value: Any, name: str, count: int, dimension: int) -> np.ndarray:
     return np.broadcast_to(given, (count, dimension))
 
 
-def at_time(value: Any, time: float, what: str, checked: Callable[[Any, str], Any]) -> Any:
-    """A value, or the value of a function of time. RuntimeError if the function fails, TypeError or FloatingPointError if
-    it gives something else."""
+def at_time(value: Any, time: float, which: str, checked: Callable[[Any, str], Any]) -> Any:
+    """A value, or the answer of a function of time, ``which`` names it in sentences: RuntimeError if the function fails,
+    TypeError or FloatingPointError if it is not what ``checked`` lets through."""
     if not callable(value):
         return value
     try:
         given = value(time)
     except Exception as error:
-        raise RuntimeError(f"{what}: the function failed with {shown(error)}: mend it.") from error
+        raise RuntimeError(f"The function {which} failed with {shown(error)}: mend it.") from error
     try:
-        return checked(given, what)
+        return checked(given, f"What is {which.removeprefix('of time ')}")
     except ValueError as error:
         raise FloatingPointError(str(error)) from error

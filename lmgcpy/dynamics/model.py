@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -13,9 +13,9 @@ from lmgcpy.contact.lattice import Lattice
 from lmgcpy.dynamics.cell import CellMotion
 from lmgcpy.dynamics.changes import Change, law_values
 from lmgcpy.dynamics.drag import Drag
-from lmgcpy.dynamics.loads import ManyForces, Pressure
+from lmgcpy.dynamics.loads import ManyForces, Pressure, at_time
 from lmgcpy.dynamics.rotation import with_rotations
-from lmgcpy.errors import number, shown, vector
+from lmgcpy.errors import number, vector
 from lmgcpy.laws import Law
 
 COMPONENTS = {2: ("x", "y", "spin"), 3: ("x", "y", "z", "spin_x", "spin_y", "spin_z")}
@@ -39,17 +39,9 @@ class Drive:
         """
         if not callable(self.value):
             return self.value
-        try:
-            given = self.value(time)
-        except Exception as error:
-            raise RuntimeError(f"The function of time {self._where(time)} failed with {shown(error)}: mend it.") from error
-        try:
-            return number(given, f"What is {self._where(time)}")
-        except ValueError as error:
-            raise FloatingPointError(str(error)) from error
-
-    def _where(self, time: float) -> str:
-        return f"imposed on component {COMPONENTS[self.dimension][self.component]} of body {self.body} at t = {time:g} s"
+        component = COMPONENTS[self.dimension][self.component]
+        which = f"of time imposed on component {component} of body {self.body} at t = {time:g} s"
+        return at_time(self.value, time, which, number)
 
 
 @dataclass(frozen=True)
@@ -192,16 +184,7 @@ class Model:
 
     def gravity_at(self, time: float) -> np.ndarray:
         """Acceleration of gravity at a time [m/s^2], (d,); raises errors as :meth:`Drive.at`."""
-        if not callable(self.gravity):
-            return self.gravity
-        try:
-            given = self.gravity(time)
-        except Exception as error:
-            raise RuntimeError(f"The function gravity(t = {time:g} s) failed with {shown(error)}: mend it.") from error
-        try:
-            return vector(given, f"What is gravity(t = {time:g} s)", self.dimension)
-        except ValueError as error:
-            raise FloatingPointError(str(error)) from error
+        return at_time(self.gravity, time, f"gravity(t = {time:g} s)", partial(vector, size=self.dimension))
 
     def force(self, loads: list[tuple[Drive, float]], positions: np.ndarray, time: float) -> np.ndarray:
         """External forces on the free components at a time [N], (n, k): gravity, the ``loads``, each with its value, and

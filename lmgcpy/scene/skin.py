@@ -11,12 +11,9 @@ import numpy as np
 from lmgcpy.contact.elements import SkinTable
 from lmgcpy.contact.features import topology
 from lmgcpy.dynamics.loads import Pressure
-from lmgcpy.errors import named_arguments, number, shown, vector
+from lmgcpy.errors import named_arguments, number, shown
 from lmgcpy.scene.body import AT_REST, Body, dimension_of
 from lmgcpy.scene.contactor import Contactor
-
-CLOSEST = 1.0
-"""Least distance of two nodes of a cell, in diameters of the surface."""
 
 
 @named_arguments
@@ -90,7 +87,7 @@ class Skin:
         places = np.array([body.position for body in self.bodies])[self.cells]
         shortest = np.linalg.norm(places - np.roll(places, 1, axis=1), axis=2).min(axis=1)
         i = int(np.argmin(shortest))
-        if not shortest[i] > CLOSEST * 2.0 * self.radius:
+        if not shortest[i] > 2.0 * self.radius:
             who = " and ".join(map(repr, (self.bodies[k] for k in self.cells[i].tolist())))
             raise ValueError(
                 f"Cell {i} of a surface, between {who}, has nodes {shortest[i]:.3g} m apart, closer than its thickness of "
@@ -178,6 +175,5 @@ class PointMass(Body):
 def point_mass(*, position: Any, mass: float, color: str = "NODE", velocity: Any = None) -> PointMass:
     """A point of ``mass`` [kg] at ``position`` [m]: a node of a thread, see :class:`lmgcpy.Thread`. Others meet it only by
     the surfaces whose node it is."""
-    at = vector(position, "position of a point mass", dimension_of(position))
-    velocity = np.zeros(len(at)) if velocity is None else velocity
-    return PointMass(position=at, mass=mass, color=color, velocity=velocity)
+    velocity = AT_REST if velocity is None else velocity
+    return PointMass(position=position, mass=mass, color=color, velocity=velocity)

@@ -631,3 +631,18 @@ def test_the_colour_of_points_is_not_one_of_a_surface():
     scene.see("GRAIN", "NODE", lm.Signorini())
     with pytest.raises(ValueError, match=r"points without a shape.*Known: GRAIN, THREAD"):
         lm.Simulation(scene, time_step=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("answer", "kind", "words"),
+    [
+        (lambda t: 1.0 / 0.0, RuntimeError, "The function of time imposed as a pressure at t = 0.0005 s failed with"),
+        (lambda t: np.nan, FloatingPointError, "What is imposed as a pressure at t = 0.0005 s must be"),
+        (lambda t: "high", TypeError, "What is imposed as a pressure at t = 0.0005 s must be"),
+    ],
+)
+def test_a_pressure_that_fails_is_named(answer, kind, words):
+    scene = lm.Scene(dimension=2)
+    thread(scene, [(0, 0), (1, 0)]).skin.impose_pressure(answer)
+    with pytest.raises(kind, match=words):
+        lm.Simulation(scene, time_step=1e-3).step()

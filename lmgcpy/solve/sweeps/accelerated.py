@@ -45,13 +45,11 @@ from lmgcpy.solve.sweeps.light_bodies import BEST_CENTRE, KEEP_CENTRE, MOVE
 from lmgcpy.solve.sweeps.solver import Solver
 from lmgcpy.solve.sweeps.step import Step
 from lmgcpy.solve.sweeps.sweep import (
-    HALF_AS_MANY,
-    MORE,
+    alone_out_of_balance,
     apply_impulses,
     at_round_off,
     begin,
     measure,
-    only_out_of_balance,
     rate,
     sweep_groups,
 )
@@ -161,9 +159,8 @@ def accelerated_gauss_seidel(team: Team, turn, overtime, most, momentum_bound, s
             if at_round_off(team, now.nothing):
                 status = ROUND_OFF
                 break
-            if team.limits[7] > team.bounds[2] or not only_out_of_balance(team.bounds, team.measured):
-                now.others = now.sweeps
-            elif now.sweeps >= HALF_AS_MANY * now.others + MORE:
+            now.others, for_long = alone_out_of_balance(team, now.sweeps, now.others)
+            if for_long:
                 share_chunks(KEEP, team)  # best are those with nothing else wrong
                 share_chunks(KEEP_CENTRE, team)
                 status = STAGNATED

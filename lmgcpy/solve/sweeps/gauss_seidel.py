@@ -13,13 +13,11 @@ from lmgcpy.solve.sweeps.light_bodies import MOVE
 from lmgcpy.solve.sweeps.solver import Solver
 from lmgcpy.solve.sweeps.step import Step
 from lmgcpy.solve.sweeps.sweep import (
-    HALF_AS_MANY,
-    MORE,
+    alone_out_of_balance,
     apply_impulses,
     at_round_off,
     begin,
     measure,
-    only_out_of_balance,
     rate,
     sweep_groups,
 )
@@ -69,9 +67,8 @@ def gauss_seidel(team: Team, max_iterations):
             status = ROUND_OFF
             break
         # stagnation: only light bodies are out of balance, and have been for long
-        if team.limits[7] > team.bounds[2] or not only_out_of_balance(team.bounds, team.measured):
-            others = sweeps
-        elif sweeps >= HALF_AS_MANY * others + MORE:
+        others, for_long = alone_out_of_balance(team, sweeps, others)
+        if for_long:
             status = STAGNATED
             break
         # or the last half of the sweeps gained less than 1 %

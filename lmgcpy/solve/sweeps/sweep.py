@@ -311,6 +311,14 @@ def only_out_of_balance(bounds, measured):
     return measured[0] <= bounds[0] and measured[1] <= bounds[1] and measured[4] <= bounds[2] < measured[5]
 
 
+def alone_out_of_balance(team, sweeps, others):
+    """Sweep after which something was wrong beside the balance of light bodies that bear little, ``others`` so far, and
+    whether since then there were many sweeps."""
+    if team.limits[7] > team.bounds[2] or not only_out_of_balance(team.bounds, team.measured):
+        return sweeps, False
+    return others, sweeps >= HALF_AS_MANY * others + MORE
+
+
 def at_round_off(team, nothing):
     """Whether the error that :func:`measure` found above the tolerance is round-off.
 
