@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from lmgcpy.contact.elements import CORNERS, ElementTable, SkinTable
+from lmgcpy.contact.elements import CORNERS, Crossed, ElementTable, SkinTable
 from lmgcpy.contact.positions import axes_of, in_plane, in_space
 from lmgcpy.laws import Law
 
@@ -47,12 +47,15 @@ class ContactorTable:
     elements: ElementTable | None = None
     """Those that lie on several bodies; ``body`` of these is the body at one of their corners. None if there are none."""
 
-    def with_elements(self, surfaces: Sequence[SkinTable], points: np.ndarray, bodies: int) -> ContactorTable:
+    def with_elements(
+        self, surfaces: Sequence[SkinTable], points: np.ndarray, bodies: int, crossed: Crossed = None
+    ) -> ContactorTable:
         """The table with the elements of some surfaces, for bodies at ``points`` (n, d); ``bodies``: number of bodies to
-        whose contactors they come next. Bodies that are added later come after them."""
+        whose contactors they come next. Bodies that are added later come after them. ``crossed``: ways across a periodic
+        cell, None without a cell."""
         first = int(np.searchsorted(self.body, bodies))
-        table = ElementTable.of(first, surfaces)
-        count, radius = len(table), table.bounds(points)[1]
+        table = ElementTable.of(first, len(self.body), surfaces)
+        count, radius = len(table), table.bounds(points, crossed)[1]
         nothing = np.zeros((count, self.offset.shape[1]))
         size = self.shape_size | table.shape_size(points)
         shape = np.insert(widened(self.shape, max(size.values())), first, np.zeros((count, 1)), axis=0)
@@ -62,7 +65,7 @@ class ContactorTable:
             offset=np.insert(self.offset, first, nothing, axis=0),
             kind=[*self.kind[:first], *table.kind, *self.kind[first:]],
             color=[*self.color[:first], *table.color, *self.color[first:]],
-            shape=table.enter(shape, points),
+            shape=table.enter(shape, points, crossed),
             shape_size=size,
             bounding_radius=np.insert(self.bounding_radius, first, radius),
             middle=None if self.middle is None else np.insert(self.middle, first, nothing, axis=0),

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from copy import copy
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -91,6 +92,8 @@ class Detector:
         """Whether each contactor is hidden, (k,) bool; None if none is."""
         self._reach = 0.0
         self._listed_at: np.ndarray | None = None
+        self._listed_radii = self._radii
+        """Bounding radii then [m], (k,)."""
         self._listed_centres: Any = None
         """The same positions with the centres of the bounding spheres in place of the contactors' own."""
         self.groups: list[Group] = []
@@ -211,15 +214,17 @@ class Detector:
         self._update_list(placed, travel, closing)
         inverse_mass = self.inverse_mass if inverse_mass is None else inverse_mass
         seen = Seen(self._as_met(placed), self.contactors.body, self._shapes, bodies, inverse_mass)
+        elements = self._elements
         if self._images is not None:
             seen = self._images.seen(seen, self._stride)
+            elements = None if elements is None else self._images.elements(elements, bodies)
         first = 0
         for group in self.groups:
             group.start = first
             if group.chain:
                 first = self._detect_links(group, bodies, inverse_mass)
             else:
-                first = self._detect_contacts(group, seen, travel, closing)
+                first = self._detect_contacts(group, seen, elements, travel, closing)
             group.stop = first
             if group.cuts is not None:
                 slots = self._capacity.slot[group.start : first]
@@ -292,7 +297,9 @@ class Detector:
             self._capacity.candidate[group.start : stop] = chain.bodies[1:]
         return stop
 
-    def _detect_contacts(self, group: Group, seen: Seen, travel: float, closing: float) -> int:
+    def _detect_contacts(
+        self, group: Group, seen: Seen, elements: Elements | None, travel: float, closing: float
+    ) -> int:
         """Write the contacts of a group; returns the row after the last."""
         assert group.kernel is not None
         assert group.row is not None
@@ -301,7 +308,7 @@ class Detector:
         pairs = group.pairs if group.placed_pairs is None else group.placed_pairs
         given = [pairs, group.start, group.first_slot, alert, *contactors, seen.bodies, seen.inverse_mass]
         if group.on_elements:
-            given.append(self._elements)
+            given.append(elements)
         foreign = group.kinds is not None and group.kinds.foreign
         try:
             stop, group.diagonal = group.kernel(*given, self._capacity)
@@ -334,16 +341,21 @@ class Detector:
         """Enter the positions and shapes of elements, whose axes are those of space."""
         table, d = self.contactors.elements, self.dimension
         assert table is not None
-        points = bodies[:, :d]
-        middle, radii = table.bounds(points)
+        points, crossed = bodies[:, :d], None
+        if self._images is not None:
+            lattice = self._images.lattice
+            crossed = partial(lattice.crossed, edges=lattice.edges(bodies))
+        middle, radii = table.bounds(points, crossed)
         placed[table.rows] = 0.0
         placed[table.rows, :d] = middle
         if placed.shape[1] == 7:
             placed[table.rows, 6] = 1.0
-        table.enter(self._shapes.reshape(-1, self._stride), points)
-        self._elements = table.at(points, middle)
+        table.enter(self._shapes.reshape(-1, self._stride), points, crossed)
+        self._elements = table.at(points, middle, crossed)
         self._radii = self.contactors.bounding_radius.copy()
         self._radii[table.rows] = radii
+        if self._images is not None:
+            self._images.measure(self._radii)
 
     def _as_met(self, placed: np.ndarray) -> np.ndarray:
         """The positions (k, w) that narrow phases get: the shapes of elements are seen from the origin."""
@@ -355,7 +367,8 @@ class Detector:
 
     def _nowhere(self) -> np.ndarray:
         """Zeros of the shape that :meth:`_place` returns."""
-        return np.zeros_like(self._place(np.zeros((len(self.inverse_mass), self.contactors.width))))
+        edges = 0 if self._images is None or self._in_place else len(self._images.lattice.rows)
+        return np.zeros((len(self.contactors.body) + edges, self.contactors.width))
 
     def _update_list(self, placed: np.ndarray, travel: float, closing: float) -> None:
         """Make the list of neighbours anew if it may lack a pair."""
@@ -380,12 +393,15 @@ class Detector:
         if self._images is not None:
             before, ratio = self._images.carried_along(before, placed)
             spare -= self._images.shortening(ratio, self._reach)
+        if self.contactors.elements is not None:
+            rows = self.contactors.elements.rows
+            spare -= 2.0 * float((self._radii[rows] - self._listed_radii[rows]).max(initial=0.0))  # they may become longer
         return bool(spare < 0.0 or 4.0 * largest_move(placed, before, self.dimension) > spare**2)
 
     def _list_neighbours(self, placed: np.ndarray) -> None:
         """Make the groups and their lists of neighbours anew and carry impulses and states over."""
         self.rebuilds += 1
-        self._listed_at = placed.copy()
+        self._listed_at, self._listed_radii = placed.copy(), self._radii
         self._listed_centres = self.contactors.centres(self._listed_at)
         around = self._surroundings(placed)
         slabs: Slabs | None = None

@@ -19,7 +19,7 @@ For a segment and for a triangle ``G_k . m = 0``. A node of more than two segmen
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -32,13 +32,17 @@ from lmgcpy.contact.excluded_pairs import ExcludedPairs
 from lmgcpy.contact.features import (
     IN_PLANE,
     IN_SPACE,
+    Corners,
     Topology,
     corner_shapes,
     edge_shapes,
     facet_shapes,
+    places_of,
     ridges_of,
 )
 
+Crossed = Callable[[np.ndarray], np.ndarray] | None
+"""Ways across a periodic cell, see :func:`~lmgcpy.contact.features.places_of`: elements lie between nearest images."""
 CORNERS = {"face": 3, "edge": 2, "corner": 3, "line": 2, "tip": 3}
 """On how many bodies an element lies: a corner on the node and on those beside it."""
 
@@ -84,25 +88,28 @@ class SkinTable:
         found.append(("tip" if flat else "corner", around))
         return [(name, corners) for name, corners in found if len(corners)]
 
-    def shapes(self, points: np.ndarray) -> list[np.ndarray]:
+    def shapes(self, points: np.ndarray, crossed: Crossed = None) -> list[np.ndarray]:
         """Shapes of its features in the order of :attr:`sorts`, for nodes at ``points`` (V, d)."""
-        ridges = ridges_of(points, self.net)
-        found = [facet_shapes(points, self.net, self.radius, ridges=ridges)] if len(self.net.facets) else []
+        at = Corners(points, self.net, crossed)
+        ridges = ridges_of(at)
+        found = [facet_shapes(at, self.radius, ridges=ridges)] if len(self.net.facets) else []
         if self.net.dimension == 3:
-            edges = edge_shapes(points, self.net, self.radius, ridges=ridges)
+            edges = edge_shapes(at, self.radius, ridges=ridges)
             edges[ridges.flat, 4:7] = edges[ridges.flat, 1:4]  # faces in one plane meet all: no place is between two ends
             found.append(edges)
-        return [*found, corner_shapes(points, self.net, self.radius)]
+        return [*found, corner_shapes(at, self.radius)]
 
 
 @by_reference
 class Elements(NamedTuple):
     """The elements at the positions of a detection, as narrow phases read them; e elements."""
 
-    first: int
-    """Row of the first one among the contactors."""
+    row: np.ndarray
+    """Row here of each contactor that is an element, (k,) int64; in a periodic cell the images have rows of their own."""
     corner: np.ndarray
     """Rows of the bodies at the corners, (e, 3) int64."""
+    place: np.ndarray
+    """Their places [m], (e, 3 d)."""
     middle: np.ndarray
     """Middle of the axis [m], (e, d)."""
     weight: np.ndarray
@@ -112,6 +119,21 @@ class Elements(NamedTuple):
     gradient: np.ndarray
     """G_k of the three corners [1/m], (e, 3 d)."""
 
+    def with_images(self, contactor: np.ndarray, between: int, shift: np.ndarray) -> Elements:
+        """The elements with the images of some contactors (g,), which are the last ones, after ``between`` others;
+        ``shift``: where they are from the contactors [m], (g, d)."""
+        own = np.flatnonzero(self.row[contactor] >= 0)
+        which, shift = self.row[contactor[own]], shift[own]
+        of_images = np.full(between + len(contactor), -1)
+        of_images[between + own] = len(self.middle) + np.arange(len(own))
+        return Elements(
+            np.concatenate([self.row, of_images]),
+            np.concatenate([self.corner, self.corner[which]]),
+            np.concatenate([self.place, self.place[which] + np.tile(shift, 3)]),
+            np.concatenate([self.middle, self.middle[which] + shift]),
+            *(np.concatenate([of_all, of_all[which]]) for of_all in (self.weight, self.slope, self.gradient)),
+        )
+
 
 @dataclass(frozen=True)
 class ElementTable:
@@ -119,6 +141,8 @@ class ElementTable:
 
     first: int
     """Row of the first one among the contactors."""
+    contactors: int
+    """Number of contactors."""
     surfaces: Sequence[SkinTable]
     kind: list[str]
     """Kinds of the contactors, (e,)."""
@@ -129,8 +153,8 @@ class ElementTable:
     """Number of corners of a segment or triangle, 0 of a node, (e,)."""
 
     @classmethod
-    def of(cls, first: int, surfaces: Sequence[SkinTable]) -> ElementTable:
-        """The elements of some surfaces."""
+    def of(cls, first: int, others: int, surfaces: Sequence[SkinTable]) -> ElementTable:
+        """The elements of some surfaces, beside so many other contactors."""
         kind, color, corner, count = [], [], [np.zeros((0, 3), np.int64)], []
         for surface in surfaces:
             for name, corners in surface.sorts:
@@ -138,7 +162,8 @@ class ElementTable:
                 color += [surface.color] * len(corners)
                 corner.append(surface.nodes[corners])
                 count += [0 if name in ("corner", "tip") else CORNERS[name]] * len(corners)
-        return cls(first, surfaces, kind, color, np.concatenate(corner), np.array(count, dtype=np.int64))
+        table = first, others + len(count), surfaces, kind, color
+        return cls(*table, np.concatenate(corner), np.array(count, dtype=np.int64))
 
     def __len__(self) -> int:
         return len(self.count)
@@ -161,9 +186,9 @@ class ElementTable:
         c, a = corners[pairs[:, 0], :, None], corners[pairs[:, 1], None, :]
         return pairs[((c != a) & ~excluded.contain(c, a)).all(axis=(1, 2))]
 
-    def shapes(self, points: np.ndarray) -> list[np.ndarray]:
+    def shapes(self, points: np.ndarray, crossed: Crossed = None) -> list[np.ndarray]:
         """Shapes of the elements, piece by piece, for bodies at ``points`` (n, d)."""
-        return [shape for surface in self.surfaces for shape in surface.shapes(points[surface.nodes])]
+        return [shape for surface in self.surfaces for shape in surface.shapes(points[surface.nodes], crossed)]
 
     def shape_size(self, points: np.ndarray) -> dict[str, int]:
         """How many numbers the shapes of each kind have, at the most."""
@@ -173,17 +198,17 @@ class ElementTable:
             found[kind] = max(found.get(kind, 0), shape.shape[1])
         return found
 
-    def enter(self, table: np.ndarray, points: np.ndarray) -> np.ndarray:
+    def enter(self, table: np.ndarray, points: np.ndarray, crossed: Crossed = None) -> np.ndarray:
         """Enter these shapes into the table of all contactors (k, w), and return it."""
         first = self.first
-        for piece in self.shapes(points):
+        for piece in self.shapes(points, crossed):
             table[first : first + len(piece), : piece.shape[1]] = piece
             first += len(piece)
         return table
 
-    def bounds(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def bounds(self, points: np.ndarray, crossed: Crossed = None) -> tuple[np.ndarray, np.ndarray]:
         """Middles of the axes (e, d) and radii of spheres around them that contain the elements (e,) [m]."""
-        places = points[self.own]
+        places = places_of(points, self.own, crossed)
         middle = places[:, 1].copy()
         for count in (2, 3):
             here = self.count == count
@@ -202,10 +227,10 @@ class ElementTable:
         """Radii of the surfaces [m], (e,)."""
         return np.array([surface.radius for surface in self.surfaces])[self.skin]
 
-    def at(self, points: np.ndarray, middle: np.ndarray) -> Elements:
+    def at(self, points: np.ndarray, middle: np.ndarray, crossed: Crossed = None) -> Elements:
         """The elements as narrow phases read them, for bodies at ``points`` (n, d) and the middles that :meth:`bounds`
         gives."""
-        places, (count, d) = points[self.corner], middle.shape
+        places, (count, d) = places_of(points, self.corner, crossed), middle.shape
         weight, gradient = np.zeros((count, 3)), np.zeros((count, 3, d))
         here = self.count == 2
         along = places[here, 1] - places[here, 0]
@@ -228,7 +253,10 @@ class ElementTable:
             half = np.where(both, 0.5, 1.0)[:, None] * along / square_of(along)[:, None]
             gradient[there, side] = half
             gradient[there, 1] -= half
-        return Elements(self.first, self.corner, middle, weight, np.where(here, 0.0, 1.0), gradient.reshape(count, 3 * d))
+        row = np.full(self.contactors, -1)
+        row[self.rows] = np.arange(count)
+        slope, places = np.where(here, 0.0, 1.0), places.reshape(count, 3 * d)
+        return Elements(row, self.corner, places, middle, weight, slope, gradient.reshape(count, 3 * d))
 
 
 def square_of(vectors: np.ndarray) -> np.ndarray:

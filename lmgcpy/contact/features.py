@@ -32,7 +32,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -480,6 +480,54 @@ class Topology:
         """2 or 3."""
         return self.ridges.shape[1] + 1
 
+    @cached_property
+    def first_of_side(self) -> np.ndarray:
+        """Which corner of a facet is the first one of each of its sides, (F, d)."""
+        first = self.ridges[self.sides][..., 0]
+        return (self.facets[:, None] == first[..., None]).argmax(axis=2)
+
+
+@dataclass(frozen=True)
+class Corners:
+    """The corners of a surface at their places, in a periodic cell those of a facet or edge as the images that are nearest
+    to its second one."""
+
+    points: np.ndarray
+    """[m], (V, d)."""
+    net: Topology
+    crossed: Callable[[np.ndarray], np.ndarray] | None = None
+    """See :func:`places_of`."""
+
+    @cached_property
+    def of_facets(self) -> np.ndarray:
+        """(F, d, d)."""
+        return places_of(self.points, self.net.facets, self.crossed)
+
+    @cached_property
+    def of_edges(self) -> np.ndarray:
+        """(E, 2, d)."""
+        return places_of(self.points, self.net.edges, self.crossed)
+
+    @cached_property
+    def of_sides(self) -> np.ndarray:
+        """The first corner of each side of the facets, (F, d, d)."""
+        return np.take_along_axis(self.of_facets, self.net.first_of_side[..., None], axis=1)
+
+
+def places_of(
+    points: np.ndarray, rows: np.ndarray, crossed: Callable[[np.ndarray], np.ndarray] | None = None
+) -> np.ndarray:
+    """The places of some corners (m, c) among points (V, d) [m], (m, c, d).
+
+    ``crossed`` gives the ways across a periodic cell that are in differences (m, d), None without a cell: there the corners
+    are the images that are nearest to the second one.
+    """
+    places = points[rows]
+    if crossed is None or not len(rows):
+        return places
+    away = places - places[:, 1:2]
+    return places - crossed(away.reshape(-1, points.shape[1])).reshape(places.shape)
+
 
 def topology(cells: np.ndarray, count: int, *, dimension: int = 3) -> Topology:
     """The topology of triangles (m, 3), or of segments (m, 2), between ``count`` corners.
@@ -531,27 +579,27 @@ def unit(vectors: np.ndarray) -> np.ndarray:
     return vectors / np.where(length > 0.0, length, 1.0)
 
 
-def edge_directions(points: np.ndarray, net: Topology) -> np.ndarray:
+def edge_directions(at: Corners) -> np.ndarray:
     """Unit vectors of the edges from the first corner to the second, (E, d)."""
-    return unit(points[net.edges[:, 1]] - points[net.edges[:, 0]])
+    return unit(at.of_edges[:, 1] - at.of_edges[:, 0])
 
 
-def facet_normals(points: np.ndarray, net: Topology) -> np.ndarray:
+def facet_normals(at: Corners) -> np.ndarray:
     """Unit normals of the facets, (F, d): of triangles by the right-hand rule, of segments to the left."""
-    corners = points[net.facets]
-    if net.dimension == 2:
+    corners = at.of_facets
+    if at.net.dimension == 2:
         way = corners[:, 1] - corners[:, 0]
         return unit(np.column_stack([-way[:, 1], way[:, 0]]))
     return unit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
 
 
-def outward_vectors(points: np.ndarray, net: Topology) -> np.ndarray:
+def outward_vectors(at: Corners) -> np.ndarray:
     """Unit vectors in the facets, normal to their sides and outward, (F, d, d)."""
-    along = edge_directions(points, net)
-    if net.dimension == 2:  # the other end lies behind
+    along = edge_directions(at)
+    if at.net.dimension == 2:  # the other end lies behind
         return np.stack([along, -along], axis=1)
-    e = along[net.sides]
-    inward = points[net.facets] - points[net.ridges[net.sides][..., 0]]
+    e = along[at.net.sides]
+    inward = at.of_facets - at.of_sides
     return unit((inward * e).sum(axis=-1, keepdims=True) * e - inward)
 
 
@@ -569,9 +617,9 @@ class Ridges:
     """cot(theta/2), theta the angle of the solid behind the facets, (R,); 0 if there is one facet."""
 
 
-def ridges_of(points: np.ndarray, net: Topology) -> Ridges:
-    """How the facets of a surface with corners at ``points`` (V, d) meet."""
-    m, n = outward_vectors(points, net), facet_normals(points, net)
+def ridges_of(at: Corners) -> Ridges:
+    """How the facets of a surface meet."""
+    net, m, n = at.net, outward_vectors(at), facet_normals(at)
     there = net.facets_of >= 0
     outward = np.zeros((*there.shape, net.dimension))
     if len(m):
@@ -586,67 +634,67 @@ def ridges_of(points: np.ndarray, net: Topology) -> Ridges:
 
 
 def facet_shapes(
-    points: np.ndarray, net: Topology, radius: float, *, one_sided: bool = False, depth: Any = DEEP, ridges: Any = None
+    at: Corners, radius: float, *, one_sided: bool = False, depth: Any = DEEP, ridges: Any = None
 ) -> np.ndarray:
-    """Shapes of the faces (F, 30), or of the lines (F, 17), of a surface with corners at ``points`` (V, d).
+    """Shapes of the faces (F, 30), or of the lines (F, 17), of a surface.
 
     ``depth``: how far behind a facet centres are met if it has one side, (F,) or one number [m]. ``ridges``: of
     :func:`ridges_of`, if known.
     """
-    found: Ridges = ridges_of(points, net) if ridges is None else ridges
+    found: Ridges = ridges_of(at) if ridges is None else ridges
+    net, m = at.net, outward_vectors(at)
     d, count = net.dimension, len(net.facets)
-    m = outward_vectors(points, net)
     cotangent = found.cotangent[net.sides] if one_sided else np.zeros((count, d))
     bound = np.zeros((count, d))
     # facets in one plane share the vector of their ridge, and its test: v < s of the one, -v < -s of the other
     flat = np.flatnonzero(found.flat)
     shared = unit(found.outward[flat, 0] - found.outward[flat, 1])
-    s = ASIDE * float(np.abs(points).max(initial=0.0)) * (shared @ GENERIC[:d])
+    s = ASIDE * float(np.abs(at.points).max(initial=0.0)) * (shared @ GENERIC[:d])
     for side, sign, limit in ((0, 1.0, np.nextafter(s, np.inf)), (1, -1.0, -s)):
         of = net.facets_of[flat, side], net.places[flat, side]
         m[of], bound[of] = sign * shared, limit
-    corner = points[net.ridges[net.sides][..., 0]]
-    parts = np.concatenate([corner, m, cotangent[..., None], bound[..., None]], axis=2).reshape(count, -1)
+    parts = np.concatenate([at.of_sides, m, cotangent[..., None], bound[..., None]], axis=2).reshape(count, -1)
     first = [np.broadcast_to(value, count) for value in (radius, float(one_sided), np.minimum(depth, DEEP))]
-    return np.column_stack([*first, facet_normals(points, net), parts])
+    return np.column_stack([*first, facet_normals(at), parts])
 
 
-def edge_shapes(points: np.ndarray, net: Topology, radius: float, *, ridges: Any = None) -> np.ndarray:
+def edge_shapes(at: Corners, radius: float, *, ridges: Any = None) -> np.ndarray:
     """Shapes of the edges of a surface, or of a net, in space, (E, 16); arguments as of :func:`facet_shapes`."""
-    found: Ridges = ridges_of(points, net) if ridges is None else ridges
-    ends = points[net.edges].reshape(-1, 6)
+    found: Ridges = ridges_of(at) if ridges is None else ridges
+    ends = at.of_edges.reshape(-1, 6)
     size = np.broadcast_to(radius, len(ends))
-    return np.column_stack([size, ends, edge_directions(points, net), found.outward.reshape(-1, 6)])
+    return np.column_stack([size, ends, edge_directions(at), found.outward.reshape(-1, 6)])
 
 
-def spoke_vectors(points: np.ndarray, net: Topology) -> np.ndarray:
+def spoke_vectors(at: Corners) -> np.ndarray:
     """Unit vectors from each corner to the corners next to it, zeros for none, (V, K, d)."""
-    along = np.concatenate([edge_directions(points, net), np.zeros((1, points.shape[1]))])
+    net = at.net
+    along = np.concatenate([edge_directions(at), np.zeros((1, net.dimension))])
     begins = np.concatenate([net.edges[:, 0], [-1]])[net.spokes] == np.arange(len(net.spokes))[:, None]
     return np.where(begins[..., None], along[net.spokes], -along[net.spokes])
 
 
-def corner_shapes(points: np.ndarray, net: Topology, radius: float) -> np.ndarray:
+def corner_shapes(at: Corners, radius: float) -> np.ndarray:
     """Shapes of the corners (V, 4 + 3 K), or of the tips (V, 3 + 2 K)."""
-    spokes = spoke_vectors(points, net).reshape(len(points), -1)
-    return np.column_stack([np.broadcast_to(radius, len(points)), points, spokes + 0.0])
+    count = len(at.points)
+    return np.column_stack([np.broadcast_to(radius, count), at.points, spoke_vectors(at).reshape(count, -1) + 0.0])
 
 
-def kept_edges(net: Topology, ridges: Ridges, *, one_sided: bool = False) -> np.ndarray:
+def kept_edges(ridges: Ridges, *, one_sided: bool = False) -> np.ndarray:
     """Whether the cone of each edge is more than a half-plane, and outside if the surface has one side, (E,) bool."""
     return ~ridges.flat & (ridges.convex if one_sided else True)
 
 
-def kept_corners(points: np.ndarray, net: Topology, *, one_sided: bool = False) -> np.ndarray:
+def kept_corners(at: Corners, *, one_sided: bool = False) -> np.ndarray:
     """Whether the cone of each corner is more than a line, and outside if the surface has one side, (V,) bool.
 
     The cone is spanned by products ``e_i x e_j``, and by ``(e_i x e_j) x e_i`` if the directions e lie in a plane.
     """
-    if net.dimension == 2:
-        return _kept_tips(points, net, one_sided)
-    spokes, kept = spoke_vectors(points, net), np.zeros(len(points), dtype=bool)
-    degree = (net.spokes >= 0).sum(axis=1)
-    outside = _corner_normals(points, net) if one_sided else None
+    if at.net.dimension == 2:
+        return _kept_tips(at, one_sided)
+    spokes, kept = spoke_vectors(at), np.zeros(len(at.points), dtype=bool)
+    degree = (at.net.spokes >= 0).sum(axis=1)
+    outside = _corner_normals(at) if one_sided else None
     for k in np.unique(degree[degree > 0]).tolist():
         alike = np.flatnonzero(degree == k)
         for rows in np.array_split(alike, max(1, len(alike) * k**3 // 2_000_000)):
@@ -664,9 +712,9 @@ def kept_corners(points: np.ndarray, net: Topology, *, one_sided: bool = False) 
     return kept
 
 
-def _kept_tips(points: np.ndarray, net: Topology, one_sided: bool) -> np.ndarray:
-    ridges, kept = ridges_of(points, net), np.zeros(len(points), dtype=bool)
-    kept[net.ridges[:, 0]] = kept_edges(net, ridges, one_sided=one_sided)
+def _kept_tips(at: Corners, one_sided: bool) -> np.ndarray:
+    kept = np.zeros(len(at.points), dtype=bool)
+    kept[at.net.ridges[:, 0]] = kept_edges(ridges_of(at), one_sided=one_sided)
     return kept
 
 
@@ -675,14 +723,14 @@ def _without_noise(vectors: np.ndarray) -> np.ndarray:
     return np.where(np.linalg.norm(vectors, axis=-1, keepdims=True) > FLAT, vectors, 0.0)
 
 
-def _corner_normals(points: np.ndarray, net: Topology) -> np.ndarray:
+def _corner_normals(at: Corners) -> np.ndarray:
     """Normals of the facets around each corner weighted by their angles there, (V, 3). They tell which side a centre
     nearest to a corner is on (Baerentzen and Aanaes 2005, IEEE Trans. Vis. Comput. Graph. 11, 243)."""
-    normals, result = facet_normals(points, net), np.zeros_like(points)
+    normals, result = facet_normals(at), np.zeros_like(at.points)
     for k in range(3):
-        a, b, c = (points[net.facets[:, (k + step) % 3]] for step in range(3))
+        a, b, c = (at.of_facets[:, (k + step) % 3] for step in range(3))
         angle = np.arccos(np.clip((unit(b - a) * unit(c - a)).sum(axis=1), -1.0, 1.0))
-        np.add.at(result, net.facets[:, k], angle[:, None] * normals)
+        np.add.at(result, at.net.facets[:, k], angle[:, None] * normals)
     return result
 
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from lmgcpy.contact.broad_phase import near_pairs, sorted_pairs
 from lmgcpy.contact.detection_tables import ContactorTable
+from lmgcpy.contact.elements import Elements
 from lmgcpy.contact.groups import Group
 from lmgcpy.contact.lattice import Lattice
 
@@ -42,12 +43,20 @@ class Images:
         self.lattice = lattice
         self._contactors = contactors
         self._bounded = bounded
-        self._largest = float(contactors.bounding_radius[bounded].max(initial=0.0))
-        reach = (np.linalg.norm(contactors.swing, axis=1) + contactors.bounding_radius)[bounded]
-        self._longest = float(reach.max(initial=0.0))
+        self.measure(contactors.bounding_radius)
+        self._set(np.zeros(0, np.int64), np.zeros((0, len(lattice.rows))))
+
+    def measure(self, radii: np.ndarray) -> None:
+        """Go on with other bounding radii of the contactors (k,)."""
+        self._radii = radii
+        self._largest = float(radii[self._bounded].max(initial=0.0))
+        reach = np.linalg.norm(self._contactors.swing, axis=1) + radii
+        elements = self._contactors.elements
+        if elements is not None:  # seen from the body at a corner
+            reach[elements.rows] += radii[elements.rows]
+        self._longest = float(reach[self._bounded].max(initial=0.0))
         """Largest radius of a circle or sphere around the centre of a body that contains it; the cell must be wider than
         twice this radius."""
-        self._set(np.zeros(0, np.int64), np.zeros((0, len(lattice.rows))))
 
     def _set(self, contactor: np.ndarray, shift: np.ndarray) -> None:
         """Set the contactor of each image, (g,), and the number of edges by which it is shifted, (g, p)."""
@@ -85,7 +94,7 @@ class Images:
         self.check_width(placed, reach)
         lattice, edges = self.lattice, self._edges(placed)
         bounded = np.flatnonzero(self._bounded)
-        radius, count = self._contactors.bounding_radius[bounded], len(bounded)
+        radius, count = self._radii[bounded], len(bounded)
         points = lattice.wrapped(placed[bounded, : lattice.dimension], edges)
         at = lattice.reduced(points, edges)
         margin = (2.0 * self._largest + reach) / lattice.widths(edges)
@@ -157,10 +166,9 @@ class Images:
 
     def seen(self, plain: Seen, stride: int) -> Seen:
         """Contactors and bodies with the images behind them; ``stride``: length of the row of a shape."""
-        d, p = self.lattice.dimension, len(self.lattice.rows)
-        count = len(plain.bodies)
+        p, count = len(self.lattice.rows), len(plain.bodies)
         shift = np.zeros((len(self._shift), plain.bodies.shape[1]))
-        shift[:, :d] = self._shift @ self._edges(plain.placed)
+        shift[:, : self.lattice.dimension] = self._shifts(plain.bodies)
         images = count + np.arange(len(shift))
         shapes = plain.shapes.reshape(-1, stride)
         return Seen(
@@ -170,6 +178,14 @@ class Images:
             np.concatenate([plain.bodies, plain.bodies[self._body] + shift]),
             np.concatenate([plain.inverse_mass, plain.inverse_mass[self._body]]),
         )
+
+    def _shifts(self, bodies: np.ndarray) -> np.ndarray:
+        """Where each image is from its contactor [m], (g, d)."""
+        return self._shift @ self.lattice.edges(bodies)
+
+    def elements(self, plain: Elements, bodies: np.ndarray) -> Elements:
+        """The elements with the images behind them, for positions of the bodies (n, w)."""
+        return plain.with_images(self._contactor, len(self.lattice.rows), self._shifts(bodies))
 
     def name_bodies(self, antagonist: np.ndarray, count: int) -> None:
         """Replace the rows of images by the rows of their bodies; ``count``: number of bodies."""

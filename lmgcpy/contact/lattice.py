@@ -51,9 +51,13 @@ class Lattice:
         """
         return np.rint(self.reduced(differences, edges))
 
+    def crossed(self, differences: np.ndarray, edges: np.ndarray) -> np.ndarray:
+        """The way across the cell by which each difference of positions (m, d) is more than its shortest image [m]."""
+        return self.nearest(differences, edges) @ edges
+
     def shortened(self, differences: np.ndarray, edges: np.ndarray) -> np.ndarray:
         """The shortest image of each difference of positions (m, d) [m]."""
-        return differences - self.nearest(differences, edges) @ edges
+        return differences - self.crossed(differences, edges)
 
     def course(self, points: np.ndarray, edges: np.ndarray) -> np.ndarray:
         """Points along a chain (l + 1, d), each as the image that is nearest to the one before it [m]."""

@@ -94,12 +94,12 @@ def detect_contacts(
         lever_c = point
         lever_a = point
         if CANDIDATE > 1:
-            c, lever_c = write_corners(m, 0, 1.0, CANDIDATE, k_c, frame, point, bodies, elements, result)
+            c, lever_c = write_corners(m, 0, 1.0, CANDIDATE, k_c, frame, point, elements, result)
             used = CANDIDATE
         else:
             lever_c = less_row(point, row(bodies, c, 0))
         if ANTAGONIST > 1:
-            a, lever_a = write_corners(m, used, -1.0, ANTAGONIST, k_a, frame, point, bodies, elements, result)
+            a, lever_a = write_corners(m, used, -1.0, ANTAGONIST, k_a, frame, point, elements, result)
             used += ANTAGONIST
         else:
             lever_a = less_row(point, row(bodies, a, 0))
@@ -169,10 +169,10 @@ def corner_row(m, k, e, frame, result):
     return plus_row(along, multiple_row(result.weight[m, at + 1 + e], frame[0]))
 
 
-def write_corners(m, first, sign, count, contactor, frame, point, bodies, elements, result):
+def write_corners(m, first, sign, count, contactor, frame, point, elements, result):
     """Write the corners of a side and their numbers; returns the body at the nearest corner, and the contact point as seen
     from its centre."""
-    element = contactor - elements.first
+    element = elements.row[contactor]
     from_middle = less_row(point, row(elements.middle, element, 0))
     nearest = 0
     largest = -np.inf
@@ -192,8 +192,7 @@ def write_corners(m, first, sign, count, contactor, frame, point, bodies, elemen
         result.weight[m, at_k + 1] = -rho * dot(gradient, frame[0])
         for e in range(1, D):
             result.weight[m, at_k + 1 + e] = rho * dot(gradient, frame[e])
-    body = elements.corner[element, nearest]
-    return body, less_row(point, row(bodies, body, 0))
+    return elements.corner[element, nearest], less_row(point, row(elements.place, element, D * nearest))
 
 
 def names_of(dimension: int, width: int, candidate: int, antagonist: int) -> dict[str, Any]:

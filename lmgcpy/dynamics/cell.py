@@ -162,7 +162,8 @@ class CellMotion:
         return self.yields(inverse_mass) or any(v[self.lattice.rows].any() for v in velocities)
 
     def branches(self, groups: list[Group], interactions: Interactions) -> np.ndarray:
-        """Components of l along the axes of the edges [m], (m, p); zero if one of the two bodies has no bounds."""
+        """Components of l along the axes of the edges [m], (m, p); zero if one of the two bodies has no bounds. On a thread
+        or membrane l ends at the foot of the contact, the mean of the nodes by their weights."""
         normal = interactions.normal
         along = interactions.arm.sum(axis=1)
         for group in groups:
@@ -171,11 +172,17 @@ class CellMotion:
                 along[part] += interactions.gap[part] + group.chain.radius_sum
         branch = along[:, None] * normal
         if len(interactions.lateral):  # in 2D, t = (-n_y, n_x)
-            across = interactions.lateral[:, 1] - interactions.lateral[:, 0]
+            lateral = interactions.lateral.copy()
+            for part, side in sides_on_elements(groups):
+                lateral[part, side] = 0.0
+            across = lateral[:, 1] - lateral[:, 0]
             branch += across[:, None] * np.column_stack([-normal[:, 1], normal[:, 0]])
         if len(interactions.lever):
-            links = first_contact(groups)
-            levers = interactions.lever[:, 3:] - interactions.lever[:, :3]
+            links, of_sides = first_contact(groups), interactions.lever.reshape(-1, 2, 3).copy()
+            for part, side in sides_on_elements(groups):
+                lever = of_sides[part, side]
+                of_sides[part, side] = (lever * normal[part]).sum(axis=1)[:, None] * normal[part]
+            levers = of_sides[:, 1] - of_sides[:, 0]
             branch[:links] += levers[:links]
             branch[links:] = levers[links:]
         for group in groups:
@@ -203,6 +210,17 @@ class CellMotion:
             interactions.shear[links:] += blocks[links:, :2, 2]
         for group in groups:
             group.diagonal = group.diagonal and group.chain is not None
+
+
+def sides_on_elements(groups: list[Group]) -> list[tuple[slice, int]]:
+    """Interactions and side, 0 or 1, of the sides that are elements of surfaces between bodies."""
+    return [
+        (slice(group.start, group.stop), side)
+        for group in groups
+        if group.on_elements and group.kinds is not None
+        for side, count in enumerate(group.kinds.corners)
+        if count > 1
+    ]
 
 
 def convection(gradient: np.ndarray, time_step: float) -> np.ndarray:

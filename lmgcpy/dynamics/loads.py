@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from lmgcpy.contact.features import places_of
+from lmgcpy.contact.lattice import Lattice
 from lmgcpy.errors import number, numbers, shown
 
 
@@ -42,12 +44,15 @@ class Pressure:
     cells: np.ndarray
     """Rows of the bodies at the corners, (m, d)."""
     value: float | Callable[[float], float]
+    lattice: Lattice | None = None
+    """The lattice of a periodic cell, in which cells lie between nearest images."""
 
     def add_to(self, force: np.ndarray, positions: np.ndarray, time: float) -> None:
         """Add the forces at a time, for bodies at ``positions`` (n, d), to those of all bodies (n, k)."""
         d = positions.shape[1]
         pressure = at_time(self.value, time, f"of time imposed as a pressure at t = {time:g} s", number)
-        share = -pressure / d * area_vectors(positions[self.cells])
+        crossed = None if self.lattice is None else partial(self.lattice.crossed, edges=self.lattice.edges(positions))
+        share = -pressure / d * area_vectors(places_of(positions, self.cells, crossed))
         for corner in self.cells.T:
             np.add.at(force[:, :d], corner, share)
 

@@ -51,6 +51,11 @@ class Edge(Body):
     def __repr__(self) -> str:
         return f"<Edge {AXES[self.axis]} of a periodic cell, ({', '.join(f'{x:g}' for x in self.position)}) m>"
 
+PRESSED = (
+    "a surface in this periodic cell is under pressure, and the cell would deform: the work of a pressure on the cell is "
+    "not known if the surface goes on beyond its faces. Hold the cell, or leave out the pressure."
+)
+
 
 class Cell:
     """A periodic cell, made by :meth:`lmgcpy.Scene.periodic`: what leaves it on one side enters on the other.
@@ -71,10 +76,10 @@ class Cell:
            [0.2, 1. ]])
     """
 
-    def __init__(self, dimension: int, bodies: list[Body], edges: list[Edge]):
-        """``bodies``: of the scene, those that it gets later as well."""
+    def __init__(self, dimension: int, bodies: list[Body], edges: list[Edge], surfaces: list[Any]):
+        """``bodies``, ``surfaces`` between bodies: of the scene, those that it gets later as well."""
         self._dimension = dimension
-        self._bodies = bodies
+        self._bodies, self._surfaces = bodies, surfaces
         self._edges = edges
         for edge in edges:
             edge._cell = self
@@ -164,9 +169,18 @@ class Cell:
             edge = next(edge for edge in self._edges if AXES[edge.axis] == name[1])
             check = edge._to_drive if kind == DRIVEN else edge._to_load
             checked.append((edge, check(call, {name[0]: value})))
+        pressed = any(surface.pressure is not None for surface in self._surfaces)
+        if pressed and (kind == LOADED or any(value != 0.0 for value in components.values())):
+            raise ValueError(f"{call}: {PRESSED}")
         for edge, of_edge in checked:
             edge._state_changes(kind, of_edge)
         return self
+
+    def refuse_pressure(self) -> None:
+        """ValueError if the cell is told to deform: a surface in it bears no pressure then."""
+        driven = (value for edge in self._edges for value in edge._velocities.values())
+        if any(edge._forces for edge in self._edges) or any(callable(value) or value != 0.0 for value in driven):
+            raise ValueError(f"impose_pressure: {PRESSED}")
 
     def _mean_inertia(self, axis: int) -> float:
         """Inertia of a column of G [kg m^2]: ``M width^2 / 12``, as if the mass M of all bodies moved with the mean flow,

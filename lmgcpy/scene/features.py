@@ -12,7 +12,7 @@ import numpy as np
 
 from lmgcpy.contact.features import (
     DEEP,
-    Topology,
+    Corners,
     bounds,
     corner_shapes,
     edge_shapes,
@@ -545,11 +545,12 @@ def features_of(points: np.ndarray, cells: np.ndarray, radius: float, sides: str
     """The features of a surface with these points (V, d) from its centre and cells (m, d): facets, edges, corners."""
     one_sided = sides != "both"
     net = topology(cells, len(points), dimension=points.shape[1])
-    ridges = ridges_of(points, net)
-    depth = thickness(points, net) / 2.0 if one_sided else DEEP
-    facets = facet_shapes(points, net, radius, one_sided=one_sided, depth=depth, ridges=ridges)
+    at = Corners(points, net)
+    ridges = ridges_of(at)
+    depth = thickness(at) / 2.0 if one_sided else DEEP
+    facets = facet_shapes(at, radius, one_sided=one_sided, depth=depth, ridges=ridges)
     size = float(np.linalg.norm(points, axis=1).max()) + radius if free else math.inf
-    kept, corners = kept_corners(points, net, one_sided=one_sided), corner_shapes(points, net, radius)
+    kept, corners = kept_corners(at, one_sided=one_sided), corner_shapes(at, radius)
     if sides == "inside":  # nothing meets a corner, but its place shows how far the surface has moved
         corners = np.column_stack([corners[:, : 1 + net.dimension], np.tile(EVERYWHERE[net.dimension], (len(points), 1))])
         kept[:] = True
@@ -561,24 +562,24 @@ def features_of(points: np.ndarray, cells: np.ndarray, radius: float, sides: str
         return Features(kind, shapes, places, middles, np.maximum(radii, least), size)
 
     flat = net.dimension == 2
-    found = [features("line" if flat else "face", facets, points[net.facets])]
+    found = [features("line" if flat else "face", facets, at.of_facets)]
     if not flat:
-        edges = kept_edges(net, ridges, one_sided=one_sided)
-        found.append(features("edge", edge_shapes(points, net, radius, ridges=ridges)[edges], points[net.edges[edges]]))
+        edges = kept_edges(ridges, one_sided=one_sided)
+        found.append(features("edge", edge_shapes(at, radius, ridges=ridges)[edges], at.of_edges[edges]))
     found.append(features("tip" if flat else "corner", corners[kept], points[kept][:, None]))
     return found
 
 
-def thickness(points: np.ndarray, net: Topology) -> np.ndarray:
+def thickness(at: Corners) -> np.ndarray:
     """Way from the middle of each facet straight back to the next facet [m], (F,); :data:`DEEP` if there is none."""
-    corners, normal = points[net.facets], facet_normals(points, net)
+    corners, normal = at.of_facets, facet_normals(at)
     start, result = corners.mean(axis=1), np.full(len(corners), 2.0 * DEEP)
     base, sides = corners[:, 0], corners[:, 1:] - corners[:, :1]
-    near = 1e-9 * float(np.abs(points).max())
+    near = 1e-9 * float(np.abs(at.points).max())
     for rows in np.array_split(np.arange(len(corners)), max(1, len(corners) ** 2 // RAYS)):
         # t n + sum of parts of the sides = start - base: Cramer's rule, t back from the facet
         away = start[rows, None] - base
-        if net.dimension == 2:
+        if at.net.dimension == 2:
             n, side = normal[rows, None], sides[None, :, 0]
             across = n[..., 0] * side[..., 1] - n[..., 1] * side[..., 0]
             with np.errstate(divide="ignore", invalid="ignore"):

@@ -7,6 +7,7 @@ import operator
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any, ClassVar, TypeVar
 
 import numpy as np
@@ -223,8 +224,6 @@ class Scene:
         self._editable("make it periodic")
         if self._cell is not None:
             raise ValueError("This scene is periodic already: say all its edges in one call.")
-        if self.skins:
-            raise ValueError("Threads are not built for periodic cells: give beads shapes of their own there.")
         given = {axis: edge for axis, edge in enumerate((x, y, z)) if edge is not None}
         if not given:
             raise TypeError("periodic needs the edge of a direction, for example periodic(x=0.1).")
@@ -250,9 +249,11 @@ class Scene:
 
     def _take_edges(self, edges: list[Edge]) -> Cell:
         """Make the periodic cell from these edges, which are bodies of the scene."""
-        self._cell = Cell(self.dimension, self.bodies, edges)
+        self._cell = Cell(self.dimension, self.bodies, edges, self.skins)
         for chain in self.chains:
             chain.lie_in(self._cell)
+        for skin in self.skins:
+            skin.lie_in(self._cell)
         return self._cell
 
     @property
@@ -613,14 +614,14 @@ class Scene:
         """Add a surface; TypeError or ValueError for one that bodies cannot have."""
         if not isinstance(thread, Thread):
             raise TypeError(f"surface must be a lmgcpy.Thread, got {shown(thread)}.")
-        if self._cell is not None:
-            raise ValueError("Threads are not built for periodic cells: give beads shapes of their own there.")
         if any(node.point is not None for node in nodes):
             raise ValueError(
                 "A surface goes through centres of bodies, and this one would go through points off them: end it at a "
                 "node, and link this node to the point by a chain of its own."
             )
         skin = Skin([node.body for node in nodes], cells, thread)
+        if self._cell is not None:
+            skin.lie_in(self._cell)
         self.skins.append(skin)
         return skin
 
@@ -972,7 +973,10 @@ class Scene:
             return contactors
         before = len(self.bodies) if self._made_with is None else self._made_with
         tables = [skin.table for skin in self.skins]
-        return contactors.with_elements(tables, start.rows[:, : self.dimension], before)
+        crossed, points = None, start.rows[:, : self.dimension]
+        if self._cell is not None:
+            crossed = partial(self._cell.lattice.crossed, edges=self._cell.lattice.edges(points))
+        return contactors.with_elements(tables, points, before, crossed)
 
     @staticmethod
     def _alert(candidate: str, antagonist: str, alert: float | None, contactors: ContactorTable) -> float:

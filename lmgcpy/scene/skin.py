@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from lmgcpy.contact.elements import SkinTable
-from lmgcpy.contact.features import topology
+from lmgcpy.contact.features import places_of, topology
 from lmgcpy.dynamics.loads import Pressure
 from lmgcpy.errors import named_arguments, number, shown
 from lmgcpy.scene.body import AT_REST, Body, dimension_of
+from lmgcpy.scene.cell import Cell
 from lmgcpy.scene.contactor import Contactor
 
 
@@ -44,6 +46,7 @@ class Skin:
         self.radius, self.color = thread.radius, thread.color
         self.pressure: float | Callable[[float], float] | None = None
         """The pressure on it [Pa], a number or a function of time [s]; None for none."""
+        self._cell: Cell | None = None
         self._refuse_crowded()
         self._net = topology(self.cells, len(self.bodies), dimension=self.dimension)
 
@@ -67,13 +70,17 @@ class Skin:
         [s]. Returns the surface.
 
         Normals are those of the right-hand rule around the corners of a triangle; in 2D they point to the left of the
-        chain's direction. The forces follow the surface as it moves and deforms.
+        chain's direction. The forces follow the surface as it moves and deforms. A periodic cell must be held
+        (ValueError).
         """
         if self.is_net:
             raise TypeError("A thread or net in space has no side on which a pressure could act: give it to a membrane.")
         if any(body._state is not None for body in self.bodies):
             raise RuntimeError("A pressure is imposed before Simulation: if it changes, give a function of time.")
-        self.pressure = pressure if callable(pressure) else number(pressure, "pressure on a surface", unit="Pa")
+        checked = pressure if callable(pressure) else number(pressure, "pressure on a surface", unit="Pa")
+        if self._cell is not None:
+            self._cell.refuse_pressure()
+        self.pressure = checked
         return self
 
     @property
@@ -81,10 +88,19 @@ class Skin:
         """The load of the pressure, None if there is none."""
         if self.pressure is None:
             return None
-        return Pressure(np.array([body.id for body in self.bodies])[self.cells], self.pressure)
+        lattice = None if self._cell is None else self._cell.lattice
+        return Pressure(np.array([body.id for body in self.bodies])[self.cells], self.pressure, lattice)
+
+    def lie_in(self, cell: Cell) -> None:
+        """Lie between the nearest images in a periodic cell."""
+        self._cell = cell
+        self._refuse_crowded()
+        if self.pressure is not None:
+            cell.refuse_pressure()
 
     def _refuse_crowded(self) -> None:
-        places = np.array([body.position for body in self.bodies])[self.cells]
+        crossed = None if self._cell is None else partial(self._cell.lattice.crossed, edges=self._cell.edges)
+        places = places_of(np.array([body.position for body in self.bodies]), self.cells, crossed)
         shortest = np.linalg.norm(places - np.roll(places, 1, axis=1), axis=2).min(axis=1)
         i = int(np.argmin(shortest))
         if not shortest[i] > 2.0 * self.radius:

@@ -19,7 +19,8 @@ def drawn_box(snap: Snapshot) -> np.ndarray:
     """Low and high corner of the box around all bodies with bounds, the walls near them, and a margin [m], (2, d)."""
     rounds, rods = snap.rounds, snap.rods
     lines = [line for _, line in (*snap.outlines, *snap.facets)]
-    lines += [snap.positions[skin["bodies"]] for skin in snap.skins]
+    nodes = [snap.positions[skin["bodies"]] for skin in snap.skins]
+    lines += [points + snap.into_cell(points) for points in nodes]
     if not len(snap.drawn) and not lines:
         walls = snap.walls.position
         middle = walls.mean(axis=0) if len(walls) else np.zeros(snap.dimension)

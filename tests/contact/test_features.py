@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 from lmgcpy.contact.features import (
     IN_PLANE,
     IN_SPACE,
+    Corners,
     corner_shapes,
     edge_shapes,
     facet_shapes,
@@ -59,13 +60,14 @@ class Surface:
         self.points, self.radius, self.place = points, radius, place
         d = self.d = points.shape[1]
         net = self.net = topology(cells, len(points), dimension=d)
-        ridges = ridges_of(points, net)
-        facets = facet_shapes(points, net, radius, one_sided=one_sided, ridges=ridges)
-        corners = corner_shapes(points, net, radius)[kept_corners(points, net, one_sided=one_sided)]
+        at = Corners(points, net)
+        ridges = ridges_of(at)
+        facets = facet_shapes(at, radius, one_sided=one_sided, ridges=ridges)
+        corners = corner_shapes(at, radius)[kept_corners(at, one_sided=one_sided)]
         kinds = [("face" if d == 3 else "line", facets), ("corner" if d == 3 else "tip", corners)]
         if d == 3:
-            kept = kept_edges(net, ridges, one_sided=one_sided)
-            kinds.append(("edge", edge_shapes(points, net, radius, ridges=ridges)[kept]))
+            kept = kept_edges(ridges, one_sided=one_sided)
+            kinds.append(("edge", edge_shapes(at, radius, ridges=ridges)[kept]))
         self.shapes = [(kind, tuple(shape)) for kind, shapes in kinds for shape in shapes.tolist()]
         pairs, ball = (IN_PLANE, "disk") if d == 2 else (IN_SPACE, "sphere")
         self.meet = {kind: oriented(pairs[ball, kind], len(place)) for kind, _ in kinds}

@@ -242,8 +242,6 @@ ONE_OF = ({"restitution", "rolling"}, {"held_cell", "yielding_cell"})
 REFUSED = {  # walls and drums must look the same from every image
     frozenset({"cylinder", "held_cell"}): "periodic",
     frozenset({"cylinder", "yielding_cell"}): "periodic",
-    frozenset({"smooth", "held_cell"}): "periodic",
-    frozenset({"smooth", "yielding_cell"}): "periodic",
     frozenset({"smooth", "rolling"}): "rolling friction",
 }
 TOLD = {  # light beads are thrown off or jerked, too fast for the step

@@ -484,10 +484,6 @@ BAD = {
         lambda s: s.net([s.add(lm.point_mass(position=(i, 0), mass=1.0)) for i in range(2)], [[0, 1], [1, 0]], ROD),
         "Two edges of a net join the same bodies",
     ),
-    "a periodic cell": (
-        lambda s: (s.periodic(x=5.0), thread(s, [(0, 0), (1, 0)])),
-        "not built for periodic cells",
-    ),
 }
 
 
@@ -586,11 +582,9 @@ def test_a_membrane_bears_a_ball_by_the_tensions_along_its_edges():
     assert sim.unconverged_steps == 0
 
 
-def test_rolling_friction_on_a_thread_and_cells_around_it_are_refused():
+def test_rolling_friction_on_a_thread_is_refused():
     scene = lm.Scene(dimension=2)
     thread(scene, [(0, 0), (1, 0)])
-    with pytest.raises(ValueError, match="not built for periodic cells"):
-        scene.periodic(x=5.0)
     scene.add(grain(2, 0.1, (0.5, 0.5)))
     scene.see("GRAIN", "THREAD", lm.RollingCoulomb(friction=0.3, rolling_friction=0.1))
     with pytest.raises(ValueError, match="has rolling friction, and 'THREAD' is a thread or membrane"):
