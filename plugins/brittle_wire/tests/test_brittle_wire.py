@@ -232,6 +232,18 @@ def test_sand_loses_its_wire():
     assert len(example["figure"](tests).subfigs) == 2
 
 
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")  # broken ends fly by more than the thickness of a wire in a step
+def test_a_net_takes_what_its_links_and_blows_take():
+    """The rock's energy is in the books of the links and contacts, and a break releases more than its own link."""
+    example = runpy.run_path(str(Path(__file__).parent.parent / "examples" / "rockfall_net.py"))
+    fall = example["fall"](4.0, time_step=1e-3)
+    assert fall.stopped
+    assert fall.broken > 3
+    assert fall.taken == pytest.approx(fall.released + fall.stored + fall.lost, rel=1e-9)
+    own = 0.5 * example["STRENGTH"] ** 2 / (example["RIGIDITY"] / example["MESH"])
+    assert fall.released > 2.0 * own * fall.broken
+
+
 def test_the_readme_runs(capsys):
     readme = (Path(__file__).parent.parent / "README.md").read_text()
     block = readme.split("```python\n")[1].split("```")[0]
