@@ -1,10 +1,10 @@
 """Pull-out of a geogrid from sand, force against displacement: docs/threads.md.
 
-Grains of 1 mm lie below and above a geogrid in a box, and are compacted without friction by pressures from below and above.
-Then the front edge of the grid, outside the box, is drawn at constant speed, with friction of grains among each other and on
-the grid. The grid passes through the front wall, which holds the grains. The figure is the force of the front edge over
-twice the pressure times the area of the grid in the box: the friction of a sheet in its place. Grains in the meshes bear on
-the cross bars, so that it may be more than the friction of the bars; a smooth grid shows how much more.
+Grains of 1 mm lie below and above a geogrid in a box, and are compacted without friction by pressures from below and
+above. Then the front edge of the grid, outside the box, is drawn at constant speed, with friction of grains among each
+other and on the grid. The grid passes through the front wall, which holds the grains. The figure is the force of the front
+edge over twice the pressure times the area of the grid in the box: the friction of a sheet in its place. Grains in the
+meshes bear on the cross bars, so that it may be more than the friction of the bars; a smooth grid shows how much more.
 
     python benchmarks/geogrid.py [SEEDS [GRAINS]]
 """

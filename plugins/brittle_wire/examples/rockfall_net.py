@@ -34,8 +34,8 @@ class Fall:
     broken: int
     """Number of broken links."""
     released: float
-    """Work of the wires less the energy that they store [J]: what breaking links let go, their own ``F^2/2k`` and the energy
-    of all links of their row, which fly apart, and what a step takes of vibrations that it does not resolve."""
+    """Work of the wires less the energy that they store [J]: what breaking links let go, their own ``F^2/2k`` and the
+    energy of all links of their row, which fly apart, and what a step takes of vibrations that it does not resolve."""
     stored: float
     """In the whole links at the end [J]."""
     lost: float
