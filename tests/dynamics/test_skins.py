@@ -249,9 +249,23 @@ def test_a_ball_rests_on_a_taut_thread_wherever_it_touches(d, at):
     assert left.max() < 0.0 < right.min()
 
 
+def eulers_ratio(friction, angle, part):
+    """Ratio of the tensions of a thread without bending stiffness that slides around a drum by an ``angle`` [rad].
+
+    The friction acts on its surface, its radius r away from its axis: this couple is borne by a force Q across the axis.
+    With the curvature c of the axis, the pressure q of the drum over c, and ``part = r c``, balance gives
+    ``dT/dphi = mu q - Q``, ``q = T - dQ/dphi`` and ``Q = part mu q``. So T grows by ``e^(k phi)`` with
+    ``k (1 + part mu k) = (1 - part) mu``.
+    """
+    k = friction * (1.0 - part)
+    for _ in range(20):
+        k = friction * (1.0 - part) / (1.0 + part * friction * k)
+    return np.exp(k * angle)
+
+
 @pytest.mark.parametrize("d", [2, 3])
 def test_a_thread_over_a_fixed_drum_has_eulers_ratio_of_tensions(d):
-    """e^(mu phi) without the polygon's correction: contacts are on the segments, and tend to it as they get shorter."""
+    """Without the polygon's correction: contacts are on the segments, and tend to it as they get shorter."""
 
     def ratio(count):
         scene = lm.Scene(dimension=d)
@@ -282,9 +296,43 @@ def test_a_thread_over_a_fixed_drum_has_eulers_ratio_of_tensions(d):
         return np.mean(found[50:])
 
     # the thread slides by 0.02 m, and the place of the contacts on the segments with it: the mean over two segments
-    exact = np.exp(0.3 * np.pi)
-    assert ratio(12) == pytest.approx(exact, rel=0.06)
-    assert ratio(48) == pytest.approx(exact, rel=0.03)
+    exact = eulers_ratio(0.3, np.pi, 2.0 / 102.0)
+    assert ratio(12) == pytest.approx(exact, rel=0.015)
+    assert ratio(48) == pytest.approx(exact, rel=0.004)
+
+
+@pytest.mark.default_parameters("24-0.5")
+@pytest.mark.parametrize("pitch", [0.2, 0.5])
+@pytest.mark.parametrize("count", [12, 24, 48])
+def test_a_helix_on_a_cylinder_has_eulers_ratio_over_its_turning(count, pitch):
+    """One turn at a ``pitch`` [rad] to the plane across the axis turns by ``2 pi cos(pitch)``, and a helix is as straight
+    as the cylinder lets it be, so that friction acts along it. The error is the polygon's, of second order."""
+    scene, drum, radius, friction = lm.Scene(dimension=3), 0.1, 2e-3, 0.3
+    dphi = 2.0 * np.pi / count
+    rho = (drum + radius) / np.cos(0.5 * dphi)
+    angle = dphi * np.arange(count + 1)
+    arc = np.column_stack([rho * np.cos(angle), rho * np.sin(angle), rho * np.tan(pitch) * (angle - np.pi)])
+
+    def straight_on(way, turn):
+        return np.array([[np.cos(turn), -np.sin(turn), 0], [np.sin(turn), np.cos(turn), 0], [0, 0, 1]]) @ way
+
+    begin, end = straight_on(arc[0] - arc[1], -0.5 * dphi), straight_on(arc[-1] - arc[-2], 0.5 * dphi)
+    k = np.arange(1, 5)[:, None]
+    places = np.concatenate([(arc[0] + k * begin)[::-1], arc, arc[-1] + k * end])
+    chain = thread(scene, places, radius=radius, law=lm.RigidWire(), mass=1e-3)
+    scene.add(lm.capsule(radius=drum, length=2.0, position=(0, 0, 0), axis=(0, 0, 1), mass=1.0)).fix()
+    scene.see("GRAIN", "THREAD", lm.Coulomb(friction=friction))
+    chain.bodies[0].impose_force(**dict(zip("xyz", begin / np.linalg.norm(begin), strict=True)))
+    chain.bodies[-1].impose_velocity(**dict(zip("xyz", 0.02 * end / np.linalg.norm(end), strict=True)))
+    sim = lm.Simulation(scene, time_step=1e-3, solver=lm.Auto(tolerance=1e-8))
+    found = []
+    for _ in range(150):
+        sim.step()
+        tension = sim.interactions.force[sim.interactions.law == "rigid-wire", 0]
+        found.append(tension[-1] / tension[0])
+    exact = eulers_ratio(friction, 2.0 * np.pi * np.cos(pitch), np.cos(pitch) ** 2 * radius / (drum + radius))
+    assert np.mean(found[50:]) == pytest.approx(exact, rel=1.5 * dphi**2)
+    assert sim.unconverged_steps == 0
 
 
 @pytest.mark.parametrize("d", [2, 3])
