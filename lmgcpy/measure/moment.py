@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.contact.lattice import Lattice
-from lmgcpy.dynamics.interactions import InteractionView
+from lmgcpy.dynamics.cell import CellMotion
+from lmgcpy.dynamics.interactions import InteractionView, detection_positions
 from lmgcpy.dynamics.stepper import Stepper
 from lmgcpy.errors import numbers, shown, whole
 from lmgcpy.io.run import Run
@@ -84,6 +85,19 @@ class Moment:
         if self.positions.shape[1] == 3 and "turning" not in self.scene:
             return None
         return self.source.rotations if isinstance(self.source, Stepper) else self.source.rotations[self.number]
+
+    @property
+    def since_detection(self) -> float:
+        """Time from the detection of the step to its end [s]."""
+        if isinstance(self.source, Stepper):
+            return self.source.theta * self.source.time_step
+        return float(self.source.options["theta"]) * float(self.source.options["time_step"])
+
+    @cached_property
+    def detected(self) -> np.ndarray:
+        """Positions at the detection [m], (n, d)."""
+        cell = None if self.lattice is None else CellMotion.of(self.lattice, self.extent)
+        return detection_positions(self.positions, self.velocities, 1.0, self.since_detection, cell)
 
     @cached_property
     def chains(self) -> list[DescribedChain]:
