@@ -45,10 +45,10 @@ def forces_along(sim: Source, *, frame: int | None = None) -> ForcesAlong:
     With the contact point at ``y`` from the centre of the bead or nearest node, and the normal n, the foot on the axis is
     at ``y - (n . y) n``: the centre of a round bead, and of a thread the place on its axis, as n is across the axis. The
     direction of the wire is the link's, at a node the direction from the node before it to the node after it. A contact of
-    two wires counts for each. A contact of a net is on the edge that has the foot; contacts of membranes are those of
-    :func:`facets`.
+    two wires counts for each. A contact of a net is on the edge that has the foot. :func:`facets` has the contacts of
+    membranes.
 
-    ``along`` and ``chain`` are those of :func:`wire_links`, which has the tension T. With f the ``force_along`` per length,
+    :func:`wire_links` has the tension T by the same ``chain`` and ``along``. With f the ``force_along`` per length,
     a straight wire at rest has ``dT/ds = -f``. Friction acts on the surface: a thread of radius r around a drum of radius R
     has ``dT/ds = -f R / (R + r)`` by the moment about the axis of the drum, and if all of it slides, f is mu times the
     normal force per length, so that the tensions of its ends are as ``exp(mu phi R / (R + r))`` (Euler, 1769, for r = 0).
@@ -84,7 +84,7 @@ def forces_of(now: Moment) -> ForcesAlong:
     chosen, reach = halves.nearest(body, lever - np.einsum("cd,cd->c", lever, n)[:, None] * n)
     between = reach > AT_NODE * halves.length[chosen]
     straight = halves.sign[chosen, None] * halves.direction[chosen]
-    # n is across the link where the contact was found, and the link has turned since
+    # n was across the link at the detection, and the link has turned since
     straight = _unit(straight - np.einsum("cd,cd->c", straight, n)[:, None] * n)
     tangent = np.where(between[:, None], straight, halves.chord[chosen])
     rub = sign[:, None] * np.einsum("ck,ckd->cd", local[:, 1:], frames[:, 1:])
