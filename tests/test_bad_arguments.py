@@ -411,6 +411,8 @@ CALLS = {
         {"sim": THING, "about": optional(VECTOR)}),
     "measure.long_axes": (lm.measure.long_axes, {"sim": lm.Simulation(lm.Scene(dimension=3), time_step=1e-3)},
         {"sim": THING}),
+    "measure.facets": (lm.measure.facets, {"sim": simulation()}, {"sim": THING}),
+    "measure.forces_along": (lm.measure.forces_along, {"sim": WIRED}, {"sim": THING}),
     "measure.contact_kinds": (lm.measure.contact_kinds, {"sim": WIRED}, {"sim": THING, "tolerance": FRACTION}),
     "measure.wire_links": (lm.measure.wire_links, {"sim": WIRED}, {"sim": THING}),
     "measure.wire_fabric": (lm.measure.wire_fabric, {"sim": WIRED}, {"sim": THING, "volume": optional(POSITIVE)}),
@@ -546,6 +548,8 @@ EXEMPT = {
     "LocalSolution": "a result",
     "measure.Network": "a result",
     "measure.ContactForces": "a result",
+    "measure.Facets": "a result",
+    "measure.ForcesAlong": "a result",
     "measure.ParticleStress": "a result",
     "measure.LocalStrain": "a result",
     "measure.LongAxes": "a result",
@@ -576,6 +580,7 @@ EXEMPT = {
 OF_FRAMES = (
     *("contact_kinds", "wire_links", "wire_fabric", "tension_by_direction", "wire_contacts", "tension_correlation"),
     *("taut_runs", "mean_strain", "stretch_by_direction", "bead_slip", "angular_momentum", "long_axes"),
+    *("facets", "forces_along"),
 )
 EXEMPT_ARGUMENTS = {
     ("Simulation.run", "duration"): "has a row of its own",

@@ -12,6 +12,7 @@ PUBLIC = [
     *("Scene", "Simulation", "Chain", "Cell", "Law", "Coulomb", "Restitution", "RollingCoulomb", "Signorini", *LAWS),
     *("AcceleratedGaussSeidel", "Auto", "GaussSeidel", "Newton"),
     *("measure.angular_momentum", "measure.density", "measure.mean_strain", "measure.stress", "measure.wire_links"),
+    *("measure.facets", "measure.forces_along"),
 ]
 """Names whose docstrings have an example."""
 

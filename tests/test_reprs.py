@@ -174,6 +174,8 @@ def things(folder) -> dict[str, object]:
         "TensionByDirection of 9 rows": lm.measure.tension_by_direction(sim),
         "StretchByDirection of 9 rows": lm.measure.stretch_by_direction(sim, since=sim.positions.copy()),
         "WireContacts of 2 rows": lm.measure.wire_contacts(sim),
+        "ForcesAlong of": lm.measure.forces_along(sim),
+        "Facets of 0 rows": lm.measure.facets(sim),
         "BeadSlip of 2 rows": lm.measure.BeadSlip(*np.zeros((8, 2))),
         "TensionCorrelation of 1 rows": lm.measure.tension_correlation(sim),
         "TautRuns of 1 rows": lm.measure.taut_runs(sim),

@@ -84,10 +84,11 @@ UNITS = {
     **dict.fromkeys(("along", "to_end", "position", "length", "reference_length", "distance"), "m"),
     **dict.fromkeys(("from_mean", "from_neighbours", "along_mean", "along_neighbours"), "m"),
     **dict.fromkeys(("tension", "tension_error", "normal", "tangential", "limit", "force_along", "friction_along"), "N"),
-    **dict.fromkeys(("greatest", "mean"), "N"),
+    **dict.fromkeys(("greatest", "mean", "force"), "N"),
     **dict.fromkeys(("lower", "upper"), "degrees"),
     "pull": "N m",
-    "stress": "Pa",
+    **dict.fromkeys(("stress", "pressure"), "Pa"),
+    "area": "m^2",
 }
 """Units of the columns by field of the measure; fields that are not named have none."""
 
@@ -112,6 +113,8 @@ def tables(subject: Subject, found: dict[str, list[Any]], folder: Path) -> Itera
     if subject.has_step:
         forces = measures.contact_forces(run, **at)
         made |= {"contacts": forces, "contact-kinds": measures.contact_kinds(run, **at)}
+        if len(found_on := measures.facets(run, **at)):
+            made["facets"] = found_on
         if len(forces):
             centres, density = forces.distribution()
             rows = zip(centres.tolist(), density.tolist(), strict=True)
@@ -124,6 +127,7 @@ def tables(subject: Subject, found: dict[str, list[Any]], folder: Path) -> Itera
         made |= {
             "tension-by-direction": measures.tension_by_direction(run, axis=axis, **at),
             "beads": measures.wire_contacts(run, **at),
+            "forces-along": measures.forces_along(run, **at),
             "tension-correlation": measures.tension_correlation(run, **at),
             "taut-runs": measures.taut_runs(run, **at),
         }

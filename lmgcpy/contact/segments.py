@@ -15,6 +15,28 @@ def feet(points: np.ndarray, middle: np.ndarray, half: np.ndarray) -> np.ndarray
     return middle + np.clip(part, -1.0, 1.0)[:, None] * half
 
 
+def facet_distances(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """Distances of points (p, d) from triangles, in the plane from segments, with these corners (p, d, d) [m], (p,)."""
+    d = corners.shape[1]
+    sides = [(corners[:, k], corners[:, (k + 1) % d]) for k in range(1 if d == 2 else 3)]
+    away = [np.linalg.norm(points - feet(points, 0.5 * (p + q), 0.5 * (q - p)), axis=1) for p, q in sides]
+    if d == 3:
+        away.append(foot_distances(points, corners))
+    least: np.ndarray = np.min(away, axis=0)
+    return least
+
+
+def foot_distances(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """Distances of points (p, 3) from the planes of triangles (p, 3, 3) [m], (p,), infinite if the foot is outside."""
+    a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    y = points - a
+    uu, uv, vv, uy, vy = ((s * t).sum(axis=1) for s, t in ((u, u), (u, v), (v, v), (u, y), (v, y)))
+    area = uu * vv - uv * uv
+    one, other = (vv * uy - uv * vy) / area, (uu * vy - uv * uy) / area
+    inside = (one >= 0.0) & (other >= 0.0) & (one + other <= 1.0)
+    return np.where(inside, np.linalg.norm(y - one[:, None] * u - other[:, None] * v, axis=1), np.inf)
+
+
 def segment_distances(a: np.ndarray, half_a: np.ndarray, b: np.ndarray, half_b: np.ndarray) -> np.ndarray:
     """Distances of segments ``a - half_a`` to ``a + half_a`` from segments ``b - half_b`` to ``b + half_b`` [m], (p,).
 

@@ -3,6 +3,8 @@
 from lmgcpy.measure.contact_forces import ContactForces, contact_forces
 from lmgcpy.measure.contact_kinds import ContactKinds, contact_kinds
 from lmgcpy.measure.density import density
+from lmgcpy.measure.facets import Facets, facets
+from lmgcpy.measure.forces_along import ForcesAlong, forces_along
 from lmgcpy.measure.mean_strain import MeanStrain, mean_strain
 from lmgcpy.measure.network import Network, network
 from lmgcpy.measure.particle_stress import ParticleStress, particle_stress, window_stress
@@ -20,6 +22,8 @@ __all__ = [
     "BeadSlip",
     "ContactForces",
     "ContactKinds",
+    "Facets",
+    "ForcesAlong",
     "LocalStrain",
     "LongAxes",
     "MeanStrain",
@@ -38,6 +42,8 @@ __all__ = [
     "contact_forces",
     "contact_kinds",
     "density",
+    "facets",
+    "forces_along",
     "long_axes",
     "mean_strain",
     "network",

@@ -10,12 +10,13 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.contact.lattice import Lattice
-from lmgcpy.dynamics.interactions import InteractionView
+from lmgcpy.dynamics.cell import CellMotion
+from lmgcpy.dynamics.interactions import InteractionView, detection_positions
 from lmgcpy.dynamics.stepper import Stepper
 from lmgcpy.errors import numbers, shown, whole
 from lmgcpy.io.run import Run
 from lmgcpy.scene.described_chains import DescribedChain, described_chains
-from lmgcpy.scene.description import describe, lattice_of, trees_in_order
+from lmgcpy.scene.description import describe, described_skins, lattice_of, trees_in_order
 
 Source = Stepper | Run
 
@@ -85,6 +86,19 @@ class Moment:
             return None
         return self.source.rotations if isinstance(self.source, Stepper) else self.source.rotations[self.number]
 
+    @property
+    def since_detection(self) -> float:
+        """Time from the detection of the step to its end [s]."""
+        if isinstance(self.source, Stepper):
+            return self.source.theta * self.source.time_step
+        return float(self.source.options["theta"]) * float(self.source.options["time_step"])
+
+    @cached_property
+    def detected(self) -> np.ndarray:
+        """Positions at the detection [m], (n, d)."""
+        cell = None if self.lattice is None else CellMotion.of(self.lattice, self.extent)
+        return detection_positions(self.positions, self.velocities, 1.0, self.since_detection, cell)
+
     @cached_property
     def chains(self) -> list[DescribedChain]:
         """The chains of the scene, with the reference gaps at its start."""
@@ -97,6 +111,24 @@ class Moment:
         for chain in self.chains:
             found[chain.path[chain.bead]] = True
         return found
+
+    @cached_property
+    def shaped(self) -> np.ndarray:
+        """Whether each body has a shape of its own, (n,) bool: nodes of threads, nets and membranes may have none."""
+        found = np.zeros(len(self.extent), dtype=bool)
+        if isinstance(self.source, Stepper):
+            table = self.source.model.contactors
+            found[table.body if table.elements is None else np.delete(table.body, np.r_[table.elements.rows])] = True
+        else:
+            found[self.scene["contactors"]["body"]] = True
+        return found
+
+    @cached_property
+    def skins(self) -> list[Mapping[str, Any]]:
+        """The surfaces between bodies, as the description of the scene has them: bodies, cells, radius [m], and others."""
+        if isinstance(self.source, Stepper):
+            return list(described_skins(self.source.scene.skins).values())
+        return trees_in_order(self.scene, "skins")
 
     @cached_property
     def turning(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -138,14 +170,7 @@ class Moment:
     def _skins(self) -> list[tuple[np.ndarray, float]]:
         """Nodes without a shape of their own, and radius, of each surface between bodies: if a node has a shape, it is not
         known which of both meets another."""
-        if isinstance(self.source, Stepper):
-            return [
-                (np.array([body.id for body in skin.bodies if not body.contactors], dtype=np.int64), skin.radius)
-                for skin in self.source.scene.skins
-            ]
-        shaped = np.isin(np.arange(len(self.extent)), self.scene["contactors"]["body"])
-        skins_in_file = trees_in_order(self.scene, "skins")
-        return [(skin["bodies"][~shaped[skin["bodies"]]], float(skin["radius"])) for skin in skins_in_file]
+        return [(skin["bodies"][~self.shaped[skin["bodies"]]], float(skin["radius"])) for skin in self.skins]
 
     @property
     def is_link(self) -> np.ndarray:

@@ -22,7 +22,7 @@ class Network:
     coordination: float
     """Mean number of contacts of a body that is no rattler, contacts at walls included; 0 if every body is a rattler."""
     coordination_with_rattlers: float
-    """Mean number of contacts of all bodies with bounds, rattlers and the contacts of rattlers included."""
+    """Mean number of contacts of all bodies with bounds and a shape, rattlers and the contacts of rattlers included."""
     rattlers: np.ndarray
     """Ids of the rattlers, the bodies that carry no force, (r,)."""
     fabric: np.ndarray
@@ -43,8 +43,8 @@ def network(sim: Source, *, frame: int | None = None) -> Network:
     A contact counts if its normal impulse is above zero; of two bodies that touch at several points, as clumps do, each
     point counts. Bodies with fewer than two contacts are rattlers. Their contacts
     are left out, which may make rattlers of other bodies; this is repeated until no rattler has a contact. The measure is
-    meant for samples that are pressed together: under gravity a body may rest on a single contact. Walls do not count as
-    bodies, but contacts at walls count.
+    meant for samples that are pressed together: under gravity a body may rest on a single contact. Walls, and nodes of
+    threads, nets and membranes that have no shape of their own, do not count as bodies, but contacts at them count.
     """
     now = moment(sim, frame, "network")
     net = now.net
@@ -54,7 +54,7 @@ def network(sim: Source, *, frame: int | None = None) -> Network:
         net.normal[acting],
         net.force[acting, 0],
     )
-    grain = np.isfinite(now.extent)
+    grain = np.isfinite(now.extent) & now.shaped
     every = np.bincount(pairs.ravel(), minlength=len(grain))[grain]
     while True:
         contacts = np.bincount(pairs.ravel(), minlength=len(grain))

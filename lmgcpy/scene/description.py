@@ -203,7 +203,7 @@ def describe(scene: Scene) -> dict[str, Any]:
             **({"points": _points([node for chain in scene.chains for node in chain.nodes])} if at_points else {}),
         },
         **({"joints": joints} if scene.joints else {}),
-        **({"skins": _skins(scene.skins)} if scene.skins else {}),
+        **({"skins": described_skins(scene.skins)} if scene.skins else {}),
         **({"forces": _many_forces(scene._many_forces)} if scene._many_forces else {}),
         "laws": [
             {"name": law.NAME, "distribution": _distribution(law), "parameters": law.values} for law in laws
@@ -299,7 +299,8 @@ def trees_in_order(description: Mapping[str, Any], table: str) -> list[Mapping[s
     return [rows[str(k)] for k in range(len(rows))]
 
 
-def _skins(skins: Sequence[Skin]) -> dict[str, dict[str, Any]]:
+def described_skins(skins: Sequence[Skin]) -> dict[str, dict[str, Any]]:
+    """The surfaces between bodies, by their numbers."""
     return {
         str(k): {
             "bodies": np.array([body.id for body in skin.bodies], dtype=np.int64),
@@ -702,7 +703,7 @@ def impose(scene: Scene, description: Mapping[str, Any], functions: Functions) -
         again = asked_again([key for key, _ in missing])
         raise ValueError(
             f"Functions of time, which no file can hold, gave {which}. Give {'it' if len(missing) == 1 else 'them'} again, "
-            f"from Python: lmgcpy.resume(path, functions={{{again}}})."
+            f"from Python: lmgcpy.resume(path, functions={{{again}}}); lmgcpy.Scene.from_run takes the same functions."
         )
     if left:
         raise ValueError(

@@ -13,6 +13,7 @@ from typing import Any, ClassVar, TypeVar
 import numpy as np
 
 from lmgcpy.contact.detection_tables import ChainTable, ContactorTable, VisibilityRow
+from lmgcpy.contact.features import topology
 from lmgcpy.contact.groups import check_pairs
 from lmgcpy.contact.positions import in_own_axes
 from lmgcpy.dynamics.cell import CellMotion
@@ -49,7 +50,7 @@ from lmgcpy.scene.many_bodies import SomeRound, StartNumbers, make_round
 from lmgcpy.scene.material import Material
 from lmgcpy.scene.medium import COEFFICIENTS, Medium, drag_of, medium
 from lmgcpy.scene.points import Node, node_of
-from lmgcpy.scene.skin import Net, PointMass, Skin, Thread, edges_of, paths
+from lmgcpy.scene.skin import Net, PointMass, Skin, Thread, paths
 
 SomeBody = TypeVar("SomeBody", bound=Body)
 
@@ -543,8 +544,8 @@ class Scene:
     ) -> Net:
         """Link bodies by a law along ``edges``, (m, 2) indices of ``bodies``; returns the net.
 
-        ``surface`` gives the links a round surface, see :class:`~lmgcpy.Thread`; ``reference_gap`` [m]: one number, one a
-        link, or None for the gaps as built.
+        ``surface`` gives the links a round surface, see :class:`~lmgcpy.Thread`; ``reference_gap`` [m]: one number, one an
+        edge in the order of ``edges``, or None for the gaps as built.
         """
         return self._net("net", bodies, edges, 2, law, surface, reference_gap, neighbours_collide)
 
@@ -562,6 +563,7 @@ class Scene:
         """A surface of triangles between bodies, linked by a law along the edges of the triangles; returns the net.
 
         ``triangles``: (m, 3) indices of ``bodies``; ``radius``: half of the thickness [m]. Others see both of its sides.
+        ``reference_gap`` as of :meth:`net`, in the order of ``Net.edges``: by the lower index, then by the higher one.
         In 2D a closed chain with a surface is a membrane.
         """
         if self.dimension == 2:
@@ -589,8 +591,9 @@ class Scene:
                 f"Row {i} of the {what} is {shown(given[i].tolist())}: it must be {corners} different indices of the "
                 f"{len(nodes)} bodies, 0 ... {len(nodes) - 1}."
             )
-        edges = np.unique(np.sort(table, axis=1), axis=0) if corners == 2 else edges_of(table)
-        if corners == 2 and len(edges) < len(table):
+        edges = table if corners == 2 else topology(table, len(nodes)).edges
+        ordered = np.unique(np.sort(edges, axis=1), axis=0)
+        if len(ordered) < len(edges):
             raise ValueError("Two edges of a net join the same bodies: each pair has one link.")
         if gaps is not None:
             gaps = numbers(gaps, "reference_gap", "a number [m], or one an edge")
@@ -600,9 +603,9 @@ class Scene:
         if collide is not None:
             collide = flag(collide, "neighbours_collide, unless it is None,")
         skin = None if thread is None else self._skin(nodes, table, thread)
-        place = {tuple(edge): k for k, edge in enumerate((np.sort(table, axis=1) if corners == 2 else edges).tolist())}
+        place = {tuple(edge): k for k, edge in enumerate(np.sort(edges, axis=1).tolist())}
         chains = []
-        for path in paths(edges, len(nodes)):
+        for path in paths(ordered, len(nodes)):
             of_path = None
             if gaps is not None:
                 of_path = gaps[[place[min(ends), max(ends)] for ends in itertools.pairwise(path)]]

@@ -123,7 +123,9 @@ class Net:
     """
 
     def __init__(self, bodies: Sequence[Body], edges: np.ndarray, chains: list[Any], skin: Skin | None):
-        self.bodies, self.edges, self.chains, self.skin = list(bodies), edges, chains, skin
+        self.bodies, self.chains, self.skin = list(bodies), chains, skin
+        self.edges = edges
+        """Indices of the two bodies of each link, (e, 2), in the order of reference gaps: of a net as given."""
 
     def impose_pressure(self, pressure: float | Callable[[float], float]) -> Net:
         """Press on one side of a membrane, see :meth:`Skin.impose_pressure`. Returns the net."""
@@ -134,11 +136,6 @@ class Net:
 
     def __repr__(self) -> str:
         return f"<Net of {len(self.edges)} links between {len(self.bodies)} bodies, {self.skin!r}>"
-
-
-def edges_of(cells: np.ndarray) -> np.ndarray:
-    """The edges of triangles (m, 3), each once, the lower corner first, (e, 2), sorted."""
-    return np.unique(np.sort(cells[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
 
 
 def paths(edges: np.ndarray, count: int) -> list[list[int]]:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.contact.segments import feet, segment_distances
+from lmgcpy.contact.segments import facet_distances, segment_distances
 from lmgcpy.errors import named_arguments, number
 from lmgcpy.view.snapshot import Snapshot, snapshot
 
@@ -120,7 +120,7 @@ def facet_overlaps(snap: Snapshot) -> list[tuple[np.ndarray, np.ndarray, np.ndar
     radii [m], (p,) each."""
     from scipy.spatial import cKDTree
 
-    balls, facets, d = snap.rounds, snap.facets, snap.dimension
+    balls, facets = snap.rounds, snap.facets
     if not facets or not len(balls.body):
         return []
     owner, corners = np.array([body for body, _ in facets]), np.array([points for _, points in facets])
@@ -130,23 +130,9 @@ def facet_overlaps(snap: Snapshot) -> list[tuple[np.ndarray, np.ndarray, np.ndar
     near = cKDTree(balls.position).query_ball_point(middle, reach)
     facet = np.repeat(np.arange(len(facets)), [len(ids) for ids in near])
     ball = np.concatenate([np.zeros(0, np.int64), *map(np.array, near)]).astype(np.int64)
-    points, at, radius = balls.position[ball], corners[facet], balls.shape[ball, 0]
-    sides = [(at[:, k], at[:, (k + 1) % d]) for k in range(1 if d == 2 else 3)]
-    away = [np.linalg.norm(points - feet(points, 0.5 * (p + q), 0.5 * (q - p)), axis=1) for p, q in sides]
-    if d == 3:
-        away.append(foot_distances(points, at))
-    return [(balls.body[ball], owner[facet], np.min(away, axis=0) - radius - thick[facet], radius)]
-
-
-def foot_distances(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """Distances of points (p, 3) from the planes of triangles (p, 3, 3) [m], (p,), infinite if the foot is outside."""
-    a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    y = points - a
-    uu, uv, vv, uy, vy = ((s * t).sum(axis=1) for s, t in ((u, u), (u, v), (v, v), (u, y), (v, y)))
-    area = uu * vv - uv * uv
-    one, other = (vv * uy - uv * vy) / area, (uu * vy - uv * uy) / area
-    inside = (one >= 0.0) & (other >= 0.0) & (one + other <= 1.0)
-    return np.where(inside, np.linalg.norm(y - one[:, None] * u - other[:, None] * v, axis=1), np.inf)
+    radius = balls.shape[ball, 0]
+    gap = facet_distances(balls.position[ball], corners[facet]) - radius - thick[facet]
+    return [(balls.body[ball], owner[facet], gap, radius)]
 
 
 def near_pairs(positions: np.ndarray, radius: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -12,6 +12,8 @@ from lmgcpy.dynamics.interactions import InteractionView
 from lmgcpy.errors import named_arguments, shown
 from lmgcpy.io.csv_tables import folder_for
 from lmgcpy.io.run import Run
+from lmgcpy.measure.facets import Facets, facets_of
+from lmgcpy.measure.moment import moment
 from lmgcpy.scene.contactor import RodContactor
 from lmgcpy.view.boundary import FACETS, cell_outline, cylinder_polygons, wall_polygons
 from lmgcpy.view.drawing import in_space
@@ -46,6 +48,10 @@ def export_vtk(run: Run, folder: str | os.PathLike, *, force: bool = False) -> l
       ``chain``, ``link`` and ``law``. Its points have ``radius`` [m], ``velocity`` and ``length``, the length of the wire
       up to the point [m].
     * ``walls.pvd`` has lines and planes, cut to the sample, and the triangles or segments of surfaces, with ``body``.
+      Triangles and segments have ``force`` [N] and ``pressure`` [Pa] of the contacts on them, see
+      :func:`lmgcpy.measure.facets`; others have NaN.
+    * ``membranes.pvd``, of a scene with membranes, has their triangles, in 2D the segments of chains with a surface, with
+      ``surface``, ``force`` and ``pressure``.
     * ``cell.pvd``, of a periodic scene, has the edges of the cell. Bodies and forces are then drawn in it, bodies by their
       centres and forces by their middles; wires are whole and go on beyond its faces.
     * ``outlines.pvd``, of a scene with foreign shapes that have an outline, has their lines, with ``body``.
@@ -62,12 +68,15 @@ def export_vtk(run: Run, folder: str | os.PathLike, *, force: bool = False) -> l
     series: dict[str, list[tuple[float, str]]] = {part: [] for part in PARTS}
     for frame, time in enumerate(run.times.tolist()):
         taken, net = snapshot(run, frame), run.interactions(frame)
+        found, corners = facets_of(moment(run, frame, "export_vtk"))
         made = {
             "bodies": bodies(taken),
             "forces": forces(taken, net, run.laws),
             "wires": wires(taken, net, run.laws),
-            "walls": walls(taken),
+            "walls": walls(taken, found, corners),
         }
+        if (found.body < 0).any():
+            made["membranes"] = membranes(taken, found, corners)
         if taken.lattice is not None:
             made["cell"] = cell(taken)
         if RodContactor.KIND in taken.scene["contactors"]["kinds"]:
@@ -207,17 +216,39 @@ def wires(snapshot: Snapshot, net: InteractionView, laws: list[str]) -> Any:
     return data
 
 
-def walls(snapshot: Snapshot) -> Any:
-    """Lines, planes, facets of surfaces, and of cylinders."""
+def walls(snapshot: Snapshot, found: Facets, corners: np.ndarray) -> Any:
+    """Lines, planes, facets of surfaces with their forces, and facets of cylinders."""
     pieces = [(body, piece) for body, piece in zip(snapshot.walls.body, wall_polygons(snapshot), strict=True) if len(piece)]
-    pieces += [(body, in_space(corners)) for body, corners in snapshot.facets]
     pieces += [(snapshot.cylinders.body[k // FACETS], facet) for k, facet in enumerate(cylinder_polygons(snapshot))]
-    points = np.concatenate([np.zeros((0, 3)), *(piece for _, piece in pieces)])
-    first = np.cumsum([0, *(len(piece) for _, piece in pieces)])
-    cells = [np.arange(first[i], first[i + 1]) for i in range(len(pieces))]
-    data = polygonal_data(points, "lines" if snapshot.dimension == 2 else "polys", cells)
-    add_arrays(data.GetCellData(), {"body": np.array([body for body, _ in pieces], dtype=np.int64)})
+    others, wall = len(pieces), found.body >= 0
+    pieces += zip(found.body[wall].tolist(), map(in_space, corners[wall]), strict=True)
+    data = polygons([piece for _, piece in pieces], snapshot.dimension)
+    force, pressure = in_space(found.force[wall]), found.pressure[wall]
+    arrays = {
+        "body": np.array([body for body, _ in pieces], dtype=np.int64),
+        "force": np.concatenate([np.full((others, 3), np.nan), force]),
+        "pressure": np.concatenate([np.full(others, np.nan), pressure]),
+    }
+    add_arrays(data.GetCellData(), arrays)
     return data
+
+
+def membranes(snapshot: Snapshot, found: Facets, corners: np.ndarray) -> Any:
+    """Facets between bodies, with the forces of contacts."""
+    mine = found.body < 0
+    places = corners[mine] + snapshot.into_cell(found.position[mine])[:, None]
+    data = polygons(list(map(in_space, places)), snapshot.dimension)
+    arrays = {"surface": found.surface[mine], "force": in_space(found.force[mine]), "pressure": found.pressure[mine]}
+    add_arrays(data.GetCellData(), arrays)
+    return data
+
+
+def polygons(pieces: list[np.ndarray], dimension: int) -> Any:
+    """Polygonal data of polygons, in the plane lines, of points (v, 3) each."""
+    points = np.concatenate([np.zeros((0, 3)), *pieces])
+    first = np.cumsum([0, *map(len, pieces)])
+    cells = [np.arange(first[i], first[i + 1]) for i in range(len(pieces))]
+    return polygonal_data(points, "lines" if dimension == 2 else "polys", cells)
 
 
 def cell(snapshot: Snapshot) -> Any:

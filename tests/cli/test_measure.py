@@ -85,6 +85,7 @@ def test_tables_are_what_the_measures_give(file, tmp_path):
     names = {path.stem for path in out.iterdir()}
     assert names == {
         *("summary", "contact-forces", "contacts", "contact-kinds", "links", "tension-by-direction", "beads"),
+        "forces-along",
         *("tension-correlation", "taut-runs", "stretch-of-1-links", "stretch-of-10-links", "slip"),
     }
     assert all(f"{out / name}.csv" in done.output for name in names)
@@ -106,6 +107,20 @@ def test_tables_are_what_the_measures_give(file, tmp_path):
     assert again.exit_code == 1
     assert "is not empty: give another, or force (--force)" in again.output
     assert run(file, "--out", out, "--force").exit_code == 0
+
+
+def test_facets_have_a_table_with_units(tmp_path):
+    scene = lm.Scene(dimension=2, gravity=(0.0, -10.0))
+    scene.add(lm.wall_segment((0.0, 0.0), (1.0, 0.0), (2.0, 0.0)))
+    scene.add(lm.disk(radius=0.1, position=(0.4, 0.1), mass=3.0))
+    scene.see("GRAIN", "WALL", lm.Coulomb(friction=0.3))
+    lm.Simulation(scene, time_step=1e-3).run(steps=2, record=tmp_path / "plate.h5")
+    assert run(tmp_path / "plate.h5", "--out", tmp_path / "out").exit_code == 0
+    with open(tmp_path / "out" / "facets.csv", newline="") as text:
+        rows = list(csv.DictReader(text))
+    assert [float(row["pressure [Pa]"]) for row in rows] == pytest.approx([30.0, 0.0])
+    assert [float(row["force_y [N]"]) for row in rows] == pytest.approx([-30.0, 0.0])
+    assert [row["area [m^2]"] for row in rows] == ["1.0", "1.0"]
 
 
 @pytest.mark.default_parameters("2")

@@ -115,6 +115,8 @@ def test_functions_of_time_are_asked_for_and_taken(tmp_path):
     simulation(law, functions).run(steps=8, record=path)
     with pytest.raises(ValueError, match=r"velocity along 'y' of <Wall 'WALL', body 20.*functions=\{\(20, \"y\"\): f\}"):
         lm.resume(path)
+    with pytest.raises(ValueError, match=r"velocity along 'y'.*lmgcpy\.Scene\.from_run takes the same functions"):
+        lm.Scene.from_run(path)
     with pytest.raises(ValueError, match=r"names \[\(3, 'x'\)\]"):
         lm.resume(path, functions={**functions, (3, "x"): math.sin})
     with pytest.raises(TypeError, match="must be a function of time"):

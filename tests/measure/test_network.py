@@ -73,3 +73,26 @@ def test_coordination_with_rattlers_counts_all_bodies_and_contacts():
     assert lm.measure.network(column(4)).coordination_with_rattlers == pytest.approx(7 / 4)
     assert lm.measure.network(column(4, extra=[(1.0, 0.0, 5.0)])).coordination_with_rattlers == pytest.approx(7 / 5)
     assert lm.measure.network(box()).coordination_with_rattlers == pytest.approx(100 / 26)
+
+
+def test_nodes_of_a_membrane_are_no_bodies_of_the_network(tmp_path):
+    """Four balls in a square on a floor, pressed by a plate, and a membrane under them instead of the floor: the nodes have
+    no shape, so that none is a rattler, and each ball has two contacts, with plate and membrane."""
+    scene = lm.Scene(dimension=3)
+    cells, places = [], [(x, y, 0.0) for x in range(3) for y in range(3)]
+    for k in (0, 1, 3, 4):
+        cells += [(k, k + 3, k + 4), (k, k + 4, k + 1)]
+    nodes = [scene.add(lm.point_mass(position=place, mass=1.0)) for place in places]
+    for node in nodes:
+        node.fix()
+    scene.membrane(nodes, cells, lm.ElasticWire(stiffness=1e3), radius=0.01, color="WALL")
+    for x, y in ((0.6, 0.7), (1.4, 0.7), (1.4, 1.3), (0.6, 1.3)):
+        scene.add(lm.sphere(radius=0.1, position=(x, y, 0.11), mass=1.0))
+    scene.add(lm.wall(point=(0, 0, 0.21), normal=(0, 0, -1), mass=1.0)).impose_force(z=-10.0)
+    scene.see("GRAIN", "WALL", lm.Coulomb(friction=0.3))
+    sim = lm.Simulation(scene, time_step=1e-3).run(steps=2, record=tmp_path / "run.h5")
+    with lm.io.open_run(tmp_path / "run.h5") as run:
+        for source in (sim, run):
+            found = lm.measure.network(source)
+            assert found.rattlers.tolist() == []
+            assert (found.coordination, found.coordination_with_rattlers) == (2.0, 2.0)

@@ -139,6 +139,29 @@ def test_walls_are_lines_and_in_space_polygons(exported, tmp_path):
     assert arrays(series(tmp_path / "out", "bodies")[1][-1].GetPointData())["spin"].shape == (2, 3)
 
 
+def test_facets_of_walls_and_membranes_have_forces_and_pressure(tmp_path):
+    """A ball of 10 N on a plate of two triangles beside a plane, and one of 20 N on a membrane of one triangle."""
+    scene = lm.Scene(dimension=3, gravity=(0.0, 0.0, -10.0))
+    scene.add(lm.wall(point=(0, 0, -1), normal=(0, 0, 1)))
+    scene.add(lm.plate([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]))
+    nodes = [scene.add(lm.point_mass(position=at, mass=1.0)).fix() for at in [(2, 0, 0), (3, 0, 0), (2, 1, 0)]]
+    scene.membrane(nodes, [(0, 1, 2)], lm.ElasticWire(stiffness=1.0), radius=0.01, color="WALL")
+    scene.add(lm.sphere(radius=0.1, position=(0.7, 0.3, 0.1), mass=1.0))
+    scene.add(lm.sphere(radius=0.1, position=(2.3, 0.3, 0.11), mass=2.0))
+    scene.see("GRAIN", "WALL", lm.Coulomb(friction=0.3))
+    lm.Simulation(scene, time_step=1e-3).run(steps=2, record=tmp_path / "a.h5", every=2)
+    with lm.io.open_run(tmp_path / "a.h5") as run:
+        written = lm.view.export_vtk(run, tmp_path / "out")
+    assert [path.stem for path in written] == ["bodies", "forces", "wires", "walls", "membranes"]
+    first, last = (arrays(part.GetCellData()) for part in series(tmp_path / "out", "walls")[1])
+    assert first["pressure"][1:].tolist() == [0.0, 0.0]
+    np.testing.assert_allclose(last["pressure"], [np.nan, 20.0, 0.0], rtol=1e-6)
+    np.testing.assert_allclose(last["force"][1], [0.0, 0.0, -10.0], atol=1e-6)
+    _, data = series(tmp_path / "out", "membranes")
+    assert data[-1].GetNumberOfPolys() == 1
+    np.testing.assert_allclose(arrays(data[-1].GetCellData())["pressure"], [40.0], rtol=1e-6)
+
+
 def test_a_folder_that_holds_something_is_kept(exported):
     run, folder = exported
     with pytest.raises(FileExistsError, match="is not empty"):
