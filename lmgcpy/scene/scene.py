@@ -598,15 +598,19 @@ class Scene:
             gaps = np.broadcast_to(gaps, len(edges))
         if collide is not None:
             collide = flag(collide, "neighbours_collide, unless it is None,")
-        skin = None if thread is None else self._skin(nodes, table, thread)
         place = {tuple(edge): k for k, edge in enumerate((np.sort(table, axis=1) if corners == 2 else edges).tolist())}
-        chains = []
-        for path in paths(edges, len(nodes)):
-            of_path = None
-            if gaps is not None:
-                of_path = gaps[[place[min(ends), max(ends)] for ends in itertools.pairwise(path)]]
-            members = [nodes[k].body for k in path]
-            chains.append(self.chain(members, law, reference_gap=of_path, neighbours_collide=collide))
+        before, chains = (len(self.skins), len(self.chains)), []
+        try:
+            skin = None if thread is None else self._skin(nodes, table, thread)
+            for path in paths(edges, len(nodes)):
+                of_path = None
+                if gaps is not None:
+                    of_path = gaps[[place[min(ends), max(ends)] for ends in itertools.pairwise(path)]]
+                members = [nodes[k].body for k in path]
+                chains.append(self.chain(members, law, reference_gap=of_path, neighbours_collide=collide))
+        except BaseException:  # a link that cannot be: then there is no net
+            del self.skins[before[0] :], self.chains[before[1] :]
+            raise
         return Net([node.body for node in nodes], edges, chains, skin)
 
     def _skin(self, nodes: Sequence[Node], cells: np.ndarray, thread: Thread) -> Skin:
