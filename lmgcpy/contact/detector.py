@@ -151,7 +151,7 @@ class Detector:
         self.hide(hidden)
         self._make_room()
         if self._listed_at is not None:
-            self._list_neighbours(self._listed_at)
+            self._list_again(self._listed_at)
 
     def grown(
         self,
@@ -267,7 +267,7 @@ class Detector:
         self._listed_at = None
         self.groups = []
         if memory.listed:
-            self._list_neighbours(memory.listed_at)
+            self._list_again(memory.listed_at)
         self.rebuilds = memory.rebuilds
         self._last.take(memory, self.groups, [*self.chains, *self.rows], len(self.contactors.body))
 
@@ -334,16 +334,21 @@ class Detector:
         """Enter the positions and shapes of elements, whose axes are those of space."""
         table, d = self.contactors.elements, self.dimension
         assert table is not None
-        points = bodies[:, :d]
-        middle, radii = table.bounds(points)
         placed[table.rows] = 0.0
-        placed[table.rows, :d] = middle
+        placed[table.rows, :d] = self._shape_elements(bodies[:, :d])
         if placed.shape[1] == 7:
             placed[table.rows, 6] = 1.0
+
+    def _shape_elements(self, points: np.ndarray) -> np.ndarray:
+        """Enter the shapes of elements between bodies at ``points`` (n, d); returns the middles of the elements (e, d)."""
+        table = self.contactors.elements
+        assert table is not None
+        middle, radii = table.bounds(points)
         table.enter(self._shapes.reshape(-1, self._stride), points)
         self._elements = table.at(points, middle)
         self._radii = self.contactors.bounding_radius.copy()
         self._radii[table.rows] = radii
+        return middle
 
     def _as_met(self, placed: np.ndarray) -> np.ndarray:
         """The positions (k, w) that narrow phases get: the shapes of elements are seen from the origin."""
@@ -381,6 +386,17 @@ class Detector:
             before, ratio = self._images.carried_along(before, placed)
             spare -= self._images.shortening(ratio, self._reach)
         return bool(spare < 0.0 or 4.0 * largest_move(placed, before, self.dimension) > spare**2)
+
+    def _list_again(self, placed: np.ndarray) -> None:
+        """Make the list of neighbours of these positions of the contactors (k, w) anew, with the shapes that elements had
+        there: the middle of the element of a node is its place."""
+        table = self.contactors.elements
+        if table is not None:
+            points = np.zeros((len(self.inverse_mass), self.dimension))
+            nodes = np.flatnonzero(table.count == 0)
+            points[table.corner[nodes, 1]] = placed[table.first + nodes, : self.dimension]
+            self._shape_elements(points)
+        self._list_neighbours(placed)
 
     def _list_neighbours(self, placed: np.ndarray) -> None:
         """Make the groups and their lists of neighbours anew and carry impulses and states over."""
