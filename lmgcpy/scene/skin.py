@@ -38,8 +38,8 @@ class Skin:
     """
 
     def __init__(self, bodies: Sequence[Body], cells: Any, thread: Thread, *, settled: bool = False):
-        """ValueError, with the nodes, for cells whose nodes are nearer to each other than the thickness, unless the steps of
-        a run have brought them there, ``settled``."""
+        """ValueError, with the nodes, for cells whose nodes are nearer to each other than the thickness, unless steps of a
+        run have brought them there, ``settled``."""
         self.bodies = list(bodies)
         self.cells = np.asarray(cells, dtype=np.int64)
         self.radius, self.color = thread.radius, thread.color
