@@ -154,7 +154,7 @@ class Detector:
         self.hide(hidden)
         self._make_room()
         if self._listed_at is not None:
-            self._list_neighbours(self._listed_at)
+            self._list_again(self._listed_at)
 
     def grown(
         self,
@@ -272,7 +272,7 @@ class Detector:
         self._listed_at = None
         self.groups = []
         if memory.listed:
-            self._list_neighbours(memory.listed_at)
+            self._list_again(memory.listed_at)
         self.rebuilds = memory.rebuilds
         self._last.take(memory, self.groups, [*self.chains, *self.rows], len(self.contactors.body))
 
@@ -341,21 +341,27 @@ class Detector:
         """Enter the positions and shapes of elements, whose axes are those of space."""
         table, d = self.contactors.elements, self.dimension
         assert table is not None
-        points, crossed = bodies[:, :d], None
-        if self._images is not None:
-            lattice = self._images.lattice
-            crossed = partial(lattice.crossed, edges=lattice.edges(bodies))
-        middle, radii = table.bounds(points, crossed)
+        edges = None if self._images is None else self._images.lattice.edges(bodies)
         placed[table.rows] = 0.0
-        placed[table.rows, :d] = middle
+        placed[table.rows, :d] = self._shape_elements(bodies[:, :d], edges)
         if placed.shape[1] == 7:
             placed[table.rows, 6] = 1.0
+
+    def _shape_elements(self, points: np.ndarray, edges: np.ndarray | None) -> np.ndarray:
+        """Enter the shapes of elements between bodies at ``points`` (n, d), in a periodic cell with these ``edges`` (p, d);
+        returns the middles of the elements (e, d)."""
+        table, crossed = self.contactors.elements, None
+        assert table is not None
+        if self._images is not None and edges is not None:
+            crossed = partial(self._images.lattice.crossed, edges=edges)
+        middle, radii = table.bounds(points, crossed)
         table.enter(self._shapes.reshape(-1, self._stride), points, crossed)
         self._elements = table.at(points, middle, crossed)
         self._radii = self.contactors.bounding_radius.copy()
         self._radii[table.rows] = radii
         if self._images is not None:
             self._images.measure(self._radii)
+        return middle
 
     def _as_met(self, placed: np.ndarray) -> np.ndarray:
         """The positions (k, w) that narrow phases get: the shapes of elements are seen from the origin."""
@@ -397,6 +403,18 @@ class Detector:
             rows = self.contactors.elements.rows
             spare -= 2.0 * float((self._radii[rows] - self._listed_radii[rows]).max(initial=0.0))  # they may become longer
         return bool(spare < 0.0 or 4.0 * largest_move(placed, before, self.dimension) > spare**2)
+
+    def _list_again(self, placed: np.ndarray) -> None:
+        """Make the list of neighbours of these positions of the contactors (k, w) anew, with the shapes that elements had
+        there: the middle of the element of a node is its place."""
+        table = self.contactors.elements
+        if table is not None:
+            points = np.zeros((len(self.inverse_mass), self.dimension))
+            nodes = np.flatnonzero(table.count == 0)
+            points[table.corner[nodes, 1]] = placed[table.first + nodes, : self.dimension]
+            edges = None if self._images is None else placed[len(self.contactors.body) :, : self.dimension]
+            self._shape_elements(points, edges)
+        self._list_neighbours(placed)
 
     def _list_neighbours(self, placed: np.ndarray) -> None:
         """Make the groups and their lists of neighbours anew and carry impulses and states over."""

@@ -205,7 +205,7 @@ def lay_out(
         inverse_mass=mobility,
         guess=with_spare_rows(count, width),
         keeps_gap=keeps_gap(groups),
-        stuck=stuck_links(groups, interactions.delassus),
+        yields=yields(groups),
         after=with_spare_rows(count, width),
     )
 
@@ -216,15 +216,10 @@ def keeps_gap(groups: list[Group]) -> np.ndarray:
     return np.repeat(keeps, [group.stop - group.start for group in groups])
 
 
-def stuck_links(groups: list[Group], delassus: np.ndarray) -> list[tuple[Group, np.ndarray]]:
-    """Rows of the links, by group, whose law yields but whose bodies do not yield along them."""
-    found = []
-    for group in groups:
-        if group.chain is not None and "rigid" not in group.law.TRAITS:
-            rows = group.start + np.flatnonzero(delassus[group.start : group.stop, 0] == 0.0)
-            if len(rows):
-                found.append((group, rows))
-    return found
+def yields(groups: list[Group]) -> np.ndarray:
+    """Whether an interaction is a link whose law yields, (m,) bool."""
+    link = np.array([group.chain is not None and "rigid" not in group.law.TRAITS for group in groups], dtype=bool)
+    return np.repeat(link, [group.stop - group.start for group in groups])
 
 
 def light_bodies(more: np.ndarray, rate: np.ndarray, mass: np.ndarray) -> LightBodies:

@@ -46,8 +46,8 @@ class StepProblem(Step):
     mobilities, (n, k)."""
     keeps_gap: np.ndarray
     """Whether an interaction is a contact whose law keeps the gap that it predicts, (m,) bool."""
-    stuck: list[tuple[Group, np.ndarray]]
-    """Rows of the links, by group, whose law yields but whose bodies do not yield along them."""
+    yields: np.ndarray
+    """Whether an interaction is a link whose law yields, (m,) bool."""
     after: np.ndarray
     """Memory for the relative velocities at the end, (m, d); the problems that are solved in one step share it."""
 
@@ -89,14 +89,16 @@ class StepProblem(Step):
         held or driven get the impulses of their laws at these velocities: no solver computes them, as they change no
         velocity."""
         self.data = self.data._replace(after=self.relative_velocities(self.system.velocity, self.after))
-        first_of = {id(group): first for group, first in zip(self.by_law, self.offset, strict=True)}
-        for group, rows in self.stuck:
-            width, first = len(group.law.PREPARED), first_of[id(group)]
-            for i in rows.tolist():
-                at = first + (i - group.start) * width
-                prepared = tuple(self.system.prepared[at : at + width].tolist())
-                (impulse,) = group.law.react(((NO_MOBILITY,),), (float(self.data.after[i, 0]),), prepared)
-                self.system.impulse[i, 0] = impulse
+        stuck = np.flatnonzero(self.yields & (self.system.delassus[:, 0] == 0.0))
+        if not len(stuck):
+            return
+        groups = np.searchsorted([group.stop for group in self.by_law], stuck, side="right")
+        for i, k in zip(stuck.tolist(), groups.tolist(), strict=True):
+            group = self.by_law[k]
+            at = self.offset[k] + (i - group.start) * len(group.law.PREPARED)
+            prepared = tuple(self.system.prepared[at : at + len(group.law.PREPARED)].tolist())
+            (impulse,) = group.law.react(((NO_MOBILITY,),), (float(self.data.after[i, 0]),), prepared)
+            self.system.impulse[i, 0] = impulse
 
     def relative_velocities(self, velocities: np.ndarray, result: np.ndarray | None = None) -> np.ndarray:
         """Relative velocities of all interactions in their local frames, (m, d), for velocities of the bodies (n, k)."""

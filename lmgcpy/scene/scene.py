@@ -602,15 +602,19 @@ class Scene:
             gaps = np.broadcast_to(gaps, len(edges))
         if collide is not None:
             collide = flag(collide, "neighbours_collide, unless it is None,")
-        skin = None if thread is None else self._skin(nodes, table, thread)
         place = {tuple(edge): k for k, edge in enumerate(np.sort(edges, axis=1).tolist())}
-        chains = []
-        for path in paths(ordered, len(nodes)):
-            of_path = None
-            if gaps is not None:
-                of_path = gaps[[place[min(ends), max(ends)] for ends in itertools.pairwise(path)]]
-            members = [nodes[k].body for k in path]
-            chains.append(self.chain(members, law, reference_gap=of_path, neighbours_collide=collide))
+        before, chains = (len(self.skins), len(self.chains)), []
+        try:
+            skin = None if thread is None else self._skin(nodes, table, thread)
+            for path in paths(ordered, len(nodes)):
+                of_path = None
+                if gaps is not None:
+                    of_path = gaps[[place[min(ends), max(ends)] for ends in itertools.pairwise(path)]]
+                members = [nodes[k].body for k in path]
+                chains.append(self.chain(members, law, reference_gap=of_path, neighbours_collide=collide))
+        except BaseException:  # a link that cannot be: then there is no net
+            del self.skins[before[0] :], self.chains[before[1] :]
+            raise
         return Net([node.body for node in nodes], edges, chains, skin)
 
     def _skin(self, nodes: Sequence[Node], cells: np.ndarray, thread: Thread) -> Skin:
@@ -622,7 +626,7 @@ class Scene:
                 "A surface goes through centres of bodies, and this one would go through points off them: end it at a "
                 "node, and link this node to the point by a chain of its own."
             )
-        skin = Skin([node.body for node in nodes], cells, thread)
+        skin = Skin([node.body for node in nodes], cells, thread, settled=self._settled)
         if self._cell is not None:
             skin.lie_in(self._cell)
         self.skins.append(skin)

@@ -39,14 +39,16 @@ class Skin:
     ``bodies``: its nodes; ``cells``: corners of the cells as indices of these, (m, 2) or (m, 3).
     """
 
-    def __init__(self, bodies: Sequence[Body], cells: Any, thread: Thread):
-        """ValueError, with the nodes, for cells whose nodes are nearer to each other than the thickness."""
+    def __init__(self, bodies: Sequence[Body], cells: Any, thread: Thread, *, settled: bool = False):
+        """ValueError, with the nodes, for cells whose nodes are nearer to each other than the thickness, unless steps of a
+        run have brought them there, ``settled``."""
         self.bodies = list(bodies)
         self.cells = np.asarray(cells, dtype=np.int64)
         self.radius, self.color = thread.radius, thread.color
         self.pressure: float | Callable[[float], float] | None = None
         """The pressure on it [Pa], a number or a function of time [s]; None for none."""
         self._cell: Cell | None = None
+        self._settled = settled
         self._refuse_crowded()
         self._net = topology(self.cells, len(self.bodies), dimension=self.dimension)
 
@@ -99,6 +101,8 @@ class Skin:
             cell.refuse_pressure()
 
     def _refuse_crowded(self) -> None:
+        if self._settled:
+            return
         crossed = None if self._cell is None else partial(self._cell.lattice.crossed, edges=self._cell.edges)
         places = places_of(np.array([body.position for body in self.bodies]), self.cells, crossed)
         shortest = np.linalg.norm(places - np.roll(places, 1, axis=1), axis=2).min(axis=1)

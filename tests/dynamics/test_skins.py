@@ -465,6 +465,45 @@ def test_a_run_with_surfaces_is_resumed_bit_for_bit_and_comes_back_from_its_file
     assert isinstance(scene.bodies[3], lm.PointMass)
 
 
+@pytest.mark.filterwarnings("ignore:In the step")  # a node moves by half of its radius
+@pytest.mark.parametrize("d", [2, 3])
+def test_a_scene_at_its_start_takes_a_checkpoint_of_a_thread_that_was_drawn_out(d):
+    """From 0.1 m to 0.5 m: a ball beside its end is far from the segment of the start. The list of neighbours is made anew
+    with the segment of the time of the list, so that it has the pair whose contact the checkpoint remembers."""
+
+    def drawn_out():
+        scene, flat = lm.Scene(dimension=d), (0.0,) * (d - 2)
+        nodes = [
+            scene.add(lm.point_mass(position=(0.05 * way, 0.0, *flat), velocity=(5.0 * way, 0.0, *flat), mass=1.0))
+            for way in (-1, 1)
+        ]
+        scene.chain(nodes, lm.ElasticWire(stiffness=1.0), surface=lm.Thread(0.01))
+        scene.add(grain(d, 0.02, (0.2, 0.029, *flat), mass=0.1))
+        scene.see("GRAIN", "THREAD", lm.Coulomb(friction=0.3))
+        return lm.Simulation(scene, time_step=1e-3)
+
+    whole, again = drawn_out().run(steps=40), drawn_out()
+    assert whole.interactions.law.tolist() == ["elastic-wire", "coulomb"]
+    again.restore(whole.checkpoint())
+    whole.run(steps=20)
+    again.run(steps=20)
+    np.testing.assert_array_equal(again.positions, whole.positions)
+    np.testing.assert_array_equal(again.velocities, whole.velocities)
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_a_thread_that_a_run_has_crushed_comes_back_from_its_file(tmp_path, d):
+    """Nodes nearer to each other than the thickness are refused in a scene that is written, not in one that a run left."""
+    scene, flat = lm.Scene(dimension=d), (0.0,) * (d - 1)
+    nodes = [scene.add(lm.point_mass(position=(0.1 * k, *flat), velocity=(-k, *flat), mass=1.0)) for k in range(3)]
+    scene.chain(nodes, lm.ElasticWire(stiffness=1.0), surface=lm.Thread(0.03))
+    sim = lm.Simulation(scene, time_step=1e-3).run(steps=60, record=tmp_path / "run.h5")
+    assert 0.03 < sim.positions[1, 0] - sim.positions[0, 0] < 0.05
+    again = lm.Simulation(lm.Scene.from_run(tmp_path / "run.h5"), time_step=1e-3).run(steps=10)
+    whole = lm.resume(tmp_path / "run.h5").run(steps=10)
+    np.testing.assert_array_equal(again.positions, whole.positions)
+
+
 def test_functions_of_time_of_pressures_and_forces_are_asked_for_again(tmp_path):
     def made():
         scene = lm.Scene(dimension=2)
@@ -664,6 +703,18 @@ def test_gaps_of_a_net_are_one_or_one_an_edge():
         with pytest.raises((TypeError, ValueError), match=words):
             scene.net(nodes, [[0, 1], [1, 2]], ROD, surface=lm.Thread(0.1), **wrong)
     assert scene.skins == scene.chains == []
+
+
+def test_a_net_with_a_link_that_cannot_be_is_not_there():
+    """The links of a net are several chains: one of the last is off its reference, and the net is refused as a whole."""
+    scene = lm.Scene(dimension=3)
+    nodes = [scene.add(lm.point_mass(position=(k % 3, k // 3, 0), mass=1.0)) for k in range(9)]
+    edges = [[k, k + 1] for k in range(9) if k % 3 < 2] + [[k, k + 3] for k in range(6)]
+    for last in range(12):
+        gaps = np.where(np.arange(12) == last, 0.5, 1.0)
+        with pytest.raises(ValueError, match="would pull it right with a blow"):
+            scene.net(nodes, edges, lm.RigidWire(), surface=lm.Thread(0.1), reference_gap=gaps)
+        assert scene.skins == scene.chains == []
 
 
 def test_the_colour_of_points_is_not_one_of_a_surface():

@@ -386,6 +386,8 @@ def begin(team, swept):
     team.limits[3] = LARGEST_ENERGY * (free + undone)
     team.measured[:] = 0.0
     if nothing <= ROUNDING * np.sqrt(team.limits[2]):
+        if team.light > 0:  # they fly as well, and nothing is out of balance
+            share_chunks(SETTLE, team)
         return nothing, 0.0, True, CONVERGED
     if not np.isfinite(nothing):
         team.measured[0] = nothing
