@@ -624,7 +624,7 @@ class Scene:
                 "A surface goes through centres of bodies, and this one would go through points off them: end it at a "
                 "node, and link this node to the point by a chain of its own."
             )
-        skin = Skin([node.body for node in nodes], cells, thread)
+        skin = Skin([node.body for node in nodes], cells, thread, settled=self._settled)
         self.skins.append(skin)
         return skin
 

@@ -37,14 +37,16 @@ class Skin:
     ``bodies``: its nodes; ``cells``: corners of the cells as indices of these, (m, 2) or (m, 3).
     """
 
-    def __init__(self, bodies: Sequence[Body], cells: Any, thread: Thread):
-        """ValueError, with the nodes, for cells whose nodes are nearer to each other than the thickness."""
+    def __init__(self, bodies: Sequence[Body], cells: Any, thread: Thread, *, settled: bool = False):
+        """ValueError, with the nodes, for cells whose nodes are nearer to each other than the thickness, unless steps of a
+        run have brought them there, ``settled``."""
         self.bodies = list(bodies)
         self.cells = np.asarray(cells, dtype=np.int64)
         self.radius, self.color = thread.radius, thread.color
         self.pressure: float | Callable[[float], float] | None = None
         """The pressure on it [Pa], a number or a function of time [s]; None for none."""
-        self._refuse_crowded()
+        if not settled:
+            self._refuse_crowded()
         self._net = topology(self.cells, len(self.bodies), dimension=self.dimension)
 
     @property

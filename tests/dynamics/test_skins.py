@@ -443,6 +443,19 @@ def test_a_scene_at_its_start_takes_a_checkpoint_of_a_thread_that_was_drawn_out(
     np.testing.assert_array_equal(again.velocities, whole.velocities)
 
 
+@pytest.mark.parametrize("d", [2, 3])
+def test_a_thread_that_a_run_has_crushed_comes_back_from_its_file(tmp_path, d):
+    """Nodes nearer to each other than the thickness are refused in a scene that is written, not in one that a run left."""
+    scene, flat = lm.Scene(dimension=d), (0.0,) * (d - 1)
+    nodes = [scene.add(lm.point_mass(position=(0.1 * k, *flat), velocity=(-k, *flat), mass=1.0)) for k in range(3)]
+    scene.chain(nodes, lm.ElasticWire(stiffness=1.0), surface=lm.Thread(0.03))
+    sim = lm.Simulation(scene, time_step=1e-3).run(steps=60, record=tmp_path / "run.h5")
+    assert 0.03 < sim.positions[1, 0] - sim.positions[0, 0] < 0.05
+    again = lm.Simulation(lm.Scene.from_run(tmp_path / "run.h5"), time_step=1e-3).run(steps=10)
+    whole = lm.resume(tmp_path / "run.h5").run(steps=10)
+    np.testing.assert_array_equal(again.positions, whole.positions)
+
+
 def test_functions_of_time_of_pressures_and_forces_are_asked_for_again(tmp_path):
     def made():
         scene = lm.Scene(dimension=2)
