@@ -56,6 +56,8 @@ def follow_curve(active: ActiveSet, start: np.ndarray, epsilon: float, centre: n
     a, kind = start.copy(), cell_of(active, start)[1].kind
     push, status = map_of(active, a, kind, epsilon, centre)
     size = float(np.linalg.norm(push))
+    if not size < np.inf:  # impulses that have run away are no start
+        return Curve(None, 0, 1)
     far = FAR * size
     wall, jump = np.zeros((2, active.width))
     across, turned = np.zeros((2, active.turning_disks, active.width))

@@ -131,6 +131,15 @@ def test_a_path_turns_back_where_a_solution_ceases_to_exist():
     assert r[0] == pytest.approx(lm.solve_local(W, q, friction=mu).impulse, rel=1e-6)
 
 
+@pytest.mark.parametrize("impulse", [np.nan, np.inf])
+def test_a_path_from_impulses_that_are_not_finite_is_given_up(impulse):
+    """As sweeps leave them where a step has no solution."""
+    active = ActiveSet(problem(np.eye(3), np.array([-1.0, 0.5, 0.0]), np.ones(1)))
+    with np.errstate(invalid="ignore", over="ignore"):
+        curve = follow_curve(active, np.full((1, 3), impulse), EPSILON, np.zeros((1, 3)), 50)
+    assert curve.status is None
+
+
 def test_a_path_to_infinity_is_given_up():
     """One body with six degrees of freedom at four contacts: F grows by up to a third from piece to piece, to 1e160 and
     out of the range of numbers if it is followed on."""
