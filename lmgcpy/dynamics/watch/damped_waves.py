@@ -17,8 +17,25 @@ whole (a pendulum) are left alone by the step and are not looked at.
 
 **Closed chains.** If a bead is held, the chain begins and ends at it. If none is, as in a string that is closed across the
 faces of a periodic cell or a ring that spins, it swings in pairs of modes, sin and cos of an even string. Its motion is
-looked at in directions that are across all of its links, as out of the plane of a ring. (If a ring bends in its plane, its
-beads move along it as well, which these modes leave out.)
+looked at in directions that are across all of its links, as out of the plane of a ring.
+
+**Round rings in their plane.** A ring of radius R that spins with w_0, and may be blown up by a pressure p, has the
+tension ``T0 = rho R^2 W^2``, rho its mass per length; without pressure W = w_0. If it bends, its beads move along it as
+well. In the frame that spins let it be displaced by u outward and by v along itself. It keeps its length, ``u + v' = 0``,
+and its links turn by ``phi = (u' - v)/R``; with dots by time and primes by angle
+
+    rho (u.. - 2 w_0 v. - w_0^2 (R + u)) = (T0 phi' - T)/R + p,
+    rho (v.. + 2 w_0 u. - w_0^2 v) = (T0 phi + T')/R - p phi.
+
+``v ~ exp(i (n a + w t))``, a the angle, and the elimination of T give
+
+    (1 + n^2) w^2 - 4 n w_0 w + 2 n^2 w_0^2 - n^2 (n^2 - 1) W^2 = 0,
+
+without pressure ``w = n w_0``, a shape that stands in space, and ``-n w_0 (n^2 - 3)/(n^2 + 1)``. The term of the step lets
+T0 act along links as they will have turned, by ``alpha h phi.`` further. That adds ``-i alpha h w W^2 (n^2 - 1)^2`` to the
+left side, and to first order in h a motion decays at the rate
+
+    alpha h W^2 / 2 (n^2 - 1)^2 w / ((1 + n^2) w - 2 n w_0).
 
 **Waves.** A motion is told if it goes as these numbers predict, all modes together, at each quarter of the period of its
 strongest mode: one standing wave, waves that travel, or the many modes of a string that was plucked. The motion of a wire
@@ -57,6 +74,8 @@ AS_A_WHOLE = 0.1
 own."""
 FAINT = 1e-5
 """Least amplitude of a motion, in parts of the length of a link."""
+EVEN = 0.05
+"""Most difference of the links and beads of a ring from their means, in parts of these, with which it counts as round."""
 APART = 0.3
 """Most difference of a motion from the predicted one, in parts of the latter, and of a motion from its slow modes."""
 SEEN = 0.5
@@ -78,6 +97,23 @@ class Modes(NamedTuple):
     """``d exp(i theta)`` of each step, (k,) complex."""
 
 
+class RingModes(NamedTuple):
+    """Motions of a round ring in its plane, j numbers n of waves around it with two each, k = 2 j."""
+
+    number: np.ndarray
+    """n, (j,)."""
+    length: float
+    """Of a link [m]."""
+    exponent: np.ndarray
+    """``i w - rate`` of the two of each number [1/s], (2, j) complex."""
+    frequency: np.ndarray
+    """Size of w [rad/s], (k,)."""
+    damped: np.ndarray
+    """Whether the step resolves it, (k,)."""
+    factor: np.ndarray
+    """Factor of each step, (k,) complex."""
+
+
 class Wave(NamedTuple):
     """A motion that may be that of a free wire."""
 
@@ -85,7 +121,7 @@ class Wave(NamedTuple):
     step: int
     """Step in which it was seen."""
     time_step: float
-    modes: Modes
+    modes: Modes | RingModes
     amplitude: np.ndarray
     """z of its modes at that time, (k, d) complex."""
     period: int
@@ -152,7 +188,7 @@ class DampedWaves:
             seen = {wave.chain for wave in kept}
             stiff = np.logical_or.reduceat(stiffness > 0.0, self._cuts[:-1]) & self._central
             for chain in (k for k in np.flatnonzero(stiff).tolist() if k not in seen):
-                new = self._seen(problem, links, before, chain)
+                new = self._seen(problem, links, before, chain) or self._ring_seen(problem, links, before, chain)
                 if new is not None:
                     kept.append(new)
         self._waves = tuple(kept)
@@ -172,11 +208,32 @@ class DampedWaves:
         share = np.linspace(0.0, 1.0, len(bodies))[:, None]
         return without(velocity - (1.0 - share) * first - share * last, np.concatenate([normal, normal[-1:]]))
 
+    def _turned(self, problem: StepProblem, before: np.ndarray, chain: int, length: float) -> np.ndarray:
+        """By how much links of a ring are turned in its plane from where they are in a round one [rad], and how fast [1/s],
+        in the sense in which the chain goes around; (2, l)."""
+        part, bodies, d = self._links[chain], self._chains[chain], problem.dimension
+        plane = directions(problem.system.normal[part])[1]
+        normal = problem.system.normal[part] @ plane
+        velocity = 0.5 * (before + problem.system.velocity)[bodies, :d] @ plane
+        angle = np.unwrap(np.arctan2(normal[:, 1], normal[:, 0]))
+        rate = (normal[:, 0] * along(velocity, len(part))[:, 1] - normal[:, 1] * along(velocity, len(part))[:, 0]) / length
+        sense = math.copysign(1.0, angle[-1] - angle[0])
+        angle = sense * angle - 2.0 * math.pi / len(part) * np.arange(len(part))
+        return np.stack([angle - angle.mean(), sense * rate])
+
     def _amplitude(
-        self, problem: StepProblem, before: np.ndarray, chain: int, modes: Modes
+        self, problem: StepProblem, before: np.ndarray, chain: int, modes: Modes | RingModes
     ) -> tuple[np.ndarray, float]:
         """z of the modes of a chain that bend it and swing, zero of the others, (k, d); and the size of the rest of its
-        motion, in quicker modes."""
+        motion, in quicker modes. Of a ring in its plane: the angles of its links in these modes, (k, 1)."""
+        if isinstance(modes, RingModes):
+            turned = self._turned(problem, before, chain, modes.length)
+            angle, rate = 2.0 / turned.shape[1] * np.fft.fft(turned)[:, modes.number]
+            first = (rate - modes.exponent[1] * angle) / (modes.exponent[0] - modes.exponent[1])
+            z = np.concatenate([first, angle - first])[:, None]
+            quick = 2.0 * float((turned[0] ** 2).mean()) - float((abs(angle) ** 2).sum())
+            z[~modes.damped] = 0.0
+            return z, math.sqrt(max(quick, 0.0))
         root = np.sqrt(self._mass[self._chains[chain]])[:, None]
         start, end = (root * self._across(problem, v, chain) for v in (before, problem.system.velocity))
         middle = 0.5 * (start + end)
@@ -217,6 +274,32 @@ class DampedWaves:
         lost = 1.0 - math.sqrt(float((energy * abs(modes.factor) ** (2.0 * period)).sum()) / whole)
         return Wave(chain, self._steps, h, modes, z, round(period), lost) if lost > LOST else None
 
+    def _ring_seen(self, problem: StepProblem, links: LinkStiffness, before: np.ndarray, chain: int) -> Wave | None:
+        """The motion of a round ring in its plane, if it may be one that the step resolves and damps."""
+        part, h = self._links[chain], problem.data.time_step
+        mass, normal = self._mass[self._chains[chain]], problem.system.normal[part]
+        if len(part) != len(mass) or directions(normal)[1].shape[1] != 2:
+            return None
+        length = problem.data.gap[part] + links.radius_sum[part]
+        pull = np.maximum(-problem.system.impulse[part, 0], 0.0) / (h * length)
+        if any((abs(x - x.mean()) > EVEN * x.mean()).any() for x in (mass, length, pull)):
+            return None
+        turned = self._turned(problem, before, chain, float(length.mean()))
+        spin, share = float(turned[1].mean()), 4.0 * math.sin(math.pi / len(part)) ** 2 / float(mass.mean())
+        numbers = np.arange(2, min(MODES // 2 + 1, len(part) // 4) + 1)
+        if not len(numbers) or float((turned[0] ** 2).max()) > APART**2:
+            return None
+        tension, stiffness = share * float(pull.mean()), share * float(problem.system.geometric[part].mean())
+        modes = ring_modes(numbers, float(length.mean()), spin, tension, stiffness, h)
+        z, quick = self._amplitude(problem, before, chain, modes)
+        energy = (abs(z) ** 2).sum(axis=1)
+        whole = float(energy.sum())
+        if not quick < APART * math.sqrt(whole) or whole < FAINT**2:
+            return None
+        period = 2.0 * math.pi / abs(float(np.angle(modes.factor[int(np.argmax(energy))])))
+        lost = 1.0 - math.sqrt(float((energy * abs(modes.factor) ** (2.0 * period)).sum()) / whole)
+        return Wave(chain, self._steps, h, modes, z, round(period), lost) if lost > LOST else None
+
     def _sentence(self, problem: StepProblem, links: LinkStiffness, wave: Wave, time: float) -> str:
         part, h = self._links[wave.chain], problem.data.time_step
         s = float(links.resolution(problem.system.impulse, problem.data.gap, h)[part].max())
@@ -250,6 +333,22 @@ def slow_modes(mass: np.ndarray, pull: np.ndarray, stiffness: np.ndarray, turnin
     theta = np.arccos(np.clip(0.5 * d * (2.0 + c - square), -1.0, 1.0))
     damped &= 2.0 * theta > c  # else exp(-2 pi) or less is left after a period, or it does not swing: no wave
     return Modes(shape, np.sqrt(squares), damped, d * np.exp(1j * theta))
+
+
+def ring_modes(
+    numbers: np.ndarray, length: float, spin: float, tension: float, stiffness: float, time_step: float
+) -> RingModes:
+    """The motions of a round ring in its plane with these ``numbers`` of waves, see the module's text; ``spin`` w_0,
+    ``tension`` W^2, and ``stiffness`` alpha h^2 W^2."""
+    n = numbers.astype(float)
+    square = n * n
+    root = np.sqrt(np.maximum(square * (square - 1.0) * ((square + 1.0) * tension - 2.0 * spin * spin), 0.0))
+    w = (2.0 * n * spin + np.stack([root, -root])) / (1.0 + square)
+    rate = 0.5 * stiffness / time_step * (square - 1.0) ** 2 * w / np.stack([root, -root])
+    frequency, loss = abs(w).ravel(), rate.ravel()
+    damped = (time_step * frequency < RESOLVED) & (frequency > loss)
+    exponent = 1j * w - rate
+    return RingModes(numbers, length, exponent, frequency, damped, np.exp(time_step * exponent).ravel())
 
 
 def open_modes(weight: np.ndarray, pull: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
