@@ -31,9 +31,9 @@ and its links turn by ``phi = (u' - v)/R``; with dots by time and primes by angl
 
     (1 + n^2) w^2 - 4 n w_0 w + 2 n^2 w_0^2 - n^2 (n^2 - 1) W^2 = 0,
 
-without pressure ``w = n w_0``, a shape that stands in space, and ``-n w_0 (n^2 - 3)/(n^2 + 1)``. The term of the step lets
-T0 act along links as they will have turned, by ``alpha h phi.`` further. That adds ``-i alpha h w W^2 (n^2 - 1)^2`` to the
-left side, and to first order in h a motion decays at the rate
+without pressure ``w = n w_0``, a shape that rests in space, and ``-n w_0 (n^2 - 3)/(n^2 + 1)``. The term of the step lets
+T0 act along links as they will have turned, by ``alpha h phi.`` further. The left side gets
+``-i alpha h w W^2 (n^2 - 1)^2``, and to first order in h a motion decays at the rate
 
     alpha h W^2 / 2 (n^2 - 1)^2 w / ((1 + n^2) w - 2 n w_0).
 
@@ -209,7 +209,7 @@ class DampedWaves:
         return without(velocity - (1.0 - share) * first - share * last, np.concatenate([normal, normal[-1:]]))
 
     def _turned(self, problem: StepProblem, before: np.ndarray, chain: int, length: float) -> np.ndarray:
-        """By how much links of a ring are turned in its plane from where they are in a round one [rad], and how fast [1/s],
+        """Angles in its plane between links of a ring and links of a round ring [rad], and how fast links turn [1/s],
         in the sense in which the chain goes around; (2, l)."""
         part, bodies, d = self._links[chain], self._chains[chain], problem.dimension
         plane = directions(problem.system.normal[part])[1]
@@ -275,7 +275,7 @@ class DampedWaves:
         return Wave(chain, self._steps, h, modes, z, round(period), lost) if lost > LOST else None
 
     def _ring_seen(self, problem: StepProblem, links: LinkStiffness, before: np.ndarray, chain: int) -> Wave | None:
-        """The motion of a round ring in its plane, if it may be one that the step resolves and damps."""
+        """The motion of a round ring in its plane, if the step may resolve and damp it."""
         part, h = self._links[chain], problem.data.time_step
         mass, normal = self._mass[self._chains[chain]], problem.system.normal[part]
         if len(part) != len(mass) or directions(normal)[1].shape[1] != 2:
