@@ -44,8 +44,8 @@ def settled():
 
 
 def unbalanced(net, mass, gained):
-    """Impulses on bodies that no law and no load gives [N s], (n, 3), from the momentum that bodies ``gained`` in a step less
-    that of their weight, (n, 3); and the most that a solved step allows of it, (n,).
+    """Impulses on bodies that no law and no load gives [N s], (n, 3), from the momentum that bodies ``gained`` in a step
+    beyond what their weight gives, (n, 3); and the most that a solved step allows of it, (n,).
 
     A bead may be out of balance by a hundredth of the greatest impulse on it, or of a tenth of the greatest on its
     neighbours, or by a thousandth of the geometric mean of all impulses (``lmgcpy.solve.kernels.loads``).
