@@ -160,8 +160,8 @@ def test_the_balance_of_energy_and_the_work_of_gravity_close(projected, reboundi
 @pytest.mark.filterwarnings("ignore:In the step")
 @pytest.mark.parametrize("law", [lm.RigidRod(), lm.RigidWire()], ids=repr)
 def test_a_pendulum_thrown_straight_loses_the_same_at_any_step(law):
-    """An elbow of 1e-4 of the tip: links without rebound take the energy of the speed along the straight line, once, so that
-    -14.67 J become -15.67 J. (Links that gave a part back and took it later ended at -15.76 to -15.79 J, if wires.)"""
+    """An elbow of 1e-4 of the tip: links without rebound take the energy of the speed along the straight line, once: from
+    -14.67 J to -15.67 J. (Links that gave a part back and took it later ended at -15.76 to -15.79 J, if wires.)"""
     for time_step in (8e-3, 4e-3, 2e-3):
         sim = double_pendulum(law, 1e4, time_step)
         while sim.time < 0.4:
