@@ -115,8 +115,8 @@ class Stubborn(Recording):
 
 @pytest.mark.parametrize("most", [0, 1, ROUNDS, ROUNDS + 1])
 def test_light_bodies_that_stay_out_of_balance_get_their_own_mass_back(most):
-    """One more in each of three rounds, from the impulses of the round before. If the last round does not end well, the step
-    is solved with all light bodies, from the impulses of the first solve."""
+    """One more in each of three rounds, from the impulses of the round before. If the last round does not end well, the
+    step is solved with all light bodies, from the impulses of the first solve."""
     scene = mixed(2, lm.Coulomb(friction=0.3))
     sim = lm.Simulation(scene, time_step=1e-3, solver=Stubborn(tolerance=1e-2, most=most), on_unconverged="ignore")
     report, (solves, light) = sim.step(), (sim.solver.solves, sim.solver.light)
