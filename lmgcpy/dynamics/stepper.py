@@ -228,7 +228,8 @@ class Stepper:
         self._last = problem, found.interactions
         self.report = self.report.of_step(self._watch.stretch, clock.perf_counter() - begin)
         if not self.report.solved:
-            lock = find_lock(problem, self.report, self._straight_spans)
+            alone = only_out_of_balance(self.solver.bounds, problem.system.measured)  # all laws hold: nothing is locked
+            lock = None if alone else find_lock(problem, self.report, self._straight_spans)
             if lock is not None:
                 self.report = replace(self.report, status=STATUS[LOCKED], lock=lock)
                 sentences += self._watch.lock(lock, self.time) if self.on_unconverged == "warn" else ()

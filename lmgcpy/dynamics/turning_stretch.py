@@ -18,6 +18,14 @@ Comput. Methods Appl. Mech. Eng. 256):
 long. Then v minimises ``|v - v_free|^2_M / 2 + S(lambda + h H^T v)``. The value at rest is at least the minimum plus
 ``|v|^2_M / 2``, so that ``|v|^2_M / 2 + S(lambda + h H^T v) <= |v_free|^2_M / 2 + S(lambda)``.
 
+**Jerks.** A ball strikes a taut straight line. In a step its links do not resist, and it moves by ``h v``: an excess
+``(h v)^2 / 2 l``. In the next one the links, which now have the slope ``h v / l``, are shortened by that within h, and
+throw the ball back with ``v/2``, more if waves come together. Rigid links give nothing back: the second solve stops it.
+The energy that the first one takes, 3/4, hides the energy that it gives. In motion that the step resolves the excess gives
+what it takes, and ``u+ = -u-``. So a step is a jerk if rigid links take energy in it, if the work of pulling back the
+excess is a good part of all kinetic energy nearby, and if the second solve leaves less energy than the first; else the step
+goes back to g.
+
 **Nets of rods.** The gaps of all links follow from one displacement of the bodies, and so do the excesses. Rigid rods that
 cross give more equations than motions. The equations agree if all chains have their detected gaps, or all their predicted
 ones, but not if some have the one and some the other: then the step has no solution, and self-stresses of the net grow
@@ -51,6 +59,10 @@ MADE = 0.01
 """Part of the kinetic energy of its bodies, and of what loads give them from rest, that a net may make in a step. A
 pendulum that turns by 0.1 rad in a step makes a thousandth on its way up and loses it on its way down: taking it would damp
 a motion that the step resolves."""
+JERK, STEPS = 0.25, 3.0
+"""In a jerk the work of pulling back the excess is more than this part of the kinetic energy of the bodies of a net and of
+the bodies that they touch, and more than loads give these from rest in that number of steps. (A pendulum that turns by 0.5
+rad in a step does as much work. A ball that strikes a taut line: 1.5 and more; with 0.1 nothing changes.)"""
 ACCOUNTS = 0.5
 """The work of pulling back the excess is at least this part of the energy made: else something else made the energy."""
 TINY = 1e-12
@@ -86,6 +98,7 @@ class TurningStretch:
         self._cuts = np.array([0, *(strand.stop for strand in strands)])
         self._passive = np.array([strand.links.law.NAME in model.passive for strand in strands], dtype=bool)
         self._rods = np.array([is_of_rigid_rods(strand.links) for strand in strands], dtype=bool)
+        self._rigid = np.array(["rigid" in strand.links.law.TRAITS for strand in strands], dtype=bool)
         self._ties = np.repeat(np.array([strand.links.law.TIES for strand in strands], dtype=bool), np.diff(self._cuts))
         self.predicted = np.full(self._cuts[-1], np.nan)
         self.look_at(model)
@@ -140,6 +153,9 @@ class TurningStretch:
                 break
             made = {net: self._made_by(solved, net, drawn) for net in suspects}
             found = [net for net in suspects if limit[net] < made[net] < pulled[net] / ACCOUNTS]
+            taking = [net for net in suspects if made[net] < -limit[net] and self._rigid[self._of_net[net]].all()]
+            jerks = [net for net in taking if pulled[net] > self._jerk(net, given, before)]
+            found += jerks
             if not found:
                 break
             gap = gap.copy()
@@ -152,8 +168,9 @@ class TurningStretch:
             again = replace(given, data=given.data._replace(gap=gap))
             again.prepare()
             solved = solve(again)
-            if any(self._made_by(solved, net, drawn) > made[net] for net in found if self._rods[self._of_net[net]].any()):
-                # errors of lambda made more than the excess did: back to the detected gaps
+            doubtful = [net for net in found if net in jerks or self._rods[self._of_net[net]].any()]
+            if any(self._made_by(solved, net, drawn) > made[net] for net in doubtful):
+                # errors of lambda made more than the excess did, or a jerk gave nothing back: to the detected gaps
                 given.guess[:] = first
                 given.prepare()
                 return solve(given), None
@@ -174,6 +191,19 @@ class TurningStretch:
         before = before[self._bodies]
         given = free[self._bodies] - before
         return 0.5 * np.add.reduceat(np.einsum("bk,bk->b", self._mass, before * before + given * given), self._first_body)
+
+    def _jerk(self, net: int, given: StepProblem, before: np.ndarray) -> float:
+        """The least work of pulling back the excess of a net in a jerk [J]; from velocities before the step (n, k)."""
+        c, a = given.system.candidate, given.system.antagonist
+        own = np.zeros(len(before), dtype=bool)
+        own[np.concatenate([self._strands[k].bodies for k in self._of_net[net]])] = True
+        own &= given.inverse_mass.max(axis=1) > 0.0
+        near = np.union1d(np.flatnonzero(own), np.concatenate([c[own[a]], a[own[c]]]))
+        inverse, before = given.inverse_mass[near], before[near]
+        squares = np.stack([before, STEPS * (given.free_velocity[near] - before)]) ** 2
+        energies = 0.5 * np.divide(squares, inverse, out=np.zeros_like(squares), where=inverse > 0.0)
+        moving, loaded = energies.sum(axis=(1, 2)).tolist()
+        return max(JERK * moving, loaded)
 
     def _made_by(self, problem: StepProblem, net: int, drawn: np.ndarray) -> float:
         """Energy that a net makes in the step [J]; ``drawn``: change of the reference gaps by hand [m], (L,)."""

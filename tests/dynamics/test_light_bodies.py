@@ -7,7 +7,8 @@ import pytest
 from squeezed_wire import RADIUS, squeezed_wire, way
 
 import lmgcpy as lm
-from lmgcpy.dynamics.sweep_mass import HEAVY, SHARE, sweep_mass
+from lmgcpy.dynamics.sweep_mass import HEAVY, ROUNDS, SHARE, sweep_mass
+from lmgcpy.solve.problems.report import STAGNATED
 
 G = 9.81
 STEPS = (1e-3, 2.5e-4, 6e-5)
@@ -94,6 +95,43 @@ def test_a_step_that_is_made_again_begins_from_the_first_solve():
     assert report.iterations == sweeps + more
 
 
+@dataclass(frozen=True)
+class Stubborn(Recording):
+    """Says of the first ``most`` solves that nothing but the balance of the first light body is wrong."""
+
+    most: int = 0
+    light: list = field(default_factory=list)
+
+    def solve(self, step):
+        outcome = super().solve(step)
+        self.light.append(step.light.body.tolist())
+        if len(self.solves) > self.most:
+            return outcome
+        step.light.out[0] = 1.0
+        step.system.measured[:2] = step.system.measured[4] = 0.0
+        step.system.measured[5] = 1.0
+        return outcome._replace(status=STAGNATED)
+
+
+@pytest.mark.parametrize("most", [0, 1, ROUNDS, ROUNDS + 1])
+def test_light_bodies_that_stay_out_of_balance_get_their_own_mass_back(most):
+    """One more in each of three rounds, from the impulses of the round before. If the last round does not end well, the
+    step is solved with all light bodies, from the impulses of the first solve."""
+    scene = mixed(2, lm.Coulomb(friction=0.3))
+    sim = lm.Simulation(scene, time_step=1e-3, solver=Stubborn(tolerance=1e-2, most=most), on_unconverged="ignore")
+    report, (solves, light) = sim.step(), (sim.solver.solves, sim.solver.light)
+    rounds = min(most, ROUNDS)
+    assert len(solves) == 1 + rounds + (most > ROUNDS)
+    assert light[: 1 + rounds] == [light[0][k:] for k in range(1 + rounds)]
+    for k in range(1, 1 + rounds):
+        assert np.array_equal(solves[k][0], solves[k - 1][1])
+    if most > ROUNDS:
+        assert light[-1] == light[0]
+        assert np.array_equal(solves[-1][0], solves[0][1])
+    assert report.solved
+    assert report.iterations == sum(sweeps for *_, sweeps in solves)
+
+
 @pytest.mark.filterwarnings("ignore:In the step to")
 def test_what_is_left_of_the_balance_is_entered_in_the_energy():
     """The identity closes to round-off, whatever the imbalance is, also when a step is not solved."""
@@ -106,6 +144,20 @@ def test_what_is_left_of_the_balance_is_entered_in_the_energy():
             terms = abs(sim.energy.loads) + sum(map(abs, sim.energy.interactions.values())) + abs(sim.energy.unbalanced)
             assert abs(sim.energy.defect) < 1e-13 * terms
         assert iterations > 3 or sim.energy.unbalanced != 0.0
+
+
+@pytest.mark.filterwarnings("ignore:In the step to")
+def test_a_torn_wire_that_sweeps_do_not_solve_is_not_locked():
+    """All laws hold, and only beads of a millionth, which fly at a hundred metres a second, are out of balance: the step is
+    unsolved, but links need no slack."""
+    scene, _ = squeezed_wire(1e6, 1.1)
+    solver = lm.AcceleratedGaussSeidel(tolerance=1e-2, max_iterations=2000)
+    sim = lm.Simulation(scene, time_step=2.5e-4, solver=solver, on_unconverged="ignore")
+    report = sim.step()
+    assert not report.solved
+    assert max(report.residual, report.slip) < 1e-3
+    assert report.force > 1e-2
+    assert report.lock is None
 
 
 @pytest.mark.parametrize("solver", [ACCELERATED, lm.GaussSeidel(), lm.Auto()], ids=lambda s: type(s).__name__)

@@ -44,11 +44,12 @@ def line(dimension=2, law=lm.RigidWire, *, slack=0.0, thrown=0.0, middle=MASS) -
 
 
 class Seen:
-    """A run, step by step: the largest ``speed`` [m/s], ``sag`` [m], ``tension`` [N] and kinetic ``energy`` [J] of all."""
+    """A run, step by step: the largest ``speed`` [m/s], ``sag`` [m], ``tension`` [N] and kinetic ``energy`` [J] of all, and
+    the largest speed ``rise`` of a body upward [m/s]."""
 
-    def __init__(self, scene: lm.Scene, h: float, steps: int, **options):
+    def __init__(self, scene: lm.Scene, h: float, steps: int, *, watched: lm.Body | None = None, **options):
         self.sim = sim = lm.Simulation(scene, time_step=h, **options)
-        self.speed = self.sag = self.tension = self.energy = 0.0
+        self.speed = self.sag = self.tension = self.energy = self.rise = 0.0
         for _ in range(steps):
             sim.step()
             net = sim.interactions
@@ -57,6 +58,8 @@ class Seen:
             self.speed = max(self.speed, float(np.abs(sim.velocities).max()))
             self.sag = max(self.sag, -float(sim.positions[:, -1].min()))
             self.energy = max(self.energy, sim.energy.kinetic)
+            if watched is not None:
+                self.rise = max(self.rise, float(watched.velocity[-1]))
 
     @property
     def excess(self) -> float:
@@ -186,29 +189,31 @@ def test_a_plucked_line_comes_to_rest(h, thrown):
 
 
 @pytest.mark.default_parameters(
-    "0.001-1.0-2-RigidWire", "0.001-1.0-2-RigidRod", "0.004-0.01-3-RigidWire", "0.00025-0.01-2-RigidRod"
+    "0.001-1.0-2-RigidWire", "0.001-1.0-2-RigidRod", "0.004-100.0-3-RigidWire", "0.004-100.0-2-RigidRod"
 )
 @pytest.mark.filterwarnings("ignore:In the step to", "ignore:In the step.*jerk without rebound")
+@pytest.mark.filterwarnings("ignore:Step .* did not reach", "ignore:The step to .* no finite tension")
 @LAWS
 @DIMENSIONS
 @pytest.mark.parametrize("ball", [1e-5, 0.01, 1.0, 100.0])
 @pytest.mark.parametrize("h", [4e-3, 1e-3, 2.5e-4])
-def test_a_ball_that_strikes_a_line_stays_on_it(h, ball, dimension, law, request):
-    """At 1 m/s, on beads of 10 g; no step is unsolved. The ball stops within two steps: the line has given way by 2 h v,
-    and sinks no further. Its energy is lost; a blow gives back less than that.
+def test_a_ball_that_strikes_a_line_stays_on_it(h, ball, dimension, law):
+    """At 1 m/s, on beads of 10 g. The ball stops within two steps: the line has given way by 2 h v, and sinks no further.
+    Its energy is lost. A blow gives back less than 1 % of it (measured: 0.1 % of balls as heavy as a bead and more, as they
+    roll from bead to bead; without the second solve of jerks up to all of it).
 
-    Wires that are struck by 1e4 times a bead in steps of 4 ms throw it back with a quarter to nine tenths of its energy, as
-    they are pulled straight from a sag of a link's length: no energy is made.
+    A ball that rests on rods without slack has no finite tension below it: some steps are unsolved, and say so (measured:
+    14 of 60 of 100 kg at 1 ms; 5 if it is laid on them).
     """
-    if (h, ball, law) == (4e-3, 100.0, lm.RigidWire):
-        request.applymarker(pytest.mark.xfail(reason="thrown back", strict=False))
     scene = line(dimension, law)
     at = LENGTH * (COUNT // 2) + 0.003
-    scene.add(body(dimension, 0.02, at, 0.023, ball, velocity=vector(dimension, 0.0, -1.0), color="BALL"))
+    struck = scene.add(body(dimension, 0.02, at, 0.023, ball, velocity=vector(dimension, 0.0, -1.0), color="BALL"))
     scene.see("BALL", "BEAD", lm.Signorini())
-    seen = Seen(scene, h, round(0.06 / h))
+    seen = Seen(scene, h, round(0.06 / h), watched=struck)
     fallen = 0.5 * (COUNT - 2) * MASS * (2.0 * G * h) ** 2 + ball * G * (1e-3 + 2.0 * h)
-    assert seen.sim.unconverged_steps == 0
+    resting = law is lm.RigidRod and ball >= 0.01
+    assert seen.sim.unconverged_steps <= (0.25 * seen.sim.steps if resting else 0)
+    assert seen.rise <= 0.1
     assert seen.sag <= 2.0 * h
     assert seen.energy <= 0.5 * ball * (1.0 + G * h) ** 2 + fallen
     assert seen.sim.energy.kinetic <= 0.1 * (0.5 * ball + fallen)
