@@ -118,12 +118,20 @@ class LeverStiffness:
         mobility[:, d:] *= less
         return mobility, free
 
+    def work(
+        self, problem: StepProblem, stiffness: np.ndarray, carried: np.ndarray, before: np.ndarray
+    ) -> np.ndarray:
+        """Work of the moment of each body by axis in a step [J], (n, k - d), if it has the velocities ``before`` (n, k) at
+        its start."""
+        d, after = self.dimension, problem.system.velocity
+        work: np.ndarray = -0.5 * stiffness * (after[:, d:] - carried) * (before[:, d:] + after[:, d:])
+        return work
+
     def works(
         self, problem: StepProblem, stiffness: np.ndarray, carried: np.ndarray, before: np.ndarray
     ) -> list[tuple[str, float]]:
         """Works of the moments of a step by name of law [J], shared by what the links of each law hold of each body."""
-        d, after = self.dimension, problem.system.velocity
-        work = -0.5 * stiffness * (after[:, d:] - carried) * (before[:, d:] + after[:, d:])
+        work = self.work(problem, stiffness, carried, before)
         names = np.unique(self.law).tolist()
         held = [np.maximum(self._held(problem, problem.system.impulse, self.law == name), 0.0) for name in names]
         total = sum(held)

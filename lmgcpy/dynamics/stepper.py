@@ -379,7 +379,7 @@ class Stepper:
                 displacement += ways
                 if ahead is not None:
                     turn_on(turning, ways, ahead)
-        problem, pushed = self._take_back(given, solved, before, earlier)
+        problem, pushed = self._take_back(given, solved, before, earlier, held)
         if projected is not None:
             pushed = projected if pushed is None else pushed + projected
         return Found(interactions, solved, displacement, ahead, problem, pushed, worse(moves, after), predicted, held)
@@ -493,9 +493,15 @@ class Stepper:
         return interactions, given
 
     def _take_back(
-        self, given: StepProblem, solved: StepProblem, before: np.ndarray, earlier: list[ChainTable] | None
+        self,
+        given: StepProblem,
+        solved: StepProblem,
+        before: np.ndarray,
+        earlier: list[ChainTable] | None,
+        held: tuple[np.ndarray, np.ndarray] | None,
     ) -> tuple[StepProblem, np.ndarray | None]:
-        """The problem that gives the velocities of the step, and the impulses (m, d) that gave only positions, if any."""
+        """The problem that gives the velocities of the step, and the impulses (m, d) that gave only positions, if any.
+        ``held``: as :class:`Found` has it."""
         report = self.report
 
         def solve(problem: StepProblem) -> StepProblem:
@@ -504,8 +510,11 @@ class Stepper:
             self.report = report = self.report.following(report)
             return solved
 
+        def moments(problem: StepProblem) -> np.ndarray:
+            return np.zeros(len(before)) if held is None else self._levers.work(problem, *held, before).sum(axis=1)
+
         if self.geometric_stiffness and self.model.links:
-            problem, pushed = self._turning_stretch.take_back(given, solved, before, earlier, solve)
+            problem, pushed = self._turning_stretch.take_back(given, solved, before, earlier, solve, moments)
             if pushed is not None:
                 return problem, pushed
         return turning_overlap.take_back(given, solved, before, solve)

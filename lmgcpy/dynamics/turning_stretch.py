@@ -18,6 +18,11 @@ Comput. Methods Appl. Mech. Eng. 256):
 long. Then v minimises ``|v - v_free|^2_M / 2 + S(lambda + h H^T v)``. The value at rest is at least the minimum plus
 ``|v|^2_M / 2``, so that ``|v|^2_M / 2 + S(lambda + h H^T v) <= |v_free|^2_M / 2 + S(lambda)``.
 
+The stiffness of links and levers pulls velocities u across links, and spins, towards velocities c (``-kappa (u - c)``). It
+adds ``kappa (u - c)^2 / 2`` to what v minimises, so that the right side has ``kappa c^2 / 4`` more. Its work counts as made
+by the net: kappa jumps as a chain is jerked straight, and the first solve gives light bodies that whip a work of up to
+``kappa u^2 / 4``, with heavy bodies.
+
 **Nets of rods.** The gaps of all links follow from one displacement of the bodies, and so do the excesses. Rigid rods that
 cross give more equations than motions. The equations agree if all chains have their detected gaps, or all their predicted
 ones, but not if some have the one and some the other: then the step has no solution, and self-stresses of the net grow
@@ -109,13 +114,14 @@ class TurningStretch:
         before: np.ndarray,
         earlier: list[ChainTable] | None,
         solve: Callable[[StepProblem], StepProblem],
+        moments: Callable[[StepProblem], np.ndarray],
     ) -> tuple[StepProblem, np.ndarray | None]:
         """The problem that gives the velocities of the step: ``solved``, or the one solved anew if a net makes energy; and
         in that case the impulses of the first solve minus the impulses of the last (m, d), which only moved positions.
 
         ``given``: the problem as it was assembled; ``before``: velocities at the start of the step (n, k); ``earlier``: the
         chains before they were drawn in or let out, None if none was. ``solved`` and the problem that ``solve`` returns
-        have the velocities ``after``.
+        have the velocities ``after``. ``moments``: work of the stiffness of levers in a problem by body [J], (n,).
         """
         count, h = len(self.predicted), given.data.time_step
         excess = np.nan_to_num(solved.data.gap[:count] - self.predicted)  # zero if no gap was predicted
@@ -138,7 +144,7 @@ class TurningStretch:
             suspects = np.flatnonzero((pulled > ACCOUNTS * limit) & ~done).tolist()
             if not suspects:
                 break
-            made = {net: self._made_by(solved, net, drawn) for net in suspects}
+            made = self._made_by(solved, suspects, drawn, moments(solved))
             found = [net for net in suspects if limit[net] < made[net] < pulled[net] / ACCOUNTS]
             if not found:
                 break
@@ -152,7 +158,9 @@ class TurningStretch:
             again = replace(given, data=given.data._replace(gap=gap))
             again.prepare()
             solved = solve(again)
-            if any(self._made_by(solved, net, drawn) > made[net] for net in found if self._rods[self._of_net[net]].any()):
+            of_rods = [net for net in found if self._rods[self._of_net[net]].any()]
+            anew = self._made_by(solved, of_rods, drawn, moments(solved))
+            if any(anew[net] > made[net] for net in of_rods):
                 # errors of lambda made more than the excess did: back to the detected gaps
                 given.guess[:] = first
                 given.prepare()
@@ -175,9 +183,16 @@ class TurningStretch:
         given = free[self._bodies] - before
         return 0.5 * np.add.reduceat(np.einsum("bk,bk->b", self._mass, before * before + given * given), self._first_body)
 
-    def _made_by(self, problem: StepProblem, net: int, drawn: np.ndarray) -> float:
-        """Energy that a net makes in the step [J]; ``drawn``: change of the reference gaps by hand [m], (L,)."""
-        return sum(self._made(problem, self._strands[k], drawn) for k in self._of_net[net])
+    def _made_by(
+        self, problem: StepProblem, made_by: list[int], drawn: np.ndarray, moments: np.ndarray
+    ) -> dict[int, float]:
+        """Energy that nets make in the step, with the work of the ``moments`` on their bodies (n,) [J]; ``drawn``: change
+        of the reference gaps by hand [m], (L,)."""
+        of_bodies = np.add.reduceat(moments[self._bodies], self._first_body)
+        return {
+            net: float(of_bodies[net]) + sum(self._made(problem, self._strands[k], drawn) for k in self._of_net[net])
+            for net in made_by
+        }
 
     def _made(self, problem: StepProblem, strand: Strand, drawn: np.ndarray) -> float:
         """Energy that a strand makes in the step: the work of its impulses, and the growth of its stored energy [J].

@@ -385,7 +385,7 @@ def test_a_folded_chain_that_is_jerked_straight_makes_no_energy(d, ratio, h):
     assert sim.unconverged_steps == 0
 
 
-@pytest.mark.default_parameters("3-None-10000.0-0.004")
+@pytest.mark.default_parameters("3-None-10000.0-0.004", "2-None-1000000.0-0.002")
 @pytest.mark.parametrize(("ratio", "h"), [(1e2, 4e-3), (1e4, 4e-3), (1e4, 1e-3), (1e6, 2e-3)])
 @pytest.mark.parametrize("law", [None, lm.RigidRod(), lm.RigidWire()])
 @pytest.mark.parametrize("d", [2, 3])
