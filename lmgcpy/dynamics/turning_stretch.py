@@ -29,6 +29,9 @@ ones, but not if some have the one and some the other: then the step has no solu
 without bound. So a chain of rigid rods and all rigid chains and joints with which it shares bodies that may move form one
 net, of which all links or none are taken back. A wire holds one way: it may be shorter than its neighbours ask for.
 
+**Wires at points.** A rigid wire at a point that turns with its body is in one net with all rigid links there, as the
+moments of their levers work on the body together.
+
 **Joints.** The points of a joint part by ``(h omega)^2 |l| / 2`` as its bodies turn within a step. The excess of its links
 is the gap less the gap that they predicted, with its sign. In nets a rigid joint is as a rigid rod: two pendulums on joints
 of one law are two nets.
@@ -102,6 +105,7 @@ class TurningStretch:
         order = np.argsort(self._net, kind="stable")
         cuts = np.cumsum(np.bincount(self._net)).tolist()
         self._of_net = [order[first:stop].tolist() for first, stop in itertools.pairwise([0, *cuts])]
+        self._one = [any(len(joined_at(self._strands[k])) for k in net) for net in self._of_net]
         bodies = [np.unique(np.concatenate([self._strands[k].bodies for k in net])) for net in self._of_net]
         self._bodies = np.concatenate([np.zeros(0, np.int64), *bodies])
         self._first_body = np.cumsum([0, *(len(of_net) for of_net in bodies)])[:-1]
@@ -186,13 +190,11 @@ class TurningStretch:
     def _made_by(
         self, problem: StepProblem, made_by: list[int], drawn: np.ndarray, moments: np.ndarray
     ) -> dict[int, float]:
-        """Energy that nets make in the step, with the work of the ``moments`` on their bodies (n,) [J]; ``drawn``: change
-        of the reference gaps by hand [m], (L,)."""
+        """Energy that nets make in the step, rigid nets with the work of the ``moments`` on their bodies (n,) [J];
+        ``drawn``: change of the reference gaps by hand [m], (L,)."""
         of_bodies = np.add.reduceat(moments[self._bodies], self._first_body)
-        return {
-            net: float(of_bodies[net]) + sum(self._made(problem, self._strands[k], drawn) for k in self._of_net[net])
-            for net in made_by
-        }
+        made = {net: sum(self._made(problem, self._strands[k], drawn) for k in self._of_net[net]) for net in made_by}
+        return {net: work + (float(of_bodies[net]) if self._one[net] else 0.0) for net, work in made.items()}
 
     def _made(self, problem: StepProblem, strand: Strand, drawn: np.ndarray) -> float:
         """Energy that a strand makes in the step: the work of its impulses, and the growth of its stored energy [J].
@@ -235,17 +237,29 @@ def strands_of(model: Model) -> list[Strand]:
     return strands
 
 
+def joined_at(strand: Strand) -> np.ndarray:
+    """Rows of the bodies at which a strand is one with all rigid strands there: all of rigid rods; of a rigid wire those
+    that turn under it, as their moments work on them together."""
+    links = strand.links
+    if "rigid" not in links.law.TRAITS:
+        return strand.bodies[:0]
+    if is_of_rigid_rods(links):
+        return strand.bodies
+    if links.points is None:
+        return strand.bodies[:0]
+    return strand.bodies[links.points.turns]
+
+
 def nets(strands: list[Strand], free: np.ndarray) -> np.ndarray:
-    """Net of each strand, numbered from 0: a chain of rigid rods, or a rigid joint, and the rigid strands with which it
-    shares bodies that may move are one. Every other strand is a net of its own.
+    """Net of each strand, numbered from 0: rigid strands that share a body that may move are one, if one of them is joined
+    there (:func:`joined_at`). Every other strand is a net of its own.
 
     ``free``: whether a body may move, (n,).
     """
     rigid = [k for k, strand in enumerate(strands) if "rigid" in strand.links.law.TRAITS]
     joins = np.zeros(len(free), dtype=bool)
     for k in rigid:
-        if is_of_rigid_rods(strands[k].links):
-            joins[strands[k].bodies] = True
+        joins[joined_at(strands[k])] = True
     joins &= free
     leads = list(range(len(strands)))  # from a strand on to the first one of its net
 
