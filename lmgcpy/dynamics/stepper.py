@@ -496,6 +496,7 @@ class Stepper:
             threads=self.threads,
         )
         self._straight_spans.let_go(given.guess, interactions.normal)
+        self._straight_spans.give_way(given, self._links.radius_sum)
         return interactions, given
 
     def _take_back(
