@@ -14,7 +14,7 @@ step half of a sag is pulled back, and the tension doubles: "Straight between he
 **Spans that are too short.** If a body of a taut chain is held while the chain moves, its links have an excess e of turning
 (:mod:`lmgcpy.dynamics.turning_stretch`), which no motion between the held ends takes back: the step asks for self-stresses
 without bound. Such a span gives way: its links share out ``e``, the distance of the ends less the sum of the lengths, by
-their lengths, and laws get their gaps less that. The blow is that of the momentum that is stopped.
+their lengths, and laws get their gaps less that. Then a blow has the momentum that it stops.
 """
 
 from __future__ import annotations
