@@ -94,7 +94,7 @@ class Assembler:
         kept.row = detector.place
         if kept.row is not None or len(kept.light.body) or kept.threads != threads:
             kept.crews.clear()  # what sweeps get is a copy of arrays of this step
-        kept.threads = threads
+        kept.threads, kept.carried = threads, None
         kept.system.axes[:] = axes
         for group in kept.by_law:  # before the relative velocities
             if model.dimension == 3 and group.form != "central":
@@ -206,6 +206,7 @@ def lay_out(
         guess=with_spare_rows(count, width),
         keeps_gap=keeps_gap(groups),
         yields=yields(groups),
+        carried=None,
         after=with_spare_rows(count, width),
     )
 

@@ -206,9 +206,12 @@ class LinkStiffness:
         across = frame.transpose(0, 2, 1)
         own, shared = self._blocks(s, frame)
         length = problem.data.gap[: self.count] + self.radius_sum
+        carried = self._carried(frame, length, problem.data.before[: self.count], before)
+        if problem.carried is not None:
+            carried = np.where(np.isnan(problem.carried), carried, problem.carried)
         system = s._replace(
             geometric=stiffness.copy(),
-            carried=self._carried(frame, length, problem.data.before[: self.count], before),
+            carried=carried,
             own=own @ across,
             following=-shared @ across[self.following],
             scratch=np.zeros((len(s.scratch), scratch_columns(d)["WIDTH"])),

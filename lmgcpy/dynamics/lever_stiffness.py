@@ -12,10 +12,23 @@ is that of :mod:`lmgcpy.dynamics.geometric_stiffness`: an implicit moment in the
 
     j = -kappa (omega+ - omega_c),     kappa = max(0, h G - 2 I)    for each axis of the body,
 
-omega_c the velocity with which all bodies that links join turn as one, the mean of their velocities before the step,
-weighted by kappa. It resists what bends a chain of bodies, not what swings or spins all of it. With ``I + kappa`` in place
-of the inertia and ``(I omega_free + kappa omega_c)/(I + kappa)`` in place of the free velocity, the step is solved as any
-other.
+omega_c the spin that heavy bodies give to the light one that they carry. With ``I + kappa`` in place of the inertia and
+``(I omega_free + kappa omega_c)/(I + kappa)`` in place of the free velocity, the step is solved as any other.
+
+**Heavy bodies carry light ones.** The velocities w, with omega_c, minimise
+
+    |w - v|^2_M / 2 + sum kappa omega(w)^2 / 2 + sum kappa_l |u_t(w)|^2 / 2 + sum |J w|^2 / (2 C),
+
+if v are the velocities before the step, J the map to the velocities along the links and joints that bear impulses, C their
+compliance, 0 if they are rigid, and kappa_l the stiffness across the links (:mod:`lmgcpy.dynamics.geometric_stiffness`),
+which takes u_t(w) in place of the turning of a wire. Bodies with masses beyond kappa keep their velocities, and light ones
+follow. So a swing, a spin or a blow of heavy bodies is not resisted, and light bodies that whip are.
+
+Heavy bodies are slowed by the part ``x/(1 + x)``, x = kappa/M, in a mode. With ``D v = v - w`` so far, ``v - D D v`` has
+the square of it: two balls that circle on rods between wires would lose 2.5e-4 of their angular momentum in 4 rad at 4 ms,
+and lose 4e-7. So ``kappa c^2 = x (1 + 2 x)^2 / (1 + x)^4 |v|^2_M``, no more than 0.62 of it, and the moments make no more
+than ``sum kappa c^2 / 4`` in a step (:mod:`lmgcpy.dynamics.turning_stretch`). With c from the light bodies themselves there
+is no bound: a pair of balls that jerk light rods straight had 18 J in place of 2 J.
 
 In space G is taken by its diagonal along the axes of the body, which is enough for a pull along its lever: then
 ``2 diag(G) - G >= 0`` along any axes. Light bodies turn into their pulls. The elements off the diagonal would hold the
@@ -40,6 +53,11 @@ from lmgcpy.contact.interactions import levers
 from lmgcpy.dynamics.model import Model
 from lmgcpy.dynamics.step_problem import StepProblem
 
+TWICE = 2
+"""How often D is applied, see the module's text."""
+SMALL = 1e-12
+"""Compliance of links that carry, in parts of their W_nn: in closed polygons they may depend on each other."""
+
 
 @dataclass(frozen=True)
 class LeverStiffness:
@@ -52,6 +70,8 @@ class LeverStiffness:
     """Inverse moments of inertia about the axes of the bodies [1/(kg m^2)], zero if the spin is driven, (n, k - d)."""
     together: np.ndarray
     """Number of the set of bodies that links join, (n,)."""
+    ends: np.ndarray
+    """Rows of the two bodies of each link, (L, 2)."""
     law: np.ndarray
     """Name of the law of each link, (L,)."""
 
@@ -62,7 +82,7 @@ class LeverStiffness:
         share = model.inverse_mass[:, d:]
         together = np.zeros(len(share), dtype=np.int64)
         if all(links.form == "central" for links in model.links):
-            return cls(0, d, share, together, np.zeros(0, dtype="<U1"))
+            return cls(0, d, share, together, np.zeros((0, 2), np.int64), np.zeros(0, dtype="<U1"))
         from scipy.sparse import coo_array  # takes as long to import as the rest of lmgcpy
         from scipy.sparse.csgraph import connected_components
 
@@ -72,7 +92,7 @@ class LeverStiffness:
         graph = coo_array((np.ones(len(a)), (a, c)), shape=(len(share),) * 2)
         together = connected_components(graph, directed=False)[1]
         law = np.concatenate([[links.law.NAME] * links.link_count for links in model.links])
-        return cls(len(law), d, share, together, law)
+        return cls(len(law), d, share, together, pairs.T, law)
 
     def stiffness(self, problem: StepProblem, impulse: np.ndarray) -> np.ndarray:
         """kappa of each body by axis [kg m^2], (n, k - d), for impulses of the interactions (m, d)."""
@@ -94,16 +114,47 @@ class LeverStiffness:
             np.add.at(held, ids, along if d == 2 else along - l * f)
         return held
 
-    def carried(self, stiffness: np.ndarray, axes: np.ndarray, spins: np.ndarray) -> np.ndarray:
-        """omega_c of each body along its axes [rad/s], (n, k - d); ``spins`` before the step, (n, k - d)."""
-        weight = stiffness.max(axis=1)
-        turned = self.dimension == 3 and len(axes) > 0
-        if turned:
-            spins = np.einsum("bij,bj->bi", axes.reshape(-1, 3, 3), spins)
-        total = np.bincount(self.together, weight, len(weight))
-        columns = [np.bincount(self.together, weight * column, len(weight)) for column in spins.T]
-        mean = (np.stack(columns, axis=1) / np.where(total > 0.0, total, 1.0)[:, None])[self.together]
-        return np.einsum("bij,bi->bj", axes.reshape(-1, 3, 3), mean) if turned else mean
+    def carrying(
+        self,
+        problem: StepProblem,
+        impulse: np.ndarray,
+        stiffness: np.ndarray,
+        of_links: np.ndarray,
+        mobility: np.ndarray,
+        before: np.ndarray,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """w, see the module's text, (n, k), and the links that get their c from it, (L,) bool: those of components in which
+        a lever has stiffness.
+
+        ``impulse``: of the interactions (m, d); ``stiffness`` of the levers (n, k - d) and ``of_links`` of chains, which
+        come first; ``mobility``: inverse masses without these, (n, k); ``before``: velocities before the step (n, k).
+        """
+        from scipy.sparse import block_array, csr_array, diags_array
+        from scipy.sparse.linalg import splu
+
+        d, width = self.dimension, problem.system.impulse.shape[1]
+        here = np.zeros(len(before), dtype=bool)
+        here[self.together[stiffness.any(axis=1)]] = True
+        moves: np.ndarray = here[self.together][:, None] & (mobility > 0.0)
+        links = moves[self.ends].any(axis=(1, 2))
+        rows = problem.interaction_matrix(self.count)
+        along = np.flatnonzero(links & (impulse[: self.count, 0] != 0.0))
+        across = np.flatnonzero(links[: len(of_links)] & (of_links > 0.0))
+        J, B = rows[width * along], rows[(width * across[:, None] + np.arange(1, d)).ravel()]
+        held = diags_array(np.repeat(of_links[across], d - 1))
+        own = np.zeros_like(before)
+        own[:, d:] = stiffness
+        free, v, own = np.flatnonzero(moves), before.ravel(), own.ravel()
+        loose = problem.compliance(self.count)[along] + SMALL * problem.system.delassus[along, 0]
+        M = diags_array(1.0 / mobility.ravel()[free] + own[free])
+        stiff = csr_array(B[:, free].T @ held @ B[:, free] + M)
+        factors = splu(block_array([[stiff, J[:, free].T], [J[:, free], diags_array(-loose)]]).tocsc())
+        left = v
+        for _ in range(TWICE):
+            slope, parting = B.T @ (held @ (B @ left)) + own * left, J @ left
+            left = np.zeros_like(v)
+            left[free] = factors.solve(np.concatenate([slope[free], parting]))[: len(free)]
+        return (v - left).reshape(before.shape), links
 
     def stiffened(
         self, stiffness: np.ndarray, carried: np.ndarray, mobility: np.ndarray, free: np.ndarray
@@ -118,12 +169,20 @@ class LeverStiffness:
         mobility[:, d:] *= less
         return mobility, free
 
+    def work(
+        self, problem: StepProblem, stiffness: np.ndarray, carried: np.ndarray, before: np.ndarray
+    ) -> np.ndarray:
+        """Work of the moment of each body by axis in a step [J], (n, k - d), if it has the velocities ``before`` (n, k) at
+        its start."""
+        d, after = self.dimension, problem.system.velocity
+        work: np.ndarray = -0.5 * stiffness * (after[:, d:] - carried) * (before[:, d:] + after[:, d:])
+        return work
+
     def works(
         self, problem: StepProblem, stiffness: np.ndarray, carried: np.ndarray, before: np.ndarray
     ) -> list[tuple[str, float]]:
         """Works of the moments of a step by name of law [J], shared by what the links of each law hold of each body."""
-        d, after = self.dimension, problem.system.velocity
-        work = -0.5 * stiffness * (after[:, d:] - carried) * (before[:, d:] + after[:, d:])
+        work = self.work(problem, stiffness, carried, before)
         names = np.unique(self.law).tolist()
         held = [np.maximum(self._held(problem, problem.system.impulse, self.law == name), 0.0) for name in names]
         total = sum(held)

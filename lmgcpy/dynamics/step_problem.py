@@ -48,6 +48,9 @@ class StepProblem(Step):
     """Whether an interaction is a contact whose law keeps the gap that it predicts, (m,) bool."""
     yields: np.ndarray
     """Whether an interaction is a link whose law yields, (m,) bool."""
+    carried: np.ndarray | None
+    """Velocities across links if heavy bodies carry light ones [m/s], (L, d - 1), NaN for links of wires that turn as a
+    whole; None: all do."""
     after: np.ndarray
     """Memory for the relative velocities at the end, (m, d); the problems that are solved in one step share it."""
 
@@ -241,6 +244,15 @@ class StepProblem(Step):
             raise FloatingPointError(f"{when} numbers grew without bound: {error}") from error
         return problem, acting
 
+    def compliance(self, count: int) -> np.ndarray:
+        """Compliance of the first ``count`` interactions, links [1/kg], (count,); 0 if a law has no conic form."""
+        result = np.zeros(count)
+        for group, where in zip(self.by_law, self.offset, strict=True):
+            if group.stop <= count and group.law.conic is not None:
+                with self._asking(group, "conic"):
+                    result[group.start : group.stop] = group.law.conic(self._columns(group, where).T)[2]
+        return result
+
     @property
     def resists(self) -> bool:
         return any(group.law.resisted for group in self.by_law)
@@ -271,9 +283,9 @@ class StepProblem(Step):
         size = len(group.law.PREPARED) * (group.stop - group.start)
         return self.system.prepared[where : where + size].reshape(group.stop - group.start, -1)
 
-    def interaction_matrix(self) -> sparse.csr_array:
+    def interaction_matrix(self, first: int | None = None) -> sparse.csr_array:
         """``H^T``, (D m, k n): from velocities of the bodies to the relative velocities of each interaction, (u_n,
-        u_t(, u_s)) and rolling ones.
+        u_t(, u_s)) and rolling ones; with zeros for all but the ``first`` ones if given.
 
         A row of a form has entries for both bodies. In a periodic cell that deforms, a row of the local frame, e, also has
         the entries ``e l_b`` in the columns of the velocity gradient.
@@ -283,7 +295,10 @@ class StepProblem(Step):
         s = self.system
         (count, d), k, width = s.normal.shape, s.inverse_mass.shape[1], s.impulse.shape[1]
         parts = [(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0))]
-        for form, start, stop in self.spans:
+        for form, start, end in self.spans:
+            stop = end if first is None else min(end, first)
+            if stop <= start:
+                break
             part = slice(start, stop)
             assert form.rows is not None
             both = np.column_stack([s.candidate[part], s.antagonist[part]])

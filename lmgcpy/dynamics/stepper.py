@@ -380,7 +380,7 @@ class Stepper:
                 displacement += ways
                 if ahead is not None:
                     turn_on(turning, ways, ahead)
-        problem, pushed = self._take_back(given, solved, before, earlier)
+        problem, pushed = self._take_back(given, solved, before, earlier, held)
         if projected is not None:
             pushed = projected if pushed is None else pushed + projected
         return Found(interactions, solved, displacement, ahead, problem, pushed, worse(moves, after), predicted, held)
@@ -401,24 +401,27 @@ class Stepper:
 
         Light bodies that stay out of balance bear too little to need more than their own mass: with it they are swept anew.
         """
-        levers, d = self._levers, self.model.dimension
+        levers, links, d = self._levers, self._links, self.model.dimension
+        flown, carrying = flight, None  # with the stiffness of levers
 
-        def assembled(flight: Flight) -> tuple[Interactions, StepProblem]:
-            interactions, given = self._assemble(before, flight, moves, own)
+        def assembled() -> tuple[Interactions, StepProblem]:
+            interactions, given = self._assemble(before, flown, moves, own)
+            if carrying is not None:
+                w, carried = carrying
+                across = given.relative_velocities(w)[: links.count, 1:d]
+                given.carried = np.where(carried[: links.count, None], across, np.nan)
             if centre is not None:
                 given.light.centre[:] = centre[given.light.body]
             return interactions, given
 
-        def solve(
-            interactions: Interactions, given: StepProblem, flight: Flight
-        ) -> tuple[Interactions, StepProblem, StepProblem]:
+        def solve(interactions: Interactions, given: StepProblem) -> tuple[Interactions, StepProblem, StepProblem]:
             solved = self._solve(given)
 
             def anew(impulse: np.ndarray, velocity: np.ndarray) -> None:
                 nonlocal interactions, given, solved, centre
                 report, centre = self.report, velocity
                 self._detector.begin_again(interactions, impulse)
-                interactions, given = assembled(flight)
+                interactions, given = assembled()
                 solved = self._solve(given)
                 self.report = self.report.with_work(report, self.report)
 
@@ -436,29 +439,32 @@ class Stepper:
             return interactions, given, solved
 
         own = np.zeros(len(before), dtype=bool)
-        interactions, given = assembled(flight)
+        interactions, given = assembled()
         if not (self.geometric_stiffness and levers.count):
-            return *solve(interactions, given, flight), None
-        used, held, report = levers.stiffness(given, given.guess), None, None
+            return *solve(interactions, given), None
+        impulse, held, report = given.guess, None, None
+        used = levers.stiffness(given, impulse)
         unsolved = 0
         for turn in range(TURNS):
             if used.any():
-                carried = levers.carried(used, given.system.axes, before[:, d:])
-                mobility, free = levers.stiffened(used, carried, flight.mobility, flight.free_velocity)
-                held = used, carried
-                interactions, given = assembled(flight._replace(mobility=mobility, free_velocity=free))
+                of_links = links.stiffness(impulse, given.data.gap, self.time_step, links.pinched(given))
+                carrying = levers.carrying(given, impulse, used, of_links, flight.mobility, before)
+                held = used, carrying[0][:, d:]
+                mobility, free = levers.stiffened(*held, flight.mobility, flight.free_velocity)
+                flown = flight._replace(mobility=mobility, free_velocity=free)
+                interactions, given = assembled()
             elif held is not None:
-                held = None
-                interactions, given = assembled(flight)
-            interactions, given, solved = solve(interactions, given, flight)
+                flown, carrying, held = flight, None, None
+                interactions, given = assembled()
+            interactions, given, solved = solve(interactions, given)
             self.report = self.report if report is None else self.report.with_work(report, self.report)
-            report = self.report
-            needed = levers.stiffness(given, solved.system.impulse)
+            report, impulse = self.report, solved.system.impulse
+            needed = levers.stiffness(given, impulse)
             unsolved += not report.solved
             if unsolved == 3 or enough(used, needed, levers.share, turn):
                 break
             used = after_turn(used, needed, turn)
-            self._detector.begin_again(interactions, solved.system.impulse)
+            self._detector.begin_again(interactions, impulse)
         return interactions, given, solved, held
 
     def _assemble(
@@ -491,12 +497,19 @@ class Stepper:
             threads=self.threads,
         )
         self._straight_spans.let_go(given.guess, interactions.normal)
+        self._straight_spans.give_way(given, self._links.radius_sum)
         return interactions, given
 
     def _take_back(
-        self, given: StepProblem, solved: StepProblem, before: np.ndarray, earlier: list[ChainTable] | None
+        self,
+        given: StepProblem,
+        solved: StepProblem,
+        before: np.ndarray,
+        earlier: list[ChainTable] | None,
+        held: tuple[np.ndarray, np.ndarray] | None,
     ) -> tuple[StepProblem, np.ndarray | None]:
-        """The problem that gives the velocities of the step, and the impulses (m, d) that gave only positions, if any."""
+        """The problem that gives the velocities of the step, and the impulses (m, d) that gave only positions, if any.
+        ``held``: as :class:`Found` has it."""
         report = self.report
 
         def solve(problem: StepProblem) -> StepProblem:
@@ -505,8 +518,11 @@ class Stepper:
             self.report = report = self.report.following(report)
             return solved
 
+        def moments(problem: StepProblem) -> np.ndarray:
+            return np.zeros(len(before)) if held is None else self._levers.work(problem, *held, before).sum(axis=1)
+
         if self.geometric_stiffness and self.model.links:
-            problem, pushed = self._turning_stretch.take_back(given, solved, before, earlier, solve)
+            problem, pushed = self._turning_stretch.take_back(given, solved, before, earlier, solve, moments)
             if pushed is not None:
                 return problem, pushed
         return turning_overlap.take_back(given, solved, before, solve)

@@ -10,6 +10,11 @@ Of all tensions that solve the step the least is wanted, the limit of small slac
 until ``T = m g/a``. So such a span begins a step with half of the impulses that its links had. A solver still finds the
 tensions that the laws determine; the others fall from step to step, until the span sags by angles that the laws see. (In a
 step half of a sag is pulled back, and the tension doubles: "Straight between held beads" in docs/nscd.md.)
+
+**Spans that are too short.** If a body of a taut chain is held while the chain moves, its links have an excess e of turning
+(:mod:`lmgcpy.dynamics.turning_stretch`), which no motion between the held ends takes back: the step asks for self-stresses
+without bound. Such a span gives way: its links share out ``e``, the distance of the ends less the sum of the lengths, by
+their lengths, and laws get their gaps less that. Then a blow has the momentum that it stops.
 """
 
 from __future__ import annotations
@@ -19,6 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lmgcpy.contact.detection_tables import ChainTable
+from lmgcpy.dynamics.step_problem import StepProblem
 
 STRAIGHT = 1e-10
 """Mean square of the angles between its links up to which a span is straight. (Flat nets of 2 to 12 links a
@@ -26,6 +32,9 @@ side, steps of 4 to 0.25 ms: 1e-8 does as well, with 1e-12 some steps take ten t
 KEPT = 0.5
 """Part of its impulses with which a step begins. (With 0.9 nets of wires still explode, with 0.1 tensions
 jump by a factor of 1e3.)"""
+TOO_SHORT = 1e-12, 1e-3
+"""A span gives way if it is too short by a part of its length between these: more than round-off, and no more than links
+leave that turn by 0.045 rad in a step. (A span that a winch draws shorter still has no solution, and the run says so.)"""
 
 
 @dataclass(frozen=True)
@@ -88,6 +97,22 @@ class StraightSpans:
         """Reduce the guess (m, d) of straight spans that cross to the part KEPT."""
         if self.crosses.any():
             guess[self.link[(self.crosses & self.straight(normal))[self.span]]] *= KEPT
+
+    def give_way(self, problem: StepProblem, radius_sum: np.ndarray) -> None:
+        """Let spans at rest that are too short give way: less gap in the problem; ``radius_sum`` of its links (L,)."""
+        system, data, d = problem.system, problem.data, problem.dimension
+        if not len(self.ends) or system.deforms:
+            return
+        length = data.reference_gap[self.link] + radius_sum[self.link]
+        arrow = system.normal[self.link] * (data.gap[self.link] + radius_sum[self.link])[:, None]
+        chord = np.sqrt(sum(np.bincount(self.span, arrow[:, i]) ** 2 for i in range(d)))
+        short = chord / np.bincount(self.span, length) - 1.0
+        least, most = TOO_SHORT
+        moves = problem.free_velocity[self.ends].any(axis=(1, 2))
+        short = np.where((short > least) & (short < most) & ~moves, short, 0.0)
+        if short.any():
+            data.gap[self.link] -= short[self.span] * length
+            problem.prepare()
 
     def bearing(self, carries: np.ndarray, normal: np.ndarray) -> tuple[int, int] | None:
         """The ends of the first straight span all of whose links are among the interactions that carry (m,), if any."""

@@ -26,11 +26,19 @@ what it takes, and ``u+ = -u-``. So a step is a jerk if rigid links take energy 
 excess is a good part of all kinetic energy nearby, and if the second solve leaves less energy than the first; else the step
 goes back to g.
 
+The stiffness of links and levers pulls velocities u across links, and spins, towards velocities c (``-kappa (u - c)``). It
+adds ``kappa (u - c)^2 / 2`` to what v minimises, so that the right side has ``kappa c^2 / 4`` more. Its work counts as made
+by the net: kappa jumps as a chain is jerked straight, and the first solve gives light bodies that whip a work of up to
+``kappa u^2 / 4``, with heavy bodies.
+
 **Nets of rods.** The gaps of all links follow from one displacement of the bodies, and so do the excesses. Rigid rods that
 cross give more equations than motions. The equations agree if all chains have their detected gaps, or all their predicted
 ones, but not if some have the one and some the other: then the step has no solution, and self-stresses of the net grow
 without bound. So a chain of rigid rods and all rigid chains and joints with which it shares bodies that may move form one
 net, of which all links or none are taken back. A wire holds one way: it may be shorter than its neighbours ask for.
+
+**Wires at points.** A rigid wire at a point that turns with its body is in one net with all rigid links there, as the
+moments of their levers work on the body together.
 
 **Joints.** The points of a joint part by ``(h omega)^2 |l| / 2`` as its bodies turn within a step. The excess of its links
 is the gap less the gap that they predicted, with its sign. In nets a rigid joint is as a rigid rod: two pendulums on joints
@@ -110,6 +118,7 @@ class TurningStretch:
         order = np.argsort(self._net, kind="stable")
         cuts = np.cumsum(np.bincount(self._net)).tolist()
         self._of_net = [order[first:stop].tolist() for first, stop in itertools.pairwise([0, *cuts])]
+        self._one = [any(len(joined_at(self._strands[k])) for k in net) for net in self._of_net]
         bodies = [np.unique(np.concatenate([self._strands[k].bodies for k in net])) for net in self._of_net]
         self._bodies = np.concatenate([np.zeros(0, np.int64), *bodies])
         self._first_body = np.cumsum([0, *(len(of_net) for of_net in bodies)])[:-1]
@@ -122,13 +131,14 @@ class TurningStretch:
         before: np.ndarray,
         earlier: list[ChainTable] | None,
         solve: Callable[[StepProblem], StepProblem],
+        moments: Callable[[StepProblem], np.ndarray],
     ) -> tuple[StepProblem, np.ndarray | None]:
         """The problem that gives the velocities of the step: ``solved``, or the one solved anew if a net makes energy; and
         in that case the impulses of the first solve minus the impulses of the last (m, d), which only moved positions.
 
         ``given``: the problem as it was assembled; ``before``: velocities at the start of the step (n, k); ``earlier``: the
         chains before they were drawn in or let out, None if none was. ``solved`` and the problem that ``solve`` returns
-        have the velocities ``after``.
+        have the velocities ``after``. ``moments``: work of the stiffness of levers in a problem by body [J], (n,).
         """
         count, h = len(self.predicted), given.data.time_step
         excess = np.nan_to_num(solved.data.gap[:count] - self.predicted)  # zero if no gap was predicted
@@ -151,7 +161,7 @@ class TurningStretch:
             suspects = np.flatnonzero((pulled > ACCOUNTS * limit) & ~done).tolist()
             if not suspects:
                 break
-            made = {net: self._made_by(solved, net, drawn) for net in suspects}
+            made = self._made_by(solved, suspects, drawn, moments(solved))
             found = [net for net in suspects if limit[net] < made[net] < pulled[net] / ACCOUNTS]
             taking = [net for net in suspects if made[net] < -limit[net] and self._rigid[self._of_net[net]].all()]
             jerks = [net for net in taking if pulled[net] > self._jerk(net, given, before)]
@@ -169,7 +179,8 @@ class TurningStretch:
             again.prepare()
             solved = solve(again)
             doubtful = [net for net in found if net in jerks or self._rods[self._of_net[net]].any()]
-            if any(self._made_by(solved, net, drawn) > made[net] for net in doubtful):
+            anew = self._made_by(solved, doubtful, drawn, moments(solved))
+            if any(anew[net] > made[net] for net in doubtful):
                 # errors of lambda made more than the excess did, or a jerk gave nothing back: to the detected gaps
                 given.guess[:] = first
                 given.prepare()
@@ -205,9 +216,14 @@ class TurningStretch:
         moving, loaded = energies.sum(axis=(1, 2)).tolist()
         return max(JERK * moving, loaded)
 
-    def _made_by(self, problem: StepProblem, net: int, drawn: np.ndarray) -> float:
-        """Energy that a net makes in the step [J]; ``drawn``: change of the reference gaps by hand [m], (L,)."""
-        return sum(self._made(problem, self._strands[k], drawn) for k in self._of_net[net])
+    def _made_by(
+        self, problem: StepProblem, made_by: list[int], drawn: np.ndarray, moments: np.ndarray
+    ) -> dict[int, float]:
+        """Energy that nets make in the step, rigid nets with the work of the ``moments`` on their bodies (n,) [J];
+        ``drawn``: change of the reference gaps by hand [m], (L,)."""
+        of_bodies = np.add.reduceat(moments[self._bodies], self._first_body)
+        made = {net: sum(self._made(problem, self._strands[k], drawn) for k in self._of_net[net]) for net in made_by}
+        return {net: work + (float(of_bodies[net]) if self._one[net] else 0.0) for net, work in made.items()}
 
     def _made(self, problem: StepProblem, strand: Strand, drawn: np.ndarray) -> float:
         """Energy that a strand makes in the step: the work of its impulses, and the growth of its stored energy [J].
@@ -250,17 +266,29 @@ def strands_of(model: Model) -> list[Strand]:
     return strands
 
 
+def joined_at(strand: Strand) -> np.ndarray:
+    """Rows of the bodies at which a strand is one with all rigid strands there: all of rigid rods; of a rigid wire those
+    that turn under it, as their moments work on them together."""
+    links = strand.links
+    if "rigid" not in links.law.TRAITS:
+        return strand.bodies[:0]
+    if is_of_rigid_rods(links):
+        return strand.bodies
+    if links.points is None:
+        return strand.bodies[:0]
+    return strand.bodies[links.points.turns]
+
+
 def nets(strands: list[Strand], free: np.ndarray) -> np.ndarray:
-    """Net of each strand, numbered from 0: a chain of rigid rods, or a rigid joint, and the rigid strands with which it
-    shares bodies that may move are one. Every other strand is a net of its own.
+    """Net of each strand, numbered from 0: rigid strands that share a body that may move are one, if one of them is joined
+    there (:func:`joined_at`). Every other strand is a net of its own.
 
     ``free``: whether a body may move, (n,).
     """
     rigid = [k for k, strand in enumerate(strands) if "rigid" in strand.links.law.TRAITS]
     joins = np.zeros(len(free), dtype=bool)
     for k in rigid:
-        if is_of_rigid_rods(strands[k].links):
-            joins[strands[k].bodies] = True
+        joins[joined_at(strands[k])] = True
     joins &= free
     leads = list(range(len(strands)))  # from a strand on to the first one of its net
 

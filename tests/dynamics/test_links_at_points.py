@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+import warnings
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -10,6 +13,7 @@ from scipy.spatial.transform import Rotation
 from scipy.special import ellipk
 
 import lmgcpy as lm
+from lmgcpy.dynamics.lever_stiffness import LeverStiffness
 
 G = 9.81
 L, M = 0.4, 2.0
@@ -368,8 +372,12 @@ def folded(d: int, ratio: float, *, law: lm.Law | None = None, post: bool = True
 @pytest.mark.parametrize("d", [2, 3])
 def test_a_folded_chain_that_is_jerked_straight_makes_no_energy(d, ratio, h):
     """Light rods on joints whip, by up to 60 rad in a step, and their joints open. Pulling them to in the next step made
-    200 times the energy of the fall, or ended the run. Now every step is solved, and no joint makes 2 % of the energy."""
+    200 times the energy of the fall, or ended the run. Now every step is solved, and no joint makes 2 % of the energy.
+
+    The ball may fly on for a step before joints are put back, which lifts it by what it flew too far, and 1.4 times as much
+    at 4 ms in 2D, if rods are put back out of line: 0.032 of the fall, which the jerk of the next step takes."""
     scene, bodies = folded(d, ratio)
+    lifted = 1.5 * G * h * np.sqrt(2.0 * G * 0.4)
     mass = np.array([0.0, *(body.mass for body in bodies[1:])])
     height = mass @ [body.position[-1] for body in bodies]
     sim = lm.Simulation(scene, time_step=h)
@@ -378,31 +386,130 @@ def test_a_folded_chain_that_is_jerked_straight_makes_no_energy(d, ratio, h):
         sim.step()
         above = sim.energy.kinetic + G * (mass @ [body.position[-1] for body in bodies] - height)
         least = min(least, above)
-        assert above < 1e-8 * G * 0.4
-        assert above - least < 0.02 * G * 0.4
+        assert above < lifted
+        assert above - least < max(lifted, 0.02 * G * 0.4)
         assert abs(sim.energy.defect) < 1e-12 * G * 0.4
     assert sim.energy.made < 0.02 * G * 0.4
     assert sim.unconverged_steps == 0
 
 
-@pytest.mark.default_parameters("3-None-10000.0-0.004")
+@pytest.mark.default_parameters("2-law1-100000.0-0.002", "3-law0-1000000.0-0.001")
+@pytest.mark.parametrize("h", [4e-3, 2e-3, 1e-3])
+@pytest.mark.parametrize("ratio", [1e2, 1e3, 1e4, 1e5, 1e6])
+@pytest.mark.parametrize("law", [lm.RigidWire(), lm.RigidRod()])
+@pytest.mark.parametrize("d", [2, 3])
+# The ball is stopped, and no step resolves how light rods throw it back; rods of 10 g are too heavy to be put back.
+@pytest.mark.filterwarnings("ignore:.*a jerk without rebound", "ignore:.*off its reference length of 0.02 m by 1[0-9] %")
+def test_rods_and_wires_at_points_that_are_jerked_straight_make_no_energy(d, law, ratio, h):
+    """As above, between the ends of the rods, which made up to 0.28 of the fall. The ball flies on by up to a step before
+    links are put back, which lifts it by no more than 0.02 of the fall."""
+    scene, bodies = folded(d, ratio, law=law)
+    mass = np.array([0.0, *(body.mass for body in bodies[1:])])
+    height = mass @ [body.position[-1] for body in bodies]
+    sim = lm.Simulation(scene, time_step=h)
+    least = 0.0
+    for _ in range(round(0.4 / h)):
+        sim.step()
+        above = sim.energy.kinetic + G * (mass @ [body.position[-1] for body in bodies] - height)
+        least = min(least, above)
+        assert above - least < 0.02 * G * 0.4
+        assert abs(sim.energy.defect) < 1e-12 * G * 0.4
+    assert sim.energy.made < 0.005 * G * 0.4
+    assert sim.unconverged_steps == 0
+
+
+@pytest.mark.default_parameters("3-None-10000.0-0.004", "2-None-1000000.0-0.002", "2-law1-1000000.0-0.002")
 @pytest.mark.parametrize(("ratio", "h"), [(1e2, 4e-3), (1e4, 4e-3), (1e4, 1e-3), (1e6, 2e-3)])
 @pytest.mark.parametrize("law", [None, lm.RigidRod(), lm.RigidWire()])
 @pytest.mark.parametrize("d", [2, 3])
 def test_a_free_chain_of_rods_that_is_jerked_keeps_its_momentum(d, law, ratio, h):
     """Two balls that part until the light rods between them are straight: ways are due to pairs of impulses, so that the
-    centre of mass goes on, and no energy is made."""
+    centre of mass goes on, and no energy is made. Of the two ends of a blow, without rebound and with all of it, the step
+    gives something between: no less than the energy of the centre of mass is left."""
     scene, bodies = folded(d, ratio, law=law, post=False)
     mass = np.array([body.mass for body in bodies])
     sim = lm.Simulation(scene, time_step=h)
     momentum, centre, energy = mass @ sim.velocities, mass @ sim.positions, sim.energy.kinetic
-    for _ in range(round(0.3 / h)):
-        sim.step()
-        np.testing.assert_allclose(mass @ sim.velocities, momentum, atol=1e-11)
-        assert sim.energy.kinetic < 1.02 * energy
+    least = energy
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        for _ in range(round(0.3 / h)):
+            sim.step()
+            np.testing.assert_allclose(mass @ sim.velocities, momentum, atol=1e-11)
+            assert sim.energy.kinetic < least + 0.005 * energy
+            assert abs(sim.energy.defect) < 1e-12 * energy
+            least = min(least, sim.energy.kinetic)
     np.testing.assert_allclose(mass @ sim.positions, centre + sim.time * momentum, atol=1e-11)
     assert sim.energy.kinetic < 0.9 * energy  # it was jerked
+    assert sim.energy.kinetic > 0.999 * 0.5 * (momentum @ momentum) / mass.sum()
     assert sim.unconverged_steps == 0
+    for chain in scene.chains:
+        off = (chain.lengths() - chain.reference_gaps - chain.radius_sums) / 0.02
+        assert (off if isinstance(law, lm.RigidWire) else np.abs(off)).max() < 0.01
+    # The balls are stopped relative to each other, and no step resolves how light rods throw them back.
+    right = ["a jerk without rebound"]
+    if isinstance(law, lm.RigidRod) and ratio == 1e2:  # these rods have 0.09 of the energy, too much to be put back at once
+        right.append("is off its reference length of 0.02 m by 2[78]")
+    for warning in caught if law is not None else []:
+        assert any(re.search(one, str(warning.message)) for one in right), warning.message
+    assert law is not None or not caught
+
+
+@pytest.mark.default_parameters("2-None-1000000.0-0.002")
+@pytest.mark.parametrize(("ratio", "h"), [(1e2, 4e-3), (1e4, 1e-3), (1e6, 2e-3)])
+@pytest.mark.parametrize("law", [None, lm.RigidRod(), lm.RigidWire()])
+@pytest.mark.parametrize("d", [2, 3])
+@pytest.mark.filterwarnings("ignore:In the step from t = .*rigid links|In the step from t = .*reference length")
+def test_light_bodies_are_carried_with_no_more_energy_than_there_is(d, law, ratio, h, monkeypatch):
+    """sum kappa c^2 <= 0.62 |v|^2_M for all moments and links, at any masses, also while rods whip."""
+    carrying, seen = LeverStiffness.carrying, []
+
+    def looked_at(self, problem, impulse, stiffness, of_links, mobility, before):
+        w, links = carrying(self, problem, impulse, stiffness, of_links, mobility, before)
+        across = problem.relative_velocities(w)[: len(of_links), 1 : self.dimension]
+        kept = (stiffness * w[:, self.dimension :] ** 2).sum()
+        kept += (of_links * links[: len(of_links)]) @ (across**2).sum(axis=1)
+        energy = (before**2 / np.where(mobility > 0.0, mobility, np.inf)).sum()
+        assert kept <= 0.62 * energy
+        seen.append((kept, energy))
+        return w, links
+
+    monkeypatch.setattr(LeverStiffness, "carrying", looked_at)
+    scene, _ = folded(d, ratio, law=law, post=False)
+    lm.Simulation(scene, time_step=h).run(duration=0.3)
+    assert len(seen) > 3
+
+
+@pytest.mark.parametrize("law", [None, lm.RigidRod(), lm.RigidWire()])
+@pytest.mark.parametrize("d", [2, 3])
+def test_balls_that_circle_on_light_rods_are_not_slowed(d, law):
+    """Moments resist bending alone: in 4 rad at 4 ms, 4e-7 of the angular momentum are lost, and 3e-5 on joints. (Wires,
+    each with a limit of its own for the energy that it may make, lost 0.018.)"""
+    scene, gap, omega = lm.Scene(dimension=d), 0.0 if law is None else 0.02, 10.0
+    e, y = direction(d, 0.5 * np.pi), np.eye(d)[-1]
+    middle = 0.5 * (0.4 + 5.0 * gap)
+
+    def start(s: float) -> dict:
+        return {"position": (s - middle) * e, "velocity": omega * (s - middle) * y}
+
+    make = lm.disk if d == 2 else lm.sphere
+    before, point, s = scene.add(make(radius=0.02, mass=1.0, **start(0.0))), None, gap
+    for _ in range(4):
+        if d == 2:
+            balls = [(lm.DiskContactor(0.01), (x, 0.0)) for x in (-0.05, 0.05)]
+            body = lm.RigidBody(balls, mass=1e-4, inertia=1e-6 / 12.0, spin=omega, color="ROD", **start(s + 0.05))
+            ends = (-0.05, 0.0), (0.05, 0.0)
+        else:
+            body = lm.capsule(radius=0.01, length=0.1, mass=1e-4, axis=e, spin=omega * np.cross(e, y), **start(s + 0.05))
+            ends = (0.0, 0.0, -0.05), (0.0, 0.0, 0.05)
+        scene.link(before, scene.add(body), law or lm.BallJoint(), at=(point, ends[0]))
+        before, point, s = body, ends[1], s + 0.1 + gap
+    scene.link(before, scene.add(make(radius=0.02, mass=1.0, **start(s))), law or lm.BallJoint(), at=(point, None))
+    sim = lm.Simulation(scene, time_step=4e-3)
+    sim.step()
+    L = np.linalg.norm(lm.measure.angular_momentum(sim))
+    sim.run(steps=100)
+    assert np.linalg.norm(lm.measure.angular_momentum(sim)) == pytest.approx(L, rel=5e-5 if law is None else 2e-6)
 
 
 @pytest.mark.filterwarnings("ignore:Until t = 0.001 s interactions")
