@@ -14,7 +14,8 @@ step half of a sag is pulled back, and the tension doubles: "Straight between he
 **Spans that are too short.** If a body of a taut chain is held while the chain moves, its links have an excess e of turning
 (:mod:`lmgcpy.dynamics.turning_stretch`), which no motion between the held ends takes back: the step asks for self-stresses
 without bound. Such a span gives way: its links share out ``e``, the distance of the ends less the sum of the lengths, by
-their lengths, and laws get their gaps less that. Then a blow has the momentum that it stops.
+their lengths, and laws get their gaps less that. Then a blow has the momentum that it stops. If a link has been drawn
+shorter than it began, the span is too short because of that, and the run says that it has no solution.
 """
 
 from __future__ import annotations
@@ -34,7 +35,9 @@ KEPT = 0.5
 jump by a factor of 1e3.)"""
 TOO_SHORT = 1e-12, 1e-3
 """A span gives way if it is too short by a part of its length between these: more than round-off, and no more than links
-leave that turn by 0.045 rad in a step. (A span that a winch draws shorter still has no solution, and the run says so.)"""
+leave that turn by 0.045 rad in a step."""
+DRAWN = 1e-9
+"""Part of the length of a span by which links may be shorter than they began and are not drawn."""
 
 
 @dataclass(frozen=True)
@@ -51,6 +54,8 @@ class StraightSpans:
     """Span of each of these links, (S + J,)."""
     inner: np.ndarray
     """Places in ``link`` of the links before the inner bodies, (J,); the links after the bodies come next."""
+    start: np.ndarray
+    """Gaps with which these links began [m], (S + J,)."""
     weight: np.ndarray
     """Inverse masses of the inner bodies by component, divided by the sum of the largest ones over the span, (J, d)."""
 
@@ -59,7 +64,7 @@ class StraightSpans:
         """Find the spans of a model; ``inverse_mass`` by component, (n, k)."""
         inverse = inverse_mass[:, :dimension]
         held = inverse.max(axis=1, initial=0.0) == 0.0
-        bodies_of, links_of, row = [], [], 0
+        bodies_of, links_of, gaps_of, row = [], [], [], 0
         for chain in chains:
             count, bodies = chain.link_count, chain.bodies
             closed = bodies[0] == bodies[-1]
@@ -73,7 +78,9 @@ class StraightSpans:
             for first, last in zip(at[:-1].tolist(), at[1:].tolist(), strict=True):
                 if "rigid" in chain.law.TRAITS and last > first + 1:
                     bodies_of.append(around[np.arange(first, last + 1) % len(around)])
-                    links_of.append(row + np.arange(first, last) % count)
+                    links = np.arange(first, last) % count
+                    links_of.append(row + links)
+                    gaps_of.append(chain.start_gap[links])
             row += count
         nothing, masses = np.zeros(0, np.int64), [inverse[bodies[1:-1]] for bodies in bodies_of]
         met = np.bincount(np.concatenate([nothing, *(bodies[1:-1] for bodies in bodies_of)]), minlength=len(held))
@@ -82,6 +89,7 @@ class StraightSpans:
             ends=np.array([bodies[[0, -1]] for bodies in bodies_of], dtype=np.int64).reshape(-1, 2),
             crosses=np.array([(met[bodies[1:-1]] > 1).any() for bodies in bodies_of], dtype=bool),
             link=np.concatenate([nothing, *links_of]),
+            start=np.concatenate([np.zeros(0), *gaps_of]),
             span=span,
             inner=np.flatnonzero(span[:-1] == span[1:]),
             weight=np.concatenate([np.zeros((0, dimension)), *(own / own.max(axis=1).sum() for own in masses)]),
@@ -109,7 +117,8 @@ class StraightSpans:
         short = chord / np.bincount(self.span, length) - 1.0
         least, most = TOO_SHORT
         moves = problem.free_velocity[self.ends].any(axis=(1, 2))
-        short = np.where((short > least) & (short < most) & ~moves, short, 0.0)
+        drawn = np.bincount(self.span, self.start - data.reference_gap[self.link] > DRAWN * length) > 0.0
+        short = np.where((short > least) & (short < most) & ~moves & ~drawn, short, 0.0)
         if short.any():
             data.gap[self.link] -= short[self.span] * length
             problem.prepare()
