@@ -186,7 +186,7 @@ def stretching(time_step, floor):
 @pytest.mark.default_parameters(time_step=(8e-3,))
 @pytest.mark.filterwarnings("ignore:In the step")
 @pytest.mark.parametrize("time_step", [8e-3, 4e-3, 2e-3])
-def test_a_free_chain_keeps_its_momentum(projected, time_step):
+def test_a_free_chain_keeps_its_momentum(projected, rebounding, time_step):
     """Ways are due to pairs of impulses: the centre of mass goes on, to round-off of the elbow's velocities, 1e3 m/s."""
     sim = stretching(time_step, floor=-10.0)
     mass = np.array([1.0, 1e-7, 2.0])
