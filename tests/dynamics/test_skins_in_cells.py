@@ -150,7 +150,7 @@ def test_at_rest_the_stress_is_the_imposed_one():
     np.testing.assert_allclose(np.diag(stress), -10.0, rtol=1e-4)  # the shear is held and bears what it must
     # the couples of friction on the surface of the thread are left out
     couples = (net.force[:, 1] * (0.015 + 0.5 * net.gap))[with_thread]
-    assert stress[1, 0] - stress[0, 1] == pytest.approx(couples.sum() / cell.volume, rel=1e-9)
+    assert stress[0, 1] - stress[1, 0] == pytest.approx(couples.sum() / cell.volume, rel=1e-9)
 
 
 def tube(pressure, around=24, along=6):
