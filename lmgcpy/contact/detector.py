@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from copy import copy
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -26,7 +25,7 @@ from lmgcpy.contact.foreign_pairs import check_narrow_phase, check_points, listi
 from lmgcpy.contact.groups import Group, check_pairs, contact_group, meets_walls
 from lmgcpy.contact.images import Images, Seen
 from lmgcpy.contact.interactions import Interactions, empty_interactions
-from lmgcpy.contact.lattice import Lattice
+from lmgcpy.contact.lattice import Lattice, crossing
 from lmgcpy.contact.links import LINKS, detect_at_points
 from lmgcpy.contact.memory import LastStep, Memory, surfaces_met
 from lmgcpy.contact.neighbours import KindPair, Surroundings, kind_pairs, neighbours
@@ -341,19 +340,16 @@ class Detector:
         """Enter the positions and shapes of elements, whose axes are those of space."""
         table, d = self.contactors.elements, self.dimension
         assert table is not None
-        edges = None if self._images is None else self._images.lattice.edges(bodies)
         placed[table.rows] = 0.0
-        placed[table.rows, :d] = self._shape_elements(bodies[:, :d], edges)
+        placed[table.rows, :d] = self._shape_elements(bodies[:, :d])
         if placed.shape[1] == 7:
             placed[table.rows, 6] = 1.0
 
-    def _shape_elements(self, points: np.ndarray, edges: np.ndarray | None) -> np.ndarray:
-        """Enter the shapes of elements between bodies at ``points`` (n, d), in a periodic cell with these ``edges`` (p, d);
-        returns the middles of the elements (e, d)."""
-        table, crossed = self.contactors.elements, None
+    def _shape_elements(self, points: np.ndarray) -> np.ndarray:
+        """Enter the shapes of elements between bodies at ``points`` (n, d); returns the middles of the elements (e, d)."""
+        table = self.contactors.elements
         assert table is not None
-        if self._images is not None and edges is not None:
-            crossed = partial(self._images.lattice.crossed, edges=edges)
+        crossed = crossing(None if self._images is None else self._images.lattice, points)
         middle, radii = table.bounds(points, crossed)
         table.enter(self._shapes.reshape(-1, self._stride), points, crossed)
         self._elements = table.at(points, middle, crossed)
@@ -412,8 +408,9 @@ class Detector:
             points = np.zeros((len(self.inverse_mass), self.dimension))
             nodes = np.flatnonzero(table.count == 0)
             points[table.corner[nodes, 1]] = placed[table.first + nodes, : self.dimension]
-            edges = None if self._images is None else placed[len(self.contactors.body) :, : self.dimension]
-            self._shape_elements(points, edges)
+            if self._images is not None:
+                points[self._images.lattice.rows] = placed[len(self.contactors.body) :, : self.dimension]
+            self._shape_elements(points)
         self._list_neighbours(placed)
 
     def _list_neighbours(self, placed: np.ndarray) -> None:

@@ -6,7 +6,9 @@ unwrapped: a body that leaves the cell goes on, so that displacements need no im
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -88,6 +90,12 @@ class Lattice:
                         edges[one] -= np.rint(leaning) * edges[other]
                         again = True
         return edges
+
+
+def crossing(lattice: Lattice | None, positions: np.ndarray) -> Callable[[np.ndarray], np.ndarray] | None:
+    """Gives the ways across the cell that are in differences (m, d), see :meth:`Lattice.crossed`, at these positions of the
+    bodies (n, d or more); None without a cell."""
+    return None if lattice is None else partial(lattice.crossed, edges=lattice.edges(positions))
 
 
 def chain_course(lattice: Lattice | None, positions: np.ndarray, path: np.ndarray) -> np.ndarray:

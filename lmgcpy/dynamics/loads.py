@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.contact.features import places_of
-from lmgcpy.contact.lattice import Lattice
+from lmgcpy.contact.lattice import Lattice, crossing
 from lmgcpy.errors import number, numbers, shown
 
 
@@ -51,8 +51,7 @@ class Pressure:
         """Add the forces at a time, for bodies at ``positions`` (n, d), to those of all bodies (n, k)."""
         d = positions.shape[1]
         pressure = at_time(self.value, time, f"of time imposed as a pressure at t = {time:g} s", number)
-        crossed = None if self.lattice is None else partial(self.lattice.crossed, edges=self.lattice.edges(positions))
-        share = -pressure / d * area_vectors(places_of(positions, self.cells, crossed))
+        share = -pressure / d * area_vectors(places_of(positions, self.cells, crossing(self.lattice, positions)))
         for corner in self.cells.T:
             np.add.at(force[:, :d], corner, share)
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
 from lmgcpy.contact.features import places_of
+from lmgcpy.contact.lattice import crossing
 from lmgcpy.contact.positions import in_plane, in_space
 from lmgcpy.contact.segments import facet_distances
+from lmgcpy.dynamics.loads import area_vectors
 from lmgcpy.errors import named_arguments
 from lmgcpy.measure.moment import Moment, Source, moment
 from lmgcpy.measure.table import Table
@@ -148,11 +149,7 @@ def _membranes(now: Moment) -> list[_Surface]:
         if skin["cells"].shape[1] < d:
             continue
         cells = skin["bodies"][skin["cells"]]
-        places = []
-        for positions in (now.positions, now.detected):
-            lattice = now.lattice
-            crossed = None if lattice is None else partial(lattice.crossed, edges=lattice.edges(positions))
-            places.append(places_of(positions, cells, crossed))
+        places = [places_of(at, cells, crossing(now.lattice, at)) for at in (now.positions, now.detected)]
         has = np.zeros(count, dtype=bool)
         has[skin["bodies"]] = True
         found.append(_Surface(-1, has, float(skin["radius"]), *places))
@@ -210,13 +207,9 @@ def _under(now: Moment, surface: _Surface, feet: np.ndarray) -> tuple[np.ndarray
 
 def _normals(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Unit normals (f, d) and areas (f,) of facets."""
-    if corners.shape[1] == 2:
-        way = corners[:, 1] - corners[:, 0]
-        normal, share = np.column_stack([-way[:, 1], way[:, 0]]), 1.0
-    else:
-        normal, share = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), 0.5
-    size = np.linalg.norm(normal, axis=1)
-    return normal / np.where(size > 0.0, size, 1.0)[:, None], share * size
+    vector = area_vectors(corners)
+    area = np.linalg.norm(vector, axis=1)
+    return vector / np.where(area > 0.0, area, 1.0)[:, None], area
 
 
 def _turned(rotation: np.ndarray, vectors: np.ndarray) -> np.ndarray:

@@ -7,7 +7,6 @@ import operator
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import Any, ClassVar, TypeVar
 
 import numpy as np
@@ -15,6 +14,7 @@ import numpy as np
 from lmgcpy.contact.detection_tables import ChainTable, ContactorTable, VisibilityRow
 from lmgcpy.contact.features import topology
 from lmgcpy.contact.groups import check_pairs
+from lmgcpy.contact.lattice import crossing
 from lmgcpy.contact.positions import in_own_axes
 from lmgcpy.dynamics.cell import CellMotion
 from lmgcpy.dynamics.changes import (
@@ -980,9 +980,8 @@ class Scene:
             return contactors
         before = len(self.bodies) if self._made_with is None else self._made_with
         tables = [skin.table for skin in self.skins]
-        crossed, points = None, start.rows[:, : self.dimension]
-        if self._cell is not None:
-            crossed = partial(self._cell.lattice.crossed, edges=self._cell.lattice.edges(points))
+        points = start.rows[:, : self.dimension]
+        crossed = crossing(None if self._cell is None else self._cell.lattice, points)
         return contactors.with_elements(tables, points, before, crossed)
 
     @staticmethod

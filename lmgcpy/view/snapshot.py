@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from lmgcpy.contact.detection_tables import FEATURES
 from lmgcpy.contact.features import places_of
-from lmgcpy.contact.lattice import Lattice
+from lmgcpy.contact.lattice import Lattice, crossing
 from lmgcpy.contact.positions import in_space
 from lmgcpy.contact.segments import feet
 from lmgcpy.dynamics.interactions import InteractionView
@@ -163,7 +163,7 @@ class Snapshot:
     @cached_property
     def membranes(self) -> np.ndarray:
         """Corners of the triangles between bodies [m], (m, 3, 3), in a periodic cell those whose middles lie in it."""
-        crossed = None if self.lattice is None else partial(self.lattice.crossed, edges=self.edges)
+        crossed = crossing(self.lattice, self.positions)
         cells = [skin["bodies"][skin["cells"]] for skin in self.skins if skin["cells"].shape[1] == 3]
         found = [places_of(self.positions, of_skin, crossed) for of_skin in cells]
         found = [corners + self.into_cell(corners.mean(axis=1))[:, None] for corners in found]
