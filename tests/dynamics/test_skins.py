@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from drum import over_a_drum, ratio_of_tensions
 
 import lmgcpy as lm
 from lmgcpy.contact.positions import in_space
@@ -268,32 +269,10 @@ def test_a_thread_over_a_fixed_drum_has_eulers_ratio_of_tensions(d):
     """Without the polygon's correction: contacts are on the segments, and tend to it as they get shorter."""
 
     def ratio(count):
-        scene = lm.Scene(dimension=d)
-        radius, drum, dphi = 2e-3, 0.1, np.pi / count
-        rho = (drum + radius) / np.cos(0.5 * dphi)  # segments touch in their middles
-        length = 2.0 * rho * np.sin(0.5 * dphi)
-        angles = np.linspace(np.pi, 0.0, count + 1)
-        arc = rho * np.column_stack([np.cos(angles), np.sin(angles)])
-        down = np.column_stack([np.zeros(4), -length * np.arange(4, 0, -1)])
-        flat = np.concatenate([arc[0] + down, arc, arc[-1] + down[::-1]])
-        places = flat if d == 2 else np.insert(flat, 1, 0.0, axis=1)
-        chain = thread(scene, places, radius=radius, law=lm.RigidWire(), mass=1e-3)
-        body = scene.add(grain(d, drum, (0.0,) * d, 1.0)).fix()
-        scene.see("GRAIN", "THREAD", lm.Coulomb(friction=0.3))
-        vertical = "y" if d == 2 else "z"
-        chain.bodies[0].fix("x").impose_force(**{vertical: -1.0})
-        chain.bodies[-1].impose_velocity(**{vertical: -0.02, "x": 0.0})
-        if d == 3:
-            for node in chain.bodies:
-                node.fix("y")
-        sim = lm.Simulation(scene, time_step=1e-3, solver=lm.Auto(tolerance=1e-8))
-        found = []
-        for _ in range(150):
-            sim.step()
-            tension = sim.interactions.force[sim.interactions.law == "rigid-wire", 0]
-            found.append(tension[-1] / tension[0])
-        assert body.position[0] == 0.0
-        return np.mean(found[50:])
+        sim = over_a_drum(d, count, friction=0.3, mass=1e-3, tolerance=1e-8)
+        found = ratio_of_tensions(sim)
+        assert sim.positions[-1, 0] == 0.0
+        return found
 
     # the thread slides by 0.02 m, and the place of the contacts on the segments with it: the mean over two segments
     exact = eulers_ratio(0.3, np.pi, 2.0 / 102.0)
@@ -325,13 +304,9 @@ def test_a_helix_on_a_cylinder_has_eulers_ratio_over_its_turning(count, pitch):
     chain.bodies[0].impose_force(**dict(zip("xyz", begin / np.linalg.norm(begin), strict=True)))
     chain.bodies[-1].impose_velocity(**dict(zip("xyz", 0.02 * end / np.linalg.norm(end), strict=True)))
     sim = lm.Simulation(scene, time_step=1e-3, solver=lm.Auto(tolerance=1e-8))
-    found = []
-    for _ in range(150):
-        sim.step()
-        tension = sim.interactions.force[sim.interactions.law == "rigid-wire", 0]
-        found.append(tension[-1] / tension[0])
+    found = ratio_of_tensions(sim)
     exact = eulers_ratio(friction, 2.0 * np.pi * np.cos(pitch), np.cos(pitch) ** 2 * radius / (drum + radius))
-    assert np.mean(found[50:]) == pytest.approx(exact, rel=1.5 * dphi**2)
+    assert found == pytest.approx(exact, rel=1.5 * dphi**2)
     assert sim.unconverged_steps == 0
 
 

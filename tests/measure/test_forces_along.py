@@ -2,35 +2,11 @@
 
 import numpy as np
 import pytest
+from drum import over_a_drum
 
 import lmgcpy as lm
 
 MU = 0.3
-
-
-def over_a_drum(d, count, steps=60):
-    """A thread that slides over half of a fixed drum, drawn down at its last node and held at its first with 1 N."""
-    scene = lm.Scene(dimension=d)
-    radius, drum, dphi = 2e-3, 0.1, np.pi / count
-    rho = (drum + radius) / np.cos(0.5 * dphi)  # segments touch in their middles
-    length = 2.0 * rho * np.sin(0.5 * dphi)
-    angles = np.linspace(np.pi, 0.0, count + 1)
-    arc = rho * np.column_stack([np.cos(angles), np.sin(angles)])
-    down = np.column_stack([np.zeros(4), -length * np.arange(4, 0, -1)])
-    flat = np.concatenate([arc[0] + down, arc, arc[-1] + down[::-1]])
-    places = flat if d == 2 else np.insert(flat, 1, 0.0, axis=1)
-    nodes = [scene.add(lm.point_mass(position=place, mass=1e-5)) for place in places]
-    scene.chain(nodes, lm.RigidWire(), surface=lm.Thread(radius))
-    shape = lm.disk if d == 2 else lm.sphere
-    scene.add(shape(radius=drum, position=(0.0,) * d, mass=1.0)).fix()
-    scene.see("GRAIN", "THREAD", lm.Coulomb(friction=MU))
-    vertical = "y" if d == 2 else "z"
-    nodes[0].fix("x").impose_force(**{vertical: -1.0})
-    nodes[-1].impose_velocity(**{vertical: -0.02, "x": 0.0})
-    if d == 3:
-        for node in nodes:
-            node.fix("y")
-    return lm.Simulation(scene, time_step=1e-3, solver=lm.Auto(tolerance=1e-9)).run(steps=steps)
 
 
 @pytest.mark.parametrize("d", [2, 3])
@@ -40,7 +16,7 @@ def test_on_a_drum_the_tension_changes_by_the_friction(d):
     exp(mu phi R / (R + r)). A polygon of segments that turn by dphi changes a component along it by dphi^2 / 2 at most."""
     defects, on_axis = [], 50.0 / 51.0
     for count in (12, 24):
-        sim = over_a_drum(d, count)
+        sim = over_a_drum(d, count, friction=MU, mass=1e-5, tolerance=1e-9).run(steps=60)
         found, links = lm.measure.forces_along(sim), lm.measure.wire_links(sim)
         assert len(found) == count
         # 1e-6: nodes have masses, and the solver a tolerance of 1e-9
