@@ -14,6 +14,7 @@ import pytest
 
 import lmgcpy as lm
 from lmgcpy.dynamics.stepper import CHANGED
+from lmgcpy.scene import body
 from lmgcpy.simulation.interrupt import between_steps
 
 PACKAGE = os.path.dirname(lm.__file__)
@@ -97,11 +98,19 @@ def everything(sim):
     )
 
 
+def new_scene(gravity=(0.0, 0.0)):
+    """A plane scene whose bodies begin a block of rows: a block that other tests have filled would end among them,
+    and a step that copies two blocks comes to more lines."""
+    rows = body._start_rows
+    rows.taken = len(rows.block)
+    return lm.Scene(dimension=2, gravity=gravity)
+
+
 def thrown_together(changed):
     """Grains and a wire with a heavy end that fall on a floor, in fast steps: new neighbours, turning links, unsolved
     steps, and sentences about them. ``changed``: with statements that the next step takes up."""
     rng = np.random.default_rng(3)
-    scene = lm.Scene(dimension=2, gravity=(0.0, -9.81))
+    scene = new_scene(gravity=(0.0, -9.81))
     for i in range(6):
         position = (0.21 * (i % 3), 0.11 + 0.2 * (i // 3))
         scene.add(lm.disk(radius=0.1, mass=1.0, position=position, velocity=rng.normal(0.0, 2.0, 2)))
@@ -124,7 +133,7 @@ def thrown_together(changed):
 
 def in_a_cell(changed):
     """A cell that yields, whose edges are straightened as it is sheared."""
-    scene = lm.Scene(dimension=2)
+    scene = new_scene()
     for i in range(9):
         scene.add(lm.disk(radius=0.1, mass=1.0, position=(0.3 * (i % 3), 0.3 * (i // 3)), velocity=(0.5 - i % 2, 0.3)))
     scene.see("GRAIN", "GRAIN", lm.Coulomb(friction=0.3))
