@@ -16,6 +16,12 @@ so for good physical reasons.
 omega that the wire had before the step. So the term resists bending of the wire, and slows down neither a pendulum nor a
 spinning wire.
 
+**Jerks of free nets.** The impulses across the links of a net are a couple ``sum l n x r_t``, which is zero if omega
+minimises ``sum kappa |u_t - l (omega x n)_t|^2`` with the velocities at the end: then the angular momentum is kept, and the
+impulses take ``sum kappa |u_t - c_t|^2``. In smooth motion the two omegas differ by little. A jerk gives a net its rotation
+within the step. So if the couple of a net that holds at nothing is more than :data:`COUPLE` of its tensions times their
+lengths, the step is solved anew with one omega for the net, until it is the one of the velocities found.
+
 **Stability** (docs/nscd.md). With ``C = sum kappa b b^T`` and ``K = sum (T/l) b b^T`` over the links, b the map from
 velocities to the relative velocity across a link, the quantity ``v.(M + C/2 - h^2 K/4) v / 2 + x.K x / 2`` does not grow,
 and it is positive at any step, mass and tension: ``sum b b^T / P <= M``, as the masses are shared out among the links.
@@ -37,9 +43,11 @@ is enough.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
+from typing import NamedTuple
 
 import numpy as np
 
@@ -64,6 +72,11 @@ BOTH_WAYS = 2
 """From this turn on stiffnesses only grow, and may be larger than called for: if a link is taut in one turn and slack in
 the next, the larger stiffness is stable and ends the search."""
 
+
+COUPLE = 1e-4
+"""See the module's text: about the angle [rad] by which the couple turns the tensions. A wire in sand has 1e-5 to 1e-4."""
+SEARCH = 10
+"""Most solves of a step in search of omega, which answers linearly as long as no contact changes."""
 
 NODES = ("corner", "tip")
 """Ends of the kinds of elements that are nodes: contacts on them do not turn with a link."""
@@ -112,6 +125,8 @@ class LinkStiffness:
     """Whether some act at points that turn with their bodies."""
     ends: np.ndarray
     """Rows of the two bodies of each link, (L, 2)."""
+    nets: list[np.ndarray]
+    """Links of each connected set of chains of which no body is held, (l,)."""
 
     @classmethod
     def of(cls, chains: list[ChainTable], inverse_mass: np.ndarray, dimension: int) -> LinkStiffness:
@@ -138,7 +153,8 @@ class LinkStiffness:
         radius_sum = np.concatenate([np.zeros(0), *(chain.radius_sum for chain in chains)])
         turns = any(chain.form == "lever" for chain in chains)
         ends = np.column_stack([a, c])
-        return cls(len(a), dimension, radius_sum, weight_a + weight_c, joined, following, cuts, turns, ends)
+        free = () if turns else free_nets(ends, inverse.min(axis=1, initial=np.inf) > 0.0)
+        return cls(len(a), dimension, radius_sum, weight_a + weight_c, joined, following, cuts, turns, ends, list(free))
 
     def resolution(
         self, impulse: np.ndarray, gap: np.ndarray, time_step: float, pinched: Pinched | None = None
@@ -236,26 +252,101 @@ class LinkStiffness:
         return own + frame @ (of_candidate + of_antagonist), frame * shared[:, None] + frame @ more
 
     def _carried(self, frame: np.ndarray, length: np.ndarray, velocity: np.ndarray, weight: np.ndarray) -> np.ndarray:
-        """c_t of each link [m/s], (L, d - 1), from the relative velocities (L, d) at the start of the step.
-
-        The angular velocity omega of a wire minimises ``sum weight |u_t - l (omega x n)_t|^2``.
-        """
+        """c_t of each link [m/s], (L, d - 1), from the relative velocities (L, d) at the start of the step."""
         carried = np.zeros((self.count, self.dimension - 1))
         for first, end in zip(self.cuts[:-1], self.cuts[1:], strict=True):
-            own, l, u = weight[first:end], length[first:end], velocity[first:end, 1:]
-            if not own.any():
-                continue
-            if self.dimension == 2:
-                omega = (own * l) @ u[:, 0] / ((own * l) @ l)
-                carried[first:end, 0] = omega * l
-                continue
-            t, b = frame[first:end, 1], frame[first:end, 2]
-            # (omega x n).t = omega.b and (omega x n).b = -omega.t
-            turns = l[:, None, None] * np.stack([b, -t], axis=1)
-            root = np.sqrt(own)[:, None]
-            omega = np.linalg.lstsq((root[..., None] * turns).reshape(-1, 3), (root * u).ravel(), rcond=1e-10)[0]
-            carried[first:end] = turns @ omega
+            part = slice(first, end)
+            if weight[part].any():
+                turns = turning(frame[part], length[part])
+                carried[part] = turns @ omega_of(turns, velocity[part, 1:], weight[part])
         return carried
+
+    def turned(self, problem: StepProblem) -> Turned | None:
+        """The free nets whose impulses across their links are a couple, None if there are none."""
+        if not self.nets:
+            return None
+        s = problem.system
+        frame = local_frames(s.normal[: self.count])
+        length = problem.data.gap[: self.count] + self.radius_sum
+        turns = turning(frame, length)
+        couple = np.einsum("lao,la->lo", turns, s.impulse[: self.count, 1 : self.dimension])
+        moment = length * np.abs(s.impulse[: self.count, 0])
+        out = [net for net in self.nets if np.linalg.norm(couple[net].sum(axis=0)) > COUPLE * moment[net].sum()]
+        if not out:
+            return None
+        velocity = problem.relative_velocities(s.velocity)[: self.count, 1 : self.dimension]
+        omegas = [omega_of(turns[net], velocity[net], s.geometric[net]) for net in out]
+        return Turned(out, [turns[net] for net in out], omegas)
+
+
+class Turned(NamedTuple):
+    """Free nets that a step turns, see the module's text."""
+
+    nets: list[np.ndarray]
+    """Links of each."""
+    turns: list[np.ndarray]
+    """``(omega x l n)_t`` of its links for a unit omega, (l, d - 1, o)."""
+    omegas: list[np.ndarray]
+    """omega of each by the velocities found [rad/s], (o,)."""
+
+
+class Search:
+    """The search for the angular velocities that a step gives to its nets, fixed points of an affine function: Anderson's
+    method (1965, J. ACM 12)."""
+
+    def __init__(self) -> None:
+        self._tried: dict[int, tuple[list[np.ndarray], list[np.ndarray]]] = {}
+        self.begun: np.ndarray | None = None
+        """c_t before the search, (L, d - 1)."""
+        self.ended = False
+
+    def go_on(self, turned: Turned, carried: np.ndarray) -> None:
+        """Enter the next c_t of the nets that are not in balance."""
+        self.begun = carried.copy() if self.begun is None else self.begun
+        for net, turns, found in zip(turned.nets, turned.turns, turned.omegas, strict=True):
+            taken, errors = self._tried.setdefault(int(net[0]), ([], []))
+            following = found
+            if taken:
+                errors.append(found - taken[-1])
+                if len(errors) > 1:
+                    change, moved = (np.diff(values, axis=0).T for values in (errors, taken))
+                    following = found - (moved + change) @ np.linalg.lstsq(change, errors[-1], rcond=1e-10)[0]
+            taken.append(following)
+            carried[net] = turns @ following
+            self.ended |= len(taken) > SEARCH
+
+
+def free_nets(ends: np.ndarray, free: np.ndarray) -> Iterator[np.ndarray]:
+    """Links of the connected sets of links (L, 2) without a body that is not ``free`` (n,)."""
+    if not len(ends):
+        return
+    import scipy.sparse as sparse
+    from scipy.sparse.csgraph import connected_components
+
+    graph = sparse.coo_matrix((np.ones(len(ends)), ends.T), (len(free), len(free)))
+    label = connected_components(graph, directed=False)[1]
+    held = np.unique(label[~free])
+    of_links = label[ends[:, 0]]
+    for net in np.setdiff1d(of_links, held).tolist():
+        yield np.flatnonzero(of_links == net)
+
+
+def turning(frame: np.ndarray, length: np.ndarray) -> np.ndarray:
+    """Velocities across links for a unit angular velocity, (L, d - 1, o): ``l`` in 2D; in space ``(omega x n).t = omega.b``
+    and ``(omega x n).b = -omega.t``."""
+    if frame.shape[1] == 2:
+        return length[:, None, None]
+    return length[:, None, None] * np.stack([frame[:, 2], -frame[:, 1]], axis=1)
+
+
+def omega_of(turns: np.ndarray, velocity: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """The angular velocity that minimises ``sum weight |u_t - l (omega x n)_t|^2`` [rad/s], (o,); velocities (L, d - 1)."""
+    if turns.shape[2] == 1:
+        lever = turns[:, 0, 0]
+        return np.array([(weight * lever) @ velocity[:, 0] / ((weight * lever) @ lever)])
+    root = np.sqrt(weight)[:, None]
+    omega: np.ndarray = np.linalg.lstsq((root[..., None] * turns).reshape(-1, 3), (root * velocity).ravel(), rcond=1e-10)[0]
+    return omega
 
 
 def enough(used: np.ndarray, needed: np.ndarray, share: np.ndarray, turn: int) -> bool:
@@ -274,6 +365,8 @@ def solve_stiffened(links: LinkStiffness, problem: StepProblem, solver: Solver) 
     """Solve a step until the stiffnesses of its links fit the impulses found. Returns the problem of the last turn; its
     outcome, with the sweeps and Newton steps of all turns; the number of turns.
 
+    Then, until the angular velocities of free nets fit as well. If a step with them is not solved they stay as they were.
+
     The turns also end once three of them were not solved, or one for light bodies that are out of balance.
     """
     gap, h = problem.data.gap, problem.data.time_step
@@ -281,6 +374,7 @@ def solve_stiffened(links: LinkStiffness, problem: StepProblem, solver: Solver) 
     pinched = links.pinched(problem)
     used = before = links.stiffness(problem.guess, gap, h, pinched)
     sweeps = factorisations = unsolved = 0
+    search = Search()
     for turn in range(TURNS):
         problem.guess[: links.count, 1:][used == 0.0] = 0.0
         if not used.any():
@@ -295,9 +389,20 @@ def solve_stiffened(links: LinkStiffness, problem: StepProblem, solver: Solver) 
         sweeps += outcome.iterations
         factorisations += outcome.factorisations
         unsolved += outcome.status not in SOLVED_CODES
+        if outcome.status not in SOLVED_CODES and search.begun is not None and not search.ended:
+            problem.system.carried[:] = search.begun
+            search.ended = True
+            continue
         needed = links.stiffness(problem.system.impulse, gap, h, pinched)
-        if outcome.status == NOT_FINITE or unsolved == 3 or enough(used, needed, links.share, turn):
+        if outcome.status == NOT_FINITE or unsolved == 3:
             break
+        if enough(used, needed, links.share, turn):
+            turned = links.turned(problem) if problem is stiffened and not search.ended else None
+            if turned is None or plain.carried is not None:
+                break
+            search.go_on(turned, problem.system.carried)
+            plain.guess[:] = problem.system.impulse
+            continue
         if problem.light.out.any() and only_out_of_balance(solver.bounds, problem.system.measured):
             break
         used = after_turn(used, needed, turn)

@@ -200,23 +200,68 @@ def angular_momentum(scene: lm.Scene) -> float:
     )
 
 
+# a free net
+
+
+def thrown_apart(dimension: int, seed: int, ratio: float) -> lm.Simulation:
+    """A free chain in the plane, a free membrane in space, of 16 nodes that part at 4 m/s: each jerk turns it."""
+    rng = np.random.default_rng(seed)
+    scene, length = lm.Scene(dimension=dimension), 0.02
+    masses = 0.01 * ratio ** rng.uniform(0.0, 1.0, 16)
+    for k, mass in enumerate(masses.tolist()):
+        place = (length * k, 0.0) if dimension == 2 else (length * (k % 4), length * (k // 4), 0.0)
+        make = lm.disk if dimension == 2 else lm.sphere
+        scene.add(make(radius=1e-3, position=place, mass=mass, velocity=rng.normal(0.0, 4.0, dimension)))
+    if dimension == 2:
+        scene.chain(scene.bodies, lm.RigidWire())
+    else:
+        corners = [(a, a + 1, a + 5) for a in range(12) if a % 4 < 3] + [(a, a + 5, a + 4) for a in range(12) if a % 4 < 3]
+        scene.membrane(scene.bodies, corners, lm.RigidWire(), radius=1e-3)
+    return lm.Simulation(scene, time_step=1e-3, solver=lm.Auto(tolerance=1e-9), overlap="ignore")
+
+
+@pytest.mark.filterwarnings("ignore:In the step")  # bodies that move by half a radius, jerks
+@DIMENSIONS
+@pytest.mark.parametrize(("seed", "ratio"), [(1, 1.0), pytest.param(1, 1e3, marks=pytest.mark.long)])
+def test_a_free_net_that_is_jerked_keeps_its_angular_momentum(dimension, seed, ratio):
+    """The couple of the impulses across links is at most 1e-4 of tensions times lengths. With the rotation from before the
+    jerk the first step alone changes the momentum of these nets by 1 to 10 %."""
+    sim = thrown_apart(dimension, seed, ratio)
+    mass = np.array([body.mass for body in sim.scene.bodies])[:, None]
+    energies = []
+    for _ in range(5):
+        before = momentum_about(sim.positions, sim.velocities, mass)
+        sim.step()
+        after = momentum_about(sim.positions, sim.velocities, mass)
+        found = sim.interactions
+        tensions = float((np.abs(found.impulse[:, 0]) * (found.gap + 2e-3)).sum())
+        assert np.linalg.norm(after - before) <= 1e-4 * tensions + 1e-12 * np.linalg.norm(before)
+        energies.append(float((mass * sim.velocities**2).sum()))
+    # links that turn give back what they took, up to a hundredth: lmgcpy/dynamics/turning_stretch.py
+    assert np.all(np.diff(energies) <= 0.01 * energies[0])
+
+
+def momentum_about(positions: np.ndarray, velocities: np.ndarray, mass: np.ndarray) -> np.ndarray:
+    """Angular momentum about the centre of mass [kg m^2/s]."""
+    arm = positions - (mass * positions).sum(axis=0) / mass.sum()
+    momentum = mass * velocities
+    if positions.shape[1] == 2:
+        return np.array([float((arm[:, 0] * momentum[:, 1] - arm[:, 1] * momentum[:, 0]).sum())])
+    result: np.ndarray = np.cross(arm, momentum).sum(axis=0)
+    return result
+
+
 @pytest.mark.long
 @DIMENSIONS
-def test_a_spinning_wire_keeps_its_momentum_to_second_order(dimension):
-    """kappa l^2 is an inertia that comes and goes with the tension: of the moment of inertia it is (h omega)^2 at most.
-
-    Summed over a wire of length L with T = m omega^2 L/2 at both ends, sum kappa l^2 <= h^2 T L = (h omega)^2 m L^2 / 2,
-    which is the moment of inertia times (h omega)^2. The dashpot that takes u_t as it is would lose h omega^2 a second,
-    a tenth of it here at 1 ms.
-    """
-    losses = []
+def test_a_spinning_wire_keeps_its_momentum(dimension):
+    """kappa l^2 is an inertia that comes and goes with the tension: of the moment of inertia it is (h omega)^2 at most, here
+    1.6e-3 to 1e-4. The dashpot that takes u_t as it is would lose h omega^2 a second, a tenth of it at 1 ms. The rotation
+    at the end leaves a part of the couple that does not matter (measured: 1e-6, 2e-7 and 2e-7)."""
     for h in (4e-3, 2e-3, 1e-3):
         sim, start = turning_string(h, dimension)
         sim.run(duration=1.0)
         assert np.any(sim.interactions.impulse[:, 1:])
-        losses.append(abs(angular_momentum(sim.scene) / start - 1.0))
-        assert losses[-1] <= (10.0 * h) ** 2
-    assert math.log2(losses[0] / losses[2]) >= 3.5  # second order over two octaves, 4, and some noise
+        assert abs(angular_momentum(sim.scene) / start - 1.0) <= 2e-6
 
 
 @pytest.mark.long
@@ -225,7 +270,7 @@ def test_the_momentum_of_a_spinning_wire_does_not_drift():
     sim, start = turning_string(1e-3, 2)
     for _ in range(100):
         sim.run(steps=1000)
-        assert abs(angular_momentum(sim.scene) / start - 1.0) <= 1e-4
+        assert abs(angular_momentum(sim.scene) / start - 1.0) <= 1e-6
 
 
 @pytest.mark.long
