@@ -14,7 +14,8 @@ so for good physical reasons.
 
 ``c_t = l (omega x n)_t`` is the velocity across the link by the turning of the wire as a whole, at the angular velocity
 omega that the wire had before the step. So the term resists bending of the wire, and slows down neither a pendulum nor a
-spinning wire.
+spinning wire. Single links, one after another (``Scene.link``), are one wire: they go on at bodies that move and that two
+of them and no other link hold. (By itself a link would turn as it turned before, and hold its own zigzag.)
 
 **Stability** (docs/nscd.md). With ``C = sum kappa b b^T`` and ``K = sum (T/l) b b^T`` over the links, b the map from
 velocities to the relative velocity across a link, the quantity ``v.(M + C/2 - h^2 K/4) v / 2 + x.K x / 2`` does not grow,
@@ -37,9 +38,9 @@ is enough.
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import combinations
 
 import numpy as np
 
@@ -106,8 +107,8 @@ class LinkStiffness:
     """Whether a link shares a bead with the next one of its chain, (L,) bool."""
     following: np.ndarray
     """Row of the next link of its chain, (L,)."""
-    cuts: np.ndarray
-    """First link of each chain, and the number of links."""
+    wires: list[np.ndarray | slice]
+    """Links of each wire: of a chain, or of single links that go on from each other."""
     turns: bool
     """Whether some act at points that turn with their bodies."""
     ends: np.ndarray
@@ -138,7 +139,8 @@ class LinkStiffness:
         radius_sum = np.concatenate([np.zeros(0), *(chain.radius_sum for chain in chains)])
         turns = any(chain.form == "lever" for chain in chains)
         ends = np.column_stack([a, c])
-        return cls(len(a), dimension, radius_sum, weight_a + weight_c, joined, following, cuts, turns, ends)
+        wires = wires_of(ends, cuts, (held == 2) & (inverse.max(axis=1, initial=0.0) > 0.0))
+        return cls(len(a), dimension, radius_sum, weight_a + weight_c, joined, following, wires, turns, ends)
 
     def resolution(
         self, impulse: np.ndarray, gap: np.ndarray, time_step: float, pinched: Pinched | None = None
@@ -187,7 +189,7 @@ class LinkStiffness:
                 if count == 1 or kind.endswith(NODES):
                     continue
                 rho = s.arm[part, side]
-                for i, j in combinations(range(count), 2):
+                for i, j in itertools.combinations(range(count), 2):
                     key = key_of(corner[:, [i, j]])
                     link = order[np.minimum(np.searchsorted(keys[order], key), len(keys) - 1)]
                     length = problem.data.gap[link] + self.radius_sum[link]
@@ -241,21 +243,50 @@ class LinkStiffness:
         The angular velocity omega of a wire minimises ``sum weight |u_t - l (omega x n)_t|^2``.
         """
         carried = np.zeros((self.count, self.dimension - 1))
-        for first, end in zip(self.cuts[:-1], self.cuts[1:], strict=True):
-            own, l, u = weight[first:end], length[first:end], velocity[first:end, 1:]
+        for wire in self.wires:
+            own, l, u = weight[wire], length[wire], velocity[wire, 1:]
             if not own.any():
                 continue
             if self.dimension == 2:
                 omega = (own * l) @ u[:, 0] / ((own * l) @ l)
-                carried[first:end, 0] = omega * l
+                carried[wire, 0] = omega * l
                 continue
-            t, b = frame[first:end, 1], frame[first:end, 2]
+            t, b = frame[wire, 1], frame[wire, 2]
             # (omega x n).t = omega.b and (omega x n).b = -omega.t
             turns = l[:, None, None] * np.stack([b, -t], axis=1)
             root = np.sqrt(own)[:, None]
             omega = np.linalg.lstsq((root[..., None] * turns).reshape(-1, 3), (root * u).ravel(), rcond=1e-10)[0]
-            carried[first:end] = turns @ omega
+            carried[wire] = turns @ omega
         return carried
+
+
+def wires_of(ends: np.ndarray, cuts: np.ndarray, between: np.ndarray) -> list[np.ndarray | slice]:
+    """The links of each wire, from the bodies of the links (L, 2), the first link of each chain and L, and whether a body
+    may be between two links of a wire, (n,) bool."""
+    single = cuts[:-1][np.diff(cuts) == 1]
+    of_link = np.repeat(single, 2)
+    body = ends[single].ravel()
+    order = np.argsort(body, kind="stable")
+    pairs = np.flatnonzero((body[order][1:] == body[order][:-1]) & between[body[order][1:]])
+    leads = {link: link for link in of_link.tolist()}
+
+    def first_of(link: int) -> int:
+        while leads[link] != link:
+            leads[link] = link = leads[leads[link]]
+        return link
+
+    for one, other in zip(of_link[order[pairs]].tolist(), of_link[order[pairs + 1]].tolist(), strict=True):
+        low, high = sorted((first_of(one), first_of(other)))
+        leads[high] = low
+    together: dict[int, list[int]] = {}
+    for link in leads:
+        together.setdefault(first_of(link), []).append(link)
+    chains = itertools.pairwise(cuts.tolist())
+    return [
+        np.array(together[first]) if first in together else slice(first, stop)
+        for first, stop in chains
+        if first not in leads or first in together
+    ]
 
 
 def enough(used: np.ndarray, needed: np.ndarray, share: np.ndarray, turn: int) -> bool:
