@@ -1,7 +1,8 @@
 """Strength and dilation of sand with short fibres against their content: docs/fibres.md.
 
-Triaxial tests of small dense samples, five of each: grains between 0.8 and 1.2 mm and stiff fibres of 3.2 x 0.2 mm, relaxed
-without friction to 100 kPa, friction 0.4 in the tests. Contents are volumes of fibres over those of grains.
+Triaxial tests of small dense samples, five of each: grains between 0.8 and 1.2 mm and fibres of 3.2 x 0.2 mm, relaxed
+without friction to 100 kPa, friction 0.4 in the tests. Contents are volumes of fibres over those of grains. A fibre is one
+stiff capsule, or a chain of four on ball joints, laid in the same place.
 
     python benchmarks/fibres.py [SEEDS [GRAINS]]
 """
@@ -23,7 +24,10 @@ from lmgcpy.scene.capsule import capsule_volume
 
 PRESSURE, DENSITY = 1e5, 2600.0
 RADIUS, LENGTH = 0.1e-3, 3e-3
-CASES = ((0.0, "random"), (0.005, "random"), (0.01, "random"), (0.02, "random"), (0.02, "horizontal"))
+CASES = (
+    *((0.0, "random", 1), (0.005, "random", 1), (0.01, "random", 1), (0.02, "random", 1), (0.02, "horizontal", 1)),
+    *((0.02, "random", 4), (0.02, "horizontal", 4)),
+)
 STRAIN, LATE = 0.12, 0.1
 
 
@@ -54,35 +58,37 @@ def words(values: Sequence[float], form: str = ".1f") -> str:
     return f"{told.mean:{form}} [{told.low:{form}}, {told.high:{form}}]"
 
 
-def case(content: float, orientation: str, grains: int, seed: int) -> list:
+def case(content: float, orientation: str, segments: int, grains: int, seed: int) -> list:
     """A row of the table of runs."""
     begin = time.process_time()
     more = {"content": content, "fibre_radius": RADIUS, "fibre_length": LENGTH, "orientation": orientation}
-    laid = lay_grains(grains, seed=seed, **more)
+    laid = lay_grains(grains, seed=seed, segments=segments, **more)
     done = dense(laid)
     record = crushed(done.sample)
-    fibres, volume = len(laid.bodies), float(np.prod(done.sample.box))
+    fibres, volume = len(laid.bodies) // segments, float(np.prod(done.sample.box))
     solid = (done.sample.solid_volume - fibres * capsule_volume(RADIUS, LENGTH)) / volume
     length = fibres * LENGTH * laid.diameter**2 / volume
     told = [f"{value:.4g}" for value in (length, solid, done.coordination, *strengths(record))]
     unsolved, overlap = record.unconverged + done.unconverged, record.penetration.max() / laid.diameter
     spent = time.process_time() - begin
-    return [content, orientation, seed, fibres, *told, done.at_rest, unsolved, f"{overlap:.1e}", f"{spent:.0f}"]
+    return [content, orientation, segments, seed, fibres, *told, done.at_rest, unsolved, f"{overlap:.1e}", f"{spent:.0f}"]
 
 
 def tables(runs: list[list]) -> None:
     """Print and write the runs, and their means with intervals."""
     rows = []
-    for of in dict.fromkeys((run[0], run[1]) for run in runs):
-        numbers = np.array([run[3:11] for run in runs if (run[0], run[1]) == of], dtype=float)
+    for of in dict.fromkeys(tuple(run[:3]) for run in runs):
+        numbers = np.array([run[4:12] for run in runs if tuple(run[:3]) == of], dtype=float)
         fibres, length, solid, contacts, peak, late, ratio, dilation = numbers.T
-        laid = [f"{100.0 * of[0]:g} %", of[1] if of[0] else "", f"{fibres.mean():.0f}", f"{length.mean():.2f}"]
+        kind = [of[1], of[2]] if of[0] else ["", ""]
+        laid = [f"{100.0 * of[0]:g} %", *kind, f"{fibres.mean():.0f}", f"{length.mean():.2f}"]
         told = (*map(words, (peak, late, dilation)), words(ratio, ".2f"))
         rows.append([*laid, len(numbers), words(solid, ".3f"), words(contacts, ".2f"), *told])
     names = ["solid fraction of grains", "coordination", "peak deviator [kPa]", "late [kPa]"]
-    header = ["content", "orientation", "seed", "fibres", "length d^2 / volume", *names, "peak q/p", "dilation [%]"]
+    kind = ["content", "orientation", "segments"]
+    header = [*kind, "seed", "fibres", "length d^2 / volume", *names, "peak q/p", "dilation [%]"]
     report("fibres_runs", [*header, "at rest", "unsolved steps", "overlap / d", "processor [s]"], runs)
-    header = ["content", "orientation", "fibres", "length d^2 / volume", "samples", *names, "dilation [%]", "peak q/p"]
+    header = [*kind, "fibres", "length d^2 / volume", "samples", *names, "dilation [%]", "peak q/p"]
     report("fibres", header, rows)
 
 

@@ -65,7 +65,7 @@ def empty_interactions(
     )
 
 
-def levers(s: Any, part: slice) -> np.ndarray:
+def levers(s: Any, part: slice | np.ndarray) -> np.ndarray:
     """Points of some interactions of ``s``, these arrays or those of a step, seen from the centres of the candidates and of
     the antagonists, along the axes of space [m], (m, 2, d); new."""
     if len(s.lever):

@@ -14,7 +14,8 @@ so for good physical reasons.
 
 ``c_t = l (omega x n)_t`` is the velocity across the link by the turning of the wire as a whole, at the angular velocity
 omega that the wire had before the step. So the term resists bending of the wire, and slows down neither a pendulum nor a
-spinning wire.
+spinning wire. Single links, one after another (``Scene.link``), are one wire: they go on at bodies that move and that two
+of them and no other link hold. (By itself a link would turn as it turned before, and hold its own zigzag.)
 
 **Jerks of free nets.** The impulses across the links of a net are a couple ``sum l n x r_t``, which is zero if omega
 minimises ``sum kappa |u_t - l (omega x n)_t|^2`` with the velocities at the end: then the angular momentum is kept, and the
@@ -43,10 +44,10 @@ is enough.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
@@ -119,8 +120,8 @@ class LinkStiffness:
     """Whether a link shares a bead with the next one of its chain, (L,) bool."""
     following: np.ndarray
     """Row of the next link of its chain, (L,)."""
-    cuts: np.ndarray
-    """First link of each chain, and the number of links."""
+    wires: list[np.ndarray | slice]
+    """Links of each wire: of a chain, or of single links that go on from each other."""
     turns: bool
     """Whether some act at points that turn with their bodies."""
     ends: np.ndarray
@@ -153,8 +154,9 @@ class LinkStiffness:
         radius_sum = np.concatenate([np.zeros(0), *(chain.radius_sum for chain in chains)])
         turns = any(chain.form == "lever" for chain in chains)
         ends = np.column_stack([a, c])
-        free = () if turns else free_nets(ends, inverse.min(axis=1, initial=np.inf) > 0.0)
-        return cls(len(a), dimension, radius_sum, weight_a + weight_c, joined, following, cuts, turns, ends, list(free))
+        wires = wires_of(ends, cuts, (held == 2) & (inverse.max(axis=1, initial=0.0) > 0.0))
+        nets = [] if turns else list(free_nets(ends, inverse.min(axis=1, initial=np.inf) > 0.0))
+        return cls(len(a), dimension, radius_sum, weight_a + weight_c, joined, following, wires, turns, ends, nets)
 
     def resolution(
         self, impulse: np.ndarray, gap: np.ndarray, time_step: float, pinched: Pinched | None = None
@@ -203,7 +205,7 @@ class LinkStiffness:
                 if count == 1 or kind.endswith(NODES):
                     continue
                 rho = s.arm[part, side]
-                for i, j in combinations(range(count), 2):
+                for i, j in itertools.combinations(range(count), 2):
                     key = key_of(corner[:, [i, j]])
                     link = order[np.minimum(np.searchsorted(keys[order], key), len(keys) - 1)]
                     length = problem.data.gap[link] + self.radius_sum[link]
@@ -254,11 +256,10 @@ class LinkStiffness:
     def _carried(self, frame: np.ndarray, length: np.ndarray, velocity: np.ndarray, weight: np.ndarray) -> np.ndarray:
         """c_t of each link [m/s], (L, d - 1), from the relative velocities (L, d) at the start of the step."""
         carried = np.zeros((self.count, self.dimension - 1))
-        for first, end in zip(self.cuts[:-1], self.cuts[1:], strict=True):
-            part = slice(first, end)
-            if weight[part].any():
-                turns = turning(frame[part], length[part])
-                carried[part] = turns @ omega_of(turns, velocity[part, 1:], weight[part])
+        for wire in self.wires:
+            if weight[wire].any():
+                turns = turning(frame[wire], length[wire])
+                carried[wire] = turns @ omega_of(turns, velocity[wire, 1:], weight[wire])
         return carried
 
     def turned(self, problem: StepProblem) -> Turned | None:
@@ -347,6 +348,35 @@ def omega_of(turns: np.ndarray, velocity: np.ndarray, weight: np.ndarray) -> np.
     root = np.sqrt(weight)[:, None]
     omega: np.ndarray = np.linalg.lstsq((root[..., None] * turns).reshape(-1, 3), (root * velocity).ravel(), rcond=1e-10)[0]
     return omega
+
+
+def wires_of(ends: np.ndarray, cuts: np.ndarray, between: np.ndarray) -> list[np.ndarray | slice]:
+    """The links of each wire, from the bodies of the links (L, 2), the first link of each chain and L, and whether a body
+    may be between two links of a wire, (n,) bool."""
+    single = cuts[:-1][np.diff(cuts) == 1]
+    of_link = np.repeat(single, 2)
+    body = ends[single].ravel()
+    order = np.argsort(body, kind="stable")
+    pairs = np.flatnonzero((body[order][1:] == body[order][:-1]) & between[body[order][1:]])
+    leads = {link: link for link in of_link.tolist()}
+
+    def first_of(link: int) -> int:
+        while leads[link] != link:
+            leads[link] = link = leads[leads[link]]
+        return link
+
+    for one, other in zip(of_link[order[pairs]].tolist(), of_link[order[pairs + 1]].tolist(), strict=True):
+        low, high = sorted((first_of(one), first_of(other)))
+        leads[high] = low
+    together: dict[int, list[int]] = {}
+    for link in leads:
+        together.setdefault(first_of(link), []).append(link)
+    chains = itertools.pairwise(cuts.tolist())
+    return [
+        np.array(together[first]) if first in together else slice(first, stop)
+        for first, stop in chains
+        if first not in leads or first in together
+    ]
 
 
 def enough(used: np.ndarray, needed: np.ndarray, share: np.ndarray, turn: int) -> bool:

@@ -135,7 +135,7 @@ class Stepper:
         self._assembler = Assembler(model)
         self._links = LinkStiffness.of(model.chains, model.inverse_mass, model.dimension)
         self._levers = LeverStiffness.of(model)
-        self._straight_spans = StraightSpans.of(model.chains, model.inverse_mass, model.dimension)
+        self._straight_spans = StraightSpans.of(model.links, model.inverse_mass, model.dimension)
         self._last: tuple[StepProblem, Interactions] | None = None
         self.unconverged_steps = 0
         self.worst_residual = 0.0
@@ -257,7 +257,7 @@ class Stepper:
         self.model, self._detector, self._assembler = model, detector, Assembler(model)
         self._links = LinkStiffness.of(model.chains, model.inverse_mass, model.dimension)
         self._levers = LeverStiffness.of(model)
-        self._straight_spans = StraightSpans.of(model.chains, model.inverse_mass, model.dimension)
+        self._straight_spans = StraightSpans.of(model.links, model.inverse_mass, model.dimension)
         self._turning_stretch.look_at(model)
         self._watch.follow(model)
         self._driven_overlaps.look_at(model, self.state.positions)
@@ -497,7 +497,7 @@ class Stepper:
             threads=self.threads,
         )
         self._straight_spans.let_go(given.guess, interactions.normal)
-        self._straight_spans.give_way(given, self._links.radius_sum)
+        self._straight_spans.give_way(given)
         return interactions, given
 
     def _take_back(
