@@ -273,7 +273,7 @@ def test_it_is_said_to_be_on_or_off():
 
 @pytest.mark.parametrize("tension", [1e6, 1e12, 1e15])
 def test_self_stresses_do_not_stiffen_beyond_the_rounding(tension):
-    """The kappa that a tension calls for, h T/l - 2/P of impulses T, up to 1e10/P: of a step that is not solved tensions may
+    """The kappa that a tension calls for, h T/l - 2/P of impulses T, up to 1e10/P: tensions of an unsolved step may
     be anything, and with kappa P beyond 1/eps the velocities of the next turn were lost to round-off."""
     scene = lm.Scene(dimension=2)
     beads = [scene.add(lm.disk(radius=0.01, position=(0.1 * i, 0.0), mass=0.05)) for i in range(3)]
