@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.compiled.fingerprint import Slot
+from lmgcpy.errors import LARGEST
 
 body: Callable[..., Any] = Slot("body")  # given by the specialisation, as the next two
 compute: Callable[..., Any] = Slot("compute")
@@ -48,10 +49,11 @@ def noting_reader(array, start):
 
 
 def finite_vector(W, u, prepared):
-    """The law's ``react``; raises if a component is not finite."""
+    """The law's ``react``; raises if a component is not finite, or so large that its square may overflow, which would be
+    seen first in the velocities that another law is given."""
     impulse = compute(W, u, prepared)
     for component in impulse:
-        if not np.isfinite(component):
+        if not abs(component) <= LARGEST:
             raise FloatingPointError
     return impulse
 
