@@ -71,14 +71,14 @@ def test_the_blow_is_the_momentum_that_is_stopped(d, kind, law, ratio):
 
 @pytest.mark.default_parameters(
     *("chain-rods-0.001-100000.0-2", "chain-wires-0.004-1000.0-3", "points-wires-0.004-100.0-2"),
-    *("joints-rods-0.004-100.0-2", "joints-rods-0.004-1000000.0-3"),
+    *("joints-rods-0.004-100.0-2", "joints-rods-0.004-100000.0-3"),
 )
 @pytest.mark.parametrize("d", [2, 3])
-@pytest.mark.parametrize("ratio", [1.0, 1e2, 1e3, 1e5, 1e6])
-@pytest.mark.parametrize("h", [4e-3, 1e-3, 2.5e-4])
+@pytest.mark.parametrize("ratio", [1.0, 1e2, 1e3, 1e5])
+@pytest.mark.parametrize("h", [4e-3, 1e-3])
 @pytest.mark.parametrize(("kind", "law"), KINDS)
 @pytest.mark.filterwarnings("ignore:.*a jerk without rebound")  # of light beads between two that are held
-@pytest.mark.filterwarnings("ignore:.*waves of the wire .* lost")  # s = 2.2 at 1e5 and 0.25 ms, as told
+@pytest.mark.filterwarnings("ignore:.*waves of the wire .* lost")
 def test_a_bead_of_a_swinging_chain_is_fixed_and_let_go(request, d, kind, law, h, ratio):
     """The half between the post and the bead is too short by the excess of its turning, 1e-6 of its length. Taken for a
     lack of motion it gave self-stresses of 3e9 N s, and 2e3 J to the hand that held. The other half swings on about the

@@ -24,7 +24,7 @@ from lmgcpy.experiment.column.study import ColumnStudy
 from lmgcpy.experiment.study.engine import carry_out_study
 from lmgcpy.experiment.study.folder import StudyFolder
 
-TINY = ["column", "--grains", "30", "--contents", "0.6", "--travel", "2", "--aspect", "1"]
+TINY = ["column", "--grains", "30", "--contents", "0.6", "--travel", "2", "--aspect", "1", "--seed", "5"]
 RUNS = ("pour-dry", "pour-0.6", "release-dry", "release-0.6")
 
 
