@@ -45,7 +45,6 @@ is enough.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -133,8 +132,8 @@ class LinkStiffness:
     """Whether some act at points that turn with their bodies."""
     ends: np.ndarray
     """Rows of the two bodies of each link, (L, 2)."""
-    nets: list[np.ndarray]
-    """Links of each connected set of chains of which no body is held, (l,)."""
+    free: np.ndarray
+    """Whether a body moves freely, (n,) bool."""
 
     @classmethod
     def of(cls, chains: list[ChainTable], inverse_mass: np.ndarray, dimension: int) -> LinkStiffness:
@@ -162,8 +161,8 @@ class LinkStiffness:
         turns = any(chain.form == "lever" for chain in chains)
         ends = np.column_stack([a, c])
         wires = wires_of(ends, cuts, (held == 2) & (inverse.max(axis=1, initial=0.0) > 0.0))
-        nets = [] if turns else list(free_nets(ends, inverse.min(axis=1, initial=np.inf) > 0.0))
-        return cls(len(a), dimension, radius_sum, weight_a + weight_c, joined, following, wires, turns, ends, nets)
+        free = inverse.min(axis=1, initial=np.inf) > 0.0
+        return cls(len(a), dimension, radius_sum, weight_a + weight_c, joined, following, wires, turns, ends, free)
 
     def resolution(
         self, impulse: np.ndarray, gap: np.ndarray, time_step: float, pinched: Pinched | None = None
@@ -269,6 +268,15 @@ class LinkStiffness:
                 carried[wire] = turns @ omega_of(turns, velocity[wire, 1:], weight[wire])
         return carried
 
+    @cached_property
+    def nets(self) -> list[np.ndarray]:
+        """Links of each connected set of chains of which no body is held, (l,); none if some act at points."""
+        if self.turns:
+            return []
+        label = connected(self.ends[:, 0], self.ends[:, 1], len(self.free))
+        of_links = label[self.ends[:, 0]]
+        return [np.flatnonzero(of_links == net) for net in np.setdiff1d(of_links, label[~self.free]).tolist()]
+
     def turned(self, problem: StepProblem) -> Turned | None:
         """The free nets whose impulses across their links are a couple, None if there are none."""
         if not self.nets:
@@ -324,19 +332,13 @@ class Search:
             self.ended |= len(taken) > SEARCH
 
 
-def free_nets(ends: np.ndarray, free: np.ndarray) -> Iterator[np.ndarray]:
-    """Links of the connected sets of links (L, 2) without a body that is not ``free`` (n,)."""
-    if not len(ends):
-        return
-    import scipy.sparse as sparse
+def connected(c: np.ndarray, a: np.ndarray, count: int) -> np.ndarray:
+    """A number for each of ``count`` bodies, (n,): the same if links between bodies ``c`` and ``a`` (L,) join them."""
+    from scipy.sparse import coo_array  # takes as long to import as the rest of lmgcpy
     from scipy.sparse.csgraph import connected_components
 
-    graph = sparse.coo_matrix((np.ones(len(ends)), ends.T), (len(free), len(free)))
-    label = connected_components(graph, directed=False)[1]
-    held = np.unique(label[~free])
-    of_links = label[ends[:, 0]]
-    for net in np.setdiff1d(of_links, held).tolist():
-        yield np.flatnonzero(of_links == net)
+    label: np.ndarray = connected_components(coo_array((np.ones(len(c)), (c, a)), shape=(count, count)), directed=False)[1]
+    return label
 
 
 def turning(frame: np.ndarray, length: np.ndarray) -> np.ndarray:

@@ -50,6 +50,7 @@ import numpy as np
 
 from lmgcpy.contact.frames import local_frames
 from lmgcpy.contact.interactions import levers
+from lmgcpy.dynamics.geometric_stiffness import connected
 from lmgcpy.dynamics.model import Model
 from lmgcpy.dynamics.step_problem import StepProblem
 
@@ -83,14 +84,10 @@ class LeverStiffness:
         together = np.zeros(len(share), dtype=np.int64)
         if all(links.form == "central" for links in model.links):
             return cls(0, d, share, together, np.zeros((0, 2), np.int64), np.zeros(0, dtype="<U1"))
-        from scipy.sparse import coo_array  # takes as long to import as the rest of lmgcpy
-        from scipy.sparse.csgraph import connected_components
-
         pairs = np.concatenate([links.bodies[np.stack(links.ends)] for links in model.links], axis=1)
         moves = model.inverse_mass.max(axis=1, initial=0.0) > 0.0
         a, c = pairs[:, moves[pairs].all(axis=0)]
-        graph = coo_array((np.ones(len(a)), (a, c)), shape=(len(share),) * 2)
-        together = connected_components(graph, directed=False)[1]
+        together = connected(a, c, len(share))
         law = np.concatenate([[links.law.NAME] * links.link_count for links in model.links])
         return cls(len(law), d, share, together, pairs.T, law)
 

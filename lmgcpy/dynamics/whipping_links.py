@@ -56,6 +56,7 @@ import numpy as np
 from lmgcpy.contact.detection_tables import JointTable
 from lmgcpy.contact.frames import local_frames
 from lmgcpy.contact.positions import axes_of, in_plane
+from lmgcpy.dynamics.geometric_stiffness import connected
 from lmgcpy.dynamics.model import Model
 from lmgcpy.dynamics.step_problem import StepProblem
 
@@ -256,12 +257,8 @@ class WhippingLinks:
 
 def components(c: np.ndarray, a: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The component of each body (n,) and of each link (L,), numbers below n: free bodies that links join."""
-    from scipy.sparse import coo_array  # takes as long to import as the rest of lmgcpy
-    from scipy.sparse.csgraph import connected_components
-
     both = free[c] & free[a]
-    graph = coo_array((np.ones(int(both.sum())), (c[both], a[both])), shape=(len(free), len(free)))
-    label = connected_components(graph, directed=False)[1]
+    label = connected(c[both], a[both], len(free))
     return label, label[np.where(free[c], c, a)]
 
 
