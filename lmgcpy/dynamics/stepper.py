@@ -522,9 +522,9 @@ class Stepper:
             return np.zeros(len(before)) if held is None else self._levers.work(problem, *held, before).sum(axis=1)
 
         if self.geometric_stiffness and self.model.links:
-            problem, pushed = self._turning_stretch.take_back(given, solved, before, earlier, solve, moments)
+            solved, pushed = self._turning_stretch.take_back(given, solved, before, earlier, solve, moments)
             if pushed is not None:
-                return problem, pushed
+                return solved, pushed
         return turning_overlap.take_back(given, solved, before, solve)
 
     def _solve(self, problem: StepProblem) -> StepProblem:

@@ -67,10 +67,11 @@ MADE = 0.01
 """Part of the kinetic energy of its bodies, and of what loads give them from rest, that a net may make in a step. A
 pendulum that turns by 0.1 rad in a step makes a thousandth on its way up and loses it on its way down: taking it would damp
 a motion that the step resolves."""
-JERK, STEPS = 0.25, 3.0
+JERK, STEPS = 1.0, 3.0
 """In a jerk the work of pulling back the excess is more than this part of the kinetic energy of the bodies of a net and of
-the bodies that they touch, and more than loads give these from rest in that number of steps. (A pendulum that turns by 0.5
-rad in a step does as much work. A ball that strikes a taut line: 1.5 and more; with 0.1 nothing changes.)"""
+the bodies that they touch, and more than loads give these from rest in that number of steps. (A pendulum that turns by
+omega h in a step does omega^2 h^2 of it; a winch may draw it in until it turns by 0.8 rad. A ball that strikes a taut line:
+1.5 and more.)"""
 ACCOUNTS = 0.5
 """The work of pulling back the excess is at least this part of the energy made: else something else made the energy."""
 TINY = 1e-12
