@@ -216,6 +216,7 @@ def test_a_run_of_clumps_goes_on_bit_for_bit(tmp_path):
     np.testing.assert_allclose(lm.Simulation(scene, time_step=2e-3).spins, one.spins, rtol=1e-13)
 
 
+@pytest.mark.long
 def test_a_wheel_of_spheres_rolls_down_at_the_speed_of_a_rimless_wheel():
     """McGeer's wheel (1990, Int. J. Robotics Research 9) with feet of radius r. A shock keeps the angular momentum about
     the next foot, w+ = eta w-, and between shocks the wheel gains the energy of its way down."""

@@ -57,7 +57,7 @@ def test_a_ball_round_a_pipe_for_80_s(time_step):
     assert np.linalg.norm(sim.velocities[1]) == pytest.approx(2.0, rel=phi**2)
 
 
-@pytest.mark.default_parameters(time_step=(8e-3,), law=(lm.Restitution(restitution=0.5),))
+@pytest.mark.long
 @pytest.mark.parametrize("time_step", [8e-3, 4e-3, 2e-3])
 @pytest.mark.parametrize("law", [lm.Signorini(), lm.Restitution(restitution=0.0), lm.Restitution(restitution=0.5)])
 def test_a_ball_that_swings_in_a_bowl_does_not_sink(law, time_step):

@@ -116,7 +116,7 @@ def test_a_bead_of_a_swinging_chain_is_fixed_and_let_go(request, d, kind, law, h
 
 
 @pytest.mark.filterwarnings("ignore:.*a jerk without rebound", "ignore:.*waves of the wire .* lost")
-@pytest.mark.default_parameters("0.004-10000.0-2", "0.001-1000000.0-3")
+@pytest.mark.default_parameters("0.004-10000.0-2")
 @pytest.mark.parametrize("d", [2, 3])
 @pytest.mark.parametrize("ratio", [1.0, 1e2, 1e4, 1e6])
 @pytest.mark.parametrize("h", [4e-3, 1e-3, 2.5e-4])

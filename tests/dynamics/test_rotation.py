@@ -130,6 +130,7 @@ def test_a_turn_about_a_principal_axis_is_exact():
         assert turned.magnitude() < 1e-13 * 200  # each step is rounded
 
 
+@pytest.mark.long
 def test_the_intermediate_axis_flips_at_its_period():
     """Dzhanibekov: half turns of the axis a time of 2 K / rate apart, K the complete elliptic integral."""
     start = np.array([0.0, 1.0, 0.02])
@@ -191,6 +192,7 @@ def heavy_top(time_step, duration=0.5):
     return float(np.abs(body.rotation.apply((0, 0, 1)) - exact).max())
 
 
+@pytest.mark.long
 def test_a_heavy_top_precesses_and_nods():
     """Against Euler's equations by an integrator of order 8: second order in the step."""
     errors = [heavy_top(h) for h in (4e-3, 2e-3)]

@@ -264,6 +264,7 @@ def eulers_ratio(friction, angle, part):
     return np.exp(k * angle)
 
 
+@pytest.mark.default_parameters("2")
 @pytest.mark.parametrize("d", [2, 3])
 def test_a_thread_over_a_fixed_drum_has_eulers_ratio_of_tensions(d):
     """Without the polygon's correction: contacts are on the segments, and tend to it as they get shorter."""
@@ -310,6 +311,7 @@ def test_a_helix_on_a_cylinder_has_eulers_ratio_over_its_turning(count, pitch):
     assert sim.unconverged_steps == 0
 
 
+@pytest.mark.default_parameters("2")
 @pytest.mark.parametrize("d", [2, 3])
 def test_impulse_gap_and_normal_are_continuous_as_a_ball_goes_along_a_thread(d):
     """A ball under a constant force slides along a held, bent thread without friction."""
@@ -495,6 +497,7 @@ def test_functions_of_time_of_pressures_and_forces_are_asked_for_again(tmp_path)
     np.testing.assert_array_equal(again.positions, made().run(steps=20).positions)
 
 
+@pytest.mark.long
 def test_a_net_catches_a_ball_that_beads_would_let_through():
     """A ball of radius 0.06 m fits between the nodes of a mesh of 0.1 m, but not between its segments: it rests on four."""
     scene = lm.Scene(dimension=3, gravity=(0, 0, -10.0))
@@ -611,6 +614,7 @@ def test_a_thread_falls_on_what_bounds_a_scene_and_lies_there(d, ground):
     assert lifted == pytest.approx(weight, rel=1e-3)
 
 
+@pytest.mark.long
 def test_a_membrane_bears_a_ball_by_the_tensions_along_its_edges():
     """A ball rests on a flat square membrane that is held at its rim: its weight is on the rim's nodes."""
     scene, n = lm.Scene(dimension=3, gravity=(0, 0, -10.0)), 5

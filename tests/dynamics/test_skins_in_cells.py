@@ -71,6 +71,7 @@ def run(scene, steps=120):
     return sim.velocities.copy()
 
 
+@pytest.mark.default_parameters("2")
 @pytest.mark.parametrize("d", [2, 3])
 def test_a_thread_across_a_face_is_a_thread_within_the_cell(d):
     expected = run(closed_thread(d, 0.0, wrapped=False))
@@ -79,12 +80,14 @@ def test_a_thread_across_a_face_is_a_thread_within_the_cell(d):
         np.testing.assert_allclose(run(closed_thread(d, shift, wrapped=wrapped)), expected, atol=1e-9)
 
 
+@pytest.mark.long
 def test_a_membrane_that_closes_across_two_faces():
     expected = run(sheet((0.0, 0.0), wrapped=False))
     for shift, wrapped in (((0.37, 0.81), True), ((0.37, -2.19), False)):
         np.testing.assert_allclose(run(sheet(shift, wrapped=wrapped)), expected, atol=1e-9)
 
 
+@pytest.mark.long
 def test_a_cell_is_half_of_one_twice_as_long():
     one, two = (run(closed_thread(2, 0.2, wrapped=True, cells=cells)) for cells in (1, 2))
     nodes, edge = 10, 1
@@ -176,6 +179,7 @@ def tube(pressure, around=24, along=6):
     return scene, np.array(triangles), height
 
 
+@pytest.mark.long
 def test_a_latex_tube_bears_a_pressure_by_its_hoops():
     """Virtual work of a wider tube: the tensions T of links that are s across the axis, out of l, do ``sum T s^2 / l =
     2 p V``. In a smooth tube the hoops bear ``p R`` per length."""

@@ -142,6 +142,7 @@ def test_a_disk_in_a_corner_has_two_contacts():
     assert sorted(net.force[:, 0]) == pytest.approx(sorted([G * math.sin(angle), G * math.cos(angle)]), rel=1e-6)
 
 
+@pytest.mark.long
 def test_a_ball_in_a_box_of_six_plates_comes_to_rest_in_a_corner():
     """Tilted gravity takes it into a corner, where three plates bear the components of its weight. The energy only
     falls."""

@@ -163,12 +163,10 @@ def test_generators_that_others_left_do_not_count(no_garbage):
 
 
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
+@pytest.mark.default_parameters("499-False-thrown together-True", "499-False-in a cell-False")
 @pytest.mark.parametrize("changed", [False, True])
 @pytest.mark.parametrize("name", SCENES)
-@pytest.mark.parametrize(
-    ("every", "opcodes"),
-    [(499, False), pytest.param(1, False, marks=pytest.mark.long), pytest.param(11, True, marks=pytest.mark.long)],
-)
+@pytest.mark.parametrize(("every", "opcodes"), [(499, False), (1, False), (11, True)])
 def test_a_step_that_is_interrupted_at_any_line_is_whole_or_not_there(name, changed, every, opcodes, no_garbage):
     """At each line in turn, or ``every`` so many and the last ones: afterwards everything is as before the step or as after
     it, to the last bit. And in the end the step gives what it gives at once."""

@@ -34,7 +34,7 @@ def winding(chain, speed=SPEED):
     return wind
 
 
-@pytest.mark.default_parameters("4-law0")
+@pytest.mark.default_parameters("1-law0")
 @pytest.mark.parametrize("law", [lm.RigidWire(), lm.RigidRod(), lm.ElasticWire(stiffness=1e5)])
 @pytest.mark.parametrize("links", [1, 4])
 def test_a_load_rises_as_its_rope_is_drawn_in(law, links):
