@@ -557,6 +557,7 @@ class Stepper:
             unresolved = self._links.resolution(first.system.impulse, first.data.gap, h)
         return [
             *self._displacement_watch.far(found.moves, before, found.problem.system.velocity, end, h),
+            *(self._watch.spans(self._straight_spans, found.solved) if self.report.solved else ()),  # else: a lock?
             *self._watch.links(found.solved, unresolved),
             *self._watch.overlaps(found.solved),
             *self._driven_overlaps.after_step(self.state.positions, end),
