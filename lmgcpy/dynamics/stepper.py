@@ -41,7 +41,7 @@ from lmgcpy.dynamics.watch.said import Said
 from lmgcpy.dynamics.watch.start_overlaps import check_start, overlaps_at_start
 from lmgcpy.dynamics.watch.stretch_and_energy import Watch
 from lmgcpy.dynamics.whipping_links import WhippingLinks
-from lmgcpy.errors import closest, flag, named_arguments, number, one_of, shown, warn, whole
+from lmgcpy.errors import closest, flag, named_arguments, number, one_of, read_only, shown, warn, whole
 from lmgcpy.solve.newton.alternating import Auto
 from lmgcpy.solve.problems.problem import Problem
 from lmgcpy.solve.problems.report import LOCKED, STATUS, Report
@@ -768,8 +768,7 @@ class Stepper:
         if not len(self.state.turning):
             raise AttributeError("No body of this scene keeps a rotation: spheres look alike from all sides.")
         quaternions = self.state.positions[:, 3:]
-        quaternions.flags.writeable = False  # four numbers that are no rotation would pass for one
-        return quaternions
+        return read_only(quaternions)  # four numbers that are no rotation would pass for one
 
     @property
     def interactions(self) -> InteractionView:

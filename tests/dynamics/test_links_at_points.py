@@ -285,7 +285,7 @@ def test_linked_points_keep_momentum_and_balance(d, closed):
     moved = lm.measure.angular_momentum(sim, about=centre)
     np.testing.assert_allclose(moved, about, rtol=1e-9, atol=1e-9)
     chain = sim.scene.chains[0]
-    np.testing.assert_allclose(chain.lengths(), chain.reference_gaps + chain.radius_sums, rtol=1e-4)
+    np.testing.assert_allclose(chain.lengths(), chain.reference_gap + chain.radius_sums, rtol=1e-4)
     assert opening(sim.scene) < 1e-4
 
 
@@ -443,7 +443,7 @@ def test_a_free_chain_of_rods_that_is_jerked_keeps_its_momentum(d, law, ratio, h
     assert sim.energy.kinetic > 0.999 * 0.5 * (momentum @ momentum) / mass.sum()
     assert sim.unconverged_steps == 0
     for chain in scene.chains:
-        off = (chain.lengths() - chain.reference_gaps - chain.radius_sums) / 0.02
+        off = (chain.lengths() - chain.reference_gap - chain.radius_sums) / 0.02
         assert (off if isinstance(law, lm.RigidWire) else np.abs(off)).max() < 0.01
     # The balls are stopped relative to each other, and no step resolves how light rods throw them back.
     right = ["a jerk without rebound"]

@@ -27,7 +27,7 @@ def winding(chain, speed=SPEED):
     """What ``on_step`` draws in of the first link."""
 
     def wind(sim):
-        gaps = chain.reference_gap
+        gaps = chain.reference_gap.copy()
         gaps[0] -= speed * H
         chain.reference_gap = gaps
 

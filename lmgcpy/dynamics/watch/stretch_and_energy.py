@@ -177,8 +177,8 @@ class Watch:
         yield (
             f"In the step from t = {problem.data.time:g} s the links from body {one} to body {other} are {length:.6g} m "
             f"long, with the bodies between them, and these two, driven or held, are {distance:.6g} m apart: no motion "
-            "gives the links their length. Let them out, end the drive, drive one of the two by a force, or take an elastic "
-            "law. (Said once.)"
+            "gives the links their length. Let them out, end the drive, drive one of the two by a force, or take an "
+            "elastic law. (Said once.)"
         )
 
     def _turned(self, problem: StepProblem) -> np.ndarray:
