@@ -15,8 +15,8 @@ step half of a sag is pulled back, and the tension doubles: "Straight between he
 (:mod:`lmgcpy.dynamics.turning_stretch`), which no motion between the held ends takes back: the step asks for self-stresses
 without bound. Such a span gives way: its links share out ``e``, and laws get their gaps less that. Then a blow has the
 momentum that it stops. If a link has been drawn shorter than it began, or the ends are driven, the span does not give way,
-and the run says that it is too short. (A step may seem solved: bodies that are nearly in line move across it by as much as
-the laws ask for, and are behind it then.)
+and the run says that it is too short. (A step may seem solved: bodies that are nearly in line move across it, by a way that
+gives the linearised lengths.)
 
 **Spans through points and joints.** A span goes on from chain to chain, and from joint to joint, through bodies at which
 two ends of rigid links meet. A body that a span enters at the point p and leaves at q is a part of the length ``|q - p|``,
@@ -245,7 +245,7 @@ class StraightSpans:
 
     def too_short(self, problem: StepProblem) -> tuple[int, int, float, float] | None:
         """Of the span that is too short by the largest part and does not give way: its ends, the length of its links and of
-        the bodies between them [m], and the distance of the ends [m]. None if there is none."""
+        the bodies between them [m], and the distance of the ends [m]; if there is no such span, None."""
         if not len(self.ends) or problem.system.deforms:
             return None
         _, length, distance, short, gives = self._spanned(problem)
@@ -258,7 +258,7 @@ class StraightSpans:
 
     def _spanned(self, problem: StepProblem) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Vectors from end to end [m], (S, d); lengths of links, with what bodies count to them [m], (K,); distances of the
-        ends [m], parts by which spans are too short, and whether spans that are too short by so much give way, (S,) each.
+        ends [m], parts by which spans are too short, and whether a span gives way if it is too short, (S,) each.
         """
         system, data, d = problem.system, problem.data, problem.dimension
         reference, gap = data.reference_gap[self.link], data.gap[self.link]
