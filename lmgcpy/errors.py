@@ -162,6 +162,12 @@ def vector(value: Any, name: str, size: int) -> np.ndarray:
     return result
 
 
+def read_only(array: np.ndarray) -> np.ndarray:
+    """The array itself, from now on to read: if a user wrote into it, nothing else would change."""
+    array.flags.writeable = False
+    return array
+
+
 def file_path(value: Any, name: str) -> str:
     """``value`` as the path of a file or folder; raises TypeError or ValueError with a sentence that names it."""
     if not isinstance(value, (str, os.PathLike)) or not isinstance(os.fspath(value), str):

@@ -39,7 +39,8 @@ twist of a fibre about its axis, which no pull at a point of the axis resists.
 nothing: they buckle.
 
 **kappa and r.** kappa comes from the impulses of the last step, and is compared with the kappa of the impulses found. If
-they differ, the step is solved again from these impulses.
+they differ, the step is solved again from these impulses. It is at most ``MOST I``, as of links: in steps that are not
+solved impulses may be anything.
 """
 
 from __future__ import annotations
@@ -50,7 +51,7 @@ import numpy as np
 
 from lmgcpy.contact.frames import local_frames
 from lmgcpy.contact.interactions import levers
-from lmgcpy.dynamics.geometric_stiffness import connected
+from lmgcpy.dynamics.geometric_stiffness import MOST, connected
 from lmgcpy.dynamics.model import Model
 from lmgcpy.dynamics.step_problem import StepProblem
 
@@ -93,7 +94,7 @@ class LeverStiffness:
 
     def stiffness(self, problem: StepProblem, impulse: np.ndarray) -> np.ndarray:
         """kappa of each body by axis [kg m^2], (n, k - d), for impulses of the interactions (m, d)."""
-        excess = problem.data.time_step * self._held(problem, impulse) * self.share - 2.0
+        excess = np.minimum(problem.data.time_step * self._held(problem, impulse) * self.share - 2.0, MOST)
         return np.where(excess > 0.0, excess, 0.0) / np.where(self.share > 0.0, self.share, 1.0)
 
     def _held(self, problem: StepProblem, impulse: np.ndarray, of: np.ndarray | None = None) -> np.ndarray:

@@ -41,7 +41,7 @@ from lmgcpy.dynamics.watch.said import Said
 from lmgcpy.dynamics.watch.start_overlaps import check_start, overlaps_at_start
 from lmgcpy.dynamics.watch.stretch_and_energy import Watch
 from lmgcpy.dynamics.whipping_links import WhippingLinks
-from lmgcpy.errors import closest, flag, named_arguments, number, one_of, shown, warn, whole
+from lmgcpy.errors import closest, flag, named_arguments, number, one_of, read_only, shown, warn, whole
 from lmgcpy.solve.newton.alternating import Auto
 from lmgcpy.solve.problems.problem import Problem
 from lmgcpy.solve.problems.report import LOCKED, STATUS, Report
@@ -557,6 +557,7 @@ class Stepper:
             unresolved = self._links.resolution(first.system.impulse, first.data.gap, h)
         return [
             *self._displacement_watch.far(found.moves, before, found.problem.system.velocity, end, h),
+            *(self._watch.spans(self._straight_spans, found.solved) if self.report.solved else ()),  # else: a lock?
             *self._watch.links(found.solved, unresolved),
             *self._watch.overlaps(found.solved),
             *self._driven_overlaps.after_step(self.state.positions, end),
@@ -767,8 +768,7 @@ class Stepper:
         if not len(self.state.turning):
             raise AttributeError("No body of this scene keeps a rotation: spheres look alike from all sides.")
         quaternions = self.state.positions[:, 3:]
-        quaternions.flags.writeable = False  # four numbers that are no rotation would pass for one
-        return quaternions
+        return read_only(quaternions)  # four numbers that are no rotation would pass for one
 
     @property
     def interactions(self) -> InteractionView:

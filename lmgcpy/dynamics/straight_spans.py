@@ -14,8 +14,9 @@ step half of a sag is pulled back, and the tension doubles: "Straight between he
 **Spans that are too short.** If a body of a taut chain is held while the chain moves, its links have an excess e of turning
 (:mod:`lmgcpy.dynamics.turning_stretch`), which no motion between the held ends takes back: the step asks for self-stresses
 without bound. Such a span gives way: its links share out ``e``, and laws get their gaps less that. Then a blow has the
-momentum that it stops. If a link has been drawn shorter than it began, the span is too short because of that, and the run
-says that it has no solution.
+momentum that it stops. If a link has been drawn shorter than it began, or the ends are driven, the span does not give way,
+and the run says that it is too short. (A step may seem solved: bodies that are nearly in line move across it, by a way that
+gives the linearised lengths.)
 
 **Spans through points and joints.** A span goes on from chain to chain, and from joint to joint, through bodies at which
 two ends of rigid links meet. A body that a span enters at the point p and leaves at q is a part of the length ``|q - p|``,
@@ -48,7 +49,8 @@ TOO_SHORT = 1e-12, 1e-3
 """A span gives way if it is too short by a part of its length between these: more than round-off, and no more than links
 leave that turn by 0.045 rad in a step."""
 DRAWN = 1e-9
-"""Part of the length of a span by which links may be shorter than they began and are not drawn."""
+"""Part of the length of a span by which links may be shorter than they began and are not drawn, and by which a span that
+does not give way may be too short."""
 
 
 class Piece(NamedTuple):
@@ -229,9 +231,36 @@ class StraightSpans:
 
     def give_way(self, problem: StepProblem) -> None:
         """Let spans at rest that are too short give way: less gap in the problem."""
-        system, data, d = problem.system, problem.data, problem.dimension
-        if not len(self.ends) or system.deforms:
+        if not len(self.ends) or problem.system.deforms:
             return
+        data, d = problem.data, problem.dimension
+        chord, length, distance, short, gives = self._spanned(problem)
+        short = np.where(gives & (short > TOO_SHORT[0]), short, 0.0)
+        if short.any():
+            part, tied = short[self.span] * length, self.joint
+            data.gap[self.link[~tied]] -= part[~tied]
+            along = (self.sense * part)[tied, None] * (chord / distance[:, None])[self.span[tied]]
+            data.gap[self.link[tied, None] + np.arange(d)] -= along
+            problem.prepare()
+
+    def too_short(self, problem: StepProblem) -> tuple[int, int, float, float] | None:
+        """Of the span that is too short by the largest part and does not give way: its ends, the length of its links and of
+        the bodies between them [m], and the distance of the ends [m]; if there is no such span, None."""
+        if not len(self.ends) or problem.system.deforms:
+            return None
+        _, length, distance, short, gives = self._spanned(problem)
+        short[gives] = 0.0
+        k = int(np.argmax(short))
+        if not short[k] > DRAWN:
+            return None
+        one, other = self.ends[k].tolist()
+        return one, other, float(length[self.span == k].sum()), float(distance[k])
+
+    def _spanned(self, problem: StepProblem) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Vectors from end to end [m], (S, d); lengths of links, with what bodies count to them [m], (K,); distances of the
+        ends [m], parts by which spans are too short, and whether a span gives way if it is too short, (S,) each.
+        """
+        system, data, d = problem.system, problem.data, problem.dimension
         reference, gap = data.reference_gap[self.link], data.gap[self.link]
         length = reference + self.radius_sum + self.more
         vector = system.normal[self.link] * (gap + self.radius_sum)[:, None]
@@ -246,16 +275,9 @@ class StraightSpans:
         chord = np.stack([np.bincount(self.span, vector[:, i]) for i in range(d)], axis=1)
         distance = np.sqrt(sum(chord[:, i] ** 2 for i in range(d)))
         short = distance / np.bincount(self.span, length) - 1.0
-        least, most = TOO_SHORT
         moves = ((problem.free_velocity[self.ends] != 0.0) & self.held).any(axis=(1, 2))
         drawn = np.bincount(self.span, self.start - reference > DRAWN * length) > 0.0
-        short = np.where((short > least) & (short < most) & ~moves & ~drawn, short, 0.0)
-        if short.any():
-            part = short[self.span] * length
-            data.gap[self.link[~tied]] -= part[~tied]
-            along = (self.sense * part)[tied, None] * (chord / distance[:, None])[self.span[tied]]
-            data.gap[self.link[tied, None] + np.arange(d)] -= along
-            problem.prepare()
+        return chord, length, distance, short, ~moves & ~drawn & (short < TOO_SHORT[1])
 
     def bearing(self, carries: np.ndarray, normal: np.ndarray) -> tuple[int, int] | None:
         """The ends of the first straight span all of whose links are among the interactions that carry (m,), if any."""

@@ -16,7 +16,7 @@ import numpy as np
 
 from lmgcpy.dynamics.changes import DRIVEN, FREE, HIDDEN, LOADED, SHOWN
 from lmgcpy.dynamics.model import COMPONENTS
-from lmgcpy.errors import closest, named_arguments, number, shown, vector
+from lmgcpy.errors import closest, named_arguments, number, read_only, shown, vector
 from lmgcpy.scene.contactor import (
     Contactor,
     CylinderContactor,
@@ -248,7 +248,7 @@ class Body(ABC):
             return float(turning[0])
         if self._state is None or self._state.positions.shape[1] == 3 or not self.turns:
             return turning
-        return self.rotation.apply(turning)
+        return self.rotation.apply(turning)  # not read-only, as scipy does not turn what is
 
     @property
     def components(self) -> tuple[str, ...]:
@@ -434,7 +434,7 @@ def principal_inertias(inertia: Any, what: str) -> Any:
             f"inertia of a {what} is {shown(three.tolist())} kg m^2, which no body has: none of the three moments is "
             "larger than the sum of the others."
         )
-    return three
+    return read_only(three)
 
 
 @named_arguments

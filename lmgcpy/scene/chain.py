@@ -12,7 +12,7 @@ import numpy as np
 from lmgcpy.contact.detection_tables import Points
 from lmgcpy.dynamics.changes import LINK_LAW, REFERENCE, gap_values
 from lmgcpy.dynamics.model import BodyState
-from lmgcpy.errors import closest, number, numbers, shown
+from lmgcpy.errors import closest, number, numbers, read_only, shown
 from lmgcpy.laws import Law
 from lmgcpy.laws.first_calls import check_answers
 from lmgcpy.scene.body import Round
@@ -33,7 +33,7 @@ link pulls and the contact pushes without bound."""
 class Chain:
     """Bodies, each linked to the next: link i goes from ``bodies[i]``, antagonist, to ``bodies[i + 1]``, candidate.
 
-    ``reference_gaps`` [m], (links,), are gaps between surfaces. ``parameters`` are the parameters of the law that differ
+    ``reference_gap`` [m], (links,), are gaps between surfaces. ``parameters`` are the parameters of the law that differ
     from link to link, (links,) each. Links act between centres or points of bodies, and carry no moment. ``settled``: rigid
     links may be off their reference by the errors that the steps of a run have left.
 
@@ -79,14 +79,14 @@ class Chain:
         self.closed = closed
         self.neighbours_collide = neighbours_collide
         self.relaxation = number(relaxation, "relaxation of a chain", minimum=0.0, unit="s")
-        self.radius_sums = np.array([a.radius + b.radius for a, b in self._pairs()])
+        self.radius_sums = read_only(np.array([a.radius + b.radius for a, b in self._pairs()]))
         self._as_built = reference_gap is None
-        self.start_gaps = self.lengths() - self.radius_sums
+        self.start_gaps = read_only(self.lengths() - self.radius_sums)
         self._refuse_relaxation(self.function)
         if self.function is not None:
-            self.reference_gaps = self._gaps_of(self.function, 0.0)
+            self._gaps = self._gaps_of(self.function, 0.0)
         elif reference_gap is None:
-            self.reference_gaps = self.start_gaps.copy()
+            self._gaps = self.start_gaps.copy()
         else:
             given = numbers(
                 reference_gap, "reference_gap", "a number [m], one number a link, a function of time [s], or None"
@@ -96,10 +96,10 @@ class Chain:
                     f"reference_gap must be a number [m], {len(self.start_gaps)} numbers (one a link), a function of time "
                     f"or None, got {shown(reference_gap)}."
                 )
-            self.reference_gaps = np.broadcast_to(given, self.start_gaps.shape).copy()
+            self._gaps = np.broadcast_to(given, self.start_gaps.shape).copy()
         self.parameters = self._of_each_link(parameters)
         self._refuse_no_length(self.start_gaps, "starts with no distance", "move one of them")
-        self._refuse_no_length(self.reference_gaps, "has no length at its reference", "give a larger reference_gap")
+        self._refuse_no_length(self._gaps, "has no length at its reference", "give a larger reference_gap")
         self._settled = settled
         self.check_start()
 
@@ -116,7 +116,7 @@ class Chain:
             values = numbers(given, f"parameters['{name}']", f"{count} numbers [{known[name].unit}], one a link")
             if values.shape != (count,):
                 raise ValueError(f"parameters['{name}'] must be {count} numbers, one a link, got {shown(given)}.")
-            found[name] = values.copy()
+            found[name] = read_only(values)
         self._refuse_links(self._law, found)
         return found
 
@@ -167,9 +167,9 @@ class Chain:
     def lie_in(self, cell: Cell) -> None:
         """Measure the chain in a periodic cell that came after it."""
         self._cell = cell
-        self.start_gaps = self.lengths() - self.radius_sums
+        self.start_gaps = read_only(self.lengths() - self.radius_sums)
         if self._as_built:
-            self.reference_gaps = self.start_gaps.copy()
+            self._gaps = self.start_gaps.copy()
 
     def check_cell(self, cell: Cell, gaps: np.ndarray) -> None:
         """ValueError for a link with one of these reference gaps (links,) that is no shorter than half the width of a cell:
@@ -187,9 +187,9 @@ class Chain:
 
     @property
     def reference_gap(self) -> np.ndarray:
-        """Reference gaps [m], (links,), a copy. They may be set, to one number or to one a link, also between the steps of
-        a simulation: a winch draws a rope in by a little in every step. Before a simulation is made they may be set to a
-        function of time [s] that gives them.
+        """Reference gaps [m], (links,), read-only. They may be set to one number or to one a link, also between the steps
+        of a simulation: a winch, ``chain.reference_gap = chain.reference_gap - 1e-4``, draws a rope in by a little in every
+        step. Before a simulation is made they may be set to a function of time [s] that gives them.
 
         A rigid link follows at once: drawn in by s before a step of h, its ends approach by s/h; the run warns if s is more
         than a tenth of its length. It must keep a length, and does not relax (ValueError). Before the simulation is made, a
@@ -200,8 +200,8 @@ class Chain:
         of each step, both to O(h^2).
         """
         if self.function is None:
-            return self.reference_gaps.copy()
-        return self._gaps_of(self.function, 0.0 if self._state is None else self._state.time)
+            return read_only(self._gaps.copy())
+        return read_only(self._gaps_of(self.function, 0.0 if self._state is None else self._state.time))
 
     @reference_gap.setter
     def reference_gap(self, gaps: Any) -> None:
@@ -216,17 +216,17 @@ class Chain:
             return
         wanted = self._checked(gaps)
         if self._state is None:
-            self._refuse_blows(wanted, wanted != self.reference_gaps)
+            self._refuse_blows(wanted, wanted != self._gaps)
         self._as_built = False
         for link, gap in gap_values(wanted):
-            new = link < 0 or self.function is not None or gap != self.reference_gaps[link]
+            new = link < 0 or self.function is not None or gap != self._gaps[link]
             if new and self._state is not None:
                 self._state.keep(REFERENCE, self._number, link, gap)
-        self.reference_gaps, self.function = wanted, None
+        self._gaps, self.function = wanted, None
 
     def _drive(self, function: Callable[[float], Any]) -> None:
         """Take a function of time for the reference gaps; if it is wrong at the start, nothing changes."""
-        self.reference_gaps, self.function = self._gaps_of(function, 0.0), function
+        self._gaps, self.function = self._gaps_of(function, 0.0), function
         self._as_built = False
 
     @property
@@ -267,9 +267,9 @@ class Chain:
 
     def _take(self, link: int, gap: float) -> None:
         """Apply a statement to the reference gaps; ``link`` -1 means all."""
-        gaps = self.reference_gaps.copy()
+        gaps = self._gaps.copy()
         gaps[slice(None) if link < 0 else link] = gap
-        self.reference_gaps, self.function = gaps, None
+        self._gaps, self.function = gaps, None
 
     @property
     def path(self) -> np.ndarray:
@@ -286,8 +286,8 @@ class Chain:
     def colliding(self) -> np.ndarray:
         """Whether the two bodies of a link may also be in contact, (links,) bool."""
         if self.neighbours_collide is not None:
-            return np.full(len(self.reference_gaps), self.neighbours_collide)
-        shortest = self.reference_gaps
+            return np.full(len(self._gaps), self.neighbours_collide)
+        shortest = self._gaps
         if self.relaxation > 0.0:
             shortest = np.minimum(shortest, self.start_gaps)
         cores = np.array([[core_radius(node) for node in pair] for pair in self._pairs()])
@@ -312,7 +312,7 @@ class Chain:
     def check_start(self) -> None:
         """ValueError for a rigid link that is off its reference where its bodies are now, in a scene that is written."""
         if not self._settled:
-            self._refuse_blows(self.reference_gaps, np.ones(len(self.reference_gaps), dtype=bool))
+            self._refuse_blows(self._gaps, np.ones(len(self._gaps), dtype=bool))
 
     def _refuse_blows(self, gaps: np.ndarray, given: np.ndarray) -> None:
         """Refuse rigid links that are off one of these reference gaps (links,) at the start, of those that are ``given`` it

@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from lmgcpy.errors import named_arguments, number, vector
+from lmgcpy.errors import named_arguments, number, read_only, vector
 
 
 class Contactor(ABC):
@@ -116,12 +116,12 @@ class WallContactor(Contactor):
 
 
 def direction(value, name: str, dimension: int) -> np.ndarray:
-    """The unit vector along ``value``, (dimension,); ValueError for a zero vector."""
+    """The unit vector along ``value``, (dimension,), read-only; ValueError for a zero vector."""
     given = vector(value, name, dimension)
     length = float(np.linalg.norm(given))
     if length == 0.0:
         raise ValueError(f"{name} must not be zero: it is a direction.")
-    return given / length
+    return read_only(given / length)
 
 
 class SpatialContactor(Contactor):
@@ -152,7 +152,7 @@ class RodContactor(SpatialContactor):
 
     def __init__(self, radius: float, half: Any):
         self.radius = number(radius, "radius of a rod", above=0.0, unit="m")
-        self.half = vector(half, "half of a rod", 3)
+        self.half = read_only(vector(half, "half of a rod", 3))
         if not self.half.any():
             raise ValueError("half of a rod must not be zero: it is the way from its middle to an end.")
 

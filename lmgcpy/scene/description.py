@@ -196,7 +196,7 @@ def describe(scene: Scene) -> dict[str, Any]:
             "relaxation": np.array([chain.relaxation for chain in scene.chains], dtype=float),
             "body_count": np.array([len(chain.bodies) for chain in scene.chains], dtype=np.int64),
             "bodies": np.array([body.id for chain in scene.chains for body in chain.bodies], dtype=np.int64),
-            "link_count": np.array([len(chain.reference_gaps) for chain in scene.chains], dtype=np.int64),
+            "link_count": np.array([len(chain._gaps) for chain in scene.chains], dtype=np.int64),
             "reference_gaps": np.concatenate([chain.reference_gap for chain in scene.chains] or [np.zeros(0)]),
             **({"function": of_time} if of_time.any() else {}),
             "parameters": {str(i): dict(chain.parameters) for i, chain in enumerate(scene.chains) if chain.parameters},
@@ -328,7 +328,7 @@ def _add_skins(scene: Scene, description: Mapping[str, Any]) -> None:
             raise ValueError("the fields of a skin do not fit together")
         nodes = [Node(scene.bodies[k], None) for k in bodies.tolist()]
         skin = scene._skin(nodes, cells, Thread(float(row["radius"]), color=row["color"]))
-        skin.pressure = float(row["pressure"]) if row["loaded"] else None
+        skin._pressure = float(row["pressure"]) if row["loaded"] else None
         for chain in scene.chains:
             if [body.id for body in chain.bodies] == bodies.tolist():
                 chain.skin = skin
@@ -695,7 +695,7 @@ def impose(scene: Scene, description: Mapping[str, Any], functions: Functions) -
             elif not callable(what):
                 raise TypeError(f"functions['{name}', {k}] must be a function of time, got {shown(what)}.")
             elif name == "pressure":
-                scene.skins[k].pressure = what
+                scene.skins[k]._pressure = what
             else:
                 scene._many_forces[k] = replace(scene._many_forces[k], value=what)
     if missing:

@@ -35,7 +35,7 @@ from lmgcpy.dynamics.loads import forces as many_forces
 from lmgcpy.dynamics.model import COMPONENTS, BodyState, Drive, Model
 from lmgcpy.dynamics.rotation import with_rotations
 from lmgcpy.dynamics.watch.start_overlaps import check_start
-from lmgcpy.errors import AXES, LARGEST, closest, flag, named_arguments, number, numbers, shown, vector, whole
+from lmgcpy.errors import AXES, LARGEST, closest, flag, named_arguments, number, numbers, read_only, shown, vector, whole
 from lmgcpy.laws import Law
 from lmgcpy.laws.first_calls import check_answers
 from lmgcpy.laws.registry import check_interface
@@ -133,8 +133,7 @@ class Scene:
         if self._state is not None:
             for axis, value in enumerate(given.tolist()):
                 self._state.keep(GRAVITY, -1, axis, value)
-        self._gravity = given
-        self._gravity.flags.writeable = False
+        self._gravity = read_only(given)
 
     @property
     def rows(self) -> tuple[tuple[str, str, Law, float | None], ...]:
@@ -687,7 +686,7 @@ class Scene:
         if self._cell is not None:
             self._cell.check()
             for chain in self.chains:
-                chain.check_cell(self._cell, chain.reference_gaps)
+                chain.check_cell(self._cell, chain._gaps)
         return self._model(0.0)
 
     def _model(self, time: float) -> Model:
@@ -738,9 +737,9 @@ class Scene:
                 ChainTable(
                     chain.path,
                     chain.laws,
-                    chain.radius_sums,
-                    chain.reference_gap,
-                    chain.start_gaps,
+                    chain.radius_sums.copy(),
+                    chain.reference_gap.copy(),
+                    chain.start_gaps.copy(),
                     chain.relaxation,
                     chain.gaps_in_time,
                     chain.points,
@@ -819,7 +818,7 @@ class Scene:
             body._velocities, body._forces, body._hidden = velocities, forces, hidden
         self._rows = list(self._rows_at_start)
         for chain, (law, gaps, function) in zip(self.chains, self._chains_at_start, strict=True):
-            chain._law, chain.reference_gaps, chain.function = law, gaps, function
+            chain._law, chain._gaps, chain.function = law, gaps, function
         self.take(changes)
         self._state.stale = True
 
@@ -853,7 +852,7 @@ class Scene:
         return Counts(
             bodies=len(self.bodies),
             dimension=self.dimension,
-            links=[len(chain.reference_gaps) for chain in self.chains],
+            links=[len(chain._gaps) for chain in self.chains],
             seen_parameters=[len(law.parameters()) for _, _, law, _ in self._rows],
             link_parameters=[len(chain._law.parameters()) for chain in self.chains],
         )
@@ -873,7 +872,7 @@ class Scene:
         self._gravity_at_start = self._gravity
         self._at_start = [(body._velocities, body._forces, body._hidden) for body in self.bodies]
         self._rows_at_start = tuple(self._rows)
-        self._chains_at_start = [(chain._law, chain.reference_gaps, chain.function) for chain in self.chains]
+        self._chains_at_start = [(chain._law, chain._gaps, chain.function) for chain in self.chains]
         for body in self.bodies:
             body._state = state
         for k, chain in enumerate(self.chains):
@@ -1002,7 +1001,7 @@ class Scene:
 
 def table_of(chain: Chain, table: ChainTable) -> ChainTable:
     """The table of a chain as statements have left it; ``table`` if they have left it alone."""
-    gaps = table.reference_gap if chain.function is not None else chain.reference_gaps
+    gaps = table.reference_gap if chain.function is not None else chain._gaps
     now = replace(table, laws=chain.laws, reference_gap=gaps.copy(), function=chain.gaps_in_time)
     return table if same_links(table, now) else now
 

@@ -12,7 +12,7 @@ import numpy as np
 from lmgcpy.contact.elements import SkinTable
 from lmgcpy.contact.features import places_of, topology
 from lmgcpy.dynamics.loads import Pressure
-from lmgcpy.errors import named_arguments, number, shown
+from lmgcpy.errors import named_arguments, number, read_only, shown
 from lmgcpy.scene.body import AT_REST, Body, dimension_of
 from lmgcpy.scene.cell import Cell
 from lmgcpy.scene.contactor import Contactor
@@ -43,10 +43,9 @@ class Skin:
         """ValueError, with the nodes, for cells whose nodes are nearer to each other than the thickness, unless steps of a
         run have brought them there, ``settled``."""
         self.bodies = list(bodies)
-        self.cells = np.asarray(cells, dtype=np.int64)
+        self.cells = read_only(np.array(cells, dtype=np.int64))
         self.radius, self.color = thread.radius, thread.color
-        self.pressure: float | Callable[[float], float] | None = None
-        """The pressure on it [Pa], a number or a function of time [s]; None for none."""
+        self._pressure: float | Callable[[float], float] | None = None
         self._cell: Cell | None = None
         self._settled = settled
         self._refuse_crowded()
@@ -61,6 +60,11 @@ class Skin:
     def is_net(self) -> bool:
         """Whether its cells are segments in space, which have no sides."""
         return self.cells.shape[1] < self.dimension
+
+    @property
+    def pressure(self) -> float | Callable[[float], float] | None:
+        """The pressure on it [Pa], a number or a function of time [s]; None for none."""
+        return self._pressure
 
     @property
     def table(self) -> SkinTable:
@@ -82,7 +86,7 @@ class Skin:
         checked = pressure if callable(pressure) else number(pressure, "pressure on a surface", unit="Pa")
         if self._cell is not None:
             self._cell.refuse_pressure()
-        self.pressure = checked
+        self._pressure = checked
         return self
 
     @property

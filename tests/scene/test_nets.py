@@ -18,7 +18,7 @@ def gaps_by_pair(net):
     found = {}
     for chain in net.chains:
         ids = [body.id for body in chain.bodies]
-        for one, other, gap in zip(ids[:-1], ids[1:], chain.reference_gaps.tolist(), strict=True):
+        for one, other, gap in zip(ids[:-1], ids[1:], chain.reference_gap.tolist(), strict=True):
             found[frozenset((one, other))] = gap
     return found
 

@@ -64,7 +64,7 @@ def test_a_sphere_has_no_point_off_its_centre():
     with pytest.raises(ValueError, match="make it a clump of one sphere"):
         scene.link(a, b, lm.RigidWire(), at=((0.1, 0.0, 0.0), None))
     link = scene.link(a, b, lm.RigidWire(), at=((0.0, 0.0, 0.0), None))  # a centre needs no axes
-    assert link.reference_gaps == pytest.approx([0.2])
+    assert link.reference_gap == pytest.approx([0.2])
 
 
 @pytest.mark.parametrize("d", [2, 3])
@@ -74,7 +74,7 @@ def test_a_link_ends_at_its_point(d):
     point = np.eye(d)[1] * 0.05
     link = scene.link(a, b, lm.RigidWire(), at=(point, None))
     assert link.lengths() == pytest.approx([np.hypot(0.3, 0.05)])
-    assert link.reference_gaps == pytest.approx(link.lengths() - b.link_radius)
+    assert link.reference_gap == pytest.approx(link.lengths() - b.link_radius)
 
 
 def test_a_point_of_a_clump_is_where_its_shape_has_it():

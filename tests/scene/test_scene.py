@@ -46,12 +46,12 @@ def test_ids_are_rows_in_the_order_of_adding():
 def test_reference_gaps_of_a_chain():
     """A number, one a link, or as built: surface gaps."""
     scene, beads = row_of_beads()
-    assert scene.chain(beads, lm.RigidWire()).reference_gaps == pytest.approx([0.01] * 3)
-    assert scene.chain(beads, lm.RigidWire(), reference_gap=0.02).reference_gaps.tolist() == [0.02] * 3
+    assert scene.chain(beads, lm.RigidWire()).reference_gap == pytest.approx([0.01] * 3)
+    assert scene.chain(beads, lm.RigidWire(), reference_gap=0.02).reference_gap.tolist() == [0.02] * 3
     gaps = np.array([0.01, 0.02, 0.03])
-    assert scene.chain(beads, lm.RigidWire(), reference_gap=gaps).reference_gaps.tolist() == gaps.tolist()
+    assert scene.chain(beads, lm.RigidWire(), reference_gap=gaps).reference_gap.tolist() == gaps.tolist()
     chain = scene.chain(beads, lm.RigidWire(), closed=True)
-    assert chain.reference_gaps == pytest.approx([0.01] * 3 + [0.07])
+    assert chain.reference_gap == pytest.approx([0.01] * 3 + [0.07])
     assert chain.path.tolist() == [0, 1, 2, 3, 0]
 
 
@@ -69,7 +69,7 @@ def test_a_link_to_what_is_no_disk_ends_at_its_centre():
     scene, beads = row_of_beads(1)
     hook = scene.add(lm.wall(point=(0.0, 0.5), normal=(0, -1)))
     chain = scene.chain([hook, beads[0]], lm.RigidWire())
-    assert chain.reference_gaps == pytest.approx([0.49])
+    assert chain.reference_gap == pytest.approx([0.49])
 
 
 def test_bodies_and_scenes_say_what_they_are():

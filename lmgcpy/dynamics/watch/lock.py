@@ -11,7 +11,8 @@ from lmgcpy.solve.problems.locked import least_motion
 from lmgcpy.solve.problems.report import Lock, Report
 
 WORTH = 5
-"""A lock is looked for if the solve has cost at least this number of Newton steps. The search costs as much as one."""
+"""A lock is looked for if the solve has cost at least this number of Newton steps. The search costs as much as one. (Sweeps
+that stagnate have cost 7 at least.)"""
 CARRIES = 0.1
 """A body belongs to a lock if it bears more than this part of the greatest force of the self-stress."""
 

@@ -24,6 +24,7 @@ import numpy as np
 from lmgcpy.dynamics.energy import Energy
 from lmgcpy.dynamics.model import Model
 from lmgcpy.dynamics.step_problem import StepProblem
+from lmgcpy.dynamics.straight_spans import StraightSpans
 from lmgcpy.dynamics.watch.displacements import rounded_down
 from lmgcpy.dynamics.watch.said import Said
 from lmgcpy.solve.problems.report import Lock
@@ -165,6 +166,21 @@ class Watch:
                 "(Said once.)"
             )
 
+    def spans(self, spans: StraightSpans, problem: StepProblem) -> Iterator[str]:
+        """A sentence on links that are too short for what they span."""
+        if "driven" in self._said or "lock" in self._said:
+            return
+        found = spans.too_short(problem)
+        if found is None or not self._said.first("driven"):
+            return
+        one, other, length, distance = found
+        yield (
+            f"In the step from t = {problem.data.time:g} s the links from body {one} to body {other} are {length:.6g} m "
+            f"long, with the bodies between them, and these two, driven or held, are {distance:.6g} m apart: no motion "
+            "gives the links their length. Let them out, end the drive, drive one of the two by a force, or take an "
+            "elastic law. (Said once.)"
+        )
+
     def _turned(self, problem: StepProblem) -> np.ndarray:
         """Part by which elastic links end longer than their laws predict, as they turn, (L,); of slack wires and of rigid
         links, whose length is looked at as it is, zero."""
@@ -211,6 +227,8 @@ class Watch:
         data, system, count, h = problem.data, problem.system, len(self._rigid), problem.data.time_step
         if not self._rigid.any() or data.time < self._drawn_until or data.time in (0.0, self._drawn):
             return  # what velocities at the start lose to links is no matter of the step
+        if "driven" in self._said:
+            return  # nor is what links do that cannot have their length
         length = data.reference_gap[:count] + self._radius_sum
         turning = h * np.abs(system.impulse[:count, 0]) * system.delassus[:count, 0] / length
         slack = self._pull & (gap[:count] < data.reference_gap[:count] - AT_LENGTH * length)

@@ -16,8 +16,8 @@ def parts(scene, sim):
     view, known = sim.interactions, sim._last[0].data.reference_gap
     found = []
     for chain in scene.chains:
-        table = chain.law.table(chain.radius_sums + chain.reference_gaps)
-        found += [(chain.law, g, tuple(row)) for g, row in zip(chain.reference_gaps, table, strict=True)]
+        table = chain.law.table(chain.radius_sums + chain.reference_gap)
+        found += [(chain.law, g, tuple(row)) for g, row in zip(chain.reference_gap, table, strict=True)]
     for name, reference_gap in zip(view.law[len(found) :], known[len(found) :], strict=True):
         found.append((LAWS[name], reference_gap, tuple(LAWS[name].table(np.zeros(1))[0])))
     return found
