@@ -9,7 +9,7 @@ import numpy as np
 
 from lmgcpy.contact.lattice import Lattice
 from lmgcpy.dynamics.changes import DRIVEN, LOADED
-from lmgcpy.errors import AXES, closest, named_arguments, number, numbers, read_only, shown, vector
+from lmgcpy.errors import AXES, closest, named_arguments, number, numbers, shown, vector
 from lmgcpy.scene.body import AT_REST, Body, Prescribed
 from lmgcpy.scene.contactor import Contactor, CylinderContactor, PlaneContactor, WallContactor
 
@@ -97,19 +97,19 @@ class Cell:
 
     @property
     def edges(self) -> np.ndarray:
-        """Edges of the cell now [m], (p, d) for p periodic directions, a read-only copy.
+        """Edges of the cell now [m], (p, d) for p periodic directions, a copy.
 
         A cell that is sheared on and on takes other edges of the same lattice, which lean less.
         """
-        return read_only(np.array([edge.position for edge in self._edges]))
+        return np.array([edge.position for edge in self._edges])
 
     @property
     def rate(self) -> np.ndarray:
-        """Velocity gradient G now [1/s], (d, d), a read-only copy."""
+        """Velocity gradient G now [1/s], (d, d), a copy."""
         rate = np.zeros((self.dimension, self.dimension))
         for edge in self._edges:
             rate[:, edge.axis] = edge.velocity
-        return read_only(rate)
+        return rate
 
     @property
     def volume(self) -> float:
