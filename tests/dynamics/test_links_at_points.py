@@ -409,13 +409,24 @@ def test_a_folded_chain_that_is_jerked_straight_makes_no_energy(d, ratio, h):
 @pytest.mark.filterwarnings("ignore:.*a jerk without rebound", "ignore:.*off its reference length of 0.02 m by 1[0-9] %")
 def test_rods_and_wires_at_points_that_are_jerked_straight_make_no_energy(d, law, ratio, h):
     """As above, between the ends of the rods, which made up to 0.28 of the fall. The ball flies on by up to a step before
-    links are put back, which lifts it by no more than 0.02 of the fall."""
+    links are put back, which lifts it by no more than 0.02 of the fall: by 3 mm of the 5 that it flies in 2 ms. If this is
+    done after the jerk, links make as much: before, the ball fell too far by it.
+
+    The end has an exact answer. A line without mass takes the velocity along it, and leaves the ball the energy
+    ``-m g f (f' / l)^2`` above its start, if it falls by f until the line of length l is straight, f' below the post. Light
+    rods leave no more than that, 0 to 0.003 of the fall less. (Rods of 10 g have 0.04 of the mass, and throw it back.)"""
     scene, bodies = folded(d, ratio, law=law)
+    start, line = bodies[-1].position, 4 * 0.1 + 5 * 0.02
+    below = np.sqrt(line**2 - (start[:-1] ** 2).sum())
+    fall = below + start[-1]
     sim = lm.Simulation(scene, time_step=h)
     for above, least in falling(sim, bodies, h):
         assert above - least < 0.02 * G * 0.4
-    assert sim.energy.made < 0.005 * G * 0.4
     assert sim.unconverged_steps == 0
+    if ratio == 1e2:
+        assert sim.energy.made < 0.005 * G * 0.4
+    else:
+        assert -0.005 < above / (G * 0.4) + fall / 0.4 * (below / line) ** 2 < 1e-4
 
 
 @pytest.mark.default_parameters("3-None-10000.0-0.004", "2-None-1000000.0-0.002")
