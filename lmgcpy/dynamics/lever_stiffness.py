@@ -24,6 +24,10 @@ compliance, 0 if they are rigid, and kappa_l the stiffness across the links (:mo
 which takes u_t(w) in place of the turning of a wire. Bodies with masses beyond kappa keep their velocities, and light ones
 follow. So a swing, a spin or a blow of heavy bodies is not resisted, and light bodies that whip are.
 
+Components that are held or driven have the velocities of the end in v. If a body of a taut line has just been fixed, its
+velocity before the step asks a straight line between two held bodies to get longer, and w would be up to the inverse of the
+line's slope times that: bodies that moved with 0.7 m/s were given 20 m/s.
+
 Heavy bodies are slowed by the part ``x/(1 + x)``, x = kappa/M, in a mode. With ``D v = v - w`` so far, ``v - D D v`` has
 the square of it: two balls that circle on rods between wires would lose 2.5e-4 of their angular momentum in 4 rad at 4 ms,
 and lose 4e-7. So ``kappa c^2 = x (1 + 2 x)^2 / (1 + x)^4 |v|^2_M``, no more than 0.62 of it, and the moments make no more
@@ -142,7 +146,8 @@ class LeverStiffness:
         held = diags_array(np.repeat(of_links[across], d - 1))
         own = np.zeros_like(before)
         own[:, d:] = stiffness
-        free, v, own = np.flatnonzero(moves), before.ravel(), own.ravel()
+        start = np.where(mobility > 0.0, before, problem.free_velocity)
+        free, v, own = np.flatnonzero(moves), start.ravel(), own.ravel()
         loose = problem.compliance(self.count)[along] + SMALL * problem.system.delassus[along, 0]
         M = diags_array(1.0 / mobility.ravel()[free] + own[free])
         stiff = csr_array(B[:, free].T @ held @ B[:, free] + M)

@@ -79,13 +79,10 @@ def test_the_blow_is_the_momentum_that_is_stopped(d, kind, law, ratio):
 @pytest.mark.parametrize(("kind", "law"), KINDS)
 @pytest.mark.filterwarnings("ignore:.*a jerk without rebound")  # of light beads between two that are held
 @pytest.mark.filterwarnings("ignore:.*waves of the wire .* lost")
-def test_a_bead_of_a_swinging_chain_is_fixed_and_let_go(request, d, kind, law, h, ratio):
+def test_a_bead_of_a_swinging_chain_is_fixed_and_let_go(d, kind, law, h, ratio):
     """The half between the post and the bead is too short by the excess of its turning, 1e-6 of its length. Taken for a
     lack of motion it gave self-stresses of 3e9 N s, and 2e3 J to the hand that held. The other half swings on about the
     bead: no step is locked, and the energy grows by no more than gravity gives and a hundredth."""
-    if kind in ("points", "joints") and h == 4e-3 and ratio >= 1e3:
-        why = "light rods between two that are held buckle far in a step: blows of 6 times the momentum, links off by 40 %"
-        request.applymarker(pytest.mark.xfail(reason=why, strict=False))
     along = np.zeros(d)
     along[0], along[-1] = np.sin(1.0), -np.cos(1.0)
     scene, beads = made(d, kind, law, ratio, along, np.zeros(d), (0.0,) * (d - 1) + (-G,))
@@ -113,6 +110,25 @@ def test_a_bead_of_a_swinging_chain_is_fixed_and_let_go(request, d, kind, law, h
     distance = np.linalg.norm(np.diff([bead.position for bead in beads], axis=0), axis=1)
     if kind in ("chain", "single"):
         assert np.abs(distance / 0.1 - 1.0)[5:].max() < (0.02 if h == 4e-3 else 0.002)
+
+
+@pytest.mark.default_parameters("points-2", "joints-3")
+@pytest.mark.parametrize("d", [2, 3])
+@pytest.mark.parametrize("kind", ["points", "joints"])
+def test_light_rods_between_two_that_are_held_do_not_speed_up(kind, d):
+    """The stiffness of links and levers draws light rods towards the motion of the bodies at their ends. As one of these is
+    fixed, this motion is none: with its velocity before the step rods of 0.7 m/s were given 20 m/s, a thousand times their
+    energy."""
+    along = np.zeros(d)
+    along[0], along[-1] = np.sin(1.0), -np.cos(1.0)
+    scene, rods = made(d, kind, "rods", 1e5, along, np.zeros(d), (0.0,) * (d - 1) + (-G,))
+    rods[0].fix()
+    sim = lm.Simulation(scene, time_step=4e-3).run(duration=0.252)
+    before = np.linalg.norm(sim.velocities[:5], axis=1).max()
+    rods[5].fix()
+    sim.step()
+    assert sim.report.solved
+    assert np.linalg.norm(sim.velocities[:5], axis=1).max() < 0.1 * before
 
 
 @pytest.mark.filterwarnings("ignore:.*a jerk without rebound", "ignore:.*waves of the wire .* lost")
