@@ -188,7 +188,8 @@ class Chain:
     @property
     def reference_gap(self) -> np.ndarray:
         """Reference gaps [m], (links,), a copy. They may be set to one number or to one a link, also between the steps of
-        a simulation: a winch, ``chain.reference_gap -= 1e-4``, draws a rope in by a little in every step. Before a simulation is made they may be set to a function of time [s] that gives them.
+        a simulation: a winch, ``chain.reference_gap -= 1e-4``, draws a rope in by a little in every step. Before a
+        simulation is made they may be set to a function of time [s] that gives them.
 
         A rigid link follows at once: drawn in by s before a step of h, its ends approach by s/h; the run warns if s is more
         than a tenth of its length. It must keep a length, and does not relax (ValueError). Before the simulation is made, a
