@@ -49,7 +49,7 @@ def assert_sound(told, tries):
 @pytest.mark.scaled
 def test_damaged_files_do_no_harm(tmp_path):
     """Of 2000 such files, before they were checked, 124 crashed the process and 22 hung it."""
-    tries = suites.size(4, long=60)
+    tries = suites.size(10, long=60)
     assert_sound(ends(tmp_path, 1, 0, tries), tries)
 
 
