@@ -412,9 +412,10 @@ def test_rods_and_wires_at_points_that_are_jerked_straight_make_no_energy(d, law
     links are put back, which lifts it by no more than 0.02 of the fall: by 3 mm of the 5 that it flies in 2 ms. If this is
     done after the jerk, links make as much: before, the ball fell too far by it.
 
-    The end has an exact answer. A line without mass takes the velocity along it, and leaves the ball the energy
-    ``-m g f (f' / l)^2`` above its start, if it falls by f until the line of length l is straight, f' below the post. Light
-    rods leave no more than that, 0 to 0.003 of the fall less. (Rods of 10 g have 0.04 of the mass, and throw it back.)"""
+    The end of light rods on wires has an exact answer. A line without mass takes the velocity along it, and leaves the ball
+    the energy ``-m g f (f' / l)^2`` above its start, if it falls by f until the line of length l is straight, f' below the
+    post. Runs end with no more than that, 0 to 0.003 of the fall less. (Rods of 10 g have 0.04 of the mass, and throw the
+    ball back; rods on rods that fold behind the jerk leave it up to 0.14 of the fall more.)"""
     scene, bodies = folded(d, ratio, law=law)
     start, line = bodies[-1].position, 4 * 0.1 + 5 * 0.02
     below = np.sqrt(line**2 - (start[:-1] ** 2).sum())
@@ -423,7 +424,7 @@ def test_rods_and_wires_at_points_that_are_jerked_straight_make_no_energy(d, law
     for above, least in falling(sim, bodies, h):
         assert above - least < 0.02 * G * 0.4
     assert sim.unconverged_steps == 0
-    if ratio == 1e2:
+    if ratio == 1e2 or law.NAME == "rigid-rod":
         assert sim.energy.made < 0.005 * G * 0.4
     else:
         assert -0.005 < above / (G * 0.4) + fall / 0.4 * (below / line) ** 2 < 1e-4
