@@ -22,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lmgcpy.continuum.tensors import check_dimension, identity
-from lmgcpy.errors import named_arguments, number
+from lmgcpy.errors import named_arguments, number, read_only
 
 SHAPE = {2: math.sqrt(2.0), 3: math.sqrt(1.5)}
 """c, the deviator over the length of the deviatoric stress, by dimension."""
@@ -108,8 +108,7 @@ class DruckerPrager:
         put(self, "unit", unit)
         put(self, "_bulk", self.bulk_modulus * np.outer(unit, unit))
         put(self, "_shear", 2.0 * self.shear_modulus * (np.eye(len(unit)) - np.outer(unit, unit) / self.dimension))
-        put(self, "elastic", self._bulk + self._shear)
-        self.elastic.flags.writeable = False  # it is given out as a tangent
+        put(self, "elastic", read_only(self._bulk + self._shear))  # it is given out as a tangent
 
     def __repr__(self) -> str:
         return (

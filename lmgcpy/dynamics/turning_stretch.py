@@ -23,7 +23,7 @@ long. Then v minimises ``|v - v_free|^2_M / 2 + S(lambda + h H^T v)``. The value
 throw the ball back with ``v/2``, more if waves come together. Rigid links give nothing back: the second solve stops it.
 The energy that the first one takes, 3/4, hides the energy that it gives. In motion that the step resolves the excess gives
 what it takes, and ``u+ = -u-``. So a step is a jerk if rigid links take energy in it, if the work of pulling back the
-excess is a good part of all kinetic energy nearby, and if the second solve leaves less energy than the first; else the step
+excess is more than all kinetic energy nearby, and if the second solve leaves less energy than the first; else the step
 goes back to g.
 
 The stiffness of links and levers pulls velocities u across links, and spins, towards velocities c (``-kappa (u - c)``). It

@@ -286,7 +286,7 @@ class Chain:
     def colliding(self) -> np.ndarray:
         """Whether the two bodies of a link may also be in contact, (links,) bool."""
         if self.neighbours_collide is not None:
-            return np.full(len(self._gaps), self.neighbours_collide)
+            return np.full(len(self.start_gaps), self.neighbours_collide)
         shortest = self._gaps
         if self.relaxation > 0.0:
             shortest = np.minimum(shortest, self.start_gaps)

@@ -196,7 +196,7 @@ def describe(scene: Scene) -> dict[str, Any]:
             "relaxation": np.array([chain.relaxation for chain in scene.chains], dtype=float),
             "body_count": np.array([len(chain.bodies) for chain in scene.chains], dtype=np.int64),
             "bodies": np.array([body.id for chain in scene.chains for body in chain.bodies], dtype=np.int64),
-            "link_count": np.array([len(chain._gaps) for chain in scene.chains], dtype=np.int64),
+            "link_count": np.array([len(chain.start_gaps) for chain in scene.chains], dtype=np.int64),
             "reference_gaps": np.concatenate([chain.reference_gap for chain in scene.chains] or [np.zeros(0)]),
             **({"function": of_time} if of_time.any() else {}),
             "parameters": {str(i): dict(chain.parameters) for i, chain in enumerate(scene.chains) if chain.parameters},

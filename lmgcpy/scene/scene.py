@@ -738,7 +738,7 @@ class Scene:
                     chain.path,
                     chain.laws,
                     chain.radius_sums.copy(),
-                    chain.reference_gap.copy(),
+                    chain.reference_gap,
                     chain.start_gaps.copy(),
                     chain.relaxation,
                     chain.gaps_in_time,
@@ -852,7 +852,7 @@ class Scene:
         return Counts(
             bodies=len(self.bodies),
             dimension=self.dimension,
-            links=[len(chain._gaps) for chain in self.chains],
+            links=[len(chain.start_gaps) for chain in self.chains],
             seen_parameters=[len(law.parameters()) for _, _, law, _ in self._rows],
             link_parameters=[len(chain._law.parameters()) for chain in self.chains],
         )
