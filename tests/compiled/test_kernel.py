@@ -414,7 +414,8 @@ def test_the_cache_directory_is_the_one_asked_for(cache):
 
 
 def test_without_a_directory_asked_for_it_is_the_users(monkeypatch):
-    monkeypatch.delenv("LMGCPY_CACHE_DIR", raising=False)
+    for name in ("LMGCPY_CACHE_DIR", "XDG_CACHE_HOME"):
+        monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("HOME", "/home/somebody")
     assert cache_directory().is_relative_to("/home/somebody")
     assert cache_directory().name == "lmgcpy"
