@@ -182,8 +182,8 @@ class StepProblem(Step):
     def conic(self) -> tuple[Problem, np.ndarray]:
         """``W = H^T M^-1 H`` and ``q = H^T v_free + biases``, and which interactions act.
 
-        Interactions that cannot act in this step, such as restitution across an open gap, are left out. Raises TypeError if
-        a law has no conic form, RuntimeError if the function ``conic`` of a law raises, and FloatingPointError if numbers
+        Interactions that cannot act in this step are left out: restitution across an open gap, a link between two held
+        bodies, whose impulse moves nothing. Raises TypeError if a law has no conic form, RuntimeError if the function ``conic`` of a law raises, and FloatingPointError if numbers
         grew without bound.
         """
         import scipy.sparse as sparse  # takes as long to import as the rest of lmgcpy
@@ -204,7 +204,7 @@ class StepProblem(Step):
                 if group.law.rows(self.dimension) > self.dimension:
                     rolling[part], torsion[part] = turning if self.dimension == 3 else (turning[0], 0.0)
             names += [group.law.NAME] * (group.stop - group.start)
-        acting = np.isfinite(bias)
+        acting = np.isfinite(bias) & (system.delassus[:, 0] > 0.0)
         H = self.interaction_matrix()
         d, width = self.dimension, system.impulse.shape[1]
         H = H[np.repeat(acting, width)]

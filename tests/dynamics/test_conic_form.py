@@ -77,3 +77,28 @@ def test_a_law_without_one_is_swept_by_auto_and_refused_by_newton():
     hanging(law_of("test-without"), lm.Auto(tolerance=1e-9)).run(steps=3)
     with pytest.raises(TypeError, match="Law 'test-without' has no conic form"):
         hanging(law_of("test-without"), needing_newton()).run(steps=200)
+
+
+@pytest.mark.parametrize("law", [lm.RigidWire(), lm.RigidRod(), lm.ElasticWire(stiffness=1e5)])
+@pytest.mark.parametrize("drawn", [0.0, 1e-15])
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_a_link_between_held_bodies_is_left_out(dimension, drawn, law):
+    """Its impulse moves nothing: W = 0. In Newton steps ``u / W`` was no number, so that they ended as if all were solved,
+    and sweeps went on alone: in a net with a fixed rim, in a chain with two held beads next to each other. Beside it stands
+    a tower of disks of 1 and 101 kg, which takes thousands of sweeps."""
+    scene = lm.Scene(dimension=dimension, gravity=(0.0, -9.81, 0.0)[:dimension])
+    grain, zero = (lm.disk if dimension == 2 else lm.sphere), (0.0,) * (dimension - 2)
+    floor = scene.add(lm.wall(point=(0.0, 0.0, *zero), normal=(0.0, 1.0, *zero)))
+    for i in range(20):
+        scene.add(grain(radius=0.01, position=(0.0, 0.01 + 0.02 * i, *zero), mass=1.0 + 100.0 * (i % 2)))
+    for other in (floor.color, "GRAIN"):
+        scene.see("GRAIN", other, lm.Coulomb(friction=0.3))
+    posts = [scene.add(grain(radius=0.01, position=(1.0 + 0.1 * i, 1.0, *zero), mass=1.0, color="POST")) for i in (0, 1)]
+    for post in posts:
+        post.fix()
+    scene.chain(posts, law, reference_gap=0.08 - drawn)
+    sim = lm.Simulation(scene, time_step=1e-3, solver=lm.Newton(tolerance=1e-9))
+    report = sim.step()
+    assert report.solved
+    assert report.iterations == 100 and report.factorisations > 0
+    assert len(sim.problem().mu) == 20

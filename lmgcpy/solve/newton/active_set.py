@@ -171,7 +171,7 @@ class ActiveSet:
 
     def residual(self, r: np.ndarray) -> float:
         """``|e(r)| / |e(0)|``; zero if ``e(0)`` is zero."""
-        return float(np.linalg.norm(self.error(r)[0])) / self.nothing if self.nothing > 0.0 else 0.0
+        return 0.0 if self.nothing == 0.0 else float(np.linalg.norm(self.error(r)[0])) / self.nothing
 
     def lost(self, r: np.ndarray) -> bool:
         """Whether impulses are so large that velocities of the size of ``e(0)`` are lost to round-off beside ``w r``: on
