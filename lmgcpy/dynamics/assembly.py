@@ -205,7 +205,7 @@ def lay_out(
         inverse_mass=mobility,
         guess=with_spare_rows(count, width),
         keeps_gap=keeps_gap(groups),
-        yields=yields(groups),
+        stuck=np.flatnonzero(yields(groups) & (delassus[:, 0] == 0.0)),
         carried=None,
         after=with_spare_rows(count, width),
     )

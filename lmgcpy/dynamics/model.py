@@ -169,6 +169,12 @@ class Model:
         return np.where((self.inverse_mass[:, :d] > 0.0).any(axis=1), self.mass[:, :d].min(axis=1), np.inf)
 
     @cached_property
+    def spread(self) -> float:
+        """Greatest movable mass of a bounded body over the least; 1 if there is none."""
+        masses = self.movable_mass[self.bounded & np.isfinite(self.movable_mass)]
+        return float(masses.max() / masses.min()) if len(masses) else 1.0
+
+    @cached_property
     def weight(self) -> np.ndarray:
         """Force of gravity by component [N], (n, k), zero if driven; the force at t = 0 if gravity changes with time."""
         return self.weight_at(0.0)

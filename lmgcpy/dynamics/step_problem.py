@@ -46,8 +46,8 @@ class StepProblem(Step):
     mobilities, (n, k)."""
     keeps_gap: np.ndarray
     """Whether an interaction is a contact whose law keeps the gap that it predicts, (m,) bool."""
-    yields: np.ndarray
-    """Whether an interaction is a link whose law yields, (m,) bool."""
+    stuck: np.ndarray
+    """Rows of links whose law yields between bodies that are held."""
     carried: np.ndarray | None
     """Velocities across links if heavy bodies carry light ones [m/s], (L, d - 1), NaN for links of wires that turn as a
     whole; None: all do."""
@@ -92,11 +92,10 @@ class StepProblem(Step):
         held or driven get the impulses of their laws at these velocities: no solver computes them, as they change no
         velocity."""
         self.data = self.data._replace(after=self.relative_velocities(self.system.velocity, self.after))
-        stuck = np.flatnonzero(self.yields & (self.system.delassus[:, 0] == 0.0))
-        if not len(stuck):
+        if not len(self.stuck):
             return
-        groups = np.searchsorted([group.stop for group in self.by_law], stuck, side="right")
-        for i, k in zip(stuck.tolist(), groups.tolist(), strict=True):
+        groups = np.searchsorted([group.stop for group in self.by_law], self.stuck, side="right")
+        for i, k in zip(self.stuck.tolist(), groups.tolist(), strict=True):
             group = self.by_law[k]
             at = self.offset[k] + (i - group.start) * len(group.law.PREPARED)
             prepared = tuple(self.system.prepared[at : at + len(group.law.PREPARED)].tolist())
@@ -183,8 +182,8 @@ class StepProblem(Step):
         """``W = H^T M^-1 H`` and ``q = H^T v_free + biases``, and which interactions act.
 
         Interactions that cannot act in this step are left out: restitution across an open gap, a link between two held
-        bodies, whose impulse moves nothing. Raises TypeError if a law has no conic form, RuntimeError if the function ``conic`` of a law raises, and FloatingPointError if numbers
-        grew without bound.
+        bodies, whose impulse moves nothing. Raises TypeError if a law has no conic form, RuntimeError if the function
+        ``conic`` of a law raises, and FloatingPointError if numbers grew without bound.
         """
         import scipy.sparse as sparse  # takes as long to import as the rest of lmgcpy
 

@@ -31,14 +31,12 @@ def take_back(
     """
     data = solved.data
     turned = (data.gap < data.reference_gap) & given.keeps_gap
-    if not turned.any():
-        return solved, None
-    work = 0.5 * float(solved.system.impulse[turned, 0] @ (data.before[turned, 0] + data.after[turned, 0]))
+    work = 0.5 * float((solved.system.impulse[:, 0] * (data.before[:, 0] + data.after[:, 0])).dot(turned))
     if work <= 0.0:
         return solved, None
-    mass = np.where(given.inverse_mass > 0.0, 1.0 / np.where(given.inverse_mass > 0.0, given.inverse_mass, 1.0), 0.0)
-    loads = given.free_velocity - before
-    if work <= MADE * 0.5 * float((mass * (before * before + loads * loads)).sum()):
+    loads, free = given.free_velocity - before, given.inverse_mass > 0.0
+    doubled = np.divide(before * before + loads * loads, given.inverse_mass, out=np.zeros_like(before), where=free)
+    if work <= MADE * 0.5 * float(doubled.sum()):
         return solved, None
     first = solved.system.impulse.copy()
     reference = np.where(turned, given.data.gap, given.data.reference_gap)

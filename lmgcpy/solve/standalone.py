@@ -15,7 +15,7 @@ from lmgcpy.solve.kernels.matrix_system import DRIVER, assemble_problem
 from lmgcpy.solve.newton.alternating import Auto
 from lmgcpy.solve.problems.delassus import unsolvable
 from lmgcpy.solve.problems.problem import Problem, check_problem
-from lmgcpy.solve.problems.report import STATUS
+from lmgcpy.solve.problems.report import SOLVED_CODES, STATUS
 from lmgcpy.solve.problems.residual import residual
 from lmgcpy.solve.sweeps.solver import Solver, check_solver
 from lmgcpy.solve.sweeps.step import Step
@@ -70,9 +70,8 @@ class StepOfProblem(Step):
 def solve(problem: Problem, *, solver: Solver | None = None, guess: Any = None) -> Solution:
     """Solve a problem, from ``guess`` (m, D) or the problem's own; D is the problem's ``width``.
 
-    ``solver``: such as ``lmgcpy.Newton(tolerance=1e-10)``; ``lmgcpy.Auto()`` if none is given. If the impulses grow without
-    bound, the function raises ValueError if W is not positive semidefinite, else FloatingPointError, as there is no
-    solution.
+    ``solver``: such as ``lmgcpy.Newton(tolerance=1e-10)``; ``lmgcpy.Auto()`` if none is given. Raises ValueError if the
+    problem was not solved and W is not positive semidefinite, FloatingPointError if the impulses grow without bound.
     """
     check_problem(problem, "solve")
     solver = Auto() if solver is None else solver
@@ -90,7 +89,7 @@ def solve(problem: Problem, *, solver: Solver | None = None, guess: Any = None) 
     seconds = clock.perf_counter() - begin
     impulses = system.impulse
     error = residual(problem, impulses) if (np.abs(impulses) <= LARGEST).all() else np.inf
-    if error > 1.0:  # worse than doing nothing
+    if error > 1.0 or outcome.status not in SOLVED_CODES:
         unsolvable(problem.W, finite=error < np.inf)
     return Solution(
         impulses=impulses,

@@ -37,7 +37,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lmgcpy.compiled.kernel import kernel
+from lmgcpy.compiled.kernel import INTERPRETED, kernel
 from lmgcpy.errors import named_arguments, number
 from lmgcpy.solve.problems.report import CONVERGED, NOT_FINITE, ROUND_OFF, SPENT, STAGNATED, Outcome
 from lmgcpy.solve.sweeps.iterates import EXTRAPOLATE, KEEP, RESUME, START, STEP, TAKE_BEST
@@ -45,6 +45,7 @@ from lmgcpy.solve.sweeps.light_bodies import BEST_CENTRE, KEEP_CENTRE, MOVE
 from lmgcpy.solve.sweeps.solver import Solver
 from lmgcpy.solve.sweeps.step import Step
 from lmgcpy.solve.sweeps.sweep import (
+    GROWN,
     alone_out_of_balance,
     apply_impulses,
     at_round_off,
@@ -100,7 +101,8 @@ STATE = np.dtype(
 
 def new_state() -> np.ndarray:
     """The state of a solve that has not begun, (1,) of :data:`STATE`."""
-    return np.zeros(1, STATE).view(np.recarray)
+    state = np.zeros(1, STATE)
+    return state.view(np.recarray) if INTERPRETED else state  # compiled code reads fields as attributes of either
 
 
 @kernel
@@ -109,8 +111,8 @@ def accelerated_gauss_seidel(team: Team, turn, overtime, most, momentum_bound, s
 
     The error is measured after sweeps 1, 2, 3 ..., then at intervals of an eighth of the sweeps done, and if the size of
     the step promises success. Without success the best impulses measured are returned. Stagnation: the last three quarters
-    of the sweeps, and 4000, gained less than 1 %; or for long nothing but the balance of light bodies was wrong, and then
-    the last impulses are returned.
+    of the sweeps, and 4000, gained less than 1 %; or the residual has grown beyond :data:`GROWN` times its least value; or
+    for long nothing but the balance of light bodies was wrong, and then the last impulses are returned.
 
     There are ``turn`` sweeps. If they are expected to end within ``overtime`` more, for a residual that falls as one over
     the number of sweeps, there is another turn, up to ``most`` sweeps in all. A further call with the same ``state`` goes
@@ -173,6 +175,9 @@ def accelerated_gauss_seidel(team: Team, turn, overtime, most, momentum_bound, s
                     share_chunks(KEEP_CENTRE, team)
             if now.sweeps == limit and now.sweeps * (now.best - tolerance) <= overtime * tolerance:
                 limit = min(limit + turn, last)
+            if residual > GROWN * now.best:
+                status = STAGNATED
+                break
             if now.best < 0.99 * now.milestone:
                 now.milestone = now.best
                 now.milestone_sweep = now.sweeps

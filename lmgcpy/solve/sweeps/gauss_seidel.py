@@ -13,6 +13,7 @@ from lmgcpy.solve.sweeps.light_bodies import MOVE
 from lmgcpy.solve.sweeps.solver import Solver
 from lmgcpy.solve.sweeps.step import Step
 from lmgcpy.solve.sweeps.sweep import (
+    GROWN,
     alone_out_of_balance,
     apply_impulses,
     at_round_off,
@@ -30,8 +31,8 @@ def gauss_seidel(team: Team, max_iterations):
 
     The error is measured after sweeps 1, 2, 3 ... and then at intervals of an eighth of the sweeps done, so that measuring
     costs about an eighth. Before the solver reports success, it measures again on velocities computed anew from the
-    impulses. Stagnation: the last half of the sweeps, at least 1000 of them, gained less than 1 %; or for long nothing but
-    the balance of light bodies was wrong.
+    impulses. Stagnation: the last half of the sweeps, at least 1000 of them, gained less than 1 %; or the residual grew
+    beyond :data:`GROWN` times its least value; or for long nothing but the balance of light bodies was wrong.
     """
     nothing, residual, done, status = begin(team, False)
     if done:
@@ -71,8 +72,12 @@ def gauss_seidel(team: Team, max_iterations):
         if for_long:
             status = STAGNATED
             break
-        # or the last half of the sweeps gained less than 1 %
+        # or impulses grow without bound
         best = min(best, residual)
+        if residual > GROWN * best:
+            status = STAGNATED
+            break
+        # or the last half of the sweeps gained less than 1 %
         if sweeps >= 2 * milestone_sweep and sweeps - milestone_sweep >= 1000:
             if best > 0.99 * milestone:
                 status = STAGNATED

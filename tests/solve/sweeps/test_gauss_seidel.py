@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from dense import dense_step, state_velocities, wire_impulses
+from scipy import sparse
 
 import lmgcpy as lm
 
@@ -141,3 +142,16 @@ def test_many_contacts_at_one_body_agree_with_a_dense_active_set():
     assert W @ sim.interactions.impulse[:, 0] == pytest.approx(W @ expected, abs=1e-10)
     assert (expected > 0.0).sum() >= 2
     assert heavy.velocity[1] > -1.0
+
+
+def test_sweeps_that_grow_without_bound_end():
+    """Three rods whose W has an eigenvalue of -0.8: each sweep makes the impulses larger. They ended in numbers that are
+    not finite; now `Auto` ends its sweeps in time and goes on with Newton steps, which find the one answer."""
+    w = np.array([[1.0, 0.9, 0.9], [0.9, 1.0, -0.9], [0.9, -0.9, 1.0]])
+    W = np.kron(w, np.diag([1.0, 0.0])) + np.kron(np.eye(3), np.diag([0.0, 1.0]))
+    q = np.array([1.0, -1.0, 0.3])
+    rods = {"laws": ("rigid-rod",) * 3, "compliance": np.zeros(3), "guess": np.zeros((3, 2)), "mu": np.zeros(3)}
+    problem = lm.Problem(W=sparse.csr_array(W), q=np.kron(q, [1.0, 0.0]), dimension=2, **rods)
+    solution = lm.solve(problem, solver=lm.Auto(tolerance=1e-10))
+    assert solution.iterations < 100
+    np.testing.assert_allclose(solution.impulses[:, 0], np.linalg.solve(w, -q), rtol=1e-8)
