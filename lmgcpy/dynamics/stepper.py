@@ -427,7 +427,8 @@ class Stepper:
 
             first = None
             for _ in range(ROUNDS):
-                if not (given.light.out.any() and only_out_of_balance(self.solver.bounds, solved.system.measured)):
+                out = len(given.light.body) > 0 and given.light.out.any()
+                if not (out and only_out_of_balance(self.solver.bounds, solved.system.measured)):
                     break
                 own[given.light.body[given.light.out > 0.0]] = True
                 here = solved.system.impulse.copy(), solved.system.velocity.copy()
