@@ -71,7 +71,8 @@ class Energy:
     reference."""
 
     made_by_law: dict[str, float] = field(default_factory=dict)
-    """``made`` for each law alone: one law may make energy that another takes."""
+    """``made`` for each law alone: one law may make energy that another takes. Work that contacts only transmit is not
+    counted (:func:`transmitted`)."""
 
     @property
     def mechanical(self) -> float:
@@ -150,7 +151,11 @@ class Energy:
             self.made, self.made_by_law = 0.0, {}
         else:
             self.made = max(0.0, self.made + sum(change.values()) + self.unbalanced)
-            made = {name: max(0.0, self.made_by_law.get(name, 0.0) + work) for name, work in change.items()}
+            through = transmitted(problem, change)
+            made = {
+                name: max(0.0, self.made_by_law.get(name, 0.0) + work - through.get(name, 0.0))
+                for name, work in change.items()
+            }
             self.made_by_law = {**self.made_by_law, **made}
         self.loads = data.time_step * power
         if against is not None:
@@ -176,6 +181,27 @@ class Energy:
 def added(totals: dict[str, float], more: dict[str, float]) -> dict[str, float]:
     """Sums by name."""
     return totals | {name: totals.get(name, 0.0) + value for name, value in more.items()}
+
+
+def transmitted(problem: StepProblem, change: dict[str, float]) -> dict[str, float]:
+    """Works [J] that rigid contacts only transmit, for laws that made energy in a step; ``change``: by law, the energy
+    that it made [J].
+
+    A contact that opens bears nothing. If ``u_n^- > 0`` and ``r_n > 0``, other impulses closed it within the step before it
+    pressed, and it made nothing. The work at the mean velocity is ``r_n (u_n^- + u_n^+)/2``; its part ``r_n u_n^-/2`` is
+    work of the others, which have as much less. (A heavy ball falls on a light bead of a taut wire, the
+    bead runs away from it, and both stop: the wire takes the energy of the ball and this part, which the contact seems to
+    make.) A law transmits no more than it made, and no more than other laws took in the same step.
+    """
+    found: dict[str, float] = {}
+    for group in problem.by_law:
+        name, traits = group.law.NAME, group.law.TRAITS
+        if change.get(name, 0.0) > 0.0 and group.law.APPLIES_TO == "contact" and {"rigid", "push"} <= traits:
+            part = slice(group.start, group.stop)
+            opening = np.fmax(problem.data.before[part, 0], 0.0)
+            found[name] = found.get(name, 0.0) + 0.5 * float(problem.system.impulse[part, 0].dot(opening))
+    taken = -sum(min(work, 0.0) for work in change.values())
+    return {name: min(work, taken, change[name]) for name, work in found.items()}
 
 
 def dissipated_by_law(problem: StepProblem) -> dict[str, float]:

@@ -23,8 +23,8 @@ long. Then v minimises ``|v - v_free|^2_M / 2 + S(lambda + h H^T v)``. The value
 throw the ball back with ``v/2``, more if waves come together. Rigid links give nothing back: the second solve stops it.
 The energy that the first one takes, 3/4, hides the energy that it gives. In motion that the step resolves the excess gives
 what it takes, and ``u+ = -u-``. So a step is a jerk if rigid links take energy in it, if the work of pulling back the
-excess is more than all kinetic energy nearby, and if the second solve leaves less energy than the first; else the step
-goes back to g.
+excess is more than all kinetic energy nearby, and if the second solve leaves less energy than the first; else its nets go
+back to g.
 
 The stiffness of links and levers pulls velocities u across links, and spins, towards velocities c (``-kappa (u - c)``). It
 adds ``kappa (u - c)^2 / 2`` to what v minimises, so that the right side has ``kappa c^2 / 4`` more. Its work counts as made
@@ -45,8 +45,12 @@ is the gap less the gap that they predicted, with its sign. In nets a rigid join
 of one law are two nets.
 
 **Tolerances.** The proof asks for ``S(lambda) = 0``, and ``lambda`` contains the error of the step before. The impulses of
-nearly straight rods turn this error into energy. If the second solve of a net with rods makes more than the first, the step
-goes back to g.
+nearly straight rods turn this error into energy. If the second solve makes energy, and more than the first, the nets that
+were taken back go back to g.
+
+**Nets on one body** share out what it brings, and one may take less because another takes more: the proof is about the sum.
+So the energies of two solves are compared for all nets together that interactions and bodies join, and so is the work of
+pulling back with the kinetic energy in a jerk.
 """
 
 from __future__ import annotations
@@ -59,6 +63,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lmgcpy.contact.detection_tables import ChainTable, JointTable
+from lmgcpy.dynamics.geometric_stiffness import connected
 from lmgcpy.dynamics.model import Model
 from lmgcpy.dynamics.step_problem import StepProblem, ask
 from lmgcpy.solve.kernels.law_kernels import StepData
@@ -146,7 +151,7 @@ class TurningStretch:
         excess = np.where(self._ties, excess, np.fmax(excess, 0.0))
         if not np.abs(excess).max() > self._tiny:
             return solved, None
-        gap, first = given.data.gap, None
+        first = None
         drawn = np.zeros(count)
         if earlier is not None:
             gaps = [chain.reference_gap_at(given.data.time) for chain in earlier]
@@ -154,6 +159,7 @@ class TurningStretch:
             drawn[of_chains] = given.data.reference_gap[of_chains] - np.concatenate(gaps)
         limit = MADE * self._kinetic(before, given.free_velocity)
         done = np.array([not self._passive[net].all() for net in self._of_net])
+        taken, together = np.zeros(len(done), dtype=bool), None
         for _ in range(TURNS):
             tension = -solved.system.impulse[:count, 0]
             tension = np.where(self._ties, tension, np.fmax(tension, 0.0))
@@ -165,28 +171,33 @@ class TurningStretch:
             made = self._made_by(solved, suspects, drawn, moments(solved))
             found = [net for net in suspects if limit[net] < made[net] < pulled[net] / ACCOUNTS]
             taking = [net for net in suspects if made[net] < -limit[net] and self._rigid[self._of_net[net]].all()]
-            jerks = [net for net in taking if pulled[net] > self._jerk(net, given, before)]
+            work = pulled[found + taking].sum()  # no net of a jerk is left out: those joined have no less kinetic energy
+            taking = [net for net in taking if work > self._jerk([net], given, before)]
+            if not found and not taking:
+                break
+            together = self._together(given) if together is None else together
+            jerks: list[int] = []
+            for label in np.unique(together[taking]).tolist():
+                joined = [net for net in found + taking if together[net] == label]
+                if pulled[joined].sum() > self._jerk(joined, given, before):
+                    jerks += [net for net in joined if net in taking]
             found += jerks
             if not found:
                 break
-            gap = gap.copy()
-            for net in found:
-                for k in self._of_net[net]:
-                    part = slice(self._cuts[k], self._cuts[k + 1])
-                    gap[part] -= excess[part]
-                done[net] = True
+            taken[found] = done[found] = True
             first = solved.system.impulse.copy() if first is None else first
-            again = replace(given, data=given.data._replace(gap=gap))
-            again.prepare()
-            solved = solve(again)
-            doubtful = [net for net in found if net in jerks or self._rods[self._of_net[net]].any()]
-            anew = self._made_by(solved, doubtful, drawn, moments(solved))
-            if any(anew[net] > made[net] for net in doubtful):
-                # errors of lambda made more than the excess did, or a jerk gave nothing back: to the detected gaps
+            judged = np.flatnonzero(np.isin(together, together[found])).tolist()
+            made = self._made_by(solved, judged, drawn, moments(solved))
+            solved = self._solve_again(given, taken, excess, solve)
+            anew = self._made_by(solved, judged, drawn, moments(solved))
+            more, total = (np.bincount(together, work)[together] for work in (anew - made, anew))
+            found = [net for net in found if more[net] > 0.0 and (net in jerks or total[net] > 0.0)]
+            if found:  # errors of lambda made more than the excess did, or a jerk gave nothing back: to the detected gaps
+                taken[found] = False
                 given.guess[:] = first
-                given.prepare()
-                return solve(given), None
-        return solved, None if first is None else first - solved.system.impulse
+                solved = self._solve_again(given, taken, excess, solve)
+        pushed = None if first is None or not taken.any() else first - solved.system.impulse
+        return solved, pushed
 
     def restore(self, predicted: np.ndarray) -> None:
         """Go on from the gaps that a checkpoint holds; older files hold none."""
@@ -204,11 +215,11 @@ class TurningStretch:
         given = free[self._bodies] - before
         return 0.5 * np.add.reduceat(np.einsum("bk,bk->b", self._mass, before * before + given * given), self._first_body)
 
-    def _jerk(self, net: int, given: StepProblem, before: np.ndarray) -> float:
-        """The least work of pulling back the excess of a net in a jerk [J]; from velocities before the step (n, k)."""
+    def _jerk(self, nets: list[int], given: StepProblem, before: np.ndarray) -> float:
+        """The least work of pulling back the excess of nets in a jerk [J]; from velocities before the step (n, k)."""
         c, a = given.system.candidate, given.system.antagonist
         own = np.zeros(len(before), dtype=bool)
-        own[np.concatenate([self._strands[k].bodies for k in self._of_net[net]])] = True
+        own[np.concatenate([self._strands[k].bodies for net in nets for k in self._of_net[net]])] = True
         own &= given.inverse_mass.max(axis=1) > 0.0
         near = np.union1d(np.flatnonzero(own), np.concatenate([c[own[a]], a[own[c]]]))
         inverse, before = given.inverse_mass[near], before[near]
@@ -217,14 +228,37 @@ class TurningStretch:
         moving, loaded = energies.sum(axis=(1, 2)).tolist()
         return max(JERK * moving, loaded)
 
+    def _solve_again(
+        self, given: StepProblem, taken: np.ndarray, excess: np.ndarray, solve: Callable[[StepProblem], StepProblem]
+    ) -> StepProblem:
+        """The step solved without the ``excess`` (L,) of the nets ``taken``, bool."""
+        again, gap = given, given.data.gap.copy()
+        if taken.any():
+            gap[: len(excess)] -= np.where(np.repeat(taken[self._net], np.diff(self._cuts)), excess, 0.0)
+            again = replace(given, data=given.data._replace(gap=gap))
+        again.prepare()
+        return solve(again)
+
+    def _together(self, problem: StepProblem) -> np.ndarray:
+        """A number for each net: the same if interactions and bodies that may move join them."""
+        rows = problem.interaction_matrix()
+        row, column = rows.nonzero()
+        moves = problem.inverse_mass.ravel()[column] > 0.0
+        body = rows.shape[0] + column[moves] // problem.inverse_mass.shape[1]
+        label = connected(row[moves], body, rows.shape[0] + len(problem.inverse_mass))
+        first = [self._strands[net[0]].start for net in self._of_net]
+        return label[problem.system.impulse.shape[1] * np.array(first)]
+
     def _made_by(
-        self, problem: StepProblem, made_by: list[int], drawn: np.ndarray, moments: np.ndarray
-    ) -> dict[int, float]:
-        """Energy that nets make in the step, rigid nets with the work of the ``moments`` on their bodies (n,) [J];
-        ``drawn``: change of the reference gaps by hand [m], (L,)."""
-        of_bodies = np.add.reduceat(moments[self._bodies], self._first_body)
-        made = {net: sum(self._made(problem, self._strands[k], drawn) for k in self._of_net[net]) for net in made_by}
-        return {net: work + (float(of_bodies[net]) if self._one[net] else 0.0) for net, work in made.items()}
+        self, problem: StepProblem, nets: list[int], drawn: np.ndarray, moments: np.ndarray
+    ) -> np.ndarray:
+        """Energy that these nets make in the step, rigid ones with the work of the ``moments`` on their bodies (n,) [J],
+        zero for all others; ``drawn``: change of the reference gaps by hand [m], (L,)."""
+        made, of_bodies = np.zeros(len(self._of_net)), np.add.reduceat(moments[self._bodies], self._first_body)
+        for net in nets:
+            made[net] = sum(self._made(problem, self._strands[k], drawn) for k in self._of_net[net])
+            made[net] += of_bodies[net] if self._one[net] else 0.0
+        return made
 
     def _made(self, problem: StepProblem, strand: Strand, drawn: np.ndarray) -> float:
         """Energy that a strand makes in the step: the work of its impulses, and the growth of its stored energy [J].

@@ -125,3 +125,43 @@ def test_dissipative_laws_take_energy():
         sim.step()
         assert sim.energy.interactions.get("coulomb", 0.0) <= 1e-9 * start
     assert sim.energy.kinetic < 0.5 * start
+
+
+def pressed_while_it_opens(h, m, wire, force=0.0):
+    """A ball of 1 kg that falls at 1 m/s, on its line a bead of mass m that runs away from it at 0.5 m/s; at the detection
+    of the first step they touch, and a wire of 1 m that holds the bead is taut."""
+    scene = lm.Scene(dimension=2)
+    ball, bead = (
+        scene.add(lm.disk(radius=0.1, position=(0.0, y - 0.5 * h * v), mass=mass, velocity=(0.0, v), color=color))
+        for y, mass, v, color in ((0.2, 1.0, -1.0, "BALL"), (0.0, m, -1.5, "BEAD"))
+    )
+    if wire:
+        post = scene.add(lm.disk(radius=0.1, position=(0.0, 1.0), mass=1.0, color="POST")).fix()
+        scene.chain([post, bead], lm.RigidWire(), reference_gap=0.8)
+    ball.impose_force(y=-force)
+    scene.see("BALL", "BEAD", lm.Signorini())
+    sim = lm.Simulation(scene, time_step=h, solver=lm.Newton(tolerance=1e-12))
+    sim.step()
+    return sim
+
+
+@pytest.mark.parametrize("h", [1e-2, 1e-5])
+@pytest.mark.parametrize("m", [1.0, 1e-6])
+def test_work_that_a_contact_transmits_is_not_made(h, m):
+    """A taut wire stops a bead and the ball on it: r = M V in the contact, which opened at u- and ends closed. At the mean
+    velocity its work is M V u-/2, and the wire takes this and all kinetic energy. Nothing is made."""
+    sim = pressed_while_it_opens(h, m, wire=True)
+    energy = sim.energy
+    assert np.abs(sim.velocities).max() < 1e-9
+    assert energy.interactions["signorini"] == pytest.approx(0.25, rel=1e-9)
+    assert energy.interactions["rigid-wire"] == pytest.approx(-0.25 - 0.5 - 0.5 * m * 1.5**2, rel=1e-9)
+    assert energy.made_by_law == {"rigid-wire": 0.0, "signorini": pytest.approx(0.0, abs=1e-12)}
+    assert energy.made == 0.0
+
+
+def test_work_that_no_other_law_takes_is_counted():
+    """No wire: a force brings the ball to 2 m/s, the bead of the same mass runs at 1.5 m/s. They end at 1.75 m/s, with
+    r = 0.25 N s and the work r u-/2 of the contact."""
+    sim = pressed_while_it_opens(1e-2, 1.0, wire=False, force=100.0)
+    assert sim.velocities[:, 1] == pytest.approx(-1.75, rel=1e-9)
+    assert sim.energy.made_by_law["signorini"] == pytest.approx(0.25 * 0.5 / 2.0, rel=1e-9)
