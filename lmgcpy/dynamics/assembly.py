@@ -205,7 +205,7 @@ def lay_out(
         inverse_mass=mobility,
         guess=with_spare_rows(count, width),
         keeps_gap=keeps_gap(groups),
-        stuck=np.flatnonzero(yields(groups) & (delassus[:, 0] == 0.0)),
+        yielding=yielding(groups),
         carried=None,
         after=with_spare_rows(count, width),
     )
@@ -217,10 +217,10 @@ def keeps_gap(groups: list[Group]) -> np.ndarray:
     return np.repeat(keeps, [group.stop - group.start for group in groups])
 
 
-def yields(groups: list[Group]) -> np.ndarray:
-    """Whether an interaction is a link whose law yields, (m,) bool."""
-    link = np.array([group.chain is not None and "rigid" not in group.law.TRAITS for group in groups], dtype=bool)
-    return np.repeat(link, [group.stop - group.start for group in groups])
+def yielding(groups: list[Group]) -> np.ndarray:
+    """Rows of links whose law yields."""
+    links = [group for group in groups if group.chain is not None and "rigid" not in group.law.TRAITS]
+    return np.concatenate([np.zeros(0, np.int64), *(np.arange(group.start, group.stop) for group in links)])
 
 
 def light_bodies(more: np.ndarray, rate: np.ndarray, mass: np.ndarray) -> LightBodies:

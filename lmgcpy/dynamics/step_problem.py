@@ -46,8 +46,8 @@ class StepProblem(Step):
     mobilities, (n, k)."""
     keeps_gap: np.ndarray
     """Whether an interaction is a contact whose law keeps the gap that it predicts, (m,) bool."""
-    stuck: np.ndarray
-    """Rows of links whose law yields between bodies that are held."""
+    yielding: np.ndarray
+    """Rows of links whose law yields."""
     carried: np.ndarray | None
     """Velocities across links if heavy bodies carry light ones [m/s], (L, d - 1), NaN for links of wires that turn as a
     whole; None: all do."""
@@ -92,10 +92,11 @@ class StepProblem(Step):
         held or driven get the impulses of their laws at these velocities: no solver computes them, as they change no
         velocity."""
         self.data = self.data._replace(after=self.relative_velocities(self.system.velocity, self.after))
-        if not len(self.stuck):
+        if not len(self.yielding):
             return
-        groups = np.searchsorted([group.stop for group in self.by_law], self.stuck, side="right")
-        for i, k in zip(self.stuck.tolist(), groups.tolist(), strict=True):
+        stuck = self.yielding[self.system.delassus[self.yielding, 0] == 0.0]
+        groups = np.searchsorted([group.stop for group in self.by_law], stuck, side="right")
+        for i, k in zip(stuck.tolist(), groups.tolist(), strict=True):
             group = self.by_law[k]
             at = self.offset[k] + (i - group.start) * len(group.law.PREPARED)
             prepared = tuple(self.system.prepared[at : at + len(group.law.PREPARED)].tolist())
