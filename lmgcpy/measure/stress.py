@@ -35,7 +35,7 @@ def stress(sim: Source, *, frame: int | None = None, volume: float | None = None
     >>> balls = [scene.add(lm.disk(radius=0.1, position=(0.0, 0.1 + 0.2 * i), mass=1.0)) for i in range(3)]
     >>> floor = scene.add(lm.wall(point=(0.0, 0.0), normal=(0.0, 1.0), color="GRAIN"))
     >>> scene.see("GRAIN", "GRAIN", lm.Coulomb(friction=0.3))
-    >>> sim = lm.Simulation(scene, time_step=1e-3).run(steps=5)
+    >>> sim = lm.Simulation(scene, time_step=1e-3, solver=lm.Auto(tolerance=1e-6)).run(steps=5)
     >>> (0.2 * 0.6 * lm.measure.stress(sim, volume=0.2 * 0.6)["total"]).round(3)  # -sum f l [N m]
     array([[ 0.,  0.],
            [ 0., -9.]])

@@ -138,7 +138,7 @@ SOLVERS = {
     "GaussSeidel": lm.GaussSeidel(),
     "AcceleratedGaussSeidel": lm.AcceleratedGaussSeidel(),
     "to 1e-12": lm.GaussSeidel(tolerance=1e-12),
-    "Auto, link by link": lm.Auto(wire_blocks=False),
+    "Auto, link by link": lm.Auto(tolerance=1e-4, wire_blocks=False),
     "Newton, link by link": lm.Newton(wire_blocks=False),
 }
 

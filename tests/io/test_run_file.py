@@ -85,7 +85,7 @@ def test_the_file_holds_the_run(path):
         run.scene["laws"].clear()  # of a copy
         assert run.scene["laws"][0] == {"name": "coulomb", "distribution": "lmgcpy", "parameters": {"friction": 0.4}}
         assert run.options["solver"] == "Auto"
-        assert run.options["solver_fields"]["tolerance"] == 1e-4
+        assert run.options["solver_fields"]["tolerance"] == 1e-3
         assert run.versions["numpy"] == np.__version__
         assert set(run.versions) == {"lmgcpy", "numpy", "numba", "h5py", "hdf5", "python", "platform", "machine"}
         assert "7 bodies, 50 steps, 6 frames" in repr(run)

@@ -289,7 +289,7 @@ class Auto(Alternating):
     ([10.0, 20.0, 30.0], True)
     """
 
-    tolerance: float = 1e-4
+    tolerance: float = 1e-3
     max_iterations: int = 40_000
 
     NEEDS_CONIC = False
