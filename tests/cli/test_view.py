@@ -104,6 +104,7 @@ def test_without_pyvista_the_commands_say_what_to_install(file, tmp_path, monkey
     run("plot", file)
 
 
+@pytest.mark.default_parameters("command1")
 @pytest.mark.parametrize("command", [["render"], ["plot", "--what", "solver"]])
 def test_a_picture_replaces_no_file_without_force(command, file, tmp_path):
     """As everywhere else; before, what lay there was gone."""

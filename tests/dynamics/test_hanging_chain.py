@@ -151,6 +151,7 @@ def test_a_taut_chain_is_stable_sideways_below_the_limit():
         assert np.abs(np.diff(sim.positions[:, 0])).max() < 2.0 * side * np.sqrt(20.0)
 
 
+@pytest.mark.long
 def test_an_elastic_chain_hangs_at_its_static_elongation():
     """Each link is longer by the weight below over k. Backward Euler's damping, 1/sqrt(1 + (h w)^2) a step, with
     h^2 k/m = 40 and h^2 k/(4 n^2 m) > 1e-1 for the slowest of ten beads, brings it to rest in 1500 steps.

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import suites
 from drum import over_a_drum, ratio_of_tensions
 
 import lmgcpy as lm
@@ -183,6 +184,7 @@ def drawn_through(d, friction, *, mass=1e-6, time_step=1e-3, pairs=12, seed=0, s
     return (np.array(tensions) - 0.5) / (2.0 * pairs * force)
 
 
+@pytest.mark.default_parameters("0.2-2", "0.5-3")
 @pytest.mark.parametrize("d", [2, 3])
 @pytest.mark.parametrize("friction", [0.0, 0.2, 0.5])
 def test_a_straight_thread_is_held_by_the_friction_that_was_given(d, friction):
@@ -311,6 +313,7 @@ def test_a_helix_on_a_cylinder_has_eulers_ratio_over_its_turning(count, pitch):
     assert sim.unconverged_steps == 0
 
 
+@pytest.mark.scaled
 @pytest.mark.default_parameters("2")
 @pytest.mark.parametrize("d", [2, 3])
 def test_impulse_gap_and_normal_are_continuous_as_a_ball_goes_along_a_thread(d):
@@ -329,7 +332,7 @@ def test_impulse_gap_and_normal_are_continuous_as_a_ball_goes_along_a_thread(d):
     scene.see("GRAIN", "THREAD", lm.Signorini())
     sim = lm.Simulation(scene, time_step=1e-3)
     counts, normals, impulses, gaps = [], [], [], []
-    for _ in range(1000):
+    for _ in range(suites.size(450, long=1000)):  # four of the eight segments
         sim.step()
         net = sim.interactions
         here = np.flatnonzero((net.law == "signorini") & (net.impulse[:, 0] > 0.0))
@@ -426,6 +429,7 @@ def test_forces_on_many_bodies_are_those_on_each():
     assert made[0].energy.total_loads == pytest.approx(made[1].energy.total_loads, rel=1e-14)
 
 
+@pytest.mark.default_parameters("3")
 @pytest.mark.parametrize("d", [2, 3])
 def test_a_run_with_surfaces_is_resumed_bit_for_bit_and_comes_back_from_its_file(tmp_path, d):
     sim, chain, _ = on_a_wire(d, 0.537)
@@ -442,6 +446,7 @@ def test_a_run_with_surfaces_is_resumed_bit_for_bit_and_comes_back_from_its_file
     assert isinstance(scene.bodies[3], lm.PointMass)
 
 
+@pytest.mark.default_parameters("2")
 @pytest.mark.filterwarnings("ignore:In the step")  # a node moves by half of its radius
 @pytest.mark.parametrize("d", [2, 3])
 def test_a_scene_at_its_start_takes_a_checkpoint_of_a_thread_that_was_drawn_out(d):
@@ -468,6 +473,7 @@ def test_a_scene_at_its_start_takes_a_checkpoint_of_a_thread_that_was_drawn_out(
     np.testing.assert_array_equal(again.velocities, whole.velocities)
 
 
+@pytest.mark.default_parameters("2")
 @pytest.mark.parametrize("d", [2, 3])
 def test_a_thread_that_a_run_has_crushed_comes_back_from_its_file(tmp_path, d):
     """Nodes nearer to each other than the thickness are refused in a scene that is written, not in one that a run left."""
@@ -595,6 +601,7 @@ def grounds(d):
     return {"wall": lm.wall(point=(0, 0, 0), normal=(0, 0, 1)), "plate": lm.plate(square)}
 
 
+@pytest.mark.default_parameters("2-wall", "3-plate")
 @pytest.mark.parametrize(("d", "ground"), [(2, "wall"), (2, "segment"), (3, "wall"), (3, "plate")])
 def test_a_thread_falls_on_what_bounds_a_scene_and_lies_there(d, ground):
     scene = lm.Scene(dimension=d, gravity=(0.0,) * (d - 1) + (-10.0,))

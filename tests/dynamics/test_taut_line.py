@@ -71,7 +71,7 @@ class Seen:
 # ---------------------------------------------------------------------------------------------------- at rest
 
 
-@pytest.mark.default_parameters("2-RigidWire-0.004", "2-RigidRod-0.001")
+@pytest.mark.default_parameters("2-RigidWire-0.004")
 @pytest.mark.parametrize("h", [4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4])
 @LAWS
 @DIMENSIONS
@@ -154,6 +154,7 @@ def test_every_solver_holds_it(solver):
     assert abs(seen.excess) <= 0.5 * (4.0 * G * 1e-6 / LENGTH) ** 2
 
 
+@pytest.mark.default_parameters("GaussSeidel")
 @pytest.mark.filterwarnings("ignore:Until t")
 @pytest.mark.parametrize("solver", [lm.GaussSeidel, lm.AcceleratedGaussSeidel])
 def test_link_by_link_steps_are_unsolved_and_nothing_explodes(solver):
@@ -188,9 +189,7 @@ def test_a_plucked_line_comes_to_rest(h, thrown):
     assert abs(seen.excess) <= 1e-11
 
 
-@pytest.mark.default_parameters(
-    "0.001-1.0-2-RigidWire", "0.001-1.0-2-RigidRod", "0.004-100.0-3-RigidWire", "0.004-100.0-2-RigidRod"
-)
+@pytest.mark.default_parameters("0.001-1.0-2-RigidRod", "0.004-100.0-3-RigidWire")
 @pytest.mark.filterwarnings("ignore:In the step to", "ignore:In the step.*jerk without rebound")
 @pytest.mark.filterwarnings("ignore:Step .* did not reach", "ignore:The step to .* no finite tension")
 @LAWS
@@ -220,7 +219,7 @@ def test_a_ball_that_strikes_a_line_stays_on_it(h, ball, dimension, law):
     assert abs(seen.excess) <= 1e-5  # what is left after that few steps of halving at 4 ms
 
 
-@pytest.mark.default_parameters("1e-08", "10000.0")
+@pytest.mark.default_parameters("10000.0")
 @pytest.mark.parametrize("middle", [1e-8, 1e-5, 10.0, 1e4])
 def test_a_light_or_heavy_bead_within(middle):
     """Mass ratios of 1e-6 to 1e6. W is rounded by its largest entries: for heavier beads pivots are wrong by the ratio R

@@ -313,6 +313,7 @@ def test_a_closed_polygon_of_rods():
     np.testing.assert_allclose(mass @ way, 0.0, atol=1e-15)
 
 
+@pytest.mark.default_parameters("2")
 @pytest.mark.parametrize("d", [2, 3])
 def test_rods_of_a_chain_that_was_torn_apart_are_joined(d):
     """A rod on a hinge, and another one at its end, flung by some lengths and radians: both joints are closed, and ways are

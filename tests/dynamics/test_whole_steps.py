@@ -147,6 +147,7 @@ def in_a_cell(changed):
 SCENES = {"thrown together": thrown_together, "in a cell": in_a_cell}
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
 def test_generators_that_others_left_do_not_count(no_garbage):
     """They are garbage that would be collected at any line."""

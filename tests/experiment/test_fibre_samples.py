@@ -144,6 +144,7 @@ def test_clumps_with_fibres_are_compacted_and_compressed():
     assert np.abs(record.defect).max() < 1e-12 * PRESSURE * record.size[0].prod()
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:In the step from")
 def test_flexible_fibres_are_compacted_and_compressed():
     """Fibres of three capsules on joints: as many fibres in as many directions as rigid ones, of the same mass and volume.

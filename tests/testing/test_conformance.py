@@ -176,6 +176,7 @@ def test_a_law_for_other_contactors_has_no_scene():
     PROPERTIES["scene"].check(ForWalls())
 
 
+@pytest.mark.long
 def test_the_registry_is_left_as_it_was():
     before = lm.laws.registrations()
     PROPERTIES["restart"].check(SOUND[0])
@@ -278,6 +279,7 @@ def test_a_wrong_call_gets_a_sentence(call, kind, words):
         call()
 
 
+@pytest.mark.long
 def test_lmgcpy_does_not_bring_the_kit_and_the_kit_says_what_it_needs():
     code = """
     import sys

@@ -125,12 +125,18 @@ def test_it_writes_what_it_promises(whole):
     assert "nan" not in summary
 
 
-def test_tables_say_what_the_runs_hold(whole):
+@pytest.fixture(scope="module")
+def again(whole):
+    """Its result, of the runs in the folder."""
+    folder = StudyFolder(whole[0], ColumnStudy)
+    return carry_out_study(folder.read(), folder=folder, resume=True)
+
+
+def test_tables_say_what_the_runs_hold(whole, again):
     out, _ = whole
     with (out / "columns.csv").open() as file:
         dry, wired = csv.DictReader(file)
     assert (dry["beads"], dry["wire content [km/m^3]"]) == ("0", "0")
-    again = carry_out_study(StudyFolder(out, ColumnStudy).read(), folder=StudyFolder(out, ColumnStudy), resume=True)
     length_per_volume = float(wired["wire content [km/m^3]"])
     assert length_per_volume == pytest.approx(linear_content(again.falls[1]), rel=1e-5)
     # content / d^2, but for the volume: that of the settled column instead of that at a solid fraction of 0.6
@@ -145,10 +151,9 @@ def test_tables_say_what_the_runs_hold(whole):
         assert 0.0 < float(wired["greatest tension [N]"]) <= 1.001 * it.observed["tension"][:, 0].max()
 
 
-def test_lasting_tension_is_a_running_mean(whole):
+def test_lasting_tension_is_a_running_mean(again):
     """Constants stay, but for half a window at the ends; a blow of one step counts as what it is over a tenth of a unit."""
-    folder = StudyFolder(whole[0], ColumnStudy)
-    fall = carry_out_study(folder.read(), folder=folder, resume=True).falls[1]
+    fall = again.falls[1]
     steps = len(fall.release.time)
     count = round(0.1 * time_unit(fall.laid) / fall.release.time[0])
     blow = np.full((steps, 2), 3.0)

@@ -119,6 +119,7 @@ def test_force_deletes_the_runs_of_the_former_study_and_nothing_else(tmp_path):
     assert mine[1].read_text() == "mine"
 
 
+@pytest.mark.long
 def test_a_folder_of_before_goes_on_with_all_files_that_it_has(tmp_path):
     """Versions before 0.2 wrote no names."""
     folder = StudyFolder(tmp_path / "study", Slides)

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import suites
 
 from lmgcpy.experiment.biaxial import BiaxialRecord, Frame
 from lmgcpy.experiment.study.engine import carry_out_study
@@ -108,8 +109,9 @@ WIRES = ("rigid-wire", "rigid-rod")
 
 @pytest.fixture(scope="module")
 def result():
+    laws, grain_count = (("none", *WIRES), 60) if suites.LONG else (("none", "rigid-wire"), 30)
     return carry_out_study(
-        Study2D(laws=("none", *WIRES), grain_count=60, bead_count=14, strain=0.012, check_strain=0.003, seed=2)
+        Study2D(laws=laws, grain_count=grain_count, bead_count=14, strain=0.012, check_strain=0.003, seed=2)
     )
 
 
@@ -130,6 +132,7 @@ def test_a_small_study_writes_what_it_promises(result, tmp_path):
     np.testing.assert_allclose(mine, result.records["rigid-wire"].reaction, rtol=1e-5)
 
 
+@pytest.mark.scaled
 def test_the_summary_answers_the_questions(result):
     text = summary(result)
     for heading in ("By how much the wire stiffens", "compression column", "The wire's part", "The runs", "the solver's"):

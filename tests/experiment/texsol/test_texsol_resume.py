@@ -148,6 +148,7 @@ def test_force_begins_anew_and_a_finished_study_is_only_told_again(whole, tmp_pa
     assert files == {file: file.read_bytes() for file in (out / "runs").iterdir()}
 
 
+@pytest.mark.long
 def test_a_study_under_way_is_left_alone(tmp_path):
     out = StudyFolder(tmp_path / "study", TexSolStudy)
     out.begin(Study2D())
