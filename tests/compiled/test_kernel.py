@@ -127,6 +127,7 @@ def test_the_collector_waits_while_a_kernel_is_compiled_and_goes_on_as_it_was(ca
         (gc.enable if was else gc.disable)()
 
 
+@pytest.mark.long
 def test_what_others_wrote_may_make_arrays_and_gives_their_memory_back(cache):
     """As many arrays are freed as are made."""
 

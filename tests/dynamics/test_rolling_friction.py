@@ -286,6 +286,7 @@ def test_a_contact_beside_the_centre_is_solved_at_once(angle):
     assert pushed > 3
 
 
+@pytest.mark.long
 def test_off_centre_contacts_keep_momenta():
     """Two spinning dumbbells that collide dozens of times: 500 steps of ten operations on terms below 20 in SI units."""
     scene = lm.Scene(dimension=2)

@@ -85,6 +85,8 @@ SCENES = [
     *((make, d) for make in (ball_on_segment, ball_at_joint, ball_at_end) for d in (2, 3)),
     *((tip_on_line, 2), (crossing, 3), (capsule_across, 3), (ball_on_membrane, 3), (clump_on_segment, 3)),
 ]
+DEFAULT = (ball_on_segment, crossing, ball_on_membrane)
+"""A ball, a segment and a triangle; each pair of contactors takes the compiler some seconds."""
 
 
 def one_contact(make, d):
@@ -97,6 +99,7 @@ def one_contact(make, d):
     return sim, sim._last[0], row, np.random.default_rng(3).standard_normal(sim.state.velocities.shape)
 
 
+@pytest.mark.default_parameters(make=DEFAULT)
 @pytest.mark.parametrize(("make", "d"), SCENES)
 def test_the_form_is_the_rows_of_h_and_gives_momentum_to_no_one(make, d):
     _, problem, row, velocities = one_contact(make, d)
@@ -116,6 +119,7 @@ def test_the_form_is_the_rows_of_h_and_gives_momentum_to_no_one(make, d):
     np.testing.assert_allclose(momentum[:, :d].sum(axis=0), 0.0, atol=2e-15)
 
 
+@pytest.mark.default_parameters(make=DEFAULT)
 @pytest.mark.parametrize(("make", "d"), SCENES)
 def test_the_gap_grows_with_the_normal_velocity(make, d):
     sim, problem, row, velocities = one_contact(make, d)
@@ -132,6 +136,7 @@ def test_the_gap_grows_with_the_normal_velocity(make, d):
     assert gaps[0] - gaps[1] == pytest.approx(way * normal, abs=3e-5 * way)  # the second derivative, times half the way
 
 
+@pytest.mark.default_parameters(make=DEFAULT)
 @pytest.mark.parametrize(("make", "d"), SCENES)
 def test_angular_momentum_is_kept_but_for_the_torsion_of_a_segment_in_space(make, d):
     sim, problem, row, _ = one_contact(make, d)
@@ -223,7 +228,6 @@ def on_a_wire(d, at, nodes=11, mass=1e-3, time_step=1e-3):
 
 
 @pytest.mark.long
-@pytest.mark.default_parameters("0.537-2", "0.25-3")
 @pytest.mark.parametrize("d", [2, 3])
 @pytest.mark.parametrize("at", [0.45, 0.537, 0.25, 0.701])
 def test_a_ball_rests_on_a_taut_thread_wherever_it_touches(d, at):
@@ -283,7 +287,7 @@ def test_a_thread_over_a_fixed_drum_has_eulers_ratio_of_tensions(d):
     assert ratio(48) == pytest.approx(exact, rel=0.004)
 
 
-@pytest.mark.default_parameters("24-0.5")
+@pytest.mark.long
 @pytest.mark.parametrize("pitch", [0.2, 0.5])
 @pytest.mark.parametrize("count", [12, 24, 48])
 def test_a_helix_on_a_cylinder_has_eulers_ratio_over_its_turning(count, pitch):
@@ -601,7 +605,7 @@ def grounds(d):
     return {"wall": lm.wall(point=(0, 0, 0), normal=(0, 0, 1)), "plate": lm.plate(square)}
 
 
-@pytest.mark.default_parameters("2-wall", "3-plate")
+@pytest.mark.default_parameters("2-wall")
 @pytest.mark.parametrize(("d", "ground"), [(2, "wall"), (2, "segment"), (3, "wall"), (3, "plate")])
 def test_a_thread_falls_on_what_bounds_a_scene_and_lies_there(d, ground):
     scene = lm.Scene(dimension=d, gravity=(0.0,) * (d - 1) + (-10.0,))

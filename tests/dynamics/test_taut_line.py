@@ -127,6 +127,7 @@ def test_zero_slack_is_the_limit_of_small_slack(slack):
     assert np.mean(sags) == pytest.approx(expected, rel=allowed.get(slack, 1e-3))
 
 
+@pytest.mark.long
 def test_the_sag_without_slack_is_below_any():
     sim = lm.Simulation(line(), time_step=1e-3).run(steps=500)
     assert 0.0 < -sim.positions[:, 1].min() < math.sqrt(3.0 / 8.0 * 1e-12) * LENGTH * (COUNT - 1)
@@ -143,6 +144,7 @@ SOLVERS = {
 }
 
 
+@pytest.mark.default_parameters("Auto", "GaussSeidel", "AcceleratedGaussSeidel", "Newton")
 @pytest.mark.parametrize("solver", SOLVERS.values(), ids=SOLVERS)
 def test_every_solver_holds_it(solver):
     """As above. Link by link a tolerance of 1e-4 leaves the line where it has fallen to, with links too long by (d/l)^2/2,

@@ -157,6 +157,7 @@ def test_the_balance_of_energy_and_the_work_of_gravity_close(projected, reboundi
     assert sim.energy.total_loads == pytest.approx(G * fallen, rel=1e-12)
 
 
+@pytest.mark.default_parameters("RigidWire()")
 @pytest.mark.filterwarnings("ignore:In the step")
 @pytest.mark.parametrize("law", [lm.RigidRod(), lm.RigidWire()], ids=repr)
 def test_a_pendulum_thrown_straight_loses_the_same_at_any_step(law):

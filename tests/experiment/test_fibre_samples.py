@@ -122,6 +122,7 @@ def test_fibres_bear_force_and_turn(test_of):
     assert np.abs(test.simulation.spins[:particles][fibre]).max() > 0.0
 
 
+@pytest.mark.long
 def test_a_file_and_an_interruption_change_no_bit(compaction, tmp_path):
     def run(**more):
         return Triaxial(compaction.sample, inertial_number=2e-3, solver=SOLVER).run(0.003, **more)

@@ -49,6 +49,7 @@ def test_it_is_read_and_measured(old):
     assert "1 chains" in told.output
 
 
+@pytest.mark.default_parameters("0.1.0-2d", "0.2.0-3d")
 def test_one_goes_on_with_it(old):
     path, x = old
     sim = lm.resume(path)

@@ -32,7 +32,7 @@ SOUND = [
 ]
 
 
-@pytest.mark.default_parameters(*(f"test-tangential-spring-{name}" for name in ("compiled", "restart", "scene", "units")))
+@pytest.mark.default_parameters(*(f"test-tangential-spring-{name}" for name in ("compiled", "restart", "units")))
 @lmgcpy.testing.conformance(SOUND[1])
 def test_sound_laws_conform(check):
     check()

@@ -127,6 +127,7 @@ def test_a_wall_that_slides_in_itself_moves_nothing():
     assert sim.interactions.candidate.tolist() == [0]
 
 
+@pytest.mark.long
 def test_a_cylinder_counts_across_its_axis():
     for axis, count in ((0, 1), (2, 0)):
         scene = lm.Scene(dimension=3)

@@ -181,7 +181,7 @@ def test_the_bits_do_not_depend_on_the_workers(tmp_path, workers):
     same(results, CampaignFolder(tmp_path / "two").results())
 
 
-@pytest.mark.default_parameters(workers="processes")
+@pytest.mark.long
 def test_a_case_that_fails_ends_nothing(tmp_path, workers):
     results = Campaign(slope.fails, over={"number": range(3)}).run(tmp_path / "out", **workers(1))
     assert [case.status for case in results.cases] == ["finished", "failed", "finished"]

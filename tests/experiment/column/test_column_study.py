@@ -23,6 +23,7 @@ from lmgcpy.experiment.column.result import Fall, bracket, lasting_tension, line
 from lmgcpy.experiment.column.study import ColumnStudy
 from lmgcpy.experiment.study.engine import carry_out_study
 from lmgcpy.experiment.study.folder import StudyFolder
+from lmgcpy.view import painter
 
 TINY = ["column", "--grains", "30", "--contents", "0.6", "--travel", "2", "--aspect", "1", "--seed", "5"]
 RUNS = ("pour-dry", "pour-0.6", "release-dry", "release-0.6")
@@ -104,9 +105,11 @@ def test_an_error_in_one_column_ends_the_others(monkeypatch):
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
-    """The folder of a study that was not interrupted."""
+    """The folder of a study that was not interrupted; its pictures, which take longer than its runs, are coarse."""
     out = tmp_path_factory.mktemp("whole") / "study"
-    done = run(*TINY, "--out", out)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(painter, "FINER", 1)
+        done = run(*TINY, "--out", out)
     assert done.exit_code == 0, done.output
     return out, done
 

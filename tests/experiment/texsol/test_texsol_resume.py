@@ -232,6 +232,7 @@ def test_a_run_of_another_study_is_refused_and_ends_the_others(name, whole, tmp_
     assert not (out / "summary.md").exists()
 
 
+@pytest.mark.long
 def test_the_test_itself_is_part_of_what_its_file_is_of(tmp_path):
     """Loads and drives are functions, which are not in the file, but their numbers are."""
     sample = compact(lay_sample(30, 8, seed=1), pressure=1e5, density=2600.0).sample
