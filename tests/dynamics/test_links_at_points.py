@@ -98,7 +98,7 @@ def double_pendulum(time: float, k: float) -> np.ndarray:
     return solve_ivp(right, (0.0, time), [0.5 * np.pi, 0.5 * np.pi, 0.0, 0.0], rtol=1e-11, atol=1e-11).y[:2, -1]
 
 
-@pytest.mark.default_parameters("2")
+@pytest.mark.long
 @pytest.mark.parametrize("d", [2, 3])
 def test_a_double_pendulum_follows_lagrange(d):
     """Both angles after half a second, with an error of second order."""

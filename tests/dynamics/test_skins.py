@@ -189,7 +189,7 @@ def drawn_through(d, friction, *, mass=1e-6, time_step=1e-3, pairs=12, seed=0, s
     return (np.array(tensions) - 0.5) / (2.0 * pairs * force)
 
 
-@pytest.mark.default_parameters("0.2-2", "0.5-3")
+@pytest.mark.default_parameters("0.2-2")
 @pytest.mark.parametrize("d", [2, 3])
 @pytest.mark.parametrize("friction", [0.0, 0.2, 0.5])
 def test_a_straight_thread_is_held_by_the_friction_that_was_given(d, friction):
@@ -450,7 +450,7 @@ def test_a_run_with_surfaces_is_resumed_bit_for_bit_and_comes_back_from_its_file
     assert isinstance(scene.bodies[3], lm.PointMass)
 
 
-@pytest.mark.default_parameters("2")
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:In the step")  # a node moves by half of its radius
 @pytest.mark.parametrize("d", [2, 3])
 def test_a_scene_at_its_start_takes_a_checkpoint_of_a_thread_that_was_drawn_out(d):

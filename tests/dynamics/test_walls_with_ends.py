@@ -234,6 +234,7 @@ def test_a_press_comes_down_on_a_ball():
     assert ball.velocity == pytest.approx((0.0, 0.0, 0.0), abs=1e-12)
 
 
+@pytest.mark.long
 def test_a_free_cube_falls_on_a_plate_and_lies_flat():
     """A cube of a material, with the mass and inertia of its volume; it rests on its corners."""
     points, triangles = box_triangles()

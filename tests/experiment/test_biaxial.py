@@ -133,6 +133,7 @@ def test_a_test_ends_where_the_sample_is_locked(tmp_path):
     assert (tmp_path / "run.h5").read_bytes() == before
 
 
+@pytest.mark.long
 def test_a_test_ends_at_the_greatest_reaction(tmp_path):
     """At the first step whose reaction exceeds it; the same test without it goes on from there."""
     sample = compact(lay_sample(60, 0, seed=1), pressure=1e5, density=2600.0).sample

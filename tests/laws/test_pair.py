@@ -214,6 +214,7 @@ def test_a_law_that_knows_its_pair_conforms(check):
     check()
 
 
+@pytest.mark.long
 def test_each_function_takes_the_pair_or_not():
     """As its signature says: a rod that breaks at a strain knows the radii as it commits, and nowhere else."""
 

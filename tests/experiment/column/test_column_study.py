@@ -58,6 +58,7 @@ class Outcome:
         self.content, self.stands = content, content >= threshold
 
 
+@pytest.mark.default_parameters("3.0-2-tried0")
 @pytest.mark.parametrize(
     ("threshold", "refinements", "tried"),
     [

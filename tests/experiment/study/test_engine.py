@@ -99,6 +99,7 @@ def test_interrupted_and_resumed_it_is_the_same(stage, whole, tmp_path):
             assert lm.io.compare(a, b) is None, name
 
 
+@pytest.mark.long
 def test_force_deletes_the_runs_of_the_former_study_and_nothing_else(tmp_path):
     """Files in ``runs`` that no run of the study wrote stay; one that is in the way of a run is named. Before, every .h5
     went."""
