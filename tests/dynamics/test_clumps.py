@@ -250,6 +250,7 @@ def test_a_wheel_of_spheres_rolls_down_at_the_speed_of_a_rimless_wheel():
     np.testing.assert_allclose(shocks[:, 0], steady, rtol=2e-2)
 
 
+@pytest.mark.default_parameters("rotation-value0-must be a quaternion of length one")
 @pytest.mark.parametrize(
     ("name", "value", "sentence"),
     [

@@ -112,6 +112,7 @@ def test_rate_is_a_damping_and_statements_add_up():
     assert other.spin == pytest.approx(3.0 * np.exp(-1.0), rel=1e-12)
 
 
+@pytest.mark.long
 def test_a_run_goes_on_with_its_drag(tmp_path):
     def begin():
         scene, body = sinking(linear=0.01)

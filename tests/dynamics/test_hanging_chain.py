@@ -96,7 +96,7 @@ def test_the_solver_knows_that_one_sweep_was_enough(law, tip, count, accuracy):
         assert report.iterations <= (10 if count == 10_000 and step == 0 else report.solves)
 
 
-@pytest.mark.default_parameters("long-wire", "short-rod", "oblique-wire")
+@pytest.mark.default_parameters("long-wire")
 @LAWS
 @pytest.mark.parametrize(("h", "down"), [(1e-2, DOWN), (1e-3, DOWN), (1e-3, OBLIQUE)], ids=["long", "short", "oblique"])
 def test_rounding_of_positions_is_all_that_limits_it(law, h, down):

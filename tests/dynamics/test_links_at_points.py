@@ -467,7 +467,7 @@ def test_a_free_chain_of_rods_that_is_jerked_keeps_its_momentum(d, law, ratio, h
     assert law is not None or not caught
 
 
-@pytest.mark.default_parameters("2-None-1000000.0-0.002")
+@pytest.mark.long
 @pytest.mark.parametrize(("ratio", "h"), [(1e2, 4e-3), (1e4, 1e-3), (1e6, 2e-3)])
 @pytest.mark.parametrize("law", [None, lm.RigidRod(), lm.RigidWire()])
 @pytest.mark.parametrize("d", [2, 3])
@@ -525,7 +525,7 @@ def test_balls_that_circle_on_light_rods_are_not_slowed(d, law):
     assert np.linalg.norm(lm.measure.angular_momentum(sim)) == pytest.approx(L, rel=5e-5 if law is None else 2e-6)
 
 
-@pytest.mark.default_parameters("1.0-2", "50.0-3")
+@pytest.mark.default_parameters("50.0-3")
 @pytest.mark.filterwarnings("ignore:Until t = 0.001 s interactions")
 @pytest.mark.parametrize("d", [2, 3])
 @pytest.mark.parametrize("turn", [0.3, 1.0, 3.0, 50.0])

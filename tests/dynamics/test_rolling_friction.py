@@ -181,6 +181,7 @@ def test_energy_is_never_made(ratio):
         assert sim.energy.kinetic < 0.995 * start
 
 
+@pytest.mark.default_parameters("Coulomb(friction=0.3)")
 @pytest.mark.parametrize("partner", [None, lm.Coulomb(friction=0.3), lm.Signorini()], ids=repr)
 def test_a_step_that_rolls_is_a_problem(partner):
     """Its W and q are those of the kernels, and it can be solved alone, by sweeps and by Newton steps."""

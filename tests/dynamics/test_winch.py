@@ -156,7 +156,7 @@ def told(recwarn, words="no motion gives the links their length"):
     return [str(w.message) for w in recwarn if words in str(w.message)]
 
 
-@pytest.mark.default_parameters("law0")
+@pytest.mark.long
 @pytest.mark.filterwarnings("default")
 @pytest.mark.parametrize("law", LAWS)
 def test_a_rope_between_held_bodies_that_is_drawn_too_short_is_told(law, recwarn):

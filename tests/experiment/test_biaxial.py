@@ -101,6 +101,7 @@ def test_without_a_file_nothing_is_left_behind(sample, monkeypatch, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.long
 def test_rough_platens_narrow_the_ends(sample):
     """Friction at the platens bears shear: the shear force on the upper platen is not nil, as it is when smooth."""
 

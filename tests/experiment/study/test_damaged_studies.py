@@ -70,7 +70,8 @@ def test_other_values_are_refused_or_are_those_of_a_study(folder):
 
 @pytest.mark.scaled
 def test_damaged_files_are_refused_or_read(folder):
-    """A thousand flips of bits, seed 5, a hundred by default. A number may become another number: a study is what a person may edit."""
+    """A hundred flips of bits, or a thousand, seed 5. A number may become another number: a study is what a person may
+    edit."""
     rng = np.random.default_rng(5)
     whole = folder[0].study_file.read_bytes()
     for _ in range(suites.size(100, long=1000)):
