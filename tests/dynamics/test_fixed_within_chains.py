@@ -107,7 +107,7 @@ def test_a_bead_of_a_swinging_chain_is_fixed_and_let_go(d, kind, law, h, ratio):
         assert np.abs(distance / 0.1 - 1.0)[5:].max() < (0.02 if h == 4e-3 else 0.002)
 
 
-@pytest.mark.default_parameters("points-2")
+@pytest.mark.long
 @pytest.mark.parametrize("d", [2, 3])
 @pytest.mark.parametrize("kind", ["points", "joints"])
 def test_light_rods_between_two_that_are_held_do_not_speed_up(kind, d):

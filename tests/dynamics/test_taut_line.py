@@ -304,8 +304,8 @@ def test_a_flat_net(count, law, h):
     assert np.abs(seen.sim.positions[:, 2]).max() <= 1e-5 * 0.02 * count
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:In the step.*jerk without rebound")
-@pytest.mark.default_parameters("0.004-RigidRod-4-100")
 @pytest.mark.parametrize(("count", "steps"), [(2, 1000), (4, 100), (4, 1000), (6, 400), (12, 100)])
 @LAWS
 @pytest.mark.parametrize("h", [4e-3, 1e-3, 2.5e-4])

@@ -64,7 +64,7 @@ SOLVERS = {
 }
 
 
-@pytest.mark.default_parameters("mixed_scene-plain")
+@pytest.mark.long
 @pytest.mark.parametrize("solver", list(SOLVERS))
 @pytest.mark.parametrize("make", [box_of_spheres, mixed_scene])
 @pytest.mark.usefixtures("partition_small_scenes")

@@ -9,7 +9,7 @@ import lmgcpy as lm
 MU = 0.3
 
 
-@pytest.mark.default_parameters("3")
+@pytest.mark.default_parameters("2")
 @pytest.mark.parametrize("d", [2, 3])
 def test_on_a_drum_the_tension_changes_by_the_friction(d):
     """All contacts slide, each gives mu N against the motion. Moment about the axis of the drum, radius R = 50 r: the

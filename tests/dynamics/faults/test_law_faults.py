@@ -241,7 +241,7 @@ def raising(W, u, prepared):
 SOLVERS = [lm.GaussSeidel(), lm.AcceleratedGaussSeidel(), lm.Newton(), lm.Auto()]
 
 
-@pytest.mark.default_parameters("raising-RuntimeError-first-GaussSeidel")
+@pytest.mark.long
 @pytest.mark.parametrize("solver", SOLVERS, ids=lambda solver: type(solver).__name__)
 @pytest.mark.parametrize("first", [True, False], ids=["first", "last"])
 @pytest.mark.parametrize(
