@@ -109,10 +109,8 @@ WIRES = ("rigid-wire", "rigid-rod")
 
 @pytest.fixture(scope="module")
 def result():
-    laws, grain_count = (("none", *WIRES), 60) if suites.LONG else (("none", "rigid-wire"), 30)
-    return carry_out_study(
-        Study2D(laws=laws, grain_count=grain_count, bead_count=14, strain=0.012, check_strain=0.003, seed=2)
-    )
+    sizes = {"grain_count": suites.size(30, long=60), "bead_count": 14, "strain": 0.012, "check_strain": 0.003}
+    return carry_out_study(Study2D(laws=("none", *WIRES), seed=2, **sizes))
 
 
 @pytest.mark.long
