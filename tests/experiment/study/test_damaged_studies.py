@@ -52,6 +52,7 @@ def test_what_is_no_study_is_refused(folder, text):
     assert try_to_read(*folder) == "refused"
 
 
+@pytest.mark.default_parameters("texsol")
 def test_other_values_are_refused_or_are_those_of_a_study(folder):
     """Every entry by every value, one at a time; of either kind some."""
     about = json.loads(folder[0].study_file.read_text())

@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import suites
 
 from lmgcpy.experiment.biaxial import BiaxialRecord, Frame
 from lmgcpy.experiment.study.engine import carry_out_study
@@ -109,8 +108,9 @@ WIRES = ("rigid-wire", "rigid-rod")
 
 @pytest.fixture(scope="module")
 def result():
-    sizes = {"grain_count": suites.size(30, long=60), "bead_count": 14, "strain": 0.012, "check_strain": 0.003}
-    return carry_out_study(Study2D(laws=("none", *WIRES), seed=2, **sizes))
+    return carry_out_study(
+        Study2D(laws=("none", *WIRES), grain_count=60, bead_count=14, strain=0.012, check_strain=0.003, seed=2)
+    )
 
 
 @pytest.mark.long
@@ -130,7 +130,7 @@ def test_a_small_study_writes_what_it_promises(result, tmp_path):
     np.testing.assert_allclose(mine, result.records["rigid-wire"].reaction, rtol=1e-5)
 
 
-@pytest.mark.scaled
+@pytest.mark.long
 def test_the_summary_answers_the_questions(result):
     text = summary(result)
     for heading in ("By how much the wire stiffens", "compression column", "The wire's part", "The runs", "the solver's"):

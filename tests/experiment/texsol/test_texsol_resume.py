@@ -173,6 +173,13 @@ def one_disk():
     return scene
 
 
+def test_the_summary_answers_the_questions(whole):
+    text = (whole / "summary.md").read_text()
+    for heading in ("By how much the wire stiffens", "The wire's part", "The runs", "the solver's"):
+        assert heading in text
+    assert "nan" not in text.lower()
+
+
 def test_what_cannot_be_resumed_gets_a_sentence(whole, tmp_path):
     def told(out, *arguments):
         done = run("texsol", "--resume", "--out", out, *arguments)
