@@ -19,7 +19,7 @@ import suites
 from hypothesis import is_hypothesis_test, settings
 
 always = {"derandomize": True, "deadline": None, "database": None}
-settings.register_profile("default suite", max_examples=8, **always)
+settings.register_profile("default suite", max_examples=5, **always)
 settings.register_profile("long suite", max_examples=60, **always)
 
 # A shell starts what it puts in the background deaf to Ctrl-C, and child processes are born as deaf: tests press it.

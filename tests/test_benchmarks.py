@@ -15,6 +15,7 @@ def test_there_are_benchmarks():
     assert len(SCRIPTS) > 10
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("script", SCRIPTS)
 def test_a_benchmark_finds_what_it_imports(script, monkeypatch):
     monkeypatch.setattr(sys, "path", [str(BENCHMARKS), *sys.path])

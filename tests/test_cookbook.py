@@ -117,7 +117,7 @@ def test_every_entry_has_its_check():
     assert len(ENTRIES) == len(CHECKS) == PAGE.read_text("utf-8").count("```python")
 
 
-@pytest.mark.default_parameters("plank", "sweep", "weakening", "clusters")
+@pytest.mark.default_parameters("plank")
 @pytest.mark.parametrize("number", [pytest.param(k, id=check.__name__) for k, check in enumerate(CHECKS)])
 def test_entry_runs_and_is_right(number, tmp_path):
     text = forked(list(ENTRIES.values())[number], folder=tmp_path).stdout

@@ -29,7 +29,7 @@ BLOCKS = [
 ]
 
 
-@pytest.mark.default_parameters("conformance-0", "formats-0", "index-0", "laws-0", "lmgc90-0", "run_files-0")
+@pytest.mark.default_parameters("formats-0", "index-0", "laws-0")
 @pytest.mark.parametrize("block", BLOCKS)
 def test_block_runs(block, tmp_path):
     forked(block, folder=tmp_path)

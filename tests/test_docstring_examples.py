@@ -15,8 +15,11 @@ PUBLIC = [
     *("measure.facets", "measure.forces_along"),
 ]
 """Names whose docstrings have an example."""
+SLOW = {"ElasticRod", "RigidRod", "VoigtRod", "VoigtWire"}
+"""Each takes some seconds; links as rods and as wires are alike."""
 
 
+@pytest.mark.default_parameters(name=sorted(set(PUBLIC) - SLOW))
 @pytest.mark.parametrize("name", PUBLIC)
 def test_the_example_of_a_docstring_runs(name):
     of = lm

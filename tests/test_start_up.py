@@ -400,6 +400,7 @@ def test_a_law_is_tried_with_parameters_within_its_bounds():
         instances(Impossible, 2)
 
 
+@pytest.mark.long
 def test_help_of_a_command_is_no_error():
     done = child("from lmgcpy.cli import main; main(['warmup', '--help'])")
     assert "--laws" in done.stdout

@@ -40,6 +40,7 @@ def test_render_names_its_file(file, tmp_path, monkeypatch):
     assert max(width_and_height("falls-grains.png")) >= 80
 
 
+@pytest.mark.long
 def test_several_frames_and_cameras_stand_side_by_side(file, tmp_path):
     """Three frames of a panel of one size make a plate three times as wide."""
     one, three, both = (tmp_path / f"{name}.png" for name in ("one", "three", "both"))
@@ -104,6 +105,7 @@ def test_without_pyvista_the_commands_say_what_to_install(file, tmp_path, monkey
     run("plot", file)
 
 
+@pytest.mark.default_parameters("command1")
 @pytest.mark.parametrize("command", [["render"], ["plot", "--what", "solver"]])
 def test_a_picture_replaces_no_file_without_force(command, file, tmp_path):
     """As everywhere else; before, what lay there was gone."""

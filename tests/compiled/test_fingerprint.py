@@ -122,6 +122,7 @@ def source_of(beginning, expression):
     return f"from lmgcpy.compiled.kernel import kernel\n{beginning}\n@kernel\ndef main(x):\n    return {expression}\n"
 
 
+@pytest.mark.default_parameters("tuple of members", "long array as a default", "options of a njit helper")
 @pytest.mark.parametrize("what", KEPT)
 def test_content_that_is_known_is_told_apart_and_kept(what, run):
     first = source_of(*KEPT[what])
@@ -135,7 +136,7 @@ def test_content_that_is_known_is_told_apart_and_kept(what, run):
     assert run(first) == ([old, "1"], "")
 
 
-@pytest.mark.default_parameters("vectorize", "njit helper with a signature", "number that hides its value")
+@pytest.mark.default_parameters("njit helper with a signature", "number that hides its value")
 @pytest.mark.parametrize("what", NOT_KEPT)
 def test_content_that_is_not_known_is_compiled_again_and_one_line_says_so(what, run):
     beginning, expression, words = NOT_KEPT[what]
@@ -159,6 +160,7 @@ def test_what_numba_is_told_about_code_is_part_of_the_fingerprint(run):
     assert run(source, NUMBA_BOUNDSCHECK="1")[0] == ["-1.0", "0"]
 
 
+@pytest.mark.long
 def test_njit_helpers_of_one_name_from_two_processes_stay_apart(tmp_path):
     """numba numbers them in each process anew; of two of one name the linker of a third process keeps the first."""
     long = "; ".join(["x[i] += np.sin(x[i - 1]) * np.sin(x[i])"] * 24)  # too long to be put in where it is called

@@ -105,6 +105,7 @@ def test_a_law_that_raises_is_named_with_its_cause():
     assert "law 'soft' between bodies 0 and 1" in errors[0]
 
 
+@pytest.mark.long
 def test_nothing_is_to_be_warmed_up():
     code = "from lmgcpy.cli import main; main(['warmup'])"
     assert "With NUMBA_DISABLE_JIT set nothing is compiled: unset it" in told(code, check=False, NUMBA_DISABLE_JIT="1")

@@ -127,6 +127,7 @@ def test_the_collector_waits_while_a_kernel_is_compiled_and_goes_on_as_it_was(ca
         (gc.enable if was else gc.disable)()
 
 
+@pytest.mark.long
 def test_what_others_wrote_may_make_arrays_and_gives_their_memory_back(cache):
     """As many arrays are freed as are made."""
 
@@ -234,6 +235,7 @@ def test_the_fingerprint_sees_replaced_names():
     assert fingerprint(own_law, {"UNREAD": 2.0}) == fingerprint(own_law)
 
 
+@pytest.mark.long
 def test_the_fingerprint_of_a_set_does_not_depend_on_the_hash_seed(tmp_path):
     """A test ``x in {...}`` holds a frozenset, whose order differs from process to process: it must not miss the cache."""
     (tmp_path / "jit_set.py").write_text("def f(x):\n    return x in {'ab', 'cd', 'ef', 'gh'}\n")
@@ -453,6 +455,7 @@ def test_statistics_count_signatures(cache):
     assert statistics().compiled[-1] == f"shifted-{fingerprint(shifted)} (int64,)"
 
 
+@pytest.mark.default_parameters("beginning", "one byte in the middle")
 @pytest.mark.parametrize(
     "damage",
     [
@@ -533,6 +536,7 @@ OPENINGS = {
 }
 
 
+@pytest.mark.default_parameters("the directory above", "the file", "a file of nobody's")
 @posix
 @pytest.mark.parametrize(
     "opening", [pytest.param(what, marks=of_root if "nobody" in what or "group" in what else ()) for what in OPENINGS]
@@ -569,6 +573,7 @@ def test_a_cache_of_the_users_own_is_used_whatever_the_mask_of_its_files(cache):
         os.umask(before)
 
 
+@pytest.mark.default_parameters("pipe")
 @posix
 @pytest.mark.parametrize("what", ["pipe", "folder", "link to a pipe"])
 def test_what_is_no_file_has_a_kernels_name_and_nobody_waits_for_it(cache, what):
@@ -609,6 +614,7 @@ def test_source_that_is_in_no_file_is_cached_too(cache, monkeypatch):
     assert counted(scope["typed"], 2.0) == (6.0, 1, 0)
 
 
+@pytest.mark.long
 def test_importing_lmgcpy_compiles_nothing_and_brings_no_heavy_library():
     code = """
 import numba.core.event as event
@@ -636,6 +642,7 @@ cache_directory()
 """
 
 
+@pytest.mark.long
 def test_without_a_home_directory_kernels_are_not_kept_and_one_line_names_the_way_out(tmp_path):
     """A user whom the system does not know, as in a container; where the directory is asked for there is an error."""
     pytest.importorskip("pwd")

@@ -59,6 +59,7 @@ def bounds() -> str:
     return found[1]
 
 
+@pytest.mark.long
 def test_only_one_room_uses_private_interfaces_of_numba():
     strange = [
         f"{file.relative_to(PACKAGE)} uses {name}"

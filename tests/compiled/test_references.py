@@ -61,6 +61,7 @@ TABLES = {
 }
 
 
+@pytest.mark.default_parameters(flag=(True,))
 @pytest.mark.parametrize("flag", [True, False])
 @pytest.mark.parametrize("table", TABLES)
 def test_a_kernel_reads_what_python_reads(table, flag):

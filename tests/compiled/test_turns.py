@@ -284,6 +284,7 @@ def test_without_locks_kernels_are_compiled_and_kept(missing, monkeypatch, cache
     assert counted("kept") == (8.0, 1, 0)
 
 
+@pytest.mark.long
 def test_two_processes_that_start_at_once_compile_each_kernel_once(cache):
     """Nobody is held up: whoever comes first."""
     code = textwrap.dedent("""

@@ -156,7 +156,7 @@ def test_a_ball_strikes_a_resting_rod(restitution, at, mass):
     assert rod.spin == pytest.approx((0, at * given / rod.inertia[0], 0), rel=1e-6, abs=1e-9 * given)
 
 
-@pytest.mark.default_parameters("0.001-1.0")
+@pytest.mark.long
 @pytest.mark.parametrize("mass", [1e-6, 1.0, 1e6])
 @pytest.mark.parametrize("time_step", [2.5e-4, 1e-3])
 def test_a_capsule_rocks_at_its_period(time_step, mass):

@@ -116,6 +116,7 @@ SURFACES = {
 }
 
 
+@pytest.mark.default_parameters(seed=(0,))
 @pytest.mark.parametrize("name", SURFACES)
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_the_nearest_feature_is_as_far_as_the_surface(name, seed):
@@ -135,6 +136,7 @@ def test_the_nearest_feature_is_as_far_as_the_surface(name, seed):
             assert away == pytest.approx((0.1 + 0.5 * gap) * np.array(n), abs=1e-13)
 
 
+@pytest.mark.default_parameters("place1")
 @pytest.mark.parametrize("place", [PLACE, (*PLACE, *TURN)])
 def test_a_ball_on_a_flat_mesh_meets_one_feature(place):
     """Inside, over edges and corners exactly, beside them by less than a rounding, and on both sides of the boundary.

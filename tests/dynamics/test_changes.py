@@ -304,7 +304,7 @@ def test_a_restored_simulation_goes_through_the_statements(tmp_path):
     same(sim, other)
 
 
-@pytest.mark.default_parameters("21", "57")
+@pytest.mark.default_parameters("57")
 @pytest.mark.parametrize("first", [20, 21, 41, 57])
 def test_a_run_that_goes_on_goes_through_the_statements(tmp_path, first):
     whole = simulate(silo()[0]).run(steps=70, on_step=changing)
@@ -680,6 +680,7 @@ CANNOT_COME = {
 }
 
 
+@pytest.mark.default_parameters("too far", "too big, hidden", "an edge")
 @pytest.mark.parametrize("what", CANNOT_COME)
 def test_what_a_simulation_could_not_go_on_with_is_refused_as_it_is_added(what):
     """And the steps after that are those of a scene in which nobody tried."""
@@ -789,6 +790,7 @@ def test_grains_fall_on_a_wire_with_a_law_that_rolls(dimension):
     assert runs[0].energy.total_interactions == runs[1].energy.total_interactions
 
 
+@pytest.mark.long
 def test_grains_are_added_to_a_periodic_cell():
     """Half of a gas of disks comes later, as its cell begins to shear: bit for bit as if hidden until then."""
     runs = []
@@ -814,6 +816,7 @@ def test_grains_are_added_to_a_periodic_cell():
     assert len(runs[0].interactions.gap) > 20
 
 
+@pytest.mark.long
 def test_grains_come_one_by_one_from_the_mouth_of_a_hopper():
     """Bodies that come later are hidden from the start, all at one place: they touch nothing until they are shown. Three
     disks pile up on the floor, each on the one before."""

@@ -31,7 +31,7 @@ def test_linear_drag_is_exact_at_any_step(dimension, h):
         assert abs(sim.energy.defect) < 1e-14
 
 
-@pytest.mark.default_parameters("0.1")
+@pytest.mark.long
 @pytest.mark.parametrize("h", [1e-3, 1e-2, 1e-1, 10.0])
 def test_quadratic_drag_comes_to_its_last_speed_from_both_sides(h):
     """sqrt(m g/k), never exceeded, at any step."""
@@ -112,6 +112,7 @@ def test_rate_is_a_damping_and_statements_add_up():
     assert other.spin == pytest.approx(3.0 * np.exp(-1.0), rel=1e-12)
 
 
+@pytest.mark.long
 def test_a_run_goes_on_with_its_drag(tmp_path):
     def begin():
         scene, body = sinking(linear=0.01)

@@ -56,7 +56,7 @@ def powers(h, stiffness, viscosity, start, steps):
     return np.column_stack([found[:, 0].real, found[:, 1].real / h])
 
 
-@pytest.mark.default_parameters(theta=(0.5, 0.8), stiffness=(10.0, 1e6), viscosity=(7.0,))
+@pytest.mark.default_parameters("voigt-10.0-0.5")
 @pytest.mark.parametrize("theta", [0.5, 0.8, 1.0])
 @pytest.mark.parametrize("stiffness", [10.0, 1e3, 1e6])
 @pytest.mark.parametrize(

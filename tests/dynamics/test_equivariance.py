@@ -92,6 +92,7 @@ def test_directions_do_not_matter(plain, angle):
     assert turned == pytest.approx(plain[0], abs=1e-8)
 
 
+@pytest.mark.default_parameters("powers1", "powers3")
 @pytest.mark.parametrize("powers", [(10, 0, 0), (0, -8, 0), (0, 0, 6), (-20, 5, -3)])
 def test_units_do_not_matter(plain, powers):
     """Mass, length and time by powers of two: every intermediate number is scaled exactly, so every bit is the same.

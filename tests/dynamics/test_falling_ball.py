@@ -20,6 +20,7 @@ def drop(law, *, height, time_step, steps=0, theta=0.5, floor_mass=None):
     return lm.Simulation(scene, time_step=time_step, theta=theta, solver=lm.GaussSeidel(tolerance=1e-12)).run(steps=steps)
 
 
+@pytest.mark.default_parameters("law0-0.5", "law1-1.0")
 @pytest.mark.parametrize("theta", [0.5, 1.0])
 @pytest.mark.parametrize("law", [lm.Signorini(), lm.Coulomb(friction=0.4)])
 def test_without_rebound_it_comes_to_rest_on_the_floor(law, theta):
@@ -41,7 +42,7 @@ def test_the_energy_of_a_ball_without_rebound():
     assert sim.energy.total_interactions["signorini"] == pytest.approx(-M * G * 0.5, rel=1e-12)
 
 
-@pytest.mark.default_parameters(h=(2e-3,), height=(0.5181,))
+@pytest.mark.default_parameters("0.5-0.5181-0.002")
 @pytest.mark.parametrize("h", [2e-3, 1e-3, 2.5e-4])
 @pytest.mark.parametrize("height", [0.47, 0.5, 0.5181])
 @pytest.mark.parametrize("e", [0.0, 0.5, 0.8, 1.0])

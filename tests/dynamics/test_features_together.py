@@ -254,11 +254,7 @@ PAIRS = [
     for one, two in itertools.combinations(FEATURES, 2)
     if {ONLY.get(one, d), ONLY.get(two, d)} == {d} and not any({one, two} <= each for each in ONE_OF)
 ]
-DEFAULT = {
-    *((2, "closed", "yielding_cell"), (2, "wire", "drag"), (2, "winch", "hidden"), (2, "light", "drag")),
-    *((2, "timed", "other_law"), (3, "points", "joints"), (2, "points", "yielding_cell")),
-    *((2, "surface", "held_cell"), (3, "cluster", "surface"), (2, "surface", "smooth"), (3, "wire", "smooth")),
-}
+DEFAULT = {(2, "closed", "yielding_cell"), (2, "winch", "hidden"), (2, "light", "drag"), (3, "points", "joints")}
 
 
 def run(s, sim, first, last, record=None):

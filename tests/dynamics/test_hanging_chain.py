@@ -96,7 +96,7 @@ def test_the_solver_knows_that_one_sweep_was_enough(law, tip, count, accuracy):
         assert report.iterations <= (10 if count == 10_000 and step == 0 else report.solves)
 
 
-@pytest.mark.default_parameters("long-wire", "short-rod", "oblique-wire")
+@pytest.mark.default_parameters("long-wire")
 @LAWS
 @pytest.mark.parametrize(("h", "down"), [(1e-2, DOWN), (1e-3, DOWN), (1e-3, OBLIQUE)], ids=["long", "short", "oblique"])
 def test_rounding_of_positions_is_all_that_limits_it(law, h, down):
@@ -151,6 +151,7 @@ def test_a_taut_chain_is_stable_sideways_below_the_limit():
         assert np.abs(np.diff(sim.positions[:, 0])).max() < 2.0 * side * np.sqrt(20.0)
 
 
+@pytest.mark.long
 def test_an_elastic_chain_hangs_at_its_static_elongation():
     """Each link is longer by the weight below over k. Backward Euler's damping, 1/sqrt(1 + (h w)^2) a step, with
     h^2 k/m = 40 and h^2 k/(4 n^2 m) > 1e-1 for the slowest of ten beads, brings it to rest in 1500 steps.

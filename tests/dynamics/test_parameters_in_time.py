@@ -335,7 +335,7 @@ def test_rolling_components_neither_come_nor_go_between_steps():
 # ------------------------------------------------------------------------------------------------------- laws of links
 
 
-@pytest.mark.default_parameters("ElasticRod")
+@pytest.mark.long
 @pytest.mark.parametrize("law", [lm.ElasticRod, lm.ElasticWire])
 def test_a_spring_that_is_made_stiffer_is_given_energy(law):
     """``(k' - k) s^2 / 2`` at the stretch s, and swings with its new frequency from then on, where it is not thrown up;

@@ -62,7 +62,7 @@ def test_free_flight_in_simple_shear_is_straight(time_step, theta):
     assert sim.energy.kinetic == pytest.approx(0.5 * float(body.velocity @ body.velocity))
 
 
-@pytest.mark.default_parameters("1.0-1.9-2", "4.0-0.5-2", "4.0-1.9-3")
+@pytest.mark.default_parameters("4.0-0.5-2")
 @pytest.mark.parametrize("dimension", [2, 3])
 @pytest.mark.parametrize("turn", [0.05, 0.5, 1.0, 1.9])
 @pytest.mark.parametrize("ratio", [1.0, 4.0])

@@ -188,7 +188,7 @@ def test_friction_off_the_centre_gains_nothing(e, friction):
             assert shock_of_a_rod(e, friction, math.radians(degrees), slip) <= 1.0 + 1e-12
 
 
-@pytest.mark.default_parameters("0.9-0.004")
+@pytest.mark.long
 @pytest.mark.parametrize("time_step", [4e-3, 1e-3, 2.5e-4])
 @pytest.mark.parametrize("e", [0.0, 0.5, 0.9])
 def test_a_ball_comes_to_rest_and_stays(e, time_step):

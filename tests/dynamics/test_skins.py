@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import suites
 from drum import over_a_drum, ratio_of_tensions
 
 import lmgcpy as lm
@@ -84,6 +85,8 @@ SCENES = [
     *((make, d) for make in (ball_on_segment, ball_at_joint, ball_at_end) for d in (2, 3)),
     *((tip_on_line, 2), (crossing, 3), (capsule_across, 3), (ball_on_membrane, 3), (clump_on_segment, 3)),
 ]
+DEFAULT = (ball_on_segment, ball_on_membrane)
+"""A ball on a segment and on a triangle; each pair of contactors takes the compiler some seconds."""
 
 
 def one_contact(make, d):
@@ -96,6 +99,7 @@ def one_contact(make, d):
     return sim, sim._last[0], row, np.random.default_rng(3).standard_normal(sim.state.velocities.shape)
 
 
+@pytest.mark.default_parameters(make=DEFAULT)
 @pytest.mark.parametrize(("make", "d"), SCENES)
 def test_the_form_is_the_rows_of_h_and_gives_momentum_to_no_one(make, d):
     _, problem, row, velocities = one_contact(make, d)
@@ -115,6 +119,7 @@ def test_the_form_is_the_rows_of_h_and_gives_momentum_to_no_one(make, d):
     np.testing.assert_allclose(momentum[:, :d].sum(axis=0), 0.0, atol=2e-15)
 
 
+@pytest.mark.default_parameters(make=DEFAULT)
 @pytest.mark.parametrize(("make", "d"), SCENES)
 def test_the_gap_grows_with_the_normal_velocity(make, d):
     sim, problem, row, velocities = one_contact(make, d)
@@ -131,6 +136,7 @@ def test_the_gap_grows_with_the_normal_velocity(make, d):
     assert gaps[0] - gaps[1] == pytest.approx(way * normal, abs=3e-5 * way)  # the second derivative, times half the way
 
 
+@pytest.mark.default_parameters(make=DEFAULT)
 @pytest.mark.parametrize(("make", "d"), SCENES)
 def test_angular_momentum_is_kept_but_for_the_torsion_of_a_segment_in_space(make, d):
     sim, problem, row, _ = one_contact(make, d)
@@ -183,6 +189,7 @@ def drawn_through(d, friction, *, mass=1e-6, time_step=1e-3, pairs=12, seed=0, s
     return (np.array(tensions) - 0.5) / (2.0 * pairs * force)
 
 
+@pytest.mark.default_parameters("0.2-2")
 @pytest.mark.parametrize("d", [2, 3])
 @pytest.mark.parametrize("friction", [0.0, 0.2, 0.5])
 def test_a_straight_thread_is_held_by_the_friction_that_was_given(d, friction):
@@ -221,7 +228,6 @@ def on_a_wire(d, at, nodes=11, mass=1e-3, time_step=1e-3):
 
 
 @pytest.mark.long
-@pytest.mark.default_parameters("0.537-2", "0.25-3")
 @pytest.mark.parametrize("d", [2, 3])
 @pytest.mark.parametrize("at", [0.45, 0.537, 0.25, 0.701])
 def test_a_ball_rests_on_a_taut_thread_wherever_it_touches(d, at):
@@ -281,7 +287,7 @@ def test_a_thread_over_a_fixed_drum_has_eulers_ratio_of_tensions(d):
     assert ratio(48) == pytest.approx(exact, rel=0.004)
 
 
-@pytest.mark.default_parameters("24-0.5")
+@pytest.mark.long
 @pytest.mark.parametrize("pitch", [0.2, 0.5])
 @pytest.mark.parametrize("count", [12, 24, 48])
 def test_a_helix_on_a_cylinder_has_eulers_ratio_over_its_turning(count, pitch):
@@ -311,6 +317,7 @@ def test_a_helix_on_a_cylinder_has_eulers_ratio_over_its_turning(count, pitch):
     assert sim.unconverged_steps == 0
 
 
+@pytest.mark.scaled
 @pytest.mark.default_parameters("2")
 @pytest.mark.parametrize("d", [2, 3])
 def test_impulse_gap_and_normal_are_continuous_as_a_ball_goes_along_a_thread(d):
@@ -329,7 +336,7 @@ def test_impulse_gap_and_normal_are_continuous_as_a_ball_goes_along_a_thread(d):
     scene.see("GRAIN", "THREAD", lm.Signorini())
     sim = lm.Simulation(scene, time_step=1e-3)
     counts, normals, impulses, gaps = [], [], [], []
-    for _ in range(1000):
+    for _ in range(suites.size(450, long=1000)):  # four of the eight segments
         sim.step()
         net = sim.interactions
         here = np.flatnonzero((net.law == "signorini") & (net.impulse[:, 0] > 0.0))
@@ -426,6 +433,7 @@ def test_forces_on_many_bodies_are_those_on_each():
     assert made[0].energy.total_loads == pytest.approx(made[1].energy.total_loads, rel=1e-14)
 
 
+@pytest.mark.default_parameters("3")
 @pytest.mark.parametrize("d", [2, 3])
 def test_a_run_with_surfaces_is_resumed_bit_for_bit_and_comes_back_from_its_file(tmp_path, d):
     sim, chain, _ = on_a_wire(d, 0.537)
@@ -442,6 +450,7 @@ def test_a_run_with_surfaces_is_resumed_bit_for_bit_and_comes_back_from_its_file
     assert isinstance(scene.bodies[3], lm.PointMass)
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:In the step")  # a node moves by half of its radius
 @pytest.mark.parametrize("d", [2, 3])
 def test_a_scene_at_its_start_takes_a_checkpoint_of_a_thread_that_was_drawn_out(d):
@@ -468,6 +477,7 @@ def test_a_scene_at_its_start_takes_a_checkpoint_of_a_thread_that_was_drawn_out(
     np.testing.assert_array_equal(again.velocities, whole.velocities)
 
 
+@pytest.mark.default_parameters("2")
 @pytest.mark.parametrize("d", [2, 3])
 def test_a_thread_that_a_run_has_crushed_comes_back_from_its_file(tmp_path, d):
     """Nodes nearer to each other than the thickness are refused in a scene that is written, not in one that a run left."""
@@ -595,6 +605,7 @@ def grounds(d):
     return {"wall": lm.wall(point=(0, 0, 0), normal=(0, 0, 1)), "plate": lm.plate(square)}
 
 
+@pytest.mark.default_parameters("2-wall")
 @pytest.mark.parametrize(("d", "ground"), [(2, "wall"), (2, "segment"), (3, "wall"), (3, "plate")])
 def test_a_thread_falls_on_what_bounds_a_scene_and_lies_there(d, ground):
     scene = lm.Scene(dimension=d, gravity=(0.0,) * (d - 1) + (-10.0,))

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import suites
 
 import lmgcpy as lm
 
@@ -71,11 +72,12 @@ def run(scene, steps=120):
     return sim.velocities.copy()
 
 
+@pytest.mark.scaled
 @pytest.mark.default_parameters("2")
 @pytest.mark.parametrize("d", [2, 3])
 def test_a_thread_across_a_face_is_a_thread_within_the_cell(d):
     expected = run(closed_thread(d, 0.0, wrapped=False))
-    for shift, wrapped in ((0.37, True), (0.93, False), (5.2, True)):
+    for shift, wrapped in ((5.2, True), (0.37, True), (0.93, False))[: suites.size(1, long=3)]:
         # rounding of places, 1e-15, over some hundred steps of impacts
         np.testing.assert_allclose(run(closed_thread(d, shift, wrapped=wrapped)), expected, atol=1e-9)
 
@@ -96,6 +98,7 @@ def test_a_cell_is_half_of_one_twice_as_long():
     np.testing.assert_allclose(two[-3:], one[-3:], atol=1e-9)
 
 
+@pytest.mark.default_parameters("sheet-3")
 @pytest.mark.parametrize(("make", "d"), [(closed_thread, 2), (closed_thread, 3), (sheet, 3)])
 def test_the_gap_grows_with_the_nodes_the_ball_and_the_cell(make, d):
     """Every body moves by ``v + G x``, the edges by ``G L``, and the normal velocity is the slope of the gap."""

@@ -46,6 +46,7 @@ def test_a_sphere_on_an_incline_rolls_or_slips(slope, friction, seed):
     assert sim.spins[0] == pytest.approx(spin * axis, abs=1e-10)
 
 
+@pytest.mark.default_parameters("v01-w01")
 @pytest.mark.parametrize(("v0", "w0"), [((1.0, 0.0), (0.0, 0.0)), ((0.8, -0.3), (4.0, 2.0)), ((0.0, 0.0), (-9.0, 5.0))])
 def test_sliding_turns_into_rolling(v0, w0):
     """The velocity over the ground becomes (5 v0 + 2 R w0 x n)/7 whatever the friction, as long as it has time."""

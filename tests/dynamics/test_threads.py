@@ -64,7 +64,7 @@ SOLVERS = {
 }
 
 
-@pytest.mark.default_parameters("mixed_scene-plain")
+@pytest.mark.long
 @pytest.mark.parametrize("solver", list(SOLVERS))
 @pytest.mark.parametrize("make", [box_of_spheres, mixed_scene])
 @pytest.mark.usefixtures("partition_small_scenes")
@@ -88,6 +88,7 @@ def test_any_number_of_threads_gives_the_same_bits(make, solver):
     assert sims[0]._detector.rebuilds > 2
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("partition_small_scenes")
 def test_two_simulations_in_two_threads_of_python_do_not_meet():
     """Each has helpers of its own."""

@@ -273,6 +273,7 @@ def test_two_pendulums_on_joints_of_one_law_are_two_nets(d):
     assert found[4] not in found[:4]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("other", [lm.RigidRod, lm.RigidWire])
 def test_crossing_rods_are_taken_back_together(other, taken):
     """A bead between two rods and two rods or wires across, straight to held bodies. The excess of both chains is the same,

@@ -7,6 +7,7 @@ from itertools import product
 
 import numpy as np
 import pytest
+import suites
 
 import lmgcpy as lm
 
@@ -48,6 +49,7 @@ WAYS = {"along a diagonal": (10.0, 10.0), "along an edge": (10.0, 0.0), "anywher
 LONG = pytest.mark.long
 
 
+@pytest.mark.scaled
 @pytest.mark.parametrize("way", [way if "diagonal" in way else pytest.param(way, marks=LONG) for way in WAYS])
 @pytest.mark.parametrize("turned", [False, pytest.param(True, marks=LONG)])
 def test_a_ball_that_slides_over_a_flat_mesh_keeps_its_velocity(way, turned):
@@ -67,7 +69,7 @@ def test_a_ball_that_slides_over_a_flat_mesh_keeps_its_velocity(way, turned):
     scene.add(wall)
     scene.see("GRAIN", "WALL", lm.Signorini())
     sim = lm.Simulation(scene, time_step=2e-3)
-    for _ in range(900):
+    for _ in range(suites.size(300, long=900)):
         sim.step()
         assert len(sim.interactions) == 1
         assert np.abs(ball.velocity - velocity).max() < 1e-12
@@ -83,6 +85,7 @@ def test_a_disk_that_slides_along_a_polyline_keeps_its_velocity():
         assert ball.velocity == pytest.approx((10.0, 0.0), abs=1e-12)
 
 
+@pytest.mark.default_parameters("3")
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_a_rolling_ball_rolls_over_joints_as_over_a_plane(dimension):
     """With friction: the same motion as on a wall without ends, to rounding. Its impulse goes on with it."""
@@ -231,6 +234,7 @@ def test_a_press_comes_down_on_a_ball():
     assert ball.velocity == pytest.approx((0.0, 0.0, 0.0), abs=1e-12)
 
 
+@pytest.mark.long
 def test_a_free_cube_falls_on_a_plate_and_lies_flat():
     """A cube of a material, with the mass and inertia of its volume; it rests on its corners."""
     points, triangles = box_triangles()

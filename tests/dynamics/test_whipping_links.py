@@ -157,6 +157,7 @@ def test_the_balance_of_energy_and_the_work_of_gravity_close(projected, reboundi
     assert sim.energy.total_loads == pytest.approx(G * fallen, rel=1e-12)
 
 
+@pytest.mark.default_parameters("RigidWire()")
 @pytest.mark.filterwarnings("ignore:In the step")
 @pytest.mark.parametrize("law", [lm.RigidRod(), lm.RigidWire()], ids=repr)
 def test_a_pendulum_thrown_straight_loses_the_same_at_any_step(law):
@@ -313,6 +314,7 @@ def test_a_closed_polygon_of_rods():
     np.testing.assert_allclose(mass @ way, 0.0, atol=1e-15)
 
 
+@pytest.mark.default_parameters("2")
 @pytest.mark.parametrize("d", [2, 3])
 def test_rods_of_a_chain_that_was_torn_apart_are_joined(d):
     """A rod on a hinge, and another one at its end, flung by some lengths and radians: both joints are closed, and ways are

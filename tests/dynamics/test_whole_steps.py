@@ -147,6 +147,7 @@ def in_a_cell(changed):
 SCENES = {"thrown together": thrown_together, "in a cell": in_a_cell}
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
 def test_generators_that_others_left_do_not_count(no_garbage):
     """They are garbage that would be collected at any line."""
@@ -163,7 +164,7 @@ def test_generators_that_others_left_do_not_count(no_garbage):
 
 
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
-@pytest.mark.default_parameters("499-False-thrown together-True", "499-False-in a cell-False")
+@pytest.mark.default_parameters("499-False-thrown together-True")
 @pytest.mark.parametrize("changed", [False, True])
 @pytest.mark.parametrize("name", SCENES)
 @pytest.mark.parametrize(("every", "opcodes"), [(499, False), (1, False), (11, True)])
@@ -277,10 +278,11 @@ def storms(count, seed):
     return torn
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # in hypothesis, as garbage is collected
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="Windows has no timers that send signals")
-@pytest.mark.parametrize("count", [5, pytest.param(1000, marks=pytest.mark.long)])
+@pytest.mark.parametrize("count", [5, 1000])
 def test_runs_that_signals_interrupt_go_on_as_if_nothing_had_been(count):
     """Real signals at random times, some of them while the first one is still on its way out of the step."""
     assert storms(count, seed=25) == 0

@@ -59,6 +59,7 @@ def test_a_load_rises_as_its_rope_is_drawn_in(law, links):
         assert sim.energy.total_by_hand - 500 * 0.5 * 1e5 * (SPEED * H) ** 2 == pytest.approx(given, rel=0.1)
 
 
+@pytest.mark.long
 def test_a_run_goes_on_with_what_was_drawn_in(tmp_path):
     sim, chain, _ = simulation(lm.RigidWire(), 3)
     sim.run(steps=40, record=tmp_path / "run.h5", every=10, on_step=winding(chain))
@@ -155,6 +156,7 @@ def told(recwarn, words="no motion gives the links their length"):
     return [str(w.message) for w in recwarn if words in str(w.message)]
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("default")
 @pytest.mark.parametrize("law", LAWS)
 def test_a_rope_between_held_bodies_that_is_drawn_too_short_is_told(law, recwarn):

@@ -101,6 +101,7 @@ def test_without_a_file_nothing_is_left_behind(sample, monkeypatch, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.long
 def test_rough_platens_narrow_the_ends(sample):
     """Friction at the platens bears shear: the shear force on the upper platen is not nil, as it is when smooth."""
 
@@ -133,6 +134,7 @@ def test_a_test_ends_where_the_sample_is_locked(tmp_path):
     assert (tmp_path / "run.h5").read_bytes() == before
 
 
+@pytest.mark.long
 def test_a_test_ends_at_the_greatest_reaction(tmp_path):
     """At the first step whose reaction exceeds it; the same test without it goes on from there."""
     sample = compact(lay_sample(60, 0, seed=1), pressure=1e5, density=2600.0).sample

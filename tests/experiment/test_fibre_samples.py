@@ -122,6 +122,7 @@ def test_fibres_bear_force_and_turn(test_of):
     assert np.abs(test.simulation.spins[:particles][fibre]).max() > 0.0
 
 
+@pytest.mark.long
 def test_a_file_and_an_interruption_change_no_bit(compaction, tmp_path):
     def run(**more):
         return Triaxial(compaction.sample, inertial_number=2e-3, solver=SOLVER).run(0.003, **more)
@@ -144,6 +145,7 @@ def test_clumps_with_fibres_are_compacted_and_compressed():
     assert np.abs(record.defect).max() < 1e-12 * PRESSURE * record.size[0].prod()
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:In the step from")
 def test_flexible_fibres_are_compacted_and_compressed():
     """Fibres of three capsules on joints: as many fibres in as many directions as rigid ones, of the same mass and volume.

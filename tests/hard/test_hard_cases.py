@@ -41,9 +41,7 @@ def check(case: Case, solver: str, result: Result) -> None:
 
 
 @pytest.mark.default_parameters(
-    "rigid wire thrown taut by a heavy tip-Auto",
     "capstan-Auto",
-    "light wire drawn through a pack-Auto",
     "disk in a wedge-Auto",
     "arch of stones-Auto",
     "column of spheres under 1e4 times its mass-Auto",

@@ -36,7 +36,7 @@ CALLS = {
 }
 
 
-@pytest.mark.default_parameters(what=("run", "add", "restore"), asked=("observe",))
+@pytest.mark.default_parameters(what=("run",), asked=("observe",))
 @pytest.mark.parametrize("asked", ["on_step", "until", "observe"])
 @pytest.mark.parametrize("what", CALLS)
 def test_a_call_inside_a_recorded_run_leaves_no_hole_in_its_file(what, asked, tmp_path, monkeypatch):

@@ -46,6 +46,7 @@ def assert_sound(told, tries):
     assert {end for _, _, end in told} == {"refused", "solved"}
 
 
+@pytest.mark.long
 @pytest.mark.scaled
 def test_damaged_files_do_no_harm(tmp_path):
     """Of 2000 such files, before they were checked, 124 crashed the process and 22 hung it."""

@@ -82,6 +82,7 @@ def test_several_files_are_a_table(tmp_path):
         assert row.endswith(f"name: {name}")
 
 
+@pytest.mark.default_parameters("one1-other1-'options time_step' is 0.001 in the first and 0.002 in the second")
 @pytest.mark.parametrize(
     ("one", "other", "words"),
     [

@@ -234,6 +234,7 @@ def test_a_program_started_again_takes_its_run_up(path):
         assert len(run.observed["support"]) == 20
 
 
+@pytest.mark.default_parameters(friction=(0.3,))
 @pytest.mark.parametrize(
     ("friction", "options", "notes", "sentence"),
     [

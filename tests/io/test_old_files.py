@@ -32,6 +32,7 @@ def test_both_versions_are_stored():
     assert [path.name for path in STORED] == [f"{v}-{d}.h5.xz" for v in ("0.1.0", "0.2.0") for d in X]
 
 
+@pytest.mark.default_parameters("0.1.0-3d", "0.2.0-2d")
 def test_it_is_read_and_measured(old):
     path, x = old
     with lm.io.open_run(path) as run:
@@ -49,6 +50,7 @@ def test_it_is_read_and_measured(old):
     assert "1 chains" in told.output
 
 
+@pytest.mark.default_parameters("0.1.0-2d", "0.2.0-3d")
 def test_one_goes_on_with_it(old):
     path, x = old
     sim = lm.resume(path)

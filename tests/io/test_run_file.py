@@ -140,6 +140,7 @@ def test_it_is_plain_hdf5_without_pickles(path):
                     json.loads(item[()])
 
 
+@pytest.mark.long
 def test_importing_and_running_need_no_h5py_until_a_file_is_asked_for():
     code = (
         "import sys, lmgcpy as lm\n"

@@ -46,6 +46,7 @@ def simulated(make):
     return lm.Simulation(scene, time_step=1e-3)
 
 
+@pytest.mark.default_parameters("in space")
 @pytest.mark.parametrize("name", SCENES)
 def test_a_run_goes_on_with_the_same_bits_and_its_scene_comes_back(name, tmp_path):
     path = tmp_path / "run.h5"

@@ -214,6 +214,7 @@ def other_ways(source):
     return found
 
 
+@pytest.mark.long
 def test_no_other_way_is_used():
     """But for files that grow: run files are made under another name, in ``run_file``, and named by ``writing``, and the
     list of a study's runs gets lines."""

@@ -208,12 +208,13 @@ def test_a_dissipation_that_is_not_finite_stops_the_run():
         lm.Simulation(scene, time_step=1e-3).run(steps=1)
 
 
-@pytest.mark.default_parameters(*(f"test-lubricated-{name}" for name in ("compiled", "restart", "units")))
+@pytest.mark.default_parameters("test-lubricated-units")
 @lmgcpy.testing.conformance(Lubricated(viscosity=1.0, roughness=1e-6, reach=1e-2))
 def test_a_law_that_knows_its_pair_conforms(check):
     check()
 
 
+@pytest.mark.long
 def test_each_function_takes_the_pair_or_not():
     """As its signature says: a rod that breaks at a strain knows the radii as it commits, and nowhere else."""
 

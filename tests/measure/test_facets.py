@@ -107,6 +107,7 @@ def test_the_sign_of_the_pressure_says_from_which_side_a_wall_is_pressed(way):
     assert found.pressure == pytest.approx([0.0, 1.5 * way])
 
 
+@pytest.mark.default_parameters("2-40.0", "3-40.0")
 @pytest.mark.parametrize("spin", [0.0, 40.0])
 @pytest.mark.parametrize("d", [2, 3])
 def test_a_drum_that_turns_takes_forces_to_the_facet_that_was_met(d, spin, tmp_path):

@@ -9,6 +9,7 @@ import lmgcpy as lm
 MU = 0.3
 
 
+@pytest.mark.default_parameters("2")
 @pytest.mark.parametrize("d", [2, 3])
 def test_on_a_drum_the_tension_changes_by_the_friction(d):
     """All contacts slide, each gives mu N against the motion. Moment about the axis of the drum, radius R = 50 r: the
@@ -67,6 +68,7 @@ def drawn(d, friction, beads=False, record=None):
     return sim.run(steps=30, record=record, every=15)
 
 
+@pytest.mark.default_parameters("2")
 @pytest.mark.parametrize("d", [2, 3])
 def test_friction_along_a_thread_that_is_drawn_out_is_the_pull(d, tmp_path):
     """Pull less the load at the other end is the integral of the friction, 2 mu N for each of three pairs, and the feet are

@@ -33,6 +33,7 @@ def pressed_box():
     return lm.Simulation(scene, time_step=2e-4, solver=lm.Auto(tolerance=1e-5)), top
 
 
+@pytest.mark.long
 def test_stress_of_a_box_is_the_pressure_on_its_walls():
     """V sigma = sum f (x) x over the walls, of bodies at rest: the load over the area of the top, where walls have no
     friction, and sigma is symmetric, as no moment acts. Levers are from centres of mass that lie in no sphere's centre."""

@@ -251,6 +251,7 @@ def test_errors_of_means_along_a_wire():
     assert means_along(held, one, 1, np.arange(8000))[1][0] == pytest.approx(1.0 / np.sqrt(8000), rel=0.1)
 
 
+@pytest.mark.default_parameters("3")
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_fabric_of_a_random_wire_is_isotropic_within_its_error(dimension):
     """1/d within four standard errors, which are those of the variance of t_i t_j: 1/8 and 1/8 in 2D, 4/45 and 1/15 in

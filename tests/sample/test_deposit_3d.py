@@ -5,6 +5,7 @@ import time
 
 import numpy as np
 import pytest
+import suites
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.optimize import nnls
@@ -79,7 +80,7 @@ def helix(bead_count, bead_radius, box):
     return np.column_stack((wide + 0.6 * wide * np.cos(angle), wide + 0.6 * wide * np.sin(angle), height))
 
 
-@pytest.mark.default_parameters("0")
+@pytest.mark.default_parameters("2")
 @pytest.mark.parametrize("seed", range(5))
 def test_dense_sand(seed):
     """0.57 is asked of nearly equal grains. Measured with ratio 1.2 over these seeds: 0.610 to 0.612, with 10 000 grains
@@ -96,6 +97,7 @@ def test_dense_sand(seed):
     assert abs(np.corrcoef(radii, positions[:, 2])[0, 1]) < 0.06
 
 
+@pytest.mark.default_parameters("5.0-0.65")
 @pytest.mark.parametrize(("ratio", "least"), [(2.0, 0.63), (5.0, 0.65)])
 def test_wide_grading(ratio, least):
     """Measured over five seeds: 0.635 to 0.638 with ratio 2, 0.654 to 0.658 with ratio 5."""
@@ -198,6 +200,7 @@ def sizes(kind, rng, count):
     }[kind]
 
 
+@pytest.mark.scaled
 @pytest.mark.default_parameters("equal")
 @pytest.mark.parametrize("kind", ["ratio 2", "ratio 10", "ratio 10 by mass", "three sizes", "equal"])
 def test_lowest_pocket(kind):
@@ -208,7 +211,7 @@ def test_lowest_pocket(kind):
     own root at the end of an interval, and round-off decided.
     """
     count = 30
-    for seed in (0, 1, 2, 3, 12, 15, 20, 22):
+    for seed in (12, 0, 1, 2, 3, 15, 20, 22)[: suites.size(3, long=8)]:
         rng = np.random.default_rng(seed)
         radii = sizes(kind, rng, 40)[:count]
         width, depth = 2.0 * radii.max() * rng.uniform(1.0, 3.5, 2)

@@ -33,6 +33,7 @@ def segment_distance(x, t, y, u, half):
     return apart.min()
 
 
+@pytest.mark.default_parameters("random")
 @pytest.mark.parametrize("orientation", ["random", "horizontal", (1.0, 2.0, -1.0)])
 def test_nothing_overlaps_and_all_lie_in_the_box(orientation):
     laid = lay(orientation=orientation)

@@ -45,6 +45,7 @@ def test_a_membrane_around_a_box_bounds_it():
     assert (vectors * middles)[:, :2].sum() == pytest.approx(2 * 0.1 * 0.2 * 0.3)
 
 
+@pytest.mark.long
 def test_a_membrane_under_pressure_holds_a_sample():
     """At rest the virial of all forces on the nodes vanishes: ``-p`` times twice the volume, contacts, and links."""
     cells = lm.sample.membrane_around(radius=0.05, height=0.1, spacing=0.025)

@@ -97,7 +97,7 @@ def test_mass_of_round_meshes_tends_to_that_of_the_ellipsoid():
     assert np.max(errors[-1]) < 0.01
 
 
-@pytest.mark.default_parameters("box", "L", "sphere")
+@pytest.mark.default_parameters("L", "sphere")
 @pytest.mark.parametrize(
     ("shape", "expected"),
     [

@@ -20,6 +20,7 @@ def hanging(law, count=4, **options):
     return scene
 
 
+@pytest.mark.default_parameters("law1")
 @pytest.mark.parametrize("law", [lm.ElasticRod(stiffness=1.0), lm.ElasticWire(stiffness=1.0)])
 def test_each_link_has_its_own_stiffness(law):
     """At rest link i carries the beads below it, and is longer by their weight over its stiffness. Steps of half

@@ -153,6 +153,7 @@ def test_files_of_meshes(tmp_path):
         lm.read_mesh(tmp_path / "cube.stl", scale=0.0)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [0, 1])
 def test_a_turned_scene_with_its_triangles_in_another_order_does_the_same(seed):
     """A ball on a rough sheet: turned about the vertical, its triangles permuted and their corners rolled. To the tolerance

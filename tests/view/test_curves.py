@@ -108,7 +108,7 @@ def test_energy_and_solver(tmp_path):
     assert [axes.get_ylabel() for axes in solver.axes] == ["residual", "iterations a step"]
 
 
-@pytest.mark.default_parameters(".png-stress", ".png-energy")
+@pytest.mark.default_parameters(".png-energy")
 @pytest.mark.parametrize("what", list(curves.CURVES))
 @pytest.mark.parametrize("suffix", [".png", ".svg"])
 def test_a_file_comes_out(what, suffix, tmp_path):

@@ -37,7 +37,7 @@ def where(source, points, image, top=0, **options):
     return image[top + at[:, 1].astype(int), at[:, 0].astype(int)], scale
 
 
-@pytest.mark.default_parameters("z", "isometric")
+@pytest.mark.default_parameters("isometric")
 @pytest.mark.parametrize("camera", ["x", "y", "z", "isometric", (1.0, -2.0, 0.5)])
 def test_the_wire_is_where_it_is_projected_to(camera, tmp_path):
     """Blue along the middle of every link, however lit, and nowhere 0.1 m above it."""
@@ -136,6 +136,7 @@ def test_what_is_inside_is_seen_through_the_grains(tmp_path):
     assert blue[1.0] < 0.2 * blue[None]
 
 
+@pytest.mark.default_parameters("1.0")
 @pytest.mark.parametrize("side", [-1.0, 1.0])
 def test_of_two_translucent_balls_the_near_one_tells_more(side, tmp_path):
     """A sand-coloured one before a bluish one, and the other way round: half of the near, a quarter of the far."""
@@ -231,6 +232,7 @@ def test_titles_take_a_line(tmp_path):
     assert heights == [heights[0], heights[0] + TITLE, heights[0] + TITLE]
 
 
+@pytest.mark.long
 def test_many_spheres_are_one_actor(tmp_path):
     """So that 10 000 stay interactive: one vertex each, in one mapper."""
     scene = lm.Scene(dimension=3)

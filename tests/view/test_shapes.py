@@ -125,6 +125,7 @@ def test_a_hollow_shape_is_its_outline_and_its_force_no_ray():
     assert drawing.bounds()[:, :2].max() == pytest.approx(DRUM)
 
 
+@pytest.mark.long
 def test_between_two_foreign_shapes_a_line_is_a_piece_of_the_normal():
     bars = [
         lm.RigidBody([Segment(0.8, 0.05)], mass=1.0, inertia=1.0, position=(0.0, y), color=color)

@@ -186,6 +186,7 @@ def narrow(position_c, shape_c, position_a, shape_a):
     return height, (0.0, 1.0), (position_c[0] + lost, position_c[1])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("radius", "what"), [(0.1, "returned a contact point nan m"), (0.2, r"raised ValueError\('math domain error'\)")]
 )

@@ -185,6 +185,7 @@ def test_a_law_that_returns_none_in_a_rare_case_is_refused(name, capfd):
     assert capfd.readouterr().err == ""
 
 
+@pytest.mark.long
 def test_a_helper_may_return_none_if_the_law_asks_for_it(capfd):
     """As it is used as a number, the run stops; where the law tests for None, it goes on as any other."""
     with pytest.raises(RuntimeError, match=r"react of law .\S+. between bodies 0 and 2 raised TypeError"):
@@ -240,7 +241,7 @@ def raising(W, u, prepared):
 SOLVERS = [lm.GaussSeidel(), lm.AcceleratedGaussSeidel(), lm.Newton(), lm.Auto()]
 
 
-@pytest.mark.default_parameters("raising-RuntimeError-first-GaussSeidel")
+@pytest.mark.long
 @pytest.mark.parametrize("solver", SOLVERS, ids=lambda solver: type(solver).__name__)
 @pytest.mark.parametrize("first", [True, False], ids=["first", "last"])
 @pytest.mark.parametrize(

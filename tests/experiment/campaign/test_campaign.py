@@ -181,7 +181,7 @@ def test_the_bits_do_not_depend_on_the_workers(tmp_path, workers):
     same(results, CampaignFolder(tmp_path / "two").results())
 
 
-@pytest.mark.default_parameters(workers="processes")
+@pytest.mark.long
 def test_a_case_that_fails_ends_nothing(tmp_path, workers):
     results = Campaign(slope.fails, over={"number": range(3)}).run(tmp_path / "out", **workers(1))
     assert [case.status for case in results.cases] == ["finished", "failed", "finished"]
@@ -345,7 +345,7 @@ def test_damaged_folders_are_refused_or_read_as_they_were(tmp_path, here):
     whole = {case.name: case for case in Campaign(slope.slide, over={"friction": [0.1, 0.6]}).run(out, **here).cases}
     files = {file: file.read_bytes() for file in (out / "campaign.json", out / "cases.jsonl", *(out / "curves").iterdir())}
     rng, ends = np.random.default_rng(0), set()
-    for _ in range(suites.size(200, long=3000)):
+    for _ in range(suites.size(100, long=3000)):
         file = list(files)[rng.integers(len(files))]
         content = bytearray(files[file])
         start = int(rng.integers(len(content)))

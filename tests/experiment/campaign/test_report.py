@@ -106,6 +106,7 @@ def test_curves_that_are_left_out_are_named(tmp_path):
     assert "* y over x, all cases: the runs have no part of the abscissa in common." in page_of(files)
 
 
+@pytest.mark.long
 def test_names_of_figures_are_safe_and_differ(tmp_path):
     x = np.linspace(0.0, 1.0, 5)
     curve = {"time [s]": x, "../q/p [-]": x, "..//q p": x, "Q/P": x, "$\\frac": x, "é": x}

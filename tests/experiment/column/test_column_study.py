@@ -23,6 +23,7 @@ from lmgcpy.experiment.column.result import Fall, bracket, lasting_tension, line
 from lmgcpy.experiment.column.study import ColumnStudy
 from lmgcpy.experiment.study.engine import carry_out_study
 from lmgcpy.experiment.study.folder import StudyFolder
+from lmgcpy.view import painter
 
 TINY = ["column", "--grains", "30", "--contents", "0.6", "--travel", "2", "--aspect", "1", "--seed", "5"]
 RUNS = ("pour-dry", "pour-0.6", "release-dry", "release-0.6")
@@ -57,6 +58,7 @@ class Outcome:
         self.content, self.stands = content, content >= threshold
 
 
+@pytest.mark.default_parameters("3.0-2-tried0")
 @pytest.mark.parametrize(
     ("threshold", "refinements", "tried"),
     [
@@ -104,9 +106,11 @@ def test_an_error_in_one_column_ends_the_others(monkeypatch):
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
-    """The folder of a study that was not interrupted."""
+    """The folder of a study that was not interrupted; its pictures, which take longer than its runs, are coarse."""
     out = tmp_path_factory.mktemp("whole") / "study"
-    done = run(*TINY, "--out", out)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(painter, "FINER", 1)
+        done = run(*TINY, "--out", out)
     assert done.exit_code == 0, done.output
     return out, done
 
@@ -125,12 +129,18 @@ def test_it_writes_what_it_promises(whole):
     assert "nan" not in summary
 
 
-def test_tables_say_what_the_runs_hold(whole):
+@pytest.fixture(scope="module")
+def again(whole):
+    """Its result, of the runs in the folder."""
+    folder = StudyFolder(whole[0], ColumnStudy)
+    return carry_out_study(folder.read(), folder=folder, resume=True)
+
+
+def test_tables_say_what_the_runs_hold(whole, again):
     out, _ = whole
     with (out / "columns.csv").open() as file:
         dry, wired = csv.DictReader(file)
     assert (dry["beads"], dry["wire content [km/m^3]"]) == ("0", "0")
-    again = carry_out_study(StudyFolder(out, ColumnStudy).read(), folder=StudyFolder(out, ColumnStudy), resume=True)
     length_per_volume = float(wired["wire content [km/m^3]"])
     assert length_per_volume == pytest.approx(linear_content(again.falls[1]), rel=1e-5)
     # content / d^2, but for the volume: that of the settled column instead of that at a solid fraction of 0.6
@@ -145,10 +155,9 @@ def test_tables_say_what_the_runs_hold(whole):
         assert 0.0 < float(wired["greatest tension [N]"]) <= 1.001 * it.observed["tension"][:, 0].max()
 
 
-def test_lasting_tension_is_a_running_mean(whole):
+def test_lasting_tension_is_a_running_mean(again):
     """Constants stay, but for half a window at the ends; a blow of one step counts as what it is over a tenth of a unit."""
-    folder = StudyFolder(whole[0], ColumnStudy)
-    fall = carry_out_study(folder.read(), folder=folder, resume=True).falls[1]
+    fall = again.falls[1]
     steps = len(fall.release.time)
     count = round(0.1 * time_unit(fall.laid) / fall.release.time[0])
     blow = np.full((steps, 2), 3.0)

@@ -7,6 +7,7 @@ import os
 
 import numpy as np
 import pytest
+import suites
 
 from lmgcpy.experiment.column.study import ColumnStudy
 from lmgcpy.experiment.study.folder import StudyFolder
@@ -51,6 +52,7 @@ def test_what_is_no_study_is_refused(folder, text):
     assert try_to_read(*folder) == "refused"
 
 
+@pytest.mark.default_parameters("texsol")
 def test_other_values_are_refused_or_are_those_of_a_study(folder):
     """Every entry by every value, one at a time; of either kind some."""
     about = json.loads(folder[0].study_file.read_text())
@@ -67,11 +69,13 @@ def test_other_values_are_refused_or_are_those_of_a_study(folder):
     assert set(ends) == {"read", "refused"}
 
 
+@pytest.mark.scaled
 def test_damaged_files_are_refused_or_read(folder):
-    """A thousand flips of bits, seed 5. A number may become another number: a study is what a person may edit."""
+    """A hundred flips of bits, or a thousand, seed 5. A number may become another number: a study is what a person may
+    edit."""
     rng = np.random.default_rng(5)
     whole = folder[0].study_file.read_bytes()
-    for _ in range(1000):
+    for _ in range(suites.size(100, long=1000)):
         data = bytearray(whole)
         for at in rng.integers(0, 8 * len(data), rng.integers(1, 4)):
             data[at // 8] ^= 1 << (at % 8)

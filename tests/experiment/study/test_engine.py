@@ -99,6 +99,7 @@ def test_interrupted_and_resumed_it_is_the_same(stage, whole, tmp_path):
             assert lm.io.compare(a, b) is None, name
 
 
+@pytest.mark.long
 def test_force_deletes_the_runs_of_the_former_study_and_nothing_else(tmp_path):
     """Files in ``runs`` that no run of the study wrote stay; one that is in the way of a run is named. Before, every .h5
     went."""
@@ -119,6 +120,7 @@ def test_force_deletes_the_runs_of_the_former_study_and_nothing_else(tmp_path):
     assert mine[1].read_text() == "mine"
 
 
+@pytest.mark.long
 def test_a_folder_of_before_goes_on_with_all_files_that_it_has(tmp_path):
     """Versions before 0.2 wrote no names."""
     folder = StudyFolder(tmp_path / "study", Slides)

@@ -130,6 +130,7 @@ def test_a_small_study_writes_what_it_promises(result, tmp_path):
     np.testing.assert_allclose(mine, result.records["rigid-wire"].reaction, rtol=1e-5)
 
 
+@pytest.mark.long
 def test_the_summary_answers_the_questions(result):
     text = summary(result)
     for heading in ("By how much the wire stiffens", "compression column", "The wire's part", "The runs", "the solver's"):

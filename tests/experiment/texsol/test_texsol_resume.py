@@ -148,6 +148,7 @@ def test_force_begins_anew_and_a_finished_study_is_only_told_again(whole, tmp_pa
     assert files == {file: file.read_bytes() for file in (out / "runs").iterdir()}
 
 
+@pytest.mark.long
 def test_a_study_under_way_is_left_alone(tmp_path):
     out = StudyFolder(tmp_path / "study", TexSolStudy)
     out.begin(Study2D())
@@ -170,6 +171,13 @@ def one_disk():
     scene = lm.Scene(dimension=2)
     scene.add(lm.disk(radius=1.0, position=(0, 0), mass=1.0))
     return scene
+
+
+def test_the_summary_answers_the_questions(whole):
+    text = (whole / "summary.md").read_text()
+    for heading in ("By how much the wire stiffens", "The wire's part", "The runs", "the solver's"):
+        assert heading in text
+    assert "nan" not in text.lower()
 
 
 def test_what_cannot_be_resumed_gets_a_sentence(whole, tmp_path):
@@ -231,6 +239,7 @@ def test_a_run_of_another_study_is_refused_and_ends_the_others(name, whole, tmp_
     assert not (out / "summary.md").exists()
 
 
+@pytest.mark.long
 def test_the_test_itself_is_part_of_what_its_file_is_of(tmp_path):
     """Loads and drives are functions, which are not in the file, but their numbers are."""
     sample = compact(lay_sample(30, 8, seed=1), pressure=1e5, density=2600.0).sample

@@ -36,6 +36,7 @@ def test_laid_sample_has_no_overlap_and_a_wire_within_its_reference(laid):
     assert laid.reference_gap == pytest.approx(1.05 * 2 * 0.010)
 
 
+@pytest.mark.long
 def test_relaxation_is_dense_at_rest_and_free_of_overlap(laid, compaction):
     assert compaction.at_rest
     assert compaction.solid_fraction >= 0.80
@@ -45,6 +46,7 @@ def test_relaxation_is_dense_at_rest_and_free_of_overlap(laid, compaction):
     assert compaction.unrest.imbalance < 0.02
 
 
+@pytest.mark.long
 def test_relaxation_keeps_the_wire_within_its_length(laid, compaction):
     """The wire's law holds to the solver's tolerance: no link is longer than its reference by more than 1 %."""
     sample = compaction.sample

@@ -79,6 +79,7 @@ def test_what_is_not_solved_is_not_called_round_off(solver, tip, tolerance):
     assert off > 1e-3 or tip == 1.0
 
 
+@pytest.mark.long
 def test_a_problem_from_a_matrix_ends_at_round_off_as_well():
     masses = np.full(101, 1e-3)
     masses[-1] = 1e3

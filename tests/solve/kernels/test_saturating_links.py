@@ -50,6 +50,7 @@ def shaken(strength, *, wire_blocks):
     return lm.Simulation(scene, time_step=1e-3, solver=solver)
 
 
+@pytest.mark.default_parameters("10.0")
 @pytest.mark.parametrize("strength", [3.0, 10.0, 20.0, 30.0])
 def test_a_link_that_goes_from_slack_to_full_has_changed_its_piece(strength):
     """Both pieces have slope 0. One visit of the block solves the step, to the forces of the links one by one.

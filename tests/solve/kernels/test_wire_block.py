@@ -89,6 +89,7 @@ def test_elastic_wires_of_any_shape(seed):
     assert sim.interactions.impulse[:, 0] == pytest.approx(wire_impulses(W, q), abs=1e-9)
 
 
+@pytest.mark.default_parameters("0")
 @pytest.mark.parametrize("seed", range(4))
 def test_voigt_wires_of_any_shape(seed):
     """The answer is not that of a linear problem with a diagonal; the law's own fixed point, interpreted, tells.
@@ -159,6 +160,7 @@ class HardeningWithoutSlope(Hardening):
     slope = None
 
 
+@pytest.mark.default_parameters("0")
 @pytest.mark.parametrize("seed", range(3))
 def test_a_link_of_ones_own_is_solved_in_the_block(seed):
     """Smooth, so Newton's method converges quadratically within the one visit; without ``slope`` the links are updated

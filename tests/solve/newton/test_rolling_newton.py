@@ -81,6 +81,7 @@ def test_the_matrix_is_the_derivative_of_the_map(dimension):
         assert matrix.sign == np.linalg.slogdet(np.array(inverse))[0]
 
 
+@pytest.mark.default_parameters("3")
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_a_bend_changes_the_derivative_to_that_behind_the_wall(dimension):
     """As it is when factorised there anew, whichever status gives way to which. One disk of one interaction moves towards

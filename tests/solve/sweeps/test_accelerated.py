@@ -128,6 +128,7 @@ def test_what_needs_a_sweep_or_two_needs_no_more(name):
     assert fast <= plain + 2
 
 
+@pytest.mark.default_parameters(tolerance=(1e-3,))
 @pytest.mark.parametrize("tolerance", [1e-1, 1e-2, 1e-3, 1e-4, 1e-6])
 @pytest.mark.parametrize("name", LARGE)
 def test_never_more_sweeps(name, tolerance):
