@@ -189,19 +189,28 @@ def transmitted(problem: StepProblem, change: dict[str, float]) -> dict[str, flo
 
     A contact that opens bears nothing. If ``u_n^- > 0`` and ``r_n > 0``, other impulses closed it within the step before it
     pressed, and it made nothing. The work at the mean velocity is ``r_n (u_n^- + u_n^+)/2``; its part ``r_n u_n^-/2`` is
-    work of the others, which have as much less. (A heavy ball falls on a light bead of a taut wire, the
-    bead runs away from it, and both stop: the wire takes the energy of the ball and this part, which the contact seems to
-    make.) A law transmits no more than it made, and no more than other laws took in the same step.
+    work of the others, which have as much less. (A heavy ball falls on a light bead of a taut wire, the bead runs away from
+    it, and both stop: the wire takes the energy of the ball and this part, which the contact seems to make.) A contact
+    transmits no more than interactions of other laws on its two bodies took in the same step, a law no more than it made.
     """
     found: dict[str, float] = {}
-    for group in problem.by_law:
-        name, traits = group.law.NAME, group.law.TRAITS
-        if change.get(name, 0.0) > 0.0 and group.law.APPLIES_TO == "contact" and {"rigid", "push"} <= traits:
-            part = slice(group.start, group.stop)
-            opening = np.fmax(problem.data.before[part, 0], 0.0)
-            found[name] = found.get(name, 0.0) + 0.5 * float(problem.system.impulse[part, 0].dot(opening))
-    taken = -sum(min(work, 0.0) for work in change.values())
-    return {name: min(work, taken, change[name]) for name, work in found.items()}
+    data, system, free = problem.data, problem.system, problem.inverse_mass.max(axis=1) > 0.0
+    laws = {group.law.NAME: group.law for group in problem.by_law}
+    for name, law in laws.items():
+        if law.APPLIES_TO != "contact" or not {"rigid", "push"} <= law.TRAITS or change.get(name, 0.0) <= 0.0:
+            continue
+        own = np.zeros(len(system.impulse), dtype=bool)
+        for group in problem.by_law:
+            own[group.start : group.stop] = name == group.law.NAME
+        through = np.where(own, 0.5 * system.impulse[:, 0] * np.fmax(data.before[:, 0], 0.0), 0.0)
+        if not through.any():
+            continue
+        work = 0.5 * (system.impulse * (data.before + data.after)).sum(axis=1)
+        taken = np.where(own, 0.0, np.fmax(-work, 0.0))
+        c, a = system.candidate, system.antagonist
+        of_body = np.where(free, sum(np.bincount(end, taken, minlength=len(free)) for end in (c, a)), 0.0)
+        found[name] = min(float(np.minimum(through, of_body[c] + of_body[a]).sum()), change[name])
+    return found
 
 
 def dissipated_by_law(problem: StepProblem) -> dict[str, float]:
