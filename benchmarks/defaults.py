@@ -1,6 +1,6 @@
 """What the default solver costs on an ordinary job, by tolerance: grains that settle in a box and are pressed by its lid.
 
-2000 disks, and 1000 spheres, lie as they were deposited and settle for 60 steps. Then their lid is let go, and pressed
+1000 disks, and 300 spheres, lie as they were deposited and settle for 60 steps. Then their lid is let go, and pressed
 down with 1e5 Pa for 60 more. Errors: the largest overlap at the end in least radii, and the lid's way, which varies by
 chance.
 
@@ -22,11 +22,9 @@ PRESSURE = 1e5
 STEPS = 60
 SOLVERS = {
     "Auto, 1e-2": lm.Auto(tolerance=1e-2),
-    "Auto, 3e-3": lm.Auto(tolerance=3e-3),
     "Auto, 1e-3 (default)": lm.Auto(),
     "Auto, 3e-4": lm.Auto(tolerance=3e-4),
     "Auto, 1e-4": lm.Auto(tolerance=1e-4),
-    "AcceleratedGaussSeidel, 1e-2": lm.AcceleratedGaussSeidel(tolerance=1e-2),
     "AcceleratedGaussSeidel, 1e-3": lm.AcceleratedGaussSeidel(tolerance=1e-3),
 }
 
@@ -72,6 +70,6 @@ def job(dimension: int, grains: int, name: str, solver: lm.Solver) -> list:
 
 if __name__ == "__main__":
     warnings.simplefilter("ignore")
-    rows = [job(d, grains, *solver) for d, grains in ((2, 2000), (3, 1000)) for solver in SOLVERS.items()]
+    rows = [job(d, grains, *solver) for d, grains in ((2, 1000), (3, 300)) for solver in SOLVERS.items()]
     header = ["job", "solver", "sweeps a step", "unsolved of 121", "overlap [r]", "way of the lid [mm]", "s"]
     report("defaults", header, rows)

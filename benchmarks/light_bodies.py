@@ -29,7 +29,7 @@ from squeezed_wire import squeezed_wire, way
 
 SOLVERS = {
     "accelerated 1e-2": lm.AcceleratedGaussSeidel(tolerance=1e-2),
-    "auto 1e-4": lm.Auto(),
+    "auto 1e-4": lm.Auto(tolerance=1e-4),
     "auto 1e-9": lm.Auto(tolerance=1e-9),
 }
 SEEDS = 3

@@ -190,8 +190,9 @@ def transmitted(problem: StepProblem, change: dict[str, float]) -> dict[str, flo
     A contact that opens bears nothing. If ``u_n^- > 0`` and ``r_n > 0``, other impulses closed it within the step before it
     pressed, and it made nothing. The work at the mean velocity is ``r_n (u_n^- + u_n^+)/2``; its part ``r_n u_n^-/2`` is
     work of the others, which have as much less. (A heavy ball falls on a light bead of a taut wire, the bead runs away from
-    it, and both stop: the wire takes the energy of the ball and this part, which the contact seems to make.) A contact
-    transmits no more than interactions of other laws on its two bodies took in the same step, a law no more than it made.
+    it, and both stop: the wire takes the energy of the ball and this part, which the contact seems to make.) A contact that
+    takes back overlap presses by itself and transmits nothing. All contacts of a body together transmit no more than
+    interactions of other laws took there in the same step, and a law no more than these took and than it made.
     """
     found: dict[str, float] = {}
     data, system, free = problem.data, problem.system, problem.inverse_mass.max(axis=1) > 0.0
@@ -202,14 +203,19 @@ def transmitted(problem: StepProblem, change: dict[str, float]) -> dict[str, flo
         own = np.zeros(len(system.impulse), dtype=bool)
         for group in problem.by_law:
             own[group.start : group.stop] = name == group.law.NAME
-        through = np.where(own, 0.5 * system.impulse[:, 0] * np.fmax(data.before[:, 0], 0.0), 0.0)
+        presses = own & ~(data.gap < data.reference_gap)
+        through = np.where(presses, 0.5 * system.impulse[:, 0] * np.fmax(data.before[:, 0], 0.0), 0.0)
         if not through.any():
             continue
         work = 0.5 * (system.impulse * (data.before + data.after)).sum(axis=1)
         taken = np.where(own, 0.0, np.fmax(-work, 0.0))
-        c, a = system.candidate, system.antagonist
-        of_body = np.where(free, sum(np.bincount(end, taken, minlength=len(free)) for end in (c, a)), 0.0)
-        found[name] = min(float(np.minimum(through, of_body[c] + of_body[a]).sum()), change[name])
+        bodies = np.concatenate([system.candidate, system.antagonist])
+        of_body, contacts = (
+            np.bincount(bodies, np.tile(weights, 2), minlength=len(free)) for weights in (taken, through > 0.0)
+        )
+        share = np.where(free, of_body / np.maximum(contacts, 1.0), 0.0)
+        most = share[system.candidate] + share[system.antagonist]
+        found[name] = min(float(np.minimum(through, most).sum()), float(taken.sum()), change[name])
     return found
 
 

@@ -204,7 +204,10 @@ class StepProblem(Step):
                 if group.law.rows(self.dimension) > self.dimension:
                     rolling[part], torsion[part] = turning if self.dimension == 3 else (turning[0], 0.0)
             names += [group.law.NAME] * (group.stop - group.start)
-        acting = np.isfinite(bias) & (system.delassus[:, 0] > 0.0)
+        geometric, links = np.zeros(count), len(system.geometric)
+        geometric[:links] = system.geometric
+        moves = (system.delassus[:, 0] > 0.0) | ((geometric > 0.0) & (system.delassus[:, 1:] > 0.0).any(axis=1))
+        acting = np.isfinite(bias) & moves
         H = self.interaction_matrix()
         d, width = self.dimension, system.impulse.shape[1]
         H = H[np.repeat(acting, width)]
@@ -218,8 +221,6 @@ class StepProblem(Step):
             W = sparse.csr_array(W + columns @ columns.T)
         q = H @ self.free_velocity.ravel()
         q[::width] += bias[acting]
-        geometric, links = np.zeros(count), len(system.geometric)
-        geometric[:links] = system.geometric
         if links:
             carried = np.zeros((count, d - 1))
             carried[:links] = system.carried

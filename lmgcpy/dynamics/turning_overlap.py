@@ -31,7 +31,7 @@ def take_back(
     """
     data = solved.data
     turned = (data.gap < data.reference_gap) & given.keeps_gap
-    work = 0.5 * float((solved.system.impulse[:, 0] * (data.before[:, 0] + data.after[:, 0])).dot(turned))
+    work = 0.5 * float((solved.system.impulse[:, 0] * (data.before[:, 0] + data.after[:, 0])).sum(where=turned))
     if work <= 0.0:
         return solved, None
     loads, free = given.free_velocity - before, given.inverse_mass > 0.0

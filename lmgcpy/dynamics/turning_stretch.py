@@ -158,7 +158,8 @@ class TurningStretch:
             of_chains = slice(sum(len(gap) for gap in gaps))  # joints have no reference gap
             drawn[of_chains] = given.data.reference_gap[of_chains] - np.concatenate(gaps)
         limit = MADE * self._kinetic(before, given.free_velocity)
-        done = np.array([not self._passive[net].all() for net in self._of_net])
+        passive = np.array([self._passive[net].all() for net in self._of_net], dtype=bool)
+        done = ~passive
         taken, together = np.zeros(len(done), dtype=bool), None
         for _ in range(TURNS):
             tension = -solved.system.impulse[:count, 0]
@@ -171,10 +172,9 @@ class TurningStretch:
             made = self._made_by(solved, suspects, drawn, moments(solved))
             found = [net for net in suspects if limit[net] < made[net] < pulled[net] / ACCOUNTS]
             taking = [net for net in suspects if made[net] < -limit[net] and self._rigid[self._of_net[net]].all()]
-            work = pulled[found + taking].sum()  # no net of a jerk is left out: those joined have no less kinetic energy
-            taking = [net for net in taking if work > self._jerk([net], given, before)]
-            if not found and not taking:
-                break
+            work = pulled[found + taking].sum()
+            if not found and not any(work > self._jerk([net], given, before) for net in taking):
+                break  # no jerk: nets that are joined have no less kinetic energy than one of them
             together = self._together(given) if together is None else together
             jerks: list[int] = []
             for label in np.unique(together[taking]).tolist():
@@ -186,7 +186,7 @@ class TurningStretch:
                 break
             taken[found] = done[found] = True
             first = solved.system.impulse.copy() if first is None else first
-            judged = np.flatnonzero(np.isin(together, together[found])).tolist()
+            judged = np.flatnonzero(np.isin(together, together[found]) & passive).tolist()
             made = self._made_by(solved, judged, drawn, moments(solved))
             solved = self._solve_again(given, taken, excess, solve)
             anew = self._made_by(solved, judged, drawn, moments(solved))
@@ -245,9 +245,11 @@ class TurningStretch:
         row, column = rows.nonzero()
         moves = problem.inverse_mass.ravel()[column] > 0.0
         body = rows.shape[0] + column[moves] // problem.inverse_mass.shape[1]
-        label = connected(row[moves], body, rows.shape[0] + len(problem.inverse_mass))
-        first = [self._strands[net[0]].start for net in self._of_net]
-        return label[problem.system.impulse.shape[1] * np.array(first)]
+        # nets have numbers after rows and bodies, as a link of a net may join held bodies
+        first = rows.shape[0] + len(problem.inverse_mass)
+        net = np.repeat(self._net, np.diff(self._cuts))
+        row = np.concatenate([row[moves], problem.system.impulse.shape[1] * np.arange(len(net))])
+        return connected(row, np.concatenate([body, first + net]), first + len(self._of_net))[first:]
 
     def _made_by(
         self, problem: StepProblem, nets: list[int], drawn: np.ndarray, moments: np.ndarray

@@ -205,7 +205,7 @@ def unsolvable(W: sparse.csr_array, *, finite: bool) -> None:
     if least < NEGATIVE:
         raise ValueError(
             f"{WHAT} must be positive semidefinite, but scaled to a unit diagonal it has an eigenvalue of {least:.2g} or "
-            "less, so that the impulses grow without bound: make it as H^T M^-1 H."
+            "less, and the problem was not solved: make it as H^T M^-1 H."
         )
     if not finite:
         raise FloatingPointError(

@@ -37,7 +37,7 @@ def gauss_seidel(team: Team, max_iterations):
     nothing, residual, done, status = begin(team, False)
     if done:
         return 0, status
-    best = residual
+    best = np.inf
     milestone = residual
     milestone_sweep = 0
     others = 0
