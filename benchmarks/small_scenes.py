@@ -40,7 +40,7 @@ def heap(dimension: int, count: int) -> lm.Simulation:
         scene.add(lm.wall(point=tuple(width * axis), normal=tuple(-axis)))
     for other in ("GRAIN", "WALL"):
         scene.see("GRAIN", other, lm.Coulomb(friction=0.3))
-    return lm.Simulation(scene, time_step=1e-3)
+    return lm.Simulation(scene, time_step=1e-3, solver=lm.Auto(tolerance=1e-4))
 
 
 def settled(dimension: int, count: int) -> lm.Simulation:

@@ -48,7 +48,7 @@ def one_of_each(count: int) -> lm.Simulation:
     scene.membrane(of_kind["TRIANGLE"], np.arange(3 * count).reshape(-1, 3), elastic, radius=0.01, color="TRIANGLE")
     for kind in ("BALL", "SEGMENT", "TRIANGLE"):
         scene.see(f"ON_{kind}", kind, lm.Coulomb(friction=FRICTION))
-    return lm.Simulation(scene, time_step=1e-4, overlap="ignore")
+    return lm.Simulation(scene, time_step=1e-4, solver=lm.Auto(tolerance=1e-4), overlap="ignore")
 
 
 def costs(count: int) -> list[list]:
@@ -96,7 +96,8 @@ def draw(spacing: float, smooth: bool, friction: float) -> list:
         node.fix("y")
     nodes[0].impose_force(x=-0.05 * force)
     nodes[-1].impose_velocity(x=0.02, z=0.0)
-    sim = lm.Simulation(scene, time_step=2.5e-4, on_unconverged="ignore", overlap="ignore")
+    options = {"solver": lm.Auto(tolerance=1e-4), "on_unconverged": "ignore", "overlap": "ignore"}
+    sim = lm.Simulation(scene, time_step=2.5e-4, **options)
     sim.run(steps=40)
     begin, sweeps, tension = time.process_time(), 0, []
     for _ in range(400):
