@@ -72,7 +72,7 @@ class Energy:
 
     made_by_law: dict[str, float] = field(default_factory=dict)
     """``made`` for each law alone: one law may make energy that another takes. Work that contacts only transmit is not
-    counted (:func:`transmitted`)."""
+    counted: see ``transmitted``."""
 
     @property
     def mechanical(self) -> float:

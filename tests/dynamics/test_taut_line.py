@@ -296,7 +296,7 @@ def test_a_flat_net(count, law, h):
 
     Measured: the beads end 1e-7 m below, and sum the energies of both families as they are lifted back.
     """
-    seen = Seen(flat_net(count, law), h, 40)
+    seen = Seen(flat_net(count, law), h, 40, solver=lm.Auto(tolerance=1e-4))
     assert seen.sim.unconverged_steps == 0
     assert seen.sag <= 2.0 * G * h**2
     assert seen.speed <= 2.0 * G * h
@@ -315,7 +315,7 @@ def test_the_stress_of_a_net_in_itself_does_not_walk(count, steps, law, h):
     rods came to 6e9 in 100 steps, and wires to steps without a solution in 200.)"""
     scene = flat_net(count, law)
     before = np.array([b.position for b in scene.bodies])
-    seen = Seen(scene, h, steps)
+    seen = Seen(scene, h, steps, solver=lm.Auto(tolerance=1e-4))  # at 1e-3 places are off by 3e-6 of the side
     assert seen.sim.unconverged_steps == 0
     assert seen.tension <= 1e9 * MASS * G
     assert seen.speed <= 2.0 * G * h
