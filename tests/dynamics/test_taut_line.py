@@ -344,7 +344,8 @@ def test_a_wire_over_a_drum_without_slack(friction, dimension, law):
     scene.chain(beads, law(), block_spin=True)
     scene.see("BEAD", "DRUM", lm.Coulomb(friction=friction))
     before = np.array([b.position for b in scene.bodies])
-    seen = Seen(scene, 1e-3, 100)
+    # at 1e-3 rods and contacts exchange 3e-3 J, and a run says so
+    seen = Seen(scene, 1e-3, 100, solver=lm.Auto(tolerance=1e-4))
     assert seen.sim.unconverged_steps == 0
     assert seen.speed <= 2.0 * G * 1e-3
     assert seen.tension <= 1e9 * MASS * G
