@@ -55,7 +55,7 @@ def test_a_block_tips_over_its_lower_edge(time_step):
         sim, body = on_incline(angle, 5.0, time_step=time_step)
         sim.run(duration=0.3)
         assert (body.spin[1] > 0.01) == tips
-        assert np.abs(body.spin[[0, 2]]).max() < 1e-4  # the solver's tolerance
+        assert np.abs(body.spin[[0, 2]]).max() < 1e-3  # the solver's tolerance
 
 
 @pytest.mark.default_parameters("solver0-0.0-0.0", "solver0-0.4-1.0", "solver1-1.2-0.0")
