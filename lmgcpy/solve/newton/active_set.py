@@ -170,7 +170,7 @@ class ActiveSet:
         return error, status
 
     def residual(self, r: np.ndarray) -> float:
-        """``|e(r)| / |e(0)|``; zero if ``e(0)`` is zero."""
+        """``|e(r)| / |e(0)|``; zero if ``e(0)`` is zero, and no number if it is none."""
         return 0.0 if self.nothing == 0.0 else float(np.linalg.norm(self.error(r)[0])) / self.nothing
 
     def lost(self, r: np.ndarray) -> bool:
