@@ -19,6 +19,7 @@ def solve_step(problem: StepProblem, solver: Solver, links: LinkStiffness | None
     number stops being finite, and RuntimeError if a law fails.
     """
     start, solves = clock.perf_counter(), 1
+    problem.begin()
     if links is not None and links.count:
         problem, outcome, solves = solve_stiffened(links, problem, solver)
     else:

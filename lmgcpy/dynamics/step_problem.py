@@ -87,21 +87,32 @@ class StepProblem(Step):
             prepared = dict(zip(group.law.PREPARED, numbers, strict=True))
             raise FloatingPointError(fault.format("prepare", f"{prepared} at a gap of {data.gap[row]:g} m"))
 
+    def begin(self) -> None:
+        """Let the guess hold the impulses of links between bodies that are held or driven along them. No solver computes
+        them, as they change no velocity along the link; across it the geometric stiffness of their tension acts."""
+        stuck = self._stuck()
+        if len(stuck):
+            self._bear(stuck, self.relative_velocities(self.free_velocity), self.guess)
+
     def end(self) -> None:
-        """Enter the relative velocities at the end of the step into the data of the laws. Links between bodies that are
-        held or driven get the impulses of their laws at these velocities: no solver computes them, as they change no
-        velocity."""
+        """Enter the relative velocities at the end of the step into the data of the laws."""
         self.data = self.data._replace(after=self.relative_velocities(self.system.velocity, self.after))
-        if not len(self.yielding):
-            return
-        stuck = self.yielding[self.system.delassus[self.yielding, 0] == 0.0]
+        stuck = self._stuck()
+        if len(stuck):
+            self._bear(stuck, self.data.after, self.system.impulse)
+
+    def _stuck(self) -> np.ndarray:
+        """Rows of links whose law yields and whose bodies are held or driven along them."""
+        return self.yielding[self.system.delassus[self.yielding, 0] == 0.0] if len(self.yielding) else self.yielding
+
+    def _bear(self, stuck: np.ndarray, relative: np.ndarray, impulse: np.ndarray) -> None:
+        """Enter the impulses of the laws of these rows at the ``relative`` velocities (m, d) into ``impulse`` (m, d)."""
         groups = np.searchsorted([group.stop for group in self.by_law], stuck, side="right")
         for i, k in zip(stuck.tolist(), groups.tolist(), strict=True):
             group = self.by_law[k]
             at = self.offset[k] + (i - group.start) * len(group.law.PREPARED)
             prepared = tuple(self.system.prepared[at : at + len(group.law.PREPARED)].tolist())
-            (impulse,) = group.law.react(((NO_MOBILITY,),), (float(self.data.after[i, 0]),), prepared)
-            self.system.impulse[i, 0] = impulse
+            (impulse[i, 0],) = group.law.react(((NO_MOBILITY,),), (float(relative[i, 0]),), prepared)
 
     def relative_velocities(self, velocities: np.ndarray, result: np.ndarray | None = None) -> np.ndarray:
         """Relative velocities of all interactions in their local frames, (m, d), for velocities of the bodies (n, k)."""

@@ -35,7 +35,9 @@ def find_lock(problem: StepProblem, report: Report, spans: StraightSpans) -> Loc
         return None
     with np.errstate(all="ignore"):
         told = least_motion(conic, problem.system.impulse[acting])
-    of_body = problem.system.inverse_mass[:, 0]
+    if not told.norm > 0.0:
+        return None
+    of_body = problem.system.inverse_mass[:, : problem.dimension].max(axis=1)
     mass = float((1.0 / of_body[of_body > 0.0]).sum())
     h_over_radius = float(np.median(conic.scale[conic.scale > 0.0]))
     motion = told.norm / np.sqrt(mass) * h_over_radius if mass > 0.0 else np.inf

@@ -74,29 +74,28 @@ def residual(start, count, offset, weight, s, until_changed=False):
     changed = False
     for k in range(count):
         i = np.uintp(start + k)
-        w = weight * s.delassus[i, 0]
-        if w == 0.0:  # both bodies are held
-            for a in range(ROWS):
-                s.scratch[i, a] = 0.0
-                s.scratch[i, SLOPES + a] = 0.0
-            continue
-        prepared = read(s.prepared, offset + k * PREPARED)
         u = relative_velocity(i, s)
         r = s.impulse[i, 0]
         # normal row: F = r_n - react(w, u_n - w r_n) and the slope of react
-        free = (u[0] - w * r,)
-        (new,) = react(((w,),), free, prepared)
-        ((gradient,),) = slope(((w,),), free, prepared)
-        diagonal = 1.0 + gradient * (w - s.delassus[i, 0])
-        gradient /= diagonal
-        s.scratch[i, 0] = (new - r) / diagonal
-        before = s.scratch[i, SLOPES]
-        if abs(gradient - before) > SAME * abs(gradient) or (gradient == 0.0 and abs(new - r) > SAME * abs(new)):
-            changed = True
-            if until_changed:
-                break
-        s.scratch[i, SLOPES] = gradient
-        merit += (w * (new - r)) ** 2 + 0.0 * gradient  # a slope that is not finite must not pass for a singular matrix
+        w = weight * s.delassus[i, 0]
+        if w == 0.0:  # both bodies are held along the normal
+            s.scratch[i, 0] = 0.0
+            s.scratch[i, SLOPES] = 0.0
+        else:
+            free = (u[0] - w * r,)
+            prepared = read(s.prepared, offset + k * PREPARED)
+            (new,) = react(((w,),), free, prepared)
+            ((gradient,),) = slope(((w,),), free, prepared)
+            diagonal = 1.0 + gradient * (w - s.delassus[i, 0])
+            gradient /= diagonal
+            s.scratch[i, 0] = (new - r) / diagonal
+            before = s.scratch[i, SLOPES]
+            if abs(gradient - before) > SAME * abs(gradient) or (gradient == 0.0 and abs(new - r) > SAME * abs(new)):
+                changed = True
+                if until_changed:
+                    break
+            s.scratch[i, SLOPES] = gradient
+            merit += (w * (new - r)) ** 2 + 0.0 * gradient  # a slope that is not finite must not pass for a singular matrix
         # rows across: F = r_t + kappa (u_t - c_t), slope -kappa
         stiffness = s.geometric[i]
         for a in range(1, ROWS):
@@ -253,9 +252,8 @@ def relax(start, count, offset, s):
     for k in range(count):
         i = np.uintp(start + k)
         w = s.delassus[i, 0]
-        if w == 0.0:
-            continue
-        relax_link(i, w, read(s.prepared, offset + k * PREPARED), s)
+        if w != 0.0:
+            relax_link(i, w, read(s.prepared, offset + k * PREPARED), s)
         # the linear rows across, solved one by one: r_t = -kappa (u_t - c_t) with u_t = free_t + w r_t
         u = relative_velocity(i, s)
         s.scratch[i, 0] = 0.0

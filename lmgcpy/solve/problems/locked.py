@@ -18,7 +18,8 @@ a self-stress with P > 0, no change of velocities, however large, is enough. If 
 the least change. If a step is solved, the bound equals the change. The statement holds for the convex problem with the
 sliding velocities s (Acary, Cadoux, Lemarechal, Malick 2011), which are taken from the last impulses.
 
-Elastic laws and geometric stiffness add a positive diagonal to W, so that they never lock.
+A row that yields, by an elastic law or by geometric stiffness, never locks, and energy that it stores is no motion. So
+rho is zero in such rows: what is left of W is the one of the rigid rows.
 """
 
 from __future__ import annotations
@@ -68,8 +69,10 @@ def least_motion(problem: Problem, impulses: np.ndarray) -> LeastMotion:
     for part, share in problem.disks:
         sliding = np.linalg.norm(velocities[:, part], axis=1)
         convex[:, 0] += np.where(problem.cones == CONTACT, share * sliding, 0.0)
-    there = problem.rows.ravel()  # components that no law has bear nothing, not even on the way
-    operator = sparse.csc_array((problem.W + sparse.diags_array(_own(problem)))[there][:, there])
+    there = _rigid(problem)  # the others bear nothing, not even on the way
+    if not there.any():
+        return LeastMotion(0.0, np.zeros_like(impulses))
+    operator = sparse.csc_array(problem.W)[there][:, there]
     diagonal = operator.diagonal()
     weight = WEIGHT / float(diagonal[diagonal > 0.0].mean()) if (diagonal > 0.0).any() else WEIGHT
     damped = splu(sparse.csc_array(sparse.eye_array(len(diagonal)) + weight * operator))
@@ -88,13 +91,12 @@ def least_motion(problem: Problem, impulses: np.ndarray) -> LeastMotion:
     return best
 
 
-def _own(problem: Problem) -> np.ndarray:
-    """Diagonal that the laws add to W, (D m,): along the normal a compliance, across it 1 / geometric stiffness."""
-    own = np.zeros((len(problem.mu), problem.width))
-    own[:, 0] = problem.compliance
-    stiff = problem.geometric > 0.0
-    own[stiff, 1 : problem.dimension] = 1.0 / problem.geometric[stiff, None]
-    return own.ravel()
+def _rigid(problem: Problem) -> np.ndarray:
+    """Whether a component has a law that does not yield, (D m,) bool."""
+    rigid = problem.rows.copy()
+    rigid[problem.compliance > 0.0, 0] = False
+    rigid[problem.geometric > 0.0, 1 : problem.dimension] = False
+    return rigid.ravel()
 
 
 def within_cones(problem: Problem, impulses: np.ndarray) -> np.ndarray:
