@@ -254,7 +254,7 @@ PAIRS = [
     for one, two in itertools.combinations(FEATURES, 2)
     if {ONLY.get(one, d), ONLY.get(two, d)} == {d} and not any({one, two} <= each for each in ONE_OF)
 ]
-DEFAULT = {(2, "closed", "yielding_cell"), (2, "winch", "hidden"), (2, "light", "drag"), (3, "points", "joints")}
+DEFAULT = {(2, "closed", "yielding_cell"), (2, "winch", "hidden"), (2, "light", "drag"), (2, "points", "joints")}
 
 
 def run(s, sim, first, last, record=None):

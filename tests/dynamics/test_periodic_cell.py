@@ -217,6 +217,7 @@ def test_the_energy_identity_closes_with_the_work_of_stress_and_shear(dimension,
     assert sim.energy.total_interactions["coulomb"] < 0.0
 
 
+@pytest.mark.default_parameters("2")
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_which_images_are_given_does_not_matter(dimension):
     """Every body shifted by its own whole number of edges: the same motion, but for the rounding of their positions, which

@@ -10,6 +10,8 @@ import pytest
 import lmgcpy as lm
 from lmgcpy.contact.slabs import partition_from
 
+pytestmark = pytest.mark.long  # half a minute to compile; the form of its rows and its law are in the default suite
+
 G, RADIUS, K = 9.81, 0.1, 0.4
 SAND = lm.Material("sand", density=2600.0)
 
@@ -189,7 +191,6 @@ def test_moments_keep_angular_momentum():
     assert momenta() == pytest.approx(before, abs=1e-12 * np.abs(before).max())
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("held", [False, True])
 def test_solvers_agree(held):
     """Also where bodies are held in some components, so that local blocks are full. Steps to a residual of 1e-8 or less of
@@ -212,7 +213,6 @@ def test_solvers_agree(held):
         assert lm.residual(problem, solution.impulses) <= 1.1 * solver.tolerance
 
 
-@pytest.mark.long
 def test_a_full_block_is_solved_at_once():
     """One sphere that moves and turns about some axes only, on an incline beside all axes: the first sweep is the solution,
     to round-off, whether it sticks, slides, holds, rolls or twists. Held along x it
@@ -254,7 +254,6 @@ def test_without_rolling_friction_it_is_coulomb():
     assert other.problem().width == 3
 
 
-@pytest.mark.long
 def test_a_run_file_keeps_the_moments(tmp_path):
     """And a run that goes on from it has the bits of the whole run."""
     sim = heap(rolling(0.5, 0.2)).run(steps=70, record=str(tmp_path / "run.h5"), every=10)
@@ -268,7 +267,6 @@ def test_a_run_file_keeps_the_moments(tmp_path):
     assert np.array_equal(again.interactions.moment, whole.interactions.moment)
 
 
-@pytest.mark.long
 def test_slabs_and_threads_roll_alike():
     """As in the plane: the same bits with any number of threads."""
     given = {"solver": lm.GaussSeidel(tolerance=1e-7)}

@@ -98,7 +98,7 @@ def test_a_cell_is_half_of_one_twice_as_long():
     np.testing.assert_allclose(two[-3:], one[-3:], atol=1e-9)
 
 
-@pytest.mark.default_parameters("sheet-3")
+@pytest.mark.default_parameters("closed_thread-2")
 @pytest.mark.parametrize(("make", "d"), [(closed_thread, 2), (closed_thread, 3), (sheet, 3)])
 def test_the_gap_grows_with_the_nodes_the_ball_and_the_cell(make, d):
     """Every body moves by ``v + G x``, the edges by ``G L``, and the normal velocity is the slope of the gap."""
@@ -239,6 +239,7 @@ def test_nodes_that_are_near_across_a_face_are_refused():
         scene.periodic(x=1.0)
 
 
+@pytest.mark.long
 def test_a_run_goes_on_from_its_file_bit_for_bit(tmp_path):
     path, options = tmp_path / "run.h5", {"time_step": 1e-3, "overlap": "ignore"}
     scene = sheet((0.37, 0.81), wrapped=True)

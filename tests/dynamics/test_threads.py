@@ -110,6 +110,7 @@ def test_two_simulations_in_two_threads_of_python_do_not_meet():
     assert set(threading.enumerate()) <= before
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("partition_small_scenes")
 def test_a_partitioned_run_goes_on_from_a_checkpoint_bit_for_bit():
     """Slabs are those of the last list, which a checkpoint makes again; with another number of threads."""

@@ -76,6 +76,7 @@ def test_it_stays_linked_where_the_cell_takes_other_edges():
     assert np.abs(sim.interactions.force[:, 0]).max() < 1e-6
 
 
+@pytest.mark.long
 def test_a_wire_that_swings_across_a_face_is_drawn_and_written_as_short_links(tmp_path):
     """Pictures, VTK files and what goes on from a file know the images."""
     scene, cell = endless(2, "closed", lm.ElasticWire(stiffness=STIFFNESS))
