@@ -21,6 +21,7 @@ from lmgcpy.scene.capsule import Capsule, capsule_volume
 from lmgcpy.scene.material import Material
 from lmgcpy.scene.placed import body_volume, placed
 from lmgcpy.scene.scene import Scene
+from lmgcpy.solve.sweeps.accelerated import AcceleratedGaussSeidel
 
 if TYPE_CHECKING:
     from lmgcpy.simulation import Simulation
@@ -340,3 +341,17 @@ class Box(SampleScene):
 def characteristic_time(diameter: float, density: float, pressure: float) -> float:
     """``d sqrt(rho/p)``: the time in which the pressure moves a grain by its size [s]."""
     return float(diameter * np.sqrt(density / pressure))
+
+
+FORCE = 1e-3
+"""Error of a force, in parts of the load of its bodies, up to which the steps of compactions and tests are solved.
+
+With steps of a fifth of ``d sqrt(rho/p)``, an error f of the force ``p d^2`` of a contact closes it by some ``0.15 f d`` a
+step, and nothing opens it again. So errors add up over a test, while the platen moves by ``0.2 I d`` a step for each layer
+of grains (I the inertial number, 1e-3). The residual does not see this in small samples: it is relative to what the loads
+of the walls would do, and the smaller the sample, the more of its forces that is (docs/step_and_tolerance.md)."""
+
+
+def usual_solver(tolerance: float = 1e-2, max_iterations: int = 20_000) -> AcceleratedGaussSeidel:
+    """The solver of compactions and tests, unless another is given."""
+    return AcceleratedGaussSeidel(tolerance=tolerance, force=FORCE, max_iterations=max_iterations)

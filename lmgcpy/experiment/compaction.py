@@ -11,14 +11,13 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.errors import named_arguments, number, shown, whole
-from lmgcpy.experiment.box import Box, Sample, characteristic_time
+from lmgcpy.experiment.box import Box, Sample, characteristic_time, usual_solver
 from lmgcpy.experiment.periodic import PeriodicCell, PeriodicSample
 from lmgcpy.experiment.recorded_run import carry_out
 from lmgcpy.laws.rigid import RigidWire
 from lmgcpy.measure.density import density as solid_fraction
 from lmgcpy.simulation import Simulation
 from lmgcpy.solve.problems.report import SOLVED, Report
-from lmgcpy.solve.sweeps.accelerated import AcceleratedGaussSeidel
 from lmgcpy.solve.sweeps.solver import Solver
 
 WINDOW = 50
@@ -148,7 +147,7 @@ def compact(
     moment = characteristic_time(sample.diameter, density, pressure)
     options: dict[str, Any] = {
         "time_step": usual.step * moment if time_step is None else number(time_step, "time_step", above=0.0, unit="s"),
-        "solver": solver or AcceleratedGaussSeidel(tolerance=usual.tolerance, max_iterations=5000),
+        "solver": solver or usual_solver(usual.tolerance, max_iterations=5000),
         "on_unconverged": "ignore",
     }
     if drag > 0.0:

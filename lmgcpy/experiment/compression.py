@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.errors import AXES, named_arguments, number, one_of, shown, whole
-from lmgcpy.experiment.box import Box, Sample, characteristic_time
+from lmgcpy.experiment.box import Box, Sample, characteristic_time, usual_solver
 from lmgcpy.experiment.recorded_run import carry_out
 from lmgcpy.io.observations import Observe
 from lmgcpy.io.run import Run
@@ -20,7 +20,6 @@ from lmgcpy.laws.coulomb import Coulomb
 from lmgcpy.measure.stress import stress
 from lmgcpy.simulation import Simulation
 from lmgcpy.solve.problems.report import SOLVED, STATUS
-from lmgcpy.solve.sweeps.accelerated import AcceleratedGaussSeidel
 from lmgcpy.solve.sweeps.solver import Solver
 from lmgcpy.view.recorded import running_mean
 
@@ -147,7 +146,7 @@ class Compression(ABC):
         self.height = float(sample.box[self.axis])
         self.speed = inertial_number * self.height / moment
         self.time_step = 0.2 * moment if time_step is None else number(time_step, "time_step", above=0.0, unit="s")
-        self.solver = solver or AcceleratedGaussSeidel(tolerance=1e-2, max_iterations=20_000)
+        self.solver = solver or usual_solver()
         self.bead_count = sample.bead_count
         self._duration = 1.0
         self.box.load_laterally(self.pressure)

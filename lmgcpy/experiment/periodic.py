@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.errors import AXES, named_arguments, number, numbers, shown, whole
-from lmgcpy.experiment.box import GRAIN, SampleScene, characteristic_time
+from lmgcpy.experiment.box import GRAIN, SampleScene, characteristic_time, usual_solver
 from lmgcpy.experiment.recorded_run import carry_out
 from lmgcpy.io.observations import Observe
 from lmgcpy.io.run import Run
@@ -24,7 +24,6 @@ from lmgcpy.sample.arguments import radii, spheres
 from lmgcpy.sample.scatter import scatter
 from lmgcpy.simulation import Simulation
 from lmgcpy.solve.problems.report import SOLVED, STATUS
-from lmgcpy.solve.sweeps.accelerated import AcceleratedGaussSeidel
 from lmgcpy.solve.sweeps.solver import Solver
 
 LOOSE = {2: 0.45, 3: 0.3}
@@ -236,7 +235,7 @@ class PeriodicShear:
         moment = characteristic_time(sample.diameter, density, pressure)
         self.rate = inertial_number / moment
         self.time_step = 0.2 * moment if time_step is None else number(time_step, "time_step", above=0.0, unit="s")
-        self.solver = solver or AcceleratedGaussSeidel(tolerance=1e-2, max_iterations=20_000)
+        self.solver = solver or usual_solver()
         self.held.cell.impose_rate(xy=self.rate)
         self.held.cell.impose_stress(yy=-self.pressure)
         self.simulation: Simulation | None = None
