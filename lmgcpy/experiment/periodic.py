@@ -21,7 +21,7 @@ from lmgcpy.io.run import Run
 from lmgcpy.laws.coulomb import Coulomb
 from lmgcpy.measure.stress import stress
 from lmgcpy.sample.arguments import radii, spheres
-from lmgcpy.sample.scatter import scatter
+from lmgcpy.sample.loose import scatter
 from lmgcpy.simulation import Simulation
 from lmgcpy.solve.problems.report import SOLVED, STATUS
 from lmgcpy.solve.sweeps.accelerated import AcceleratedGaussSeidel

@@ -28,7 +28,7 @@ from lmgcpy.experiment.texsol.pictures import draw_pictures, layers_figure, titl
 from lmgcpy.experiment.texsol.result import TexSolResult
 from lmgcpy.experiment.texsol.runs_report import accuracy_part, prepared_words, runs_part, state_words
 from lmgcpy.experiment.triaxial import TriaxialRecord
-from lmgcpy.sample.wire_content import wire_content
+from lmgcpy.sample.wires import wire_content
 
 STRAINS = (0.01, 0.02, 0.05, 0.10, 0.15, 0.20, 0.30)
 """Crushing at which tests are compared."""
