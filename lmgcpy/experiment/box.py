@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lmgcpy.errors import AXES, named_arguments, number, numbers, shown, whole
-from lmgcpy.io.observations import Observe
+from lmgcpy.io.rows import Observe
 from lmgcpy.laws import Law
 from lmgcpy.laws.coulomb import Coulomb
 from lmgcpy.measure.network import network

@@ -16,7 +16,7 @@ import numpy as np
 from lmgcpy.errors import AXES, named_arguments, number, numbers, shown, whole
 from lmgcpy.experiment.box import GRAIN, SampleScene, characteristic_time
 from lmgcpy.experiment.recorded_run import carry_out
-from lmgcpy.io.observations import Observe
+from lmgcpy.io.rows import Observe
 from lmgcpy.io.run import Run
 from lmgcpy.laws.coulomb import Coulomb
 from lmgcpy.measure.stress import stress

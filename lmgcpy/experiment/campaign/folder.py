@@ -29,8 +29,7 @@ from lmgcpy.experiment.campaign.cases import (
     case_name,
 )
 from lmgcpy.experiment.study.folder import KeptFolder
-from lmgcpy.io.run_file.lock import FileLock
-from lmgcpy.writing import make_folder, write_bytes
+from lmgcpy.writing import FileLock, make_folder, write_bytes
 
 FORMAT = "lmgcpy campaign 1"
 

@@ -12,11 +12,9 @@ from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
-from lmgcpy.errors import system_error
-from lmgcpy.io.run_file.lock import is_being_written
-from lmgcpy.io.untrusted import regular_file
+from lmgcpy.errors import regular_file, system_error
 from lmgcpy.version import versions
-from lmgcpy.writing import REMEDY, flush, make_folder, new_file
+from lmgcpy.writing import REMEDY, flush, is_being_written, make_folder, new_file
 
 
 class RunNames:
