@@ -25,8 +25,8 @@ from lmgcpy.laws.rigid import RigidRod, RigidWire
 from lmgcpy.sample import deposit, grading, wire_3d
 from lmgcpy.scene.body import wall
 from lmgcpy.scene.body_3d import sphere
-from lmgcpy.scene.material import Material
 from lmgcpy.scene.scene import Scene
+from lmgcpy.scene.solid import Material
 from lmgcpy.simulation import Simulation
 from lmgcpy.solve.sweeps.accelerated import AcceleratedGaussSeidel
 

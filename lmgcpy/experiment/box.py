@@ -17,10 +17,9 @@ from lmgcpy.measure.network import network
 from lmgcpy.sample.arguments import spheres
 from lmgcpy.sample.fibres import join_segments
 from lmgcpy.scene.body import Body, RigidBody, Wall, wall
-from lmgcpy.scene.capsule import Capsule, capsule_volume
-from lmgcpy.scene.material import Material
-from lmgcpy.scene.placed import body_volume, placed
+from lmgcpy.scene.body_3d import Capsule, body_volume, capsule_volume, placed
 from lmgcpy.scene.scene import Scene
+from lmgcpy.scene.solid import Material
 
 if TYPE_CHECKING:
     from lmgcpy.simulation import Simulation

@@ -10,9 +10,9 @@ import numpy as np
 from lmgcpy.errors import named_arguments, shown, vector
 from lmgcpy.measure.moment import Moment, Source, moment
 from lmgcpy.measure.table import Table
-from lmgcpy.scene.ball_union import union_volume
-from lmgcpy.scene.capsule import capsule_volume
+from lmgcpy.scene.body_3d import capsule_volume
 from lmgcpy.scene.contactor import DiskContactor, RodContactor, SphereContactor
+from lmgcpy.scene.solid import union_volume
 
 
 @dataclass(frozen=True, repr=False)

@@ -16,8 +16,7 @@ from lmgcpy.sample.deposit_2d import deposit_2d
 from lmgcpy.sample.deposit_3d import deposit_3d
 from lmgcpy.sample.loose import grid_positions
 from lmgcpy.scene.body import Body, RigidBody, wall
-from lmgcpy.scene.body_3d import Sphere
-from lmgcpy.scene.placed import placed
+from lmgcpy.scene.body_3d import Sphere, placed
 from lmgcpy.scene.scene import Scene
 from lmgcpy.solve.sweeps.accelerated import AcceleratedGaussSeidel
 
