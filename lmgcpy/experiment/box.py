@@ -13,7 +13,7 @@ from lmgcpy.errors import AXES, named_arguments, number, numbers, shown, whole
 from lmgcpy.io.rows import Observe
 from lmgcpy.laws import Law
 from lmgcpy.laws.coulomb import Coulomb
-from lmgcpy.measure.network import network
+from lmgcpy.measure.contacts import network
 from lmgcpy.sample.arguments import spheres
 from lmgcpy.sample.fibres import join_segments
 from lmgcpy.scene.body import Body, RigidBody, Wall, wall
