@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Any
 import lmgcpy.compiled  # noqa: F401
 from lmgcpy import contact, io, laws, measure, sample
 from lmgcpy.laws.coulomb import Coulomb
-from lmgcpy.laws.elastic import ElasticRod, ElasticWire
+from lmgcpy.laws.elastic import ElasticRod, ElasticWire, VoigtRod, VoigtWire
 from lmgcpy.laws.law import Law, Parameter, State
 from lmgcpy.laws.restitution import Restitution
 from lmgcpy.laws.rigid import BallJoint, RigidRod, RigidWire
 from lmgcpy.laws.rolling import RollingCoulomb
 from lmgcpy.laws.signorini import Signorini
-from lmgcpy.laws.voigt import VoigtRod, VoigtWire
 from lmgcpy.scene.body import Body, Disk, RigidBody, Wall, disk, wall
 from lmgcpy.scene.body_3d import Capsule, CylinderWall, Sphere, capsule, cylinder_wall, sphere
 from lmgcpy.scene.cell import Cell

@@ -14,12 +14,11 @@ from typing import Any, Protocol
 import numpy as np
 
 from lmgcpy.view.boundary import edges
-from lmgcpy.view.camera import Camera
 from lmgcpy.view.compose import PALE, Panel, force_tubes
-from lmgcpy.view.drawing import Balls, Drawing, Paint, Tubes, in_space
+from lmgcpy.view.drawing import BEAD, SAND, WIRE, Balls, Drawing, Paint, Tubes, in_space
 from lmgcpy.view.film import Film
-from lmgcpy.view.palette import BEAD, SAND, WIRE
 from lmgcpy.view.pictures import write_film
+from lmgcpy.view.style import Camera
 
 SIZE = (700, 700)
 """Largest size of a panel [pixels]. Two panels are read at 60 % of it, on a page or a screen."""

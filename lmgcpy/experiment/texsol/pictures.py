@@ -10,14 +10,12 @@ import numpy as np
 
 import lmgcpy.view.figures as figures
 from lmgcpy.errors import AXES
-from lmgcpy.experiment.study.folder import StudyFolder
-from lmgcpy.experiment.study.report import ReportFolder
-from lmgcpy.experiment.texsol.conclusions import frames_at_equal_force, frames_of_column
+from lmgcpy.experiment.study.folder import ReportFolder, StudyFolder
+from lmgcpy.experiment.texsol.conclusions import LinkDirections, frames_at_equal_force, frames_of_column
 from lmgcpy.experiment.texsol.result import TexSolResult
-from lmgcpy.experiment.texsol.taut_links import LinkDirections
 from lmgcpy.experiment.triaxial import TriaxialRecord
 from lmgcpy.io.run import open_run
-from lmgcpy.view.palette import PUSHING, WIRE
+from lmgcpy.view.drawing import PUSHING, WIRE
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -10,8 +10,7 @@ import numpy as np
 
 import lmgcpy.view.figures as figures
 from lmgcpy.errors import AXES
-from lmgcpy.experiment.study.folder import StudyFolder
-from lmgcpy.experiment.study.report import ReportFolder, markdown, sections, texts
+from lmgcpy.experiment.study.folder import ReportFolder, StudyFolder, markdown, sections, texts
 from lmgcpy.experiment.texsol.conclusions import (
     UPRIGHT,
     at,
