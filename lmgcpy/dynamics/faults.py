@@ -28,8 +28,6 @@ VELOCITY = {
     3: tuple(f"{what} {k} [{unit}]" for what, unit in (("velocity along", "m/s"), ("spin about", "rad/s")) for k in "xyz"),
 }
 """Columns of the velocities."""
-
-
 QUICK = 8192
 """Up to this many numbers, their sum of squares, one call of BLAS by one thread, shows in a third of the time that all are
 finite."""

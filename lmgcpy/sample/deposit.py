@@ -101,22 +101,32 @@ def deposit(
     )
 
 
-def come_to_rest(sim: Stepper, count: int, finest: float, max_steps: int, remedy: str) -> None:
+def _come_to_rest(scene: Scene, time_step: float, count: int, finest: float, max_steps: int, remedy: str) -> Stepper:
     """Make steps until the first ``count`` bodies are slow against a fall by the ``finest`` radius [m].
 
     RuntimeError with the ``remedy`` if that takes more than ``max_steps``.
     """
+    solver = AcceleratedGaussSeidel(tolerance=1e-2, max_iterations=2000)
+    sim = Stepper(scene, time_step=time_step, solver=solver, on_unconverged="ignore")
     still = STILL * float(np.sqrt(2.0 * GRAVITY * finest))
     while True:
         for _ in range(LOOK_EVERY):
             sim.step()
         # A grain at the top of its flight is slow as well, but gravity makes it faster than this by the next look.
         if float(np.abs(sim.velocities[:count]).max()) < still:
-            return
+            return sim
         if sim.steps >= max_steps:
             raise RuntimeError(
                 f"The grains have not come to rest after {sim.steps} steps ({sim.time:g} s): {remedy}."
             )
+
+
+def _refuse_above(top: float, height: float, bodies: str) -> None:
+    """ValueError if bodies at rest reach above the top of their box [m]."""
+    if top > height:
+        raise ValueError(
+            f"The {bodies} rest up to {top:g} m, above the top of the box at {height:g} m: take fewer, or a higher box."
+        )
 
 
 @named_arguments
@@ -156,16 +166,9 @@ def settle(
         scene.see("GRAIN", "OBSTACLE", law)
     height = max(finest, float((positions[:, 1] + radii).max()))
     step = 0.5 * finest / float(np.sqrt(2.0 * GRAVITY * height))
-    solver = AcceleratedGaussSeidel(tolerance=1e-2, max_iterations=2000)
-    sim = Stepper(scene, time_step=step, solver=solver, on_unconverged="ignore")
-    count = len(radii)
-    come_to_rest(sim, count, finest, max_steps, "allow more by max_steps, or take method='geometric'")
-    settled = sim.positions[:count].copy()
-    top = float((settled[:, 1] + radii).max())
-    if top > lengths[-1]:
-        raise ValueError(
-            f"The grains rest up to {top:g} m, above the top of the box at {lengths[-1]:g} m: take fewer, or a higher box."
-        )
+    remedy = "allow more by max_steps, or take method='geometric'"
+    settled = _come_to_rest(scene, step, len(radii), finest, max_steps, remedy).positions[: len(radii)].copy()
+    _refuse_above(float((settled[:, 1] + radii).max()), lengths[-1], "grains")
     return settled
 
 
@@ -219,19 +222,10 @@ def deposit_bodies(
     height = float((loose[:, 2] + extents).max())
     speed = float(np.sqrt(2.0 * GRAVITY * height))
     scene.drag(scene.bodies[: len(bodies)], rate=DAMPING * speed / height)
-    sim = Stepper(
-        scene,
-        time_step=0.5 * finest / speed,  # a fall moves by a quarter of the finest radius, and what turns a little more
-        solver=AcceleratedGaussSeidel(tolerance=1e-2, max_iterations=2000),
-        on_unconverged="ignore",
-    )
-    come_to_rest(sim, len(bodies), finest, max_steps, "allow more by max_steps, or give more friction")
+    step = 0.5 * finest / speed  # a fall moves by a quarter of the finest radius, and what turns a little more
+    _come_to_rest(scene, step, len(bodies), finest, max_steps, "allow more by max_steps, or give more friction")
     laid = [placed(body, body.position.copy()) for body in scene.bodies[: len(bodies)]]
-    top = max(_top(body) for body in laid)
-    if top > lengths[-1]:
-        raise ValueError(
-            f"The bodies rest up to {top:g} m, above the top of the box at {lengths[-1]:g} m: take fewer, or a higher box."
-        )
+    _refuse_above(max(_top(body) for body in laid), lengths[-1], "bodies")
     for body, given in zip(laid, bodies, strict=True):
         body.color = given.color
     return laid

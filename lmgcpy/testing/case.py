@@ -51,7 +51,7 @@ def numbers(law: Law, function: str, count: int, why: str, *arguments: Any, infi
     return tuple(_number(function, value, infinite) for value in answer)
 
 
-def rows_of_numbers(law: Law, function: str, count: int, *arguments: Any) -> Matrix:
+def _rows_of_numbers(law: Law, function: str, count: int, *arguments: Any) -> Matrix:
     """The square matrix, a tuple of rows, that a function of the law returns."""
     answer = ask(law, function, *arguments)
     if not isinstance(answer, tuple) or [len(row) if isinstance(row, tuple) else -1 for row in answer] != [count] * count:
@@ -215,7 +215,7 @@ class LawCase:
 
     def slope(self, u: Sequence[float]) -> Matrix:
         """The generalized derivative of the law at the free velocity ``u`` [kg]."""
-        return rows_of_numbers(self.law, "slope", self.size, self.W, tuple(map(float, u)), self.prepared)
+        return _rows_of_numbers(self.law, "slope", self.size, self.W, tuple(map(float, u)), self.prepared)
 
     def energy(self, gap: float, state: Numbers | None = None) -> float:
         """Energy stored at a gap [J], with the state before the last step unless ``state`` is given."""

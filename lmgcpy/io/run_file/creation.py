@@ -66,12 +66,12 @@ def create(
             rows = max(1, min(1024, CHUNK // kind.itemsize))
             layout = {"maxshape": (None, *kind.shape), "chunks": (rows, *kind.shape), "fletcher32": True}
             file.create_dataset(name, (0, *kind.shape), kind.base, **layout)
-        create_slots(file, checkpoint, laws)
+        _create_slots(file, checkpoint, laws)
 
     Path(path).write_bytes(in_memory(fill, LIBVER))
 
 
-def create_slots(file: Any, checkpoint: Checkpoint, laws: int) -> None:
+def _create_slots(file: Any, checkpoint: Checkpoint, laws: int) -> None:
     """Make room for two checkpoints and two commits."""
     for slot in ("checkpoint/0", "checkpoint/1"):
         create_slot(file.create_group(slot), checkpoint, laws)
@@ -107,7 +107,7 @@ def mend(path: str | os.PathLike, laws: list[str]) -> FileLock:
                         chunks=table.chunks,
                         fletcher32=True,
                     )
-                create_slots(copy, checkpoint, len(laws))
+                _create_slots(copy, checkpoint, len(laws))
 
             Path(copied).write_bytes(in_memory(begin, LIBVER))
             with writing(copied) as copy:

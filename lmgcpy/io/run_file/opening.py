@@ -70,7 +70,7 @@ class UnclosedFile(io.RawIOBase):
         super().close()
 
 
-def is_unclosed(path: str | os.PathLike, head: bytes) -> bool:
+def _is_unclosed(path: str | os.PathLike, head: bytes) -> bool:
     """Whether a file with the superblock ``head`` is marked as being written but no process writes it."""
     if head[8] not in (2, 3) or head[9] != 8 or head[11] == 0:
         return False
@@ -126,7 +126,7 @@ def open_to_read(path: str | os.PathLike) -> Any:
     try:
         if closed:
             _visit_chunks(path)
-        file = h5py().File(UnclosedFile(path), "r") if is_unclosed(path, head) else _open_shared(path)
+        file = h5py().File(UnclosedFile(path), "r") if _is_unclosed(path, head) else _open_shared(path)
     except (OSError, RuntimeError, ValueError, KeyError) as error:
         raise ValueError(f"'{path}' is truncated or damaged: HDF5 cannot open it ({error}).") from error
     try:

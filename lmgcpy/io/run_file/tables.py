@@ -80,14 +80,14 @@ def rows_of(table: Any, key: Any, rows: int, *, field: str | None, tail: int | N
 
 def tail_sum(table: Any, rows: int) -> int:
     """Checksum of the committed rows in the last chunk of a growing table."""
-    return _sum(table[start_of_last_chunk(table, rows) : rows]) if rows else 0
+    return _sum(table[_start_of_last_chunk(table, rows) : rows]) if rows else 0
 
 
 def _sum(rows: np.ndarray) -> int:
     return zlib.crc32(np.ascontiguousarray(rows).tobytes())
 
 
-def start_of_last_chunk(table: Any, rows: int) -> int:
+def _start_of_last_chunk(table: Any, rows: int) -> int:
     """First row of the chunk that holds the last of ``rows`` rows."""
     return (rows - 1) // table.chunks[0] * table.chunks[0]
 
@@ -179,5 +179,5 @@ def check_table(file: Any, name: str, kind: np.dtype, rows: int) -> None:
 
 def _is_inside(table: Any, rows: int) -> bool:
     """Whether the file contains the chunk of the last of ``rows`` rows."""
-    chunk = table.id.get_chunk_info_by_coord((start_of_last_chunk(table, rows), *(0,) * (table.ndim - 1)))
+    chunk = table.id.get_chunk_info_by_coord((_start_of_last_chunk(table, rows), *(0,) * (table.ndim - 1)))
     return chunk.byte_offset is not None and chunk.byte_offset + chunk.size <= table.file.id.get_filesize()
