@@ -1,7 +1,7 @@
 """Broad phase: which bounded contactors come near each other, in O(n) with grids of cells, one for each class of sizes.
 
-Some pairs of bodies never meet, whatever the visibility table says: linked neighbours whose link leaves no gap. They are
-left out of the lists of neighbours when these are made, so that a step pays nothing for them.
+Linked neighbours whose link leaves no gap never meet, whatever the visibility table says. They are left out of the lists of
+neighbours when these are made, so that a step pays nothing for them.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What bodies are made of: a material, and the volume, centre of mass and inertia of a solid, such as a union of balls.
+"""A material, and a solid made of it: volume, centre of mass and inertia, also of a union of disks or spheres.
 
 Overlaps count once. A plane z = const cuts the spheres in disks, so that both are one formula. In the plane Green's
 theorem, applied to the vector field p g(p), gives the integral of a homogeneous function g of degree k over the covered

@@ -3,7 +3,7 @@
 Everything is compared over the logarithmic crushing of the sample. The rigid wire is the limit of an elastic one: its axial
 rigidity is :data:`RIGID` times the rigidity with which ``p d^(D-1)`` would double its length.
 
-Several folders of one study, such as those of its seeds, are compared together. For the prediction of a folder, the
+Several folders of one study, one for each seed, are compared together. For the prediction of a folder, the
 anchorage of the wire is measured in the other folders; a single folder uses its own.
 """
 
