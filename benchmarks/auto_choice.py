@@ -16,9 +16,8 @@ import numpy as np
 from table import report
 
 import lmgcpy as lm
-from lmgcpy.bench.case import Case
+from lmgcpy.bench.cases import Case, in_space, in_the_plane
 from lmgcpy.bench.frontier import Judged, judge
-from lmgcpy.bench.frozen import in_space, in_the_plane
 from lmgcpy.solve.solvers import SOLVERS
 
 TARGETS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)

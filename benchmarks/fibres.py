@@ -20,7 +20,7 @@ from table import report
 import lmgcpy as lm
 from lmgcpy.experiment import Sample, Triaxial, TriaxialRecord, characteristic_time, compact, lay_grains
 from lmgcpy.experiment.campaign.statistics import mean_and_interval
-from lmgcpy.scene.capsule import capsule_volume
+from lmgcpy.scene.body_3d import capsule_volume
 
 PRESSURE, DENSITY = 1e5, 2600.0
 RADIUS, LENGTH = 0.1e-3, 3e-3

@@ -22,8 +22,8 @@ from lmgcpy.experiment.study.stages import Stages
 from lmgcpy.experiment.texsol.conclusions import column
 from lmgcpy.experiment.texsol.result import TexSolResult
 from lmgcpy.experiment.texsol.study import TexSolStudy
+from lmgcpy.view.drawing import CURVES
 from lmgcpy.view.figures import name_of, new_figure, save
-from lmgcpy.view.palette import CURVES
 
 STRAINS = (0.002, 0.005, 0.01, 0.02, 0.03, 0.04, 0.05, 0.06, 0.08, 0.10)
 CHECKED, CHECK_STRAIN = 3, 0.03

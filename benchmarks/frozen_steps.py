@@ -13,8 +13,8 @@ from pathlib import Path
 from table import report
 
 import lmgcpy as lm
+from lmgcpy.bench.cases import in_space, in_the_plane
 from lmgcpy.bench.frontier import timed, warm
-from lmgcpy.bench.frozen import in_space, in_the_plane
 
 TOLERANCE = 1e-8
 

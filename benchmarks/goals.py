@@ -19,9 +19,9 @@ from scipy.linalg import eigh_tridiagonal
 from table import report
 
 import lmgcpy as lm
-from lmgcpy.bench.chains import chains
+from lmgcpy.bench import load
+from lmgcpy.bench.cases import chains
 from lmgcpy.bench.frontier import timed, warm
-from lmgcpy.bench.machine import load
 from lmgcpy.solve.solve_to_measure import solve_to_measure
 
 NO_FORCE = 1e-10

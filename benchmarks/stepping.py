@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 from table import report
 
 import lmgcpy as lm
-from lmgcpy.bench.machine import load
+from lmgcpy.bench import load
 
 LENGTH, GRAVITY, STIFFNESS = 1.0, 9.81, 10.0
 STEPS = (400, 800, 1600, 3200)

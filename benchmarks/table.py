@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from lmgcpy.bench.machine import machine
+from lmgcpy.bench import machine
 from lmgcpy.writing import markdown_table, write_table
 
 RESULTS = Path(__file__).parent / "results"

@@ -23,7 +23,7 @@ import numpy as np
 from table import report
 
 import lmgcpy as lm
-from lmgcpy.bench.machine import load
+from lmgcpy.bench import load
 from lmgcpy.experiment.biaxial import Biaxial, BiaxialRecord
 from lmgcpy.experiment.box import Sample
 from lmgcpy.experiment.compaction import compact

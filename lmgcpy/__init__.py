@@ -8,26 +8,24 @@ from typing import TYPE_CHECKING, Any
 import lmgcpy.compiled  # noqa: F401
 from lmgcpy import contact, io, laws, measure, sample
 from lmgcpy.laws.coulomb import Coulomb
-from lmgcpy.laws.elastic import ElasticRod, ElasticWire
+from lmgcpy.laws.elastic import ElasticRod, ElasticWire, VoigtRod, VoigtWire
 from lmgcpy.laws.law import Law, Parameter, State
 from lmgcpy.laws.restitution import Restitution
 from lmgcpy.laws.rigid import BallJoint, RigidRod, RigidWire
 from lmgcpy.laws.rolling import RollingCoulomb
 from lmgcpy.laws.signorini import Signorini
-from lmgcpy.laws.voigt import VoigtRod, VoigtWire
 from lmgcpy.scene.body import Body, Disk, RigidBody, Wall, disk, wall
-from lmgcpy.scene.body_3d import CylinderWall, Sphere, cylinder_wall, sphere
-from lmgcpy.scene.capsule import Capsule, capsule
+from lmgcpy.scene.body_3d import Capsule, CylinderWall, Sphere, capsule, cylinder_wall, sphere
 from lmgcpy.scene.cell import Cell
 from lmgcpy.scene.chain import Chain
 from lmgcpy.scene.clump import Clump, clump
 from lmgcpy.scene.contactor import Contactor, DiskContactor, RodContactor, SphereContactor
 from lmgcpy.scene.features import Surface, mesh, plate, read_mesh, wall_segment
 from lmgcpy.scene.joint import Joint
-from lmgcpy.scene.material import Material
 from lmgcpy.scene.mesh_clump import MeshClump, clump_from_mesh
 from lmgcpy.scene.scene import Scene
 from lmgcpy.scene.skin import Net, PointMass, Skin, Thread, point_mass
+from lmgcpy.scene.solid import Material
 from lmgcpy.simulation import Simulation
 from lmgcpy.simulation.resume import resume
 from lmgcpy.solve.newton.alternating import Auto, Newton

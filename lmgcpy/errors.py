@@ -9,6 +9,7 @@ import inspect
 import math
 import os
 import re
+import stat
 import sys
 import warnings
 from collections.abc import Callable, Iterable
@@ -175,6 +176,25 @@ def file_path(value: Any, name: str) -> str:
     if not os.fspath(value) or "\0" in os.fspath(value):
         raise ValueError(f"{name} must be the path of a file, got {shown(value)}.")
     return os.fspath(value)
+
+
+def regular_file(path: str | os.PathLike, what: str) -> str:
+    """The path of a regular file that can be read.
+
+    Raises TypeError, FileNotFoundError, IsADirectoryError, PermissionError, and ValueError for a pipe or a device, because
+    a read from it might never end.
+    """
+    path = file_path(path, "path")
+    if not os.path.exists(path):
+        raise FileNotFoundError(f"There is no file '{path}'.")
+    mode = os.stat(path).st_mode
+    if stat.S_ISDIR(mode):
+        raise IsADirectoryError(f"'{path}' is a folder, not {what}.")
+    if not stat.S_ISREG(mode):
+        raise ValueError(f"'{path}' is a pipe or a device, not {what}: write what comes from there into a file first.")
+    if not os.access(path, os.R_OK):
+        raise PermissionError(f"The file '{path}' may not be read: change its permissions.")
+    return path
 
 
 def system_error(what: str, cause: BaseException, remedy: str) -> OSError:

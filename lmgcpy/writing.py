@@ -3,11 +3,14 @@
 So a reader finds the old file or the new one, both complete, even after a full disk, Ctrl-C, a kill or a power cut. A
 write that fails leaves nothing behind and names the file. A replaced file keeps its permissions; a symbolic link leads to
 the new file, and a hard link keeps the old content. A path that is no file, such as a device, is written directly.
+
+A file that grows cannot be written so; a lock keeps its writers apart.
 """
 
 from __future__ import annotations
 
 import csv
+import errno
 import os
 import stat
 import uuid
@@ -152,3 +155,45 @@ def make_folder(path: str | os.PathLike) -> Path:
     except OSError as error:
         raise system_error(f"The folder '{path}' could not be made", error, "Give another path.") from error
     return folder
+
+
+class FileLock:
+    """A lock that tells other writers that a file is being written. The system releases it when the process ends.
+
+    Readers are not locked out.
+    """
+
+    def __init__(self, path: str | os.PathLike, name: str | os.PathLike | None = None):
+        self._handle: int | None = None
+        try:
+            import fcntl
+        except ImportError:
+            return  # this system has no such locks
+        self._handle = os.open(path, os.O_RDWR)
+        try:
+            fcntl.flock(self._handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.flock(self._handle, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        except OSError as error:
+            self.release()
+            busy = BlockingIOError(
+                f"The file '{name or path}' is being written by another run: wait for its end, or give another file."
+            )
+            busy.errno = errno.EAGAIN
+            raise busy from error
+
+    def release(self) -> None:
+        """Release the lock, so that others can write."""
+        if self._handle is not None:
+            os.close(self._handle)
+            self._handle = None
+
+
+def is_being_written(path: str | os.PathLike) -> bool:
+    """Whether a running process is writing the file."""
+    try:
+        FileLock(path).release()
+    except BlockingIOError:
+        return True
+    except OSError:
+        return False  # nobody writes a read-only file
+    return False

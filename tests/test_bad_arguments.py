@@ -26,7 +26,7 @@ from lmgcpy.experiment.grains import lay_grains
 from lmgcpy.experiment.texsol.sample import lay_sample, lay_sample_3d
 from lmgcpy.experiment.texsol.study import Study2D, Study3D
 from lmgcpy.experiment.triaxial import Triaxial
-from lmgcpy.sample.settle import settle
+from lmgcpy.sample.deposit import settle
 
 ROOT = Path(lm.__file__).parent
 nan, inf = math.nan, math.inf

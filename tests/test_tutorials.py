@@ -11,8 +11,7 @@ import pytest
 from matplotlib import colormaps
 from PIL import Image
 
-from lmgcpy.view.drawing import rgb
-from lmgcpy.view.palette import CONTACT, WIRE
+from lmgcpy.view.drawing import CONTACT, WIRE, rgb
 
 TUTORIALS = sorted((Path(__file__).parent.parent / "tutorials").glob("*.py"))
 PAGE = Path(__file__).parent.parent / "docs" / "tutorials.md"

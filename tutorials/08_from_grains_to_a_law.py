@@ -22,8 +22,7 @@ from lmgcpy.continuum import (
     triaxial,
 )
 from lmgcpy.experiment import Study2D, StudyFolder, carry_out_study
-from lmgcpy.experiment.continuum.comparison import compare
-from lmgcpy.experiment.continuum.prediction import measured_compression
+from lmgcpy.experiment.continuum.comparison import compare, measured_compression
 from lmgcpy.experiment.continuum.report import write_comparison
 
 folder = Path(sys.argv[1] if len(sys.argv) > 1 else "tutorial_08")

@@ -16,7 +16,7 @@ from statistics import median
 import numpy as np
 import scipy.sparse as sparse
 
-from lmgcpy.bench.case import Case
+from lmgcpy.bench.cases import Case
 from lmgcpy.bench.reference import ENOUGH, Reference, is_large, make_reference, sweep_budget
 from lmgcpy.laws.coulomb import Coulomb
 from lmgcpy.solve.newton.active_set import ActiveSet

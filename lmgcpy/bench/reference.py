@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lmgcpy.bench.case import Case
+from lmgcpy.bench.cases import Case
 from lmgcpy.solve.newton.alternating import Auto, Newton
 from lmgcpy.solve.problems.problem import Problem
 from lmgcpy.solve.problems.residual import residual

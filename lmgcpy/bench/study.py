@@ -7,11 +7,9 @@ from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
 
-from lmgcpy.bench.case import Case, from_folder
-from lmgcpy.bench.chains import chains
+from lmgcpy.bench import load
+from lmgcpy.bench.cases import Case, chains, from_folder, in_space, in_the_plane, packings
 from lmgcpy.bench.frontier import Judged, judge
-from lmgcpy.bench.frozen import in_space, in_the_plane, packings
-from lmgcpy.bench.machine import load
 from lmgcpy.bench.report import write_report
 from lmgcpy.errors import closest, whole
 from lmgcpy.experiment.study.stages import Stages

@@ -73,7 +73,7 @@ def run(
 @click.argument("folder", type=click.Path(path_type=Path, file_okay=False, exists=True))
 def report(folder: Path) -> None:
     """Write tables, figures and a page of what a campaign gave so far; it may still run."""
-    from lmgcpy.experiment.campaign.folder import CampaignFolder
+    from lmgcpy.experiment.campaign.cases import CampaignFolder
 
     write(CampaignFolder(folder).results(), folder)
 
@@ -89,8 +89,7 @@ def write(results: Any, folder: Path) -> None:
 
 def tell_cost(campaign: Any, path: Path, workers: int | None) -> None:
     """Print the cases, what each will cost, and all of them."""
-    from lmgcpy.experiment.campaign.cases import CampaignResults
-    from lmgcpy.experiment.campaign.folder import CampaignFolder
+    from lmgcpy.experiment.campaign.cases import CampaignFolder, CampaignResults
     from lmgcpy.experiment.campaign.workers import processors
 
     folder, cases = CampaignFolder(path), campaign.all_cases()

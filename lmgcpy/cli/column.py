@@ -7,8 +7,7 @@ from typing import Any
 
 import click
 
-from lmgcpy.cli.comma_list import CommaList
-from lmgcpy.cli.study_options import kept_in, options_of, run_study, study_of
+from lmgcpy.cli.options import CommaList, kept_in, options_of, run_study, study_of
 
 FIELDS = {"grains": "grain_count", "bead": "bead_diameter", "refine": "refinements"}
 """Fields of a study by option, if their names differ."""
@@ -57,7 +56,7 @@ def column(quick: bool, out: Path, force: bool, resume: bool, **options: Any) ->
 
 
 def new_study(given: dict[str, Any], quick: bool) -> Any:
-    """The study that the options ask for; see :func:`lmgcpy.cli.study_options.study_of`."""
+    """The study that the options ask for; see :func:`lmgcpy.cli.options.study_of`."""
     from lmgcpy.experiment.column.study import ColumnStudy
 
     return study_of(ColumnStudy, given, quick, FIELDS, UNITS)

@@ -15,7 +15,7 @@ from lmgcpy import measure
 from lmgcpy.errors import AXES
 from lmgcpy.io.run import Run
 from lmgcpy.measure.moment import Moment, frame_number, moment
-from lmgcpy.measure.particle_stress import volumes_of
+from lmgcpy.measure.stress import volumes_of
 from lmgcpy.measure.wire_fabric import volume_if_known
 
 CHORD = 10

@@ -15,7 +15,7 @@ FILE = click.Path(path_type=Path)
 def info(files: tuple[Path, ...]) -> None:
     """Show the content of a run file, the progress of the run, and its errors; of several files a table with a row each."""
     from lmgcpy.io.run import open_run
-    from lmgcpy.io.run_file.lock import is_being_written
+    from lmgcpy.writing import is_being_written
 
     rows = [HEAD]
     for file in files:

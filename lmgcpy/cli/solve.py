@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lmgcpy.cli.comma_list import CommaList
+from lmgcpy.cli.options import CommaList
 from lmgcpy.errors import one_of
 from lmgcpy.solve.solvers import SOLVERS
 from lmgcpy.writing import check_target, write_bytes

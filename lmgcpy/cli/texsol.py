@@ -7,8 +7,7 @@ from typing import Any
 
 import click
 
-from lmgcpy.cli.comma_list import CommaList
-from lmgcpy.cli.study_options import kept_in, options_of, run_study, study_of
+from lmgcpy.cli.options import CommaList, kept_in, options_of, run_study, study_of
 
 FIELDS = {"grains": "grain_count", "beads": "bead_count"}
 """Fields of a study by option, if their names differ."""
@@ -85,7 +84,7 @@ def texsol(dimension: str, quick: bool, out: Path | None, force: bool, resume: b
 
 
 def new_study(dimension: int, given: dict[str, Any], quick: bool) -> Any:
-    """The study that the options ask for; see :func:`lmgcpy.cli.study_options.study_of`."""
+    """The study that the options ask for; see :func:`lmgcpy.cli.options.study_of`."""
     from lmgcpy.experiment.texsol.study import STUDIES
 
     strange = sorted(ONLY_3D & given.keys())

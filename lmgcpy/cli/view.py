@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from lmgcpy.cli.comma_list import CommaList
+from lmgcpy.cli.options import CommaList
 from lmgcpy.writing import check_target
 
 FILE = click.Path(path_type=Path)

@@ -8,7 +8,7 @@ import time as clock
 import click
 
 from lmgcpy import laws as registry
-from lmgcpy.cli.comma_list import CommaList
+from lmgcpy.cli.options import CommaList
 from lmgcpy.compiled.cache import CacheWarning, cache_directory
 from lmgcpy.compiled.kernel import INTERPRETED
 from lmgcpy.experiment.study.stages import Stages

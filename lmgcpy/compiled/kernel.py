@@ -32,9 +32,8 @@ from numba.core.ccallback import CFunc
 from numba.core.dispatcher import Dispatcher
 from numba.core.sigutils import normalize_signature
 
-from lmgcpy.compiled.cache import KernelCache
+from lmgcpy.compiled.cache import KernelCache, extension_in_use
 from lmgcpy.compiled.compiler import Compiler
-from lmgcpy.compiled.extensions import extension_in_use
 from lmgcpy.compiled.fingerprint import (
     OPTIONS,
     Content,

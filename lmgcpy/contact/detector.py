@@ -15,12 +15,10 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.contact import narrow_phase, narrow_phase_3d, narrow_phase_elements
-from lmgcpy.contact.alert import Distances
-from lmgcpy.contact.broad_phase import near_pairs
+from lmgcpy.contact.broad_phase import ExcludedPairs, near_pairs
 from lmgcpy.contact.contactor_pairs import refuse_levers
 from lmgcpy.contact.detection_tables import ChainTable, ContactorTable, VisibilityRow
 from lmgcpy.contact.elements import Elements, elements_form
-from lmgcpy.contact.excluded_pairs import ExcludedPairs
 from lmgcpy.contact.foreign_pairs import check_narrow_phase, check_points, listing_fault, narrow_fault
 from lmgcpy.contact.groups import Group, check_pairs, contact_group, meets_walls
 from lmgcpy.contact.images import Images, Seen
@@ -28,7 +26,7 @@ from lmgcpy.contact.interactions import Interactions, empty_interactions
 from lmgcpy.contact.lattice import Lattice, crossing
 from lmgcpy.contact.links import LINKS, detect_at_points
 from lmgcpy.contact.memory import LastStep, Memory, surfaces_met
-from lmgcpy.contact.neighbours import KindPair, Surroundings, kind_pairs, neighbours
+from lmgcpy.contact.neighbours import Distances, KindPair, Surroundings, kind_pairs, neighbours
 from lmgcpy.contact.positions import largest_move, place_in_plane, place_in_space
 from lmgcpy.contact.segments import are_long, within_reach
 from lmgcpy.contact.slabs import Slabs, cut_bodies, is_large

@@ -27,8 +27,8 @@ from typing import NamedTuple
 import numpy as np
 
 from lmgcpy.compiled.reference import by_reference
+from lmgcpy.contact.broad_phase import ExcludedPairs
 from lmgcpy.contact.contactor_pairs import OF_NODES, known_pairs, register_pair
-from lmgcpy.contact.excluded_pairs import ExcludedPairs
 from lmgcpy.contact.features import (
     IN_PLANE,
     IN_SPACE,

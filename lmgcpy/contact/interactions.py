@@ -1,4 +1,4 @@
-"""The interactions of a step, as the narrow phase writes them."""
+"""The interactions of a step, as the narrow phase writes them; and arrays whose length changes a little a step."""
 
 from __future__ import annotations
 
@@ -8,6 +8,9 @@ import numpy as np
 
 from lmgcpy.compiled.reference import by_reference
 from lmgcpy.contact.frames import local_frames
+
+FEW = 64
+"""Arrays of at most this many rows get no spare rows: memory for them fits in any hole."""
 
 
 @by_reference
@@ -75,3 +78,22 @@ def levers(s: Any, part: slice | np.ndarray) -> np.ndarray:
     if len(s.lateral):
         lever += s.lateral[part][:, :, None] * local_frames(normal)[:, 1][:, None, :]
     return lever
+
+
+def with_spare_rows(*shape: int, fill: float | None = None, dtype: Any = float) -> np.ndarray:
+    """An array of this shape, a view of the first rows of an array with up to an eighth more rows.
+
+    An array that is slightly longer than the last does not fit into the memory that the last has freed, and such holes
+    let the memory of a process grow: by 400 bytes a body at 100 000 spheres. With spare rows lengths repeat.
+    """
+    count = shape[0]
+    if count <= FEW:
+        array = np.empty(shape, dtype)
+        if fill is not None:
+            array.fill(fill)
+        return array
+    step = max(64, 1 << max(count.bit_length() - 4, 0))
+    array = np.empty((-(-count // step) * step, *shape[1:]), dtype)[:count]
+    if fill is not None:
+        array[:] = fill
+    return array

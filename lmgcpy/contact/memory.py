@@ -14,7 +14,7 @@ import numpy as np
 from lmgcpy.compiled.kernel import kernel
 from lmgcpy.contact.detection_tables import ContactorTable
 from lmgcpy.contact.groups import Group
-from lmgcpy.contact.spare_rows import with_spare_rows
+from lmgcpy.contact.interactions import with_spare_rows
 
 
 @dataclass(frozen=True)

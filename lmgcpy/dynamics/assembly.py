@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from lmgcpy.contact.detector import Detector, Group
+from lmgcpy.contact.interactions import with_spare_rows
 from lmgcpy.contact.narrow_phase import Interactions
-from lmgcpy.contact.spare_rows import with_spare_rows
 from lmgcpy.dynamics.cell import CellMotion
 from lmgcpy.dynamics.model import Model
 from lmgcpy.dynamics.rolling import mark_isotropic, rolling_radius, with_rolling

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lmgcpy.contact.detection_tables import ChainTable
-from lmgcpy.dynamics.faults.finite_checks import check_energy
+from lmgcpy.dynamics.faults import check_energy
 from lmgcpy.dynamics.model import Model
 from lmgcpy.dynamics.step_problem import StepProblem, ask
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import time as clock
 
-from lmgcpy.dynamics.faults.diagnosis import LawFault, fault_of_solve
-from lmgcpy.dynamics.faults.finite_checks import VELOCITY, check_bodies, check_impulses
+from lmgcpy.dynamics.faults import VELOCITY, LawFault, check_bodies, check_impulses, fault_of_solve
 from lmgcpy.dynamics.geometric_stiffness import LinkStiffness, solve_stiffened
 from lmgcpy.dynamics.step_problem import StepProblem
 from lmgcpy.solve.problems.report import NOT_FINITE, STATUS, Report

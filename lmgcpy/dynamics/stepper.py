@@ -21,7 +21,7 @@ from lmgcpy.dynamics.cell import CellMotion, TurnedOver
 from lmgcpy.dynamics.changes import Change, as_rows, from_rows
 from lmgcpy.dynamics.checkpoint import Checkpoint, check
 from lmgcpy.dynamics.energy import Energy, Flight, dissipated_by_law, given_by_hand, kinetic_energy
-from lmgcpy.dynamics.faults.finite_checks import POSITION, VELOCITY, check_bodies, check_detection
+from lmgcpy.dynamics.faults import POSITION, VELOCITY, check_bodies, check_detection
 from lmgcpy.dynamics.geometric_stiffness import TURNS, LinkStiffness, after_turn, enough
 from lmgcpy.dynamics.interactions import InteractionView, detection_positions
 from lmgcpy.dynamics.journal import Journal
@@ -33,11 +33,11 @@ from lmgcpy.dynamics.step_problem import StepProblem
 from lmgcpy.dynamics.straight_spans import StraightSpans
 from lmgcpy.dynamics.sweep_mass import ROUNDS, sweep_mass
 from lmgcpy.dynamics.turning_stretch import TurningStretch
+from lmgcpy.dynamics.watch import Said
 from lmgcpy.dynamics.watch.damped_waves import DampedWaves
 from lmgcpy.dynamics.watch.displacements import Displacements, DisplacementWatch, worse
 from lmgcpy.dynamics.watch.driven_overlaps import DrivenOverlaps
 from lmgcpy.dynamics.watch.lock import find_lock
-from lmgcpy.dynamics.watch.said import Said
 from lmgcpy.dynamics.watch.start_overlaps import check_start, overlaps_at_start
 from lmgcpy.dynamics.watch.stretch_and_energy import Watch
 from lmgcpy.dynamics.whipping_links import WhippingLinks

@@ -11,8 +11,7 @@ if TYPE_CHECKING:  # the names of MODULES, for type checkers
     from lmgcpy.experiment.biaxial import Biaxial, BiaxialRecord, Frame
     from lmgcpy.experiment.box import Box, Sample, characteristic_time
     from lmgcpy.experiment.campaign.campaign import Campaign
-    from lmgcpy.experiment.campaign.cases import CampaignResults, CaseResult
-    from lmgcpy.experiment.campaign.folder import CampaignFolder
+    from lmgcpy.experiment.campaign.cases import CampaignFolder, CampaignResults, CaseResult
     from lmgcpy.experiment.column.course import ColumnState, Course, SandColumn, let_go, time_unit
     from lmgcpy.experiment.column.result import ColumnResult, Fall
     from lmgcpy.experiment.column.sample import Laid, Mould, lay_column
@@ -40,8 +39,7 @@ MODULES = {
     "biaxial": ("Biaxial", "BiaxialRecord", "Frame"),
     "box": ("Box", "Sample", "characteristic_time"),
     "campaign.campaign": ("Campaign",),
-    "campaign.cases": ("CampaignResults", "CaseResult"),
-    "campaign.folder": ("CampaignFolder",),
+    "campaign.cases": ("CampaignFolder", "CampaignResults", "CaseResult"),
     "column.course": ("ColumnState", "Course", "SandColumn", "let_go", "time_unit"),
     "column.result": ("ColumnResult", "Fall"),
     "column.sample": ("Laid", "Mould", "lay_column"),

@@ -10,17 +10,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lmgcpy.errors import AXES, named_arguments, number, numbers, shown, whole
-from lmgcpy.io.observations import Observe
+from lmgcpy.io.rows import Observe
 from lmgcpy.laws import Law
 from lmgcpy.laws.coulomb import Coulomb
-from lmgcpy.measure.network import network
+from lmgcpy.measure.contacts import network
 from lmgcpy.sample.arguments import spheres
 from lmgcpy.sample.fibres import join_segments
 from lmgcpy.scene.body import Body, RigidBody, Wall, wall
-from lmgcpy.scene.capsule import Capsule, capsule_volume
-from lmgcpy.scene.material import Material
-from lmgcpy.scene.placed import body_volume, placed
+from lmgcpy.scene.body_3d import Capsule, body_volume, capsule_volume, placed
 from lmgcpy.scene.scene import Scene
+from lmgcpy.scene.solid import Material
 from lmgcpy.solve.sweeps.accelerated import AcceleratedGaussSeidel
 
 if TYPE_CHECKING:

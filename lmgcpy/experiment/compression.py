@@ -13,7 +13,7 @@ import numpy as np
 from lmgcpy.errors import AXES, named_arguments, number, one_of, shown, whole
 from lmgcpy.experiment.box import Box, Sample, characteristic_time, usual_solver
 from lmgcpy.experiment.recorded_run import carry_out
-from lmgcpy.io.observations import Observe
+from lmgcpy.io.rows import Observe
 from lmgcpy.io.run import Run
 from lmgcpy.laws import Law
 from lmgcpy.laws.coulomb import Coulomb

@@ -11,9 +11,9 @@ from lmgcpy.experiment.box import Sample
 from lmgcpy.sample import fibres, grading
 from lmgcpy.sample.arguments import generator
 from lmgcpy.scene.body import Body
-from lmgcpy.scene.capsule import capsule_volume
+from lmgcpy.scene.body_3d import capsule_volume
 from lmgcpy.scene.clump import Clump
-from lmgcpy.scene.material import Material
+from lmgcpy.scene.solid import Material
 
 LOOSE = 0.3
 """Part of the box that the grains fill, clumps with the spheres around them, without fibres."""

@@ -16,12 +16,12 @@ import numpy as np
 from lmgcpy.errors import AXES, named_arguments, number, numbers, shown, whole
 from lmgcpy.experiment.box import GRAIN, SampleScene, characteristic_time, usual_solver
 from lmgcpy.experiment.recorded_run import carry_out
-from lmgcpy.io.observations import Observe
+from lmgcpy.io.rows import Observe
 from lmgcpy.io.run import Run
 from lmgcpy.laws.coulomb import Coulomb
 from lmgcpy.measure.stress import stress
 from lmgcpy.sample.arguments import radii, spheres
-from lmgcpy.sample.scatter import scatter
+from lmgcpy.sample.loose import scatter
 from lmgcpy.simulation import Simulation
 from lmgcpy.solve.problems.report import SOLVED, STATUS
 from lmgcpy.solve.sweeps.solver import Solver

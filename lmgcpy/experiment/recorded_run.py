@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.io.observations import Observe
 from lmgcpy.io.recorder import RunRecorder
+from lmgcpy.io.rows import Observe
 from lmgcpy.io.run import Run, open_run
 from lmgcpy.io.take_up import take_up
 from lmgcpy.simulation import Simulation

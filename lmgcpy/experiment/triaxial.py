@@ -8,7 +8,7 @@ import numpy as np
 
 from lmgcpy.errors import AXES
 from lmgcpy.experiment.compression import Compression, CompressionRecord
-from lmgcpy.io.observations import Observe
+from lmgcpy.io.rows import Observe
 from lmgcpy.io.run import Run
 
 

@@ -13,9 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.errors import named_arguments, shown
-from lmgcpy.io.hdf5 import h5py, in_memory
-from lmgcpy.io.untrusted import NumberReader, regular_file
+from lmgcpy.errors import named_arguments, regular_file, shown
+from lmgcpy.io.hdf5 import NumberReader, h5py, in_memory
 from lmgcpy.solve.problems.delassus import checked_lines
 from lmgcpy.solve.problems.problem import BOTH, CONTACT, PULL, Problem
 from lmgcpy.writing import check_target, write_bytes
@@ -32,7 +31,7 @@ def read(path: str | os.PathLike) -> Problem:
     """Read a problem.
 
     Raises FileNotFoundError, IsADirectoryError, PermissionError, and ValueError if the file is no problem, incomplete,
-    damaged, or a pipe. ``lmgcpy/io/untrusted.py`` and :class:`lmgcpy.Problem` check the whole content.
+    damaged, or a pipe. ``lmgcpy/io/hdf5.py`` and :class:`lmgcpy.Problem` check the whole content.
     """
     path = regular_file(path, "a file of a problem")
     try:

@@ -17,19 +17,15 @@ import numpy as np
 from lmgcpy.dynamics.stepper import Stepper
 from lmgcpy.errors import number, shown, system_error
 from lmgcpy.io.hdf5 import cut_off, data_sets
-from lmgcpy.io.observations import Observations, Observe
-from lmgcpy.io.rows import Rows
+from lmgcpy.io.rows import Observations, Observe, Rows
 from lmgcpy.io.run import Run
-from lmgcpy.io.run_file.checked_rows import WRONG, sentences_of_damage
-from lmgcpy.io.run_file.checkpoints import write_checkpoint
-from lmgcpy.io.run_file.commits import Commit, read_commit, write_commit
-from lmgcpy.io.run_file.creation import check_target, create
-from lmgcpy.io.run_file.lock import FileLock
-from lmgcpy.io.run_file.mending import mend
+from lmgcpy.io.run_file.commits import Commit, read_commit, write_checkpoint, write_commit
+from lmgcpy.io.run_file.creation import check_target, create, mend
 from lmgcpy.io.run_file.opening import open_to_append, open_to_read
+from lmgcpy.io.run_file.tables import WRONG, sentences_of_damage
 from lmgcpy.scene.description import Key, asked_again, describe, functions_of_time
 from lmgcpy.version import versions
-from lmgcpy.writing import replace_file
+from lmgcpy.writing import FileLock, replace_file
 
 BUFFER = 1 << 25
 """Size of the buffers in bytes at which they are written, even before ``flush`` seconds have passed."""

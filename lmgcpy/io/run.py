@@ -17,12 +17,10 @@ from lmgcpy.dynamics.changes import Change, Counts, from_rows, gaps_after, hidde
 from lmgcpy.dynamics.checkpoint import Checkpoint
 from lmgcpy.dynamics.interactions import InteractionView, detection_positions
 from lmgcpy.errors import file_path, named_arguments
-from lmgcpy.io.observations import Observed
-from lmgcpy.io.run_file.checked_rows import DamagedRows, rows_of, sentences_of_damage
-from lmgcpy.io.run_file.checkpoints import read_checkpoint
-from lmgcpy.io.run_file.commits import read_commit, read_tails
+from lmgcpy.io.rows import Observed
+from lmgcpy.io.run_file.commits import read_checkpoint, read_commit, read_tails
 from lmgcpy.io.run_file.opening import open_to_read
-from lmgcpy.io.run_file.tables import OBSERVED, check_table, table_types
+from lmgcpy.io.run_file.tables import OBSERVED, DamagedRows, check_table, rows_of, sentences_of_damage, table_types
 from lmgcpy.io.run_file.trees import check_about, check_digest, read_group, read_tree
 from lmgcpy.scene.contactor import PlaneContactor, WallContactor
 from lmgcpy.scene.description import lattice_of

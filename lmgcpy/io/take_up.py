@@ -12,12 +12,12 @@ import numpy as np
 from lmgcpy.dynamics.stepper import Stepper
 from lmgcpy.errors import named_arguments, shown
 from lmgcpy.io.compare import first_difference
-from lmgcpy.io.observations import Observations, Observe
 from lmgcpy.io.recorder import RunRecorder, options
+from lmgcpy.io.rows import Observations, Observe
 from lmgcpy.io.run import Run
-from lmgcpy.io.run_file.checked_rows import sentences_of_damage
-from lmgcpy.io.run_file.lock import FileLock
+from lmgcpy.io.run_file.tables import sentences_of_damage
 from lmgcpy.scene.description import describe
+from lmgcpy.writing import FileLock
 
 
 @named_arguments

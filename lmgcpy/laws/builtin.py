@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from lmgcpy.laws.coulomb import Coulomb
-from lmgcpy.laws.elastic import ElasticRod, ElasticWire
+from lmgcpy.laws.elastic import ElasticRod, ElasticWire, VoigtRod, VoigtWire
 from lmgcpy.laws.registry import hook
 from lmgcpy.laws.restitution import Restitution
 from lmgcpy.laws.rigid import BallJoint, RigidRod, RigidWire
 from lmgcpy.laws.rolling import RollingCoulomb
 from lmgcpy.laws.signorini import Signorini
-from lmgcpy.laws.voigt import VoigtRod, VoigtWire
 
 
 @hook

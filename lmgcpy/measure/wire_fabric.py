@@ -1,4 +1,4 @@
-"""Fabric of the wire: its length per volume, its directions, and its tension by direction."""
+"""Fabric of the wire: its length per volume, and its directions, tension and stretch in bins by angle to an axis."""
 
 from __future__ import annotations
 
@@ -8,12 +8,83 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.errors import named_arguments, number
-from lmgcpy.measure.directions import DirectionBins, means_along
-from lmgcpy.measure.moment import Moment, Source, moment
+from lmgcpy.errors import AXES, named_arguments, number, one_of, shown, vector, whole
+from lmgcpy.measure.moment import Moment, Source, moment, motion
+from lmgcpy.measure.strain import strain_of
 from lmgcpy.measure.stress import sample_volume
 from lmgcpy.measure.table import Table
 from lmgcpy.measure.wire_links import links_of, pulling_links
+
+
+@dataclass(frozen=True)
+class DirectionBins:
+    """Bins of the angle between a direction and an axis, from 0 to 90 degrees; a direction and its opposite count as one.
+
+    In 2D the angle is divided evenly, in 3D its cosine, so that each bin has the same solid angle: isotropic directions
+    fill all bins alike.
+    """
+
+    axis: np.ndarray
+    """Unit vector, (d,)."""
+    edges: np.ndarray
+    """Bounds of the bins, ascending [degrees], (b + 1,)."""
+
+    @classmethod
+    def along(cls, axis: Any, bins: Any, dimension: int) -> DirectionBins:
+        """So many ``bins`` of the angle to an ``axis``: "x", "y", "z" or a vector (d,), by default upward."""
+        count = whole(bins, "bins", minimum=1, maximum=10_000)
+        names = AXES[:dimension]
+        if axis is None or isinstance(axis, str):
+            unit = np.eye(dimension)[names.index(one_of(names[-1] if axis is None else axis, "axis", names))]
+        else:
+            given = vector(axis, "axis", dimension)
+            size = float(np.linalg.norm(given))
+            if size == 0.0:
+                raise ValueError(f"axis must have a direction, got {shown(axis)}.")
+            unit = given / size
+        part = np.linspace(0.0, 1.0, count + 1)
+        edges = 90.0 * part if dimension == 2 else np.degrees(np.arccos(1.0 - part))
+        return cls(unit, edges)
+
+    @property
+    def count(self) -> int:
+        """Number of bins b."""
+        return len(self.edges) - 1
+
+    def of(self, directions: np.ndarray) -> np.ndarray:
+        """The bin of each unit vector (m, d): (m,)."""
+        cosine = np.minimum(np.abs(directions @ self.axis), 1.0)
+        part = np.arccos(cosine) / (0.5 * np.pi) if directions.shape[1] == 2 else 1.0 - cosine
+        return np.minimum((part * self.count).astype(np.int64), self.count - 1)
+
+
+def means_along(
+    values: np.ndarray, bins: np.ndarray, count: int, chain: np.ndarray, reach: int | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Mean of the values (m,) in each of ``count`` bins and its standard error, (count,) each; NaN in empty bins.
+
+    Values that follow each other along a wire are not independent. The variance of the mean is the estimate of Newey and
+    West (Econometrica 55, 1987): with r the values less their mean, over pairs of one bin and one chain,
+
+        n^2 var = sum r_i^2 + 2 sum_k (1 - k/(K + 1)) sum_i r_i r_{i+k},    k = 1 ... K,
+
+    times n/(n - 1), as the mean is taken from the same values. K is ``reach``, by default ``4 (m/100)^(2/9)`` (their rule
+    of 1994), at most m - 1. If the correlation reaches beyond K, the variance is somewhat too small.
+    """
+    size = np.bincount(bins, minlength=count).astype(float)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        mean = np.bincount(bins, weights=values, minlength=count) / size
+        rest = values - mean[bins]
+        variance: np.ndarray = np.bincount(bins, weights=rest * rest, minlength=count)
+        last = int(4.0 * (len(values) / 100.0) ** (2.0 / 9.0)) if reach is None else reach
+        last = min(last, len(values) - 1)
+        for k in range(1, last + 1):
+            same = (bins[k:] == bins[:-k]) & (chain[k:] == chain[:-k])
+            product = (rest[k:] * rest[:-k])[same]
+            sums = np.bincount(bins[k:][same], weights=product, minlength=count)
+            variance = variance + 2.0 * (1.0 - k / (last + 1)) * sums
+        error = np.sqrt(np.maximum(variance, 0.0) * size / (size - 1.0)) / size
+    return mean, np.where(size > 1, error, np.nan)
 
 
 @dataclass(frozen=True)
@@ -152,4 +223,89 @@ def tension_by_direction(
         tension_error=tension_error,
         pull=np.trace(sums, axis1=1, axis2=2),
         stress=sums / volume_if_known(now, volume),
+    )
+
+
+@dataclass(frozen=True, repr=False)
+class StretchByDirection(Table):
+    """Pieces of wire by the angle of their direction at the beginning to an axis, in b bins."""
+
+    lower: np.ndarray
+    """Least angle of each bin [degrees], (b,)."""
+    upper: np.ndarray
+    """Greatest angle of each bin [degrees], (b,)."""
+    pieces: np.ndarray
+    """Number of pieces of wire, (b,)."""
+    stretch: np.ndarray
+    """Mean of ``(l - l0) / l0`` over the pieces, l the distance of their ends, (b,); NaN in an empty bin, as all means."""
+    stretch_error: np.ndarray
+    """Its standard error, (b,)."""
+    affine: np.ndarray
+    """Mean of ``n.eps.n`` over the same pieces, n their directions at the beginning and eps the mean strain, (b,)."""
+    affine_finite: np.ndarray
+    """Mean of ``|(1 + G) n| - 1``, G the displacement gradient of the mean strain: the same at finite strain, (b,)."""
+    difference: np.ndarray
+    """Mean of the stretch less its affine value at finite strain, (b,)."""
+    difference_error: np.ndarray
+    """Its standard error, (b,)."""
+
+
+@named_arguments
+def stretch_by_direction(
+    sim: Source,
+    *,
+    frame: int | None = None,
+    since: Any = 0,
+    axis: Any = None,
+    bins: int = 9,
+    links: int = 1,
+    kind: str = "all",
+) -> StretchByDirection:
+    """Mean stretch of the wire by direction, and the stretch of the same pieces under the affine assumption.
+
+    ``since`` and ``frame`` as in :func:`mean_strain`, which gives G and its symmetric part eps, fitted to the bodies of a
+    ``kind``. ``axis`` and ``bins`` as in :func:`tension_by_direction`.
+
+    A piece is the chord of ``links`` links: its length is the distance of its two end beads. Pieces follow each other
+    without overlap; the links left at the end of a chain are not counted. Taut links keep their length, while the chord of
+    several stretches as the wire straightens. Standard errors take the correlation of neighbouring pieces along
+    a wire into account, but take the mean strain as known.
+    """
+    now, moved = moment(sim, frame, "stretch_by_direction"), motion(sim, frame, since, "stretch_by_direction")
+    d, size = moved.begin.shape[1], whole(links, "links", minimum=1)
+    sorted_by = DirectionBins.along(axis, bins, d)
+    gradient = strain_of(now, moved, kind=kind).gradient
+    starts, ends, chain = _pieces([one.path for one in now.chains], size)
+    before, after = (at[ends] - at[starts] for at in (moved.begin, moved.end))
+    length = np.linalg.norm(before, axis=1)
+    sound = length > 0.0  # a wire may close on itself
+    before, after, length, chain = before[sound], after[sound], length[sound], chain[sound]
+    direction = before / length[:, None]
+    where, count = sorted_by.of(direction), sorted_by.count
+    stretch = np.linalg.norm(after, axis=1) / length - 1.0
+    affine = np.einsum("li,ij,lj->l", direction, gradient, direction)
+    finite = np.linalg.norm(direction @ (np.eye(d) + gradient).T, axis=1) - 1.0
+    mean, error = means_along(stretch, where, count, chain)
+    difference, difference_error = means_along(stretch - finite, where, count, chain)
+    return StretchByDirection(
+        lower=sorted_by.edges[:-1],
+        upper=sorted_by.edges[1:],
+        pieces=np.bincount(where, minlength=count),
+        stretch=mean,
+        stretch_error=error,
+        affine=means_along(affine, where, count, chain)[0],
+        affine_finite=means_along(finite, where, count, chain)[0],
+        difference=difference,
+        difference_error=difference_error,
+    )
+
+
+def _pieces(paths: list[np.ndarray], size: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Ids of the first and the last bead of the pieces of ``size`` links, and their chains, (m,) each."""
+    nodes = [path[::size] for path in paths]
+    none = np.zeros(0, dtype=np.int64)
+    return (
+        np.concatenate([none, *(node[:-1] for node in nodes)]),
+        np.concatenate([none, *(node[1:] for node in nodes)]),
+        np.concatenate([none, *(np.full(max(len(node) - 1, 0), k) for k, node in enumerate(nodes))]),
     )

@@ -10,10 +10,9 @@ import numpy as np
 
 from lmgcpy.contact.lattice import Lattice, chain_course
 from lmgcpy.errors import named_arguments, whole
-from lmgcpy.measure.contact_forces import contact_forces
-from lmgcpy.measure.contact_kinds import SLIDING, sliding
-from lmgcpy.measure.mean_strain import edges_then_and_now, strain_of
+from lmgcpy.measure.contacts import SLIDING, contact_forces, sliding
 from lmgcpy.measure.moment import Moment, Source, moment, motion
+from lmgcpy.measure.strain import edges_then_and_now, strain_of
 from lmgcpy.measure.table import Table
 from lmgcpy.measure.wire_links import links_of
 

@@ -14,9 +14,9 @@ from lmgcpy.contact.segments import feet, segment_distances
 from lmgcpy.errors import named_arguments, number, shown, whole
 from lmgcpy.laws.rigid import BallJoint
 from lmgcpy.sample import arguments
-from lmgcpy.scene.capsule import Capsule, capsule, capsule_volume
+from lmgcpy.scene.body_3d import Capsule, capsule, capsule_volume
 from lmgcpy.scene.contactor import direction
-from lmgcpy.scene.material import Material
+from lmgcpy.scene.solid import Material
 
 if TYPE_CHECKING:
     from lmgcpy.scene.chain import Chain

@@ -11,8 +11,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lmgcpy.sample.apollonius_3d import TangentCurve, added, along, between_roots, centre_at, negative, tangency
-from lmgcpy.sample.bed_3d import SphereBed, blocker, point_of
+from lmgcpy.sample.bed_3d import (
+    SphereBed,
+    TangentCurve,
+    added,
+    along,
+    between_roots,
+    blocker,
+    centre_at,
+    negative,
+    point_of,
+    tangency,
+)
 from lmgcpy.sample.cells import NONE
 
 RACKS = 8

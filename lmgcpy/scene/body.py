@@ -29,7 +29,7 @@ from lmgcpy.scene.contactor import (
     disk_area,
     disk_second_moment,
 )
-from lmgcpy.scene.material import Material
+from lmgcpy.scene.solid import Material
 
 if TYPE_CHECKING:
     from lmgcpy.dynamics.model import BodyState

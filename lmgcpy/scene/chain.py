@@ -18,7 +18,7 @@ from lmgcpy.laws.first_calls import check_answers
 from lmgcpy.scene.body import Round
 from lmgcpy.scene.cell import Cell
 from lmgcpy.scene.contactor import DiskContactor, SphereContactor
-from lmgcpy.scene.points import Node, points_of
+from lmgcpy.scene.joint import Node, points_of
 from lmgcpy.scene.skin import Skin
 
 BLOW = 1e-6

@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lmgcpy.errors import named_arguments, number, numbers, shown, vector
-from lmgcpy.scene.ball_union import ball_union, checked_balls
 from lmgcpy.scene.body import NO_CONDITIONS, RigidBody, StartRows, unit_quaternion
 from lmgcpy.scene.contactor import Contactor, DiskContactor, SphereContactor
 from lmgcpy.scene.many_bodies import of_each
-from lmgcpy.scene.solid import Solid, principal_axes
+from lmgcpy.scene.solid import Solid, ball_union, checked_balls, principal_axes
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -111,7 +110,7 @@ def clump(radii: Any, offsets: Any, *, density: float, separate: bool = False) -
     """The shape of a rigid clump of disks or spheres of ``radii`` [m], (n,), at ``offsets`` [m], (n, 2) or (n, 3).
 
     Mass, centre of mass and principal axes are those of the union, in which overlaps count once
-    (``lmgcpy/scene/ball_union.py``); ``density`` in [kg/m^3]. ``Clump.at`` makes a body of it, and ``Scene.add_clumps``
+    (``lmgcpy/scene/solid.py``); ``density`` in [kg/m^3]. ``Clump.at`` makes a body of it, and ``Scene.add_clumps``
     many. ``separate=True`` admits parts that do not touch each other.
 
     Raises TypeError or ValueError with a sentence for balls that are none, or that do not hang together.

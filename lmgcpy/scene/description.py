@@ -24,8 +24,7 @@ from lmgcpy.dynamics.model import COMPONENTS
 from lmgcpy.errors import AXES, shown
 from lmgcpy.laws import Law, registry
 from lmgcpy.scene.body import Body, Disk, RigidBody, Wall
-from lmgcpy.scene.body_3d import CylinderWall, Sphere
-from lmgcpy.scene.capsule import Capsule
+from lmgcpy.scene.body_3d import Capsule, CylinderWall, Sphere
 from lmgcpy.scene.cell import Edge
 from lmgcpy.scene.contactor import (
     Contactor,
@@ -39,12 +38,12 @@ from lmgcpy.scene.contactor import (
     disk_second_moment,
 )
 from lmgcpy.scene.features import Features, Surface
+from lmgcpy.scene.joint import Node
 from lmgcpy.scene.many_bodies import StartNumbers
-from lmgcpy.scene.material import Material
 from lmgcpy.scene.medium import described, media_of
-from lmgcpy.scene.points import Node
 from lmgcpy.scene.scene import Scene
 from lmgcpy.scene.skin import PointMass, Skin, Thread
+from lmgcpy.scene.solid import Material
 
 KINDS: dict[type[Body], str] = {
     Disk: "disk",

@@ -28,9 +28,8 @@ from lmgcpy.errors import flag, named_arguments, number, numbers, one_of, shown,
 from lmgcpy.scene.body import Body, Prescribed, principal_inertias
 from lmgcpy.scene.clump import as_rotation
 from lmgcpy.scene.contactor import Contactor
-from lmgcpy.scene.material import Material
 from lmgcpy.scene.mesh_clump import FLAT, check_closed, mesh_solid, read_surface
-from lmgcpy.scene.solid import Solid, principal_axes
+from lmgcpy.scene.solid import Material, Solid, principal_axes
 
 MOST = 300_000
 """Largest number of facets of a mesh: a million take some minutes and gigabytes, and no ball feels them."""

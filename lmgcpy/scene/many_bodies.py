@@ -11,7 +11,7 @@ import numpy as np
 from lmgcpy.errors import LARGEST, number, numbers, shown
 from lmgcpy.scene.body import INERTIA, MASS, NO_CONDITIONS, RADIUS, Body, Disk, Round, StartRows
 from lmgcpy.scene.body_3d import Sphere
-from lmgcpy.scene.material import Material
+from lmgcpy.scene.solid import Material
 
 SomeRound = TypeVar("SomeRound", bound=Round)
 PLAIN = (Disk, Sphere)

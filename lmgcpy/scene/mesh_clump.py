@@ -31,9 +31,8 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.errors import file_path, named_arguments, number, one_of, shown, system_error, whole
-from lmgcpy.scene.ball_union import ball_union
 from lmgcpy.scene.clump import Clump, of_solid
-from lmgcpy.scene.solid import Solid, principal_axes
+from lmgcpy.scene.solid import Solid, ball_union, principal_axes
 
 MISSING = 'Meshes are read by pyvista, which is not installed: pip install "lmgcpy[view]".'
 POINTS = 20_000

@@ -45,12 +45,11 @@ from lmgcpy.scene.cell import Cell, Edge, edge_vector
 from lmgcpy.scene.chain import Chain, refuse_other_class
 from lmgcpy.scene.clump import Clump, make_clumps
 from lmgcpy.scene.features import Surface, refuse_points_on_planes
-from lmgcpy.scene.joint import Joint, joint_tables
+from lmgcpy.scene.joint import Joint, Node, joint_tables, node_of
 from lmgcpy.scene.many_bodies import SomeRound, StartNumbers, make_round
-from lmgcpy.scene.material import Material
 from lmgcpy.scene.medium import COEFFICIENTS, Medium, drag_of, medium
-from lmgcpy.scene.points import Node, node_of
 from lmgcpy.scene.skin import Net, PointMass, Skin, Thread, paths
+from lmgcpy.scene.solid import Material
 
 SomeBody = TypeVar("SomeBody", bound=Body)
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from lmgcpy.dynamics.changes import from_rows
 from lmgcpy.errors import closest, named_arguments, shown, whole
-from lmgcpy.io.observations import Observe
+from lmgcpy.io.rows import Observe
 from lmgcpy.io.run import Run, open_run
 from lmgcpy.io.take_up import go_on, run_to_go_on
 from lmgcpy.scene.description import Functions, build, impose

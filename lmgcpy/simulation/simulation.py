@@ -1,16 +1,18 @@
-"""Runs of a simulation: many steps, with a run file, a progress bar, observations and a stop condition."""
+"""Runs of a simulation: many steps, with run file, progress bar, observations, stop condition, and Ctrl-C between steps."""
 
 from __future__ import annotations
 
 import logging
 import os
+import signal
+import threading
 import time as clock
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any, Protocol
 
 from lmgcpy.dynamics.stepper import Stepper
 from lmgcpy.errors import file_path, flag, named_arguments, number, shown, warn, whole
-from lmgcpy.simulation.interrupt import between_steps
 
 log = logging.getLogger("lmgcpy")
 
@@ -244,3 +246,29 @@ class _Summary:
             f"{sim.report.interactions} interactions; {sim.unconverged_steps} steps not converged so far"
             + (f", worst residual {sim.worst_residual:.2e}" if sim.unconverged_steps else "")
         )
+
+
+@contextmanager
+def between_steps() -> Iterator[Callable[[], bool]]:
+    """Yield a function that returns whether Ctrl-C was pressed; a second Ctrl-C raises KeyboardInterrupt at once.
+
+    Nothing changes outside the main thread, or if another handler of the signal is installed.
+    """
+    pressed = False
+
+    def note(number, stack_frame) -> None:
+        nonlocal pressed
+        pressed = True
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+    usual = (
+        threading.current_thread() is threading.main_thread()
+        and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    )
+    if usual:
+        signal.signal(signal.SIGINT, note)
+    try:
+        yield lambda: pressed
+    finally:
+        if usual:
+            signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -18,9 +18,9 @@ except ImportError as error:
 
 # the imports set the order of the properties: basic ones first, the longest last
 from lmgcpy.testing import local_solve, traits, invariance, purity, compiled, runs  # noqa: F401, I001
-from lmgcpy.testing.answers import Nonconformance
+from lmgcpy.testing.case import Nonconformance
 from lmgcpy.testing.conformance import Check, Finding, LawReport, conformance, report
-from lmgcpy.testing.property import PROPERTIES, Property
+from lmgcpy.testing.conformance import PROPERTIES, Property
 
 __all__ = ["PROPERTIES", "Check", "Finding", "LawReport", "Nonconformance", "Property", "conformance", "report"]
 

@@ -15,9 +15,8 @@ from lmgcpy.errors import told
 from lmgcpy.laws import Law
 from lmgcpy.laws.pair import TAKE_PAIR, pair_of, takes_pair
 from lmgcpy.solve.kernels.law_kernels import as_floats, not_compiled, zeros
-from lmgcpy.testing.answers import Nonconformance, Numbers
-from lmgcpy.testing.case import LawCase, velocity
-from lmgcpy.testing.property import drawn
+from lmgcpy.testing.case import LawCase, Nonconformance, Numbers, velocity
+from lmgcpy.testing.conformance import drawn
 
 react: Callable[..., Any] = Slot("react")  # the specialisation fills this slot and the next ones
 prepare: Callable[..., Any] = Slot("prepare")

@@ -18,8 +18,7 @@ from hypothesis import strategies as st
 
 from lmgcpy.laws import Law
 from lmgcpy.laws.pair import asks_for_pair
-from lmgcpy.testing.answers import Matrix
-from lmgcpy.testing.case import CaseStep, LawCase, sizes
+from lmgcpy.testing.case import CaseStep, LawCase, Matrix, sizes
 from lmgcpy.testing.units import NONE, Dimensions
 
 Powers = tuple[float, float]

@@ -11,10 +11,9 @@ import numpy as np
 from hypothesis import strategies as st
 
 from lmgcpy.laws import Law, Parameter, State
-from lmgcpy.testing.answers import Matrix, Nonconformance, Numbers
-from lmgcpy.testing.case import ENERGY, IMPULSE, LawCase, reverse_tangent
+from lmgcpy.testing.case import ENERGY, IMPULSE, LawCase, Matrix, Nonconformance, Numbers, reverse_tangent
+from lmgcpy.testing.conformance import ROUND_OFF, drawn, run_once, search, to_laws_in_space, to_laws_with_tangent
 from lmgcpy.testing.draw import USUAL
-from lmgcpy.testing.property import ROUND_OFF, drawn, run_once, search, to_laws_in_space, to_laws_with_tangent
 from lmgcpy.testing.units import Dimensions, dimensions
 
 # --------------------------------------------------------------------------------------------------------------- units

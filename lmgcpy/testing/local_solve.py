@@ -19,10 +19,8 @@ from lmgcpy.errors import shown
 from lmgcpy.laws import Law
 from lmgcpy.laws.law import ROLLING_ROWS
 from lmgcpy.laws.registry import check_interface
-from lmgcpy.testing.answers import Nonconformance, Numbers
-from lmgcpy.testing.case import LawCase, diagonal
-from lmgcpy.testing.draw import USUAL, extreme, powers_of_ten
-from lmgcpy.testing.property import (
+from lmgcpy.testing.case import LawCase, Nonconformance, Numbers, diagonal
+from lmgcpy.testing.conformance import (
     ROUND_OFF,
     drawn,
     run_once,
@@ -31,6 +29,7 @@ from lmgcpy.testing.property import (
     to_laws_that_give,
     to_laws_with_tangent,
 )
+from lmgcpy.testing.draw import USUAL, extreme, powers_of_ten
 
 
 @run_once("interface", "functions, arguments, and counts of numbers are those of the interface of laws")

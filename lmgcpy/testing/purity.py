@@ -12,10 +12,9 @@ import numpy as np
 from lmgcpy.compiled.kernel import Kernel
 from lmgcpy.laws import Law
 from lmgcpy.laws.registry import ARGUMENTS
-from lmgcpy.testing.answers import Nonconformance
-from lmgcpy.testing.case import LawCase
+from lmgcpy.testing.case import LawCase, Nonconformance
+from lmgcpy.testing.conformance import run_once, search
 from lmgcpy.testing.draw import USUAL, cases
-from lmgcpy.testing.property import run_once, search
 
 
 @run_once("purity", "the same call gives the same bits, in any order, and no global changes")

@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 import lmgcpy as lm
 from lmgcpy.laws import Law, registry
 from lmgcpy.laws.registry import Registration
-from lmgcpy.testing.property import run_once
+from lmgcpy.testing.conformance import run_once
 
 STEPS = 24
 TIME_STEP = 1e-3

@@ -11,11 +11,10 @@ import numpy as np
 from hypothesis import assume
 
 from lmgcpy.laws import Law
-from lmgcpy.testing.answers import Nonconformance, Numbers
-from lmgcpy.testing.case import CaseStep, LawCase
+from lmgcpy.testing.case import CaseStep, LawCase, Nonconformance, Numbers
+from lmgcpy.testing.conformance import ROUND_OFF, drawn, to_laws_with, to_laws_with_tangent
 from lmgcpy.testing.draw import extreme, powers_of_ten
 from lmgcpy.testing.local_solve import STRIDES, differences
-from lmgcpy.testing.property import ROUND_OFF, drawn, to_laws_with, to_laws_with_tangent
 
 
 @drawn("push", "r_n >= 0", to_laws_with("push"), spread=extreme())

@@ -12,14 +12,27 @@ import numpy as np
 from lmgcpy.errors import shown
 from lmgcpy.io.run import Run
 from lmgcpy.view.boundary import cell_outline, cylinder_polygons, edges, polylines, wall_polygons
-from lmgcpy.view.camera import Camera
 from lmgcpy.view.cutting import clip, reaching, section, within
-from lmgcpy.view.drawing import Balls, Drawing, Paint, Tubes, in_space, rgb
+from lmgcpy.view.drawing import (
+    BEAD,
+    COHESION,
+    CONTACT,
+    GROUPS,
+    PUSHING,
+    SAND,
+    WIRE,
+    WRONG,
+    Balls,
+    Drawing,
+    Paint,
+    Tubes,
+    in_space,
+    rgb,
+)
 from lmgcpy.view.layout import EXCESS, OVERLAP, long_links_of, overlaps_of
-from lmgcpy.view.palette import BEAD, COHESION, CONTACT, GROUPS, PUSHING, SAND, WIRE, WRONG
 from lmgcpy.view.quantities import GRAINS, WIRES, acting
 from lmgcpy.view.snapshot import LINKS, Snapshot, acting_lines, frame_number, snapshot
-from lmgcpy.view.style import Style, style_of
+from lmgcpy.view.style import Camera, Style, style_of
 
 THICK = {2: 0.35, 3: 1.0}
 """Radius of a wire in radii of its beads. In 3D the wire hides its beads. In 2D beads are as large as grains and are seen

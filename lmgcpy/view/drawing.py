@@ -1,4 +1,4 @@
-"""Drawings as arrays: balls, tubes, walls and lines in space, each with its paint.
+"""Drawings as arrays: balls, tubes, walls and lines in space, each with its paint; and the colours that have a meaning.
 
 A flat drawing has its coordinates in the plane z = 0; items of a higher ``level`` cover those of a lower level.
 """
@@ -10,6 +10,25 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from lmgcpy.view.quantities import Limits, Quantity
+
+SAND, BEAD, WIRE = "#d9cba3", "#9ab7dd", "#1b4f9c"
+"""Grains; beads; wires and links in tension."""
+CONTACT, PUSHING, COHESION = "#b2182b", "#e08214", "#35978f"
+"""Contact reactions, links in compression, contacts in tension."""
+WRONG = "#ff0000"
+"""Overlaps and links that are too long."""
+EDGE, GROUND = "#404040", "#eeeeee"
+"""Edges of walls, and floors."""
+GROUPS = ["#d9cba3", "#8da0cb", "#fc8d62", "#66c2a5", "#e78ac3", "#a6d854", "#b3b3b3"]
+"""Colours of the visibility table, in the order in which they occur."""
+CURVES = {
+    "none": "#8c6d31",
+    "rigid-wire": "#1b4f9c",
+    "rigid-rod": "#b2182b",
+    "elastic-wire": "#35978f",
+    "elastic-rod": "#762a83",
+}
+"""Colours of the curves of tests, by the law of the wire."""
 
 
 @dataclass(frozen=True)

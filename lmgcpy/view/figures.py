@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lmgcpy.view.palette import CURVES, WIRE
+from lmgcpy.view.drawing import CURVES, WIRE
 from lmgcpy.view.recorded import Tested
 from lmgcpy.writing import write_bytes
 

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.errors import number, shown, vector
-from lmgcpy.view.camera import MARGIN, View
 from lmgcpy.view.compose import Panel
 from lmgcpy.view.drawing import Drawing
 from lmgcpy.view.painter import Painter
 from lmgcpy.view.quantities import Limits, Quantity
+from lmgcpy.view.style import MARGIN, View
 
 THICKEST = 0.5
 """Thickness of the force that the scale of forces names, in mean diameters of the grains."""

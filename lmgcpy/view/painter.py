@@ -16,10 +16,9 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.view.camera import View
-from lmgcpy.view.drawing import Balls, Drawing, Tubes
-from lmgcpy.view.palette import EDGE, GROUND
+from lmgcpy.view.drawing import EDGE, GROUND, Balls, Drawing, Tubes
 from lmgcpy.view.quantities import Limits, Quantity
+from lmgcpy.view.style import View
 
 MISSING = 'Pictures need pyvista, which is not installed: pip install "lmgcpy[view]".'
 FINER = 2

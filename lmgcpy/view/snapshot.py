@@ -19,6 +19,7 @@ from lmgcpy.dynamics.model import COMPONENTS
 from lmgcpy.dynamics.stepper import Stepper
 from lmgcpy.errors import shown, whole
 from lmgcpy.io.run import Run
+from lmgcpy.measure.moment import DescribedChain, described_chains, joint_rows
 from lmgcpy.scene.body import NO_ROTATION, Body
 from lmgcpy.scene.contactor import (
     CylinderContactor,
@@ -28,7 +29,6 @@ from lmgcpy.scene.contactor import (
     SphereContactor,
     WallContactor,
 )
-from lmgcpy.scene.described_chains import DescribedChain, described_chains, joint_rows
 from lmgcpy.scene.description import describe, lattice_of, outlines_of, trees_in_order
 from lmgcpy.scene.scene import Scene
 

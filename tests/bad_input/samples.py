@@ -11,7 +11,7 @@ from lmgcpy.experiment.compaction import compact
 from lmgcpy.experiment.texsol.sample import lay_sample, lay_sample_3d
 from lmgcpy.experiment.texsol.study import Study2D, Study3D
 from lmgcpy.experiment.triaxial import Triaxial
-from lmgcpy.sample.settle import settle
+from lmgcpy.sample.deposit import settle
 
 nan, inf = math.nan, math.inf
 

@@ -9,7 +9,7 @@ import numpy as np
 import scipy.sparse as sparse
 
 import lmgcpy as lm
-from lmgcpy.io.run_file.lock import FileLock
+from lmgcpy.writing import FileLock
 
 SAND = lm.Material("sand", density=2600.0)
 

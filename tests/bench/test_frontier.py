@@ -9,10 +9,8 @@ import suites
 
 import lmgcpy as lm
 import lmgcpy.bench.reference
-from lmgcpy.bench.case import Case
-from lmgcpy.bench.chains import chains
+from lmgcpy.bench.cases import Case, chains, in_space
 from lmgcpy.bench.frontier import OVERHEAD, TOLERANCES, Judged, SolverRun, judge, profile
-from lmgcpy.bench.frozen import in_space
 from lmgcpy.bench.reference import APART, ENOUGH, MARGIN, Reference, make_reference
 from lmgcpy.bench.report import write_report
 from lmgcpy.solve.solvers import SOLVERS

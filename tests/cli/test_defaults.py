@@ -7,7 +7,7 @@ from click.testing import CliRunner
 
 from lmgcpy.cli import main
 from lmgcpy.cli.column import new_study as new_column
-from lmgcpy.cli.study_options import OfStudy
+from lmgcpy.cli.options import OfStudy
 from lmgcpy.cli.texsol import new_study as new_texsol
 
 

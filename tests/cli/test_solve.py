@@ -12,7 +12,7 @@ import suites
 from click.testing import CliRunner
 
 import lmgcpy as lm
-from lmgcpy.bench.figures import COLOURS
+from lmgcpy.bench.report import COLOURS
 from lmgcpy.cli import main
 from lmgcpy.cli.solve import briefly
 from lmgcpy.solve.solve_to_measure import solve_to_measure

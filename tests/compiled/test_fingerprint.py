@@ -14,8 +14,7 @@ from forks import forked
 from soft_law import process, soft_law
 
 from lmgcpy.compiled import fingerprint as content
-from lmgcpy.compiled.cache import cache_directory
-from lmgcpy.compiled.extensions import extension_in_use
+from lmgcpy.compiled.cache import cache_directory, extension_in_use
 from lmgcpy.compiled.fingerprint import Content
 from lmgcpy.compiled.kernel import fingerprint, kernel
 

@@ -15,7 +15,7 @@ import pytest
 import lmgcpy as lm
 from lmgcpy.dynamics.stepper import CHANGED
 from lmgcpy.scene import body
-from lmgcpy.simulation.interrupt import between_steps
+from lmgcpy.simulation.simulation import between_steps
 
 PACKAGE = os.path.dirname(lm.__file__)
 

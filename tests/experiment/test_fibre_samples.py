@@ -9,7 +9,7 @@ from conftest import DENSITY, PRESSURE, relax
 import lmgcpy as lm
 from lmgcpy.experiment import Sample, Triaxial, lay_grains
 from lmgcpy.experiment.box import Box
-from lmgcpy.scene.placed import body_volume
+from lmgcpy.scene.body_3d import body_volume
 
 pytestmark = pytest.mark.filterwarnings("ignore:In the step to")
 """Walls of a loose box hit single fibres, which then fly."""

@@ -16,8 +16,8 @@ import h5py
 import numpy as np
 
 import lmgcpy as lm
+from lmgcpy.io.run_file.opening import UnclosedFile
 from lmgcpy.io.run_file.trees import DIGEST, digest
-from lmgcpy.io.run_file.unclosed_file import UnclosedFile
 
 SECONDS = 40
 """Of a try, after which its process is killed. HDF5 waits some seconds for writers that are not there."""

@@ -135,7 +135,7 @@ def test_the_last_chunk_of_a_file_that_was_not_closed_has_a_sum_of_its_own(tmp_p
         positions = run.positions[:]
     with lm.io.open_run(tmp_path / "run.h5") as run:
         np.testing.assert_array_equal(run.positions[: len(positions)], positions)
-    from lmgcpy.io.run_file.unclosed_file import UnclosedFile
+    from lmgcpy.io.run_file.opening import UnclosedFile
 
     with h5py.File(UnclosedFile(path), "r") as file:
         table = file["frames/positions"]
@@ -155,7 +155,7 @@ def test_the_last_chunk_of_a_file_that_was_not_closed_has_a_sum_of_its_own(tmp_p
 
 
 def table_rows(path):
-    from lmgcpy.io.run_file.unclosed_file import UnclosedFile
+    from lmgcpy.io.run_file.opening import UnclosedFile
 
     with h5py.File(UnclosedFile(path), "r") as file:
         return file["frames/positions"].chunks[0]

@@ -11,7 +11,7 @@ import pytest
 from forks import forked
 
 import lmgcpy as lm
-from lmgcpy.io.run_file.unclosed_file import lookup3
+from lmgcpy.io.run_file.opening import lookup3
 
 resource = pytest.importorskip("resource")
 
@@ -200,7 +200,7 @@ def test_a_file_that_was_killed_and_then_cut_is_refused_at_once_or_read(killed):
 @pytest.mark.long
 def test_a_killed_file_under_another_hand_is_still_read(killed):
     """While it is locked it counts as being written, and is read in HDF5's shared mode."""
-    from lmgcpy.io.run_file.lock import FileLock
+    from lmgcpy.writing import FileLock
 
     lock = FileLock(killed)
     try:

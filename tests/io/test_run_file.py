@@ -231,7 +231,7 @@ def test_an_existing_file_is_kept_unless_forced(path):
 
 def test_a_file_under_another_hand_is_busy(path):
     heap().run(steps=1, record=path)
-    take = "import sys; from lmgcpy.io.run_file.lock import FileLock; lock = FileLock(sys.argv[1])"
+    take = "import sys; from lmgcpy.writing import FileLock; lock = FileLock(sys.argv[1])"
     hold = f"{take}; print('held', flush=True); input()"
     with subprocess.Popen([sys.executable, "-c", hold, path], stdin=-1, stdout=-1, text=True) as other:
         try:

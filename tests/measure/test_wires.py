@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 import lmgcpy as lm
-from lmgcpy.measure.directions import DirectionBins, means_along
-from lmgcpy.measure.tension_along import correlation_of, runs_of
-from lmgcpy.measure.wire_links import WireLinks
+from lmgcpy.measure.wire_fabric import DirectionBins, means_along
+from lmgcpy.measure.wire_links import WireLinks, correlation_of, runs_of
 
 G, MU, MASS, LINK = 10.0, 0.4, 0.5, 0.25
 BEADS = 9

@@ -8,10 +8,8 @@ import suites
 
 from lmgcpy.measure.density import density
 from lmgcpy.sample import deposit, grading, wire_2d
-from lmgcpy.sample.apollonius_2d import tangent_radii
-from lmgcpy.sample.bed_2d import blocker, enter
-from lmgcpy.sample.deposit_2d import empty_bed
-from lmgcpy.sample.pocket_2d import lowest_rest, new_pockets, open_pocket, rest
+from lmgcpy.sample.bed_2d import blocker, enter, tangent_radii
+from lmgcpy.sample.deposit_2d import empty_bed, lowest_rest, new_pockets, open_pocket, rest
 
 OVERLAP = 1e-9  # of the radius: the tolerance asked for; built are 1e-10 of the finest radius and round-off
 

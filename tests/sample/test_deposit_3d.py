@@ -13,8 +13,7 @@ from scipy.spatial import cKDTree
 
 from lmgcpy.measure.density import density
 from lmgcpy.sample import deposit, grading
-from lmgcpy.sample.apollonius_3d import across, along, between_roots, centre_at, real_interval, tangency, tangent_curve
-from lmgcpy.sample.bed_3d import SphereBed
+from lmgcpy.sample.bed_3d import SphereBed, across, along, between_roots, centre_at, real_interval, tangency, tangent_curve
 
 OVERLAP = 1e-9  # of the radius: the tolerance asked for; built are 1e-10 of the finest radius and round-off
 PLANES = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0]])

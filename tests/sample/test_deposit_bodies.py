@@ -5,7 +5,7 @@ import pytest
 
 import lmgcpy as lm
 from lmgcpy.sample import deposit_bodies
-from lmgcpy.scene.placed import body_volume, placed
+from lmgcpy.scene.body_3d import body_volume, placed
 
 BOX = (0.05, 0.06, None)
 TETRAPOD = lm.clump([6e-3] * 4, 4e-3 * np.array([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)]), density=2650.0)

@@ -8,7 +8,7 @@ import pytest
 import lmgcpy as lm
 from lmgcpy.contact.segments import segment_distances
 from lmgcpy.sample.fibres import _directions
-from lmgcpy.scene.capsule import capsule_volume
+from lmgcpy.scene.body_3d import capsule_volume
 
 RADII = lm.sample.grading(150, minimum=4e-4, maximum=6e-4, by="diameter", dimension=3, seed=0)
 SOLID = 4.0 / 3.0 * math.pi * float((RADII**3).sum())

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from lmgcpy.measure.disk_union import disk_union
-from lmgcpy.scene.ball_union import ball_union, checked_balls
+from lmgcpy.measure.density import disk_union
+from lmgcpy.scene.solid import ball_union, checked_balls
 
 CUBE = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
 SPHERE = 4.0 / 3.0 * math.pi

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from lmgcpy.scene.ball_union import ball_union
 from lmgcpy.scene.mesh_clump import clump_from_mesh, mesh_solid
+from lmgcpy.scene.solid import ball_union
 
 pyvista = pytest.importorskip("pyvista")
 

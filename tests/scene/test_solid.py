@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from lmgcpy.scene.ball_union import ball_union
-from lmgcpy.scene.solid import principal_axes
+from lmgcpy.scene.solid import ball_union, principal_axes
 
 
 @pytest.mark.parametrize("moments", [(1.0, 2.0, 3.0), (3.0, 1.0, 2.0), (2.0, 2.0, 1.0), (1.0, 2.0, 2.0), (1.0, 1.0, 1.0)])

@@ -206,7 +206,7 @@ def test_three_lines_make_a_test_of_every_property(tmp_path):
     assert "test_my_law[test-bouncing-fixed-point] PASSED" in done.stdout
     assert "test_my_law[test-bouncing-dissipative] FAILED" in done.stdout
     assert (
-        "E       lmgcpy.testing.answers.Nonconformance: dissipative of Bouncing(friction=0, restitution=1.5)" in done.stdout
+        "E       lmgcpy.testing.case.Nonconformance: dissipative of Bouncing(friction=0, restitution=1.5)" in done.stdout
     )
     assert "1 failed, 9 passed" in done.stdout
     assert "hypothesis" not in done.stdout.split("FAILURES")[1].lower()  # its traceback says nothing to an author

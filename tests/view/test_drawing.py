@@ -7,12 +7,10 @@ from seen import SIDE, hanging, pile, wire_in_a_box
 
 import lmgcpy as lm
 from lmgcpy.view.boundary import cut, cylinder_polygons, wall_polygons
-from lmgcpy.view.camera import Camera, View
 from lmgcpy.view.compose import AMONG_WIRES, compose, force_tubes
-from lmgcpy.view.drawing import rgb
-from lmgcpy.view.palette import BEAD, CONTACT, WIRE, WRONG
+from lmgcpy.view.drawing import BEAD, CONTACT, WIRE, WRONG, rgb
 from lmgcpy.view.snapshot import snapshot
-from lmgcpy.view.style import OPTIONS, style_of
+from lmgcpy.view.style import OPTIONS, Camera, View, style_of
 
 
 def drawn(source, **options):

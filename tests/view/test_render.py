@@ -12,16 +12,14 @@ from PIL import Image
 from seen import hanging, like, pile, pixels, reddish, wire_in_a_box
 
 import lmgcpy as lm
-from lmgcpy.view.camera import Camera, View
 from lmgcpy.view.compose import compose, panels_of
 from lmgcpy.view.cutting import within
-from lmgcpy.view.drawing import Drawing, rgb
+from lmgcpy.view.drawing import CONTACT, SAND, WIRE, Drawing, rgb
 from lmgcpy.view.film import TITLE, Film
 from lmgcpy.view.painter import Painter
-from lmgcpy.view.palette import CONTACT, SAND, WIRE
 from lmgcpy.view.pictures import palette_of
 from lmgcpy.view.snapshot import snapshot
-from lmgcpy.view.style import OPTIONS, style_of
+from lmgcpy.view.style import OPTIONS, Camera, View, style_of
 
 SIZE = (300, 300)
 

@@ -52,8 +52,8 @@ import numpy as np
 from lmgcpy.dynamics.geometric_stiffness import LinkStiffness
 from lmgcpy.dynamics.model import Model
 from lmgcpy.dynamics.step_problem import StepProblem
+from lmgcpy.dynamics.watch import Said
 from lmgcpy.dynamics.watch.displacements import rounded_down
-from lmgcpy.dynamics.watch.said import Said
 
 EVERY = 16
 """New waves are looked for once in this number of steps."""

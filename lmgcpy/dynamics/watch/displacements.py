@@ -16,7 +16,7 @@ import numpy as np
 
 from lmgcpy.compiled.kernel import kernel
 from lmgcpy.dynamics.model import Model
-from lmgcpy.dynamics.watch.said import Said
+from lmgcpy.dynamics.watch import Said
 
 OWN, OTHERS = 0.5, 1.0
 """The run warns if a body moves in a step by more than OWN times its own radius, or OTHERS times the smallest radius that

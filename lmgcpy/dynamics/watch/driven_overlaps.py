@@ -17,7 +17,7 @@ from lmgcpy.contact.frames import cross_rows
 from lmgcpy.contact.interactions import Interactions
 from lmgcpy.contact.positions import in_own_axes
 from lmgcpy.dynamics.model import Model
-from lmgcpy.dynamics.watch.said import Said
+from lmgcpy.dynamics.watch import Said
 
 DEEPER = 0.01
 """Part of the smaller radius by which two bodies may be driven into each other before the run warns. (Bodies that are

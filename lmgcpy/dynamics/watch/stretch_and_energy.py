@@ -25,8 +25,8 @@ from lmgcpy.dynamics.energy import Energy
 from lmgcpy.dynamics.model import Model
 from lmgcpy.dynamics.step_problem import StepProblem
 from lmgcpy.dynamics.straight_spans import StraightSpans
+from lmgcpy.dynamics.watch import Said
 from lmgcpy.dynamics.watch.displacements import rounded_down
-from lmgcpy.dynamics.watch.said import Said
 from lmgcpy.solve.problems.report import Lock
 
 STRETCH = 0.1

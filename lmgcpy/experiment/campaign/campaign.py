@@ -32,14 +32,12 @@ from multiprocessing import current_process
 from pathlib import Path
 from typing import Any
 
-from lmgcpy.errors import closest, flag, named_arguments, number, shown, whole
+from lmgcpy.errors import closest, flag, named_arguments, number, regular_file, shown, whole
 from lmgcpy.experiment.campaign.case_queue import CaseQueue, executor_for
-from lmgcpy.experiment.campaign.cases import CampaignCase, CampaignResults, Parameter, case_name, is_text
-from lmgcpy.experiment.campaign.folder import CampaignFolder
+from lmgcpy.experiment.campaign.cases import CampaignCase, CampaignFolder, CampaignResults, Parameter, case_name, is_text
 from lmgcpy.experiment.campaign.workers import GUARD, WORKER
 from lmgcpy.experiment.study.engine import STUDIES, Study, study_or_function
 from lmgcpy.experiment.study.stages import CaseStages
-from lmgcpy.io.untrusted import regular_file
 
 PLAIN = (bool, int, float, str, type(None))
 """Types of a parameter, which a file can hold; a tuple holds some of them."""

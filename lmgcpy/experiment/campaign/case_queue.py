@@ -9,8 +9,7 @@ from contextlib import closing, contextmanager
 from typing import Any
 
 from lmgcpy.experiment.campaign.case_work import Order, do_case, do_case_within
-from lmgcpy.experiment.campaign.cases import FAILED, TO_COME, CampaignCase, CaseResult
-from lmgcpy.experiment.campaign.folder import CampaignFolder
+from lmgcpy.experiment.campaign.cases import FAILED, TO_COME, CampaignCase, CampaignFolder, CaseResult
 from lmgcpy.experiment.campaign.workers import (
     DEATHS,
     OwnProcesses,

@@ -22,7 +22,7 @@ from lmgcpy.experiment.campaign.statistics import (
     mean_curves,
 )
 from lmgcpy.experiment.campaign.tables import all_keys, name_and_unit
-from lmgcpy.experiment.study.report import ReportFolder, sections
+from lmgcpy.experiment.study.folder import ReportFolder, sections
 from lmgcpy.view.figures import new_figure
 from lmgcpy.writing import markdown_table, write_text
 

@@ -18,8 +18,7 @@ from pathlib import Path
 from queue import SimpleQueue
 from typing import Any
 
-from lmgcpy.errors import shown
-from lmgcpy.io.untrusted import regular_file
+from lmgcpy.errors import regular_file, shown
 from lmgcpy.version import versions
 
 ANSWER = 8.0

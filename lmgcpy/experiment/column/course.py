@@ -15,8 +15,8 @@ from lmgcpy.experiment.recorded_run import carry_out
 from lmgcpy.laws.coulomb import Coulomb
 from lmgcpy.laws.rigid import RigidWire
 from lmgcpy.scene.body import wall
-from lmgcpy.scene.material import Material
 from lmgcpy.scene.scene import Scene
+from lmgcpy.scene.solid import Material
 from lmgcpy.simulation import Simulation
 from lmgcpy.solve.problems.report import SOLVED_CODES
 from lmgcpy.solve.sweeps.accelerated import AcceleratedGaussSeidel

@@ -24,8 +24,7 @@ from lmgcpy.experiment.column.result import (
     solid_fraction,
     words,
 )
-from lmgcpy.experiment.study.folder import StudyFolder
-from lmgcpy.experiment.study.report import ReportFolder, markdown, sections, texts
+from lmgcpy.experiment.study.folder import ReportFolder, StudyFolder, markdown, sections, texts
 from lmgcpy.io.run import open_run
 from lmgcpy.view.figures import new_figure
 

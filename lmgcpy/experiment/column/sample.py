@@ -10,8 +10,8 @@ import numpy as np
 from lmgcpy.errors import named_arguments, number, whole
 from lmgcpy.experiment.box import Sample
 from lmgcpy.sample import bead_count, deposit, grading, wire_3d
-from lmgcpy.sample.wire_content import DTEX
-from lmgcpy.sample.wire_content import bead_mass as mass_of_a_bead
+from lmgcpy.sample.wires import DTEX
+from lmgcpy.sample.wires import bead_mass as mass_of_a_bead
 
 SAND_DENSITY = 2600.0
 """Density of the grains [kg/m^3]."""

@@ -1,16 +1,25 @@
-"""The comparison of several folders of one study, such as those of its seeds.
+"""Predictions of the tests with a wire: the sand is fitted to the test without one, and nothing else is fitted.
 
-For the prediction of a folder, the anchorage of the wire is measured in the other folders; a single folder uses its own.
+Everything is compared over the logarithmic crushing of the sample. The rigid wire is the limit of an elastic one: its axial
+rigidity is :data:`RIGID` times the rigidity with which ``p d^(D-1)`` would double its length.
+
+Several folders of one study, one for each seed, are compared together. For the prediction of a folder, the
+anchorage of the wire is measured in the other folders; a single folder uses its own.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from lmgcpy.experiment.continuum.prediction import Prediction, predict
+import numpy as np
+
+from lmgcpy.continuum import MeasuredCompression, NoSolution, SandFit, TexSol, WireNetwork, biaxial, fit_sand, triaxial
+from lmgcpy.errors import AXES
+from lmgcpy.experiment.box import Sample
 from lmgcpy.experiment.continuum.wire import Anchorage, LaidWire, mean_anchorage, measured_anchorage
 from lmgcpy.experiment.study.engine import carry_out_study
 from lmgcpy.experiment.study.folder import StudyFolder
@@ -18,8 +27,157 @@ from lmgcpy.experiment.texsol.result import TexSolResult
 from lmgcpy.experiment.texsol.study import TexSolStudy
 from lmgcpy.io.run import open_run
 
+INCREMENTS = 150
+"""Increments of a path."""
+RIGID = 1e4
+"""Axial rigidity of the limit of a rigid wire, in units of p d^(D-1). (Ten times as much changes the deviator of an
+anchored wire by less than 1 % in the mean: tests/experiment/continuum.)"""
+FIRST = 0.1
+"""Part of a test that is not judged: rigid grains start with a jump."""
+
 UNILATERAL = ("elastic-wire", "rigid-wire")
 """Laws of the wire that the continuous model knows: it only pulls. The elastic one is the first to be measured."""
+
+
+@dataclass(frozen=True)
+class Curves:
+    """A compression over the crushing, in s moments and d dimensions."""
+
+    crushing: np.ndarray
+    """Logarithmic, (s,)."""
+    deviator: np.ndarray
+    """[Pa], (s,)."""
+    volume: np.ndarray
+    """Logarithmic change of volume, dilation positive, (s,)."""
+    wire: np.ndarray
+    """Normal components of the wire's part of the stress, traction positive [Pa], (s, d)."""
+
+    def at(self, crushing: np.ndarray) -> Curves:
+        """The curves at other moments, NaN beyond the end."""
+
+        def between(values: np.ndarray) -> np.ndarray:
+            return np.interp(crushing, self.crushing, values, right=np.nan)
+
+        wire = np.stack([between(column) for column in self.wire.T], axis=1)
+        return Curves(crushing, between(self.deviator), between(self.volume), wire)
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """A test with a wire, and what two models say of it."""
+
+    axis: str
+    """Axis of the compression."""
+    law: str
+    seed: int
+    run: Curves
+    sand: Curves
+    """The test without a wire."""
+    local: Curves
+    """The local model: every link follows the mean strain."""
+    anchored: Curves
+    """Spans that share a tension, straighten and slip."""
+
+    def judged(self) -> np.ndarray:
+        """The moments at which the models are judged, (s,)."""
+        return np.linspace(FIRST * self.run.crushing[-1], 0.99 * self.run.crushing[-1], INCREMENTS)
+
+
+@dataclass(frozen=True)
+class Miss:
+    """Mean distance of a model from a run."""
+
+    deviator: float
+    """Relative to the mean deviator of the run."""
+    volume: float
+    """Change of volume."""
+    wire: np.ndarray
+    """Normal components of the wire's part of the stress [Pa], (d,)."""
+
+
+def miss(prediction: Prediction, model: Curves) -> Miss:
+    """Mean distance of a model from the run over the judged moments; infinite if the model ended before them."""
+    moments = prediction.judged()
+    ours, theirs = model.at(moments), prediction.run.at(moments)
+    if np.isnan(ours.deviator).any():
+        return Miss(np.inf, np.inf, np.full(ours.wire.shape[1], np.inf))
+    return Miss(
+        float(np.abs(ours.deviator - theirs.deviator).mean() / theirs.deviator.mean()),
+        float(np.abs(ours.volume - theirs.volume).mean()),
+        np.abs(ours.wire - theirs.wire).mean(axis=0),
+    )
+
+
+def measured_compression(record: Any, sample: Sample) -> MeasuredCompression:
+    """The record of a biaxial or triaxial test as the continuous model takes it."""
+    k = AXES.index(record.axis)
+    stress = np.empty_like(record.size)
+    stress[:, k] = -(record.deviator + record.lateral_pressure)
+    others = [j for j in range(sample.dimension) if j != k]
+    stress[:, others] = -record.lateral if sample.dimension == 3 else -record.lateral_pressure[:, None]
+    return MeasuredCompression(axis=record.axis, strain=np.log(record.size / sample.box), stress=stress)
+
+
+def curves_of(record: Any, sample: Sample) -> Curves:
+    """Running means of a record."""
+    strain = np.log(record.size / sample.box)
+    wire = record.smooth(np.diagonal(record.stress["wire"], axis1=1, axis2=2))
+    crushing = -strain[:, AXES.index(record.axis)]
+    return Curves(crushing, record.smooth(record.deviator), record.smooth(strain.sum(axis=1)), wire)
+
+
+def driven(sand: SandFit, wire: WireNetwork | None, axis: str, crushing: float, pressure: float) -> Curves:
+    """The test predicted by the model up to a crushing, or as far as the model has a solution."""
+    material = TexSol(sand.sand(), wire)
+    test = biaxial if material.dimension == 2 else triaxial
+    strain = -np.linspace(0.0, crushing, INCREMENTS + 1)[1:]
+    while True:
+        try:
+            path = test(material, strain, pressure=pressure, axis=axis)
+            break
+        except NoSolution:
+            if len(strain) < 2:
+                none = np.zeros(1)
+                return Curves(none, none, none, np.zeros((1, material.dimension)))
+            strain = strain[: len(strain) // 2]
+    d = material.dimension
+    return Curves(-path.axial_strain, path.deviator, path.volume_change, path.wire[:, :d])
+
+
+def axial_rigidity_of(law: str, study: Any, sample: Sample) -> float:
+    """EA of the wire of a test [N]."""
+    if law.startswith("elastic"):
+        return float(study.axial_rigidity)
+    return RIGID * float(study.pressure) * sample.diameter ** (sample.dimension - 1)
+
+
+def predict(result: Any, name: str, held: Anchorage) -> Prediction:
+    """The prediction of the test ``name`` in the result of a TexSol study: a sand of rigid grains is fitted to the test
+    without a wire along the same axis."""
+    study, sample, record = result.study, result.sample, result.records[name]
+    bare = result.records[name.replace(record.law, "none", 1)]
+    sand = fit_sand(measured_compression(bare, sample), bulk_modulus=math.inf, shear_modulus=math.inf)
+    run, laid = curves_of(record, sample), LaidWire.of(sample)
+    rigidity = axial_rigidity_of(record.law, study, sample)
+    local, anchored = (
+        driven(sand, network, record.axis, float(run.crushing[-1]), study.pressure)
+        for network in (laid.local(rigidity), laid.anchored(rigidity, held))
+    )
+    return Prediction(record.axis, record.law, study.seed, run, curves_of(bare, sample), local, anchored)
+
+
+def mean_curves(many: Sequence[Curves]) -> tuple[Curves, Curves]:
+    """Mean and standard deviation of several at the moments of the shortest."""
+    last = min(float(one.crushing[-1]) for one in many)
+    moments = np.linspace(0.0, last, INCREMENTS)
+    there = [one.at(moments) for one in many]
+    spread = int(len(many) > 1)
+
+    def parts(of: Any, **options: Any) -> list[np.ndarray]:
+        return [of([getattr(one, name) for one in there], axis=0, **options) for name in ("deviator", "volume", "wire")]
+
+    scatter = parts(np.std, ddof=spread) if spread else [0.0 * part for part in parts(np.mean)]
+    return Curves(moments, *parts(np.mean)), Curves(moments, *scatter)
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,8 @@ import numpy as np
 
 from lmgcpy.continuum import Directions
 from lmgcpy.errors import AXES
-from lmgcpy.experiment.continuum.comparison import Comparison
-from lmgcpy.experiment.continuum.prediction import Miss, Prediction, mean_curves, miss
-from lmgcpy.experiment.study.report import ReportFolder, markdown, sections, texts, versions
+from lmgcpy.experiment.continuum.comparison import Comparison, Miss, Prediction, mean_curves, miss
+from lmgcpy.experiment.study.folder import ReportFolder, made_with, markdown, sections, texts
 from lmgcpy.view.figures import new_figure
 
 if TYPE_CHECKING:
@@ -73,7 +72,7 @@ def error_columns(found: Comparison) -> dict[str, list[str]]:
 def page(found: Comparison) -> str:
     """The page in Markdown."""
     return sections(
-        "The continuous model beside the runs", [setting(found), table_of_errors(found), table_of_wire(found), versions()]
+        "The continuous model beside the runs", [setting(found), table_of_errors(found), table_of_wire(found), made_with()]
     )
 
 

@@ -42,7 +42,7 @@ import numpy as np
 
 from lmgcpy.experiment.study.folder import RunNames, StudyFolder
 from lmgcpy.experiment.study.stages import Stages
-from lmgcpy.simulation.interrupt import between_steps
+from lmgcpy.simulation.simulation import between_steps
 
 STUDIES = {
     "texsol": "lmgcpy.experiment.texsol.study:Study2D",

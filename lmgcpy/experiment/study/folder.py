@@ -1,22 +1,30 @@
 """The folder of a study: ``study.json`` describes the study, ``runs`` holds the run file of each of its runs.
 
 ``runs/.names`` lists the runs that have begun: what else is there is none of the study's, and stays.
+
+Beside them is the report of the study: files, tables as CSV and as Markdown, and the versions used.
 """
 
 from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Iterable, Mapping
+import platform
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, fields
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from lmgcpy.errors import system_error
-from lmgcpy.io.run_file.lock import is_being_written
-from lmgcpy.io.untrusted import regular_file
+import numba
+import numpy as np
+
+from lmgcpy.errors import regular_file, system_error
 from lmgcpy.version import versions
-from lmgcpy.writing import REMEDY, flush, make_folder, new_file
+from lmgcpy.view import figures
+from lmgcpy.writing import REMEDY, flush, is_being_written, make_folder, markdown_table, new_file, write_table, write_text
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 class RunNames:
@@ -165,3 +173,54 @@ class StudyFolder(KeptFolder):
             return kind(**{name: tuple(value) if isinstance(value, list) else value for name, value in given.items()})
         except (TypeError, ValueError) as error:
             raise ValueError(f"'{self.study_file}' is damaged: {error} {anew}") from error
+
+
+class ReportFolder:
+    """A folder, which is made if it is missing, and the files that were written into it."""
+
+    def __init__(self, path: Path):
+        self.path = path
+        self.written: list[Path] = []
+        make_folder(path)
+
+    def file(self, name: str) -> Path:
+        """The path of a file that is written now."""
+        self.written.append(self.path / name)
+        return self.written[-1]
+
+    def figure(self, name: str, drawn: Figure) -> None:
+        """Write a figure."""
+        figures.save(drawn, self.file(name))
+
+    def table(self, name: str, parts: Iterable[Mapping[str, Iterable[Any]]]) -> None:
+        """Write a table as CSV: columns by their headings, part after part; all parts have the headings of the first."""
+        parts = list(parts)
+        rows = (row for part in parts for row in zip(*part.values(), strict=True))
+        write_table(self.file(name), list(parts[0]) if parts else [], rows)
+
+    def text(self, name: str, text: str) -> None:
+        """Write a text."""
+        write_text(self.file(name), text)
+
+
+def texts(values: Iterable[Any], form: str) -> list[str]:
+    """The entries of a column, each in this format, such as ".6g"."""
+    return [format(value, form) for value in values]
+
+
+def markdown(rows: Sequence[Mapping[str, str]]) -> str:
+    """A table in Markdown: entries by their headings, row after row; all rows have the headings of the first."""
+    return "\n".join(markdown_table(rows[0], [row.values() for row in rows]))
+
+
+def sections(title: str, parts: Iterable[str]) -> str:
+    """A page in Markdown: its title, and the parts that are not empty."""
+    return "\n\n".join([f"# {title}", *filter(None, parts)]) + "\n"
+
+
+def made_with() -> str:
+    """Python, libraries and processor, for a report."""
+    return (
+        f"Python {platform.python_version()}, numpy {np.__version__}, numba {numba.__version__}, "
+        f"{platform.system()} on {platform.machine()}"
+    )

@@ -11,19 +11,21 @@ import numpy as np
 
 import lmgcpy.view.figures as figures
 from lmgcpy.experiment.biaxial import BiaxialRecord
-from lmgcpy.experiment.study.folder import StudyFolder
-from lmgcpy.experiment.study.report import ReportFolder, markdown, sections, texts
+from lmgcpy.experiment.study.folder import ReportFolder, StudyFolder, markdown, sections, texts
 from lmgcpy.experiment.texsol.conclusions import (
+    LinkDirections,
     column,
     compressed_share,
     compression_in_links,
+    cone_ratio,
+    extended_cone,
     frames_of_column,
+    link_directions,
     stiffening,
 )
 from lmgcpy.experiment.texsol.pictures import draw_flat_pictures, links_figure
 from lmgcpy.experiment.texsol.result import TexSolResult
 from lmgcpy.experiment.texsol.runs_report import accuracy_part, prepared_words, runs_part, state_words
-from lmgcpy.experiment.texsol.taut_links import LinkDirections, cone_ratio, extended_cone, link_directions
 
 NEAR_ZERO = 0.2
 """A principal stress counts as near zero if its ratio to the other one is below this."""

@@ -10,8 +10,7 @@ import numpy as np
 
 import lmgcpy.view.figures as figures
 from lmgcpy.errors import AXES
-from lmgcpy.experiment.study.folder import StudyFolder
-from lmgcpy.experiment.study.report import ReportFolder, markdown, sections, texts
+from lmgcpy.experiment.study.folder import ReportFolder, StudyFolder, markdown, sections, texts
 from lmgcpy.experiment.texsol.conclusions import (
     UPRIGHT,
     at,
@@ -28,7 +27,7 @@ from lmgcpy.experiment.texsol.pictures import draw_pictures, layers_figure, titl
 from lmgcpy.experiment.texsol.result import TexSolResult
 from lmgcpy.experiment.texsol.runs_report import accuracy_part, prepared_words, runs_part, state_words
 from lmgcpy.experiment.triaxial import TriaxialRecord
-from lmgcpy.sample.wire_content import wire_content
+from lmgcpy.sample.wires import wire_content
 
 STRAINS = (0.01, 0.02, 0.05, 0.10, 0.15, 0.20, 0.30)
 """Crushing at which tests are compared."""

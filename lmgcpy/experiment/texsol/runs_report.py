@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.errors import AXES
-from lmgcpy.experiment.study.report import markdown, versions
+from lmgcpy.experiment.study.folder import made_with, markdown
 from lmgcpy.experiment.texsol.result import TexSolResult, deviation
 from lmgcpy.measure.wire_shape import wire_shape
 
@@ -43,7 +43,7 @@ def runs_part(
         }
         for name, record in result.records.items()
     ]
-    took = f"{compaction}{result.seconds:.0f} s of steps in all, {result.study.threads} tests at once; {versions()}."
+    took = f"{compaction}{result.seconds:.0f} s of steps in all, {result.study.threads} tests at once; {made_with()}."
     return "\n\n".join(filter(None, ["## The runs", markdown(rows), ended_words(result), took]))
 
 

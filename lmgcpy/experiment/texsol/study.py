@@ -28,7 +28,7 @@ from lmgcpy.experiment.triaxial import Triaxial
 from lmgcpy.laws import Law
 from lmgcpy.laws.elastic import ElasticRod, ElasticWire
 from lmgcpy.laws.rigid import RigidRod, RigidWire
-from lmgcpy.sample.wire_content import bead_mass as mass_of_a_bead
+from lmgcpy.sample.wires import bead_mass as mass_of_a_bead
 from lmgcpy.solve.newton.alternating import Auto
 from lmgcpy.solve.sweeps.accelerated import AcceleratedGaussSeidel
 from lmgcpy.solve.sweeps.solver import Solver

@@ -13,8 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.io.hdf5 import h5py
-from lmgcpy.io.untrusted import PACKED, check_size, check_storage, child
+from lmgcpy.io.hdf5 import PACKED, check_size, check_storage, child, h5py
 
 DIGEST = "digest"
 """Attribute of ``about`` and ``scene``; older files have none."""

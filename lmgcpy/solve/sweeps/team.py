@@ -23,7 +23,7 @@ from lmgcpy.compiled.atomic import add, exchange, load, store
 from lmgcpy.compiled.by_address import ROOM, call_at, call_work, giving_way, work_signature, write
 from lmgcpy.compiled.kernel import INTERPRETED, Kernel, kernel
 from lmgcpy.compiled.reference import by_reference
-from lmgcpy.contact.spare_rows import with_spare_rows
+from lmgcpy.contact.interactions import with_spare_rows
 from lmgcpy.solve.kernels.system import Groups, System
 from lmgcpy.solve.sweeps.light_bodies import LightBodies
 

@@ -20,8 +20,7 @@ import slope
 from lmgcpy.experiment import Campaign, Site, Stages
 from lmgcpy.experiment.campaign import workers
 from lmgcpy.experiment.campaign.case_work import Order, do_case
-from lmgcpy.experiment.campaign.cases import FAILED, FINISHED, TO_COME, case_name
-from lmgcpy.experiment.campaign.folder import CampaignFolder, _sum
+from lmgcpy.experiment.campaign.cases import FAILED, FINISHED, TO_COME, CampaignFolder, _sum, case_name
 from lmgcpy.version import versions
 
 

@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import lmgcpy as lm
 from lmgcpy.experiment import Study, Task, carry_out
-from lmgcpy.experiment.study.report import ReportFolder, markdown, sections, texts
+from lmgcpy.experiment.study.folder import ReportFolder, markdown, sections, texts
 
 STEP, SLOPE = 1e-3, 0.5
 

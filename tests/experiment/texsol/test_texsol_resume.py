@@ -154,7 +154,7 @@ def test_a_study_under_way_is_left_alone(tmp_path):
     out.begin(Study2D())
     out.run_names.enter("none", out.run_file("none"))
     lm.Simulation(one_disk(), time_step=1.0).run(steps=1, record=out.run_file("none"))
-    take = "import sys; from lmgcpy.io.run_file.lock import FileLock; lock = FileLock(sys.argv[1])"
+    take = "import sys; from lmgcpy.writing import FileLock; lock = FileLock(sys.argv[1])"
     hold = f"{take}; print('held', flush=True); input()"
     with subprocess.Popen([sys.executable, "-c", hold, out.run_file("none")], stdin=-1, stdout=-1, text=True) as other:
         try:

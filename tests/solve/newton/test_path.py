@@ -7,7 +7,7 @@ import pytest
 import scipy.sparse as sparse
 
 import lmgcpy as lm
-from lmgcpy.bench.frozen import in_the_plane
+from lmgcpy.bench.cases import in_the_plane
 from lmgcpy.solve.newton.active_set import ActiveSet
 from lmgcpy.solve.newton.path import RENEW, Derivative, follow_path
 

@@ -12,8 +12,8 @@ import lmgcpy as lm
 from lmgcpy.cli import main
 from lmgcpy.continuum import MeasuredCompression, fit_sand
 from lmgcpy.experiment.box import Sample
-from lmgcpy.experiment.continuum import prediction as model
-from lmgcpy.experiment.continuum.prediction import Curves, Prediction, driven, mean_curves, miss
+from lmgcpy.experiment.continuum import comparison as model
+from lmgcpy.experiment.continuum.comparison import Curves, Prediction, driven, mean_curves, miss
 from lmgcpy.experiment.continuum.wire import Anchorage, LaidWire, mean_anchorage, measured_anchorage
 
 TINY = ["--laws", "none,elastic-wire,rigid-wire", "--grains", "30", "--beads", "12", "--strain", "5", "--tolerance", "0.1"]

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from lmgcpy.experiment.biaxial import Frame
-from lmgcpy.experiment.texsol.taut_links import cone_ratio, extended_cone, link_directions
+from lmgcpy.experiment.texsol.conclusions import cone_ratio, extended_cone, link_directions
 
 WALLS = np.array([0.0, 1.0, 0.0, 1.0])
 

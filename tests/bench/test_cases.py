@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import lmgcpy as lm
-from lmgcpy.bench.chains import BEAD_MASS, FALL, chain_problem, chains, extended_solution
+from lmgcpy.bench.cases import BEAD_MASS, FALL, chain_problem, chains, extended_solution
 
 
 @pytest.mark.parametrize("tip", [1.0, 1e3, 1e6])

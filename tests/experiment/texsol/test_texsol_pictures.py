@@ -9,9 +9,8 @@ from seen import like, pixels
 
 from lmgcpy.experiment.biaxial import Frame
 from lmgcpy.experiment.box import Sample
-from lmgcpy.experiment.texsol.pictures import reason_without_pictures
-from lmgcpy.view.force_chains import draw_chains, draw_sample
-from lmgcpy.view.palette import CONTACT, PUSHING, WIRE
+from lmgcpy.experiment.texsol.pictures import draw_chains, draw_sample, reason_without_pictures
+from lmgcpy.view.drawing import CONTACT, PUSHING, WIRE
 
 SIZE = (400, 400)
 
