@@ -571,6 +571,57 @@ def test_surfaces_that_cannot_be_are_refused_with_a_sentence(case):
     assert scene.skins == []
 
 
+TRIANGLES = {
+    "a line": ([[0, 1, 2], [0, 1, 3]], "Triangle 1 of a membrane, between .*, is a line: leave it out, or move a body"),
+    "the same twice": ([[0, 1, 2], [2, 0, 1]], r"Triangle 0 of a membrane, \[0, 1, 2\], is there 2 times"),
+    "three at an edge": (
+        [[0, 1, 2], [0, 1, 3], [1, 0, 4]],
+        r"3 triangles of a surface, 0, 1, 2, meet at the edge of its corners \[0, 1\], and two are the most",
+    ),
+    "a body in none": ([[0, 1, 2], [0, 4, 1]], r"body 3, .* is in none of the triangles of a membrane"),
+}
+
+
+@pytest.mark.parametrize("case", TRIANGLES)
+def test_membranes_that_cannot_be_are_refused_with_a_sentence(case):
+    cells, words = TRIANGLES[case]
+    scene = lm.Scene(dimension=3)
+    places = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (2, 0, 0), (0, -1, 0), (0, 0, 1)]
+    count = len(places) if "none" in case else 1 + np.max(cells)
+    nodes = [scene.add(lm.point_mass(position=p, mass=1.0)) for p in places[:count]]
+    with pytest.raises(ValueError, match=words):
+        scene.membrane(nodes, cells, ROD, radius=0.01)
+    assert scene.skins == scene.chains == []
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_a_pressure_acts_on_one_side_of_a_surface_or_is_refused(d):
+    """Two cells side by side whose normals are on one side, and on different sides."""
+    places = [(0, 0), (1, 0), (2, 0)] if d == 2 else [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, -1, 0)]
+    right, wrong = ([[0, 1], [1, 2]], [[0, 1], [2, 1]]) if d == 2 else ([[0, 1, 2], [0, 3, 1]], [[0, 1, 2], [0, 1, 3]])
+    for cells in (right, wrong):
+        scene = lm.Scene(dimension=d)
+        nodes = [scene.add(lm.point_mass(position=p, mass=1.0)) for p in places]
+        made = scene.net(nodes, cells, ROD, surface=lm.Thread(0.01)) if d == 2 else None
+        made = scene.membrane(nodes, cells, ROD, radius=0.01) if d == 3 else made
+        if cells is right:
+            assert made.impose_pressure(3.0).skin.pressure == 3.0
+        else:
+            with pytest.raises(ValueError, match="normals of the cells 0 and 1 of a surface are on different sides"):
+                made.impose_pressure(3.0)
+            assert made.skin.pressure is None
+
+
+def test_a_chain_with_a_surface_takes_a_pressure_and_one_without_is_told():
+    scene = lm.Scene(dimension=2)
+    nodes = [scene.add(lm.point_mass(position=(k, 0), mass=1.0)) for k in range(4)]
+    chain = scene.chain(nodes[:2], ROD, surface=lm.Thread(0.1))
+    assert chain.impose_pressure(2.0) is chain
+    assert chain.skin.pressure == 2.0
+    with pytest.raises(TypeError, match=r"without a surface has no side .* surface=lmgcpy.Thread\(radius\)"):
+        scene.chain(nodes[2:], ROD).impose_pressure(2.0)
+
+
 def test_a_thread_in_space_has_no_side_for_a_pressure():
     scene = lm.Scene(dimension=3)
     surface = thread(scene, [(0, 0, 0), (1, 0, 0)]).skin
