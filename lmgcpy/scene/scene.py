@@ -646,6 +646,9 @@ class Scene:
         if isinstance(bodies, (str, Body)) or not isinstance(bodies, Iterable):
             raise TypeError(f"Scene.impose_forces loads a list of bodies, got {shown(bodies)}.")
         members = [self._node(body, "Scene.impose_forces").body for body in bodies]
+        for body in members:
+            if body.held_by_default:
+                raise ValueError(f"{body!r} is held, so that forces do not move it: load it by its impose_force.")
         if not callable(forces):
             forces = many_forces(forces, "forces", len(members), self.dimension).copy()
         self._many_forces.append(ManyForces(np.array([body.id for body in members], dtype=np.int64), forces))

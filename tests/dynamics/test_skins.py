@@ -433,6 +433,13 @@ def test_forces_on_many_bodies_are_those_on_each():
     assert made[0].energy.total_loads == pytest.approx(made[1].energy.total_loads, rel=1e-14)
 
 
+def test_forces_on_what_is_held_are_refused():
+    scene = lm.Scene(dimension=2)
+    press = scene.add(lm.wall_segment((0, 0), (1, 0), mass=1.0))
+    with pytest.raises(ValueError, match="is held, so that forces do not move it: load it by its impose_force"):
+        scene.impose_forces([press], (0.0, 1.0))
+
+
 @pytest.mark.default_parameters("3")
 @pytest.mark.parametrize("d", [2, 3])
 def test_a_run_with_surfaces_is_resumed_bit_for_bit_and_comes_back_from_its_file(tmp_path, d):
