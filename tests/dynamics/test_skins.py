@@ -717,6 +717,101 @@ def test_a_membrane_bears_a_ball_by_the_tensions_along_its_edges():
     assert sim.unconverged_steps == 0
 
 
+def deflection_of_a_square(x, y, a, b, count=300):
+    """Green's function of ``-(w_xx + w_yy) = 1`` on the unit square, zero on its sides, for a load at (a, b)."""
+    m, q = np.pi * np.arange(1, count + 1)[:, None], np.pi * np.arange(1, count + 1)[None]
+    return 4.0 * np.sum(np.sin(m * x) * np.sin(m * a) * np.sin(q * y) * np.sin(q * b) / (m * m + q * q))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("loaded", ["pressure", "ball"])
+def test_a_taut_membrane_sags_as_the_membrane_equation_says(loaded):
+    """A square membrane of side 1 m under S = 100 N/m, as all straight links have the tension S l and the diagonals none.
+
+    The nodes have the sag of the five-point formula for ``S (w_xx + w_yy) = -q``, to the part of 1e-3 by which slopes of
+    1e-3 and what is left of the motion change it. This differs from the equation by l^2: the middle sags by
+    0.07367 p/S under a pressure p, and by Green's function under a ball, less near the ball.
+    """
+    n, S, stiffness, pressure, weight = 8, 100.0, 2e4, 0.5, 0.05
+    side = 1.0 / n
+    scene = lm.Scene(dimension=3)
+    places = np.array([(i * side, j * side, 0.0) for i in range(n + 1) for j in range(n + 1)])
+    nodes = [scene.add(lm.point_mass(position=place, mass=1e-3)) for place in places]
+    square = [(n + 1) * i + j for i in range(n) for j in range(n)]
+    cells = np.array([t for a in square for t in ((a, a + n + 1, a + n + 2), (a, a + n + 2, a + 1))])
+    edges = np.unique(np.sort(cells[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
+    length = np.linalg.norm(places[edges[:, 0]] - places[edges[:, 1]], axis=1)
+    straight = length < 1.2 * side
+    gaps = np.where(straight, length - S * side / stiffness, length)
+    made = scene.membrane(nodes, cells, lm.ElasticRod(stiffness=stiffness), radius=0.005, reference_gap=gaps)
+    np.testing.assert_array_equal(made.edges, edges)
+    inside = [node for node in nodes if min(node.position[:2]) > 0.0 and max(node.position[:2]) < 1.0]
+    for node in nodes:
+        if node not in inside:
+            node.fix()
+    scene.drag(linear=0.35, bodies=inside)
+    free = np.array([node.id for node in inside])
+    load, at = np.zeros(len(places)), np.array([0.44, 0.53])
+    if loaded == "pressure":
+        made.impose_pressure(pressure)  # all nodes inside have six triangles of l^2/2
+        load[free] = pressure * side**2
+    else:
+        ball = scene.add(lm.sphere(radius=0.02, position=(*at, 0.025), mass=0.02))
+        ball.fix("x", "y", "spin_x", "spin_y", "spin_z").impose_force(z=-weight)
+        scene.drag(linear=2.0, bodies=[ball])
+        scene.see("GRAIN", "MEMBRANE", lm.Signorini())
+        i, j = np.floor(at / side).astype(int)
+        u, v = at / side - (i, j)
+        first = (n + 1) * i + j  # the triangle above the diagonal if v > u
+        corners, parts = ([0, n + 2, 1], [1 - v, u, v - u]) if v > u else ([0, n + 1, n + 2], [1 - u, u - v, v])
+        load[first + np.array(corners)] = weight * np.array(parts)
+    sim = lm.Simulation(scene, time_step=1e-3, solver=lm.Auto(tolerance=1e-7)).run(duration=0.25)
+    stiff = np.zeros((len(places), len(places)))
+    for a, b in edges[straight]:
+        stiff[[a, b], [a, b]] += S
+        stiff[[a, b], [b, a]] -= S
+    sag, right = -sim.positions[free, 2], np.linalg.solve(stiff[np.ix_(free, free)], load[free])
+    np.testing.assert_allclose(sag, right, atol=2e-3 * right.max())
+    if loaded == "pressure":
+        assert sag.max() == pytest.approx(0.07367 * pressure / S, rel=0.02)
+    else:
+        for x, y in ((0.25, 0.25), (0.75, 0.25), (0.75, 0.75), (0.25, 0.75)):
+            (k,) = np.flatnonzero(np.linalg.norm(places[free, :2] - (x, y), axis=1) < 1e-9)
+            assert sag[k] == pytest.approx(weight / S * deflection_of_a_square(x, y, *at), rel=0.08)
+    assert sim.unconverged_steps == 0
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("d", [2, 3])
+@pytest.mark.parametrize("at", [0.5, 0.263])
+def test_a_taut_thread_sags_as_the_string_equation_says(d, at):
+    """Under a weight W at x a string of length L and tension T sags by ``W x (L - x)/(T L)``; a polygon is straight over
+    the segment that has the weight, and sags there by ``W a b/(T l)`` less, for the distances a and b from its nodes. The
+    tension of 40 N rises by 1e-5 of it."""
+    scene, n, tension, weight, stiffness = lm.Scene(dimension=d), 10, 40.0, 0.05, 4e4
+    places = np.zeros((n + 1, d))
+    places[:, 0] = np.linspace(0.0, 1.0, n + 1)
+    law = lm.ElasticWire(stiffness=stiffness)
+    nodes = [scene.add(lm.point_mass(position=place, mass=1e-3)) for place in places]
+    gap = 1.0 / n - tension / stiffness
+    scene.chain(nodes, law, surface=lm.Thread(0.002), reference_gap=gap)
+    for node in (nodes[0], nodes[-1]):
+        node.fix()
+    place = np.zeros(d)
+    place[0], place[-1] = at, 0.022
+    ball = scene.add(grain(d, 0.02, place, 5e-3))
+    ball.fix(*("xyz"[: d - 1]), *(("spin",) if d == 2 else ("spin_x", "spin_y", "spin_z")))
+    ball.impose_force(**{"xyz"[d - 1]: -weight})
+    scene.drag(linear=1.8, bodies=[ball])
+    scene.drag(linear=0.3, bodies=nodes)
+    scene.see("GRAIN", "THREAD", lm.Signorini())
+    lm.Simulation(scene, time_step=1e-3, solver=lm.Auto(tolerance=1e-8)).run(duration=0.3)
+    a = at % (1.0 / n)
+    sag = weight / tension * (at * (1.0 - at) - a * (1.0 / n - a) * n)
+    assert 0.022 - ball.position[-1] == pytest.approx(sag, rel=1e-3)
+    assert abs(ball.velocity[-1]) < 1e-5 * sag / 1e-3
+
+
 def test_rolling_friction_on_a_thread_is_refused():
     scene = lm.Scene(dimension=2)
     thread(scene, [(0, 0), (1, 0)])
