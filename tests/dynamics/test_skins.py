@@ -288,6 +288,63 @@ def test_a_thread_over_a_fixed_drum_has_eulers_ratio_of_tensions(d):
 
 
 @pytest.mark.long
+@pytest.mark.parametrize(
+    ("count", "mass", "time_step", "error"),
+    [(12, 1e-3, 1e-3, 0.015), (24, 1e-3, 1e-3, 0.005), (24, 1e-6, 1e-3, 0.005), (24, 1e-3, 4e-3, 0.005)],
+)
+def test_a_thread_over_a_thread_has_eulers_ratio_of_tensions(count, mass, time_step, error):
+    """A thin thread is drawn over a thick one that is held: edges against edges."""
+    scene = lm.Scene(dimension=3)
+    thick, radius, dphi = 0.05, 2e-3, np.pi / count
+    for node in thread(scene, [(0, -0.5, 0), (0, 0.5, 0)], color="BAR", radius=thick).bodies:
+        node.fix()
+    rho = (thick + radius) / np.cos(0.5 * dphi)
+    angle, below = np.linspace(np.pi, 0.0, count + 1), -2.0 * rho * np.sin(0.5 * dphi) * np.arange(4, 0, -1)
+    arc = rho * np.column_stack([np.cos(angle), 0.0 * angle, np.sin(angle)])
+    down = np.column_stack([np.zeros((4, 2)), below])
+    places = np.concatenate([arc[0] + down, arc, arc[-1] + down[::-1]])
+    nodes = [scene.add(lm.point_mass(position=place, mass=mass)).fix("y") for place in places]
+    scene.chain(nodes, lm.RigidWire(), surface=lm.Thread(radius))
+    scene.see("BAR", "THREAD", lm.Coulomb(friction=0.3))
+    nodes[0].fix("x").impose_force(z=-1.0)
+    nodes[-1].impose_velocity(z=-0.02, x=0.0)
+    sim = lm.Simulation(scene, time_step=time_step, solver=lm.Auto(tolerance=1e-8))
+    steps = round(0.15 / time_step)
+    found = ratio_of_tensions(sim, steps=steps, from_step=steps // 3)
+    assert found == pytest.approx(eulers_ratio(0.3, np.pi, radius / (thick + radius)), rel=error)
+    assert sim.unconverged_steps == 0
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("time_step", [5e-4, 2e-3])
+def test_two_rings_of_thread_that_are_linked_hold_a_load(time_step):
+    """They hang in each other, and one is drawn down: it does not go through the other, which bears the load."""
+    scene, count, size, radius, load = lm.Scene(dimension=3), 16, 0.1, 0.004, 2.0
+    angle = 2.0 * np.pi * np.arange(count) / count
+    flat = [np.column_stack([np.cos(angle), 0.0 * angle, np.sin(angle)]) * size, None]
+    flat[1] = flat[0][:, [1, 0, 2]]
+    rings = []
+    for places, shift in zip(flat, ((0.0, 0.0, 0.7 * size), (0.003, 0.002, -0.7 * size)), strict=True):
+        nodes = [scene.add(lm.point_mass(position=place + shift, mass=1e-2)) for place in places]
+        rings.append(scene.chain(nodes, lm.RigidWire(), closed=True, surface=lm.Thread(radius)).bodies)
+    rings[0][count // 4].fix()
+    rings[1][3 * count // 4].impose_force(z=lambda t: -load * min(t / 0.3, 1.0))
+    scene.see("THREAD", "THREAD", lm.Coulomb(friction=0.3))
+    scene.drag(linear=0.5)
+    sim = lm.Simulation(scene, time_step=time_step).run(duration=1.5)
+    net = sim.interactions
+    upper, lower = net.candidate < count, net.antagonist >= count
+    between = (net.law == "coulomb") & (upper != ~lower)
+    assert between.any()
+    sign = np.where(upper[between], -1.0, 1.0)
+    lifted = (sign[:, None, None] * net.force[between][:, :, None] * net.frame[between]).sum(axis=(0, 1))
+    assert lifted[2] == pytest.approx(load, rel=2e-2)
+    heights = sim.positions[:, 2]
+    assert heights[:count].min() < heights[count:].max() - 2.0 * radius
+    assert sim.unconverged_steps == 0
+
+
+@pytest.mark.long
 @pytest.mark.parametrize("pitch", [0.2, 0.5])
 @pytest.mark.parametrize("count", [12, 24, 48])
 def test_a_helix_on_a_cylinder_has_eulers_ratio_over_its_turning(count, pitch):
