@@ -629,8 +629,9 @@ class Scene:
             raise TypeError(f"surface must be a lmgcpy.Thread, got {shown(thread)}.")
         if any(node.point is not None for node in nodes):
             raise ValueError(
-                "A surface goes through centres of bodies, and this one would go through points off them: end it at a "
-                "node, and link this node to the point by a chain of its own."
+                "A surface goes through centres of bodies, and this one would go through points off them: end it at a node "
+                "there, lmgcpy.point_mass(...), and tie both by scene.link(body, node, lmgcpy.BallJoint(), "
+                "at=(point, None))."
             )
         skin = Skin([node.body for node in nodes], cells, thread, settled=self._settled)
         if self._cell is not None:

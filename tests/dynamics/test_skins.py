@@ -571,6 +571,37 @@ def test_functions_of_time_of_pressures_and_forces_are_asked_for_again(tmp_path)
     np.testing.assert_array_equal(again.positions, made().run(steps=20).positions)
 
 
+@pytest.mark.parametrize(
+    ("d", "mass", "time_step"),
+    [
+        (2, 1e-3, 1e-3),
+        *(pytest.param(d, m, h, marks=pytest.mark.long) for d in (2, 3) for m in (1e-6, 1.0) for h in (1e-4, 4e-3)),
+    ],
+)
+def test_a_thread_is_tied_to_a_point_of_a_body_by_a_joint(d, mass, time_step):
+    """A plate of 2 kg with the centre of mass at 0 hangs on threads at x = -0.3 and 0.2 m: by moments they bear 8 and 12 N,
+    and the weights of their nodes."""
+    scene = lm.Scene(dimension=d, gravity=(0.0,) * (d - 1) + (-10.0,))
+
+    def at(x, y):
+        return (x, *[0.0] * (d - 2), y)
+
+    make, inertia = (lm.DiskContactor, 0.1) if d == 2 else (lm.SphereContactor, (0.01, 0.1, 0.1))
+    balls = [(make(0.05), at(x, 0.0)) for x in (-0.3, 0.3)]
+    plate = scene.add(lm.RigidBody(balls, mass=2.0, inertia=inertia, position=at(0.0, 0.0), color="PLATE"))
+    for x in (-0.3, 0.2):
+        nodes = [scene.add(lm.point_mass(position=at(x, 0.1 * k), mass=mass)) for k in range(6)]
+        scene.chain(nodes, lm.RigidWire(), surface=lm.Thread(0.01))
+        nodes[-1].fix()
+        scene.link(plate, nodes[0], lm.BallJoint(), at=(at(x, 0.0), None))
+    scene.see("PLATE", "THREAD", lm.Coulomb(friction=0.3))
+    sim = lm.Simulation(scene, time_step=time_step, solver=lm.Auto(tolerance=1e-8)).run(steps=60)
+    net = sim.interactions
+    lowest = -net.force[net.law == "rigid-wire", 0][[0, 5]]
+    assert lowest == pytest.approx([8.0 + 10.0 * mass, 12.0 + 10.0 * mass], rel=1e-7)
+    assert not (net.law == "coulomb").any()
+
+
 @pytest.mark.long
 def test_a_net_catches_a_ball_that_beads_would_let_through():
     """A ball of radius 0.06 m fits between the nodes of a mesh of 0.1 m, but not between its segments: it rests on four."""
@@ -612,7 +643,7 @@ BAD = {
             ROD,
             surface=lm.Thread(0.01),
         ),
-        "goes through centres of bodies",
+        r"goes through centres of bodies.*tie both by scene.link\(body, node, lmgcpy.BallJoint\(\), at=\(point, None\)\)",
     ),
     "a membrane in 2D": (lambda s: s.membrane([], [[0, 1, 2]], ROD, radius=0.1), "in 2D take a chain"),
     "a corner twice": (
