@@ -71,7 +71,8 @@ def contact_forces(sim: Source, *, frame: int | None = None) -> ContactForces:
 def friction_of(now: Moment, pairs: np.ndarray, law: np.ndarray) -> np.ndarray:
     """Coefficients of friction of contacts, (c,), from their pairs of bodies (c, 2) and the names of their laws (c,). They
     are looked up by the colours of the pair in the visibility table, as several rows may have laws of the same name. A node
-    of a thread or membrane has the colour of the surface, and its own if it has a shape: NaN if two coefficients fit."""
+    of a thread or membrane has the colour of the surface, and its own if it has a shape; if two fit, the
+    answer is NaN."""
     colors, friction = now.colors, np.full(len(pairs), np.nan)
     taken, sure = set(), np.ones(len(pairs), dtype=bool)
     none = np.zeros(len(now.extent), dtype=bool)

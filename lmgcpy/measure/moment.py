@@ -125,8 +125,8 @@ class Moment:
 
     @cached_property
     def colors(self) -> dict[str, np.ndarray]:
-        """The bodies that meet others by each colour, (n,) bool: by their own if they have a shape, and by those of the
-        threads, nets and membranes whose nodes they are."""
+        """The bodies that meet others by each colour, (n,) bool: by their own if they have a shape, and by the
+        colours of the threads, nets and membranes whose nodes they are."""
         bodies, count = self.scene["bodies"], len(self.extent)
         found = {name: (bodies["color"] == k) & self.shaped for k, name in enumerate(bodies["colors"])}
         for skin in self.skins:

@@ -97,8 +97,8 @@ def solids_behind(at: Corners) -> np.ndarray:
     """How many solids lie on top of each other behind each facet of a closed surface, (F,): 1 if it has an inside.
 
     A ray that goes back from the facet leaves a solid at each facet that it meets from behind, and enters one at each that
-    it meets from before; at its end it is in none. If one ray does not find 1, two others from elsewhere are asked, as a
-    ray may go through an edge: the number nearest to 1 counts.
+    it meets from before; at its end it is outside of all. If a ray does not find 1, two others from elsewhere are asked,
+    as a ray may go through an edge: the number nearest to 1 counts.
     """
     normal, corners = facet_normals(at), at.of_facets
     found = np.zeros(len(corners), dtype=np.int64)
@@ -116,8 +116,8 @@ def solids_behind(at: Corners) -> np.ndarray:
 
 
 def first_crossing(at: Corners) -> tuple[int, int, np.ndarray] | None:
-    """A facet of a surface, another one with an edge that goes through it, in the plane a segment, and the place (d,) [m];
-    None if there are none.
+    """A facet of a surface, another one with an edge that goes through it, in the plane a segment, and the place (d,) [m],
+    or None.
 
     Two triangles cross if and only if an edge of the one goes through the other: if the ends p and q of the edge lie on
     different sides of the plane of a triangle, and its point in the plane is within all sides. A side between two

@@ -133,7 +133,7 @@ class Skin:
 
     def _refuse_two_sides(self) -> None:
         """ValueError if the normals of two neighbours are on different sides of the surface: two triangles pass their edge
-        in opposite directions, in 2D a segment begins where the other one ends."""
+        in opposite directions, in 2D a segment begins at the end of the other one."""
         net = self._net
         inner = (net.facets_of >= 0).all(axis=1)
         facets, places = net.facets_of[inner], net.places[inner]

@@ -175,7 +175,7 @@ def test_friction_goes_on_over_a_convex_edge(dimension, rolls):
         # its friction spins it; the lever ends in the middle of a gap of up to 5e-6 R
         assert np.diff(turning) * R * inertia == pytest.approx(h * friction[1:], rel=1e-5)
     assert v[held] == pytest.approx(np.sqrt(square[held]), abs=4e-5)
-    # normal forces are those of the middle of the step, a gap of second order later
+    # a normal force is the mean of a step, half a step before its speed and angle
     assert normal[held] == pytest.approx(G * np.cos(angle[held]) - v[held] ** 2 / R, abs=0.01 * G)
 
 
