@@ -11,7 +11,10 @@ from lmgcpy.contact.features import Corners, facet_normals, outward_vectors, rid
 TOGETHER = 20_000
 """How many rays or boxes go down a tree together."""
 NEAR = 1e-9
-"""Parts of the size of a surface from which a place is beside a facet."""
+"""A ray from a facet meets others that are farther than this part of the size of the surface."""
+TOUCHES = 1e-6
+"""Facets touch if they are nearer to each other than this part of the size of the surface, or cross by less: coordinates of
+a file have seven digits."""
 PLACES = ((0.5377, 0.3012, 0.1611), (0.1193, 0.5839, 0.2968), (0.2751, 0.1347, 0.5902))
 """Weights of the corners at places in a facet from which a ray goes through no edge but by chance."""
 
@@ -100,13 +103,13 @@ def solids_behind(at: Corners) -> np.ndarray:
     it meets from before; at its end it is outside of all. If a ray does not find 1, two others from elsewhere are asked,
     as a ray may go through an edge: the number nearest to 1 counts.
     """
-    normal, corners = facet_normals(at), at.of_facets
+    normal, corners, near = facet_normals(at), at.of_facets, TOUCHES * float(np.ptp(at.points, axis=0).max())
     found = np.zeros(len(corners), dtype=np.int64)
     for weights in PLACES:
         number = np.zeros(len(corners), dtype=np.int64)
         w = np.array(weights[: corners.shape[1]])
-        for ray, facet, _ in hits_behind(at, np.einsum("k,fkd->fd", w / w.sum(), corners)):
-            once = np.unique(ray * len(corners) + facet)
+        for ray, facet, way in hits_behind(at, np.einsum("k,fkd->fd", w / w.sum(), corners)):
+            once = np.unique((ray * len(corners) + facet)[way > near])
             ray, facet = np.divmod(once, len(corners))
             np.add.at(number, ray, np.where((normal[ray] * normal[facet]).sum(axis=1) < 0.0, 1, -1))
         found = number if weights is PLACES[0] else np.where(np.abs(number - 1) < np.abs(found - 1), number, found)
@@ -126,7 +129,7 @@ def first_crossing(at: Corners) -> tuple[int, int, np.ndarray] | None:
     """
     net, edges, corners = at.net, at.of_edges, at.of_facets
     n, m, on_sides = facet_normals(at), outward_vectors(at), at.of_sides
-    near = NEAR * float(np.ptp(at.points, axis=0).max())
+    near = TOUCHES * float(np.ptp(at.points, axis=0).max())
     reach = np.where(ridges_of(at).flat[net.sides], near, -near)
     below, above = edges.min(axis=1) - near, edges.max(axis=1) + near
 

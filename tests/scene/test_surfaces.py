@@ -140,6 +140,7 @@ WRONG = {
 SOLIDS = {
     "beside each other": (TWICE + (2.0, 0.3, 0.0) * SECOND, BOTH, 2.0),
     "that touch by their sides": (TWICE + (1.0, 0.3, 0.0) * SECOND, BOTH, 2.0),
+    "that cross by the digits of a file": (TWICE + (1.0 - 3e-7, 0.3, 0.2) * SECOND, BOTH, 2.0),
     "that touch by their corners": (TWICE + SECOND, BOTH, 2.0),
     "with a cavity": (TWICE * (1.0 - 0.5 * SECOND), np.concatenate([CUBE, CUBE[:, ::-1] + 8]), 1.0 - 0.125),
 }
