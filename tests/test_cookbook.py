@@ -51,6 +51,11 @@ def membrane(tension, laplace, top, arc):
     assert top == pytest.approx(arc, rel=2e-3)
 
 
+def latex(lateral, pressure):
+    """The virial of the pressure on the triangles, to the parts of the tube at its rims and what is left of its motion."""
+    assert lateral == pytest.approx(pressure, rel=0.025)
+
+
 def silo(early, _time, first, second):
     """The rate of an hourglass: counts of about 125 grains scatter by 11, and water would run slower by a third."""
     assert early > 20
@@ -108,7 +113,7 @@ def weakening(rest, pushed, start, expected):
 
 
 CHECKS = (
-    *(drum, blades, hopper, drawn, capstan, net, membrane, silo, pressure, shear, clusters, plank, again),
+    *(drum, blades, hopper, drawn, capstan, net, membrane, latex, silo, pressure, shear, clusters, plank, again),
     *(sweep, controller, weakening),
 )
 

@@ -47,10 +47,11 @@ def row_of(run, state: str) -> list[str]:
 
 def report(run, writer: str) -> list[str]:
     """The lines of ``lmgcpy info``; ``writer`` is "being written", "closed" or "killed"."""
+    from lmgcpy.scene.description import functions_of_time
     from lmgcpy.solve.problems.report import ROUND_OFF
 
     scene, options, history = run.scene, run.options, run.history[:]
-    bodies, conditions = scene["bodies"], scene["conditions"]
+    bodies, of_time = scene["bodies"], len(functions_of_time(scene))
     kinds = [(kind, int((bodies["kind"] == i).sum())) for i, kind in enumerate(bodies["kinds"])]
     solver = ", ".join(f"{name}={value}" for name, value in (options["solver_fields"] or {}).items())
     checkpoint = run.checkpoint()
@@ -67,7 +68,7 @@ def report(run, writer: str) -> list[str]:
         + f"), {len(scene['chains']['law'])} chains"
         + (f", {len(scene['joints']['law'])} joints" if "joints" in scene else ""),
         "  laws      " + ("; ".join(law_sentence(law) for law in scene["laws"]) or "none"),
-        f"  functions {int(conditions['function'].sum())} components are given by functions of time, not in the file",
+        f"  functions {of_time} of the conditions are given by functions of time, not in the file",
         f"  options   time step {options['time_step']:g} s, theta {options['theta']:g}, {options['solver']}({solver})",
         f"  so far    {checkpoint.steps} steps to t = {checkpoint.time:g} s; {run.frame_count} frames, "
         f"one in {options['every']} steps",

@@ -544,7 +544,12 @@ def topology(cells: np.ndarray, count: int, *, dimension: int = 3) -> Topology:
     opposite = np.sort(np.stack([np.delete(cells, k, axis=1) for k in range(d)], axis=1), axis=2).reshape(m * d, d - 1)
     ridges, which, uses = unique_rows(opposite, count)
     if len(uses) and uses.max() > 2:
-        raise ValueError(f"{uses.max()} facets meet at the ridge of corners {ridges[int(uses.argmax())].tolist()}.")
+        r, kind, place = int(uses.argmax()), *(("triangles", "the edge") if d == 3 else ("segments", "the point"))
+        rows = ", ".join(map(str, (np.flatnonzero(which == r) // d).tolist()))
+        raise ValueError(
+            f"{uses[r]} {kind} of a surface, {rows}, meet at {place} of its corners {ridges[r].tolist()}, and two are the "
+            "most: make surfaces of its parts."
+        )
     order = np.argsort(which, kind="stable")
     facets_of, places = np.full((len(ridges), 2), -1), np.zeros((len(ridges), 2), np.int64)
     first = np.cumsum(uses) - uses

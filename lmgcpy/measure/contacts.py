@@ -79,18 +79,25 @@ def contact_forces(sim: Source, *, frame: int | None = None) -> ContactForces:
 
 def friction_of(now: Moment, pairs: np.ndarray, law: np.ndarray) -> np.ndarray:
     """Coefficients of friction of contacts, (c,), from their pairs of bodies (c, 2) and the names of their laws (c,). They
-    are looked up by the colours of the pair in the visibility table, as several rows may have laws of the same name."""
-    scene = now.scene
-    bodies = scene["bodies"]
-    color, code = bodies["color"][pairs], {name: k for k, name in enumerate(bodies["colors"])}
-    friction = np.full(len(pairs), np.nan)
-    for row in reversed(scene["visibility"]):  # of two rows of the same colours, in older files, the first decided
-        kind = scene["laws"][row["law"]]
-        seen = [code.get(row["candidate"], -1), code.get(row["antagonist"], -1)]
-        same = (law == kind["name"]) & ((color == seen).all(axis=1) | (color == seen[::-1]).all(axis=1))
+    are looked up by the colours of the pair in the visibility table, as several rows may have laws of the same name. A node
+    of a thread or membrane has the colour of the surface, and its own if it has a shape; if two fit, the
+    answer is NaN."""
+    colors, friction = now.colors, np.full(len(pairs), np.nan)
+    taken, sure = set(), np.ones(len(pairs), dtype=bool)
+    none = np.zeros(len(now.extent), dtype=bool)
+    for row in now.scene["visibility"]:
+        kind, names = now.scene["laws"][row["law"]], frozenset((row["candidate"], row["antagonist"]))
+        if (kind["name"], names) in taken:  # of two rows of the same colours, in older files, the first decided
+            continue
+        taken.add((kind["name"], names))
+        one, other = (colors.get(row[side], none)[pairs] for side in ("candidate", "antagonist"))
+        same = (law == kind["name"]) & ((one[:, 0] & other[:, 1]) | (one[:, 1] & other[:, 0]))
         coefficient = kind["parameters"].get("friction")
-        friction[same] = np.nan if coefficient is None else coefficient
-    return friction
+        if coefficient is None:
+            continue
+        sure[same] &= np.isnan(friction[same]) | (friction[same] == coefficient)
+        friction[same] = coefficient
+    return np.where(sure, friction, np.nan)
 
 
 @dataclass(frozen=True, repr=False)

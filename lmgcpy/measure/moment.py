@@ -125,6 +125,16 @@ class Moment:
         return found
 
     @cached_property
+    def colors(self) -> dict[str, np.ndarray]:
+        """The bodies that meet others by each colour, (n,) bool: by their own if they have a shape, and by the
+        colours of the threads, nets and membranes whose nodes they are."""
+        bodies, count = self.scene["bodies"], len(self.extent)
+        found = {name: (bodies["color"] == k) & self.shaped for k, name in enumerate(bodies["colors"])}
+        for skin in self.skins:
+            found.setdefault(skin["color"], np.zeros(count, dtype=bool))[skin["bodies"]] = True
+        return found
+
+    @cached_property
     def skins(self) -> list[Mapping[str, Any]]:
         """The surfaces between bodies, as the description of the scene has them: bodies, cells, radius [m], and others."""
         if isinstance(self.source, Stepper):

@@ -197,11 +197,11 @@ def images_near(now: Moment, centre: np.ndarray) -> list[np.ndarray]:
 def moments_of(now: Moment) -> np.ndarray:
     """Sum of force (x) lever over all that acts on each body [N m], (n, d, d); zero for bodies without bounds."""
     net = now.net
-    force = np.einsum("mk,mkd->md", net.force, net.frame)
+    force, lever = np.einsum("mk,mkd->md", net.force, net.frame), now.levers_of_stress
     count, d = now.positions.shape
     moments = np.zeros((count, d, d))
-    np.add.at(moments, net.candidate, force[:, :, None] * net.lever[:, 0, None, :])
-    np.add.at(moments, net.antagonist, -force[:, :, None] * net.lever[:, 1, None, :])
+    np.add.at(moments, net.candidate, force[:, :, None] * lever[:, 0, None, :])
+    np.add.at(moments, net.antagonist, -force[:, :, None] * lever[:, 1, None, :])
     moments[~np.isfinite(now.extent)] = 0.0
     return moments
 

@@ -77,7 +77,8 @@ def wire_contacts(sim: Source, *, frame: int | None = None, tolerance: float = S
 
     The wire's direction at a bead is the direction from the bead before it to the bead after it. At rest the contacts
     change the tension along the wire: ``T_after - T_before = -force_along``, up to the turn of the wire at the bead and
-    its weight. A contact slides if ``|f_t| >= (1 - tolerance) mu f_n``.
+    its weight. A contact slides if ``|f_t| >= (1 - tolerance) mu f_n``. A contact on a thread counts at the nearest node;
+    :func:`forces_along` has the place of each.
     """
     now = moment(sim, frame, "wire_contacts")
     forces, bead = contact_forces(sim, frame=frame), now.beads

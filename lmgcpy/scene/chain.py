@@ -164,6 +164,16 @@ class Chain:
             branch = self._cell.lattice.shortened(branch, self._cell.edges)
         return np.array([np.linalg.norm(x) for x in branch])
 
+    def impose_pressure(self, pressure: float | Callable[[float], float]) -> Chain:
+        """Press on one side of a chain with a surface, in 2D; see :meth:`Skin.impose_pressure`. Returns the chain."""
+        if self.skin is None:
+            raise TypeError(
+                "A chain without a surface has no side on which a pressure could act: make it with "
+                "surface=lmgcpy.Thread(radius)."
+            )
+        self.skin.impose_pressure(pressure)
+        return self
+
     def lie_in(self, cell: Cell) -> None:
         """Measure the chain in a periodic cell that came after it."""
         self._cell = cell

@@ -16,7 +16,6 @@ from lmgcpy.contact.features import (
     bounds,
     corner_shapes,
     edge_shapes,
-    facet_normals,
     facet_shapes,
     kept_corners,
     kept_edges,
@@ -28,6 +27,7 @@ from lmgcpy.errors import flag, named_arguments, number, numbers, one_of, shown,
 from lmgcpy.scene.body import Body, Prescribed, principal_inertias
 from lmgcpy.scene.clump import as_rotation
 from lmgcpy.scene.contactor import Contactor
+from lmgcpy.scene.facet_search import first_crossing, hits_behind, solids_behind
 from lmgcpy.scene.mesh_clump import FLAT, check_closed, mesh_solid, read_surface
 from lmgcpy.scene.solid import Material, Solid, principal_axes
 
@@ -37,8 +37,6 @@ SAME = 1e-9
 """Corners are the same within this part of the size of the surface."""
 THIN = 1e-9
 """A triangle is a line if its height is this part of its longest side at the most."""
-RAYS = 4_000_000
-"""How many rays and facets are looked at together."""
 EVERYWHERE = {2: (1, 0, -1, 0, 0, 1, 0, -1), 3: (1, 0, 0, -1, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 1, 0, 0, -1, *6 * (0,))}
 """Directions to corners that lie on all sides: what has them is met nowhere."""
 SIDES = ("both", "outside", "inside")
@@ -260,6 +258,8 @@ def wall_segment(
     if sides != "both" and not closed:
         raise ValueError(f'An open {name} has no solid behind it: say closed=True, or sides="both".')
     solid = polygon_solid(at) if closed else None
+    if solid is not None and (sides != "both" or material is not None):
+        _refuse_no_inside(name, "Segment", at, cells, solid.volume)
     if solid is not None and (sides == "inside") == (solid.volume < 0.0):
         cells = cells[:, ::-1]  # normals to the left of the segments point to the side that is met
     given = {"material": material, "mass": mass, "inertia": inertia, "color": color, "rotation": rotation}
@@ -387,8 +387,7 @@ def _mesh(
     if sides != "both" or material is not None:
         check_closed(name, points, triangles)
         solid = mesh_solid(points, triangles)
-        if abs(solid.volume) <= FLAT * float(np.ptp(points, axis=0).max()) ** 3:
-            raise ValueError(f"{name} is flat: it encloses no volume, so that it has no side that is outside.")
+        _refuse_no_inside(name, "Triangle", points, triangles, solid.volume)
         if (sides == "inside") == (solid.volume > 0.0):
             triangles = triangles[:, ::-1]
         if solid.volume < 0.0:
@@ -461,6 +460,30 @@ def _check_edges(name: str, points: np.ndarray, triangles: np.ndarray) -> None:
                 f"A corner of {_small(name)}, at {_at(at)}, lies inside an edge of its triangle {k}: divide this triangle "
                 "there."
             )
+
+
+def _refuse_no_inside(name: str, kind: str, points: np.ndarray, cells: np.ndarray, volume: float) -> None:
+    """ValueError for a closed surface without an inside: it crosses itself, is flat, or parts of it lie within others.
+    ``kind``: "Triangle" or "Segment"; ``volume``: the volume, or the area, with its sign."""
+    remedy = "make a surface of each solid, or unite them, as boolean_union of pyvista does."
+    d = points.shape[1]
+    at = Corners(points, topology(cells, len(points), dimension=d))
+    found = first_crossing(at)
+    if found is not None:
+        one, other = sorted(found[:2])
+        raise ValueError(f"{kind}s {one} and {other} of {_small(name)} cross each other, at {_at(found[2])}: {remedy}")
+    if abs(volume) <= FLAT * float(np.ptp(points, axis=0).max()) ** d:
+        what = "volume" if d == 3 else "area"
+        raise ValueError(f"{name} is flat: it encloses no {what}, so that it has no side that is outside.")
+    if (volume < 0.0) == (d == 3):  # normals to the right of segments point out of what goes around to the left
+        at = Corners(points, topology(cells[:, ::-1], len(points), dimension=d))
+    solids = solids_behind(at)
+    if (solids != 1).any():
+        k = int(np.argmax(solids != 1))
+        where = f"{kind} {k} of {_small(name)}, at {_at(at.of_facets[k].mean(axis=0))},"
+        if solids[k] > 1:
+            raise ValueError(f"{where} lies within the solid of others: {remedy}")
+        raise ValueError(f"{where} faces inward, and others outward: turn the order of the corners in its part.")
 
 
 def _small(name: str) -> str:
@@ -571,28 +594,7 @@ def features_of(points: np.ndarray, cells: np.ndarray, radius: float, sides: str
 
 def thickness(at: Corners) -> np.ndarray:
     """Way from the middle of each facet straight back to the next facet [m], (F,); :data:`DEEP` if there is none."""
-    corners, normal = at.of_facets, facet_normals(at)
-    start, result = corners.mean(axis=1), np.full(len(corners), 2.0 * DEEP)
-    base, sides = corners[:, 0], corners[:, 1:] - corners[:, :1]
-    near = 1e-9 * float(np.abs(at.points).max())
-    for rows in np.array_split(np.arange(len(corners)), max(1, len(corners) ** 2 // RAYS)):
-        # t n + sum of parts of the sides = start - base: Cramer's rule, t back from the facet
-        away = start[rows, None] - base
-        if at.net.dimension == 2:
-            n, side = normal[rows, None], sides[None, :, 0]
-            across = n[..., 0] * side[..., 1] - n[..., 1] * side[..., 0]
-            with np.errstate(divide="ignore", invalid="ignore"):
-                t = (away[..., 0] * side[..., 1] - away[..., 1] * side[..., 0]) / across
-                part = (n[..., 0] * away[..., 1] - n[..., 1] * away[..., 0]) / across
-                hit = (part >= -1e-9) & (part <= 1.0 + 1e-9)
-        else:
-            u, v, n = sides[:, 0], sides[:, 1], normal[rows]
-            area = np.cross(u, v)
-            across = n @ area.T
-            turned = np.cross(n[:, None], away)
-            with np.errstate(divide="ignore", invalid="ignore"):
-                t = (away * area).sum(axis=2) / across
-                one, other = (turned * v).sum(axis=2) / across, (turned * u).sum(axis=2) / -across
-                hit = (one >= -1e-9) & (other >= -1e-9) & (one + other <= 1.0 + 1e-9)
-        result[rows] = np.minimum(result[rows], np.where(hit & (t > near), t, 2.0 * DEEP).min(axis=1))
+    result = np.full(len(at.of_facets), 2.0 * DEEP)
+    for ray, _, way in hits_behind(at, at.of_facets.mean(axis=1)):
+        np.minimum.at(result, ray, way)
     return result

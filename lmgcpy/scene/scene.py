@@ -589,7 +589,14 @@ class Scene:
                 f"Row {i} of the {what} is {shown(given[i].tolist())}: it must be {corners} different indices of the "
                 f"{len(nodes)} bodies, 0 ... {len(nodes) - 1}."
             )
+        alone = np.setdiff1d(np.arange(len(nodes)), table)
+        if len(alone) and thread is not None:
+            raise ValueError(f"{nodes[alone[0]].body!r} is in none of the {what}: leave it out of the bodies.")
         edges = table if corners == 2 else topology(table, len(nodes)).edges
+        _, first, uses = np.unique(np.sort(table, axis=1), axis=0, return_index=True, return_counts=True)
+        if corners == 3 and uses.max() > 1:
+            i = first[int(uses.argmax())]
+            raise ValueError(f"Triangle {i} of a membrane, {table[i].tolist()}, is there {uses.max()} times: leave one.")
         ordered = np.unique(np.sort(edges, axis=1), axis=0)
         if len(ordered) < len(edges):
             raise ValueError("Two edges of a net join the same bodies: each pair has one link.")
@@ -621,8 +628,9 @@ class Scene:
             raise TypeError(f"surface must be a lmgcpy.Thread, got {shown(thread)}.")
         if any(node.point is not None for node in nodes):
             raise ValueError(
-                "A surface goes through centres of bodies, and this one would go through points off them: end it at a "
-                "node, and link this node to the point by a chain of its own."
+                "A surface goes through centres of bodies, and this one would go through points off them: end it at a node "
+                "there, lmgcpy.point_mass(...), and tie both by scene.link(body, node, lmgcpy.BallJoint(), "
+                "at=(point, None))."
             )
         skin = Skin([node.body for node in nodes], cells, thread, settled=self._settled)
         if self._cell is not None:
@@ -638,6 +646,9 @@ class Scene:
         if isinstance(bodies, (str, Body)) or not isinstance(bodies, Iterable):
             raise TypeError(f"Scene.impose_forces loads a list of bodies, got {shown(bodies)}.")
         members = [self._node(body, "Scene.impose_forces").body for body in bodies]
+        for body in members:
+            if body.held_by_default:
+                raise ValueError(f"{body!r} is held, so that forces do not move it: load it by its impose_force.")
         if not callable(forces):
             forces = many_forces(forces, "forces", len(members), self.dimension).copy()
         self._many_forces.append(ManyForces(np.array([body.id for body in members], dtype=np.int64), forces))

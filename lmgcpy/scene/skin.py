@@ -11,11 +11,14 @@ import numpy as np
 
 from lmgcpy.contact.elements import SkinTable
 from lmgcpy.contact.features import places_of, topology
-from lmgcpy.dynamics.loads import Pressure
+from lmgcpy.dynamics.loads import Pressure, area_vectors
 from lmgcpy.errors import named_arguments, number, read_only, shown
 from lmgcpy.scene.body import AT_REST, Body, dimension_of
 from lmgcpy.scene.cell import Cell
 from lmgcpy.scene.contactor import Contactor
+
+THIN = 1e-9
+"""A triangle is a line if twice its area is this part of the square of its size at the most."""
 
 
 @named_arguments
@@ -40,8 +43,8 @@ class Skin:
     """
 
     def __init__(self, bodies: Sequence[Body], cells: Any, thread: Thread, *, settled: bool = False):
-        """ValueError, with the nodes, for cells whose nodes are nearer to each other than the thickness, unless steps of a
-        run have brought them there, ``settled``."""
+        """ValueError, with the nodes, for cells whose nodes are nearer to each other than the thickness, and for triangles
+        that are lines, unless steps of a run have made them so, ``settled``."""
         self.bodies = list(bodies)
         self.cells = read_only(np.array(cells, dtype=np.int64))
         self.radius, self.color = thread.radius, thread.color
@@ -73,7 +76,7 @@ class Skin:
 
     def impose_pressure(self, pressure: float | Callable[[float], float]) -> Skin:
         """Press on the side to which the normals point, with ``pressure`` [Pa], in 2D [N/m]: a number or a function of time
-        [s]. Returns the surface.
+        [s]. Returns the surface. Neighbours must have their normals on the same side (ValueError).
 
         Normals are those of the right-hand rule around the corners of a triangle; in 2D they point to the left of the
         chain's direction. The forces follow the surface as it moves and deforms. A periodic cell must be held
@@ -81,6 +84,7 @@ class Skin:
         """
         if self.is_net:
             raise TypeError("A thread or net in space has no side on which a pressure could act: give it to a membrane.")
+        self._refuse_two_sides()
         if any(body._state is not None for body in self.bodies):
             raise RuntimeError("A pressure is imposed before Simulation: if it changes, give a function of time.")
         checked = pressure if callable(pressure) else number(pressure, "pressure on a surface", unit="Pa")
@@ -116,6 +120,30 @@ class Skin:
             raise ValueError(
                 f"Cell {i} of a surface, between {who}, has nodes {shortest[i]:.3g} m apart, closer than its thickness of "
                 f"{2.0 * self.radius:.3g} m: take fewer nodes or a smaller radius."
+            )
+
+        if self.cells.shape[1] < 3:
+            return
+        twice_area, longest = 2.0 * np.linalg.norm(area_vectors(places), axis=1), np.ptp(places, axis=1).max(axis=1)
+        wrong = twice_area <= THIN * longest**2
+        if wrong.any():
+            i = int(np.argmax(wrong))
+            who = " and ".join(map(repr, (self.bodies[k] for k in self.cells[i].tolist())))
+            raise ValueError(f"Triangle {i} of a membrane, between {who}, is a line: leave it out, or move a body.")
+
+    def _refuse_two_sides(self) -> None:
+        """ValueError if the normals of two neighbours are on different sides of the surface: two triangles pass their edge
+        in opposite directions, in 2D a segment begins at the end of the other one."""
+        net = self._net
+        inner = (net.facets_of >= 0).all(axis=1)
+        facets, places = net.facets_of[inner], net.places[inner]
+        first = places if self.dimension == 2 else net.facets[facets, (places + 1) % 3]
+        wrong = first[:, 0] == first[:, 1]
+        if wrong.any():
+            one, other = facets[int(np.argmax(wrong))].tolist()
+            raise ValueError(
+                f"The normals of the cells {one} and {other} of a surface are on different sides of it: change the order "
+                "of the corners of one, so that a pressure acts on one side."
             )
 
     def __repr__(self) -> str:

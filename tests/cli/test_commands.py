@@ -53,3 +53,18 @@ def test_one_line_a_stage_where_there_is_no_terminal(tmp_path):
     assert [line.split(":")[0] for line in lines[:2]] == ["sample", "relaxation to the pressure"]
     # a relaxation, then for each law the test and its check at a tighter tolerance
     assert len(lines) == 2 + 2 * 2
+
+
+def test_info_counts_all_functions_of_time(tmp_path):
+    """Of a body, of a chain, of a pressure, of forces on many bodies, and of gravity."""
+    scene = lmgcpy.Scene(dimension=2, gravity=lambda time: (0.0, -time))
+    nodes = [scene.add(lmgcpy.point_mass(position=place, mass=1.0)) for place in [(0, 0), (1, 0), (0.5, 1)]]
+    chain = scene.chain(nodes, lmgcpy.RigidWire(), closed=True, surface=lmgcpy.Thread(0.01))
+    chain.skin.impose_pressure(lambda time: time)
+    chain.reference_gap = lambda time: chain.start_gaps
+    scene.impose_forces(nodes, lambda time: (time, 0.0))
+    nodes[0].impose_force(x=lambda time: time)
+    lmgcpy.Simulation(scene, time_step=1e-3).run(steps=1, record=tmp_path / "run.h5")
+    answer = CliRunner().invoke(main, ["info", str(tmp_path / "run.h5")])
+    assert answer.exit_code == 0
+    assert "functions 5 of the conditions" in answer.output

@@ -288,6 +288,63 @@ def test_a_thread_over_a_fixed_drum_has_eulers_ratio_of_tensions(d):
 
 
 @pytest.mark.long
+@pytest.mark.parametrize(
+    ("count", "mass", "time_step", "error"),
+    [(12, 1e-3, 1e-3, 0.015), (24, 1e-3, 1e-3, 0.005), (24, 1e-6, 1e-3, 0.005), (24, 1e-3, 4e-3, 0.005)],
+)
+def test_a_thread_over_a_thread_has_eulers_ratio_of_tensions(count, mass, time_step, error):
+    """A thin thread is drawn over a thick one that is held: edges against edges."""
+    scene = lm.Scene(dimension=3)
+    thick, radius, dphi = 0.05, 2e-3, np.pi / count
+    for node in thread(scene, [(0, -0.5, 0), (0, 0.5, 0)], color="BAR", radius=thick).bodies:
+        node.fix()
+    rho = (thick + radius) / np.cos(0.5 * dphi)
+    angle, below = np.linspace(np.pi, 0.0, count + 1), -2.0 * rho * np.sin(0.5 * dphi) * np.arange(4, 0, -1)
+    arc = rho * np.column_stack([np.cos(angle), 0.0 * angle, np.sin(angle)])
+    down = np.column_stack([np.zeros((4, 2)), below])
+    places = np.concatenate([arc[0] + down, arc, arc[-1] + down[::-1]])
+    nodes = [scene.add(lm.point_mass(position=place, mass=mass)).fix("y") for place in places]
+    scene.chain(nodes, lm.RigidWire(), surface=lm.Thread(radius))
+    scene.see("BAR", "THREAD", lm.Coulomb(friction=0.3))
+    nodes[0].fix("x").impose_force(z=-1.0)
+    nodes[-1].impose_velocity(z=-0.02, x=0.0)
+    sim = lm.Simulation(scene, time_step=time_step, solver=lm.Auto(tolerance=1e-8))
+    steps = round(0.15 / time_step)
+    found = ratio_of_tensions(sim, steps=steps, from_step=steps // 3)
+    assert found == pytest.approx(eulers_ratio(0.3, np.pi, radius / (thick + radius)), rel=error)
+    assert sim.unconverged_steps == 0
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("time_step", [5e-4, 2e-3])
+def test_two_rings_of_thread_that_are_linked_hold_a_load(time_step):
+    """They hang in each other, and one is drawn down: it does not go through the other, which bears the load."""
+    scene, count, size, radius, load = lm.Scene(dimension=3), 16, 0.1, 0.004, 2.0
+    angle = 2.0 * np.pi * np.arange(count) / count
+    flat = [np.column_stack([np.cos(angle), 0.0 * angle, np.sin(angle)]) * size, None]
+    flat[1] = flat[0][:, [1, 0, 2]]
+    rings = []
+    for places, shift in zip(flat, ((0.0, 0.0, 0.7 * size), (0.003, 0.002, -0.7 * size)), strict=True):
+        nodes = [scene.add(lm.point_mass(position=place + shift, mass=1e-2)) for place in places]
+        rings.append(scene.chain(nodes, lm.RigidWire(), closed=True, surface=lm.Thread(radius)).bodies)
+    rings[0][count // 4].fix()
+    rings[1][3 * count // 4].impose_force(z=lambda t: -load * min(t / 0.3, 1.0))
+    scene.see("THREAD", "THREAD", lm.Coulomb(friction=0.3))
+    scene.drag(linear=0.5)
+    sim = lm.Simulation(scene, time_step=time_step).run(duration=1.5)
+    net = sim.interactions
+    upper, lower = net.candidate < count, net.antagonist >= count
+    between = (net.law == "coulomb") & (upper != ~lower)
+    assert between.any()
+    sign = np.where(upper[between], -1.0, 1.0)
+    lifted = (sign[:, None, None] * net.force[between][:, :, None] * net.frame[between]).sum(axis=(0, 1))
+    assert lifted[2] == pytest.approx(load, rel=2e-2)
+    heights = sim.positions[:, 2]
+    assert heights[:count].min() < heights[count:].max() - 2.0 * radius
+    assert sim.unconverged_steps == 0
+
+
+@pytest.mark.long
 @pytest.mark.parametrize("pitch", [0.2, 0.5])
 @pytest.mark.parametrize("count", [12, 24, 48])
 def test_a_helix_on_a_cylinder_has_eulers_ratio_over_its_turning(count, pitch):
@@ -433,6 +490,13 @@ def test_forces_on_many_bodies_are_those_on_each():
     assert made[0].energy.total_loads == pytest.approx(made[1].energy.total_loads, rel=1e-14)
 
 
+def test_forces_on_what_is_held_are_refused():
+    scene = lm.Scene(dimension=2)
+    press = scene.add(lm.wall_segment((0, 0), (1, 0), mass=1.0))
+    with pytest.raises(ValueError, match="is held, so that forces do not move it: load it by its impose_force"):
+        scene.impose_forces([press], (0.0, 1.0))
+
+
 @pytest.mark.default_parameters("3")
 @pytest.mark.parametrize("d", [2, 3])
 def test_a_run_with_surfaces_is_resumed_bit_for_bit_and_comes_back_from_its_file(tmp_path, d):
@@ -507,6 +571,37 @@ def test_functions_of_time_of_pressures_and_forces_are_asked_for_again(tmp_path)
     np.testing.assert_array_equal(again.positions, made().run(steps=20).positions)
 
 
+@pytest.mark.parametrize(
+    ("d", "mass", "time_step"),
+    [
+        (2, 1e-3, 1e-3),
+        *(pytest.param(d, m, h, marks=pytest.mark.long) for d in (2, 3) for m in (1e-6, 1.0) for h in (1e-4, 4e-3)),
+    ],
+)
+def test_a_thread_is_tied_to_a_point_of_a_body_by_a_joint(d, mass, time_step):
+    """A plate of 2 kg with the centre of mass at 0 hangs on threads at x = -0.3 and 0.2 m: by moments they bear 8 and 12 N,
+    and the weights of their nodes."""
+    scene = lm.Scene(dimension=d, gravity=(0.0,) * (d - 1) + (-10.0,))
+
+    def at(x, y):
+        return (x, *[0.0] * (d - 2), y)
+
+    make, inertia = (lm.DiskContactor, 0.1) if d == 2 else (lm.SphereContactor, (0.01, 0.1, 0.1))
+    balls = [(make(0.05), at(x, 0.0)) for x in (-0.3, 0.3)]
+    plate = scene.add(lm.RigidBody(balls, mass=2.0, inertia=inertia, position=at(0.0, 0.0), color="PLATE"))
+    for x in (-0.3, 0.2):
+        nodes = [scene.add(lm.point_mass(position=at(x, 0.1 * k), mass=mass)) for k in range(6)]
+        scene.chain(nodes, lm.RigidWire(), surface=lm.Thread(0.01))
+        nodes[-1].fix()
+        scene.link(plate, nodes[0], lm.BallJoint(), at=(at(x, 0.0), None))
+    scene.see("PLATE", "THREAD", lm.Coulomb(friction=0.3))
+    sim = lm.Simulation(scene, time_step=time_step, solver=lm.Auto(tolerance=1e-8)).run(steps=60)
+    net = sim.interactions
+    lowest = -net.force[net.law == "rigid-wire", 0][[0, 5]]
+    assert lowest == pytest.approx([8.0 + 10.0 * mass, 12.0 + 10.0 * mass], rel=1e-7)
+    assert not (net.law == "coulomb").any()
+
+
 @pytest.mark.long
 def test_a_net_catches_a_ball_that_beads_would_let_through():
     """A ball of radius 0.06 m fits between the nodes of a mesh of 0.1 m, but not between its segments: it rests on four."""
@@ -548,7 +643,7 @@ BAD = {
             ROD,
             surface=lm.Thread(0.01),
         ),
-        "goes through centres of bodies",
+        r"goes through centres of bodies.*tie both by scene.link\(body, node, lmgcpy.BallJoint\(\), at=\(point, None\)\)",
     ),
     "a membrane in 2D": (lambda s: s.membrane([], [[0, 1, 2]], ROD, radius=0.1), "in 2D take a chain"),
     "a corner twice": (
@@ -569,6 +664,57 @@ def test_surfaces_that_cannot_be_are_refused_with_a_sentence(case):
     with pytest.raises((TypeError, ValueError), match=words):
         make(scene)
     assert scene.skins == []
+
+
+TRIANGLES = {
+    "a line": ([[0, 1, 2], [0, 1, 3]], "Triangle 1 of a membrane, between .*, is a line: leave it out, or move a body"),
+    "the same twice": ([[0, 1, 2], [2, 0, 1]], r"Triangle 0 of a membrane, \[0, 1, 2\], is there 2 times"),
+    "three at an edge": (
+        [[0, 1, 2], [0, 1, 3], [1, 0, 4]],
+        r"3 triangles of a surface, 0, 1, 2, meet at the edge of its corners \[0, 1\], and two are the most",
+    ),
+    "a body in none": ([[0, 1, 2], [0, 4, 1]], r"body 3, .* is in none of the triangles of a membrane"),
+}
+
+
+@pytest.mark.parametrize("case", TRIANGLES)
+def test_membranes_that_cannot_be_are_refused_with_a_sentence(case):
+    cells, words = TRIANGLES[case]
+    scene = lm.Scene(dimension=3)
+    places = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (2, 0, 0), (0, -1, 0), (0, 0, 1)]
+    count = len(places) if "none" in case else 1 + np.max(cells)
+    nodes = [scene.add(lm.point_mass(position=p, mass=1.0)) for p in places[:count]]
+    with pytest.raises(ValueError, match=words):
+        scene.membrane(nodes, cells, ROD, radius=0.01)
+    assert scene.skins == scene.chains == []
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_a_pressure_acts_on_one_side_of_a_surface_or_is_refused(d):
+    """Two cells side by side whose normals are on one side, and on different sides."""
+    places = [(0, 0), (1, 0), (2, 0)] if d == 2 else [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, -1, 0)]
+    right, wrong = ([[0, 1], [1, 2]], [[0, 1], [2, 1]]) if d == 2 else ([[0, 1, 2], [0, 3, 1]], [[0, 1, 2], [0, 1, 3]])
+    for cells in (right, wrong):
+        scene = lm.Scene(dimension=d)
+        nodes = [scene.add(lm.point_mass(position=p, mass=1.0)) for p in places]
+        made = scene.net(nodes, cells, ROD, surface=lm.Thread(0.01)) if d == 2 else None
+        made = scene.membrane(nodes, cells, ROD, radius=0.01) if d == 3 else made
+        if cells is right:
+            assert made.impose_pressure(3.0).skin.pressure == 3.0
+        else:
+            with pytest.raises(ValueError, match="normals of the cells 0 and 1 of a surface are on different sides"):
+                made.impose_pressure(3.0)
+            assert made.skin.pressure is None
+
+
+def test_a_chain_with_a_surface_takes_a_pressure_and_one_without_is_told():
+    scene = lm.Scene(dimension=2)
+    nodes = [scene.add(lm.point_mass(position=(k, 0), mass=1.0)) for k in range(4)]
+    chain = scene.chain(nodes[:2], ROD, surface=lm.Thread(0.1))
+    assert chain.impose_pressure(2.0) is chain
+    assert chain.skin.pressure == 2.0
+    with pytest.raises(TypeError, match=r"without a surface has no side .* surface=lmgcpy.Thread\(radius\)"):
+        scene.chain(nodes[2:], ROD).impose_pressure(2.0)
 
 
 def test_a_thread_in_space_has_no_side_for_a_pressure():
@@ -657,6 +803,101 @@ def test_a_membrane_bears_a_ball_by_the_tensions_along_its_edges():
     own = 10.0 * 1e-3 * len(inside)
     assert pull[2] == pytest.approx(-(2.0 + own), rel=1e-2)  # links pull the rim down; some triangles at it bear the ball
     assert sim.unconverged_steps == 0
+
+
+def deflection_of_a_square(x, y, a, b, count=300):
+    """Green's function of ``-(w_xx + w_yy) = 1`` on the unit square, zero on its sides, for a load at (a, b)."""
+    m, q = np.pi * np.arange(1, count + 1)[:, None], np.pi * np.arange(1, count + 1)[None]
+    return 4.0 * np.sum(np.sin(m * x) * np.sin(m * a) * np.sin(q * y) * np.sin(q * b) / (m * m + q * q))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("loaded", ["pressure", "ball"])
+def test_a_taut_membrane_sags_as_the_membrane_equation_says(loaded):
+    """A square membrane of side 1 m under S = 100 N/m, as all straight links have the tension S l and the diagonals none.
+
+    The nodes have the sag of the five-point formula for ``S (w_xx + w_yy) = -q``, to the part of 1e-3 by which slopes of
+    1e-3 and what is left of the motion change it. This differs from the equation by l^2: the middle sags by
+    0.07367 p/S under a pressure p, and by Green's function under a ball, less near the ball.
+    """
+    n, S, stiffness, pressure, weight = 8, 100.0, 2e4, 0.5, 0.05
+    side = 1.0 / n
+    scene = lm.Scene(dimension=3)
+    places = np.array([(i * side, j * side, 0.0) for i in range(n + 1) for j in range(n + 1)])
+    nodes = [scene.add(lm.point_mass(position=place, mass=1e-3)) for place in places]
+    square = [(n + 1) * i + j for i in range(n) for j in range(n)]
+    cells = np.array([t for a in square for t in ((a, a + n + 1, a + n + 2), (a, a + n + 2, a + 1))])
+    edges = np.unique(np.sort(cells[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
+    length = np.linalg.norm(places[edges[:, 0]] - places[edges[:, 1]], axis=1)
+    straight = length < 1.2 * side
+    gaps = np.where(straight, length - S * side / stiffness, length)
+    made = scene.membrane(nodes, cells, lm.ElasticRod(stiffness=stiffness), radius=0.005, reference_gap=gaps)
+    np.testing.assert_array_equal(made.edges, edges)
+    inside = [node for node in nodes if min(node.position[:2]) > 0.0 and max(node.position[:2]) < 1.0]
+    for node in nodes:
+        if node not in inside:
+            node.fix()
+    scene.drag(linear=0.35, bodies=inside)
+    free = np.array([node.id for node in inside])
+    load, at = np.zeros(len(places)), np.array([0.44, 0.53])
+    if loaded == "pressure":
+        made.impose_pressure(pressure)  # all nodes inside have six triangles of l^2/2
+        load[free] = pressure * side**2
+    else:
+        ball = scene.add(lm.sphere(radius=0.02, position=(*at, 0.025), mass=0.02))
+        ball.fix("x", "y", "spin_x", "spin_y", "spin_z").impose_force(z=-weight)
+        scene.drag(linear=2.0, bodies=[ball])
+        scene.see("GRAIN", "MEMBRANE", lm.Signorini())
+        i, j = np.floor(at / side).astype(int)
+        u, v = at / side - (i, j)
+        first = (n + 1) * i + j  # the triangle above the diagonal if v > u
+        corners, parts = ([0, n + 2, 1], [1 - v, u, v - u]) if v > u else ([0, n + 1, n + 2], [1 - u, u - v, v])
+        load[first + np.array(corners)] = weight * np.array(parts)
+    sim = lm.Simulation(scene, time_step=1e-3, solver=lm.Auto(tolerance=1e-7)).run(duration=0.25)
+    stiff = np.zeros((len(places), len(places)))
+    for a, b in edges[straight]:
+        stiff[[a, b], [a, b]] += S
+        stiff[[a, b], [b, a]] -= S
+    sag, right = -sim.positions[free, 2], np.linalg.solve(stiff[np.ix_(free, free)], load[free])
+    np.testing.assert_allclose(sag, right, atol=2e-3 * right.max())
+    if loaded == "pressure":
+        assert sag.max() == pytest.approx(0.07367 * pressure / S, rel=0.02)
+    else:
+        for x, y in ((0.25, 0.25), (0.75, 0.25), (0.75, 0.75), (0.25, 0.75)):
+            (k,) = np.flatnonzero(np.linalg.norm(places[free, :2] - (x, y), axis=1) < 1e-9)
+            assert sag[k] == pytest.approx(weight / S * deflection_of_a_square(x, y, *at), rel=0.08)
+    assert sim.unconverged_steps == 0
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("d", [2, 3])
+@pytest.mark.parametrize("at", [0.5, 0.263])
+def test_a_taut_thread_sags_as_the_string_equation_says(d, at):
+    """Under a weight W at x a string of length L and tension T sags by ``W x (L - x)/(T L)``; a polygon is straight over
+    the segment that has the weight, and sags there by ``W a b/(T l)`` less, for the distances a and b from its nodes. The
+    tension of 40 N rises by 1e-5 of it."""
+    scene, n, tension, weight, stiffness = lm.Scene(dimension=d), 10, 40.0, 0.05, 4e4
+    places = np.zeros((n + 1, d))
+    places[:, 0] = np.linspace(0.0, 1.0, n + 1)
+    law = lm.ElasticWire(stiffness=stiffness)
+    nodes = [scene.add(lm.point_mass(position=place, mass=1e-3)) for place in places]
+    gap = 1.0 / n - tension / stiffness
+    scene.chain(nodes, law, surface=lm.Thread(0.002), reference_gap=gap)
+    for node in (nodes[0], nodes[-1]):
+        node.fix()
+    place = np.zeros(d)
+    place[0], place[-1] = at, 0.022
+    ball = scene.add(grain(d, 0.02, place, 5e-3))
+    ball.fix(*("xyz"[: d - 1]), *(("spin",) if d == 2 else ("spin_x", "spin_y", "spin_z")))
+    ball.impose_force(**{"xyz"[d - 1]: -weight})
+    scene.drag(linear=1.8, bodies=[ball])
+    scene.drag(linear=0.3, bodies=nodes)
+    scene.see("GRAIN", "THREAD", lm.Signorini())
+    lm.Simulation(scene, time_step=1e-3, solver=lm.Auto(tolerance=1e-8)).run(duration=0.3)
+    a = at % (1.0 / n)
+    sag = weight / tension * (at * (1.0 - at) - a * (1.0 / n - a) * n)
+    assert 0.022 - ball.position[-1] == pytest.approx(sag, rel=1e-3)
+    assert abs(ball.velocity[-1]) < 1e-5 * sag / 1e-3
 
 
 def test_rolling_friction_on_a_thread_is_refused():

@@ -132,6 +132,53 @@ def test_a_ball_over_a_convex_edge_turns_about_it(dimension):
     assert np.array(speeds) == pytest.approx(1.0, abs=4e-3)  # of the order of the step
 
 
+@pytest.mark.parametrize("rolls", [False, True])
+@pytest.mark.parametrize("dimension", [2, pytest.param(3, marks=LONG)])
+def test_friction_goes_on_over_a_convex_edge(dimension, rolls):
+    """From a face over an edge, with the angle a of the centre about the edge and N = m g cos a - m v^2/R.
+
+    A ball that slides has d(v^2)/da = 2 g R (sin a - mu cos a) + 2 mu v^2, so that v^2 = C e^(2 mu a) + A sin a + B cos a
+    with A (1 + 4 mu^2) = -6 mu g R and B (1 + 4 mu^2) = -2 (1 - 2 mu^2) g R, and its friction spins it. A ball that rolls
+    has v^2 = v_0^2 + 2 g R (1 - cos a) / (1 + I/(m R^2)), and the spin v/R. Errors are of second order in the step.
+    """
+    mu, h, d = (1.0 if rolls else 0.05), 5e-4, dimension
+    inertia = 0.5 if d == 2 else 0.4
+    table = [(-1.0, -1.0), (0.0, -1.0), (0.0, 0.0), (-1.0, 0.0)]
+    wall, start = lm.wall_segment(table, closed=True, sides="outside"), (-0.02, R)
+    if d == 3:
+        points, triangles = box_triangles()
+        wall, start = lm.mesh(points - (0.5, 0.0, 0.5), triangles, sides="outside"), (-0.02, 0.013, R)
+    begin = 3.0 if rolls else 0.0
+    spin = -begin if d == 2 else (0.0, begin, 0.0)
+    sim, ball = world(wall, start, (0.3,) + (0.0,) * (d - 1), law=lm.Coulomb(friction=mu), time_step=h, spin=spin)
+    rows = []
+    for _ in range(500):
+        sim.step()
+        net, turning = sim.interactions, -ball.spin if d == 2 else ball.spin[1]
+        assert len(net) <= 1
+        if len(net) and ball.position[0] > 0.0 and net.force[0, 0] > 0.0:
+            angle, speed = math.atan2(*ball.position[[0, -1]]), math.hypot(*ball.velocity)
+            rows.append((angle, speed, turning, net.force[0, 0], math.hypot(*net.force[0, 1:])))
+    angle, v, turning, normal, friction = np.array(rows[2:-20]).T
+    assert len(angle) > 200
+    if rolls:
+        square = 0.3**2 + 2.0 * G * R * (1.0 - np.cos(angle)) / (1.0 + inertia)
+        held = angle < 0.5  # then the friction that rolling takes is too much for its normal force
+        assert turning[held] * R == pytest.approx(v[held], abs=1e-5)
+    else:
+        part = 1.0 + 4.0 * mu**2
+        A, B = -6.0 * mu * G * R / part, -2.0 * (1.0 - 2.0 * mu**2) * G * R / part
+        first = v[0] ** 2 - A * np.sin(angle[0]) - B * np.cos(angle[0])
+        square = first * np.exp(2.0 * mu * (angle - angle[0])) + A * np.sin(angle) + B * np.cos(angle)
+        held = angle < 10.0
+        assert friction == pytest.approx(mu * normal, rel=1e-6)
+        # its friction spins it; the lever ends in the middle of a gap of up to 5e-6 R
+        assert np.diff(turning) * R * inertia == pytest.approx(h * friction[1:], rel=1e-5)
+    assert v[held] == pytest.approx(np.sqrt(square[held]), abs=4e-5)
+    # a normal force is the mean of a step, half a step before its speed and angle
+    assert normal[held] == pytest.approx(G * np.cos(angle[held]) - v[held] ** 2 / R, abs=0.01 * G)
+
+
 def test_a_disk_in_a_corner_has_two_contacts():
     """In a right angle that opens upward, turned by 30 degrees: the walls bear the weight by the angles of a corner."""
     angle = math.radians(30.0)

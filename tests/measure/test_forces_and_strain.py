@@ -261,3 +261,42 @@ def test_each_contact_has_the_friction_of_its_colours(tmp_path):
             rough = np.abs(forces.direction[:, 1]) > 0.5
             assert forces.friction[rough].tolist() == [0.3]
             assert forces.friction[~rough].tolist() == [0.0]
+
+
+@pytest.mark.parametrize("d", [2, pytest.param(3, marks=pytest.mark.long)])
+def test_contacts_on_a_thread_have_the_friction_of_its_row_and_the_moments_are_the_stress(d, tmp_path):
+    """A thread whose end beads have a shape and a colour of their own is drawn between two grains: of its contacts all
+    friction is mobilised. Two coefficients fit a contact at an end bead, and it is not known which: NaN."""
+    scene, low, high = lm.Scene(dimension=d), np.zeros(d), np.zeros(d)
+    make, thick = lm.disk if d == 2 else lm.sphere, 0.01
+    low[-1], high[-1] = -0.05 - thick, 0.05 + thick
+
+    def at(x):
+        return [x] + [0.0] * (d - 1)
+
+    nodes = [scene.add(lm.point_mass(position=at(0.1 * k - 0.27), mass=0.1)) for k in range(6)]
+    last = scene.add(make(radius=thick, position=at(0.33), mass=0.1, color="BEAD"))
+    scene.chain([*nodes, last], lm.RigidWire(), surface=lm.Thread(thick))
+    spins = ("spin",) if d == 2 else ("spin_x", "spin_y", "spin_z")
+    for place, force in ((low, 2.0), (high, -2.0)):
+        grain = scene.add(make(radius=0.05, position=place, mass=1.0)).fix(*"xyz"[: d - 1], *spins)
+        grain.impose_force(**{"xyz"[d - 1]: force})
+    over = scene.add(make(radius=0.05, position=high + at(0.33), mass=1.0)).fix(*"xyz"[: d - 1], *spins)
+    over.impose_force(**{"xyz"[d - 1]: -2.0})
+    last.impose_velocity(x=0.1).fix(*"xyz"[1:d])
+    scene.see("BEAD", "GRAIN", lm.Coulomb(friction=0.7))
+    scene.see("GRAIN", "THREAD", lm.Coulomb(friction=0.4))
+    sim = lm.Simulation(scene, time_step=1e-3).run(steps=5, record=tmp_path / "run.h5", every=1)
+    with lm.io.open_run(tmp_path / "run.h5") as run:
+        for source in (sim, run):
+            forces = lm.measure.contact_forces(source)
+            at_bead = (forces.pairs == last.id).any(axis=1)
+            assert (~at_bead).sum() == 2
+            assert forces.friction[~at_bead] == pytest.approx([0.4, 0.4])
+            assert np.isnan(forces.friction[at_bead]).all()
+            assert at_bead.any()
+            assert forces.mobilised[~at_bead] == pytest.approx([1.0, 1.0])
+            assert lm.measure.wire_contacts(source).limit.sum() == pytest.approx(0.4 * forces.normal[~at_bead].sum())
+    total, moments = lm.measure.stress(sim, volume=1.0), lm.measure.particle_stress(sim).moment.sum(axis=0)
+    assert moments == pytest.approx(total["total"], abs=1e-9 * np.abs(moments).max())
+    assert np.abs(moments).max() > 0.1

@@ -13,6 +13,8 @@ OAK = lm.Material("oak", 700.0)
 POINTS = np.array(list(product((-0.5, 0.5), repeat=3)))
 FACES = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
 CUBE = np.array([t for a, b, c, d in FACES for t in ((a, b, c), (a, c, d))])
+TWICE, BOTH = np.concatenate([POINTS, POINTS]), np.concatenate([CUBE, CUBE + 8])
+SECOND = np.repeat([0.0, 1.0], 8)[:, None]
 SQUARE = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0)]
 
 
@@ -110,8 +112,48 @@ WRONG = {
     "a million": (lambda: lm.mesh(POINTS, np.tile(CUBE, (100_000, 1))), "1200000 triangles"),
     "material of an open one": (lambda: lm.wall_segment(*SQUARE, material=OAK), "is open"),
     "side of an open one": (lambda: lm.wall_segment(*SQUARE, sides="outside"), "no solid behind"),
+    "crossing": (
+        lambda: lm.mesh(TWICE + (0.5, 0.5, 0.5) * SECOND, BOTH, sides="outside"),
+        r"Triangles 6 and 12 of the mesh cross each other, at \(0, 0.5, 0.5\) m: make a surface of each solid",
+    ),
+    "one in the other, with flush sides": (
+        lambda: lm.mesh(TWICE + (0.5, 0.0, 0.0) * SECOND, BOTH, material=OAK),
+        "Triangle 2 of the mesh, at .*, lies within the solid of others: make a surface of each solid",
+    ),
+    "one in the other": (lambda: lm.mesh(TWICE * (1.0 - 0.5 * SECOND), BOTH, sides="inside"), "lies within the solid"),
+    "one inside out": (
+        lambda: lm.mesh(TWICE * (1.0 - 0.5 * SECOND) + 3.0 * SECOND, [*CUBE, *CUBE[:, ::-1] + 8], sides="outside"),
+        "Triangle 12 of the mesh, at .*, faces inward, and others outward",
+    ),
+    "a polyline that crosses itself": (
+        lambda: lm.wall_segment((0, 0), (1, 1), (1, 0), (0, 1), closed=True, sides="inside"),
+        r"Segments 0 and 2 of wall_segment cross each other, at \(0.5, 0.5\) m",
+    ),
+    "a flat polyline": (
+        lambda: lm.wall_segment((0, 0), (2, 0), (1, 0), closed=True, sides="outside"),
+        "wall_segment is flat: it encloses no area",
+    ),
     "points on planes": (lambda: see_each_other(0.0), "give one of them a radius"),
 }
+
+
+SOLIDS = {
+    "beside each other": (TWICE + (2.0, 0.3, 0.0) * SECOND, BOTH, 2.0),
+    "that touch by their sides": (TWICE + (1.0, 0.3, 0.0) * SECOND, BOTH, 2.0),
+    "that cross by the digits of a file": (TWICE + (1.0 - 3e-7, 0.3, 0.2) * SECOND, BOTH, 2.0),
+    "that touch by their corners": (TWICE + SECOND, BOTH, 2.0),
+    "with a cavity": (TWICE * (1.0 - 0.5 * SECOND), np.concatenate([CUBE, CUBE[:, ::-1] + 8]), 1.0 - 0.125),
+}
+
+
+@pytest.mark.parametrize("flipped", [False, True])
+@pytest.mark.parametrize("name", SOLIDS)
+def test_solids_that_do_not_cross_are_one_mesh(name, flipped):
+    points, triangles, volume = SOLIDS[name]
+    order = triangles[:, ::-1] if flipped else triangles
+    for turn in (np.eye(3), np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]):
+        solid = lm.mesh(points @ turn, order, material=OAK, sides="outside")
+        assert solid.mass == pytest.approx(700.0 * volume)
 
 
 def see_each_other(radius):
