@@ -88,8 +88,8 @@ class StepProblem(Step):
             raise FloatingPointError(fault.format("prepare", f"{prepared} at a gap of {data.gap[row]:g} m"))
 
     def begin(self) -> None:
-        """Let the guess hold the impulses of links between bodies that are held or driven along them. No solver computes
-        them, as they change no velocity along the link; across it the geometric stiffness of their tension acts."""
+        """Write into the guess the impulses of links whose two bodies are held or driven along the link. No solver computes
+        them, as they change no velocity along it; across it the geometric stiffness of their tension acts."""
         stuck = self._stuck()
         if len(stuck):
             self._bear(stuck, self.relative_velocities(self.free_velocity), self.guess)
@@ -112,7 +112,8 @@ class StepProblem(Step):
             group = self.by_law[k]
             at = self.offset[k] + (i - group.start) * len(group.law.PREPARED)
             prepared = tuple(self.system.prepared[at : at + len(group.law.PREPARED)].tolist())
-            (impulse[i, 0],) = group.law.react(((NO_MOBILITY,),), (float(relative[i, 0]),), prepared)
+            with self._asking(group, "react"):
+                (impulse[i, 0],) = group.law.react(((NO_MOBILITY,),), (float(relative[i, 0]),), prepared)
 
     def relative_velocities(self, velocities: np.ndarray, result: np.ndarray | None = None) -> np.ndarray:
         """Relative velocities of all interactions in their local frames, (m, d), for velocities of the bodies (n, k)."""

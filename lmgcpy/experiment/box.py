@@ -345,10 +345,11 @@ def characteristic_time(diameter: float, density: float, pressure: float) -> flo
 FORCE = 1e-3
 """Error of a force, in parts of the load of its bodies, up to which the steps of compactions and tests are solved.
 
-With steps of a fifth of ``d sqrt(rho/p)``, an error f of the force ``p d^2`` of a contact closes it by some ``0.15 f d`` a
-step, and nothing opens it again. So errors add up over a test, while the platen moves by ``0.2 I d`` a step for each layer
-of grains (I the inertial number, 1e-3). The residual does not see this in small samples: it is relative to what the loads
-of the walls would do, and the smaller the sample, the more of its forces that is (docs/step_and_tolerance.md)."""
+In steps of a fifth of ``d sqrt(rho/p)`` an error f of the force ``p d^2`` of a contact makes two spheres overlap by about
+``2 h^2 p f / (pi rho d / 6) = 0.15 f d`` more in each step, and contact laws do not take that back. So errors add up over a
+test, while the platen moves by ``0.2 I d`` a step for each layer of grains (I the inertial number, 1e-3). The residual does
+not see this in small samples: it is relative to what the loads of the walls would do, and in a small sample these loads are
+a large part of all forces (docs/step_and_tolerance.md)."""
 
 
 def usual_solver(tolerance: float = 1e-2, max_iterations: int = 20_000) -> AcceleratedGaussSeidel:

@@ -37,7 +37,7 @@ def find_lock(problem: StepProblem, report: Report, spans: StraightSpans) -> Loc
         told = least_motion(conic, problem.system.impulse[acting])
     if not told.norm > 0.0:
         return None
-    of_body = problem.system.inverse_mass[:, : problem.dimension].max(axis=1)
+    of_body = problem.inverse_mass[:, : problem.dimension].max(axis=1)  # not those with which light bodies are swept
     mass = float((1.0 / of_body[of_body > 0.0]).sum())
     h_over_radius = float(np.median(conic.scale[conic.scale > 0.0]))
     motion = told.norm / np.sqrt(mass) * h_over_radius if mass > 0.0 else np.inf
