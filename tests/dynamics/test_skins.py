@@ -729,6 +729,22 @@ def test_a_thread_in_space_has_no_side_for_a_pressure():
         surface.impose_pressure(1.0)
 
 
+SOLID = {
+    "a disk": lambda: lm.disk(radius=0.1, position=(0, 0), mass=1.0),
+    "a wall": lambda: lm.wall(point=(0, 0, 0), normal=(0, 0, 1), mass=1.0),
+    "a segment": lambda: lm.wall_segment((0, 0), (1, 0), mass=1.0),
+    "a plate": lambda: lm.plate([(0, 0, 0), (1, 0, 0), (0, 1, 0)], mass=1.0),
+    "a mesh": lambda: lm.mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)]),
+    "a node": lambda: lm.point_mass(position=(0, 0), mass=1.0),
+}
+
+
+@pytest.mark.parametrize("case", SOLID)
+def test_a_body_takes_no_pressure_and_says_so(case):
+    with pytest.raises(TypeError, match=r"^<.* m> takes no pressure: .* Load it with impose_force, by the pressure times"):
+        SOLID[case]().impose_pressure(1.0)
+
+
 def test_the_stress_of_a_thread_between_plates_is_their_pressure_and_its_tension():
     """A thread under tension that grains press from both sides: along it the stress is T L / V, across it the forces of
     the grains times their distance."""
