@@ -10,7 +10,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from threading import Lock
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
@@ -281,6 +281,13 @@ class Body(ABC):
     def impose_force(self, **components: Prescribed) -> Body:
         """Free components and load them: x, y, z [N], spin … [N m], numbers or functions of time [s]. Returns the body."""
         return self._state_changes(LOADED, self._to_load("impose_force", components))
+
+    def impose_pressure(self, pressure: Prescribed) -> NoReturn:
+        """TypeError: a membrane takes a pressure, in 2D a chain with a surface; a body takes forces."""
+        raise TypeError(
+            f"{self!r} takes no pressure: impose_pressure is for membranes, and in 2D for chains with a surface. Load it "
+            "with impose_force, by the pressure times its area."
+        )
 
     def free(self, *components: str) -> Body:
         """Let go of the named components, without names of all: nothing drives or loads them. Returns the body.

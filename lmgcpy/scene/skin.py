@@ -17,9 +17,6 @@ from lmgcpy.scene.body import AT_REST, Body, dimension_of
 from lmgcpy.scene.cell import Cell
 from lmgcpy.scene.contactor import Contactor
 
-THIN = 1e-9
-"""A triangle is a line if twice its area is this part of the square of its size at the most."""
-
 
 @named_arguments
 @dataclass(frozen=True)
@@ -44,7 +41,7 @@ class Skin:
 
     def __init__(self, bodies: Sequence[Body], cells: Any, thread: Thread, *, settled: bool = False):
         """ValueError, with the nodes, for cells whose nodes are nearer to each other than the thickness, and for triangles
-        that are lines, unless steps of a run have made them so, ``settled``."""
+        whose height is below it, unless steps of a run have made them so, ``settled``."""
         self.bodies = list(bodies)
         self.cells = read_only(np.array(cells, dtype=np.int64))
         self.radius, self.color = thread.radius, thread.color
@@ -113,7 +110,8 @@ class Skin:
             return
         crossed = None if self._cell is None else partial(self._cell.lattice.crossed, edges=self._cell.edges)
         places = places_of(np.array([body.position for body in self.bodies]), self.cells, crossed)
-        shortest = np.linalg.norm(places - np.roll(places, 1, axis=1), axis=2).min(axis=1)
+        sides = np.linalg.norm(places - np.roll(places, 1, axis=1), axis=2)
+        shortest = sides.min(axis=1)
         i = int(np.argmin(shortest))
         if not shortest[i] > 2.0 * self.radius:
             who = " and ".join(map(repr, (self.bodies[k] for k in self.cells[i].tolist())))
@@ -121,15 +119,16 @@ class Skin:
                 f"Cell {i} of a surface, between {who}, has nodes {shortest[i]:.3g} m apart, closer than its thickness of "
                 f"{2.0 * self.radius:.3g} m: take fewer nodes or a smaller radius."
             )
-
         if self.cells.shape[1] < 3:
             return
-        twice_area, longest = 2.0 * np.linalg.norm(area_vectors(places), axis=1), np.ptp(places, axis=1).max(axis=1)
-        wrong = twice_area <= THIN * longest**2
-        if wrong.any():
-            i = int(np.argmax(wrong))
+        height = 2.0 * np.linalg.norm(area_vectors(places), axis=1) / sides.max(axis=1)
+        i = int(np.argmin(height))
+        if not height[i] > 2.0 * self.radius:
             who = " and ".join(map(repr, (self.bodies[k] for k in self.cells[i].tolist())))
-            raise ValueError(f"Triangle {i} of a membrane, between {who}, is a line: leave it out, or move a body.")
+            raise ValueError(
+                f"Triangle {i} of a membrane, between {who}, has a height of {height[i]:.3g} m, less than its thickness of "
+                f"{2.0 * self.radius:.3g} m: leave it out, move a body, or take a smaller radius."
+            )
 
     def _refuse_two_sides(self) -> None:
         """ValueError if the normals of two neighbours are on different sides of the surface: two triangles pass their edge

@@ -667,7 +667,12 @@ def test_surfaces_that_cannot_be_are_refused_with_a_sentence(case):
 
 
 TRIANGLES = {
-    "a line": ([[0, 1, 2], [0, 1, 3]], "Triangle 1 of a membrane, between .*, is a line: leave it out, or move a body"),
+    "a line": ([[0, 1, 2], [0, 1, 3]], "Triangle 1 of a membrane, between .*, has a height of 0 m, less than its thick"),
+    "flat": (
+        [[0, 1, 2], [0, 4, 1], [1, 4, 3], [0, 5, 4]],
+        r"Triangle 3 of a membrane, between .* and .* and .*, has a height of 0.019 m, less than its thickness of 0.02 m: "
+        "leave it out, move a body, or take a smaller radius",
+    ),
     "the same twice": ([[0, 1, 2], [2, 0, 1]], r"Triangle 0 of a membrane, \[0, 1, 2\], is there 2 times"),
     "three at an edge": (
         [[0, 1, 2], [0, 1, 3], [1, 0, 4]],
@@ -681,7 +686,7 @@ TRIANGLES = {
 def test_membranes_that_cannot_be_are_refused_with_a_sentence(case):
     cells, words = TRIANGLES[case]
     scene = lm.Scene(dimension=3)
-    places = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (2, 0, 0), (0, -1, 0), (0, 0, 1)]
+    places = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (2, 0, 0), (0, -1, 0), (-0.019, -0.5, 0)]
     count = len(places) if "none" in case else 1 + np.max(cells)
     nodes = [scene.add(lm.point_mass(position=p, mass=1.0)) for p in places[:count]]
     with pytest.raises(ValueError, match=words):
@@ -722,6 +727,22 @@ def test_a_thread_in_space_has_no_side_for_a_pressure():
     surface = thread(scene, [(0, 0, 0), (1, 0, 0)]).skin
     with pytest.raises(TypeError, match="has no side"):
         surface.impose_pressure(1.0)
+
+
+SOLID = {
+    "a disk": lambda: lm.disk(radius=0.1, position=(0, 0), mass=1.0),
+    "a wall": lambda: lm.wall(point=(0, 0, 0), normal=(0, 0, 1), mass=1.0),
+    "a segment": lambda: lm.wall_segment((0, 0), (1, 0), mass=1.0),
+    "a plate": lambda: lm.plate([(0, 0, 0), (1, 0, 0), (0, 1, 0)], mass=1.0),
+    "a mesh": lambda: lm.mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)]),
+    "a node": lambda: lm.point_mass(position=(0, 0), mass=1.0),
+}
+
+
+@pytest.mark.parametrize("case", SOLID)
+def test_a_body_takes_no_pressure_and_says_so(case):
+    with pytest.raises(TypeError, match=r"^<.* m> takes no pressure: .* Load it with impose_force, by the pressure times"):
+        SOLID[case]().impose_pressure(1.0)
 
 
 def test_the_stress_of_a_thread_between_plates_is_their_pressure_and_its_tension():
