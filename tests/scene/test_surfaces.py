@@ -54,6 +54,19 @@ def test_a_face_reaches_half_way_through_the_solid():
     assert sorted(square.shapes[:, 2]) == pytest.approx([0.5, 0.5, 1.0, 1.0])
 
 
+@pytest.mark.parametrize("far", [1e4, 1e6, 1e8])
+def test_a_thin_solid_far_from_the_origin_or_from_its_centre_is_met_to_its_middle(far):
+    """A thousandth of its size thick; coordinates of 1e8 m are rounded to 1.5e-8 m."""
+    place, thin = far * np.array([0.3, 0.1, 0.7]), POINTS * (1.0, 1.0, 1e-3)
+    for solid in (lm.mesh(thin + place, CUBE, sides="outside"), lm.mesh(thin, CUBE, sides="outside", centre=place)):
+        flat = solid.features[0].shapes
+        assert flat[np.abs(flat[:, 5]) > 0.5, 2] == pytest.approx(5e-4, abs=2e-8)
+    strip = np.array(SQUARE) * (0.5, 1e-3)
+    for centre, shift in ((None, place[:2]), (place[:2], 0.0)):
+        lines = lm.wall_segment(strip + shift, closed=True, sides="outside", centre=centre).features[0].shapes
+        assert sorted(lines[:, 2])[:2] == pytest.approx([5e-4, 5e-4], abs=2e-8)
+
+
 @pytest.mark.parametrize("flipped", [False, True])
 def test_a_body_of_a_material_has_the_mass_of_its_volume(flipped):
     box = lm.mesh(POINTS * (1.0, 2.0, 3.0) + 5.0, CUBE[:, ::-1] if flipped else CUBE, material=OAK)
