@@ -119,6 +119,15 @@ def solids_behind(at: Corners) -> np.ndarray:
     return found
 
 
+def is_thin(at: Corners, k: int) -> bool:
+    """Whether the back of another facet is close behind facet ``k``, or on it, as on a spike."""
+    normal, near = facet_normals(at), TOUCHES * float(np.ptp(at.points, axis=0).max())
+    for ray, facet, way in hits_behind(at, at.of_facets.mean(axis=1) + near * normal):
+        if ((ray == k) & (way <= 2.0 * near) & (normal[facet] @ normal[k] < 0.0)).any():
+            return True
+    return False
+
+
 def first_crossing(at: Corners) -> tuple[int, int, np.ndarray] | None:
     """A facet of a surface, another one with an edge that goes through it, in the plane a segment, and the place (d,) [m],
     or None.

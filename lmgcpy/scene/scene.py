@@ -592,11 +592,11 @@ class Scene:
         alone = np.setdiff1d(np.arange(len(nodes)), table)
         if len(alone) and thread is not None:
             raise ValueError(f"{nodes[alone[0]].body!r} is in none of the {what}: leave it out of the bodies.")
-        edges = table if corners == 2 else topology(table, len(nodes)).edges
         _, first, uses = np.unique(np.sort(table, axis=1), axis=0, return_index=True, return_counts=True)
         if corners == 3 and uses.max() > 1:
             i = first[int(uses.argmax())]
             raise ValueError(f"Triangle {i} of a membrane, {table[i].tolist()}, is there {uses.max()} times: leave one.")
+        edges = table if corners == 2 else topology(table, len(nodes)).edges
         ordered = np.unique(np.sort(edges, axis=1), axis=0)
         if len(ordered) < len(edges):
             raise ValueError("Two edges of a net join the same bodies: each pair has one link.")

@@ -669,6 +669,10 @@ def test_surfaces_that_cannot_be_are_refused_with_a_sentence(case):
 TRIANGLES = {
     "a line": ([[0, 1, 2], [0, 1, 3]], "Triangle 1 of a membrane, between .*, is a line: leave it out, or move a body"),
     "the same twice": ([[0, 1, 2], [2, 0, 1]], r"Triangle 0 of a membrane, \[0, 1, 2\], is there 2 times"),
+    "the same twice, with a neighbour": (
+        [[0, 1, 2], [2, 1, 3], [2, 0, 1]],
+        r"Triangle 0 of a membrane, \[0, 1, 2\], is there 2 times: leave one",
+    ),
     "three at an edge": (
         [[0, 1, 2], [0, 1, 3], [1, 0, 4]],
         r"3 triangles of a surface, 0, 1, 2, meet at the edge of its corners \[0, 1\], and two are the most",

@@ -16,6 +16,7 @@ CUBE = np.array([t for a, b, c, d in FACES for t in ((a, b, c), (a, c, d))])
 TWICE, BOTH = np.concatenate([POINTS, POINTS]), np.concatenate([CUBE, CUBE + 8])
 SECOND = np.repeat([0.0, 1.0], 8)[:, None]
 SQUARE = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0)]
+EIGHT = [(0, 0), (1, 0), (1, 1), (1, 2), (2, 2), (2, 1), (1, 1), (0, 1)]
 
 
 def kinds(surface):
@@ -140,11 +141,31 @@ WRONG = {
     ),
     "a polyline that crosses itself": (
         lambda: lm.wall_segment((0, 0), (1, 1), (1, 0), (0, 1), closed=True, sides="inside"),
-        r"Segments 0 and 2 of wall_segment cross each other, at \(0.5, 0.5\) m",
+        r"Segments 0 and 2 of wall_segment cross each other, at \(0.5, 0.5\) m: make a closed polyline of each part",
     ),
     "a flat polyline": (
         lambda: lm.wall_segment((0, 0), (2, 0), (1, 0), closed=True, sides="outside"),
         "wall_segment is flat: it encloses no area",
+    ),
+    "a spike": (
+        lambda: lm.wall_segment((0, 0), (1, 0), (1, 1), (1, 2), (1, 1), (0, 1), closed=True, sides="outside"),
+        r"Segment 2 of wall_segment, at \(1, 1.5\) m, has nothing behind it: it lies on a spike",
+    ),
+    "a sheet of a polyline": (
+        lambda: lm.wall_segment((0, 0), (1, 0), (1, 1e-7), (0, 1e-7), closed=True, sides="outside"),
+        "Segment 0 .* has nothing behind it: it lies on a spike, or on a part thinner than 1e-06 of the size",
+    ),
+    "a sheet": (
+        lambda: lm.mesh(POINTS * (1.0, 1.0, 1e-7), CUBE, sides="outside"),
+        "Triangle 8 of the mesh, at .*, has nothing behind it",
+    ),
+    "a polyline that crosses itself at a point": (
+        lambda: lm.wall_segment(*EIGHT, closed=True, sides="outside"),
+        r"Segment 2 .* faces inward, and others outward: wall_segment crosses itself at a point: make a closed polyline",
+    ),
+    "equal cubes, one inside out": (
+        lambda: lm.mesh(TWICE + 3.0 * SECOND, [*CUBE, *CUBE[:, ::-1] + 8], sides="outside"),
+        "Triangle .* faces inward, and others outward",
     ),
     "points on planes": (lambda: see_each_other(0.0), "give one of them a radius"),
 }
