@@ -203,8 +203,8 @@ class Surface(Body):
 
 
 def refuse_points_on_planes(bodies: Sequence[Body], rows: Sequence[tuple]) -> None:
-    """ValueError for surfaces without radius that see each other, if one of them is free: a corner is a point then, which
-    is on the other side of a plane by the first rounding."""
+    """ValueError for surfaces without radius that see each other, if one of them is free: a corner is a point then, and the
+    first rounding error can put it behind a plane."""
     sharp = [body for body in bodies if isinstance(body, Surface) and body.radius == 0.0]
     for candidate, antagonist, *_ in rows:
         one = [body for body in sharp if body.color == candidate]
@@ -231,10 +231,10 @@ def wall_segment(
 ) -> Surface:
     """A wall in the plane from point to point [m]: a segment, or a polyline of several, ``closed`` or not.
 
-    ``radius`` [m] is half of its thickness. ``sides``: "both" sides are met, or of a closed one only its "outside" or
-    "inside": a solid is behind, and pushes out what gets into it. ``centre`` [m], by default the middle, is the point about
-    which it turns. It is held; with a ``mass`` it may be loaded. A closed one of a ``material``, or any with ``mass`` and
-    ``inertia`` about the centre, is free; ``rotation`` [rad] turns it about the centre.
+    ``radius`` [m] is half of its thickness. ``sides``: which sides others touch, "both", or of a closed one only "outside"
+    or "inside". Behind such a side lies a solid, which pushes out bodies that get into it. ``centre`` [m], by default the
+    middle, is the point about which it turns. It is held; with a ``mass`` it may be loaded. A closed one of a ``material``,
+    or any with ``mass`` and ``inertia`` about the centre, is free; ``rotation`` [rad] turns it about the centre.
 
     >>> import lmgcpy as lm
     >>> lm.wall_segment((0.0, 0.0), (1.0, 0.0), (1.0, 1.0)).facet_count
@@ -321,16 +321,16 @@ def mesh(
 ) -> Surface:
     """A surface of ``triangles``, (m, 3) numbers of ``points`` [m], (n, 3).
 
-    ``radius`` [m] is half of its thickness. ``sides``: "both" sides are met, or of a closed one only its "outside" or
-    "inside": a solid is behind, and pushes out what gets into it. ``centre`` [m], by default the middle of the box around
-    it, is the point about which it turns. It is held; with a ``mass`` [kg] it may be loaded. A closed one of a
-    ``material``, or any with ``mass`` and ``inertia`` [kg m^2], is free: of a material about its centre of mass and
-    principal axes, else about the centre and the axes of space, which must be principal. ``rotation``, a scipy
+    ``radius`` [m] is half of its thickness. ``sides``: which sides others touch, "both", or of a closed one only "outside"
+    or "inside". Behind such a side lies a solid, which pushes out bodies that get into it. ``centre`` [m], by default the
+    middle of the box around it, is the point about which it turns. It is held; with a ``mass`` [kg] it may be loaded. A
+    closed one of a ``material``, or any with ``mass`` and ``inertia`` [kg m^2], is free: of a material about its centre of
+    mass and principal axes, else about the centre and the axes of space, which must be principal. ``rotation``, a scipy
     ``Rotation`` or a unit quaternion, turns it about the centre.
 
     Points that are the same are merged. Raises TypeError or ValueError with a sentence that names the triangle: no
-    triangles, lines, more than two at an edge, corners that lie inside the edge of another; of an open surface if one side
-    is asked for.
+    triangles, lines, more than two at an edge, corners that lie inside the edge of another, an open surface with sides
+    other than "both".
     """
     at = numbers(points, "points of a mesh", "an array (n, 3) [m]")
     if at.ndim != 2 or at.shape[1] != 3:
