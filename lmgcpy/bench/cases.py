@@ -8,8 +8,8 @@ candidate below, link i has
 
 and ``0 <= -(W r + q) _|_ -r >= 0``. W is an M-matrix. So Newton's method on the set of taut links converges monotonically,
 in at most as many steps as there are links (Chandrasekaran 1970, Opsearch 7); each step is a tridiagonal elimination. Here
-it uses numpy's ``longdouble``, which has a mantissa of 64 bits on x86 and of more bits on some other processors. The code
-is independent of the solvers that it judges.
+it uses numpy's ``longdouble``, which has a mantissa of 64 bits on x86 and of more bits on some other processors. The
+elimination shares no code with the solvers that it judges.
 
 A frozen step is the problem of one step of a small run of sand or TexSol, with the last impulses as its guess. Samples are
 made from fixed seeds. The runs that lead to a step are solved to 1e-3, so that the step is typical of a simulation and does

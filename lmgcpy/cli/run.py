@@ -68,7 +68,7 @@ def report(run, writer: str) -> list[str]:
         + f"), {len(scene['chains']['law'])} chains"
         + (f", {len(scene['joints']['law'])} joints" if "joints" in scene else ""),
         "  laws      " + ("; ".join(law_sentence(law) for law in scene["laws"]) or "none"),
-        f"  functions {of_time} of the conditions are given by functions of time, not in the file",
+        f"  functions {of_time} conditions are functions of time, which the file does not hold",
         f"  options   time step {options['time_step']:g} s, theta {options['theta']:g}, {options['solver']}({solver})",
         f"  so far    {checkpoint.steps} steps to t = {checkpoint.time:g} s; {run.frame_count} frames, "
         f"one in {options['every']} steps",

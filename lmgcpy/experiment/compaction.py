@@ -123,12 +123,17 @@ def compact(
 
     The lateral walls and the lid of its box are pressed, or the edges of its periodic cell.
 
-    It is at rest if over 50 steps no wall's mean force differs from its load by more than 2 %, or no component of the mean
-    Weber stress of a cell by more than 0.1 % of the pressure, the volume changes by less than 3e-4, the mean resultant
-    force on a particle is below 2 % of ``p d^(D-1)``, and its mean kinetic energy is below 1e-4 ``p d^D`` (D dimensions, d
-    the mean diameter). Without ``friction`` the sample becomes as dense as its grains allow; the wire is inextensible. A
-    cell yields in size and in shape, so that its stress becomes isotropic; the edge x keeps its direction, and the plane of
-    x and y, so that the cell does not turn.
+    It is at rest if, over 50 steps (D dimensions, p the pressure, d the mean diameter),
+
+    * the mean force on each loaded wall differs from its load by less than 2 %, or in a cell each component of the mean
+      Weber stress from the imposed stress by less than 0.1 % of the pressure;
+    * the volume changes by less than 3e-4;
+    * the mean resultant force on a particle is below 2 % of ``p d^(D-1)``;
+    * the mean kinetic energy of a particle is below 1e-4 ``p d^D``.
+
+    Without ``friction`` the sample becomes as dense as its grains allow; the wire is inextensible. A cell yields in size
+    and in shape, so that its stress becomes isotropic; the edge x keeps its direction, and the plane of x and y, so that
+    the cell does not turn.
 
     With rigid grains the pressure alone sets the time scale ``d sqrt(rho/p)``. ``time_step`` [s] is by default a fifth of
     it in a box, a tenth in a cell. ``drag``: velocities decay by ``exp(-drag)`` in that time, by default 0 in a box and 0.3

@@ -303,6 +303,8 @@ def first_root(low, scale, w_nn, q_n, coupling, shear, free, friction):
 class Coulomb(Law):
     """Signorini's condition, and ``r_t`` in the disk of radius ``mu r_n``, opposing ``u_t`` when sliding.
 
+    In words: bodies do not overlap, and friction of at most ``mu r_n`` opposes sliding. ``friction`` is the coefficient mu.
+
     A ball that is thrown along a floor slides until it rolls with two thirds of its speed:
 
     >>> import lmgcpy as lm

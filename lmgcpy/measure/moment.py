@@ -117,12 +117,23 @@ class Moment:
     def shaped(self) -> np.ndarray:
         """Whether each body has a shape of its own, (n,) bool: nodes of threads, nets and membranes may have none."""
         found = np.zeros(len(self.extent), dtype=bool)
-        if isinstance(self.source, Stepper):
-            table = self.source.model.contactors
-            found[table.body if table.elements is None else np.delete(table.body, np.r_[table.elements.rows])] = True
-        else:
-            found[self.scene["contactors"]["body"]] = True
+        found[self._shapes[0]] = True
         return found
+
+    @property
+    def _shapes(self) -> tuple[np.ndarray, np.ndarray]:
+        """Bodies of the shapes of the bodies, (k,), and whether each shape is a disk or a sphere around the centre of its
+        body, (k,) bool."""
+        if isinstance(self.source, Stepper):
+            of_all = self.source.model.contactors
+            own = np.ones(len(of_all.body), dtype=bool)
+            if of_all.elements is not None:
+                own[of_all.elements.rows] = False
+            body, kind, offset = of_all.body[own], np.array(of_all.kind)[own], of_all.offset[own]
+        else:
+            table = self.scene["contactors"]
+            body, kind, offset = table["body"], np.array(table["kinds"])[table["kind"]], table["offset"]
+        return body, np.isin(kind, ("disk", "sphere")) & (offset == 0.0).all(axis=1)
 
     @cached_property
     def colors(self) -> dict[str, np.ndarray]:
@@ -165,23 +176,23 @@ class Moment:
     def levers_of_stress(self) -> np.ndarray:
         """The contact points seen from where their forces act on the bodies [m], (m, 2, d): from the centres of the bodies,
         and on a thread or membrane from the foot on its axis, as the nodes bear the force in parts whose mean place is
-        that foot."""
-        lever, radius = np.array(self.net.lever), np.zeros(len(self.extent))
-        for bodies, thick in self._skins:
-            radius[bodies] = thick
-        if not radius.any():
-            return lever
-        for side, (bodies, sign) in enumerate(((self.net.candidate, -1.0), (self.net.antagonist, 1.0))):
-            here = (radius[bodies] > 0.0) & ~self.is_link
-            rho = radius[bodies[here]] + 0.5 * self.net.gap[here]
-            lever[here, side] = sign * rho[:, None] * self.net.frame[here, 0]
-        return lever
+        that foot.
 
-    @property
-    def _skins(self) -> list[tuple[np.ndarray, float]]:
-        """Nodes without a shape of their own, and radius, of each surface between bodies: if a node has a shape, it is not
-        known which of both meets another."""
-        return [(skin["bodies"][~self.shaped[skin["bodies"]]], float(skin["radius"])) for skin in self.skins]
+        The way from a node to a foot on its segment or triangle is normal to n, so that ``(lever . n) n`` leads from the
+        foot to the contact point. It changes no contact of a round node itself, whose lever is along n. A node of another
+        shape, a clump, keeps its lever: it is not known whether it or the thread meets the other body.
+        """
+        lever, n, node = np.array(self.net.lever), self.net.frame[:, 0], np.zeros(len(self.extent), dtype=bool)
+        for skin in self.skins:
+            node[skin["bodies"]] = True
+        if not node.any():
+            return lever
+        body, is_round = self._shapes
+        node[body[~is_round]] = False
+        for side, bodies in enumerate((self.net.candidate, self.net.antagonist)):
+            here = node[bodies] & ~self.is_link
+            lever[here, side] = (lever[here, side] * n[here]).sum(axis=1)[:, None] * n[here]
+        return lever
 
     @property
     def is_link(self) -> np.ndarray:

@@ -25,8 +25,9 @@ def stress(sim: Source, *, frame: int | None = None, volume: float | None = None
     last frame.
 
     ``f`` is the force on the candidate. The branch vector ``l`` leads from the antagonist's centre to the candidate's; at
-    a wall it starts, or ends, at the contact point. The function returns ``{"total": (d, d), "<NAME>": (d, d), ...,
-    "kinetic": (d, d)}``, one entry for each law of the scene, and "total" their sum.
+    a wall it starts, or ends, at the contact point, on a thread or membrane at the foot on its axis. The function returns
+    ``{"total": (d, d), "<NAME>": (d, d), ..., "kinetic": (d, d)}``, one entry for each law of the scene, and "total" their
+    sum.
 
     "kinetic" is the stress of bodies that fly about, ``-(1/V) sum m v' (x) v'`` at the end of the step: v' is the velocity
     relative to the mean flow in a periodic cell, else to the velocity of the centre of mass of all bodies with bounds. In
@@ -34,7 +35,7 @@ def stress(sim: Source, *, frame: int | None = None, volume: float | None = None
     a stress balances, is "total" and "kinetic" together.
 
     ``volume`` [m^3, per metre of depth in 2D] is by default the volume of the periodic cell, or of the box between
-    opposite walls. A scene without both raises ValueError, which asks for the volume. In a periodic cell the antagonist is
+    opposite walls. A scene with neither raises ValueError, which asks for the volume. In a periodic cell the antagonist is
     the nearest image.
 
     A tower of three disks of 10 N each:
@@ -149,8 +150,9 @@ class ParticleStress(Table):
 def particle_stress(sim: Source, *, frame: int | None = None) -> ParticleStress:
     """Stress in every body with bounds, of the last step of a simulation or of a ``frame`` of an open run.
 
-    A body in equilibrium under forces f at levers l from its centre has the mean stress ``sum f (x) l / V``. Weber's sum
-    over interactions is the sum of these moments over the bodies, as branch vectors are differences of levers, so that
+    A body in equilibrium under forces f at levers l from its centre has the mean stress ``sum f (x) l / V``. The levers of
+    forces on a thread or membrane begin at the foot on its axis. Weber's sum over interactions is the sum of these moments
+    over the bodies, as branch vectors are differences of levers, so that
 
         V sigma = sum of moments,
 

@@ -113,7 +113,7 @@ def clump(radii: Any, offsets: Any, *, density: float, separate: bool = False) -
     (``lmgcpy/scene/solid.py``); ``density`` in [kg/m^3]. ``Clump.at`` makes a body of it, and ``Scene.add_clumps``
     many. ``separate=True`` admits parts that do not touch each other.
 
-    Raises TypeError or ValueError with a sentence for balls that are none, or that do not hang together.
+    Raises TypeError or ValueError with a sentence for wrong radii or offsets, or if the parts do not touch.
 
     >>> import lmgcpy as lm
     >>> peanut = lm.clump([0.01, 0.01], [(0, 0, 0), (0.01, 0, 0)], density=2650)

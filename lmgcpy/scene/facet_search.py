@@ -1,4 +1,5 @@
-"""Facets that rays and edges meet, and by them surfaces that cross themselves: these have no inside."""
+"""Search for the facets that rays and edges meet; with it, the test whether a surface crosses itself and so has no
+inside."""
 
 from __future__ import annotations
 
@@ -11,7 +12,7 @@ from lmgcpy.contact.features import Corners, facet_normals, outward_vectors, rid
 TOGETHER = 20_000
 """How many rays or boxes go down a tree together."""
 NEAR = 1e-9
-"""A ray from a facet meets others that are farther than this part of the size of the surface."""
+"""A ray from a facet meets other facets that are farther than this part of the size of the surface."""
 TOUCHES = 1e-6
 """Facets touch if they are nearer to each other than this part of the size of the surface, or cross by less: coordinates of
 a file have seven digits."""
@@ -59,11 +60,11 @@ class BoxTree:
 
 
 def hits_behind(at: Corners, start: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """Facets that rays meet which go from a place in each facet, ``start`` (F, d), straight back: facets of the rays,
+    """Other facets that rays meet which go from a place in each facet, ``start`` (F, d), straight back: facets of the rays,
     facets that they meet, and the ways [m], (p,) each, part by part; a hit may come twice."""
     corners, normal = at.of_facets, facet_normals(at)
     base, sides = corners[:, 0], corners[:, 1:] - corners[:, :1]
-    near = NEAR * float(np.abs(at.points).max())
+    near = NEAR * float(np.ptp(at.points, axis=0).max())
     with np.errstate(divide="ignore"):
         inverse = -1.0 / normal
 
@@ -92,7 +93,7 @@ def hits_behind(at: Corners, start: np.ndarray) -> Iterator[tuple[np.ndarray, np
                 t = (away * area).sum(axis=1) / across
                 one, other = (turned * v).sum(axis=1) / across, (turned * u).sum(axis=1) / -across
                 hit = (one >= -1e-9) & (other >= -1e-9) & (one + other <= 1.0 + 1e-9)
-        hit &= t > near
+        hit &= (t > near) & (facet != ray)
         yield ray[hit], facet[hit], t[hit]
 
 
@@ -118,14 +119,23 @@ def solids_behind(at: Corners) -> np.ndarray:
     return found
 
 
+def is_thin(at: Corners, k: int) -> bool:
+    """Whether the back of another facet is close behind facet ``k``, or on it, as on a spike."""
+    normal, near = facet_normals(at), TOUCHES * float(np.ptp(at.points, axis=0).max())
+    for ray, facet, way in hits_behind(at, at.of_facets.mean(axis=1) + near * normal):
+        if ((ray == k) & (way <= 2.0 * near) & (normal[facet] @ normal[k] < 0.0)).any():
+            return True
+    return False
+
+
 def first_crossing(at: Corners) -> tuple[int, int, np.ndarray] | None:
     """A facet of a surface, another one with an edge that goes through it, in the plane a segment, and the place (d,) [m],
     or None.
 
     Two triangles cross if and only if an edge of the one goes through the other: if the ends p and q of the edge lie on
-    different sides of the plane of a triangle, and its point in the plane is within all sides. A side between two
-    facets in one plane is within. Surfaces that only touch do not cross: an end of the edge is in the plane then, or its
-    point is on a side.
+    different sides of the plane of a triangle, and its point in the plane is within all sides. A point on a side counts as
+    within if the facet beyond it lies in the same plane. Surfaces that only touch do not cross: an end of the edge is in
+    the plane then, or its point is on a side.
     """
     net, edges, corners = at.net, at.of_edges, at.of_facets
     n, m, on_sides = facet_normals(at), outward_vectors(at), at.of_sides

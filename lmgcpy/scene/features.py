@@ -27,7 +27,7 @@ from lmgcpy.errors import flag, named_arguments, number, numbers, one_of, shown,
 from lmgcpy.scene.body import Body, Prescribed, principal_inertias
 from lmgcpy.scene.clump import as_rotation
 from lmgcpy.scene.contactor import Contactor
-from lmgcpy.scene.facet_search import first_crossing, hits_behind, solids_behind
+from lmgcpy.scene.facet_search import TOUCHES, first_crossing, hits_behind, is_thin, solids_behind
 from lmgcpy.scene.mesh_clump import FLAT, check_closed, mesh_solid, read_surface
 from lmgcpy.scene.solid import Material, Solid, principal_axes
 
@@ -203,8 +203,8 @@ class Surface(Body):
 
 
 def refuse_points_on_planes(bodies: Sequence[Body], rows: Sequence[tuple]) -> None:
-    """ValueError for surfaces without radius that see each other, if one of them is free: a corner is a point then, which
-    is on the other side of a plane by the first rounding."""
+    """ValueError for surfaces without radius that see each other, if one of them is free: a corner is a point then, and the
+    first rounding error can put it behind a plane."""
     sharp = [body for body in bodies if isinstance(body, Surface) and body.radius == 0.0]
     for candidate, antagonist, *_ in rows:
         one = [body for body in sharp if body.color == candidate]
@@ -231,10 +231,10 @@ def wall_segment(
 ) -> Surface:
     """A wall in the plane from point to point [m]: a segment, or a polyline of several, ``closed`` or not.
 
-    ``radius`` [m] is half of its thickness. ``sides``: "both" sides are met, or of a closed one only its "outside" or
-    "inside": a solid is behind, and pushes out what gets into it. ``centre`` [m], by default the middle, is the point about
-    which it turns. It is held; with a ``mass`` it may be loaded. A closed one of a ``material``, or any with ``mass`` and
-    ``inertia`` about the centre, is free; ``rotation`` [rad] turns it about the centre.
+    ``radius`` [m] is half of its thickness. ``sides``: which sides others touch, "both", or of a closed one only "outside"
+    or "inside". Behind such a side lies a solid, which pushes out bodies that get into it. ``centre`` [m], by default the
+    middle, is the point about which it turns. It is held; with a ``mass`` it may be loaded. A closed one of a ``material``,
+    or any with ``mass`` and ``inertia`` about the centre, is free; ``rotation`` [rad] turns it about the centre.
 
     >>> import lmgcpy as lm
     >>> lm.wall_segment((0.0, 0.0), (1.0, 0.0), (1.0, 1.0)).facet_count
@@ -259,7 +259,7 @@ def wall_segment(
         raise ValueError(f'An open {name} has no solid behind it: say closed=True, or sides="both".')
     solid = polygon_solid(at) if closed else None
     if solid is not None and (sides != "both" or material is not None):
-        _refuse_no_inside(name, "Segment", at, cells, solid.volume)
+        _refuse_no_inside(name, at, cells, solid.volume)
     if solid is not None and (sides == "inside") == (solid.volume < 0.0):
         cells = cells[:, ::-1]  # normals to the left of the segments point to the side that is met
     given = {"material": material, "mass": mass, "inertia": inertia, "color": color, "rotation": rotation}
@@ -321,16 +321,16 @@ def mesh(
 ) -> Surface:
     """A surface of ``triangles``, (m, 3) numbers of ``points`` [m], (n, 3).
 
-    ``radius`` [m] is half of its thickness. ``sides``: "both" sides are met, or of a closed one only its "outside" or
-    "inside": a solid is behind, and pushes out what gets into it. ``centre`` [m], by default the middle of the box around
-    it, is the point about which it turns. It is held; with a ``mass`` [kg] it may be loaded. A closed one of a
-    ``material``, or any with ``mass`` and ``inertia`` [kg m^2], is free: of a material about its centre of mass and
-    principal axes, else about the centre and the axes of space, which must be principal. ``rotation``, a scipy
+    ``radius`` [m] is half of its thickness. ``sides``: which sides others touch, "both", or of a closed one only "outside"
+    or "inside". Behind such a side lies a solid, which pushes out bodies that get into it. ``centre`` [m], by default the
+    middle of the box around it, is the point about which it turns. It is held; with a ``mass`` [kg] it may be loaded. A
+    closed one of a ``material``, or any with ``mass`` and ``inertia`` [kg m^2], is free: of a material about its centre of
+    mass and principal axes, else about the centre and the axes of space, which must be principal. ``rotation``, a scipy
     ``Rotation`` or a unit quaternion, turns it about the centre.
 
     Points that are the same are merged. Raises TypeError or ValueError with a sentence that names the triangle: no
-    triangles, lines, more than two at an edge, corners that lie inside the edge of another; of an open surface if one side
-    is asked for.
+    triangles, lines, more than two at an edge, corners that lie inside the edge of another, an open surface with sides
+    other than "both".
     """
     at = numbers(points, "points of a mesh", "an array (n, 3) [m]")
     if at.ndim != 2 or at.shape[1] != 3:
@@ -387,7 +387,7 @@ def _mesh(
     if sides != "both" or material is not None:
         check_closed(name, points, triangles)
         solid = mesh_solid(points, triangles)
-        _refuse_no_inside(name, "Triangle", points, triangles, solid.volume)
+        _refuse_no_inside(name, points, triangles, solid.volume)
         if (sides == "inside") == (solid.volume > 0.0):
             triangles = triangles[:, ::-1]
         if solid.volume < 0.0:
@@ -462,28 +462,41 @@ def _check_edges(name: str, points: np.ndarray, triangles: np.ndarray) -> None:
             )
 
 
-def _refuse_no_inside(name: str, kind: str, points: np.ndarray, cells: np.ndarray, volume: float) -> None:
-    """ValueError for a closed surface without an inside: it crosses itself, is flat, or parts of it lie within others.
-    ``kind``: "Triangle" or "Segment"; ``volume``: the volume, or the area, with its sign."""
-    remedy = "make a surface of each solid, or unite them, as boolean_union of pyvista does."
+def _refuse_no_inside(name: str, points: np.ndarray, cells: np.ndarray, volume: float) -> None:
+    """ValueError for a closed surface without an inside: it crosses itself, is flat or thin, or parts of it lie within
+    others. ``volume``: the volume, or the area, with its sign."""
     d = points.shape[1]
+    if d == 3:
+        kind, remedy = "Triangle", "make a surface of each solid, or unite them, as boolean_union of pyvista does."
+    else:
+        kind, remedy = "Segment", "make a closed polyline of each part, or one around all of them."
     at = Corners(points, topology(cells, len(points), dimension=d))
     found = first_crossing(at)
     if found is not None:
         one, other = sorted(found[:2])
         raise ValueError(f"{kind}s {one} and {other} of {_small(name)} cross each other, at {_at(found[2])}: {remedy}")
-    if abs(volume) <= FLAT * float(np.ptp(points, axis=0).max()) ** d:
-        what = "volume" if d == 3 else "area"
-        raise ValueError(f"{name} is flat: it encloses no {what}, so that it has no side that is outside.")
     if (volume < 0.0) == (d == 3):  # normals to the right of segments point out of what goes around to the left
         at = Corners(points, topology(cells[:, ::-1], len(points), dimension=d))
     solids = solids_behind(at)
+    # solids that face in and out may have no volume together, but the ones have 1 and the others not
+    if abs(volume) <= FLAT * float(np.ptp(points, axis=0).max()) ** d and (solids == solids[0]).all():
+        what = "volume" if d == 3 else "area"
+        raise ValueError(f"{name} is flat: it encloses no {what}, so that it has no side that is outside.")
     if (solids != 1).any():
         k = int(np.argmax(solids != 1))
         where = f"{kind} {k} of {_small(name)}, at {_at(at.of_facets[k].mean(axis=0))},"
         if solids[k] > 1:
             raise ValueError(f"{where} lies within the solid of others: {remedy}")
-        raise ValueError(f"{where} faces inward, and others outward: turn the order of the corners in its part.")
+        if is_thin(at, k):
+            raise ValueError(
+                f"{where} has nothing behind it: it lies on a spike, or on a part thinner than {TOUCHES:g} of the size. "
+                "Leave this part out."
+            )
+        if d == 2:  # a closed polyline is one part
+            remedy = f"{_small(name)} crosses itself at a point: {remedy}"
+        else:
+            remedy = "turn the order of the corners in its part."
+        raise ValueError(f"{where} faces inward, and others outward: {remedy}")
 
 
 def _small(name: str) -> str:

@@ -59,7 +59,8 @@ DEFAULT_ALERT = 0.2
 
 @named_arguments
 class Scene:
-    """Bodies, a visibility table with the law of each pair of colours, chains, and gravity [m/s^2].
+    """A 2D or 3D scene: bodies; the visibility table, which gives the law of each pair of colours; chains; joints;
+    gravity [m/s^2].
 
     A ball above a floor:
 
@@ -435,8 +436,9 @@ class Scene:
     ) -> Chain:
         """Link consecutive bodies by a law; returns the chain.
 
-        A body may be given as a pair (body, point): the link then acts at that point, from the centre of the body along its
-        axes [m], and its length ends there, not at the surface. So wires end at the corner of a plate or at a wall.
+        A body may be given as a pair (body, point), with the point relative to the body's centre, along its axes [m]. The
+        link then acts at that point, and its length is measured to it, not to the surface. So wires end at the corner of a
+        plate or at a wall.
 
         ``reference_gap`` [m] is the gap between surfaces at the reference length: one number, one number a link, a function
         of time [s] that gives them (see ``Chain.reference_gap``), or None for the initial gaps. ``block_spin`` holds the
@@ -445,9 +447,9 @@ class Scene:
         reference is refused, unless ``relaxation`` [s] gives the time in which it is drawn in.
 
         ``neighbours_collide`` says whether linked neighbours whose colours see each other may also be in contact. If None,
-        they may if the gap that the link holds is above a thousandth of the smaller radius, from the start of a relaxation
-        to its end. With a smaller gap, link and contact of the same pair would prestress each other without bound. Link
-        beads by rods if they touch and must not be pushed into each other.
+        they may if the reference gap stays above a thousandth of the smaller radius, also during a relaxation. With a
+        smaller gap, link and contact of the same pair would prestress each other without bound. Link beads by rods if they
+        touch and must not be pushed into each other.
 
         ``surface`` gives the chain a smooth surface between its bodies, see :class:`~lmgcpy.Thread`. The bodies may then be
         points (:func:`~lmgcpy.point_mass`).
@@ -543,7 +545,7 @@ class Scene:
         """Link bodies by a law along ``edges``, (m, 2) indices of ``bodies``; returns the net.
 
         ``surface`` gives the links a round surface, see :class:`~lmgcpy.Thread`; ``reference_gap`` [m]: one number, one an
-        edge in the order of ``edges``, or None for the gaps as built.
+        edge in the order of ``edges``, or None for the initial gaps.
         """
         return self._net("net", bodies, edges, 2, law, surface, reference_gap, neighbours_collide)
 
@@ -592,11 +594,11 @@ class Scene:
         alone = np.setdiff1d(np.arange(len(nodes)), table)
         if len(alone) and thread is not None:
             raise ValueError(f"{nodes[alone[0]].body!r} is in none of the {what}: leave it out of the bodies.")
-        edges = table if corners == 2 else topology(table, len(nodes)).edges
         _, first, uses = np.unique(np.sort(table, axis=1), axis=0, return_index=True, return_counts=True)
         if corners == 3 and uses.max() > 1:
             i = first[int(uses.argmax())]
             raise ValueError(f"Triangle {i} of a membrane, {table[i].tolist()}, is there {uses.max()} times: leave one.")
+        edges = table if corners == 2 else topology(table, len(nodes)).edges
         ordered = np.unique(np.sort(edges, axis=1), axis=0)
         if len(ordered) < len(edges):
             raise ValueError("Two edges of a net join the same bodies: each pair has one link.")

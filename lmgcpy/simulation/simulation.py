@@ -42,7 +42,7 @@ class Simulation(Stepper):
 
     ``time_step`` is h [s]. ``theta`` in [0.5, 1] is the parameter of the time stepping; 0.5 is of second order in free
     motion and keeps the energy. ``solver`` solves the problem of each step; the default is ``Auto()``. The scene is
-    compiled and can no longer be edited; its bodies become views of the simulation's state.
+    compiled and can no longer be edited; afterwards ``body.position`` and other attributes show the simulation's state.
 
     ``on_unconverged`` says what happens after a step that the solver did not solve to its tolerance: "warn" gives one
     RuntimeWarning at the end of a ``run``, or at the first such step in a loop on ``step``; "stop" raises RuntimeError

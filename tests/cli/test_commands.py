@@ -67,4 +67,4 @@ def test_info_counts_all_functions_of_time(tmp_path):
     lmgcpy.Simulation(scene, time_step=1e-3).run(steps=1, record=tmp_path / "run.h5")
     answer = CliRunner().invoke(main, ["info", str(tmp_path / "run.h5")])
     assert answer.exit_code == 0
-    assert "functions 5 of the conditions" in answer.output
+    assert "functions 5 conditions are functions of time" in answer.output

@@ -674,6 +674,10 @@ TRIANGLES = {
         "leave it out, move a body, or take a smaller radius",
     ),
     "the same twice": ([[0, 1, 2], [2, 0, 1]], r"Triangle 0 of a membrane, \[0, 1, 2\], is there 2 times"),
+    "the same twice, with a neighbour": (
+        [[0, 1, 2], [2, 1, 3], [2, 0, 1]],
+        r"Triangle 0 of a membrane, \[0, 1, 2\], is there 2 times: leave one",
+    ),
     "three at an edge": (
         [[0, 1, 2], [0, 1, 3], [1, 0, 4]],
         r"3 triangles of a surface, 0, 1, 2, meet at the edge of its corners \[0, 1\], and two are the most",

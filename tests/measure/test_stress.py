@@ -121,3 +121,50 @@ def test_bodies_that_drift_together_have_no_kinetic_stress():
         scene.add(lm.disk(radius=0.1, position=(x, 0.0), mass=2.0, velocity=(3.0, 1.0)))
     sim = lm.Simulation(scene, time_step=1e-3).run(steps=1)
     assert np.abs(lm.measure.stress(sim, volume=1.0)["kinetic"]).max() < 1e-14
+
+
+@pytest.mark.default_parameters(
+    kind=("disks on a thread", "spheres on a membrane"), nodes=("balls", "two radii"), wrapped=(False,)
+)
+@pytest.mark.parametrize("wrapped", [False, True])
+@pytest.mark.parametrize("nodes", ["points", "balls", "two radii", "two radii, turned"])
+@pytest.mark.parametrize("kind", ["disks on a thread", "spheres on a thread", "spheres on a membrane"])
+def test_a_ball_on_a_thread_has_its_force_times_the_distance_of_the_axis(kind, nodes, wrapped, tmp_path):
+    """-f l, with l from the foot on the axis to the centre, normal to the thread: nodes may have a shape of their own, or
+    lie on a second surface that is thicker."""
+    d, x = (2 if "disks" in kind else 3), 1.45 if wrapped else 0.15
+    scene = lm.Scene(dimension=d)
+    if wrapped:
+        scene.periodic(x=1.5)
+    make, up, rest = lm.disk if d == 2 else lm.sphere, "xyz"[d - 1], [0.0] * (d - 2)
+
+    def node(*at):
+        place = (*at, *rest)[:d]
+        ball = make(radius=0.005, position=place, mass=1.0, color="NODE")
+        return scene.add(ball if nodes == "balls" else lm.point_mass(position=place, mass=1.0)).fix(*"xyz"[:d])
+
+    def thin():
+        if "membrane" in kind:
+            beside = node(x, 0.4)
+            return scene.membrane([*row, beside], [(0, 1, 2)], lm.ElasticRod(stiffness=1.0), radius=0.02, color="THREAD")
+        return scene.chain(row, lm.ElasticRod(stiffness=1.0), surface=lm.Thread(0.02))
+
+    def thick():
+        scene.chain([row[0], node(x - 0.15, -0.4)], lm.ElasticRod(stiffness=1.0), surface=lm.Thread(0.1, color="THICK"))
+
+    row = [node(x - 0.15, 0.0), node((x + 0.25) % 1.5, 0.0)]
+    for make_surface in {"two radii": (thin, thick), "two radii, turned": (thick, thin)}.get(nodes, (thin,)):
+        make_surface()
+    place = np.array([x, *rest, 0.12])
+    if "membrane" in kind:
+        place[1] = 0.1
+    ball = scene.add(make(radius=0.1, position=place, mass=1.0)).fix(*"xyz"[: d - 1])
+    ball.impose_force(**{up: -2.0})
+    scene.see("GRAIN", "THREAD", lm.Signorini())
+    sim = lm.Simulation(scene, time_step=1e-3).run(steps=1, record=tmp_path / "run.h5", every=1)
+    wanted = np.zeros((d, d))
+    wanted[-1, -1] = -2.0 * 0.12
+    with lm.io.open_run(tmp_path / "run.h5") as run:
+        for source in (sim, run):
+            np.testing.assert_allclose(lm.measure.stress(source, volume=1.0)["total"], wanted, atol=1e-9)
+            np.testing.assert_allclose(lm.measure.particle_stress(source).moment.sum(axis=0), wanted, atol=1e-9)

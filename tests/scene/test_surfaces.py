@@ -16,6 +16,7 @@ CUBE = np.array([t for a, b, c, d in FACES for t in ((a, b, c), (a, c, d))])
 TWICE, BOTH = np.concatenate([POINTS, POINTS]), np.concatenate([CUBE, CUBE + 8])
 SECOND = np.repeat([0.0, 1.0], 8)[:, None]
 SQUARE = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0)]
+EIGHT = [(0, 0), (1, 0), (1, 1), (1, 2), (2, 2), (2, 1), (1, 1), (0, 1)]
 
 
 def kinds(surface):
@@ -52,6 +53,19 @@ def test_a_face_reaches_half_way_through_the_solid():
     assert flat.shapes[~upward, 2] == pytest.approx(0.5)
     square = lm.wall_segment(*SQUARE, closed=True, sides="outside").features[0]
     assert sorted(square.shapes[:, 2]) == pytest.approx([0.5, 0.5, 1.0, 1.0])
+
+
+@pytest.mark.parametrize("far", [1e4, 1e6, 1e8])
+def test_a_thin_solid_far_from_the_origin_or_from_its_centre_is_met_to_its_middle(far):
+    """A thousandth of its size thick; coordinates of 1e8 m are rounded to 1.5e-8 m."""
+    place, thin = far * np.array([0.3, 0.1, 0.7]), POINTS * (1.0, 1.0, 1e-3)
+    for solid in (lm.mesh(thin + place, CUBE, sides="outside"), lm.mesh(thin, CUBE, sides="outside", centre=place)):
+        flat = solid.features[0].shapes
+        assert flat[np.abs(flat[:, 5]) > 0.5, 2] == pytest.approx(5e-4, abs=2e-8)
+    strip = np.array(SQUARE) * (0.5, 1e-3)
+    for centre, shift in ((None, place[:2]), (place[:2], 0.0)):
+        lines = lm.wall_segment(strip + shift, closed=True, sides="outside", centre=centre).features[0].shapes
+        assert sorted(lines[:, 2])[:2] == pytest.approx([5e-4, 5e-4], abs=2e-8)
 
 
 @pytest.mark.parametrize("flipped", [False, True])
@@ -127,11 +141,31 @@ WRONG = {
     ),
     "a polyline that crosses itself": (
         lambda: lm.wall_segment((0, 0), (1, 1), (1, 0), (0, 1), closed=True, sides="inside"),
-        r"Segments 0 and 2 of wall_segment cross each other, at \(0.5, 0.5\) m",
+        r"Segments 0 and 2 of wall_segment cross each other, at \(0.5, 0.5\) m: make a closed polyline of each part",
     ),
     "a flat polyline": (
         lambda: lm.wall_segment((0, 0), (2, 0), (1, 0), closed=True, sides="outside"),
         "wall_segment is flat: it encloses no area",
+    ),
+    "a spike": (
+        lambda: lm.wall_segment((0, 0), (1, 0), (1, 1), (1, 2), (1, 1), (0, 1), closed=True, sides="outside"),
+        r"Segment 2 of wall_segment, at \(1, 1.5\) m, has nothing behind it: it lies on a spike",
+    ),
+    "a sheet of a polyline": (
+        lambda: lm.wall_segment((0, 0), (1, 0), (1, 1e-7), (0, 1e-7), closed=True, sides="outside"),
+        "Segment 0 .* has nothing behind it: it lies on a spike, or on a part thinner than 1e-06 of the size",
+    ),
+    "a sheet": (
+        lambda: lm.mesh(POINTS * (1.0, 1.0, 1e-7), CUBE, sides="outside"),
+        "Triangle 8 of the mesh, at .*, has nothing behind it",
+    ),
+    "a polyline that crosses itself at a point": (
+        lambda: lm.wall_segment(*EIGHT, closed=True, sides="outside"),
+        r"Segment 2 .* faces inward, and others outward: wall_segment crosses itself at a point: make a closed polyline",
+    ),
+    "equal cubes, one inside out": (
+        lambda: lm.mesh(TWICE + 3.0 * SECOND, [*CUBE, *CUBE[:, ::-1] + 8], sides="outside"),
+        "Triangle .* faces inward, and others outward",
     ),
     "points on planes": (lambda: see_each_other(0.0), "give one of them a radius"),
 }

@@ -271,9 +271,9 @@ class Newton(Alternating):
 @named_arguments
 @dataclass(frozen=True)
 class Auto(Alternating):
-    """The solver for everything: sweeps with momentum, and Newton steps if sweeps alone would be too many.
+    """The solver for everything: sweeps with momentum, and Newton steps if sweeps alone would take too long.
 
-    Newton steps begin when the sweeps have cost as much as some Newton steps. Laws without a conic form get none. The
+    Newton steps begin when the sweeps have cost as much as seven Newton steps. Laws without a conic form get none. The
     report has the numbers of sweeps and of Newton steps. ``tolerance``, ``max_iterations``, ``max_factorisations``,
     ``wire_blocks``, ``slip``, ``force``: as of :class:`Newton`.
 
