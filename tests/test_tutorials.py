@@ -191,10 +191,9 @@ def test_6_errors_fall_by_the_orders_that_theory_gives(tmp_path):
         assert errors[-1] < 1e-4 < 0.05 < errors[0]
     table = text.split("overlap / size\n")[1].splitlines()
     rows = [[float(x) for x in re.findall(r"[\d.]+(?:e-\d+)?", line)] for line in table]
-    loose, *tight = [row[3] for row in rows]  # kPa
-    assert loose < 0.75 * min(tight)  # a third below: grains sink into each other first
-    assert max(tight) < 1.2 * min(tight)
-    assert rows[0][5] > 2.5 * rows[1][5]  # overlaps
+    stresses, overlaps = ([row[k] for row in rows] for k in (3, 5))  # kPa, in parts of a grain
+    assert max(stresses) < 1.2 * min(stresses)
+    assert overlaps[0] > 4.0 * overlaps[1] > 8.0 * overlaps[2]  # grains sink into each other
     thirds = np.array_split(pixels(folder / "accuracy.png"), 3, axis=1)
     assert all(like(third, "#1f77b4", 40) > 100 for third in thirds)
 

@@ -110,8 +110,9 @@ for solver, tolerance in [
     )
 
 # 3. A biaxial test of 200 grains. With a tolerance so loose that each step lets grains
-# sink into each other it begins a third too low, and the overlaps tell it; from 1e-2
-# on the mean moves by some percent, without a trend: paths of sand part.
+# sink into each other, the overlaps tell it; the mean stress moves by some percent,
+# without a trend: paths of sand part. An error of force, ``force=1e-3``, asks samples
+# of any size the same.
 sample = compact(lay_sample(200, 0, seed=0), pressure=1e5, density=2600.0).sample
 usual = Biaxial(sample).time_step
 print(

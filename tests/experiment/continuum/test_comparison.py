@@ -158,7 +158,7 @@ def test_means_over_seeds_end_with_the_shortest():
 @pytest.fixture(scope="module")
 def study(tmp_path_factory):
     out = tmp_path_factory.mktemp("continuum") / "study"
-    done = run("texsol", *TINY, "--seed", "1", "--out", out)
+    done = run("texsol", *TINY, "--seed", "3", "--out", out)
     assert done.exit_code == 0, done.output
     return out
 
