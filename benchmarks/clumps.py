@@ -24,6 +24,8 @@ import lmgcpy as lm
 SWEEPS = 200
 STEPS = 9
 RADIUS = 0.01
+MOST_SWEEPS = 200
+"""20 000 spheres would take more to a residual of 1e-2, which is relative to what gravity does to all."""
 
 
 def box(scene: lm.Scene, low: np.ndarray, high: np.ndarray, law: lm.Law, *, lid: bool) -> None:
@@ -63,10 +65,6 @@ def contacts(side: int, friction: float) -> list:
     off = float(np.abs(sims[0].velocities - sims[1].velocities).max() / (1e-4 * 9.81))
     each, ratio = 1e9 * np.median(seconds, axis=0), float(np.median(seconds[:, 1] / seconds[:, 0]))
     return [side**3, friction, sims[0].report.interactions, f"{off:.0e}", *(f"{t:.1f}" for t in each), f"{ratio:.2f}"]
-
-
-MOST_SWEEPS = 200
-"""20 000 spheres would take more to a residual of 1e-2, which is relative to what gravity does to all."""
 
 
 def settle(count: int, clumps: bool) -> list:

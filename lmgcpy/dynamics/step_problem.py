@@ -95,7 +95,8 @@ class StepProblem(Step):
             self._bear(stuck, self.relative_velocities(self.free_velocity), self.guess)
 
     def end(self) -> None:
-        """Enter the relative velocities at the end of the step into the data of the laws."""
+        """Enter the relative velocities at the end of the step into the data of the laws, and the impulses of :meth:`begin`
+        once more, as a solver need not keep the guess."""
         self.data = self.data._replace(after=self.relative_velocities(self.system.velocity, self.after))
         stuck = self._stuck()
         if len(stuck):

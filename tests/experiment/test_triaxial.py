@@ -164,12 +164,12 @@ def test_a_file_changes_no_bit(sample_3d, tmp_path):
 @pytest.mark.default_parameters(seed=[1])
 @pytest.mark.parametrize("seed", range(3))
 def test_grains_of_a_small_sample_do_not_sink_into_each_other(seed):
-    """The default solver beside one three times as exact: the deviator within what chance moves it, 12 % of 150 spheres,
+    """The default solver beside one three times as exact: the deviator to 8 %, of which chance moves 5 in 150 spheres,
     and the volume to 15 %. (To a residual of 1e-2 alone the deviator was -15 to 8 % of the pressure, for 80 to 130 %, and
     overlaps grew to 5 % of a radius in 50 steps.)"""
     sample = compact(lay_grains(150, seed=seed), pressure=PRESSURE).sample
     fine = lm.AcceleratedGaussSeidel(tolerance=1e-2, force=3e-4, max_iterations=5000)
     usual, exact = (Triaxial(sample, pressure=PRESSURE, solver=solver).run(0.01, frames=0) for solver in (None, fine))
-    assert usual.deviator[25:].mean() == pytest.approx(exact.deviator[25:].mean(), rel=0.12)
+    assert usual.deviator[25:].mean() == pytest.approx(exact.deviator[25:].mean(), rel=0.08)
     assert usual.volume_change[-1] == pytest.approx(exact.volume_change[-1], rel=0.15)
     assert usual.penetration[-1] < 0.01 * sample.radii.mean()
