@@ -123,6 +123,13 @@ def shared_kernels(dimension: int) -> None:
     newton_step()
 
 
+def solver_kernels(dimension: int) -> None:
+    """Compile what the default solver and scenes without interactions need: what no law and no contactor changes."""
+    scene = lm.Scene(dimension=dimension)
+    scene.add(grain(dimension, 0.0, 0.0, 0.0))
+    lm.Simulation(scene, time_step=1e-3).step()
+
+
 def kernels_of_law(law: type[Law], dimension: int) -> None:
     """Compile the kernels of a law by two steps of small scenes.
 

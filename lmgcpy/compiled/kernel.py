@@ -32,6 +32,7 @@ from numba.core.ccallback import CFunc
 from numba.core.dispatcher import Dispatcher
 from numba.core.sigutils import normalize_signature
 
+from lmgcpy.compiled.ahead import ahead
 from lmgcpy.compiled.cache import KernelCache, extension_in_use
 from lmgcpy.compiled.compiler import Compiler
 from lmgcpy.compiled.fingerprint import (
@@ -234,6 +235,7 @@ def _undisturbed(compile: Callable, complete: Callable[[], None]) -> Callable:
         gc.disable()
         try:
             with told_on_a_terminal():
+                ahead.begin()
                 complete()
                 return compile(*arguments)
         except BaseException:

@@ -112,11 +112,18 @@ class Turn:
 turn = Turn()
 
 
-def _open_lock_file(kernel: Path) -> int | None:
-    """The lock file of a directory of kernels, beside it; None on systems without locks of bytes."""
+def have_locks() -> bool:
+    """Whether the system has locks of bytes."""
     try:
         import fcntl  # noqa: F401
     except ImportError:
+        return False
+    return True
+
+
+def _open_lock_file(kernel: Path) -> int | None:
+    """The lock file of a directory of kernels, beside it; None on systems without locks of bytes."""
+    if not have_locks():
         return None
     folder = kernel.parent
     folder.parent.mkdir(mode=0o755, parents=True, exist_ok=True)

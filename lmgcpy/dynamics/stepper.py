@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from lmgcpy.compiled.ahead import ahead
 from lmgcpy.contact.detection_tables import ChainTable
 from lmgcpy.contact.detector import Detector
 from lmgcpy.contact.foreign_pairs import NarrowPhaseError
@@ -121,6 +122,7 @@ class Stepper:
             raise TypeError(f"Simulation takes a scene, which lmgcpy.Scene(dimension=2) makes, got {shown(scene)}.")
         self.scene = scene
         self.model: Model = scene.compile()
+        ahead.would_need(f"from lmgcpy.warmup import solver_kernels; solver_kernels({self.model.dimension})")
         for sentence in check_start(self.model, overlap):
             warn(sentence)
         self.state: BodyState = self.model.start

@@ -19,14 +19,14 @@ from lmgcpy.solve.kernels.rounding import (  # of bodies, as the loads
     kinetic_energy,
 )
 from lmgcpy.solve.problems.report import CONVERGED, NOT_FINITE, ROUND_OFF, SPENT
-from lmgcpy.solve.sweeps.iterates import RESUME, iterates_work, part
-from lmgcpy.solve.sweeps.light_bodies import CENTRE, FLY, LAY_ASIDE, SETTLE, TAKE_BACK, WEIGH, light_work
+from lmgcpy.solve.sweeps.iterates import iterates_work, part
+from lmgcpy.solve.sweeps.light_bodies import CENTRE, FLY, LAY_ASIDE, SETTLE, TAKE_BACK, WEIGH
 from lmgcpy.solve.sweeps.team import Team, share_chunks, share_phases
 
 SWEEP, ERROR, MOMENTUM, NOISE, LOAD, SHARE, CLEAR, COMBINE, NOTHING, GUESS = map(np.int64, range(10))
 WORST, QUIET, SUM, LOUD, UNLOADED, FORCE = map(np.int64, range(10, 16))
-"""Kinds of work; the kinds of ``iterates.py`` and ``light_bodies.py`` follow. They are numbers of numpy: of plain numbers,
-each would compile a new function."""
+"""Kinds of work; the kinds of ``iterates.py`` follow, and then those of ``light_bodies.py``, which has a kernel of its own.
+They are numbers of numpy: of plain numbers, each would compile a new function."""
 NEAR = 32.0
 """Round-off is examined closely if the error is within this number of times an estimate that costs next to nothing."""
 LOST = 2.0**-53
@@ -64,10 +64,8 @@ def work(kind, task, job):
         bodies_work(kind, task, job)
     elif kind <= FORCE:
         look(kind, task, job)
-    elif kind <= RESUME:
-        iterates_work(kind, task, job)
     else:
-        light_work(kind, task, job)
+        iterates_work(kind, task, job)
 
 
 def add_momentum(kind, task, job):

@@ -25,7 +25,7 @@ from lmgcpy.compiled.kernel import INTERPRETED, Kernel, kernel
 from lmgcpy.compiled.reference import by_reference
 from lmgcpy.contact.interactions import with_spare_rows
 from lmgcpy.solve.kernels.system import Groups, System
-from lmgcpy.solve.sweeps.light_bodies import LightBodies
+from lmgcpy.solve.sweeps.light_bodies import FLY, LightBodies, light_work
 
 TICKET, DONE, HELPERS = 0, 8, 16
 """Entries of ``Team.words``, far enough from each other to be in different lines of the cache."""
@@ -67,6 +67,8 @@ class Team(NamedTuple):
     """Number of light bodies."""
     work: int
     """Address of the function that does a task: ``work(kind, task, job)``."""
+    light_work: int
+    """Address of the function that does the tasks on light bodies; 0 if there are none."""
     job: int
     """Address of the :class:`Job` as this thread has it."""
     give_way: int
@@ -112,12 +114,17 @@ def ticket(turn, kind, last, task):
     return (turn << 40) | (kind << 32) | (last << 16) | task
 
 
+def do(kind, task, team):
+    """Do one task."""
+    call_work(team.work if kind < FLY else team.light_work, kind, task, team.job)
+
+
 def share(kind, first, last, team):
     """Have the tasks ``first`` to ``last`` of a kind of work done, by this thread and those that help."""
     words = team.words
     if last - first < 2 or words[HELPERS] == 0:
         for task in range(first, last):
-            call_work(team.work, kind, task, team.job)
+            do(kind, task, team)
         return
     store(words, DONE, 0)
     turn = ((load(words, TICKET) >> 40) + 1) & 0x7FFFFF
@@ -150,7 +157,7 @@ def claim_one(team):
     if task >= (offer >> 16) & 0xFFFF:
         return False
     if exchange(words, TICKET, offer, offer + 1):
-        call_work(team.work, (offer >> 32) & 0xFF, task, team.job)
+        do((offer >> 32) & 0xFF, task, team)
         add(words, DONE, 1)
     return True
 
@@ -207,7 +214,8 @@ class Crew:
         self._place = place = np.empty(ROOM, dtype=np.int64)
         kind = lay(job, place.ctypes.data)
         shared = words, partial, beta, groups.phase, bounds, limits, system.measured
-        addresses = work_address(work, job, kind), place.ctypes.data, giving_way()
+        of_light = work_address(light_work, job, kind) if len(light.body) else 0
+        addresses = work_address(work, job, kind), of_light, place.ctypes.data, giving_way()
         self._team = Team(*shared, chunks, len(system.impulse), len(light.body), *addresses)
 
     @contextmanager
