@@ -157,17 +157,18 @@ def biaxial_run(**more):
     return Biaxial(sample()).run(**{"strain": 0.1, **more})
 
 
+WIRE_FRICTION = [*optional(ARRAY), (0.1,), (0.1, -0.1)]
 COMPRESSION = {
     "sample": THING, "law": [*optional(THING), lm.RigidRod, lm.Signorini()], "pressure": POSITIVE, "density": POSITIVE,
     "friction": NOT_NEGATIVE, "platen_friction": NOT_NEGATIVE, "inertial_number": [*POSITIVE, 0.2],
-    "axis": [*optional(CHOICE), "w"], "time_step": optional(POSITIVE),
+    "axis": [*optional(CHOICE), "w"], "time_step": optional(POSITIVE), "wire_friction": WIRE_FRICTION,
 }  # fmt: skip
 STUDY = {
     "laws": [3, "none", (), ("none", "none"), ("nothing such",)], "grain_count": [*COUNT, 9],
     "bead_count": [*COUNT, 1], "seed": COUNT, "strain": [*POSITIVE, 0.6], "pressure": POSITIVE,
-    "tolerance": [*POSITIVE, 1.1], "max_iterations": [*COUNT, 0], "friction": NOT_NEGATIVE,
-    "greatest_reaction": optional(POSITIVE), "preparation": CHOICE, "theta_max": [*NOT_NEGATIVE, 4.0],
-    "solver": CHOICE, "platen_friction": NOT_NEGATIVE, "inertial_number": [*POSITIVE, 0.2], "axial_rigidity": POSITIVE,
+    "tolerance": [*POSITIVE, 1.1], "force_error": [*optional(POSITIVE), 1.5], "max_iterations": [*COUNT, 0],
+    "friction": NOT_NEGATIVE, "greatest_reaction": optional(POSITIVE), "preparation": CHOICE,
+    "theta_max": [*NOT_NEGATIVE, 4.0], "solver": CHOICE, "platen_friction": NOT_NEGATIVE, "inertial_number": [*POSITIVE, 0.2], "axial_rigidity": POSITIVE,
     "check_strain": [*NOT_NEGATIVE, 0.6], "threads": [*COUNT, 0],
 }  # fmt: skip
 
@@ -454,7 +455,8 @@ CALLS = {
     "Study2D": (Study2D, {}, STUDY),
     "Study3D": (Study3D, {},
         {**STUDY, "laws": [*STUDY["laws"], ("rigid-rod",)], "axes": [3, "z", (), ("z", "z"), ("w",)],
-         "wires": [*COUNT, 0], "bead_mass": CHOICE}),
+         "wires": [*COUNT, 0], "bead_mass": optional(CHOICE), "wire": CHOICE, "thread_diameter": optional(POSITIVE),
+         "node_distance": POSITIVE, "dtex": POSITIVE, "wire_friction": WIRE_FRICTION}),
     "ColumnStudy": (ColumnStudy, {},
         {"contents": [3, "0.1", None, (), (0.1, 0.1), (0.0,), (-0.1,), (11.0,), (nan,), ("much",)],
          "grain_count": [*COUNT, 9], "aspect": [*POSITIVE, 0.05, 21.0], "friction": NOT_NEGATIVE, "diameter": POSITIVE,
@@ -469,13 +471,13 @@ CALLS = {
     "lay_sample_3d": (lay_sample_3d, {"grain_count": 20, "bead_count": 0},
         {"grain_count": [*COUNT, 9], "bead_count": [*COUNT, 1], "wires": [*COUNT, 0], "minimum": POSITIVE,
          "maximum": POSITIVE, "theta_max": [*NOT_NEGATIVE, 4.0], "density": POSITIVE,
-         "seed": SEED}),
+         "seed": SEED, "thread": [*FLAG], "thread_diameter": optional([*POSITIVE, 1.0]), "node_distance": POSITIVE}),
     "Sample": (Sample, vars(sample()),
         {"positions": [*ARRAY, [[0.1]]], "radii": [*ARRAY, [0.0], [-1.0]],
          "wires": [3, "two", None, (1,), (4,), ("two",)], "reference_gap": NUMBER,
          "box": [*ARRAY, (1.0,), (0.0, 1.0), (1.0, 1.0, 1.0)], "bead_mass": optional(POSITIVE),
          "bodies": [*THING, [disk()], [lm.clump([1.0], [(0, 0)], density=1.0).at((0, 0))], [PEANUT.at((0, 0, 0))]],
-         "segments": [*COUNT, 0]}),
+         "segments": [*COUNT, 0], "thread": [*FLAG, True]}),
     "lay_grains": (lay_grains, {"grain_count": 20, "content": 0.05, "fibre_length": 2e-3, "orientation": "horizontal"},
         {"grain_count": [*COUNT, 9], "minimum": POSITIVE, "maximum": POSITIVE,
          "shape": [*optional(THING), lm.clump([1.0], [(0, 0)], density=1.0)], "content": [*NOT_NEGATIVE, 1e-9, 1.1],
@@ -484,7 +486,7 @@ CALLS = {
     "compact": (compact, {"sample": lay_sample(30, 0), "pressure": 1e5, "density": 2600.0, "max_steps": 5},
         {"sample": THING, "pressure": POSITIVE, "density": POSITIVE, "friction": NOT_NEGATIVE,
          "drag": optional(NOT_NEGATIVE), "time_step": optional(POSITIVE), "solver": [*optional(THING), lm.GaussSeidel],
-         "max_steps": optional([*COUNT, 0])}),
+         "max_steps": optional([*COUNT, 0]), "wire_friction": WIRE_FRICTION}),
     "Biaxial": (Biaxial, {"sample": sample()}, COMPRESSION),
     "Triaxial": (Triaxial, {"sample": sample_in_space()}, COMPRESSION),
     "Biaxial.run": (biaxial_run, {},

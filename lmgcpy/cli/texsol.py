@@ -11,9 +11,9 @@ from lmgcpy.cli.options import CommaList, kept_in, options_of, run_study, study_
 
 FIELDS = {"grains": "grain_count", "beads": "bead_count"}
 """Fields of a study by option, if their names differ."""
-ONLY_3D = {"wires", "axes", "bead_mass"}
+ONLY_3D = {"wires", "axes", "bead_mass", "wire", "thread_diameter", "node_distance", "dtex", "wire_friction"}
 """Options that only the study in 3D has."""
-UNITS = {"strain": 0.01, "pressure": 1e3}
+UNITS = {"strain": 0.01, "pressure": 1e3, "thread_diameter": 1e-3}
 """Units of options that are not in SI."""
 
 
@@ -33,10 +33,19 @@ option = options_of(studies, FIELDS, UNITS)
 @option("--grains", type=int, help="Grains of sand.")
 @option("--beads", type=int, help="Beads of the wire.")
 @option("--wires", type=int, help="3D: wires that share the beads.")
+@option("--wire", type=click.Choice(["thread", "beads"]), help="3D: a smooth thread, or a chain of beads.")
+@option("--thread-diameter", type=float, help="3D: diameter of the thread [mm]; otherwise a fifth of the smallest grain.")
+@option("--node-distance", type=float, help="3D: distance of the thread's nodes [mean grain diameters].")
+@option("--dtex", type=float, help="3D: mass of the wire [g per 10 km].")
+@option(
+    "--wire-friction",
+    type=CommaList(float, "0.3,0.2", count=2),
+    help="3D: friction of the thread against grains and against itself; otherwise that of the grains.",
+)
 @option(
     "--bead-mass",
     type=click.Choice(["grain", "own"]),
-    help="3D: mass of a bead, that of a mean grain or of its part of the thread.",
+    help="3D: mass of a bead or node, that of a mean grain or of its part of the wire; of a thread its own.",
 )
 @option(
     "--axes",

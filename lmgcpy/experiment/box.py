@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lmgcpy.errors import AXES, named_arguments, number, numbers, shown, whole
+from lmgcpy.errors import AXES, flag, named_arguments, number, numbers, shown, whole
 from lmgcpy.io.rows import Observe
 from lmgcpy.laws import Law
 from lmgcpy.laws.coulomb import Coulomb
@@ -19,13 +19,14 @@ from lmgcpy.sample.fibres import join_segments
 from lmgcpy.scene.body import Body, RigidBody, Wall, wall
 from lmgcpy.scene.body_3d import Capsule, body_volume, capsule_volume, placed
 from lmgcpy.scene.scene import Scene
+from lmgcpy.scene.skin import Thread, point_mass
 from lmgcpy.scene.solid import Material
 from lmgcpy.solve.sweeps.accelerated import AcceleratedGaussSeidel
 
 if TYPE_CHECKING:
     from lmgcpy.simulation import Simulation
 
-GRAIN, PLATEN, LATERAL = "GRAIN", "PLATEN", "LATERAL"
+GRAIN, THREAD, PLATEN, LATERAL = "GRAIN", "THREAD", "PLATEN", "LATERAL"
 
 
 @named_arguments
@@ -51,6 +52,9 @@ class Sample:
     """Clumps and capsules in their places, in 3D, which come after the beads and spheres; each keeps its own mass."""
     segments: int = 1
     """Number of capsules that ball joints join to one fibre, one after another among the ``bodies``."""
+    thread: bool = False
+    """Whether the wires are smooth threads: what is said of beads holds for nodes, points that have a mass and no shape.
+    Their ``radii`` are the radius of the surface between them, and ``reference_gap`` is their distance."""
 
     def __post_init__(self):
         box = numbers(self.box, "box of the sample", "its 2 or 3 sizes [m]")
@@ -74,6 +78,8 @@ class Sample:
         if len(self.capsules) % self.segments:
             given = f"segments of the fibres of the sample is {self.segments}"
             raise ValueError(f"{given}: it does not divide {len(self.capsules)} capsules.")
+        if flag(self.thread, "thread of the sample") and len(box) == 2:
+            raise ValueError("thread of the sample is a smooth wire in space, and its box has two sizes: give it three.")
         kept = {"positions": positions, "radii": radii, "wires": wires, "box": box, "bodies": tuple(self.bodies)}
         for name, value in kept.items():
             object.__setattr__(self, name, value)
@@ -120,20 +126,35 @@ class Sample:
         if not len(grains) and self.bodies:
             return 2.0 * float(np.cbrt(0.75 / np.pi * np.mean([body_volume(body) for body in self.bodies])))
         beads = self.radii[: self.bead_count]
-        fine = len(grains) and beads.max(initial=0.0) < grains.min()
+        fine = len(grains) and (self.thread or beads.max(initial=0.0) < grains.min())
         return 2.0 * float((grains if fine else np.append(beads, grains)).mean())
+
+    @property
+    def link(self) -> float:
+        """Greatest distance of the centres of consecutive beads [m], 0 without a wire."""
+        if not self.wires:
+            return 0.0
+        return self.reference_gap + (0.0 if self.thread else 2.0 * float(self.radii[0]))
+
+    @property
+    def wire_length(self) -> float:
+        """Length of all wires, drawn taut [m]."""
+        return self.link * (self.bead_count - len(self.wires))
 
     @property
     def solid_volume(self) -> float:
         """Volume of all particles [m^3], in 2D per metre of depth; what balls of a clump share counts once, and so do the
         ends of capsules in a straight fibre."""
         own = np.pi * self.radii**2 if self.dimension == 2 else 4.0 / 3.0 * np.pi * self.radii**3
+        if self.thread and self.wires:  # a cylinder
+            own[: self.bead_count] = np.pi * self.radii[0] ** 2 * self.wire_length / self.bead_count
         joined = (1.0 - 1.0 / self.segments) * sum(capsule_volume(body.radius, 0.0) for body in self.capsules)
         return float(own.sum()) + sum(body_volume(body) for body in self.bodies) - joined
 
     def __repr__(self) -> str:
         of = "one wire" if len(self.wires) == 1 else f"{len(self.wires)} wires"
-        wires = f", {self.bead_count} of them beads of {of}" if self.wires else ""
+        what = "nodes" if self.thread else "beads"
+        wires = f", {self.bead_count} of them {what} of {of}" if self.wires else ""
         box = " x ".join(f"{size:.3g}" for size in self.box)
         count = len(self.radii) + len(self.bodies)
         fibres = len(self.capsules) // self.segments
@@ -153,6 +174,8 @@ class SampleScene:
 
     bead_count = 0
     """Number of beads; they come first."""
+    nodes = 0
+    """Number of beads that are nodes of a thread."""
 
     def __init__(self, sample: Any):
         self.dimension, self.diameter = sample.dimension, sample.diameter
@@ -170,11 +193,12 @@ class SampleScene:
         return max(0.0, -float(net.gap[net.law == Coulomb.NAME].min(initial=0.0)))
 
     def unbalanced(self, sim: Simulation) -> float:
-        """Mean over the particles of the resultant force of their interactions [N]."""
+        """Mean over the particles, nodes left out, of the resultant force of their interactions [N]."""
+        # a contact on a thread names its nearest node, and moves others, too
         net, count = sim.interactions, len(sim.positions)
         force = np.einsum("mk,mkd->md", net.force, net.frame)
         resultant = [np.bincount(net.candidate, f, count) - np.bincount(net.antagonist, f, count) for f in force.T]
-        return float(np.linalg.norm(resultant, axis=0)[: len(self.particles)].mean())
+        return float(np.linalg.norm(resultant, axis=0)[self.nodes : len(self.particles)].mean())
 
     def network(self, sim: Simulation) -> np.ndarray:
         """Contact network of the last step: coordination, share of rattlers among the grains, fabric, (2 + d^2,).
@@ -191,8 +215,9 @@ class Box(SampleScene):
     """The scene of a sample in its box, without gravity; the caller sets the boundary conditions.
 
     The platens stand across ``axis``, by default the last one. ``friction`` acts between particles, ``platen_friction`` at
-    the platens; the lateral walls are smooth. ``law`` links the beads of each wire; if None, beads are grains like the
-    others. ``reference_gap``: "wire" takes the sample's reference gap, or the present gap if a link is longer; "built"
+    the platens; the lateral walls are smooth. ``wire_friction`` acts on a thread: against grains and against itself, by
+    default ``friction``. ``law`` links the beads of each wire; if None, beads are grains like the others, and a thread is
+    left out. ``reference_gap``: "wire" takes the sample's reference gap, or the present gap if a link is longer; "built"
     takes the present gaps. ``block_spin`` keeps linked beads from rolling; beads that can roll do, and the wire slips
     through the sand as if there were no friction. The mass of a wall is a tenth of the mass of the sample.
     """
@@ -204,6 +229,7 @@ class Box(SampleScene):
         density: float,
         friction: float,
         platen_friction: float = 0.0,
+        wire_friction: tuple[float, float] | None = None,
         law: Law | None = None,
         reference_gap: str = "wire",
         block_spin: bool = False,
@@ -211,13 +237,20 @@ class Box(SampleScene):
     ):
         if not isinstance(sample, Sample):
             raise TypeError(f"A box is for a Sample, such as lay_sample() makes, got {shown(sample)}.")
+        pair = _friction_of_wire(wire_friction, sample.thread, friction)
         super().__init__(sample)
         d = self.dimension
         self.axis = d - 1 if axis is None else axis
         self.lateral = [k for k in range(d) if k != self.axis]
         """Axes across which the lateral walls stand."""
-        beads = self.bead_count = sample.bead_count
-        self.add_particles(sample.radii[:beads], sample.positions[:beads], density, sample.bead_mass)
+        beads = sample.bead_count
+        if not sample.thread:
+            self.bead_count = beads
+            self.add_particles(sample.radii[:beads], sample.positions[:beads], density, sample.bead_mass)
+        elif law is not None:
+            self.bead_count = self.nodes = beads
+            mass = density * np.pi * sample.radii[0] ** 2 * sample.link if sample.bead_mass is None else sample.bead_mass
+            self.particles += [self.scene.add(point_mass(position=x, mass=mass)) for x in sample.positions[:beads]]
         self.add_particles(sample.radii[beads:], sample.positions[beads:], density)
         for body in sample.bodies:
             twin = placed(body, body.position)
@@ -233,6 +266,12 @@ class Box(SampleScene):
         self.scene.see(GRAIN, GRAIN, Coulomb(friction=friction))
         self.scene.see(GRAIN, PLATEN, Coulomb(friction=platen_friction))
         self.scene.see(GRAIN, LATERAL, Coulomb(friction=0.0))
+        if self.nodes:
+            against_grains, against_itself = pair
+            self.scene.see(GRAIN, THREAD, Coulomb(friction=against_grains))
+            self.scene.see(THREAD, THREAD, Coulomb(friction=against_itself))
+            self.scene.see(THREAD, PLATEN, Coulomb(friction=platen_friction))
+            self.scene.see(THREAD, LATERAL, Coulomb(friction=0.0))
         if law is not None:
             if not sample.wires:
                 raise ValueError("A law links the beads of a wire, this sample has none: give law=None.")
@@ -247,11 +286,15 @@ class Box(SampleScene):
     def _link(self, sample: Sample, law: Law, reference_gap: str, block_spin: bool) -> None:
         for chain in sample.chains:
             beads, radii = sample.positions[chain], sample.radii[chain]
-            built = np.linalg.norm(np.diff(beads, axis=0), axis=1) - radii[1:] - radii[:-1]
+            built = np.linalg.norm(np.diff(beads, axis=0), axis=1)
+            if not sample.thread:
+                built -= radii[1:] + radii[:-1]
             # a relaxed wire is longer than its reference by an error within the solver's tolerance
             reference = built if reference_gap == "built" else np.maximum(sample.reference_gap, built)
             members = [self.particles[bead] for bead in chain]
-            self.scene.chain(members, law, reference_gap=reference, block_spin=block_spin)
+            surface = Thread(float(radii[0]), color=THREAD) if sample.thread else None
+            held = block_spin and not sample.thread  # nodes do not turn
+            self.scene.chain(members, law, reference_gap=reference, surface=surface, block_spin=held)
 
     # ------------------------------------------------------------------------------------------------------- the walls
 
@@ -335,6 +378,24 @@ class Box(SampleScene):
                     end, start = (body.position + sign * half_axis(body) for body, sign in ((one, 1.0), (other, -1.0)))
                     bodies[following] = placed(other, other.position + (end - start))
         return replace(before, positions=positions, box=self.sizes, bodies=bodies)
+
+
+def _friction_of_wire(given: Any, thread: bool, friction: float) -> tuple[float, float]:
+    """Coefficients of friction of a thread, against grains and against itself."""
+    pair = wire_frictions(given)
+    if pair is not None and not thread:
+        raise ValueError("wire_friction is the friction of a smooth thread; beads have the friction of the grains.")
+    return (friction, friction) if pair is None else pair
+
+
+def wire_frictions(given: Any) -> tuple[float, float] | None:
+    """Two coefficients of friction as the user gives them, or None."""
+    if given is None:
+        return None
+    pair = numbers(given, "wire_friction", "two numbers, against grains and against itself")
+    if pair.shape != (2,):
+        raise ValueError(f"wire_friction must be two numbers, against grains and against itself, got {shown(given)}.")
+    return number(pair[0], "wire_friction", minimum=0.0), number(pair[1], "wire_friction", minimum=0.0)
 
 
 def characteristic_time(diameter: float, density: float, pressure: float) -> float:

@@ -111,6 +111,7 @@ def compact(
     pressure: float,
     density: float = 2600.0,
     friction: float = 0.0,
+    wire_friction: tuple[float, float] | None = None,
     drag: float | None = None,
     time_step: float | None = None,
     solver: Solver | None = None,
@@ -131,7 +132,8 @@ def compact(
     * the mean resultant force on a particle is below 2 % of ``p d^(D-1)``;
     * the mean kinetic energy of a particle is below 1e-4 ``p d^D``.
 
-    Without ``friction`` the sample becomes as dense as its grains allow; the wire is inextensible. A cell yields in size
+    Without ``friction`` the sample becomes as dense as its grains allow; the wire is inextensible, and ``wire_friction`` is
+    the friction of a thread as in a test. A cell yields in size
     and in shape, so that its stress becomes isotropic; the edge x keeps its direction, and the plane of x and y, so that
     the cell does not turn.
 
@@ -144,7 +146,7 @@ def compact(
     """
     number(pressure, "pressure", above=0.0, unit="Pa")
     number(friction, "friction", minimum=0.0)
-    held = _held(sample, density, friction)
+    held = _held(sample, density, friction, wire_friction)
     held.press(pressure)
     usual = DEFAULTS[type(held)]
     steps = usual.max_steps if max_steps is None else whole(max_steps, "max_steps", minimum=1)
@@ -195,12 +197,15 @@ def compact(
     )
 
 
-def _held(sample: Any, density: float, friction: float) -> Box | PeriodicCell:
+def _held(sample: Any, density: float, friction: float, wire_friction: Any) -> Box | PeriodicCell:
     """The scene of a sample: its box, or its cell."""
     if isinstance(sample, PeriodicSample):
+        if wire_friction is not None:
+            raise ValueError("wire_friction is the friction of a smooth thread; a PeriodicSample has none.")
         return PeriodicCell(sample, density=density, friction=friction, heavy=HEAVY)
     if isinstance(sample, Sample):
-        return Box(sample, density=density, friction=friction, law=RigidWire() if sample.wires else None)
+        law = RigidWire() if sample.wires else None
+        return Box(sample, density=density, friction=friction, wire_friction=wire_friction, law=law)
     raise TypeError(
         f"compact takes a Sample, as lay_sample() makes it, or a PeriodicSample of lay_periodic(), got {shown(sample)}."
     )

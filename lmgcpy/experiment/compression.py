@@ -25,6 +25,11 @@ from lmgcpy.view.recorded import running_mean
 
 RAMP = 0.02
 """Part of the test in which the velocity of the platen grows to its value, so that it starts without a shock."""
+NODE_DRAG = 5.0
+"""Velocities of the nodes of a thread decay by ``exp(-NODE_DRAG)`` in the time ``d sqrt(rho/p)``, five steps. A node of a
+slack thread, a hundredth of a grain, is squeezed out of a gap and flies about in a pore, by its radius a step, as nothing
+brakes it: it went through its own thread. The force of the drag on a node that moves with the grains, ``m v NODE_DRAG / (d
+sqrt(rho/p))``, is ``2.6 I m / m_grain`` of the force p d^2 of the pressure on a grain, 5e-5 for I = 2e-3."""
 PARTS = ("total", "sand", "wire")
 """Parts of the Weber stress."""
 
@@ -93,7 +98,8 @@ class Compression(ABC):
     ``law`` links the beads; None: sand. The upper platen across ``axis``, a word such as "y", by default the last axis,
     moves down at ``v = I H sqrt(p/rho)/d``, which makes the inertial number ``I = v d sqrt(rho/p)/H`` of the test;
     ``time_step`` [s] is by default a fifth of ``d sqrt(rho/p)``. A rigid or elastic rod keeps the gaps at the start of the
-    test as its reference, a wire the sample's reference gap.
+    test as its reference, a wire the sample's reference gap. ``wire_friction`` is the friction of a smooth thread against
+    grains and against itself, by default ``friction``.
     """
 
     NAME: str
@@ -110,6 +116,7 @@ class Compression(ABC):
         density: float = 2600.0,
         friction: float = 0.4,
         platen_friction: float = 0.0,
+        wire_friction: tuple[float, float] | None = None,
         inertial_number: float = 1e-3,
         axis: str | None = None,
         time_step: float | None = None,
@@ -136,6 +143,7 @@ class Compression(ABC):
             density=density,
             friction=friction,
             platen_friction=platen_friction,
+            wire_friction=wire_friction,
             law=law,
             reference_gap="wire" if unilateral else "built",
             block_spin=self.BLOCK_SPIN,
@@ -149,6 +157,8 @@ class Compression(ABC):
         self.solver = solver or usual_solver()
         self.bead_count = sample.bead_count
         self._duration = 1.0
+        if self.box.nodes:
+            self.box.scene.drag(self.box.particles[: self.box.nodes], rate=NODE_DRAG / moment)
         self.box.load_laterally(self.pressure)
         self.box.drive_top(lambda time: self.speed * min(1.0, time / (RAMP * self._duration)))
         self.simulation: Simulation | None = None

@@ -1,12 +1,14 @@
 """The box around a sample: wall forces and Weber stress of packings whose stress is known, in 2D and 3D."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import lmgcpy as lm
 from lmgcpy.experiment.box import Box, Sample, characteristic_time
+from lmgcpy.experiment.texsol.sample import lay_sample_3d
 
 PRESSURE, DENSITY, RADIUS = 1e5, 2600.0, 5e-3
 
@@ -94,3 +96,25 @@ def test_the_sample_now_is_the_sample_before_moved_to_the_origin():
     now = box.sample(sample)
     np.testing.assert_allclose(now.positions, sample.positions, atol=1e-9)
     np.testing.assert_allclose(now.box, sample.box, atol=1e-9)
+
+
+def test_a_thread_is_between_its_nodes_and_no_part_of_the_sand():
+    """Nodes have the mass given and no contacts of their own; without a law there is no thread. Nothing else changes."""
+    sample = replace(lay_sample_3d(60, 60, seed=0, thread=True), bead_mass=1e-8)
+    given = {"density": 2600.0, "friction": 0.4, "wire_friction": (0.3, 0.2)}
+    box, sand = Box(sample, law=lm.RigidWire(), **given), Box(sample, **given)
+    count = sample.bead_count
+    assert box.nodes == count
+    assert sand.nodes == sand.bead_count == 0
+    assert [body.mass for body in box.particles[:count]] == [1e-8] * count
+    grains = [body.position.tolist() for body in box.particles[count:]]
+    assert grains == [body.position.tolist() for body in sand.particles]
+    friction = {frozenset(colours): law.friction for *colours, law, _ in box.scene.rows}
+    assert friction[frozenset(("GRAIN", "THREAD"))] == 0.3
+    assert friction[frozenset(("THREAD",))] == 0.2
+    assert friction[frozenset(("GRAIN",))] == 0.4
+
+
+def test_friction_of_a_thread_is_refused_for_beads():
+    with pytest.raises(ValueError, match="wire_friction is the friction of a smooth thread"):
+        Box(lay_sample_3d(60, 60, seed=0), density=2600.0, friction=0.4, wire_friction=(0.3, 0.2))

@@ -90,7 +90,7 @@ def _links(sample: Sample, chain: np.ndarray) -> tuple[np.ndarray, np.ndarray, n
     branch = np.diff(places, axis=0)
     distance = np.linalg.norm(branch, axis=1)
     # a link that is longer than the reference of the sample keeps its length, as in the tests
-    length = np.maximum(sample.reference_gap + sample.radii[chain[1:]] + sample.radii[chain[:-1]], distance)
+    length = np.maximum(sample.link, distance)
     count = len(length)
     over = min(max(1, round(sample.diameter / float(length.mean()))), count)
     first = np.clip(np.arange(count) - over // 2, 0, count - over)

@@ -132,12 +132,16 @@ def _wire_words(result: TexSolResult) -> str:
     sample = result.sample
     if not sample.wires:
         return "without wire"
-    link = sample.reference_gap + 2.0 * float(sample.radii[0])
-    length, volume = link * (sample.bead_count - len(sample.wires)), float(np.prod(sample.box))
+    length, volume = sample.wire_length, float(np.prod(sample.box))
     many = "one wire" if len(sample.wires) == 1 else f"{len(sample.wires)} wires"
+    what = f"beads of {many}"
+    if sample.thread:
+        distance = sample.link / sample.diameter
+        thick = 2e3 * float(sample.radii[0])
+        what = f"nodes of {many}, smooth, {thick:.2f} mm thick, the nodes {distance:.2f} mean grain diameters apart,"
     content = wire_content(length=length, volume=volume)
     return (
-        f"{sample.bead_count} of them beads of {many} laid upward in layers, {content:.0f} km/m³ "
+        f"{sample.bead_count} of them {what} laid upward in layers, {content:.0f} km/m³ "
         f"({length * sample.diameter**2 / volume:.2f} when lengths are measured in mean grain diameters)"
     )
 

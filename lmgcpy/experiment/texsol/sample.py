@@ -5,9 +5,11 @@ In 2D a wire lies in random orientation (paper, section 3), in 3D wires lie in l
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
-from lmgcpy.errors import named_arguments, number, whole
+from lmgcpy.errors import flag, named_arguments, number, whole
 from lmgcpy.experiment.box import Sample
 from lmgcpy.sample import deposit, grading, wire_2d, wire_3d
 from lmgcpy.sample.wire_3d import BEAD_TO_GRAIN
@@ -92,6 +94,9 @@ def lay_sample_3d(
     theta_max: float = THETA_MAX_3D,
     density: float = 2600.0,
     seed: int = 0,
+    thread: bool = False,
+    thread_diameter: float | None = None,
+    node_distance: float = 1.0,
 ) -> Sample:
     """Lay the wires from below upward and deposit the grains around them; not yet compacted.
 
@@ -100,6 +105,10 @@ def lay_sample_3d(
     much as a mean grain of ``density`` [kg/m^3], as inertia plays no part in tests as slow as these.
     ``bead_count``: number of beads of all ``wires`` together, which lie side by side. ``theta_max`` [rad]: greatest turn
     from bead to bead within the layer.
+
+    With ``thread`` the wires are smooth, see :class:`lmgcpy.Thread`, of ``thread_diameter`` [m], by default that of a bead.
+    They are as long, and follow the beads: every second or third is a node, so that nodes are ``node_distance`` mean
+    diameters of a grain apart at the most, and others are left out.
     """
     whole(grain_count, "grains", minimum=10)
     whole(wires, "wires", minimum=1)
@@ -112,12 +121,19 @@ def lay_sample_3d(
     mean_mass = number(density, "density", above=0.0, unit="kg/m^3") * 4.0 / 3.0 * np.pi * float(np.mean(radii**3))
     side = float(np.cbrt(4.0 / 3.0 * np.pi * np.sum(radii**3) / SOLID_FRACTION_3D))
     bead_radius = BEAD_TO_GRAIN * float(minimum)
-    gap = 2.0 * bead_radius
+    link = 4.0 * bead_radius
+    number(node_distance, "node_distance", above=0.0)
+    flag(thread, "thread")
+    if thread_diameter is not None:
+        if not thread:
+            raise ValueError("thread_diameter is of a smooth thread: give thread=True, or leave it out for beads.")
+        bead_radius = 0.5 * number(thread_diameter, "thread_diameter", above=0.0, maximum=0.99 * link, unit="m")
+    gap = link - 2.0 * bead_radius
     if bead_count == 0:
         positions = deposit(radii, box=(side, side, None), seed=seed)
         return Sample(positions, radii, (), gap, _box(positions, radii, side))
     # the wires stay below the surface of the deposit
-    thread = wire_3d(
+    laid = wire_3d(
         box=(side, side, side - 2.0 * maximum),
         bead_radius=bead_radius,
         interstice=gap,
@@ -127,15 +143,35 @@ def lay_sample_3d(
         wires=wires,
         seed=seed,
     )
-    if thread.cut:
+    if laid.cut:
         raise ValueError(
-            f"No place was found for {bead_count} beads of wire among {grain_count} grains, only for {thread.bead_count}: "
+            f"No place was found for {bead_count} beads of wire among {grain_count} grains, only for {laid.bead_count}: "
             "take fewer beads, more grains or another seed."
         )
-    grains = deposit(radii, box=(side, side, None), obstacles=(thread.positions, thread.radii), seed=seed)
-    positions, sizes = np.vstack([thread.positions, grains]), np.concatenate([thread.radii, radii])
-    each = tuple(len(chain) for chain in thread.chains)
-    return Sample(positions, sizes, each, gap, _box(positions, sizes, side), bead_mass=mean_mass)
+    chains = [laid.positions[chain] for chain in laid.chains]
+    obstacles = laid.positions
+    if thread:
+        diameter = 2.0 * float(np.mean(radii))
+        every = max(1, int(node_distance * diameter / link + 1e-9))
+        chains = [beads[::every] for beads in chains]
+        if min(map(len, chains)) < 2:
+            raise ValueError(f"Nodes {node_distance:g} grains apart leave no segment of a wire: take more beads.")
+        gap = every * link
+        obstacles = np.vstack([_along(nodes, bead_radius) for nodes in chains])
+    grains = deposit(radii, box=(side, side, None), obstacles=(obstacles, np.full(len(obstacles), bead_radius)), seed=seed)
+    nodes = np.vstack(chains)
+    positions, sizes = np.vstack([nodes, grains]), np.concatenate([np.full(len(nodes), bead_radius), radii])
+    each = tuple(map(len, chains))
+    return Sample(positions, sizes, each, gap, _box(positions, sizes, side), bead_mass=mean_mass, thread=thread)
+
+
+def _along(nodes: np.ndarray, spacing: float) -> np.ndarray:
+    """Points on the segments between nodes, at most ``spacing`` apart, (k, 3)."""
+    parts = [nodes[-1:]]
+    for start, end in pairwise(nodes):
+        share = np.arange(0.0, 1.0, spacing / np.linalg.norm(end - start))
+        parts.append(start + share[:, None] * (end - start))
+    return np.vstack(parts)
 
 
 def _box(positions: np.ndarray, radii: np.ndarray, side: float) -> np.ndarray:

@@ -17,7 +17,7 @@ import numpy as np
 
 from lmgcpy.errors import AXES, closest, named_arguments, number, one_of, shown, whole
 from lmgcpy.experiment.biaxial import Biaxial
-from lmgcpy.experiment.box import Sample, characteristic_time
+from lmgcpy.experiment.box import FORCE, Sample, characteristic_time, wire_frictions
 from lmgcpy.experiment.compaction import Compaction, compact
 from lmgcpy.experiment.compression import Compression
 from lmgcpy.experiment.study.engine import Site, Study, Task
@@ -37,10 +37,14 @@ DENSITY = 2600.0
 """Density of the particles [kg/m^3]."""
 RELAXATION_STEPS = 800
 """Greatest number of steps of a relaxation, if the study does not say otherwise."""
+WIRES = ("thread", "beads")
+"""Wires in 3D: a smooth thread, or a chain of beads."""
 BEAD_MASSES = ("grain", "own")
-"""Mass of a bead in the tests in 3D: the mass of a mean grain, or of its part of the thread."""
+"""Mass of a bead or node in the tests in 3D: the mass of a mean grain, or of its part of the wire."""
 THREAD = 167.0
 """Linear density of the thread in 3D [dtex]."""
+BEADS = {"bead_mass": "grain", "wire": "beads", "force_error": None}
+"""Fields of studies in 3D before there were threads."""
 PER_PARTICLE_AND_STEP = {2: 2.7 * 1000 * 15e-9, 3: 3.8 * 500 * 20e-9}
 """Seconds of one processor: interactions a particle, sweeps a step, and seconds an interaction and sweep, as measured on
 the default studies (docs/texsol.md, docs/texsol_3d.md, docs/benchmarks.md). Jammed rods take several times as much."""
@@ -94,8 +98,10 @@ class TexSolStudy(Study):
     "dense", relaxed without friction, to the densest state that there is. ``theta_max``: greatest turn of the wire from
     bead to bead as it is laid [rad]. ``solver`` of the tests: "auto", sweeps and Newton steps by turns, or "accelerated",
     sweeps alone. ``axial_rigidity``: EA [N] of the elastic laws. ``check_strain``: crushing over which the tests are made
-    again at a tighter tolerance. ``greatest_reaction``: a test ends if its support reaction exceeds this multiple of the
-    pressure times the area of the platen; never if None. A test also ends if the sample is locked.
+    again at a tighter tolerance. ``tolerance`` and ``force_error``: residual and error of a force to which the steps of the
+    tests are solved; without the second the solver's, see :class:`Solver <lmgcpy.Solver>`. ``greatest_reaction``: a test
+    ends if its support reaction exceeds this multiple of the pressure times the area of the platen; never if None. A test
+    also ends if the sample is locked.
     """
 
     COMMAND: ClassVar[str] = "texsol"
@@ -120,6 +126,7 @@ class TexSolStudy(Study):
     pressure: float = 1e5
     solver: str = "auto"
     tolerance: float = 3e-3
+    force_error: float | None = None
     max_iterations: int = 6000
     friction: float = 0.4
     platen_friction: float = 0.0
@@ -142,6 +149,8 @@ class TexSolStudy(Study):
         number(self.pressure, "pressure", above=0.0, unit="Pa")
         one_of(self.solver, "solver", SOLVERS)
         number(self.tolerance, "tolerance", above=0.0, maximum=1.0)
+        if self.force_error is not None:
+            number(self.force_error, "force_error", above=0.0, maximum=1.0)
         whole(self.max_iterations, "max_iterations", minimum=1)
         number(self.friction, "friction", minimum=0.0)
         number(self.platen_friction, "platen_friction", minimum=0.0)
@@ -194,14 +203,13 @@ class TexSolStudy(Study):
         return True
 
     def solver_of_tests(self, tighter: float = 1.0) -> Solver:
-        """The solver of the tests, its tolerance divided by ``tighter``."""
-        tolerance, blocks = self.tolerance / tighter, self.wire_blocks
+        """The solver of the tests, its bounds divided by ``tighter``."""
+        force = None if self.force_error is None else self.force_error / tighter
+        bounds: dict[str, Any] = {"tolerance": self.tolerance / tighter, "force": force}
+        options = {**bounds, "max_iterations": self.max_iterations, "wire_blocks": self.wire_blocks}
         if self.solver == "auto":
-            most = {"max_iterations": self.max_iterations, "max_factorisations": FACTORISATIONS}
-            return Auto(tolerance=tolerance, wire_blocks=blocks, **most)
-        return AcceleratedGaussSeidel(
-            tolerance=tolerance, max_iterations=self.max_iterations, wire_blocks=blocks, momentum=self.MOMENTUM
-        )
+            return Auto(max_factorisations=FACTORISATIONS, **options)
+        return AcceleratedGaussSeidel(momentum=self.MOMENTUM, **options)
 
     def test(self, sample: Sample, planned: PlannedTest) -> Compression:
         """A planned test of the relaxed sample, ready to run."""
@@ -215,7 +223,13 @@ class TexSolStudy(Study):
             platen_friction=self.platen_friction,
             inertial_number=self.inertial_number,
             solver=self.solver_of_tests(planned.tighter),
+            **self.of_wire,
         )
+
+    @property
+    def of_wire(self) -> dict[str, Any]:
+        """Options of compactions and tests that only some wires have."""
+        return {}
 
     @property
     def checks(self) -> list[PlannedTest]:
@@ -239,7 +253,8 @@ class TexSolStudy(Study):
 
     def prepare(self, laid: Sample, site: Site) -> Compaction:
         options = {"pressure": self.pressure, "density": DENSITY, "max_steps": RELAXATION_STEPS, **self.relaxation(laid)}
-        options["friction"] = self.friction if self.preparation == "loose" else 0.0
+        if self.preparation == "loose":
+            options |= {"friction": self.friction, **self.of_wire}
         return site.run("compaction", "relaxation to the pressure", options["max_steps"], compact, laid, **options)
 
     def tests(self, prepared: Compaction, done: Mapping[str, Any]) -> list[Task]:
@@ -310,9 +325,12 @@ class Study3D(TexSolStudy):
     """A study in 3D. The defaults are a sample of 10 000 particles, of which 3500 are wire beads.
 
     ``axes``: axes along which the sample is compressed, with a test for each; "z" is across the layers of the wire, "x"
-    and "y" are along them. ``wires``: number of wires that share the beads. ``bead_mass`` in the tests with a wire:
-    "grain", the mass of a mean grain, or "own", the mass of its part of the thread. Checks, none by default, are made
-    along the first axis: with 10 000 particles their steps take thousands of sweeps. Other fields as in
+    and "y" are along them. ``wires``: number of wires that share the beads. ``wire``: "thread", a smooth surface of
+    ``thread_diameter`` [m] (None: that of a bead) along the course of the beads, with nodes at most ``node_distance`` mean
+    diameters of a grain apart, or "beads", the paper's. ``dtex``: mass of the wire [g per 10 km]. ``wire_friction``: of a
+    thread against grains and against itself; None: ``friction``. ``bead_mass`` in the tests with a wire: "own", the mass of
+    a bead's or node's part of the wire, or "grain", the mass of a mean grain; None: "own" for a thread. Checks, none by
+    default, are made along the first axis: with 10 000 particles their steps take thousands of sweeps. Other fields as in
     :class:`TexSolStudy`.
     """
 
@@ -322,7 +340,7 @@ class Study3D(TexSolStudy):
     TIGHTER: ClassVar[float] = 3.0
     MOMENTUM: ClassVar[float] = 0.9
     """With the solver's own 0.97 steps with a taut wire stall at 0.05; with 0.9 they take 300 sweeps to 0.01."""
-    FORMER: ClassVar[Mapping[str, Any]] = {**TexSolStudy.FORMER, "theta_max": 0.1, "bead_mass": "grain"}
+    FORMER: ClassVar[Mapping[str, Any]] = {**TexSolStudy.FORMER, "theta_max": 0.1, **BEADS}
 
     laws: tuple[str, ...] = ("none", "rigid-wire")
     grain_count: int = 6500
@@ -331,13 +349,19 @@ class Study3D(TexSolStudy):
     strain: float = 0.15
     solver: str = "accelerated"
     tolerance: float = 1e-2
+    force_error: float | None = FORCE
     max_iterations: int = 2000
     inertial_number: float = 2e-3
     axial_rigidity: float = 120.0
     check_strain: float = 0.0
     axes: tuple[str, ...] = ("z", "x")
     wires: int = 1
-    bead_mass: str = "grain"
+    wire: str = "thread"
+    thread_diameter: float | None = None
+    node_distance: float = 1.0
+    dtex: float = THREAD
+    wire_friction: tuple[float, float] | None = None
+    bead_mass: str | None = None
 
     def __post_init__(self):
         rods = [law for law in self.laws if str(law).endswith("rod")] if isinstance(self.laws, (tuple, list)) else []
@@ -347,7 +371,17 @@ class Study3D(TexSolStudy):
                 "and is no column that could bear a push. Take rigid-wire or elastic-wire."
             )
         super().__post_init__()
-        one_of(self.bead_mass, "bead_mass", BEAD_MASSES)
+        one_of(self.wire, "wire", WIRES)
+        number(self.node_distance, "node_distance", above=0.0)
+        number(self.dtex, "dtex", above=0.0, unit="dtex")
+        if self.thread_diameter is not None:
+            number(self.thread_diameter, "thread_diameter", above=0.0, unit="m")
+        if self.bead_mass is not None:
+            one_of(self.bead_mass, "bead_mass", BEAD_MASSES)
+        wire_frictions(self.wire_friction)
+        strange = [name for name in ("thread_diameter", "wire_friction") if getattr(self, name) is not None]
+        if self.wire == "beads" and strange:
+            raise ValueError(f"{strange[0]} is of a thread, and the wire of this study has beads: give wire='thread'.")
         self._check_names("axes", "axis", tuple(AXES))
         whole(self.wires, "wires", minimum=1)
 
@@ -356,10 +390,19 @@ class Study3D(TexSolStudy):
         return replace(self, grain_count=500, bead_count=270, strain=0.08, tolerance=3e-3)
 
     @property
+    def has_own_mass(self) -> bool:
+        """Whether beads or nodes have the mass of their part of the wire in the tests."""
+        return self.wire == "thread" if self.bead_mass is None else self.bead_mass == "own"
+
+    @property
     def wire_blocks(self) -> bool:
         """Whether wires are solved as blocks. Grains hold heavy beads one by one: with blocks the number of sweeps is the
         same as with single links, and a sweep takes 1.5 times as long."""
-        return self.bead_mass == "own"
+        return self.has_own_mass
+
+    @property
+    def of_wire(self) -> dict[str, Any]:
+        return {"wire_friction": self.wire_friction} if self.wire == "thread" else {}
 
     @property
     def test_axes(self) -> Sequence[str]:
@@ -373,14 +416,16 @@ class Study3D(TexSolStudy):
             theta_max=self.theta_max,
             density=DENSITY,
             seed=self.seed,
+            thread=self.wire == "thread",
+            thread_diameter=self.thread_diameter,
+            node_distance=self.node_distance,
         )
 
     def test(self, sample: Sample, planned: PlannedTest) -> Compression:
         """A planned test of the sample, which was relaxed with heavy beads: grains on their way to rest would
         fling light beads about, and the wire would crumple."""
-        if self.bead_mass == "own" and sample.wires and planned.law != "none":
-            spacing = sample.reference_gap + 2.0 * float(sample.radii[0])
-            own = mass_of_a_bead(linear_density_dtex=THREAD, spacing=spacing)
+        if self.has_own_mass and sample.wires and planned.law != "none":
+            own = mass_of_a_bead(linear_density_dtex=self.dtex, spacing=sample.link)
             sample = replace(sample, bead_mass=own)
         return super().test(sample, planned)
 

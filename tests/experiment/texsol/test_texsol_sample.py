@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lmgcpy.experiment.compaction import compact, inner_solid_fraction
-from lmgcpy.experiment.texsol.sample import lay_sample
+from lmgcpy.experiment.texsol.sample import lay_sample, lay_sample_3d
 
 
 def overlaps(sample):
@@ -57,3 +57,38 @@ def test_relaxation_keeps_the_wire_within_its_length(laid, compaction):
 
 def test_sand_alone():
     assert lay_sample(100, 0, seed=3).bead_count == 0
+
+
+@pytest.mark.parametrize("wires", [1, 2])
+@pytest.mark.parametrize(("distance", "every"), [(1.0, 3), (0.7, 2), (0.1, 1)])
+def test_a_thread_follows_the_beads_at_a_node_distance(distance, every, wires):
+    """Links of beads are 0.32 mean diameters long. Rest of the length that makes no segment is left out."""
+    of = {"wires": wires, "seed": 0}
+    beads, thread = lay_sample_3d(60, 80, **of), lay_sample_3d(60, 80, **of, thread=True, node_distance=distance)
+    for one, other in zip(beads.chains, thread.chains, strict=True):
+        np.testing.assert_array_equal(thread.positions[other], beads.positions[one][::every])
+    assert thread.link == pytest.approx(every * beads.link)
+    assert 0.0 <= beads.wire_length - thread.wire_length <= wires * (every - 1) * beads.link * 1.000001
+    assert thread.wires == tuple(len(chain) for chain in thread.chains)
+    assert "nodes of" in repr(thread)
+
+
+def test_no_grain_lies_in_a_thread():
+    """Grains stay off the segments, not only off the nodes: by the radius, to a fiftieth of it."""
+    sample = lay_sample_3d(60, 80, seed=0, thread=True)
+    nodes, grains = sample.positions[: sample.bead_count], sample.positions[sample.bead_count :]
+    radius, start, way = sample.radii[0], nodes[:-1], np.diff(nodes, axis=0)
+    share = np.clip(np.einsum("gsk,sk->gs", grains[:, None] - start, way) / (way**2).sum(axis=1), 0.0, 1.0)
+    distance = np.linalg.norm(grains[:, None] - start - share[:, :, None] * way, axis=2)
+    assert (distance - radius - sample.radii[sample.bead_count :, None]).min() > -0.02 * radius
+
+
+def test_a_thread_may_be_thinner_than_beads():
+    sample = lay_sample_3d(60, 80, seed=0, thread=True, thread_diameter=0.1e-3)
+    assert sample.radii[0] == 0.05e-3
+    assert sample.link == pytest.approx(3 * 0.32e-3)
+
+
+def test_a_wire_too_short_for_a_segment_is_told():
+    with pytest.raises(ValueError, match="leave no segment of a wire"):
+        lay_sample_3d(60, 80, seed=0, thread=True, node_distance=40.0)
