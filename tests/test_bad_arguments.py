@@ -164,11 +164,11 @@ COMPRESSION = {
     "axis": [*optional(CHOICE), "w"], "time_step": optional(POSITIVE), "wire_friction": WIRE_FRICTION,
 }  # fmt: skip
 STUDY = {
-    "laws": [3, "none", (), ("none", "none"), ("nothing such",)], "grain_count": [*COUNT, 9],
-    "bead_count": [*COUNT, 1], "seed": COUNT, "strain": [*POSITIVE, 0.6], "pressure": POSITIVE,
-    "tolerance": [*POSITIVE, 1.1], "force_error": [*optional(POSITIVE), 1.5], "max_iterations": [*COUNT, 0],
-    "friction": NOT_NEGATIVE, "greatest_reaction": optional(POSITIVE), "preparation": CHOICE,
-    "theta_max": [*NOT_NEGATIVE, 4.0], "solver": CHOICE, "platen_friction": NOT_NEGATIVE, "inertial_number": [*POSITIVE, 0.2], "axial_rigidity": POSITIVE,
+    "laws": [3, "none", (), ("none", "none"), ("nothing such",)], "grain_count": [*COUNT, 9], "bead_count": [*COUNT, 1],
+    "seed": COUNT, "strain": [*POSITIVE, 0.6], "pressure": POSITIVE, "tolerance": [*POSITIVE, 1.1],
+    "force_error": [*optional(POSITIVE), 1.5], "max_iterations": [*COUNT, 0], "friction": NOT_NEGATIVE,
+    "greatest_reaction": optional(POSITIVE), "preparation": CHOICE, "theta_max": [*NOT_NEGATIVE, 4.0],
+    "solver": CHOICE, "platen_friction": NOT_NEGATIVE, "inertial_number": [*POSITIVE, 0.2], "axial_rigidity": POSITIVE,
     "check_strain": [*NOT_NEGATIVE, 0.6], "threads": [*COUNT, 0],
 }  # fmt: skip
 
