@@ -22,6 +22,7 @@ from lmgcpy.scene.scene import Scene
 from lmgcpy.scene.skin import Thread, point_mass
 from lmgcpy.scene.solid import Material
 from lmgcpy.solve.sweeps.accelerated import AcceleratedGaussSeidel
+from lmgcpy.solve.sweeps.solver import MOST_FORCE
 
 if TYPE_CHECKING:
     from lmgcpy.simulation import Simulation
@@ -404,15 +405,15 @@ def characteristic_time(diameter: float, density: float, pressure: float) -> flo
 
 
 FORCE = 1e-3
-"""Error of a force, in parts of the load of its bodies, up to which the steps of compactions and tests are solved.
+"""Error of a force, in parts of the load of its bodies, up to which the steps of a compaction are solved.
 
 In steps of a fifth of ``d sqrt(rho/p)`` an error f of the force ``p d^2`` of a contact makes two spheres overlap by about
 ``2 h^2 p f / (pi rho d / 6) = 0.15 f d`` more in each step, and contact laws do not take that back. So errors add up over a
-test, while the platen moves by ``0.2 I d`` a step for each layer of grains (I the inertial number, 1e-3). The residual does
-not see this in small samples: it is relative to what the loads of the walls would do, and in a small sample these loads are
-a large part of all forces (docs/step_and_tolerance.md)."""
+test, while the platen moves by ``0.2 I d`` a step for each layer of grains, I the inertial number: f is to be no more than
+I. The residual does not see this in small samples: it is relative to what the loads of the walls would do, and in a small
+sample these loads are a large part of all forces (docs/step_and_tolerance.md)."""
 
 
-def usual_solver(tolerance: float = 1e-2, max_iterations: int = 20_000) -> AcceleratedGaussSeidel:
+def usual_solver(tolerance: float = 1e-2, force: float = FORCE, max_iterations: int = 20_000) -> AcceleratedGaussSeidel:
     """The solver of compactions and tests, unless another is given."""
-    return AcceleratedGaussSeidel(tolerance=tolerance, force=FORCE, max_iterations=max_iterations)
+    return AcceleratedGaussSeidel(tolerance=tolerance, force=min(force, MOST_FORCE), max_iterations=max_iterations)

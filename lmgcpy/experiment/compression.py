@@ -97,9 +97,10 @@ class Compression(ABC):
 
     ``law`` links the beads; None: sand. The upper platen across ``axis``, a word such as "y", by default the last axis,
     moves down at ``v = I H sqrt(p/rho)/d``, which makes the inertial number ``I = v d sqrt(rho/p)/H`` of the test;
-    ``time_step`` [s] is by default a fifth of ``d sqrt(rho/p)``. A rigid or elastic rod keeps the gaps at the start of the
-    test as its reference, a wire the sample's reference gap. ``wire_friction`` is the friction of a smooth thread against
-    grains and against itself, by default ``friction``.
+    ``time_step`` [s] is by default a fifth of ``d sqrt(rho/p)``; ``solver`` sweeps by default to a residual of 1e-2 and an
+    error of force of I, at which errors add up to less than the crushing (docs/step_and_tolerance.md). A rigid or elastic
+    rod keeps the gaps at the start of the test as its reference, a wire the sample's reference gap. ``wire_friction`` is
+    the friction of a smooth thread against grains and against itself, by default ``friction``.
     """
 
     NAME: str
@@ -154,7 +155,7 @@ class Compression(ABC):
         self.height = float(sample.box[self.axis])
         self.speed = inertial_number * self.height / moment
         self.time_step = 0.2 * moment if time_step is None else number(time_step, "time_step", above=0.0, unit="s")
-        self.solver = solver or usual_solver()
+        self.solver = solver or usual_solver(force=inertial_number)
         self.bead_count = sample.bead_count
         self._duration = 1.0
         if self.box.nodes:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.errors import AXES, named_arguments, number, numbers, shown, whole
-from lmgcpy.experiment.box import GRAIN, SampleScene, characteristic_time, usual_solver
+from lmgcpy.experiment.box import FORCE, GRAIN, SampleScene, characteristic_time, usual_solver
 from lmgcpy.experiment.recorded_run import carry_out
 from lmgcpy.io.rows import Observe
 from lmgcpy.io.run import Run
@@ -235,7 +235,7 @@ class PeriodicShear:
         moment = characteristic_time(sample.diameter, density, pressure)
         self.rate = inertial_number / moment
         self.time_step = 0.2 * moment if time_step is None else number(time_step, "time_step", above=0.0, unit="s")
-        self.solver = solver or usual_solver()
+        self.solver = solver or usual_solver(force=min(FORCE, inertial_number))
         self.held.cell.impose_rate(xy=self.rate)
         self.held.cell.impose_stress(yy=-self.pressure)
         self.simulation: Simulation | None = None

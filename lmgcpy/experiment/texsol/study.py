@@ -17,7 +17,7 @@ import numpy as np
 
 from lmgcpy.errors import AXES, closest, named_arguments, number, one_of, shown, whole
 from lmgcpy.experiment.biaxial import Biaxial
-from lmgcpy.experiment.box import FORCE, Sample, characteristic_time, wire_frictions
+from lmgcpy.experiment.box import Sample, characteristic_time, wire_frictions
 from lmgcpy.experiment.compaction import Compaction, compact
 from lmgcpy.experiment.compression import Compression
 from lmgcpy.experiment.study.engine import Site, Study, Task
@@ -349,7 +349,7 @@ class Study3D(TexSolStudy):
     strain: float = 0.15
     solver: str = "accelerated"
     tolerance: float = 1e-2
-    force_error: float | None = FORCE
+    force_error: float | None = 2e-3  # the inertial number, see lmgcpy.experiment.box
     max_iterations: int = 2000
     inertial_number: float = 2e-3
     axial_rigidity: float = 120.0
