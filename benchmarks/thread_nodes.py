@@ -1,8 +1,8 @@
 """Node distance of a thread in a sample of TexSol, and a wire of beads beside it: docs/texsol_3d.md.
 
-Samples of the study in 3D with few grains, relaxed with friction and crushed along z by 10 %, across the layers of the wire.
-The thread has a node at every bead's place, at every second or at every third, and the mass of a thread of 167 dtex; beads
-weigh as much as grains, as the study has them, or as their part of the thread. Means over the second half of the test;
+Samples of the study in 3D with few grains, relaxed with friction and crushed along z by 10 %, across the layers of the
+wire. The thread has a node at every bead's place, at every second or at every third, and the mass of a thread of 167
+dtex; beads weigh as much as grains or as their part of the thread. Means over the second half of the test;
 "tension" is the mean of all links, "taut" the share of links above a hundredth of the greatest tension.
 
     python benchmarks/thread_nodes.py [SEEDS [GRAINS]]

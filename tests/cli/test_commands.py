@@ -34,7 +34,7 @@ def test_texsol_writes_and_does_not_overwrite(tmp_path):
     for name in ["reaction.csv", "reaction.png", "stress.csv", "stress.png", *pictures]:
         assert (out / name).stat().st_size > 100
     assert ("There are no pictures of the sample" in summary) == (not pictures)
-    assert "By how much the wire stiffens" in summary
+    assert "Does the wire stiffen" in summary
     again = run(*TINY, "--out", out)
     assert again.exit_code != 0
     assert "is not empty" in again.output

@@ -173,3 +173,9 @@ def test_grains_of_a_small_sample_do_not_sink_into_each_other(seed):
     assert usual.deviator[25:].mean() == pytest.approx(exact.deviator[25:].mean(), rel=0.08)
     assert usual.volume_change[-1] == pytest.approx(exact.volume_change[-1], rel=0.15)
     assert usual.penetration[-1] < 0.01 * sample.radii.mean()
+
+
+@pytest.mark.parametrize(("inertial_number", "force"), [(3e-4, 3e-4), (2e-3, 2e-3), (5e-2, 1e-2)])
+def test_the_slower_a_test_the_more_exact_its_forces(sample_3d, inertial_number, force):
+    """Errors of force add up to overlaps beside the crushing of each step, which goes with the inertial number."""
+    assert Triaxial(sample_3d, inertial_number=inertial_number).solver.force == force

@@ -118,9 +118,14 @@ def peak(record: TriaxialRecord | BiaxialRecord) -> tuple[float, float, float]:
     return float(record.strain[k]), float(q[k]), mobilised_angle(float(q[k]), float(lateral[k]))
 
 
+def late_part(record: TriaxialRecord | BiaxialRecord, values: np.ndarray) -> np.ndarray:
+    """``values`` in the last fifth of the test."""
+    return values[record.strain > 0.8 * record.strain[-1]]
+
+
 def late(record: TriaxialRecord | BiaxialRecord, values: np.ndarray) -> np.ndarray:
     """Mean of ``values`` over the last fifth of the test."""
-    return values[record.strain > 0.8 * record.strain[-1]].mean(axis=0)
+    return late_part(record, values).mean(axis=0)
 
 
 def cohesion(wire: TriaxialRecord, sand: TriaxialRecord) -> float:

@@ -24,8 +24,8 @@ from lmgcpy.experiment.texsol.conclusions import (
     stiffening,
 )
 from lmgcpy.experiment.texsol.pictures import draw_flat_pictures, links_figure
-from lmgcpy.experiment.texsol.result import TexSolResult
-from lmgcpy.experiment.texsol.runs_report import accuracy_part, prepared_words, runs_part, state_words
+from lmgcpy.experiment.texsol.result import TexSolResult, late_gain
+from lmgcpy.experiment.texsol.runs_report import RESOLVED, accuracy_part, prepared_words, runs_part, state_words
 
 NEAR_ZERO = 0.2
 """A principal stress counts as near zero if its ratio to the other one is below this."""
@@ -128,11 +128,12 @@ def _stiffening_part(result: TexSolResult) -> str:
         if law != "none":
             ratios = dict(stiffening(record, sand, strains))
             found = {f"{100 * strain:g} %": f"{ratios[strain]:.2f}" if strain in ratios else "" for strain in strains}
-            rows.append({"law": law, **found})
+            gain = late_gain(result, record, sand, lambda one: one.reaction).words(1e3)
+            rows.append({"law": law, **found, "late gain [kN/m]": gain})
     if not rows:
         return ""
-    told = "Support reaction with the wire over that of the sand at equal crushing:"
-    return f"## By how much the wire stiffens the sand\n\n{told}\n\n{markdown(rows)}"
+    told = "Support reaction with the wire over that of the sand at equal crushing, and their difference late in the test:"
+    return f"## Does the wire stiffen the sand?\n\n{told}\n\n{markdown(rows)}\n\n{RESOLVED}"
 
 
 def _column_part(result: TexSolResult) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 import lmgcpy.view.figures as figures
 from lmgcpy.errors import AXES
 from lmgcpy.experiment.study.folder import ReportFolder, StudyFolder, markdown, sections, texts
+from lmgcpy.experiment.study.resolved import Difference
 from lmgcpy.experiment.texsol.conclusions import (
     UPRIGHT,
     at,
@@ -24,8 +25,8 @@ from lmgcpy.experiment.texsol.conclusions import (
     principal_axes,
 )
 from lmgcpy.experiment.texsol.pictures import draw_pictures, layers_figure, title
-from lmgcpy.experiment.texsol.result import TexSolResult
-from lmgcpy.experiment.texsol.runs_report import accuracy_part, prepared_words, runs_part, state_words
+from lmgcpy.experiment.texsol.result import TexSolResult, late_gain
+from lmgcpy.experiment.texsol.runs_report import RESOLVED, accuracy_part, prepared_words, runs_part, state_words
 from lmgcpy.experiment.triaxial import TriaxialRecord
 from lmgcpy.sample.wires import wire_content
 
@@ -181,13 +182,15 @@ def _gain_part(result: TexSolResult) -> str:
             ratios = dict(gains(record, sand, strains))
             found = {f"{100 * strain:g} %": f"{ratios[strain]:.2f}" if strain in ratios else "" for strain in strains}
             added = f"{1e-3 * cohesion(record, sand):+.1f} kPa"
-            rows.append({"law": record.law, "along": record.axis, **found, "cohesion, late": added})
+            gain = _gain_of(result, record, sand).words(1e3)
+            late_columns = {"late gain [kPa]": gain, "cohesion, late": added}
+            rows.append({"law": record.law, "along": record.axis, **found, **late_columns})
     if not rows:
         return ""
     return (
-        "## By how much the wire strengthens the sand\n\n"
-        "Deviator with the wire over that of the sand at equal crushing, and the cohesion that would raise the sand's "
-        "deviator as much at its angle of friction:\n\n" + markdown(rows)
+        "## Does the wire strengthen the sand?\n\n"
+        "Deviator with the wire over that of the sand at equal crushing, their difference late in the test, and the "
+        f"cohesion that would raise the sand's deviator as much at its angle of friction:\n\n{markdown(rows)}\n\n{RESOLVED}"
     )
 
 
@@ -202,28 +205,35 @@ def _anisotropy_part(result: TexSolResult) -> str:
         ratio = f"{across / within:.2f}" if within > 0.0 else "-"
         parts = {f"{axis}{axis}": f"{1e-3 * value:.2f} kPa" for axis, value in zip(AXES, wire, strict=True)}
         rows.append({"law": record.law, "along": record.axis, **parts, "across / within the layers": ratio})
-    told = "## Layers make it anisotropic\n\nThe wire's part of the stress, traction positive, late in the test:"
+    told = "## Do layers make it anisotropic?\n\nThe wire's part of the stress, traction positive, late in the test:"
     compared = [_across_against_along(result, law) for law in dict.fromkeys(record.law for record in tests)]
     return "\n\n".join([told, markdown(rows), *filter(None, compared)])
 
 
 def _across_against_along(result: TexSolResult, law: str) -> str:
     """Words on the strength added by the wire if its layers are stretched both ways, and if they are compressed one way."""
-    added = {}
+    added: dict[str, Difference] = {}
     for axis in result.study.axes:
         record, sand = result.records[f"{law}-{axis}"], result.records.get(f"none-{axis}")
         if sand is not None:
-            added[axis] = float(late(record, record.deviator) - late(sand, sand.deviator))
-    along = [value for axis, value in added.items() if axis != UPRIGHT]
+            added[axis] = _gain_of(result, record, sand)
+    along = [gain for axis, gain in added.items() if axis != UPRIGHT]
     if UPRIGHT not in added or not along:
         return ""
-    across, mean = added[UPRIGHT], float(np.mean(along))
-    stronger = "more" if across > mean else "less"
+    across = added[UPRIGHT]
+    mean = Difference(float(np.mean([gain.value for gain in along])), max(gain.bound for gain in along))
+    more = across.minus(mean)
+    verdict = ("more" if more.value > 0.0 else "less") + " across than along" if more.resolved else "not resolved"
     return (
         f"Compressed across the layers, so that they are stretched both ways, the {law.replace('-', ' ')} adds "
-        f"{1e-3 * across:.1f} kPa to the sand's late deviator; compressed along them {1e-3 * mean:.1f} kPa: **{stronger} "
-        "across than along**."
+        f"{across.words(1e3)} kPa to the sand's late deviator; compressed along them {mean.words(1e3)} kPa. The difference "
+        f"is {more.value / 1e3:+.1f} ± {more.bound / 1e3:.1f} kPa: **{verdict}**."
     )
+
+
+def _gain_of(result: TexSolResult, record: TriaxialRecord, sand: TriaxialRecord) -> Difference:
+    """By how much the wire raises the late deviator [Pa]."""
+    return late_gain(result, record, sand, lambda one: one.deviator)
 
 
 def _principal_part(result: TexSolResult) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,7 +10,8 @@ import numpy as np
 
 from lmgcpy.experiment.box import Sample
 from lmgcpy.experiment.compaction import Compaction
-from lmgcpy.experiment.texsol.conclusions import cohesion, late, mobilised_angle, peak
+from lmgcpy.experiment.study.resolved import Difference, difference
+from lmgcpy.experiment.texsol.conclusions import cohesion, late, late_part, mobilised_angle, peak
 from lmgcpy.experiment.triaxial import TriaxialRecord
 
 ROWS = 200
@@ -45,6 +47,15 @@ def deviation(record: Any, check: Any) -> float:
     ours = np.interp(strain, record.strain, record.smooth(record.reaction))
     theirs = np.interp(strain, check.strain, check.smooth(check.reaction))
     return float(np.abs(ours - theirs).mean() / theirs.mean())
+
+
+def late_gain(result: TexSolResult, wire: Any, sand: Any, values: Callable[[Any], np.ndarray]) -> Difference:
+    """Late difference of the ``values`` of a record with the wire and the sand's, resolved or not, with the changes by a
+    tighter tolerance where they were looked at."""
+    one, other = (late_part(record, values(record)) for record in (wire, sand))
+    laws = (wire.law, "none")
+    changes = [deviation(result.records[name], check) for name, check in result.checks.items() if name.startswith(laws)]
+    return difference(one, other, max(changes, default=0.0) * float(np.mean(one)))
 
 
 def measures(result: TexSolResult) -> tuple[dict[str, float], dict[str, dict[str, np.ndarray]]]:

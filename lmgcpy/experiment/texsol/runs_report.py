@@ -107,3 +107,10 @@ def accuracy_part(result: TexSolResult, test: str) -> str:
         f"Mean change of the reaction over the first {100 * min(study.check_strain, study.strain):g} % of crushing at a "
         f"{study.TIGHTER:g} times tighter tolerance:\n\n{markdown(rows)}"
     )
+
+
+RESOLVED = (
+    "± is what the noise of the curves leaves of a late difference (95 %), or its change by a tighter tolerance if that is "
+    "more. Other samples differ by more: `lmgcpy campaign` gives intervals over seeds."
+)
+"""What a table of differences means by resolved."""

@@ -133,7 +133,7 @@ def test_a_small_study_writes_what_it_promises(result, tmp_path):
 @pytest.mark.long
 def test_the_summary_answers_the_questions(result):
     text = summary(result)
-    for heading in ("By how much the wire stiffens", "compression column", "The wire's part", "The runs", "the solver's"):
+    for heading in ("Does the wire stiffen", "compression column", "The wire's part", "The runs", "the solver's"):
         assert heading in text
     assert "nan" not in text.lower()
 

@@ -175,7 +175,7 @@ def one_disk():
 
 def test_the_summary_answers_the_questions(whole):
     text = (whole / "summary.md").read_text()
-    for heading in ("By how much the wire stiffens", "The wire's part", "The runs", "the solver's"):
+    for heading in ("Does the wire stiffen", "The wire's part", "The runs", "the solver's"):
         assert heading in text
     assert "nan" not in text.lower()
 
