@@ -118,6 +118,8 @@ def _sample(subject: Subject) -> Iterator[Entry | str]:
         return
     yield Entry("volume between the walls, or of the cell", volume, unit)
     yield Entry("solid part of the volume, overlaps twice", solid / volume)
+    if solid > 0.0:
+        yield Entry("void ratio, volume of voids over solid volume", volume / solid - 1.0)
     if not subject.has_step:
         yield "Nothing acts before the first step: stress, contacts and tensions are those of later frames."
         return
@@ -127,6 +129,13 @@ def _sample(subject: Subject) -> Iterator[Entry | str]:
         yield Entry(f"stress along {axis}, traction positive", float(sigma["total"][k, k]), "Pa")
         if subject.has_wire:
             yield Entry(f"  part of the wire in the stress along {axis}", float(wire[k, k]), "Pa")
+    pressures = -np.linalg.eigvalsh(0.5 * (sigma["total"] + sigma["total"].T))
+    greatest, least = float(pressures.max()), float(pressures.min())
+    yield Entry("mean pressure p, mean of the principal stresses", float(pressures.mean()), "Pa")
+    yield Entry("deviator q, greatest less smallest principal stress", greatest - least, "Pa")
+    if least > 0.0:
+        angle = math.degrees(math.asin((greatest - least) / (greatest + least)))
+        yield Entry("mobilised angle of friction, sin phi = q / (s1 + s3)", angle, "degrees")
 
 
 def _contacts(subject: Subject) -> Iterator[Entry | str]:
@@ -177,10 +186,11 @@ def _strain(subject: Subject) -> Iterator[Entry | str]:
     yield Entry("change of the volume, fitted", found.volumetric)
     if not np.isnan(found.box).any():
         yield Entry("  of the box", float(np.linalg.det(np.eye(run.dimension) + found.box)) - 1.0)
+    principal = np.linalg.eigvalsh(found.strain)
+    yield Entry("greatest shear strain, (e1 - e3) / 2", 0.5 * np.ptp(principal))
     pairs = [(i, j) for i in range(run.dimension) for j in range(i)]
-    for name, tensor in (("shear strain", found.strain), ("rotation", found.rotation)):
-        i, j = pairs[int(np.argmax([abs(tensor[pair]) for pair in pairs]))]
-        yield Entry(f"greatest {name}, of {subject.axes[j]} and {subject.axes[i]}", abs(tensor[i, j]))
+    i, j = pairs[int(np.argmax([abs(found.rotation[pair]) for pair in pairs]))]
+    yield Entry(f"greatest rotation, from {subject.axes[j]} to {subject.axes[i]}", abs(found.rotation[i, j]), "rad")
     yield Entry("displacement that the fit leaves, root mean square", found.non_affine, "m")
     yield Entry("  in mean diameters of the grains", found.non_affine / subject.grain_size)
     yield Entry("share of the fluctuating displacement that is not affine", 100.0 * found.non_affine_share, "%")
