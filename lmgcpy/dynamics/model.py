@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 
@@ -236,6 +237,8 @@ class BodyState:
     """Rows of the bodies that are in chains."""
     recorded: bool = False
     """Whether the next step goes into a file, which holds one time step, one solver, and one number of bodies."""
+    reaction: Callable[[int], Any] | None = None
+    """Reaction of a body in the last step, by its row; of the simulation that has this state."""
     overlap: str = "ignore"
     """Answer to added bodies that overlap others, see :class:`lmgcpy.Simulation`."""
 

@@ -151,6 +151,7 @@ class Stepper:
         self._damped_waves = DampedWaves(model, self._said)
         self._turning_stretch = TurningStretch(model)
         self._whipping_links = WhippingLinks(model)
+        self.state.reaction = self._reaction_of
         scene.hand_over(self.state)  # last: a scene that was refused can be mended
         self._made = True
 
@@ -781,6 +782,11 @@ class Stepper:
         problem, interactions = self._last
         detected = detection_positions(self.positions, self.velocities, self.theta, self.time_step, self.model.cell)
         return InteractionView.of(problem, interactions, self._detector.state_names, detected, self.model.extent)
+
+    def _reaction_of(self, body: int) -> Any:
+        from lmgcpy.measure.reaction import reaction  # measures read simulations
+
+        return reaction(self, body)
 
     def problem(self) -> Problem:
         """The last step as a problem of its own: to solve otherwise, to measure, to write out.

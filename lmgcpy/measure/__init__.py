@@ -4,6 +4,7 @@ from lmgcpy.measure.contacts import ContactForces, ContactKinds, Network, contac
 from lmgcpy.measure.density import density
 from lmgcpy.measure.facets import Facets, facets
 from lmgcpy.measure.forces_along import ForcesAlong, forces_along
+from lmgcpy.measure.reaction import Reaction, reaction
 from lmgcpy.measure.strain import LocalStrain, MeanStrain, mean_strain, strain
 from lmgcpy.measure.stress import ParticleStress, particle_stress, principal, stress, window_stress
 from lmgcpy.measure.turning import LongAxes, angular_momentum, long_axes
@@ -30,6 +31,7 @@ __all__ = [
     "MeanStrain",
     "Network",
     "ParticleStress",
+    "Reaction",
     "StretchByDirection",
     "TautRuns",
     "TensionByDirection",
@@ -50,6 +52,7 @@ __all__ = [
     "network",
     "particle_stress",
     "principal",
+    "reaction",
     "strain",
     "stress",
     "stretch_by_direction",

@@ -88,11 +88,15 @@ class Moment:
         return self.source.rotations if isinstance(self.source, Stepper) else self.source.rotations[self.number]
 
     @property
+    def time_step(self) -> float:
+        """[s]."""
+        return float(self.source.time_step if isinstance(self.source, Stepper) else self.source.options["time_step"])
+
+    @property
     def since_detection(self) -> float:
         """Time from the detection of the step to its end [s]."""
-        if isinstance(self.source, Stepper):
-            return self.source.theta * self.source.time_step
-        return float(self.source.options["theta"]) * float(self.source.options["time_step"])
+        theta = self.source.theta if isinstance(self.source, Stepper) else float(self.source.options["theta"])
+        return theta * self.time_step
 
     @cached_property
     def detected(self) -> np.ndarray:

@@ -33,6 +33,7 @@ from lmgcpy.scene.solid import Material
 
 if TYPE_CHECKING:
     from lmgcpy.dynamics.model import BodyState
+    from lmgcpy.measure.reaction import Reaction
 
 AT_REST: Any = object()
 """Default of velocity, spin and rotation: the body starts at rest, along the axes."""
@@ -238,6 +239,14 @@ class Body(ABC):
     def velocity(self) -> np.ndarray:
         """Velocity [m/s], (d,), a live view."""
         return self._now(False)[: self.dimension]
+
+    @property
+    def reaction(self) -> Reaction:
+        """Force and moment that contacts and links gave to the body in the last step of its simulation, the moment about
+        its position; see :func:`lmgcpy.measure.reaction`. RuntimeError without a simulation."""
+        if self._state is None or self._state.reaction is None:
+            raise RuntimeError(f"{self!r} is in no simulation yet, whose step could give it a reaction.")
+        return self._state.reaction(self._id)
 
     @property
     def spin(self) -> Any:
