@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -11,6 +12,7 @@ import click
 
 if TYPE_CHECKING:
     from lmgcpy.cli.measure_report import Subject
+    from lmgcpy.io.run import Run
 
 FILE = click.Path(path_type=Path)
 
@@ -24,9 +26,12 @@ FILE = click.Path(path_type=Path)
     type=click.Choice(["x", "y", "z"]),
     help="Axis by the angle to which links are sorted [default: that of the test, or upward].",
 )
-@click.option("--out", type=FILE, help="Folder for CSV tables.")
-@click.option("--force", is_flag=True, help="Write into a folder that is not empty.")
-def measure(file: Path, frame: int, since: int, axis: str | None, out: Path | None, force: bool) -> None:
+@click.option("--all-frames", is_flag=True, help="A table of all frames, a row each, into the CSV file that --out names.")
+@click.option("--out", type=FILE, help="Folder for CSV tables; with --all-frames a file.")
+@click.option("--force", is_flag=True, help="Write into a folder that is not empty, or replace a file.")
+def measure(
+    file: Path, frame: int, since: int, axis: str | None, all_frames: bool, out: Path | None, force: bool
+) -> None:
     """Show what a frame of a run measures: stress, contacts, strain, wires, friction.
 
     Strain, stretch of the wire and slip of its beads are counted from an earlier frame. With --out each measure is written
@@ -37,6 +42,9 @@ def measure(file: Path, frame: int, since: int, axis: str | None, out: Path | No
     from lmgcpy.io.run import open_run
 
     with open_run(file) as run:
+        if all_frames:
+            click.echo(table_of_frames(run, since, axis, out, force))
+            return
         subject = Subject.of(run, frame, since, axis)
         folder = None if out is None else folder_for(out, force)
         found = report(subject)
@@ -56,6 +64,36 @@ def measure(file: Path, frame: int, since: int, axis: str | None, out: Path | No
             click.echo()
             for path in tables(subject, found, folder):
                 click.echo(path)
+
+
+def table_of_frames(run: Run, since: int, axis: str | None, out: Path | None, force: bool) -> Path:
+    """Write the entries of all frames, a row each; the path of the file."""
+    from lmgcpy.cli.measure_report import Subject, report
+    from lmgcpy.writing import write_table
+
+    if out is None:
+        raise ValueError("--all-frames needs --out, the CSV file to write: --out table.csv.")
+    if out.exists() and not force:
+        raise FileExistsError(f"The file '{out}' exists: give another, or --force to replace it.")
+    columns: dict[str, dict[int, float]] = {}
+    for k in range(run.frame_count):
+        of_entry = ""
+        for part in report(Subject.of(run, k, since, axis)).values():
+            for entry in part:
+                if isinstance(entry, str):
+                    continue
+                # an indented label goes on with the one above
+                label = entry.label.strip() if entry.label == entry.label.strip() else f"{of_entry}: {entry.label.strip()}"
+                of_entry = of_entry if entry.label != entry.label.strip() else label
+                name = f"{label} [{entry.unit}]" if entry.unit else label
+                columns.setdefault(name, {})[k] = entry.value
+    steps, times = run.steps, run.times
+    rows = [
+        [k, int(steps[k]), float(times[k]), *(column.get(k, math.nan) for column in columns.values())]
+        for k in range(run.frame_count)
+    ]
+    write_table(out, ["frame", "step", "time [s]", *columns], rows)
+    return out
 
 
 def text(found: dict[str, list[Any]]) -> Iterator[str]:

@@ -42,18 +42,39 @@ def export_csv(run: Run, folder: str | os.PathLike, *, force: bool = False) -> l
     if not isinstance(run, Run):
         raise TypeError(f"export_csv takes a run, which lmgcpy.io.open_run(path) opens, got {shown(run)}.")
     target = folder_for(folder, force)
-    names = [name for name in run.history.dtype.names or () if name not in ("work", "stored")]
-    history = [f"{name} [{UNITS[name]}]" if name in UNITS else name for name in names]
-    by_law = [f"{name}:{law} [J]" for name in ("work", "stored") for law in run.laws]
     written = [
         _write(target / "bodies.csv", ("frame", "step", "time [s]", "body", *_body_columns(run)), _bodies(run)),
         _write(target / "interactions.csv", interaction_columns(run.dimension), _net(run)),
-        _write(target / "history.csv", (*history, *by_law), _history(run)),
+        _write_columns(target / "history.csv", history_columns(run)),
     ]
     if run.observed:
-        columns = [f"{name}{_subscript(i)}" for name, column in run.observed.items() for i in np.ndindex(column.shape[1:])]
-        written.append(_write(target / "observed.csv", ("step", "time [s]", *columns), _observed(run)))
+        rows = run.history[:]
+        about = {"step": rows["step"], "time [s]": rows["time"]}
+        written.append(_write_columns(target / "observed.csv", {**about, **observed_columns(run)}))
     return written
+
+
+def history_columns(run: Run) -> dict[str, np.ndarray]:
+    """The history of a run by name and unit, (s,) each."""
+    rows = run.history[:]
+    names = rows.dtype.names or ()
+    columns = {name: rows[name] for name in names if name not in ("work", "stored")}
+    columns["status"] = np.array(STATUS)[columns["status"]]
+    columns = {f"{name} [{UNITS[name]}]" if name in UNITS else name: values for name, values in columns.items()}
+    for name in ("work", "stored"):
+        if name in names:
+            columns |= {f"{name}:{law} [J]": rows[name][:, k] for k, law in enumerate(run.laws)}
+    return columns
+
+
+def observed_columns(run: Run) -> dict[str, np.ndarray]:
+    """What was observed, by name, arrays with the subscript of each number, (s,) each."""
+    observed = {name: column[:] for name, column in run.observed.items()}
+    return {
+        f"{name}{_subscript(index)}": column[(slice(None), *index)]
+        for name, column in observed.items()
+        for index in np.ndindex(column.shape[1:])
+    }
 
 
 def folder_for(folder: str | os.PathLike, force: bool) -> Path:
@@ -77,6 +98,10 @@ def _write(path: Path, head: tuple[str, ...], rows: Iterable[Iterable[Any]]) -> 
     return path
 
 
+def _write_columns(path: Path, columns: dict[str, np.ndarray]) -> Path:
+    return _write(path, tuple(columns), zip(*(column.tolist() for column in columns.values()), strict=True))
+
+
 def _body_columns(run: Run) -> tuple[str, ...]:
     columns = BODY[run.dimension]
     return (*columns[:3], *ROTATION, *columns[3:]) if run.dimension == 3 and run.rotations.shape[2] else columns
@@ -98,20 +123,7 @@ def _net(run: Run) -> Iterable[list[Any]]:
             yield [frame, step, time, law, c, a, gap, *n, *p, *r, *f]
 
 
-def _history(run: Run) -> Iterable[list[Any]]:
-    for row in run.history[:]:
-        plain = [row[name].item() for name in row.dtype.names if name not in ("work", "stored")]
-        plain[4] = STATUS[plain[4]]
-        yield [*plain, *(value for name in ("work", "stored") if name in row.dtype.names for value in row[name].tolist())]
-
-
 def _subscript(index: tuple[int, ...]) -> str:
     """The subscript that follows the name of an array; empty for a number."""
     return f"[{','.join(map(str, index))}]" if index else ""
 
-
-def _observed(run: Run) -> Iterable[list[Any]]:
-    rows = run.history[:]
-    columns = [column[:].reshape(len(rows), -1) for column in run.observed.values()]
-    for k, row in enumerate(rows):
-        yield [row["step"], row["time"], *(value for column in columns for value in column[k].tolist())]

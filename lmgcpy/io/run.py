@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import logging
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from copy import deepcopy
+from dataclasses import fields, is_dataclass
 from functools import cached_property
 from typing import Any
 
@@ -16,7 +17,7 @@ from lmgcpy.dynamics.cell import CellMotion
 from lmgcpy.dynamics.changes import Change, Counts, from_rows, gaps_after, hidden_after
 from lmgcpy.dynamics.checkpoint import Checkpoint
 from lmgcpy.dynamics.interactions import InteractionView, detection_positions
-from lmgcpy.errors import file_path, named_arguments
+from lmgcpy.errors import file_path, named_arguments, shown, whole
 from lmgcpy.io.rows import Observed
 from lmgcpy.io.run_file.commits import read_checkpoint, read_commit, read_tails
 from lmgcpy.io.run_file.opening import open_to_read
@@ -96,6 +97,24 @@ class FileArray:
 
 
 @named_arguments
+def _parts(name: str, value: Any) -> Iterator[tuple[str, np.ndarray]]:
+    """The numbers in a value by name: in a dictionary or object those of its parts."""
+    if is_dataclass(value):
+        value = {field.name: getattr(value, field.name) for field in fields(value)}
+    elif hasattr(value, "_asdict"):
+        value = value._asdict()
+    if isinstance(value, Mapping):
+        for key, part in value.items():
+            yield from _parts(f"{name}.{key}" if name else str(key), part)
+    elif isinstance(value, tuple) and any(np.ndim(part) for part in value):
+        for k, part in enumerate(value):
+            yield from _parts(f"{name}.{k}", part)
+    elif value is not None:
+        array = np.asarray(value)
+        if array.dtype.kind in "biuf":
+            yield name, array
+
+
 class Run:
     """A run file, even one that is being written; it has f frames, s steps, n bodies, d dimensions, L laws.
 
@@ -275,6 +294,48 @@ class Run:
     def observed(self) -> dict[str, FileArray]:
         """Values of the functions of ``observe`` after each step, by name, (s, ...) each."""
         return Observed({name: self._array(OBSERVED + name) for name in self._about.get("observed", ())})
+
+    def to_dataframe(self) -> Any:
+        """A pandas.DataFrame with a row for each step: the history, with names and units as in ``history.csv``, and the
+        observed values.
+
+        Raises ImportError with a sentence if pandas is missing.
+        """
+        from lmgcpy.io.csv_tables import history_columns, observed_columns  # which reads runs
+        from lmgcpy.measure.table import dataframe
+
+        return dataframe({**history_columns(self), **observed_columns(self)})
+
+    def series(
+        self, measure: Callable[..., Any], *arguments: Any, frames: Iterable[int] | None = None, **options: Any
+    ) -> dict[str, np.ndarray]:
+        """A measure over time: ``measure(run, *arguments, frame=k, **options)`` of each frame k, or of ``frames``.
+
+        The names are "frame", "time" [s], and "value" for a number or an array, or for a measure with several parts the
+        names of these, "force" and "by_law.coulomb" for instance; arrays (f, ...) have a row a frame. Parts that are no
+        numbers are left out. Raises ValueError if a part does not have the same shape in all frames, such as a number for
+        each contact.
+
+        ``run.series(lm.measure.reaction, "PLATEN")["force"][:, 2]`` is the vertical force on a platen over time.
+        """
+        if not callable(measure):
+            raise TypeError(f"series takes a function such as lmgcpy.measure.stress, got {shown(measure)}.")
+        numbers = range(self.frame_count) if frames is None else [whole(k, "frames", minimum=-(2**62)) for k in frames]
+        count = self.frame_count
+        rows = [k + count if k < 0 else k for k in numbers]
+        columns: dict[str, list[np.ndarray]] = {}
+        for k in rows:
+            for name, value in _parts("", measure(self, *arguments, frame=k, **options)):
+                columns.setdefault(name or "value", []).append(value)
+        found: dict[str, np.ndarray] = {"frame": np.array(rows, dtype=np.int64), "time": self.times[rows]}
+        for name, values in columns.items():
+            if len(values) < len(rows) or len({value.shape for value in values}) > 1:
+                raise ValueError(
+                    f"'{name}' has not the same shape in all frames, so that it is no series: give series a function "
+                    "of your own, f(run, frame=k), that makes a number of it."
+                )
+            found[name] = np.array(values)
+        return found
 
     # --------------------------------------------------------------------------------------------------- description
 

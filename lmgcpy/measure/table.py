@@ -2,10 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any
 
 import numpy as np
+
+
+def dataframe(columns: Mapping[str, Any]) -> Any:
+    """A pandas.DataFrame of columns by name; ImportError with a sentence if pandas is missing."""
+    try:
+        import pandas
+    except ImportError as error:
+        raise ImportError("to_dataframe needs pandas, which is not installed: pip install pandas.") from error
+    return pandas.DataFrame(columns)
 
 
 class Table:
@@ -20,11 +30,7 @@ class Table:
 
         Raises ImportError with a sentence if pandas is missing.
         """
-        try:
-            import pandas
-        except ImportError as error:
-            raise ImportError("to_dataframe needs pandas, which is not installed: pip install pandas.") from error
-        return pandas.DataFrame(self.columns())
+        return dataframe(self.columns())
 
     def columns(self) -> dict[str, np.ndarray]:
         """The columns by name: one for each field, and for each component of a vector (``_x``) or tensor (``_xy``)."""

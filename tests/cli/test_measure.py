@@ -259,3 +259,20 @@ def test_shear_strain_is_half_of_the_difference_of_principal_strains(tmp_path):
     lines = told(tmp_path / "run.h5")
     assert float(lines["greatest shear strain, (e1 - e3) / 2"]) == 0.05
     assert abs(float(lines["greatest rotation, from x to y"].split()[0])) < 1e-9
+
+
+def test_all_frames_make_one_table(tmp_path):
+    file = pressed(tmp_path / "run.h5", 2)
+    out = tmp_path / "table.csv"
+    assert run(file, "--all-frames").exit_code != 0
+    done = run(file, "--all-frames", "--out", out)
+    assert done.exit_code == 0, done.output
+    with open(out, newline="") as text:
+        rows = list(csv.DictReader(text))
+    assert [int(row["step"]) for row in rows] == list(range(6))
+    stress = [float(row["stress along y, traction positive [Pa]"]) for row in rows]
+    assert stress[1:] == pytest.approx([-20.0] * 5, rel=1e-6)
+    assert np.isnan(stress[0])
+    assert "stress along y, traction positive: part of the wire in the stress along y [Pa]" in rows[1]
+    assert "exists" in run(file, "--all-frames", "--out", out).output
+    assert run(file, "--all-frames", "--out", out, "--force").exit_code == 0
