@@ -19,6 +19,7 @@ from lmgcpy.solve.kernels.rounding import (  # of bodies, as the loads
     kinetic_energy,
 )
 from lmgcpy.solve.problems.report import CONVERGED, NOT_FINITE, ROUND_OFF, SPENT
+from lmgcpy.solve.sweeps.cell_copies import TOTAL, cell_work
 from lmgcpy.solve.sweeps.iterates import RESUME, iterates_work, part
 from lmgcpy.solve.sweeps.light_bodies import CENTRE, FLY, LAY_ASIDE, SETTLE, TAKE_BACK, WEIGH, light_work
 from lmgcpy.solve.sweeps.team import Team, share_chunks, share_phases
@@ -66,8 +67,10 @@ def work(kind, task, job):
         look(kind, task, job)
     elif kind <= RESUME:
         iterates_work(kind, task, job)
-    else:
+    elif kind <= TAKE_BACK:
         light_work(kind, task, job)
+    else:
+        cell_work(kind, task, job)
 
 
 def add_momentum(kind, task, job):
@@ -89,7 +92,7 @@ def add_momentum(kind, task, job):
 def bodies_work(kind, task, job):
     """Work on a part of the arrays of bodies and impulses, by kind."""
     s = job.s
-    first, last = part(task, s.velocity.shape[0], job.chunks)
+    first, last = part(task, job.free_velocity.shape[0], job.chunks)
     if kind == CLEAR:
         clear(first, last, s, job.free_velocity)
     elif kind == COMBINE:
@@ -107,7 +110,7 @@ def bodies_work(kind, task, job):
 def look(kind, task, job):
     """Read numbers from the errors of a part of the interactions, by kind."""
     s = job.s
-    first, last = part(task, s.noise.shape[0], job.chunks)
+    first, last = part(task, job.free_velocity.shape[0], job.chunks)
     low, high = part(task, s.squared_error.shape[0], job.chunks)
     found = job.partial[task]
     # sum of (W_nn r_n)^2 and the largest slip, (scale e)^2
@@ -365,7 +368,7 @@ def at_round_off(team, nothing):
 def apply_impulses(team):
     """``v = v_free + M^-1 H r``, from the impulses alone, so that v keeps no round-off of the sweeps."""
     share_chunks(CLEAR, team)
-    share_phases(MOMENTUM, team)
+    share_phases(MOMENTUM, team, TOTAL)
     share_chunks(COMBINE, team)
 
 

@@ -25,6 +25,7 @@ from lmgcpy.compiled.kernel import INTERPRETED, Kernel, kernel
 from lmgcpy.compiled.reference import by_reference
 from lmgcpy.contact.interactions import with_spare_rows
 from lmgcpy.solve.kernels.system import Groups, System
+from lmgcpy.solve.sweeps.cell_copies import AVERAGE, LEND, with_copies
 from lmgcpy.solve.sweeps.light_bodies import LightBodies
 
 TICKET, DONE, HELPERS = 0, 8, 16
@@ -65,6 +66,8 @@ class Team(NamedTuple):
     """Number of interactions."""
     light: int
     """Number of light bodies."""
+    copies: int
+    """Whether tasks have copies of a periodic cell, 0 or 1."""
     work: int
     """Address of the function that does a task: ``work(kind, task, job)``."""
     job: int
@@ -131,10 +134,14 @@ def share(kind, first, last, team):
             call_at(team.give_way)
 
 
-def share_phases(kind, team):
-    """Have a kind of work done for all interactions."""
+def share_phases(kind, team, gather=AVERAGE):
+    """Have a kind of work done for all interactions; ``gather``: how copies of a periodic cell become one."""
     for f in range(team.phase.shape[0] - 1):
+        if team.copies:
+            call_work(team.work, LEND, f, team.job)
         share(kind, team.phase[f], team.phase[f + 1], team)
+        if team.copies:
+            call_work(team.work, gather, f, team.job)
 
 
 def share_chunks(kind, team):
@@ -190,7 +197,12 @@ class Crew:
     def __init__(
         self, work: Kernel, step: tuple[Groups, Any, np.ndarray, np.ndarray, LightBodies], iterates: bool, threads: int
     ):
-        groups, system, *_, light = step
+        groups, system, free_velocity, guess, light = step
+        copies = isinstance(system, System) and system.deforms and len(groups.task) > 2
+        if copies:
+            system = with_copies(system, groups)
+        self.velocity = system.velocity[: len(free_velocity)]
+        """Velocities of the bodies in the order of the sweep, (n, k)."""
         tasks = len(groups.task) - 1
         chunks = max((1, *(end - first for first, end in pairwise(groups.phase.tolist()))))
         words = np.zeros(24, dtype=np.int64)
@@ -198,17 +210,19 @@ class Crew:
         partial, beta, bounds, limits = np.zeros((max(tasks, chunks), 4)), np.zeros(1), np.zeros(4), np.zeros(8)
         flat = [np.zeros(0)] * 7
         if iterates:
-            impulse, velocity = system.impulse.reshape(-1), system.velocity.reshape(-1)
+            impulse, velocity = system.impulse.reshape(-1), self.velocity.reshape(-1)
             start, last, before, best = map(with_spare_rows, map(len, (impulse, impulse, velocity, impulse)))
             weight = system.delassus[:, : system.impulse.shape[1]].reshape(-1)
             flat = [impulse, velocity, start, last, before, best, weight]
         # kept alive as long as its address is in use
+        step = groups, system, free_velocity, guess, light
         self._job = job = Job._make([*step, *flat, partial, beta, bounds, limits, chunks])
         self._place = place = np.empty(ROOM, dtype=np.int64)
         kind = lay(job, place.ctypes.data)
         shared = words, partial, beta, groups.phase, bounds, limits, system.measured
         addresses = work_address(work, job, kind), place.ctypes.data, giving_way()
-        self._team = Team(*shared, chunks, len(system.impulse), len(light.body), *addresses)
+        counts = chunks, len(system.impulse), len(light.body), int(copies)
+        self._team = Team(*shared, *counts, *addresses)
 
     @contextmanager
     def at_work(self, solver: Kernel, bounds: tuple[float, float, float], limits: tuple) -> Iterator[Team]:
