@@ -56,7 +56,7 @@ def test_rings_are_even_of_about_equal_numbers_and_wide_enough():
 
 @pytest.mark.parametrize(("width", "count"), [(0.124, 8), (0.126, 6), (0.2, 4), (0.24, 4), (0.26, 1), (0.4, 1)])
 def test_a_narrow_ring_has_fewer_slabs(width, count):
-    """As many as fit, an even number; below four, one slab: each would lie on both sides of the other."""
+    """The greatest even number that fits; below four, one slab: each would lie on both sides of the other."""
     assert cut_ring((np.arange(4096) + 0.5) / 4096, width, 1.0)[0] == count
 
 

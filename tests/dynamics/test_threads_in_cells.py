@@ -17,7 +17,7 @@ def partition_small_scenes():
 
 
 def grains(dimension, sides, friction, seed=0, speed=0.3):
-    """A scene of grains that do not touch, and move at random, in as many places along each axis."""
+    """A scene of grains that do not touch, and move at random; ``sides``: number of grains along each axis."""
     rng = np.random.default_rng(seed)
     scene = lm.Scene(dimension=dimension)
     make = lm.disk if dimension == 2 else lm.sphere

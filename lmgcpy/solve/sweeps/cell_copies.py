@@ -13,12 +13,12 @@ of the step (without friction, or with the shift ``mu |u_t|`` held) with
 
     sum_t T |B_t d|^2_(1/I) / 2    for    |sum_t B_t d|^2_(1/I) / 2.
 
-The first is never less, and they are equal if ``d = 0`` or if all tasks push the cell by as much. So a phase never raises
+The first is never less, and they are equal if ``d = 0`` or if all tasks push the cell equally. So a phase never raises
 the energy, for any inertia, and loses little if the slabs have about equal numbers of bodies. It holds only if the visits
 know the mobility that they meet: local blocks of W have the factor T as well (``CellMotion.add_to_blocks``). Without it
 sweeps diverge in a cell with 1e-5 of the inertia that the grains give it.
 
-In a cell with an imposed gradient the copies have no mobility and stay as they are.
+In a cell with an imposed gradient the copies have no mobility and do not change.
 """
 
 from __future__ import annotations
