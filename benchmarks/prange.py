@@ -17,7 +17,7 @@ import numpy as np
 from llvmlite import ir
 from numba.extending import intrinsic
 from table import report
-from threads import simulation
+from threads import deposit, simulation
 
 import lmgcpy as lm
 from lmgcpy.compiled.by_address import ROOM, call_work
@@ -78,7 +78,7 @@ def nanoseconds_a_cycle() -> float:
 
 
 def measure(count: int) -> list[list]:
-    sim = simulation(3, count, False, slabs=True)
+    sim = simulation(deposit, (3, count, "at random"), slabs=True)
     sim.solver = lm.GaussSeidel(tolerance=1e-2, max_iterations=50)
     problem = sim.run(steps=20)._last[0]
     groups, s, task = problem.groups, problem.system, work

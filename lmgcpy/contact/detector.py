@@ -81,7 +81,7 @@ class Detector:
         pairs_of_kinds = [kinds for of_row in self._kinds for kinds in of_row]
         self._corners = max((sum(n for n in kinds.corners if n > 1) for kinds in pairs_of_kinds), default=0)
         """Most corners of elements that both sides of an interaction have."""
-        self._partitioned = is_large(len(radii), dimension) and lattice is None and contactors.elements is None
+        self._partitioned = is_large(len(radii), dimension) and contactors.elements is None
         self._radii = contactors.bounding_radius
         """Bounding radii now [m], (k,): elements may become longer."""
         self._usual = float(np.quantile(radii, 0.95)) if len(radii) else 0.0
@@ -421,7 +421,10 @@ class Detector:
         if self._partitioned:
             width = 2.0 * self._usual + self._reach
             free: np.ndarray = self.inverse_mass.max(axis=1, initial=0.0) > 0.0
-            slabs = cut_bodies(placed[:, : self.dimension], self.contactors, self._bounded, free, width)
+            at, period = placed[:, : self.dimension], np.full(self.dimension, np.inf)
+            if self._images is not None:
+                at, period = self._images.across(placed)
+            slabs = cut_bodies(at, period, self.contactors, self._bounded, free, width)
         self.place = None if slabs is None else slabs.place
         groups = [Group(chain.law, chain.form, chain=chain) for chain in self.chains]
         for row, kinds in zip(self.rows, self._kinds, strict=True):

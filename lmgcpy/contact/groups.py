@@ -103,7 +103,7 @@ def contact_group(
             group.walls = side
     group.pairs, group.rank = np.empty_like(pairs), np.empty(len(pairs), np.int32)
     group.cuts = np.empty(slabs.count + 2, np.int64)
-    where = slabs.count, slabs.slab, slabs.place
+    where = slabs.count, slabs.ring, slabs.slab, slabs.place
     sort_pairs(pairs, body, *where, group.walls, group.rank, group.pairs, group.cuts)
     return group
 

@@ -72,6 +72,10 @@ class Images:
     def _edges(self, placed: np.ndarray) -> np.ndarray:
         return placed[len(self._contactors.body) :, : self.lattice.dimension]
 
+    def across(self, placed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """See :meth:`Lattice.across <lmgcpy.contact.lattice.Lattice.across>`, for positions of the contactors."""
+        return self.lattice.across(placed[:, : self.lattice.dimension], self._edges(placed))
+
     def most_reach(self, placed: np.ndarray) -> float:
         """The largest reach that the width of the cell allows [m], less a thousandth of the width."""
         width = float(self.lattice.widths(self._edges(placed)).min())

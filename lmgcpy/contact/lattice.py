@@ -45,6 +45,20 @@ class Lattice:
         """Coordinates of points (m, d) along the edges, in parts of them, (m, p)."""
         return points @ np.linalg.inv(self.basis(edges))[self.axes].T
 
+    def across(self, points: np.ndarray, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Coordinates of points (m, d) at right angles to the faces of the cell [m], (m, d), and their periods, (d,): the
+        widths of the cell, infinite for axes without an edge.
+
+        The coordinates of two points differ by no more than their distance, up to a period. Periodic ones begin with 0.
+        """
+        inverse = np.linalg.inv(self.basis(edges))
+        step = 1.0 / np.linalg.norm(inverse, axis=1)
+        period = np.full(self.dimension, np.inf)
+        period[self.axes] = step[self.axes]
+        at = points @ inverse.T
+        at[:, self.axes] -= np.floor(at[:, self.axes])
+        return at * step, period
+
     def nearest(self, differences: np.ndarray, edges: np.ndarray) -> np.ndarray:
         """Whole numbers n (m, p) for which ``x - n L`` is the shortest image of each difference x of positions (m, d).
 

@@ -6,6 +6,10 @@ slabs can be swept at the same time, then all odd ones. The result has the same 
 without bounds that are held (walls) are never written to and belong to no slab. One thread sweeps the other pairs at the
 end: pairs that reach further than the next slab, and pairs with walls that move under a load.
 
+Across a periodic axis the slabs are a ring: the first comes after the last, which has the pairs of both. Their number is
+even then, so that the last is odd and the first even. They lie between planes along the other edges of the cell
+(:meth:`~lmgcpy.contact.lattice.Lattice.across`), however the cell leans.
+
 Within a slab the sweep goes upward, row by row, and the solver keeps the bodies in that order, so that the next data are
 in the cache or come in a stream. In large scenes one thread gains by this order, too: ids are unrelated to positions, and
 a sweep by ids over 50 000 spheres waits for memory.
@@ -60,6 +64,8 @@ class Slabs:
     """Slab and place of each of n bodies."""
 
     count: int
+    ring: bool
+    """Whether the first slab comes after the last."""
     slab: np.ndarray
     """Slab of each body, (n,) int32; NOWHERE or EVERYWHERE if it has no bounds."""
     place: np.ndarray
@@ -88,6 +94,22 @@ def cut_slabs(along: np.ndarray, width: float) -> tuple[int, np.ndarray]:
     return slab + 1, slab_of_bin[bins]
 
 
+def cut_ring(along: np.ndarray, width: float, period: float) -> tuple[int, np.ndarray]:
+    """Slabs of a periodic axis, with coordinates ``along`` in [0, period) [m], (n,): an even number of them, or one.
+
+    As :func:`cut_slabs`, with equal shares of the points and the greatest number of slabs that are all wide enough.
+    """
+    most = min(MOST_SLABS, max(LEAST_SLABS, len(along) // BODIES_A_SLAB), int(period / width))
+    bins = np.minimum(along * (BINS / period), BINS - 1).astype(np.int32)
+    inside = np.bincount(bins, minlength=BINS)
+    before = np.cumsum(inside) - inside
+    for count in range(most - most % 2, 3, -2):
+        slab_of_bin = np.minimum(before * count // len(along), count - 1).astype(np.int32)
+        if np.bincount(slab_of_bin, minlength=count).min() >= np.ceil(width * BINS / period):
+            return count, slab_of_bin[bins]
+    return 1, np.zeros(len(along), np.int32)
+
+
 def sweep_axes(spans: np.ndarray, width: float) -> list[int]:
     """The axis across which slabs are cut, and then those along which the rows within a slab are counted.
 
@@ -103,12 +125,17 @@ def sweep_axes(spans: np.ndarray, width: float) -> list[int]:
     return [upward, *level]
 
 
-def partition(centres: np.ndarray, width: float) -> tuple[int, np.ndarray, np.ndarray]:
-    """Partition of points (n, d) into slabs no narrower than ``width`` [m], and rows within them: the number of slabs, the
-    slab of each point, and its place in the order of the sweep."""
-    spans = np.array([np.ptp(along) for along in centres.T])
+def partition(centres: np.ndarray, width: float, period: np.ndarray) -> tuple[int, bool, np.ndarray, np.ndarray]:
+    """Partition of points (n, d) into slabs no narrower than ``width`` [m], and rows within them: the number of slabs,
+    whether they are a ring, the slab of each point, and its place in the order of the sweep.
+
+    ``period`` of each coordinate [m], (d,), infinite along axes that are not periodic.
+    """
+    spans = np.where(np.isfinite(period), period, [np.ptp(along) for along in centres.T])
     across, *others = sweep_axes(spans, width)
-    count, slab = cut_slabs(centres[:, across], width)
+    ring = bool(np.isfinite(period[across]))
+    along = centres[:, across]
+    count, slab = cut_ring(along, width, float(period[across])) if ring else cut_slabs(along, width)
     key = slab.astype(np.int64)
     for axis in others:
         rows = min(MOST_ROWS, int(spans[axis] / width) + 1)
@@ -117,33 +144,39 @@ def partition(centres: np.ndarray, width: float) -> tuple[int, np.ndarray, np.nd
     place = np.empty(len(centres), np.int32)
     key = key.astype(np.min_scalar_type(int(key.max())))  # numpy sorts numbers of 16 bits in O(n)
     place[np.argsort(key, kind="stable")] = np.arange(len(centres), dtype=np.int32)
-    return count, slab, place
+    return count, ring, slab, place
 
 
 def cut_bodies(
-    placed: np.ndarray, contactors: ContactorTable, bounded: np.ndarray, free: np.ndarray, width: float
+    placed: np.ndarray,
+    period: np.ndarray,
+    contactors: ContactorTable,
+    bounded: np.ndarray,
+    free: np.ndarray,
+    width: float,
 ) -> Slabs:
     """The partition of the bodies, by their first contactor, into slabs no narrower than ``width`` [m].
 
-    ``placed``: positions of the contactors, (k, d); ``bounded``: whether each is bounded, (k,); ``free``: whether each body
-    has a component that is not held, (n,).
+    ``placed``: positions of the contactors, (k, d), and their ``period``, see :func:`partition`; ``bounded``: whether each
+    is bounded, (k,); ``free``: whether each body has a component that is not held, (n,).
     """
     indices = np.flatnonzero(bounded)
     first = indices[np.diff(contactors.body[indices], prepend=-1) > 0]  # bodies ascend
     bodies = contactors.body[first]
-    count, slab_of, place_of = partition(placed.take(first, axis=0), width)
+    count, ring, slab_of, place_of = partition(placed.take(first, axis=0), width, period)
     slab = np.where(free, EVERYWHERE, NOWHERE).astype(np.int32)
     slab[bodies] = slab_of
     place = np.empty(len(slab), np.int32)
     place[slab < 0] = np.arange(len(bodies), len(slab))
     place[bodies] = place_of
-    return Slabs(count, slab, place)
+    return Slabs(count, ring, slab, place)
 
 
 @kernel
-def sort_pairs(pairs, body, count, slab, place, walls, rank, result, cuts):
+def sort_pairs(pairs, body, count, ring, slab, place, walls, rank, result, cuts):
     """Write the pairs into ``result`` in the order of the sweep, and the new index of each pair into ``rank``. Pairs are
-    sorted by the earlier of their two bodies; pairs with the same one keep their order.
+    sorted by the earlier of their two bodies, on a ring by the body in the last slab if the other is in the first; pairs
+    with the same one keep their order.
 
     ``walls``: 0 if the candidates are walls, 1 if the antagonists are, else -1. ``cuts``: start of each slab in
     ``result``, then the start of the pairs in no slab, then the total.
@@ -169,6 +202,9 @@ def sort_pairs(pairs, body, count, slab, place, walls, rank, result, cuts):
         elif slab[c] >= 0 and slab[a] >= 0 and abs(slab[c] - slab[a]) <= 1:
             mine = min(slab[c], slab[a])
             key[p] = min(place[c], place[a])
+        elif ring and slab[c] >= 0 and slab[a] >= 0 and abs(slab[c] - slab[a]) == count - 1:
+            mine = count - 1
+            key[p] = max(place[c], place[a])
         cuts[mine + 1] += 1
         first[key[p] + 1] += 1
     # counting sort by the key

@@ -11,7 +11,7 @@ from lmgcpy.dynamics.cell import CellMotion
 from lmgcpy.dynamics.model import Model
 from lmgcpy.dynamics.rolling import mark_isotropic, rolling_radius, with_rolling
 from lmgcpy.dynamics.rotation import matrices
-from lmgcpy.dynamics.schedule import schedule
+from lmgcpy.dynamics.schedule import most_at_once, schedule
 from lmgcpy.dynamics.step_problem import StepProblem
 from lmgcpy.laws.pair import asks_for_pair
 from lmgcpy.solve.kernels.forms.form import FORMS, ROLLING, in_cell
@@ -137,7 +137,7 @@ def lay_out(
     edges, branch = np.zeros(0, np.int64), np.zeros((0, 0))
     if cell is not None:
         edges, branch = cell.lattice.rows, cell.branches(groups, interactions)
-        cell.add_to_blocks(branch, groups, interactions, inverse_mass)
+        cell.add_to_blocks(branch, groups, interactions, inverse_mass, most_at_once(groups))
     # in a cell that yields each link is coupled with all others, by the cell: a wire in one block would overshoot
     wire_blocks = wire_blocks and not (cell is not None and cell.yields(inverse_mass))
     kernels = [kernels_of(group, dimension, wire_blocks, deforms=cell is not None) for group in groups]
@@ -161,6 +161,7 @@ def lay_out(
         rolling=rolling,
         edges=edges,
         branch=branch,
+        cell=with_spare_rows(len(branch), fill=edges[0] if len(edges) else 0, dtype=np.uint32),
         delassus=delassus,
         coupling=interactions.coupling,
         shear=interactions.shear,

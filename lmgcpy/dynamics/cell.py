@@ -194,12 +194,16 @@ class CellMotion:
         return np.ascontiguousarray(branch[:, self.lattice.axes])
 
     def add_to_blocks(
-        self, branch: np.ndarray, groups: list[Group], interactions: Interactions, inverse_mass: np.ndarray
+        self, branch: np.ndarray, groups: list[Group], interactions: Interactions, inverse_mass: np.ndarray, tasks: int
     ) -> None:
         """Add the mobility of the cell to the local blocks of W, in place: ``e . D e'`` for axes e, e' of the local frame,
-        with the diagonal ``D_a = sum_b l_b^2 / I_ab`` [1/kg]."""
+        with the diagonal ``D_a = T sum_b l_b^2 / I_ab`` [1/kg].
+
+        T is the number of ``tasks`` that are done side by side; each has a T-th of the inertia I
+        (:mod:`lmgcpy.solve.sweeps.cell_copies`).
+        """
         d = self.lattice.dimension
-        mobility = branch**2 @ inverse_mass[self.lattice.rows, :d]
+        mobility = branch**2 @ (tasks * inverse_mass[self.lattice.rows, :d])
         frame = local_frames(interactions.normal)
         blocks = (frame * mobility[:, None]) @ frame.transpose(0, 2, 1)
         links = first_contact(groups)

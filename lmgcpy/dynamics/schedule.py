@@ -63,14 +63,31 @@ def _in_blocks(g: int, group: Group, kernels: LawKernels) -> list[Piece]:
 def _phases(groups: list[Group], kernels: list[LawKernels]) -> Iterator[list[list[Piece]]]:
     """The tasks of each phase, each a list of pieces; some may be empty."""
     chains = [_in_blocks(g, group, kernels[g]) for g, group in enumerate(groups) if group.chain]
-    bodies = [np.unique(group.chain.bodies) for group in groups if group.chain]
-    apart = len(np.unique(np.concatenate([np.zeros(0, int), *bodies]))) == sum(map(len, bodies))
-    yield chains if apart else [[piece for chain in chains for piece in chain]]
+    yield chains if _chains_apart(groups) else [[piece for chain in chains for piece in chain]]
     rows = {g: group.rows.tolist() for g, group in enumerate(groups) if group.rows is not None}
-    slabs = max(map(len, rows.values())) - 2
+    slabs = _slabs(groups)
     for parity in (0, 1):
         yield [_cut(rows, slab, inside=True) for slab in range(parity, slabs, 2)]
     yield [_cut(rows, slabs, inside=False)]
+
+
+def most_at_once(groups: list[Group]) -> int:
+    """Largest number of tasks that a phase may have."""
+    if all(group.cuts is None for group in groups):
+        return 1
+    chains = sum(group.chain is not None for group in groups)
+    return max((_slabs(groups) + 1) // 2, chains if _chains_apart(groups) else 1)
+
+
+def _chains_apart(groups: list[Group]) -> bool:
+    """Whether no body is in two chains."""
+    bodies = [np.unique(group.chain.bodies) for group in groups if group.chain]
+    return len(np.unique(np.concatenate([np.zeros(0, int), *bodies]))) == sum(map(len, bodies))
+
+
+def _slabs(groups: list[Group]) -> int:
+    """Number of slabs."""
+    return max(len(group.cuts) - 2 for group in groups if group.cuts is not None)
 
 
 def _cut(rows: dict[int, list[int]], slab: int, *, inside: bool) -> list[Piece]:

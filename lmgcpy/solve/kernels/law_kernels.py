@@ -186,6 +186,7 @@ SYSTEM_TYPE = numba.typeof(
         rolling=np.zeros(0),
         edges=np.zeros(0, np.int64),
         branch=np.zeros((0, 0)),
+        cell=np.zeros(0, np.uint32),
         delassus=np.zeros((0, 2)),
         coupling=np.zeros(0),
         shear=np.zeros((0, 2)),

@@ -81,7 +81,7 @@ def add_noise(start, stop, walls, s):
                     centre = max(centre, s.inverse_mass[s.corner[i, k], j])
                 s.noise[s.corner[i, k], 0] += centre * share * (normal + tangential)
         for j in range(s.edges.shape[0]):
-            edge = s.edges[j]
+            edge = s.cell[i] + np.uintp(j)
             yielding = 0.0
             for k in range(s.normal.shape[1]):
                 yielding = max(yielding, s.inverse_mass[edge, k])

@@ -52,6 +52,9 @@ class System(NamedTuple):
     branch: np.ndarray
     """Components along the axes of the edges of the vector from the antagonist's centre to the candidate's [m], (m, p),
     zero if one of them has no bounds; (0, 0) if no cell deforms."""
+    cell: np.ndarray
+    """Row of the first edge of the cell on which an interaction acts, (m,) uint32: in slabs the first of the copies of the
+    edges that its task has (``lmgcpy.solve.sweeps.cell_copies``); (0,) if no cell deforms. The other edges follow."""
     delassus: np.ndarray
     """Diagonal of the local block (W_nn, W_tt, W_ss) [1/kg], (m, d)."""
     coupling: np.ndarray
@@ -116,9 +119,10 @@ class System(NamedTuple):
         pairs = {name: rows.take(getattr(self, name)) for name in ("candidate", "antagonist", "corner")}
         # take copies rows of a matrix four to fifteen times as fast as brackets do
         bodies = {"inverse_mass": self.inverse_mass.take(body, axis=0), "farness": self.farness.take(body)}
+        cell = {"edges": row[self.edges].astype(np.int64), "cell": rows.take(self.cell)}
         if len(self.axes):
             bodies["axes"] = self.axes.take(body, axis=0)
-        return self._replace(**bodies, **pairs), free_velocity.take(body, axis=0)
+        return self._replace(**cell, **bodies, **pairs), free_velocity.take(body, axis=0)
 
 
 class Groups(NamedTuple):

@@ -41,7 +41,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lmgcpy.compiled.kernel import kernel
 from lmgcpy.solve.kernels.loads import LITTLE, NEARBY, is_little
 from lmgcpy.solve.sweeps.iterates import part
 
@@ -91,10 +90,8 @@ def no_light_bodies(components: int) -> LightBodies:
     return LightBodies(body=np.zeros(0, np.int64), **numbers, **vectors)
 
 
-@kernel
 def light_work(kind, task, job):
-    """Work on one part of the light bodies, by kind. It is a kernel apart from all other work: most scenes have no light
-    bodies, and need not compile it."""
+    """Work on one part of the light bodies, by kind."""
     first, last = part(task, job.light.body.shape[0], job.chunks)
     # v_f' of a flight with the body's own mass: v_c = v_f
     if kind == FLY:

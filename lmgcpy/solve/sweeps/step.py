@@ -101,7 +101,7 @@ class Step(ABC):
         with self.crews[iterates].at_work(solver, bounds, limits) as team:
             sweeps, status = solver(team, *limits)
         if self.row is not None:
-            system.velocity[:] = system.velocity.take(self.row, axis=0)
+            system.velocity[:] = self.crews[iterates].velocity.take(self.row, axis=0)
         residual, slip, _, _, force, imbalance = system.measured.tolist()
         return Outcome(sweeps, residual, status, 0, slip, max(force, imbalance))
 

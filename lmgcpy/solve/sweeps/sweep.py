@@ -19,14 +19,15 @@ from lmgcpy.solve.kernels.rounding import (  # of bodies, as the loads
     kinetic_energy,
 )
 from lmgcpy.solve.problems.report import CONVERGED, NOT_FINITE, ROUND_OFF, SPENT
+from lmgcpy.solve.sweeps.cell_copies import TOTAL
 from lmgcpy.solve.sweeps.iterates import iterates_work, part
 from lmgcpy.solve.sweeps.light_bodies import CENTRE, FLY, LAY_ASIDE, SETTLE, TAKE_BACK, WEIGH
 from lmgcpy.solve.sweeps.team import Team, share_chunks, share_phases
 
 SWEEP, ERROR, MOMENTUM, NOISE, LOAD, SHARE, CLEAR, COMBINE, NOTHING, GUESS = map(np.int64, range(10))
 WORST, QUIET, SUM, LOUD, UNLOADED, FORCE = map(np.int64, range(10, 16))
-"""Kinds of work; the kinds of ``iterates.py`` follow, and then those of ``light_bodies.py``, which has a kernel of its own.
-They are numbers of numpy: of plain numbers, each would compile a new function."""
+"""Kinds of work; the kinds of ``iterates.py`` follow, and then those of ``light_bodies.py`` and ``cell_copies.py``. They
+are numbers of numpy: of plain numbers, each would compile a new function."""
 NEAR = 32.0
 """Round-off is examined closely if the error is within this number of times an estimate that costs next to nothing."""
 LOST = 2.0**-53
@@ -87,7 +88,7 @@ def add_momentum(kind, task, job):
 def bodies_work(kind, task, job):
     """Work on a part of the arrays of bodies and impulses, by kind."""
     s = job.s
-    first, last = part(task, s.velocity.shape[0], job.chunks)
+    first, last = part(task, job.free_velocity.shape[0], job.chunks)
     if kind == CLEAR:
         clear(first, last, s, job.free_velocity)
     elif kind == COMBINE:
@@ -105,7 +106,7 @@ def bodies_work(kind, task, job):
 def look(kind, task, job):
     """Read numbers from the errors of a part of the interactions, by kind."""
     s = job.s
-    first, last = part(task, s.noise.shape[0], job.chunks)
+    first, last = part(task, job.free_velocity.shape[0], job.chunks)
     low, high = part(task, s.squared_error.shape[0], job.chunks)
     found = job.partial[task]
     # sum of (W_nn r_n)^2 and the largest slip, (scale e)^2
@@ -363,7 +364,7 @@ def at_round_off(team, nothing):
 def apply_impulses(team):
     """``v = v_free + M^-1 H r``, from the impulses alone, so that v keeps no round-off of the sweeps."""
     share_chunks(CLEAR, team)
-    share_phases(MOMENTUM, team)
+    share_phases(MOMENTUM, team, TOTAL)
     share_chunks(COMBINE, team)
 
 

@@ -25,7 +25,8 @@ from lmgcpy.compiled.kernel import INTERPRETED, Kernel, kernel
 from lmgcpy.compiled.reference import by_reference
 from lmgcpy.contact.interactions import with_spare_rows
 from lmgcpy.solve.kernels.system import Groups, System
-from lmgcpy.solve.sweeps.light_bodies import FLY, LightBodies, light_work
+from lmgcpy.solve.sweeps.cell_copies import AVERAGE, LEND, cell_work, with_copies
+from lmgcpy.solve.sweeps.light_bodies import FLY, TAKE_BACK, LightBodies, light_work
 
 TICKET, DONE, HELPERS = 0, 8, 16
 """Entries of ``Team.words``, far enough from each other to be in different lines of the cache."""
@@ -65,10 +66,12 @@ class Team(NamedTuple):
     """Number of interactions."""
     light: int
     """Number of light bodies."""
+    copies: int
+    """Whether tasks have copies of a periodic cell, 0 or 1."""
     work: int
     """Address of the function that does a task: ``work(kind, task, job)``."""
-    light_work: int
-    """Address of the function that does the tasks on light bodies; 0 if there are none."""
+    rare_work: int
+    """Address of the function that does the tasks on light bodies and on copies of a cell; 0 if there are none."""
     job: int
     """Address of the :class:`Job` as this thread has it."""
     give_way: int
@@ -109,6 +112,16 @@ def lay(job, address):
     return write(address, job)
 
 
+@kernel
+def rare_work(kind, task, job):
+    """Do one task on light bodies or on copies of a cell. It is apart from all other work: most scenes have neither, and
+    need not compile it."""
+    if kind <= TAKE_BACK:
+        light_work(kind, task, job)
+    else:
+        cell_work(kind, task, job)
+
+
 def ticket(turn, kind, last, task):
     """An offer as one number."""
     return (turn << 40) | (kind << 32) | (last << 16) | task
@@ -116,7 +129,7 @@ def ticket(turn, kind, last, task):
 
 def do(kind, task, team):
     """Do one task."""
-    call_work(team.work if kind < FLY else team.light_work, kind, task, team.job)
+    call_work(team.work if kind < FLY else team.rare_work, kind, task, team.job)
 
 
 def share(kind, first, last, team):
@@ -138,10 +151,14 @@ def share(kind, first, last, team):
             call_at(team.give_way)
 
 
-def share_phases(kind, team):
-    """Have a kind of work done for all interactions."""
+def share_phases(kind, team, gather=AVERAGE):
+    """Have a kind of work done for all interactions; ``gather``: how copies of a periodic cell become one."""
     for f in range(team.phase.shape[0] - 1):
+        if team.copies:
+            call_work(team.rare_work, LEND, f, team.job)
         share(kind, team.phase[f], team.phase[f + 1], team)
+        if team.copies:
+            call_work(team.rare_work, gather, f, team.job)
 
 
 def share_chunks(kind, team):
@@ -197,7 +214,12 @@ class Crew:
     def __init__(
         self, work: Kernel, step: tuple[Groups, Any, np.ndarray, np.ndarray, LightBodies], iterates: bool, threads: int
     ):
-        groups, system, *_, light = step
+        groups, system, free_velocity, guess, light = step
+        copies = isinstance(system, System) and system.deforms and len(groups.task) > 2
+        if copies:
+            system = with_copies(system, groups)
+        self.velocity = system.velocity[: len(free_velocity)]
+        """Velocities of the bodies in the order of the sweep, (n, k)."""
         tasks = len(groups.task) - 1
         chunks = max((1, *(end - first for first, end in pairwise(groups.phase.tolist()))))
         words = np.zeros(24, dtype=np.int64)
@@ -205,18 +227,20 @@ class Crew:
         partial, beta, bounds, limits = np.zeros((max(tasks, chunks), 4)), np.zeros(1), np.zeros(4), np.zeros(8)
         flat = [np.zeros(0)] * 7
         if iterates:
-            impulse, velocity = system.impulse.reshape(-1), system.velocity.reshape(-1)
+            impulse, velocity = system.impulse.reshape(-1), self.velocity.reshape(-1)
             start, last, before, best = map(with_spare_rows, map(len, (impulse, impulse, velocity, impulse)))
             weight = system.delassus[:, : system.impulse.shape[1]].reshape(-1)
             flat = [impulse, velocity, start, last, before, best, weight]
         # kept alive as long as its address is in use
+        step = groups, system, free_velocity, guess, light
         self._job = job = Job._make([*step, *flat, partial, beta, bounds, limits, chunks])
         self._place = place = np.empty(ROOM, dtype=np.int64)
         kind = lay(job, place.ctypes.data)
         shared = words, partial, beta, groups.phase, bounds, limits, system.measured
-        of_light = work_address(light_work, job, kind) if len(light.body) else 0
-        addresses = work_address(work, job, kind), of_light, place.ctypes.data, giving_way()
-        self._team = Team(*shared, chunks, len(system.impulse), len(light.body), *addresses)
+        rare = work_address(rare_work, job, kind) if copies or len(light.body) else 0
+        addresses = work_address(work, job, kind), rare, place.ctypes.data, giving_way()
+        counts = chunks, len(system.impulse), len(light.body), int(copies)
+        self._team = Team(*shared, *counts, *addresses)
 
     @contextmanager
     def at_work(self, solver: Kernel, bounds: tuple[float, float, float], limits: tuple) -> Iterator[Team]:

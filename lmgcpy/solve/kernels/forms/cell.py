@@ -11,6 +11,8 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any
 
+import numpy as np
+
 from lmgcpy.compiled.fingerprint import Slot
 from lmgcpy.contact.frames import cross
 
@@ -46,8 +48,8 @@ def push(i, s, d):
     """Add ``M^-1 H d`` of an impulse ``d`` on interaction ``i`` to the velocities of its bodies and of the cell."""
     base_push(i, s, d)
     force = in_space(i, s, d)
-    for k in range(s.edges.shape[0]):
-        edge = s.edges[k]
+    for k in range(s.branch.shape[1]):
+        edge = s.cell[i] + np.uintp(k)
         for axis in range(len(force)):
             s.velocity[edge, axis] += s.inverse_mass[edge, axis] * (s.branch[i, k] * force[axis])
 
@@ -57,9 +59,10 @@ def momentum(start, stop, walls, s):
     base_momentum(start, stop, walls, s)
     for i in range(start, stop):
         force = in_space(i, s, row(s.impulse, i, 0))
-        for k in range(s.edges.shape[0]):
+        for k in range(s.branch.shape[1]):
+            edge = s.cell[i] + np.uintp(k)
             for axis in range(len(force)):
-                s.velocity[s.edges[k], axis] += s.branch[i, k] * force[axis]
+                s.velocity[edge, axis] += s.branch[i, k] * force[axis]
     return 0.0
 
 
@@ -75,9 +78,10 @@ def relative_velocities(start, stop, s, velocity, result):
 def flow_2d(velocity, i, s):
     x = 0.0
     y = 0.0
-    for k in range(s.edges.shape[0]):
-        x += s.branch[i, k] * velocity[s.edges[k], 0]
-        y += s.branch[i, k] * velocity[s.edges[k], 1]
+    for k in range(s.branch.shape[1]):
+        edge = s.cell[i] + np.uintp(k)
+        x += s.branch[i, k] * velocity[edge, 0]
+        y += s.branch[i, k] * velocity[edge, 1]
     return x, y
 
 
@@ -97,10 +101,11 @@ def flow_3d(velocity, i, s):
     x = 0.0
     y = 0.0
     z = 0.0
-    for k in range(s.edges.shape[0]):
-        x += s.branch[i, k] * velocity[s.edges[k], 0]
-        y += s.branch[i, k] * velocity[s.edges[k], 1]
-        z += s.branch[i, k] * velocity[s.edges[k], 2]
+    for k in range(s.branch.shape[1]):
+        edge = s.cell[i] + np.uintp(k)
+        x += s.branch[i, k] * velocity[edge, 0]
+        y += s.branch[i, k] * velocity[edge, 1]
+        z += s.branch[i, k] * velocity[edge, 2]
     return x, y, z
 
 
