@@ -13,6 +13,9 @@ from lmgcpy.solve.problems.report import Lock, Report
 WORTH = 5
 """A lock is looked for if the solve has cost at least this number of Newton steps. The search costs as much as one. (Sweeps
 that stagnate have cost 7 at least.)"""
+MOST_IN_CELL = 10_000
+"""A lock is not looked for in a periodic cell that deforms if there are more components of impulses: the matrix W of a
+problem in such a cell is dense."""
 CARRIES = 0.1
 """A body belongs to a lock if it bears more than this part of the greatest force of the self-stress."""
 
@@ -26,6 +29,8 @@ def find_lock(problem: StepProblem, report: Report, spans: StraightSpans) -> Loc
     """
     cost = report.factorisations + newton_steps(report.iterations, *problem.system.impulse.shape)
     if cost < WORTH or problem.law_without_conic is not None:
+        return None
+    if problem.system.deforms and problem.system.impulse.size > MOST_IN_CELL:
         return None
     try:
         conic, acting = problem.conic()

@@ -170,10 +170,6 @@ def kinetic_energy(first, last, s, velocity):
     return 0.0
 
 
-def nothing(kind, phase, job):
-    """Nothing: a cell is in W."""
-
-
 def begin_free(first, last, s, free_velocity):
     """``u = q``."""
     s.velocity[first:last] = free_velocity[first:last]

@@ -72,18 +72,30 @@ def least_motion(problem: Problem, impulses: np.ndarray) -> LeastMotion:
     there = _rigid(problem)  # the others bear nothing, not even on the way
     if not there.any():
         return LeastMotion(0.0, np.zeros_like(impulses))
-    operator = sparse.csc_array(problem.W)[there][:, there]
-    diagonal = operator.diagonal()
+    bodies = problem.W if problem.split is None else problem.split.sparse
+    cell = np.zeros((len(there), 0)) if problem.split is None else problem.split.columns
+    operator, cell = sparse.csc_array(bodies)[there][:, there], cell[there]
+    diagonal = operator.diagonal() + (cell**2).sum(axis=1)
     weight = WEIGHT / float(diagonal[diagonal > 0.0].mean()) if (diagonal > 0.0).any() else WEIGHT
+    # (I + t W)^-1 of W = bodies + cell cell^T by the formula of Woodbury: the part of a cell that yields is dense
     damped = splu(sparse.csc_array(sparse.eye_array(len(diagonal)) + weight * operator))
+    of_cell = damped.solve(cell)
+    small = np.eye(cell.shape[1]) / weight + cell.T @ of_cell
+
+    def step(b: np.ndarray) -> np.ndarray:
+        moved = damped.solve(b)
+        return moved - of_cell @ np.linalg.solve(small, cell.T @ moved)
+
     stress, best = impulses - weight * convex, LeastMotion(0.0, impulses)
     for _ in range(TURNS):
         steered = np.zeros_like(impulses)
-        steered.ravel()[there] = damped.solve(stress.ravel()[there])
+        steered.ravel()[there] = step(stress.ravel()[there])
         stress = within_cones(problem, steered)
         acting = stress.ravel()[there]
         work, most_work = -float((stress * convex).sum()), float(np.abs(stress * convex).sum())
-        moved, most_moved = float(acting @ (operator @ acting)), float(diagonal @ acting**2)
+        of_edges = cell.T @ acting
+        moved = float(acting @ (operator @ acting) + of_edges @ of_edges)
+        most_moved = float(diagonal @ acting**2)
         if work > LEAST_WORK * most_work:
             moved = max(moved, ROUNDING**2 * most_moved)
             norm = work / math.sqrt(moved) if moved > 0.0 else math.inf

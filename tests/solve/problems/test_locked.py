@@ -9,6 +9,7 @@ from test_random_problems import drawn
 
 import lmgcpy as lm
 from lmgcpy.solve.problems.locked import least_motion, within_cones
+from lmgcpy.solve.problems.problem import Split
 
 
 @pytest.mark.default_parameters("0.6-2")
@@ -53,6 +54,26 @@ def test_a_problem_without_a_solution_is_found_out(seed, dimension):
     assert size[:9].max() < 1e-5 * size[9:].min()
     assert size[9] == pytest.approx(size[10], rel=1e-6)
     assert least_motion(sound, np.zeros((9, d))).norm < 1e3
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_cell_that_yields_does_not_make_the_matrix_dense(seed):
+    """The part of a cell in W, columns columns^T, is kept apart: the same motion as with W as a whole."""
+    rng = np.random.default_rng(seed)
+    sound = drawn(seed, 2, 0.5, bodies=6, interactions=9)
+    between = np.kron(np.array([[1.0, -1.0], [-1.0, 1.0]]), np.diag([1.0, 0.0])) + np.diag([0.0, 3.0] * 2)
+    bodies = sparse.block_diag([sound.W, between], format="csr")
+    columns = rng.normal(size=(22, 2))
+    columns[-4:] = 0.0  # the cell does not move the bead, which stays locked
+    W = sparse.csr_array(bodies + columns @ columns.T)
+    laws, none, at_rest = (*sound.laws, "coulomb", "coulomb"), np.zeros(11), np.zeros((11, 2))
+    given = W, np.concatenate([sound.q, [-0.1, 0.0] * 2]), np.append(sound.mu, [0.5, 0.5]), 2, laws, none, at_rest
+    whole, apart = lm.Problem(*given), lm.Problem(*given, split=Split(sparse.csr_array(bodies), columns))
+    impulses = lm.solve(whole, solver=lm.GaussSeidel(tolerance=1e-6, max_iterations=1000)).impulses
+    one, other = least_motion(whole, impulses), least_motion(apart, impulses)
+    assert one.norm > 1e3
+    assert other.norm == pytest.approx(one.norm, rel=1e-3)
+    np.testing.assert_allclose(other.stress, one.stress, atol=1e-6 * np.abs(one.stress).max())
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
