@@ -164,6 +164,15 @@ class Model:
         return nodes
 
     @cached_property
+    def threaded(self) -> np.ndarray:
+        """Whether a body is such a node and has segments in space only, of threads and nets, (n,) bool."""
+        threaded, elements = self.nodes.copy(), self.contactors.elements
+        if elements is not None:
+            sheets = elements.count == 3 if self.dimension == 3 else np.ones(len(elements.count), dtype=bool)
+            threaded[elements.corner[sheets]] = False
+        return threaded
+
+    @cached_property
     def movable_mass(self) -> np.ndarray:
         """Mass [kg], (n,), infinite if the body is held in all directions."""
         d = self.dimension
