@@ -385,10 +385,6 @@ class Detector:
         if self._listed_at is None or widest > self._reach:
             return True
         before, spare = self._listed_centres, self._reach - widest
-        turned = slice(2 if self.dimension == 2 else 3, None)
-        # the smallest turn of a contactor without bounds moves its distant parts far
-        if (placed[self._unbounded, turned] != before[self._unbounded, turned]).any():
-            return True
         placed = self.contactors.centres(placed)
         if self._images is not None:
             before, ratio = self._images.carried_along(before, placed)
@@ -396,7 +392,7 @@ class Detector:
         if self.contactors.elements is not None:
             rows = self.contactors.elements.rows
             spare -= 2.0 * float((self._radii[rows] - self._listed_radii[rows]).max(initial=0.0))  # they may become longer
-        return bool(spare < 0.0 or 4.0 * largest_move(placed, before, self.dimension) > spare**2)
+        return bool(spare < 0.0 or 4.0 * largest_move(placed, before, self._unbounded, self.dimension) > spare**2)
 
     def _list_again(self, placed: np.ndarray) -> None:
         """Make the list of neighbours of these positions of the contactors (k, w) anew, with the shapes that elements had
