@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lmgcpy.compiled.kernel import CompilerError, Kernel
+from lmgcpy.compiled.kernel import CompilerError, Kernel, kernel
 from lmgcpy.contact.detector import Group
 from lmgcpy.contact.frames import local_frames
 from lmgcpy.dynamics.schedule import schedule
@@ -46,13 +46,13 @@ class StepProblem(Step):
     mobilities, (n, k)."""
     keeps_gap: np.ndarray
     """Whether an interaction is a contact whose law keeps the gap that it predicts, (m,) bool."""
+    takes_back_later: np.ndarray
+    """Whether its law has the rest of what turning closed added to that gap, (m,) bool."""
     yielding: np.ndarray
     """Rows of links whose law yields."""
     carried: np.ndarray | None
     """Velocities across links if heavy bodies carry light ones [m/s], (L, d - 1), NaN for links of wires that turn as a
     whole; None: all do."""
-    after: np.ndarray
-    """Memory for the relative velocities at the end, (m, d); the problems that are solved in one step share it."""
 
     def group_of(self, row: int) -> Group:
         """The group of an interaction."""
@@ -97,7 +97,7 @@ class StepProblem(Step):
     def end(self) -> None:
         """Enter the relative velocities at the end of the step into the data of the laws, and the impulses of :meth:`begin`
         once more, as a solver need not keep the guess."""
-        self.data = self.data._replace(after=self.relative_velocities(self.system.velocity, self.after))
+        self.relative_velocities(self.system.velocity, self.data.after)
         stuck = self._stuck()
         if len(stuck):
             self._bear(stuck, self.data.after, self.system.impulse)
@@ -119,7 +119,8 @@ class StepProblem(Step):
     def relative_velocities(self, velocities: np.ndarray, result: np.ndarray | None = None) -> np.ndarray:
         """Relative velocities of all interactions in their local frames, (m, d), for velocities of the bodies (n, k)."""
         result = np.empty_like(self.data.before) if result is None else result
-        result[:, self.dimension :] = 0.0
+        if result.shape[1] > self.dimension:
+            result[:, self.dimension :] = 0.0
         for form, start, stop in self.spans:
             form.relative_velocities(start, stop, self.system, velocities, result)
         return result
@@ -168,15 +169,8 @@ class StepProblem(Step):
     def predicted_gaps(self) -> np.ndarray:
         """Gaps of the next detection as laws predict them from the velocities ``after`` [m], (m,); NaN for laws that do not
         keep them. If a law may take back later what turning closed, the rest that this step left is added."""
-        result = self.data.time_step * self.data.after[:, 0]
-        result += self.data.gap
-        result[~self.keeps_gap] = np.nan
-        for group in self.by_law:
-            if group.law.KEEPS_GAP and group.law.TAKES_BACK_LATER:
-                part = slice(group.start, group.stop)
-                gap, up = self.data.gap[part], np.maximum(self.data.time_step * self.data.after[part, 0], 0.0)
-                left = np.fmax(self.data.reference_gap[part] - gap - up, 0.0)  # 0 for new contacts: their reference is NaN
-                result[part] += np.where(gap <= 0.0, left, 0.0)
+        data, result = self.data, np.empty(len(self.data.gap))
+        predict(data.gap, data.reference_gap, data.after, data.time_step, self.keeps_gap, self.takes_back_later, result)
         return result
 
     def worst(self) -> Worst | None:
@@ -333,6 +327,21 @@ class StepProblem(Step):
             )
         of_row, of_column, value = (np.concatenate(column) for column in zip(*parts, strict=True))
         return sparse.csr_array((value, (of_row, of_column)), shape=(width * count, s.inverse_mass.size))
+
+
+@kernel
+def predict(gap, reference_gap, after, time_step, keeps_gap, takes_back_later, result):
+    """Write the gaps of the next detection as laws predict them, see :meth:`StepProblem.predicted_gaps`."""
+    for i in range(gap.shape[0]):
+        if not keeps_gap[i]:
+            result[i] = np.nan
+            continue
+        way = time_step * after[i, 0]
+        result[i] = gap[i] + way
+        if takes_back_later[i] and gap[i] <= 0.0:
+            left = reference_gap[i] - gap[i] - max(way, 0.0)
+            if left > 0.0:  # not so for new contacts: their reference is NaN
+                result[i] += left
 
 
 def cell_columns(H: sparse.csr_array, system: System) -> np.ndarray:
