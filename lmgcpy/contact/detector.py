@@ -122,7 +122,7 @@ class Detector:
         of the last step and the images are copied."""
         other = object.__new__(type(self))
         other.__dict__.update(self.__dict__)
-        other._last = copy(self._last)
+        other._last = self._last.__copy__()
         if self._images is not None:
             other._images = copy(self._images)
         return other
@@ -306,16 +306,15 @@ class Detector:
         given = [pairs, group.start, group.first_slot, alert, *contactors, seen.bodies, seen.inverse_mass]
         if group.on_elements:
             given.append(elements)
-        foreign = group.kinds is not None and group.kinds.foreign
         try:
             stop, group.diagonal = group.kernel(*given, self._capacity)
         except Exception as error:
-            if not foreign:
+            if not group.foreign:
                 raise
             raise narrow_fault(group, pairs, seen, self._stride, self.dimension, error) from error
         if stop < 0:
             raise narrow_fault(group, pairs[-1 - stop :], seen, self._stride, self.dimension)
-        if foreign:
+        if group.foreign:
             check_points(group, self._capacity, stop, self.contactors)
         if self._images is not None:
             self._images.name_bodies(self._capacity.antagonist[group.start : stop], len(self.inverse_mass))

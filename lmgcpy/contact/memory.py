@@ -14,7 +14,7 @@ import numpy as np
 from lmgcpy.compiled.kernel import kernel
 from lmgcpy.contact.detection_tables import ContactorTable
 from lmgcpy.contact.groups import Group
-from lmgcpy.contact.interactions import with_spare_rows
+from lmgcpy.contact.interactions import copy_with_spare_rows
 
 
 @dataclass(frozen=True)
@@ -62,10 +62,7 @@ class LastStep:
     def remember(self, slots: np.ndarray, impulse: np.ndarray, state: np.ndarray) -> None:
         """Keep impulses (m, d) and states (m, k) of the interactions in these slots, (m,), ascending."""
         # copies: the next step may write into the same arrays and then fail
-        count = len(slots)
-        self._slots = with_spare_rows(count, dtype=np.int32)
-        self._impulses, self._states = (with_spare_rows(count, width) for width in self.width)
-        self._slots[:], self._impulses[:], self._states[:] = slots, impulse, state
+        self._slots, self._impulses, self._states = map(copy_with_spare_rows, (slots, impulse, state))
 
     @property
     def width(self) -> tuple[int, int]:
