@@ -152,12 +152,10 @@ class Energy:
             self.made, self.made_by_law = 0.0, {}
         else:
             self.made = max(0.0, self.made + sum(change.values()) + self.unbalanced)
-            through = transmitted(problem, change)
-            made = {
-                name: max(0.0, self.made_by_law.get(name, 0.0) + work - through.get(name, 0.0))
-                for name, work in change.items()
-            }
-            self.made_by_law = {**self.made_by_law, **made}
+            through, made = transmitted(problem, change) if len(works) > 1 else {}, dict(self.made_by_law)
+            for name, work in change.items():
+                made[name] = max(0.0, made.get(name, 0.0) + work - through.get(name, 0.0))
+            self.made_by_law = made
         self.loads = data.time_step * power
         if against is not None:
             self.loads += float(against.sum())
@@ -176,12 +174,16 @@ class Energy:
         self.total_drives += self.drives
         # new dictionaries, as a step that fails goes back to the old ones
         self.total_interactions = added(self.total_interactions, works)
-        self.total_dissipated = added(self.total_dissipated, dissipated)
+        if dissipated:
+            self.total_dissipated = added(self.total_dissipated, dissipated)
 
 
 def added(totals: dict[str, float], more: dict[str, float]) -> dict[str, float]:
     """Sums by name."""
-    return totals | {name: totals.get(name, 0.0) + value for name, value in more.items()}
+    sums = dict(totals)
+    for name, value in more.items():
+        sums[name] = sums.get(name, 0.0) + value
+    return sums
 
 
 def transmitted(problem: StepProblem, change: dict[str, float]) -> dict[str, float]:
@@ -193,12 +195,11 @@ def transmitted(problem: StepProblem, change: dict[str, float]) -> dict[str, flo
     work of the others, which have as much less. (A heavy ball falls on a light bead of a taut wire, the bead runs away from
     it, and both stop: the wire takes the energy of the ball and this part, which the contact seems to make.) A contact that
     takes back overlap presses by itself and transmits nothing. All contacts of a body together transmit no more than
-    interactions of other laws took there in the same step, and a law no more than these took and than it made.
+    interactions of other laws took there in the same step, and a law no more than these took and than it made. A law that
+    is alone transmits nothing.
     """
     found: dict[str, float] = {}
     laws = {group.law.NAME: group.law for group in problem.by_law}
-    if len(laws) == 1:
-        return found
     data, system, free = problem.data, problem.system, problem.inverse_mass.max(axis=1) > 0.0
     for name, law in laws.items():
         if law.APPLIES_TO != "contact" or not {"rigid", "push"} <= law.TRAITS or change.get(name, 0.0) <= 0.0:
@@ -318,8 +319,8 @@ def work_of_impulses(start, stop, impulse, before, after):
 
 @kernel
 def terms_of_bodies(free_mass, force, before, after):
-    """Gain of kinetic energy [J], kinetic energy at the end [J], power of the forces at the mean velocity [W], and whether a
-    driven component, whose ``free_mass`` is zero, has a mean velocity; (n, k) each."""
+    """Gain of kinetic energy [J], kinetic energy at the end [J], power of the forces at the mean velocity [W], and whether
+    a driven component, whose ``free_mass`` is zero, has a mean velocity; (n, k) each."""
     gain = 0.0
     twice = 0.0
     power = 0.0

@@ -43,23 +43,23 @@ def within(one, bound_of_one, other, bound_of_other):
     return beyond == 0
 
 
-def check_flight(free_velocity: np.ndarray, positions: np.ndarray, dimension: int, time: float) -> None:
-    """FloatingPointError if a velocity without impulses (n, k), or a position in the middle of the step (n, w), is not
+def fault_of_flight(
+    free_velocity: np.ndarray, positions: np.ndarray, dimension: int, time: float
+) -> FloatingPointError:
+    """The error for a velocity without impulses (n, k), or else a position in the middle of the step (n, w), that is not
     finite, or too large to be squared."""
-    if not within(free_velocity.reshape(-1), LARGEST, positions.reshape(-1), LARGEST):
-        check_bodies(free_velocity, VELOCITY[dimension], "without impulses", time)
-        check_bodies(positions, POSITION[dimension], "in its middle", time)
+    if (np.abs(free_velocity) <= LARGEST).all():
+        return fault_of_bodies(positions, POSITION[dimension], "in its middle", time)
+    return fault_of_bodies(free_velocity, VELOCITY[dimension], "without impulses", time)
 
 
-def check_bodies(values: np.ndarray, names: tuple[str, ...], when: str, time: float) -> None:
-    """FloatingPointError if one of the values (n, k) of the bodies is not finite, or too large to be squared."""
-    wrong = np.argwhere(~(np.abs(values) <= LARGEST))
-    if len(wrong):
-        body, component = wrong[0]
-        raise FloatingPointError(
-            f"In the step from t = {time:g} s a number stopped being finite: {names[component]} of body {body} is "
-            f"{values[body, component]:g} {when}. Look at what drives, loads and links this body."
-        )
+def fault_of_bodies(values: np.ndarray, names: tuple[str, ...], when: str, time: float) -> FloatingPointError:
+    """The error for the first of the values (n, k) of the bodies that is not finite, or too large to be squared."""
+    body, component = np.argwhere(~(np.abs(values) <= LARGEST))[0]
+    return FloatingPointError(
+        f"In the step from t = {time:g} s a number stopped being finite: {names[component]} of body {body} is "
+        f"{values[body, component]:g} {when}. Look at what drives, loads and links this body."
+    )
 
 
 def check_detection(groups: list[Group], found: Interactions, time: float) -> None:
@@ -89,7 +89,7 @@ def check_solution(problem: StepProblem, solver: object) -> None:
             f"In the step from t = {time:g} s a number stopped being finite: {type(solver).__name__} gave the "
             f"impulse {shown(impulse[row].tolist())} to {interaction(problem, group, row)}. Take another solver."
         )
-    check_bodies(velocity, VELOCITY[problem.dimension], "at its end", time)
+    raise fault_of_bodies(velocity, VELOCITY[problem.dimension], "at its end", time)
 
 
 def check_energy(problem: StepProblem, group: Group, energy: float) -> None:

@@ -56,7 +56,7 @@ class StepProblem(Step):
 
     def group_of(self, row: int) -> Group:
         """The group of an interaction."""
-        return next(group for group in self.by_law if group.start <= row < group.stop)
+        return next(group for group in self.by_law if row < group.stop)
 
     def on(self, system: System, **changes: Any) -> StepProblem:
         """The same step on another system, with changes of the keys of its kernels; ``stiffened`` concerns chains alone."""
@@ -71,10 +71,10 @@ class StepProblem(Step):
     def prepare(self) -> None:
         """Let each law prepare its numbers, into ``system.prepared``; FloatingPointError if a number is not finite."""
         system, data = self.system, self.data
-        for group, kernel, where in zip(self.by_law, self.kernels, self.offset, strict=True):
+        for group, kernels, where in zip(self.by_law, self.kernels, self.offset, strict=True):
             arguments = group.start, group.stop, where, data, group.parameters.ravel(), system.prepared
             functions = "initial or prepare" if group.law.initial else "prepare"
-            row = ask(group, kernel.prepare, functions, system, data, arguments)
+            row = ask(group, kernels.prepare, functions, system, data, arguments)
             if row == -1:
                 continue
             at = row if row >= 0 else -2 - row

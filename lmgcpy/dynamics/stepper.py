@@ -21,13 +21,13 @@ from lmgcpy.dynamics.cell import CellMotion, TurnedOver
 from lmgcpy.dynamics.changes import Change, as_rows, from_rows
 from lmgcpy.dynamics.checkpoint import Checkpoint, check
 from lmgcpy.dynamics.energy import Energy, Flight, dissipated_by_law, given_by_hand, kinetic_energy
-from lmgcpy.dynamics.faults import check_detection, check_flight
+from lmgcpy.dynamics.faults import check_detection, fault_of_flight
 from lmgcpy.dynamics.geometric_stiffness import TURNS, LinkStiffness, after_turn, enough
 from lmgcpy.dynamics.interactions import InteractionView, detection_positions
 from lmgcpy.dynamics.journal import Journal
 from lmgcpy.dynamics.lever_stiffness import LeverStiffness
 from lmgcpy.dynamics.model import BodyState, Drive, Model
-from lmgcpy.dynamics.motion import move
+from lmgcpy.dynamics.motion import fly, move
 from lmgcpy.dynamics.rotation import turn_freely, turn_on, turn_to
 from lmgcpy.dynamics.solve_step import solve_step
 from lmgcpy.dynamics.step_problem import StepProblem
@@ -42,7 +42,7 @@ from lmgcpy.dynamics.watch.lock import find_lock
 from lmgcpy.dynamics.watch.start_overlaps import check_start, overlaps_at_start
 from lmgcpy.dynamics.watch.stretch_and_energy import Watch
 from lmgcpy.dynamics.whipping_links import WhippingLinks
-from lmgcpy.errors import closest, flag, named_arguments, number, one_of, read_only, shown, warn, whole
+from lmgcpy.errors import LARGEST, closest, flag, named_arguments, number, one_of, read_only, shown, warn, whole
 from lmgcpy.solve.newton.alternating import Auto
 from lmgcpy.solve.problems.problem import Problem
 from lmgcpy.solve.problems.report import LOCKED, STATUS, Report
@@ -290,7 +290,7 @@ class Stepper:
         watches = self._said, self._watch, self._driven_overlaps, self._damped_waves, self._turning_stretch
         kept = [(now, now.copy()) for now in map(vars, (*watches, self.energy, self.state))]
         own = self.__dict__
-        kept.append((own, {name: own[name] for name in CHANGED} | {"_detector": copy(self._detector)}))
+        kept.append((own, {name: own[name] for name in CHANGED} | {"_detector": self._detector.__copy__()}))
         return self.state.positions.copy(), self.state.velocities.copy(), kept
 
     def _go_back(self, before: Before) -> None:
@@ -340,13 +340,13 @@ class Stepper:
         inertial = None if model.cell is None else model.cell.inertial_force(before, model.free_mass, h)
         total = force if inertial is None else force + inertial
         mobility = model.inverse_mass
-        if model.drag is None:
-            free_velocity = before + h * mobility * total
-        else:
-            mobility, free_velocity = model.drag.fly(before, total, mobility, h)
-        for drive in model.velocities:
-            free_velocity[drive.body, drive.component] = drive.at(state.time + h)
-        check_flight(free_velocity, state.positions, model.dimension, state.time)
+        start, time = before, h
+        if model.drag is not None:
+            mobility, start = model.drag.fly(before, total, mobility, h)
+            time = 0.0
+        imposed, free_velocity = (model.imposed, model.imposed_at(state.time + h)), np.empty_like(before)
+        if not fly(start, time, mobility, total, *imposed, state.positions, LARGEST, free_velocity):
+            raise fault_of_flight(free_velocity, state.positions, model.dimension, state.time)
         return Flight(force, inertial, mobility, free_velocity)
 
     def _unit(self, load: Drive) -> float:
@@ -691,10 +691,10 @@ class Stepper:
         self._geometric_stiffness = flag(geometric_stiffness, "geometric_stiffness")
 
     def __setattr__(self, name: str, value: Any) -> None:
-        if self._made and name not in self.__dict__ and not hasattr(type(self), name) and self._is_own():
+        if name not in self.__dict__ and self._made and not hasattr(type(self), name) and self._is_own():
             known = ("geometric_stiffness", "on_unconverged", "solver", "theta", "threads", "time_step")
             raise AttributeError(f"A simulation has no '{name}' that could be set{closest(name, known)}")
-        super().__setattr__(name, value)
+        object.__setattr__(self, name, value)
 
     def _is_own(self) -> bool:
         """Whether the class is one of lmgcpy: a user's own class may have any attribute."""
