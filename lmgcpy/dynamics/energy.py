@@ -123,13 +123,14 @@ class Energy:
         against = None if pushed is None else pushed * problem.relative_velocities(fallen(problem, flight, before))
         works: dict[str, float] = {}
         stored: dict[str, float] = {}
-        for group, kernels in zip(problem.by_law, problem.kernels, strict=True):
-            name = group.law.NAME
-            work = work_of_impulses(group.start, group.stop, system.impulse, data.before, data.after)
+        for law, start, stop in problem.spans_of_laws:
+            work = work_of_impulses(start, stop, system.impulse, data.before, data.after)
             if against is not None:
-                work -= float(against[group.start : group.stop].sum())
-            works[name] = works.get(name, 0.0) + work
+                work -= float(against[start:stop].sum())
+            works[law.NAME] = works.get(law.NAME, 0.0) + work
+        for group, kernels in zip(problem.by_law, problem.kernels, strict=True):
             if kernels.energy is not None:
+                name = group.law.NAME
                 arguments = group.start, group.stop, data, group.parameters.ravel()
                 energy = ask(group, kernels.energy, "energy", problem.system, data, arguments)
                 check_energy(problem, group, energy)

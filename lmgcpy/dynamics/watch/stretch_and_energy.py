@@ -198,9 +198,9 @@ class Watch:
         if "overlap" in self._said:
             return
         system, data, deepest, i = problem.system, problem.data, 0.0, -1
-        for group in problem.by_law:
-            if group.law.APPLIES_TO == "contact" and "rigid" in group.law.TRAITS:
-                deepest, i = deeper(group.start, group.stop, data.gap, system.scale, data.time_step, deepest, i)
+        for law, start, stop in problem.spans_of_laws:
+            if law.APPLIES_TO == "contact" and "rigid" in law.TRAITS:
+                deepest, i = deeper(start, stop, data.gap, system.scale, data.time_step, deepest, i)
         if self.overlap_of_start is None:
             self.overlap_of_start = deepest
         if deepest <= self.overlap_of_start + SUNK or not self._said.first("overlap"):
