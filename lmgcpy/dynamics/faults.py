@@ -30,6 +30,7 @@ VELOCITY = {
 }
 """Columns of the velocities."""
 FINITE = sys.float_info.max
+"""Largest number that is finite."""
 
 
 @kernel

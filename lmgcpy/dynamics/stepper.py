@@ -694,7 +694,7 @@ class Stepper:
         if name not in self.__dict__ and self._made and not hasattr(type(self), name) and self._is_own():
             known = ("geometric_stiffness", "on_unconverged", "solver", "theta", "threads", "time_step")
             raise AttributeError(f"A simulation has no '{name}' that could be set{closest(name, known)}")
-        object.__setattr__(self, name, value)
+        super().__setattr__(name, value)
 
     def _is_own(self) -> bool:
         """Whether the class is one of lmgcpy: a user's own class may have any attribute."""
