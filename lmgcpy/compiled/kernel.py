@@ -66,6 +66,7 @@ class Kernel(Template):
         super().__init__(function, names)
         self._dispatcher: Any = None
         self._interpreted: Callable | None = None
+        self._called: Any = None
         self._specialised: dict[tuple, Kernel] = {}
         self.__doc__ = function.__doc__
         self.__name__ = function.__name__
@@ -74,7 +75,9 @@ class Kernel(Template):
         return f"<kernel {self.function.__module__}.{self.__name__}>"
 
     def __call__(self, *arguments):
-        return self.interpreted(*arguments) if INTERPRETED else self.dispatcher(*arguments)
+        if self._called is None:
+            self._called = self.interpreted if INTERPRETED else self.dispatcher
+        return self._called(*arguments)
 
     @property
     def interpreted(self) -> Callable:

@@ -122,7 +122,7 @@ class Detector:
         of the last step and the images are copied."""
         other = object.__new__(type(self))
         other.__dict__.update(self.__dict__)
-        other._last = copy(self._last)
+        other._last = self._last.__copy__()
         if self._images is not None:
             other._images = copy(self._images)
         return other
@@ -306,16 +306,15 @@ class Detector:
         given = [pairs, group.start, group.first_slot, alert, *contactors, seen.bodies, seen.inverse_mass]
         if group.on_elements:
             given.append(elements)
-        foreign = group.kinds is not None and group.kinds.foreign
         try:
             stop, group.diagonal = group.kernel(*given, self._capacity)
         except Exception as error:
-            if not foreign:
+            if not group.foreign:
                 raise
             raise narrow_fault(group, pairs, seen, self._stride, self.dimension, error) from error
         if stop < 0:
             raise narrow_fault(group, pairs[-1 - stop :], seen, self._stride, self.dimension)
-        if foreign:
+        if group.foreign:
             check_points(group, self._capacity, stop, self.contactors)
         if self._images is not None:
             self._images.name_bodies(self._capacity.antagonist[group.start : stop], len(self.inverse_mass))
@@ -385,10 +384,6 @@ class Detector:
         if self._listed_at is None or widest > self._reach:
             return True
         before, spare = self._listed_centres, self._reach - widest
-        turned = slice(2 if self.dimension == 2 else 3, None)
-        # the smallest turn of a contactor without bounds moves its distant parts far
-        if (placed[self._unbounded, turned] != before[self._unbounded, turned]).any():
-            return True
         placed = self.contactors.centres(placed)
         if self._images is not None:
             before, ratio = self._images.carried_along(before, placed)
@@ -396,7 +391,7 @@ class Detector:
         if self.contactors.elements is not None:
             rows = self.contactors.elements.rows
             spare -= 2.0 * float((self._radii[rows] - self._listed_radii[rows]).max(initial=0.0))  # they may become longer
-        return bool(spare < 0.0 or 4.0 * largest_move(placed, before, self.dimension) > spare**2)
+        return bool(spare < 0.0 or 4.0 * largest_move(placed, before, self._unbounded, self.dimension) > spare**2)
 
     def _list_again(self, placed: np.ndarray) -> None:
         """Make the list of neighbours of these positions of the contactors (k, w) anew, with the shapes that elements had

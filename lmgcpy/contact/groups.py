@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -45,10 +46,15 @@ class Group:
     isotropic: bool = True
     """Whether each of its bodies has the same inertia about all axes; needed only if contacts roll in 3D."""
 
-    @property
+    @cached_property
     def on_elements(self) -> bool:
         """Whether at least one side of its interactions is an element."""
         return self.kinds is not None and max(self.kinds.corners) > 1
+
+    @cached_property
+    def foreign(self) -> bool:
+        """Whether its narrow phase is not lmgcpy's own."""
+        return self.kinds is not None and self.kinds.foreign
 
     @property
     def parameters(self) -> np.ndarray:

@@ -97,3 +97,12 @@ def with_spare_rows(*shape: int, fill: float | None = None, dtype: Any = float) 
     if fill is not None:
         array[:] = fill
     return array
+
+
+def copy_with_spare_rows(array: np.ndarray) -> np.ndarray:
+    """A copy of an array, with memory as :func:`with_spare_rows` has it."""
+    if len(array) <= FEW:
+        return array.copy()
+    copied = with_spare_rows(*array.shape, dtype=array.dtype)
+    copied[:] = array
+    return copied

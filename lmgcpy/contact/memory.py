@@ -14,7 +14,7 @@ import numpy as np
 from lmgcpy.compiled.kernel import kernel
 from lmgcpy.contact.detection_tables import ContactorTable
 from lmgcpy.contact.groups import Group
-from lmgcpy.contact.interactions import with_spare_rows
+from lmgcpy.contact.interactions import copy_with_spare_rows
 
 
 @dataclass(frozen=True)
@@ -62,10 +62,7 @@ class LastStep:
     def remember(self, slots: np.ndarray, impulse: np.ndarray, state: np.ndarray) -> None:
         """Keep impulses (m, d) and states (m, k) of the interactions in these slots, (m,), ascending."""
         # copies: the next step may write into the same arrays and then fail
-        count = len(slots)
-        self._slots = with_spare_rows(count, dtype=np.int32)
-        self._impulses, self._states = (with_spare_rows(count, width) for width in self.width)
-        self._slots[:], self._impulses[:], self._states[:] = slots, impulse, state
+        self._slots, self._impulses, self._states = map(copy_with_spare_rows, (slots, impulse, state))
 
     @property
     def width(self) -> tuple[int, int]:
@@ -75,9 +72,7 @@ class LastStep:
     def recall(self, slots: np.ndarray, impulse: np.ndarray, state: np.ndarray) -> None:
         """Fill in the impulses (m, d) and states (m, k) of the interactions in these slots. A new interaction gets the
         impulse zero and the state NaN. Columns beyond the state of a law are NaN, too."""
-        for values, known, new in ((self._impulses, impulse, 0.0), (self._states, state, np.nan)):
-            known.fill(new)
-            recall(slots, self._slots, values, known)
+        recall(slots, self._slots, self._impulses, self._states, impulse, state)
 
     def hand_on(self, slots: np.ndarray, surfaces: np.ndarray, impulse: np.ndarray, state: np.ndarray) -> None:
         """Give new interactions in these slots, of a contactor with a surface, the impulse and the state that it had with
@@ -102,7 +97,7 @@ class LastStep:
         every = np.union1d(self._slots, slots)
         impulses, states = (np.empty((len(every), width)) for width in self.width)
         self.recall(every, impulses, states)
-        recall(every, slots, impulse, impulses)
+        impulses[np.searchsorted(every, slots)] = impulse
         self.remember(every, impulses, states)
 
     def carry_over(self, before: list[Group], groups: list[Group], slots: int) -> None:
@@ -202,16 +197,18 @@ def table_index(group: Group, tables: list) -> int:
 
 
 @kernel
-def recall(slots, known, values, result):
-    """Copy the rows of ``values``, one for each of the slots ``known``, to the rows of ``result`` with the same ``slots``.
-    Both ascend."""
+def recall(slots, known, impulses, states, impulse, state):
+    """Copy the rows of ``impulses`` and ``states``, one for each of the slots ``known``, to the rows of ``impulse`` and
+    ``state`` with the same ``slots``; others get 0 and NaN. Both ascend."""
     k = 0
     for i in range(slots.shape[0]):
         while k < known.shape[0] and known[k] < slots[i]:
             k += 1
-        if k < known.shape[0] and known[k] == slots[i]:
-            for column in range(values.shape[1]):
-                result[i, column] = values[k, column]
+        here = k < known.shape[0] and known[k] == slots[i]
+        for column in range(impulse.shape[1]):
+            impulse[i, column] = impulses[k, column] if here else 0.0
+        for column in range(state.shape[1]):
+            state[i, column] = states[k, column] if here else np.nan
 
 
 @kernel

@@ -31,7 +31,9 @@ class Distances:
 
     def __init__(self, contactors: ContactorTable, rows: list[VisibilityRow], meets_walls: list[bool]):
         """``meets_walls``: whether contactors without bounds take part in a row."""
-        self._rows = list(zip(rows, meets_walls, strict=True))
+        self._fixed = max([0.0, *(max(row.alert, row.reach) for row in rows if not row.adaptive)])
+        adaptive = {(row.alert, row.reach, walls) for row, walls in zip(rows, meets_walls, strict=True) if row.adaptive}
+        self._adaptive = sorted(adaptive)
         bounded = np.isfinite(contactors.size)
         radii = contactors.size[bounded]
         self._largest = float(radii.max()) if len(radii) else 0.0
@@ -57,7 +59,10 @@ class Distances:
 
     def widest_alert(self, travel: float, closing: float) -> float:
         """The greatest alert distance."""
-        return max((self.alert(row, travel, closing if walls else 0.0) for row, walls in self._rows), default=0.0)
+        widest, covered = self._fixed, min(2.0 * travel, self.cap)
+        for alert, reach, walls in self._adaptive:
+            widest = max(widest, reach + max(alert, covered, closing if walls else 0.0))
+        return widest
 
     def reach(self, widest: float, travel: float) -> float:
         """Reach of a list made now, ``widest`` being the greatest alert distance of bounded contactors: lists that last

@@ -92,8 +92,13 @@ def axes_of(positions: np.ndarray) -> np.ndarray:
 
 
 @kernel
-def largest_move(positions, before, dimension):
-    """Square of the largest displacement between two sets of positions [m^2]."""
+def largest_move(positions, before, unbounded, dimension):
+    """Square of the largest displacement between two sets of positions [m^2]; infinite if a contactor of the rows
+    ``unbounded`` has turned: its smallest turn moves its distant parts far."""
+    for j in unbounded:
+        for k in range(dimension, positions.shape[1]):
+            if positions[j, k] != before[j, k]:
+                return np.inf
     largest = 0.0
     for i in range(positions.shape[0]):
         x = positions[i, 0] - before[i, 0]

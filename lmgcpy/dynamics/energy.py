@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 
+from lmgcpy.compiled.kernel import kernel
 from lmgcpy.contact.detection_tables import ChainTable
 from lmgcpy.dynamics.faults import check_energy
 from lmgcpy.dynamics.model import Model
@@ -122,21 +123,22 @@ class Energy:
         against = None if pushed is None else pushed * problem.relative_velocities(fallen(problem, flight, before))
         works: dict[str, float] = {}
         stored: dict[str, float] = {}
-        for group, kernels in zip(problem.by_law, problem.kernels, strict=True):
-            part = slice(group.start, group.stop)
-            name = group.law.NAME
-            (work,) = totals(work_of_impulses, system.impulse[part], data.before[part], data.after[part])
+        for law, start, stop in problem.spans_of_laws:
+            work = work_of_impulses(start, stop, system.impulse, data.before, data.after)
             if against is not None:
-                work -= float(against[part].sum())
-            works[name] = works.get(name, 0.0) + work
+                work -= float(against[start:stop].sum())
+            works[law.NAME] = works.get(law.NAME, 0.0) + work
+        for group, kernels in zip(problem.by_law, problem.kernels, strict=True):
             if kernels.energy is not None:
+                name = group.law.NAME
                 arguments = group.start, group.stop, data, group.parameters.ravel()
                 energy = ask(group, kernels.energy, "energy", problem.system, data, arguments)
                 check_energy(problem, group, energy)
                 stored[name] = stored.get(name, 0.0) + energy
         moments = dict(held)
-        works = added(works, moments)
-        gain, self.kinetic, power = totals(terms_of_bodies, model.free_mass, flight.force, before, after)
+        if moments:
+            works = added(works, moments)
+        gain, self.kinetic, power, drives = terms_of_bodies(model.free_mass, flight.force, before, after)
         # the energy stored before the first step is not known: for laws that store, the first step does not count
         counted = [name for name in works if name in model.passive and (name not in stored or name in self.stored)]
         change = {name: works[name] + stored.get(name, 0.0) - self.stored.get(name, 0.0) for name in counted}
@@ -146,21 +148,19 @@ class Energy:
                 change[name] -= energy
         self.by_hand = sum((energy for _, energy in given), 0.0)
         self.total_by_hand += self.by_hand
-        self.unbalanced = work_of_imbalance(problem, before)
+        self.unbalanced = work_of_imbalance(problem, before) if len(problem.light.body) else 0.0
         if data.time < model.drawn_until:
             self.made, self.made_by_law = 0.0, {}
         else:
             self.made = max(0.0, self.made + sum(change.values()) + self.unbalanced)
-            through = transmitted(problem, change)
-            made = {
-                name: max(0.0, self.made_by_law.get(name, 0.0) + work - through.get(name, 0.0))
-                for name, work in change.items()
-            }
-            self.made_by_law = {**self.made_by_law, **made}
+            through, made = transmitted(problem, change) if len(works) > 1 else {}, dict(self.made_by_law)
+            for name, work in change.items():
+                made[name] = max(0.0, made.get(name, 0.0) + work - through.get(name, 0.0))
+            self.made_by_law = made
         self.loads = data.time_step * power
         if against is not None:
             self.loads += float(against.sum())
-        self.drives = -work_on_driven(problem, model, before)
+        self.drives = -work_on_driven(problem, model, before) if drives else 0.0
         if flight.inertial is not None:
             self.drives += data.time_step * float((flight.inertial * (0.5 * (before + after))).sum())
         self.interactions = works
@@ -175,12 +175,16 @@ class Energy:
         self.total_drives += self.drives
         # new dictionaries, as a step that fails goes back to the old ones
         self.total_interactions = added(self.total_interactions, works)
-        self.total_dissipated = added(self.total_dissipated, dissipated)
+        if dissipated:
+            self.total_dissipated = added(self.total_dissipated, dissipated)
 
 
 def added(totals: dict[str, float], more: dict[str, float]) -> dict[str, float]:
     """Sums by name."""
-    return totals | {name: totals.get(name, 0.0) + value for name, value in more.items()}
+    sums = dict(totals)
+    for name, value in more.items():
+        sums[name] = sums.get(name, 0.0) + value
+    return sums
 
 
 def transmitted(problem: StepProblem, change: dict[str, float]) -> dict[str, float]:
@@ -192,11 +196,12 @@ def transmitted(problem: StepProblem, change: dict[str, float]) -> dict[str, flo
     work of the others, which have as much less. (A heavy ball falls on a light bead of a taut wire, the bead runs away from
     it, and both stop: the wire takes the energy of the ball and this part, which the contact seems to make.) A contact that
     takes back overlap presses by itself and transmits nothing. All contacts of a body together transmit no more than
-    interactions of other laws took there in the same step, and a law no more than these took and than it made.
+    interactions of other laws took there in the same step, and a law no more than these took and than it made. A law that
+    is alone transmits nothing.
     """
     found: dict[str, float] = {}
-    data, system, free = problem.data, problem.system, problem.inverse_mass.max(axis=1) > 0.0
     laws = {group.law.NAME: group.law for group in problem.by_law}
+    data, system, free = problem.data, problem.system, problem.inverse_mass.max(axis=1) > 0.0
     for name, law in laws.items():
         if law.APPLIES_TO != "contact" or not {"rigid", "push"} <= law.TRAITS or change.get(name, 0.0) <= 0.0:
             continue
@@ -273,8 +278,6 @@ def given_by_hand(problem: StepProblem, earlier: list[ChainTable], predicted: np
 def work_of_imbalance(problem: StepProblem, before: np.ndarray) -> float:
     """Work [J] of the impulses ``(M - m) (v_c - v)`` on light bodies, see :mod:`lmgcpy.solve.sweeps.light_bodies`."""
     light = problem.light
-    if not len(light.body):
-        return 0.0
     after = problem.system.velocity[light.body]
     impulse = light.mass * (1.0 / light.share[:, None] - 1.0) * (light.centre - after)
     return 0.5 * float((impulse * (before[light.body] + after)).sum())
@@ -293,8 +296,6 @@ def work_on_driven(problem: StepProblem, model: Model, before: np.ndarray) -> fl
     """Work [J] of the impulses on driven components at their mean velocity, which their drives must bring up."""
     driven = model.driven
     mean = 0.5 * (before.take(driven) + problem.system.velocity.take(driven))
-    if not mean.any():
-        return 0.0
     return float(problem.momentum().take(driven).dot(mean))
 
 
@@ -305,39 +306,43 @@ def fallen(problem: StepProblem, flight: Flight, before: np.ndarray) -> np.ndarr
     return np.where(problem.system.inverse_mass > 0.0, stiffened * (flight.free_velocity - before), 0.0)
 
 
-PIECE = 8192
-"""Number of products in a call of BLAS. BLAS shares longer sums among threads: the number of threads would show in the last
-bits, and on a busy machine the wait for them took longer than all the rest (16 ms at 10 000 spheres). Intermediate arrays
-stay in the cache."""
+@kernel
+def work_of_impulses(start, stop, impulse, before, after):
+    """Work [J] of the impulses of some interactions at the means of their relative velocities (m, d)."""
+    total = 0.0
+    for i in range(start, stop):
+        work = 0.0
+        for k in range(impulse.shape[1]):
+            work += impulse[i, k] * (0.5 * (before[i, k] + after[i, k]))
+        total += work
+    return total
 
 
-def totals(of: Callable[..., tuple[float, ...]], *arrays: np.ndarray) -> tuple[float, ...]:
-    """Sums of the numbers ``of(*pieces)`` over pieces of arrays of one shape, taken flat."""
-    flat = [array.reshape(-1) for array in arrays]
-    pieces = range(0, flat[0].size, PIECE)
-    if len(pieces) <= 1:
-        return of(*flat)
-    return tuple(map(sum, zip(*(of(*(a[k : k + PIECE] for a in flat)) for k in pieces), strict=True)))
-
-
-def work_of_impulses(impulse: np.ndarray, before: np.ndarray, after: np.ndarray) -> tuple[float]:
-    """Work [J] of impulses at the mean of relative velocities."""
-    return (float(impulse.dot(0.5 * (before + after))),)
-
-
-def terms_of_bodies(
-    free_mass: np.ndarray, force: np.ndarray, before: np.ndarray, after: np.ndarray
-) -> tuple[float, float, float]:
-    """Gain of kinetic energy [J], kinetic energy at the end [J], and power of the forces at the mean velocity [W]."""
-    mean = 0.5 * (before + after)
-    return (
-        float((free_mass * (after - before)).dot(mean)),  # not from two large numbers that nearly cancel
-        0.5 * float((free_mass * after).dot(after)),
-        float(force.dot(mean)),
-    )
+@kernel
+def terms_of_bodies(free_mass, force, before, after):
+    """Gain of kinetic energy [J], kinetic energy at the end [J], power of the forces at the mean velocity [W], and whether
+    a driven component, whose ``free_mass`` is zero, has a mean velocity; (n, k) each."""
+    gain = 0.0
+    twice = 0.0
+    power = 0.0
+    moves = False
+    for b in range(free_mass.shape[0]):
+        of_body = 0.0
+        at_end = 0.0
+        of_force = 0.0
+        for k in range(free_mass.shape[1]):
+            mean = 0.5 * (before[b, k] + after[b, k])
+            # not from two large numbers that nearly cancel
+            of_body += free_mass[b, k] * (after[b, k] - before[b, k]) * mean
+            at_end += free_mass[b, k] * after[b, k] * after[b, k]
+            of_force += force[b, k] * mean
+            moves = moves or (free_mass[b, k] == 0.0 and mean != 0.0)
+        gain += of_body
+        twice += at_end
+        power += of_force
+    return gain, 0.5 * twice, power, moves
 
 
 def kinetic_energy(free_mass: np.ndarray, velocities: np.ndarray) -> float:
     """``v . M v / 2`` [J] of the free components, (n, k) both."""
-    (twice,) = totals(lambda m, v: (float((m * v) @ v),), free_mass, velocities)
-    return 0.5 * twice
+    return 0.5 * float((free_mass * velocities * velocities).sum(axis=1).sum())

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from lmgcpy.compiled.kernel import kernel
 from lmgcpy.contact.detector import Group
 from lmgcpy.contact.narrow_phase import Interactions
 from lmgcpy.dynamics.step_problem import StepProblem
@@ -28,26 +29,35 @@ VELOCITY = {
     3: tuple(f"{what} {k} [{unit}]" for what, unit in (("velocity along", "m/s"), ("spin about", "rad/s")) for k in "xyz"),
 }
 """Columns of the velocities."""
-QUICK = 8192
-"""Up to this many numbers, their sum of squares, one call of BLAS by one thread, shows in a third of the time that all are
-finite."""
+FINITE = sys.float_info.max
+"""Largest number that is finite."""
 
 
-def squares_within(values: np.ndarray, bound: float) -> bool:
-    """Whether the squares of at most QUICK numbers sum to no more than a bound; False for more numbers, or if one is
-    NaN."""
-    flat = values.reshape(-1)
-    return flat.size <= QUICK and bool(np.vdot(flat, flat) <= bound)  # dot would warn of an overflow
+@kernel
+def within(one, bound_of_one, other, bound_of_other):
+    """Whether no number of two flat arrays is larger than its bound, or NaN."""
+    beyond = 0
+    for i in range(one.shape[0]):
+        beyond += not abs(one[i]) <= bound_of_one
+    for i in range(other.shape[0]):
+        beyond += not abs(other[i]) <= bound_of_other
+    return beyond == 0
 
 
-def check_bodies(values: np.ndarray, names: tuple[str, ...], when: str, time: float) -> None:
-    """FloatingPointError if one of the values (n, k) of the bodies is not finite, or too large to be squared."""
-    if squares_within(values, LARGEST**2):
-        return
-    if values.min(initial=0.0) >= -LARGEST and values.max(initial=0.0) <= LARGEST:  # not so for NaN
-        return
+def fault_of_flight(
+    free_velocity: np.ndarray, positions: np.ndarray, dimension: int, time: float
+) -> FloatingPointError:
+    """The error for a velocity without impulses (n, k), or else a position in the middle of the step (n, w), that is not
+    finite, or too large to be squared."""
+    if (np.abs(free_velocity) <= LARGEST).all():
+        return fault_of_bodies(positions, POSITION[dimension], "in its middle", time)
+    return fault_of_bodies(free_velocity, VELOCITY[dimension], "without impulses", time)
+
+
+def fault_of_bodies(values: np.ndarray, names: tuple[str, ...], when: str, time: float) -> FloatingPointError:
+    """The error for the first of the values (n, k) of the bodies that is not finite, or too large to be squared."""
     body, component = np.argwhere(~(np.abs(values) <= LARGEST))[0]
-    raise FloatingPointError(
+    return FloatingPointError(
         f"In the step from t = {time:g} s a number stopped being finite: {names[component]} of body {body} is "
         f"{values[body, component]:g} {when}. Look at what drives, loads and links this body."
     )
@@ -55,26 +65,32 @@ def check_bodies(values: np.ndarray, names: tuple[str, ...], when: str, time: fl
 
 def check_detection(groups: list[Group], found: Interactions, time: float) -> None:
     """FloatingPointError if the narrow phase of two contactors gave a number that is not finite."""
-    for what, values in (("gap", found.gap), ("normal or contact point", found.delassus)):
-        if not (squares_within(values, sys.float_info.max) or math.isfinite(values.sum())):
-            row = int(np.argmin(np.isfinite(values).reshape(len(values), -1).all(axis=1)))
-            law = next(group.law.NAME for group in groups if group.start <= row < group.stop)
-            raise FloatingPointError(
-                f"In the step from t = {time:g} s a number stopped being finite: the {what} of law '{law}' between bodies "
-                f"{found.candidate[row]} and {found.antagonist[row]}. Look at the narrow phase of their contactors."
-            )
+    if within(found.gap, FINITE, found.delassus.reshape(-1), FINITE):
+        return
+    finite = np.isfinite(found.gap)
+    what = "normal or contact point" if finite.all() else "gap"
+    row = int(np.argmin(np.isfinite(found.delassus).all(axis=1) if finite.all() else finite))
+    law = next(group.law.NAME for group in groups if group.start <= row < group.stop)
+    raise FloatingPointError(
+        f"In the step from t = {time:g} s a number stopped being finite: the {what} of law '{law}' between bodies "
+        f"{found.candidate[row]} and {found.antagonist[row]}. Look at the narrow phase of their contactors."
+    )
 
 
-def check_impulses(problem: StepProblem, solver: object) -> None:
-    """FloatingPointError if a solver reports success and an impulse is not finite."""
-    impulse = problem.system.impulse
-    if not (squares_within(impulse, sys.float_info.max) or math.isfinite(impulse.sum())):
-        row = int(np.argmin(np.isfinite(impulse).all(axis=1)))
+def check_solution(problem: StepProblem, solver: object) -> None:
+    """FloatingPointError if a solver reports success and an impulse is not finite, or a velocity too large."""
+    impulse, velocity, time = problem.system.impulse, problem.system.velocity, problem.data.time
+    if within(impulse.reshape(-1), FINITE, velocity.reshape(-1), LARGEST):
+        return
+    finite = np.isfinite(impulse).all(axis=1)
+    if not finite.all():
+        row = int(np.argmin(finite))
         group = problem.group_of(row)
         raise FloatingPointError(
-            f"In the step from t = {problem.data.time:g} s a number stopped being finite: {type(solver).__name__} gave the "
+            f"In the step from t = {time:g} s a number stopped being finite: {type(solver).__name__} gave the "
             f"impulse {shown(impulse[row].tolist())} to {interaction(problem, group, row)}. Take another solver."
         )
+    raise fault_of_bodies(velocity, VELOCITY[problem.dimension], "at its end", time)
 
 
 def check_energy(problem: StepProblem, group: Group, energy: float) -> None:

@@ -112,7 +112,7 @@ class Model:
         np.minimum.at(size, self.contactors.body, self.contactors.size)
         return size
 
-    @property
+    @cached_property
     def links(self) -> list[ChainTable]:
         """The chains, then the joints."""
         return [*self.chains, *self.joints]
@@ -137,6 +137,24 @@ class Model:
     def driven(self) -> np.ndarray:
         """Components that are driven, as indices into flat arrays (n, k)."""
         return np.flatnonzero(self.inverse_mass == 0.0)
+
+    @cached_property
+    def imposed(self) -> np.ndarray:
+        """Components with imposed velocities, as indices into flat arrays (n, k)."""
+        width = self.mass.shape[1]
+        return np.array([drive.body * width + drive.component for drive in self.velocities], dtype=np.int64)
+
+    def imposed_at(self, time: float) -> np.ndarray:
+        """Velocities of these components at a time [s]; raises errors as :meth:`Drive.at`."""
+        if self._imposed_for_good is not None:
+            return self._imposed_for_good
+        return np.array([drive.at(time) for drive in self.velocities], dtype=float)
+
+    @cached_property
+    def _imposed_for_good(self) -> np.ndarray | None:
+        """Their velocities if none changes with time, else None."""
+        values = [drive.value for drive in self.velocities if not callable(drive.value)]
+        return np.array(values, dtype=float) if len(values) == len(self.velocities) else None
 
     @cached_property
     def bounded(self) -> np.ndarray:

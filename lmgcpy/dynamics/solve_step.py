@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time as clock
 
-from lmgcpy.dynamics.faults import VELOCITY, LawFault, check_bodies, check_impulses, fault_of_solve
+from lmgcpy.dynamics.faults import LawFault, check_solution, fault_of_solve
 from lmgcpy.dynamics.geometric_stiffness import LinkStiffness, solve_stiffened
 from lmgcpy.dynamics.step_problem import StepProblem
 from lmgcpy.solve.problems.report import NOT_FINITE, STATUS, Report
@@ -35,11 +35,9 @@ def solve_step(problem: StepProblem, solver: Solver, links: LinkStiffness | None
         seconds=clock.perf_counter() - start,
         solves=solves,
     )
-    time = problem.data.time
     if outcome.status == NOT_FINITE:
         raise fault(problem, solver)
-    check_impulses(problem, solver)
-    check_bodies(problem.system.velocity, VELOCITY[problem.dimension], "at its end", time)
+    check_solution(problem, solver)
     problem.end()
     return problem, report
 

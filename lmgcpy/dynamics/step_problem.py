@@ -6,15 +6,17 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from lmgcpy.compiled.kernel import CompilerError, Kernel
+from lmgcpy.compiled.kernel import CompilerError, Kernel, kernel
+from lmgcpy.compiled.reference import by_reference
 from lmgcpy.contact.detector import Group
 from lmgcpy.contact.frames import local_frames
 from lmgcpy.dynamics.schedule import schedule
 from lmgcpy.errors import told
+from lmgcpy.laws import Law
 from lmgcpy.solve.kernels.forms.form import Form
 from lmgcpy.solve.kernels.law_kernels import LawKernels, StepData, law_kernels, not_compiled
 from lmgcpy.solve.kernels.system import System
@@ -25,9 +27,30 @@ from lmgcpy.solve.sweeps.step import Step
 if TYPE_CHECKING:
     import scipy.sparse as sparse
 
+
 NO_MOBILITY = float(np.finfo(float).tiny)
 """Replaces ``W_nn = 0``, by which a law may divide. It is negligible beside any compliance."""
 
+
+@by_reference
+class Frames(NamedTuple):
+    """The arrays of a :class:`System <lmgcpy.solve.kernels.system.System>` that relative velocities need: to hand them to a
+    kernel takes half as long as to hand it all."""
+
+    candidate: np.ndarray
+    antagonist: np.ndarray
+    normal: np.ndarray
+    tangent: np.ndarray
+    arm: np.ndarray
+    lateral: np.ndarray
+    lever: np.ndarray
+    moment: np.ndarray
+    axes: np.ndarray
+    rolling: np.ndarray
+    edges: np.ndarray
+    branch: np.ndarray
+    corner: np.ndarray
+    weight: np.ndarray
 
 @dataclass(kw_only=True, eq=False, repr=False)
 class StepProblem(Step):
@@ -46,17 +69,17 @@ class StepProblem(Step):
     mobilities, (n, k)."""
     keeps_gap: np.ndarray
     """Whether an interaction is a contact whose law keeps the gap that it predicts, (m,) bool."""
+    takes_back_later: np.ndarray
+    """Whether its law has the rest of what turning closed added to that gap, (m,) bool."""
     yielding: np.ndarray
     """Rows of links whose law yields."""
     carried: np.ndarray | None
     """Velocities across links if heavy bodies carry light ones [m/s], (L, d - 1), NaN for links of wires that turn as a
     whole; None: all do."""
-    after: np.ndarray
-    """Memory for the relative velocities at the end, (m, d); the problems that are solved in one step share it."""
 
     def group_of(self, row: int) -> Group:
         """The group of an interaction."""
-        return next(group for group in self.by_law if group.start <= row < group.stop)
+        return next(group for group in self.by_law if row < group.stop)
 
     def on(self, system: System, **changes: Any) -> StepProblem:
         """The same step on another system, with changes of the keys of its kernels; ``stiffened`` concerns chains alone."""
@@ -71,10 +94,10 @@ class StepProblem(Step):
     def prepare(self) -> None:
         """Let each law prepare its numbers, into ``system.prepared``; FloatingPointError if a number is not finite."""
         system, data = self.system, self.data
-        for group, kernel, where in zip(self.by_law, self.kernels, self.offset, strict=True):
+        for group, kernels, where in zip(self.by_law, self.kernels, self.offset, strict=True):
             arguments = group.start, group.stop, where, data, group.parameters.ravel(), system.prepared
             functions = "initial or prepare" if group.law.initial else "prepare"
-            row = ask(group, kernel.prepare, functions, system, data, arguments)
+            row = ask(group, kernels.prepare, functions, system, data, arguments)
             if row == -1:
                 continue
             at = row if row >= 0 else -2 - row
@@ -97,7 +120,7 @@ class StepProblem(Step):
     def end(self) -> None:
         """Enter the relative velocities at the end of the step into the data of the laws, and the impulses of :meth:`begin`
         once more, as a solver need not keep the guess."""
-        self.data = self.data._replace(after=self.relative_velocities(self.system.velocity, self.after))
+        self.relative_velocities(self.system.velocity, self.data.after)
         stuck = self._stuck()
         if len(stuck):
             self._bear(stuck, self.data.after, self.system.impulse)
@@ -119,9 +142,10 @@ class StepProblem(Step):
     def relative_velocities(self, velocities: np.ndarray, result: np.ndarray | None = None) -> np.ndarray:
         """Relative velocities of all interactions in their local frames, (m, d), for velocities of the bodies (n, k)."""
         result = np.empty_like(self.data.before) if result is None else result
-        result[:, self.dimension :] = 0.0
+        if result.shape[1] > self.dimension:
+            result[:, self.dimension :] = 0.0
         for form, start, stop in self.spans:
-            form.relative_velocities(start, stop, self.system, velocities, result)
+            form.relative_velocities(start, stop, self.frames, velocities, result)
         return result
 
     def momentum(self) -> np.ndarray:
@@ -132,6 +156,11 @@ class StepProblem(Step):
         return given.velocity
 
     @cached_property
+    def frames(self) -> Frames:
+        """The arrays of the system that relative velocities need."""
+        return Frames(*(getattr(self.system, name) for name in Frames._fields))
+
+    @cached_property
     def spans(self) -> list[tuple[Form, int, int]]:
         """Rows (start, stop) of the interactions of one form."""
         spans: list[tuple[Form, int, int]] = []
@@ -140,6 +169,17 @@ class StepProblem(Step):
             if spans and spans[-1][0] is form:
                 start = spans.pop()[1]
             spans.append((form, start, group.stop))
+        return spans
+
+    @cached_property
+    def spans_of_laws(self) -> list[tuple[type[Law], int, int]]:
+        """Rows (start, stop) of the interactions of one law, of groups one after another."""
+        spans: list[tuple[type[Law], int, int]] = []
+        for group in self.by_law:
+            law, start = type(group.law), group.start
+            if spans and spans[-1][0] is law:
+                start = spans.pop()[1]
+            spans.append((law, start, group.stop))
         return spans
 
     def components(self) -> np.ndarray:
@@ -168,15 +208,8 @@ class StepProblem(Step):
     def predicted_gaps(self) -> np.ndarray:
         """Gaps of the next detection as laws predict them from the velocities ``after`` [m], (m,); NaN for laws that do not
         keep them. If a law may take back later what turning closed, the rest that this step left is added."""
-        result = self.data.time_step * self.data.after[:, 0]
-        result += self.data.gap
-        result[~self.keeps_gap] = np.nan
-        for group in self.by_law:
-            if group.law.KEEPS_GAP and group.law.TAKES_BACK_LATER:
-                part = slice(group.start, group.stop)
-                gap, up = self.data.gap[part], np.maximum(self.data.time_step * self.data.after[part, 0], 0.0)
-                left = np.fmax(self.data.reference_gap[part] - gap - up, 0.0)  # 0 for new contacts: their reference is NaN
-                result[part] += np.where(gap <= 0.0, left, 0.0)
+        data, result = self.data, np.empty(len(self.data.gap))
+        predict(data.gap, data.reference_gap, data.after, data.time_step, self.keeps_gap, self.takes_back_later, result)
         return result
 
     def worst(self) -> Worst | None:
@@ -333,6 +366,21 @@ class StepProblem(Step):
             )
         of_row, of_column, value = (np.concatenate(column) for column in zip(*parts, strict=True))
         return sparse.csr_array((value, (of_row, of_column)), shape=(width * count, s.inverse_mass.size))
+
+
+@kernel
+def predict(gap, reference_gap, after, time_step, keeps_gap, takes_back_later, result):
+    """Write the gaps of the next detection as laws predict them, see :meth:`StepProblem.predicted_gaps`."""
+    for i in range(gap.shape[0]):
+        if not keeps_gap[i]:
+            result[i] = np.nan
+            continue
+        way = time_step * after[i, 0]
+        result[i] = gap[i] + way
+        if takes_back_later[i] and gap[i] <= 0.0:
+            left = reference_gap[i] - gap[i] - max(way, 0.0)
+            if left > 0.0:  # not so for new contacts: their reference is NaN
+                result[i] += left
 
 
 def cell_columns(H: sparse.csr_array, system: System) -> np.ndarray:

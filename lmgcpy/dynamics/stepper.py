@@ -22,12 +22,13 @@ from lmgcpy.dynamics.cell import CellMotion, TurnedOver
 from lmgcpy.dynamics.changes import Change, as_rows, from_rows
 from lmgcpy.dynamics.checkpoint import Checkpoint, check
 from lmgcpy.dynamics.energy import Energy, Flight, dissipated_by_law, given_by_hand, kinetic_energy
-from lmgcpy.dynamics.faults import POSITION, VELOCITY, check_bodies, check_detection
+from lmgcpy.dynamics.faults import check_detection, fault_of_flight
 from lmgcpy.dynamics.geometric_stiffness import TURNS, LinkStiffness, after_turn, enough
 from lmgcpy.dynamics.interactions import InteractionView, detection_positions
 from lmgcpy.dynamics.journal import Journal
 from lmgcpy.dynamics.lever_stiffness import LeverStiffness
 from lmgcpy.dynamics.model import BodyState, Drive, Model
+from lmgcpy.dynamics.motion import fly, move
 from lmgcpy.dynamics.rotation import turn_freely, turn_on, turn_to
 from lmgcpy.dynamics.solve_step import solve_step
 from lmgcpy.dynamics.step_problem import StepProblem
@@ -42,7 +43,7 @@ from lmgcpy.dynamics.watch.lock import find_lock
 from lmgcpy.dynamics.watch.start_overlaps import check_start, overlaps_at_start
 from lmgcpy.dynamics.watch.stretch_and_energy import Watch
 from lmgcpy.dynamics.whipping_links import WhippingLinks
-from lmgcpy.errors import closest, flag, named_arguments, number, one_of, read_only, shown, warn, whole
+from lmgcpy.errors import LARGEST, closest, flag, named_arguments, number, one_of, read_only, shown, warn, whole
 from lmgcpy.solve.newton.alternating import Auto
 from lmgcpy.solve.problems.problem import Problem
 from lmgcpy.solve.problems.report import LOCKED, STATUS, Report
@@ -199,7 +200,7 @@ class Stepper:
         sentences = self._take_changes() if self.state.stale else []
         earlier = self._draw_chains()
         h, theta, state, v = self.time_step, self.theta, self.state, self.state.velocities
-        state.positions[:, :3] += self._first_move((1.0 - theta) * h * v)  # (1)
+        self._move(v, (1.0 - theta) * h, v, 0.0, CellMotion.first_move)  # (1)
         driven, driven_last = self._turn((1.0 - theta) * h, v, state.positions), 0.0
         flight = self._free_flight(v)  # (2)
         found = self._find_impulses(v, flight, earlier)  # (3), (4)
@@ -208,7 +209,7 @@ class Stepper:
         problem.commit()
         problem.data.state[:, -1] = found.predicted_gap
         # (5) if one solve gives the displacements and the velocities, as it mostly does
-        state.positions[:, :3] += self._last_move(found.displacement - (1.0 - theta) * h * problem.system.velocity)
+        self._move(found.displacement, 1.0, problem.system.velocity, -(1.0 - theta) * h, CellMotion.last_move)
         if self.model.cell is not None:
             self.model.cell.straighten(state.positions)
         after = problem.system.velocity
@@ -292,7 +293,7 @@ class Stepper:
         watches = self._said, self._watch, self._driven_overlaps, self._damped_waves, self._turning_stretch
         kept = [(now, now.copy()) for now in map(vars, (*watches, self.energy, self.state))]
         own = self.__dict__
-        kept.append((own, {name: own[name] for name in CHANGED} | {"_detector": copy(self._detector)}))
+        kept.append((own, {name: own[name] for name in CHANGED} | {"_detector": self._detector.__copy__()}))
         return self.state.positions.copy(), self.state.velocities.copy(), kept
 
     def _go_back(self, before: Before) -> None:
@@ -315,40 +316,40 @@ class Stepper:
             return 0.0
         return turn_freely(model.turning, time, positions, velocities, model.mass, model.inverse_mass)
 
-    def _first_move(self, moving: np.ndarray) -> np.ndarray:
-        """Displacements (n, 3) from the start of a step to its middle; ``moving``: velocities times the time (n, k)."""
-        return self._moved(moving, CellMotion.first_move)
-
-    def _last_move(self, moving: np.ndarray) -> np.ndarray:
-        """Displacements (n, 3) from the middle of a step to its end; ``moving``: velocities times the time (n, k)."""
-        return self._moved(moving, CellMotion.last_move)
-
-    def _moved(self, moving: np.ndarray, move: Callable[[CellMotion, np.ndarray, np.ndarray], np.ndarray]) -> np.ndarray:
-        """Displacements by a ``move`` of the periodic cell; without a cell, the velocities times the time."""
-        if self.model.cell is None:
-            return moving[:, :3]
+    def _move(
+        self,
+        one: np.ndarray,
+        time: float,
+        other: np.ndarray,
+        earlier: float,
+        in_cell: Callable[[CellMotion, np.ndarray, np.ndarray], np.ndarray],
+    ) -> None:
+        """Move the bodies by ``time one + earlier other``, (n, k) both; ``in_cell``: their move with a periodic cell."""
+        cell, positions = self.model.cell, self.state.positions
+        if cell is None:
+            move(positions, one, time, other, earlier)
+            return
         try:
-            return move(self.model.cell, moving, self.state.positions)
+            positions[:, :3] += in_cell(cell, time * one + earlier * other, positions)
         except TurnedOver as fault:
             raise RuntimeError(f"In the step from t = {self.state.time:g} s {fault}") from None
 
     def _free_flight(self, before: np.ndarray) -> Flight:
         """How bodies would fly in the step without impulses."""
-        model, state, h, d = self.model, self.state, self.time_step, self.model.dimension
+        model, state, h = self.model, self.state, self.time_step
         middle = state.time + 0.5 * h
         loads = [(load, load.at(middle) * self._unit(load)) for load in model.forces]
         force = model.force(loads, state.positions, middle)
         inertial = None if model.cell is None else model.cell.inertial_force(before, model.free_mass, h)
         total = force if inertial is None else force + inertial
         mobility = model.inverse_mass
-        if model.drag is None:
-            free_velocity = before + h * mobility * total
-        else:
-            mobility, free_velocity = model.drag.fly(before, total, mobility, h)
-        for drive in model.velocities:
-            free_velocity[drive.body, drive.component] = drive.at(state.time + h)
-        check_bodies(free_velocity, VELOCITY[d], "without impulses", state.time)
-        check_bodies(state.positions, POSITION[d], "in its middle", state.time)
+        start, time = before, h
+        if model.drag is not None:
+            mobility, start = model.drag.fly(before, total, mobility, h)
+            time = 0.0
+        imposed, free_velocity = (model.imposed, model.imposed_at(state.time + h)), np.empty_like(before)
+        if not fly(start, time, mobility, total, *imposed, state.positions, LARGEST, free_velocity):
+            raise fault_of_flight(free_velocity, state.positions, model.dimension, state.time)
         return Flight(force, inertial, mobility, free_velocity)
 
     def _unit(self, load: Drive) -> float:
@@ -555,20 +556,23 @@ class Stepper:
             system = found.problem.system
             return 0.5 * float((system.impulse[:, 0] ** 2 * system.delassus[:, 0]).sum())
 
-        unresolved = np.zeros(0)
-        if not self.geometric_stiffness:
-            first = found.solved
-            unresolved = self._links.resolution(first.system.impulse, first.data.gap, h)
-        return [
-            *self._displacement_watch.far(found.moves, before, found.problem.system.velocity, end, h),
-            *(self._watch.spans(self._straight_spans, found.solved) if self.report.solved else ()),  # else: a lock?
-            *self._watch.links(found.solved, unresolved),
-            *self._watch.overlaps(found.solved),
-            *self._driven_overlaps.after_step(self.state.positions, end),
-            *self._damped_waves.after_step(found.problem, self._links, before, end),
-            *(self._watch.jerk(found.problem, found.solved.data.gap, self.energy, thrust) if self.report.solved else ()),
-            *self._watch.energy(self.energy, thrust, shock, end, h),
-        ]
+        links, solved = len(self.model.links) > 0, self.report.solved
+        sentences = self._displacement_watch.far(found.moves, before, found.problem.system.velocity, end, h)
+        if links:
+            if solved:  # else: a lock?
+                sentences += self._watch.spans(self._straight_spans, found.solved)
+            unresolved, first = np.zeros(0), found.solved
+            if not self.geometric_stiffness:
+                unresolved = self._links.resolution(first.system.impulse, first.data.gap, h)
+            sentences += self._watch.links(first, unresolved)
+        sentences += self._watch.overlaps(found.solved)
+        sentences += self._driven_overlaps.after_step(self.state.positions, end)
+        if links:
+            sentences += self._damped_waves.after_step(found.problem, self._links, before, end)
+            if solved:
+                sentences += self._watch.jerk(found.problem, found.solved.data.gap, self.energy, thrust)
+        sentences += self._watch.energy(self.energy, thrust, shock, end, h)
+        return sentences
 
     def _count_unsolved(self) -> list[str]:
         """Count a step that was not solved; returns a sentence for the first one outside a run."""
@@ -690,7 +694,7 @@ class Stepper:
         self._geometric_stiffness = flag(geometric_stiffness, "geometric_stiffness")
 
     def __setattr__(self, name: str, value: Any) -> None:
-        if self._made and name not in self.__dict__ and not hasattr(type(self), name) and self._is_own():
+        if name not in self.__dict__ and self._made and not hasattr(type(self), name) and self._is_own():
             known = ("geometric_stiffness", "on_unconverged", "solver", "theta", "threads", "time_step")
             raise AttributeError(f"A simulation has no '{name}' that could be set{closest(name, known)}")
         super().__setattr__(name, value)

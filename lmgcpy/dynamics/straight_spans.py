@@ -226,7 +226,7 @@ class StraightSpans:
 
     def let_go(self, guess: np.ndarray, normal: np.ndarray) -> None:
         """Reduce the guess (m, d) of straight spans that cross to the part KEPT."""
-        if self.crosses.any():
+        if len(self.ends) and self.crosses.any():
             guess[self.link[(self.crosses & self.straight(normal))[self.span]]] *= KEPT
 
     def give_way(self, problem: StepProblem) -> None:

@@ -14,6 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from lmgcpy.compiled.kernel import kernel
 from lmgcpy.dynamics.step_problem import StepProblem
 
 MADE = 0.01
@@ -30,17 +31,33 @@ def take_back(
     problem that ``solve`` returns have the velocities ``after``.
     """
     data = solved.data
-    turned = (data.gap < data.reference_gap) & given.keeps_gap
-    work = 0.5 * float((solved.system.impulse[:, 0] * (data.before[:, 0] + data.after[:, 0])).sum(where=turned))
-    if work <= 0.0:
-        return solved, None
-    loads, free = given.free_velocity - before, given.inverse_mass > 0.0
-    doubled = np.divide(before * before + loads * loads, given.inverse_mass, out=np.zeros_like(before), where=free)
-    if work <= MADE * 0.5 * float(doubled.sum()):
+    of_contacts = data.gap, data.reference_gap, given.keeps_gap, solved.system.impulse, data.before, data.after
+    if not makes_energy(*of_contacts, given.free_velocity, before, given.inverse_mass):
         return solved, None
     first = solved.system.impulse.copy()
+    turned = (data.gap < data.reference_gap) & given.keeps_gap
     reference = np.where(turned, given.data.gap, given.data.reference_gap)
     again = replace(given, data=given.data._replace(reference_gap=reference))
     again.prepare()
     solved = solve(again)
     return solved, first - solved.system.impulse
+
+
+@kernel
+def makes_energy(gap, reference_gap, keeps_gap, impulse, before, after, free_velocity, velocity, inverse_mass):
+    """Whether contacts that take back what turning closed make more than :data:`MADE` of the kinetic energy and of what
+    loads give from rest. ``before``, ``after``: relative velocities (m, d); ``free_velocity``, ``velocity``: of the bodies
+    without impulses and before the step (n, k)."""
+    work = 0.0
+    for i in range(gap.shape[0]):
+        if keeps_gap[i] and gap[i] < reference_gap[i]:
+            work += 0.5 * impulse[i, 0] * (before[i, 0] + after[i, 0])
+    if work <= 0.0:
+        return False
+    energy = 0.0
+    for b in range(velocity.shape[0]):
+        for k in range(velocity.shape[1]):
+            if inverse_mass[b, k] > 0.0:
+                loads = free_velocity[b, k] - velocity[b, k]
+                energy += 0.5 * (velocity[b, k] * velocity[b, k] + loads * loads) / inverse_mass[b, k]
+    return work > MADE * energy

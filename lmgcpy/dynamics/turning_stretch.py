@@ -206,7 +206,8 @@ class TurningStretch:
     def remember(self, problem: StepProblem) -> None:
         """Keep the gaps that the laws of a step predict, with its velocities ``after``."""
         data, count = problem.data, len(self.predicted)
-        self.predicted = data.gap[:count] + data.time_step * data.after[:count, 0]
+        if count:
+            self.predicted = data.gap[:count] + data.time_step * data.after[:count, 0]
 
     def _kinetic(self, before: np.ndarray, free: np.ndarray) -> np.ndarray:
         """Kinetic energy of the bodies of each net before the step, and what its loads give them from rest [J]; from

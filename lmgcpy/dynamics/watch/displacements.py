@@ -51,8 +51,8 @@ class Displacements(NamedTuple):
 
 def worse(one: Displacements, other: Displacements) -> Displacements:
     """The larger displacements of two, and the worst body and wall of either."""
-    body = max(one, other, key=lambda moves: moves.body_excess)
-    wall = max(one, other, key=lambda moves: moves.wall_excess)
+    body = one if one.body_excess >= other.body_excess else other
+    wall = one if one.wall_excess >= other.wall_excess else other
     travel, closing = max(one.travel, other.travel), max(one.closing, other.closing)
     return Displacements(travel, closing, *body[2:5], *wall[5:])
 
@@ -123,7 +123,8 @@ class DisplacementWatch:
         np.maximum.at(self._arm, owner, off_axes(model))
         self._walls = np.unique(owner[np.isinf(radius)])
         self._arm[self._walls] = -1.0
-        self._across = np.array([across(model, int(wall)) for wall in self._walls]).reshape(-1, d, d)
+        of_walls = np.array([across(model, int(wall)) for wall in self._walls]).reshape(-1, d, d)
+        self._given = d, self._arm, self._limit, self._walls, of_walls, self._limit[self._walls]
         self._late = LATE * float(np.minimum(self._own, self._others).min(initial=np.inf))
         self._links = unseen_links(model, np.isfinite(self._limit))
 
@@ -137,8 +138,8 @@ class DisplacementWatch:
             # with the cell, two bodies that touch come closer by h |G| (R_c + R_a), half of it each; twice that for bodies
             # that do not touch yet
             flow = float(np.abs(gradient).sum()) * self._widest
-        given = self._dimension, self._arm, self._limit, self._walls, self._across, self._limit[self._walls]
-        speed, closing, body, body_speed, excess, wall, wall_speed, wall_excess = _measure(velocities, *given)
+        measured = _measure(velocities, *self._given)
+        speed, closing, body, body_speed, excess, wall, wall_speed, wall_excess = measured
         h = time_step
         of_bodies, of_walls = (body, h * body_speed, h * excess), (wall, h * wall_speed, h * wall_excess)
         return Displacements(h * (speed + flow), h * closing, *of_bodies, *of_walls)

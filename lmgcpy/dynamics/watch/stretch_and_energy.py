@@ -21,6 +21,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from lmgcpy.compiled.kernel import kernel
 from lmgcpy.dynamics.energy import Energy
 from lmgcpy.dynamics.model import Model
 from lmgcpy.dynamics.step_problem import StepProblem
@@ -197,15 +198,9 @@ class Watch:
         if "overlap" in self._said:
             return
         system, data, deepest, i = problem.system, problem.data, 0.0, -1
-        shallow = (data.gap * system.scale).min(initial=0.0) >= -SUNK * data.time_step
-        if shallow and self.overlap_of_start is not None:
-            return
-        for group in problem.by_law:
-            if group.law.APPLIES_TO == "contact" and "rigid" in group.law.TRAITS:
-                over = data.gap[group.start : group.stop] * system.scale[group.start : group.stop]
-                k = int(over.argmin())
-                if -over[k] > deepest * data.time_step:  # scale: time step over the smaller radius
-                    deepest, i = -float(over[k]) / data.time_step, group.start + k
+        for law, start, stop in problem.spans_of_laws:
+            if law.APPLIES_TO == "contact" and "rigid" in law.TRAITS:
+                deepest, i = deeper(start, stop, data.gap, system.scale, data.time_step, deepest, i)
         if self.overlap_of_start is None:
             self.overlap_of_start = deepest
         if deepest <= self.overlap_of_start + SUNK or not self._said.first("overlap"):
@@ -252,19 +247,22 @@ class Watch:
         """A sentence on each law that promises to make no energy and has made some; ``thrust`` computes the energy that the
         loads of a step alone would give to bodies at rest [J]; ``shock``, the energy that its normal impulses would give
         them, one by one. If bodies are tensioned against each other, works below a part of it are errors."""
+        turned = energy.turned
         makers = [
-            (f"interactions of law '{name}'", made, self._most_made[name]) for name, made in energy.made_by_law.items()
+            (f"interactions of law '{name}'", made)
+            for name, made in energy.made_by_law.items()
+            if made > self._most_made[name] * turned
         ]
-        if not self._said.any_of("interactions of law"):
-            makers.append(("interactions and the imbalance of light bodies", energy.made, MADE_BY_ALL))
-        for maker, made, most in makers:
-            if made <= most * energy.turned or maker in self._said:
+        if energy.made > MADE_BY_ALL * turned and not self._said.any_of("interactions of law"):
+            makers.append(("interactions and the imbalance of light bodies", energy.made))
+        for maker, made in makers:
+            if maker in self._said:
                 continue
             if made <= max(START**2 * thrust(), ERRORS * shock()) or not self._said.first(maker):
                 continue
             yield (
                 f"Until t = {time:g} s {maker} have made {made:.3g} J out of nothing, "
-                f"{100.0 * made / energy.turned:.3g} % of all energy turned over. See whether a time step of "
+                f"{100.0 * made / turned:.3g} % of all energy turned over. See whether a time step of "
                 f"{rounded_down(0.5 * time_step)} s, or a solver with a smaller tolerance, does the same. "
                 "(Said once of each law.)"
             )
@@ -273,3 +271,15 @@ class Watch:
         """A sentence on the first step that has no solution; ``time``: of its end [s]."""
         if self._said.first("lock"):
             yield f"The step to t = {time:g} s has no solution: {lock}. (Said once.)"
+
+
+@kernel
+def deeper(start, stop, gap, scale, time_step, deepest, row):
+    """The deepest overlap of some contacts, in parts of the smaller radius, and its row, if it is more than ``deepest``;
+    else this and ``row``. ``scale``: time step over the smaller radius [s/m]."""
+    for i in range(start, stop):
+        overlap = -gap[i] * scale[i] / time_step
+        if overlap > deepest:
+            deepest = overlap
+            row = i
+    return deepest, row

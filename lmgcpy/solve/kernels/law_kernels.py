@@ -54,7 +54,7 @@ class StepData(NamedTuple):
     before: np.ndarray
     """Relative velocities at the start of the step [m/s], (m, d)."""
     after: np.ndarray
-    """Relative velocities at its end [m/s], (m, d); (0, d) until it is solved."""
+    """Relative velocities at its end [m/s], (m, d), once it is solved; the problems solved in one step share it."""
     pairs: np.ndarray
     """Radii and masses of candidates and antagonists [m, m, kg, kg], (m, 4); (0, 4) if no law asks."""
     state: np.ndarray

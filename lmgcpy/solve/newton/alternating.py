@@ -148,23 +148,27 @@ class Alternating(Solver):
     def solve(self, step: Step) -> Outcome:
         """Sweeps and Newton steps by turns from the guess, until one of them solves the step or both are spent."""
         system, size = step.system, (len(step.guess), step.dimension)
-        turn, patience, trial = self.first_turn(*size), PATIENCE, self.TRIES
+        turn, state, guess = self.first_turn(*size), new_state(), None
+        seven, sweeps = sweeps_of_seven_steps(*size), 0
+
+        def sweep() -> Outcome:
+            left = max(self.max_iterations - sweeps, 1)
+            if guess is None:  # the first sweeps, or they go on
+                return self._sweep(step, min(turn, left), overtime=NEARLY * seven, most=left, state=state)
+            return self._sweep(step.starting_from(guess), min(turn, left), swept=True)
+
+        swept = sweep()
+        if swept.status in ENDED:
+            return swept
+        patience, trial = PATIENCE, self.TRIES
         _, slip, force = self.bounds
         most = min(self.max_factorisations, newton_steps(WORK, *size))
-        progress = Progress(len(step.guess), sweeps_of_seven_steps(*size) / 7.0, PATIENCE)
-        sweeps = factorisations = 0
+        progress = Progress(len(step.guess), seven / 7.0, PATIENCE)
+        factorisations = 0
         best, least = step.guess, np.inf
-        guess: np.ndarray | None = None
-        state = new_state()
         active: ActiveSet | None = None
         last = False
         while True:
-            left = max(self.max_iterations - sweeps, 1)
-            if guess is None:  # the first sweeps, or they go on
-                overtime = NEARLY * sweeps_of_seven_steps(*size)
-                swept = self._sweep(step, min(turn, left), overtime=overtime, most=left, state=state)
-            else:
-                swept = self._sweep(step.starting_from(guess), min(turn, left), swept=True)
             sweeps += swept.iterations
             progress.add(swept.residual, sweeps=swept.iterations)
             if swept.status in ENDED:
@@ -178,6 +182,7 @@ class Alternating(Solver):
             if active is None:
                 if step.law_without_conic and not self.NEEDS_CONIC:
                     turn, last = self.max_iterations, True
+                    swept = sweep()
                     continue
                 problem, acting = step.conic()
                 active, noise = ActiveSet(problem), np.random.default_rng(0)
@@ -219,6 +224,7 @@ class Alternating(Solver):
                 turn *= LONGER
             else:
                 turn, patience = max(turn, min(2 * turn, LONGEST)), min(2 * patience, MOST_PATIENCE)
+            swept = sweep()
         if swept.residual > least:
             swept = self.finish(step, best)  # a sweep from there may raise the residual again, by half
         if given_up and swept.status == SPENT:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -67,7 +68,7 @@ class Solver(ABC):
         """Largest ``h |e_i| / R_i`` of a solved step."""
         return float(min(self.tolerance, MOST_SLIP) if self.slip is None else self.slip)
 
-    @property
+    @cached_property
     def bounds(self) -> tuple[float, float, float]:
         """Largest residual, slip, and error of a force of a solved step."""
         force = min(FORCE * self.tolerance, MOST_FORCE) if self.force is None else self.force

@@ -98,8 +98,7 @@ class Step(ABC):
         system = self.system
         if iterates not in self.crews:
             self.crews[iterates] = self._crew(iterates)
-        with self.crews[iterates].at_work(solver, bounds, limits) as team:
-            sweeps, status = solver(team, *limits)
+        sweeps, status = self.crews[iterates].run(solver, bounds, limits)
         if self.row is not None:
             system.velocity[:] = self.crews[iterates].velocity.take(self.row, axis=0)
         residual, slip, _, _, force, imbalance = system.measured.tolist()

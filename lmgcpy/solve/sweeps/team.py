@@ -12,8 +12,6 @@ simulation in another thread or the end of the process would have to care about.
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -242,24 +240,24 @@ class Crew:
         counts = chunks, len(system.impulse), len(light.body), int(copies)
         self._team = Team(*shared, *counts, *addresses)
 
-    @contextmanager
-    def at_work(self, solver: Kernel, bounds: tuple[float, float, float], limits: tuple) -> Iterator[Team]:
-        """The team, with helpers as long as ``solver(team, *limits)`` runs to these bounds of residual, slip, and errors of
-        forces."""
+    def run(self, solver: Kernel, bounds: tuple[float, float, float], limits: tuple) -> Any:
+        """``solver(team, *limits)`` to these bounds of residual, slip, and errors of forces, with helpers as long as it
+        runs."""
         team = self._team
         for array in (team.words, team.partial, team.beta):
             array.fill(0)
         team.bounds[:3] = bounds
         team.words[HELPERS] = self._helpers
-        if self._helpers:
-            solver.make_ready(team, *limits)  # or helpers would spend the compiler's time looking for work
-            help_out.make_ready(team)
+        if not self._helpers:
+            return solver(team, *limits)
+        solver.make_ready(team, *limits)  # or helpers would spend the compiler's time looking for work
+        help_out.make_ready(team)
         helpers: list[threading.Thread] = []
         try:
             for _ in range(self._helpers):
                 helpers.append(threading.Thread(target=help_out, args=(team,)))
                 helpers[-1].start()
-            yield team
+            return solver(team, *limits)
         finally:
             team.words[TICKET] = STOP << 32
             for thread in helpers:
