@@ -14,7 +14,7 @@ import errno
 import os
 import stat
 import uuid
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -197,3 +197,12 @@ def is_being_written(path: str | os.PathLike) -> bool:
     except OSError:
         return False  # nobody writes a read-only file
     return False
+
+
+def dataframe(columns: Mapping[str, Any]) -> Any:
+    """A pandas.DataFrame of columns by name; ImportError with a sentence if pandas is missing."""
+    try:
+        import pandas
+    except ImportError as error:
+        raise ImportError("to_dataframe needs pandas, which is not installed: pip install pandas.") from error
+    return pandas.DataFrame(columns)

@@ -47,10 +47,11 @@ class Frames(NamedTuple):
     moment: np.ndarray
     axes: np.ndarray
     rolling: np.ndarray
-    edges: np.ndarray
     branch: np.ndarray
+    cell: np.ndarray
     corner: np.ndarray
     weight: np.ndarray
+
 
 @dataclass(kw_only=True, eq=False, repr=False)
 class StepProblem(Step):

@@ -788,9 +788,8 @@ class Stepper:
         return InteractionView.of(problem, interactions, self._detector.state_names, detected, self.model.extent)
 
     def _reaction_of(self, body: int) -> Any:
-        from lmgcpy.measure.reaction import reaction  # measures read simulations
-
-        return reaction(self, body)
+        """The reaction of a body in the last step; simulations ask the measures."""
+        raise NotImplementedError
 
     def problem(self) -> Problem:
         """The last step as a problem of its own: to solve otherwise, to measure, to write out.

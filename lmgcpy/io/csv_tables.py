@@ -11,7 +11,6 @@ import numpy as np
 
 from lmgcpy.errors import named_arguments, shown
 from lmgcpy.io.run import Run
-from lmgcpy.solve.problems.report import STATUS
 from lmgcpy.writing import make_folder, write_table
 
 BODY = {
@@ -24,15 +23,6 @@ BODY = {
 """Columns of the table of bodies, by dimension."""
 ROTATION = ("q_x", "q_y", "q_z", "q_w")
 """Columns after the position if bodies keep a rotation in space."""
-UNITS = {
-    "time": "s",
-    "seconds": "s",
-    "step_seconds": "s",
-    **dict.fromkeys(("made", "kinetic", "loads", "drives", "drag", "unbalanced", "defect"), "J"),
-}
-"""Units of the columns of the history."""
-
-
 @named_arguments
 def export_csv(run: Run, folder: str | os.PathLike, *, force: bool = False) -> list[Path]:
     """Write ``bodies.csv``, ``interactions.csv`` and ``history.csv`` into a folder; returns their paths.
@@ -45,36 +35,13 @@ def export_csv(run: Run, folder: str | os.PathLike, *, force: bool = False) -> l
     written = [
         _write(target / "bodies.csv", ("frame", "step", "time [s]", "body", *_body_columns(run)), _bodies(run)),
         _write(target / "interactions.csv", interaction_columns(run.dimension), _net(run)),
-        _write_columns(target / "history.csv", history_columns(run)),
+        _write_columns(target / "history.csv", run.history_columns),
     ]
     if run.observed:
         rows = run.history[:]
         about = {"step": rows["step"], "time [s]": rows["time"]}
-        written.append(_write_columns(target / "observed.csv", {**about, **observed_columns(run)}))
+        written.append(_write_columns(target / "observed.csv", {**about, **run.observed_columns}))
     return written
-
-
-def history_columns(run: Run) -> dict[str, np.ndarray]:
-    """The history of a run by name and unit, (s,) each."""
-    rows = run.history[:]
-    names = rows.dtype.names or ()
-    columns = {name: rows[name] for name in names if name not in ("work", "stored")}
-    columns["status"] = np.array(STATUS)[columns["status"]]
-    columns = {f"{name} [{UNITS[name]}]" if name in UNITS else name: values for name, values in columns.items()}
-    for name in ("work", "stored"):
-        if name in names:
-            columns |= {f"{name}:{law} [J]": rows[name][:, k] for k, law in enumerate(run.laws)}
-    return columns
-
-
-def observed_columns(run: Run) -> dict[str, np.ndarray]:
-    """What was observed, by name, arrays with the subscript of each number, (s,) each."""
-    observed = {name: column[:] for name, column in run.observed.items()}
-    return {
-        f"{name}{_subscript(index)}": column[(slice(None), *index)]
-        for name, column in observed.items()
-        for index in np.ndindex(column.shape[1:])
-    }
 
 
 def folder_for(folder: str | os.PathLike, force: bool) -> Path:
@@ -121,9 +88,3 @@ def _net(run: Run) -> Iterable[list[Any]]:
         columns = net.law, net.candidate, net.antagonist, net.gap, net.normal, net.point, net.impulse, net.force
         for law, c, a, gap, n, p, r, f in zip(*(column.tolist() for column in columns), strict=True):
             yield [frame, step, time, law, c, a, gap, *n, *p, *r, *f]
-
-
-def _subscript(index: tuple[int, ...]) -> str:
-    """The subscript that follows the name of an array; empty for a number."""
-    return f"[{','.join(map(str, index))}]" if index else ""
-

@@ -26,8 +26,17 @@ from lmgcpy.io.run_file.trees import check_about, check_digest, read_group, read
 from lmgcpy.scene.contactor import PlaneContactor, WallContactor
 from lmgcpy.scene.description import lattice_of
 from lmgcpy.solve.problems.report import SOLVED_CODES, STATUS
+from lmgcpy.writing import dataframe
 
 log = logging.getLogger("lmgcpy")
+
+UNITS = {
+    "time": "s",
+    "seconds": "s",
+    "step_seconds": "s",
+    **dict.fromkeys(("made", "kinetic", "loads", "drives", "drag", "unbalanced", "defect"), "J"),
+}
+"""Units of the columns of the history."""
 
 
 def _interactions_of(
@@ -96,7 +105,7 @@ class FileArray:
         return f"<{self.dtype} array of shape {self.shape}, in the file>"
 
 
-@named_arguments
+
 def _parts(name: str, value: Any) -> Iterator[tuple[str, np.ndarray]]:
     """The numbers in a value by name: in a dictionary or object those of its parts."""
     if is_dataclass(value):
@@ -115,6 +124,7 @@ def _parts(name: str, value: Any) -> Iterator[tuple[str, np.ndarray]]:
             yield name, array
 
 
+@named_arguments
 class Run:
     """A run file, even one that is being written; it has f frames, s steps, n bodies, d dimensions, L laws.
 
@@ -301,10 +311,29 @@ class Run:
 
         Raises ImportError with a sentence if pandas is missing.
         """
-        from lmgcpy.io.csv_tables import history_columns, observed_columns  # which reads runs
-        from lmgcpy.measure.table import dataframe
+        return dataframe({**self.history_columns, **self.observed_columns})
 
-        return dataframe({**history_columns(self), **observed_columns(self)})
+    @property
+    def history_columns(self) -> dict[str, np.ndarray]:
+        """The history by name and unit, "kinetic [J]", (s,) each."""
+        rows = self.history[:]
+        names = rows.dtype.names or ()
+        columns = {name: rows[name] for name in names if name not in ("work", "stored")}
+        columns["status"] = np.array(STATUS)[columns["status"]]
+        columns = {f"{name} [{UNITS[name]}]" if name in UNITS else name: values for name, values in columns.items()}
+        for name in ("work", "stored"):
+            if name in names:
+                columns |= {f"{name}:{law} [J]": rows[name][:, k] for k, law in enumerate(self.laws)}
+        return columns
+
+    @property
+    def observed_columns(self) -> dict[str, np.ndarray]:
+        """What was observed by name, "stress[0,1]" for a number in an array, (s,) each."""
+        return {
+            f"{name}[{','.join(map(str, index))}]" if index else name: column[(slice(None), *index)]
+            for name, column in ((name, column[:]) for name, column in self.observed.items())
+            for index in np.ndindex(column.shape[1:])
+        }
 
     def series(
         self, measure: Callable[..., Any], *arguments: Any, frames: Iterable[int] | None = None, **options: Any

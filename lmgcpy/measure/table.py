@@ -2,20 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any
 
 import numpy as np
 
-
-def dataframe(columns: Mapping[str, Any]) -> Any:
-    """A pandas.DataFrame of columns by name; ImportError with a sentence if pandas is missing."""
-    try:
-        import pandas
-    except ImportError as error:
-        raise ImportError("to_dataframe needs pandas, which is not installed: pip install pandas.") from error
-    return pandas.DataFrame(columns)
+from lmgcpy.writing import dataframe
 
 
 class Table:

@@ -33,7 +33,6 @@ from lmgcpy.scene.solid import Material
 
 if TYPE_CHECKING:
     from lmgcpy.dynamics.model import BodyState
-    from lmgcpy.measure.reaction import Reaction
 
 AT_REST: Any = object()
 """Default of velocity, spin and rotation: the body starts at rest, along the axes."""
@@ -241,11 +240,11 @@ class Body(ABC):
         return self._now(False)[: self.dimension]
 
     @property
-    def reaction(self) -> Reaction:
+    def reaction(self) -> Any:
         """Force and moment that contacts and links gave to the body in the last step of its simulation, the moment about
-        its position; see :func:`lmgcpy.measure.reaction`. RuntimeError without a simulation."""
+        its position: a :class:`Reaction <lmgcpy.measure.Reaction>`; AttributeError without a simulation."""
         if self._state is None or self._state.reaction is None:
-            raise RuntimeError(f"{self!r} is in no simulation yet, whose step could give it a reaction.")
+            raise AttributeError(f"{self!r} is in no simulation yet, whose step could give it a reaction.")
         return self._state.reaction(self._id)
 
     @property

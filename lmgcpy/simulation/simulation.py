@@ -97,6 +97,11 @@ class Simulation(Stepper):
         self._recorder = recorder
         self.state.recorded = recorder is not None
 
+    def _reaction_of(self, body: int) -> Any:
+        from lmgcpy.measure.reaction import reaction  # not needed by who asks for none
+
+        return reaction(self, body)
+
     @named_arguments
     def run(
         self,

@@ -8,6 +8,7 @@ from click.testing import CliRunner
 from lmgcpy.cli import main
 from lmgcpy.cli.column import new_study as new_column
 from lmgcpy.cli.options import OfStudy
+from lmgcpy.cli.texsol import ONLY_3D
 from lmgcpy.cli.texsol import new_study as new_texsol
 
 
@@ -22,7 +23,7 @@ def as_given(option, words):
     """An option's words as the command would give them on."""
     if option in ("laws", "axes"):
         return tuple(words.split(","))
-    if option in ("preparation", "solver", "bead-mass"):
+    if option in ("preparation", "solver", "bead-mass", "wire"):
         return words
     if option == "contents":
         return tuple(map(float, words.split(",")))
@@ -36,7 +37,7 @@ def test_options_of_texsol(dimension):
     assert defaults["tolerance"] == "0.003; 3D: 0.01"
     given = {}
     for option, words in defaults.items():
-        if option == "out" or (dimension == 2 and option in ("axes", "wires", "bead-mass")):
+        if option == "out" or (dimension == 2 and option.replace("-", "_") in ONLY_3D):
             continue
         words = words.split("; 3D: ")
         given[option.replace("-", "_")] = as_given(option, words[-1 if dimension == 3 else 0])

@@ -7,7 +7,7 @@ import pytest
 from squeezed_wire import RADIUS, squeezed_wire, way
 
 import lmgcpy as lm
-from lmgcpy.dynamics.sweep_mass import HEAVY, ROUNDS, SHARE, sweep_mass
+from lmgcpy.dynamics.sweep_mass import HEAVY, OF_NODE, ROUNDS, SHARE, sweep_mass
 from lmgcpy.solve.problems.report import STAGNATED
 
 G = 9.81
@@ -216,6 +216,30 @@ def test_which_bodies_are_swept_with_more():
     assert found(1e4, tolerance=1e-6) is None
     assert found(1e4, own=True) is None
     np.testing.assert_array_equal(found(1e4), [1.0, 1.0, SHARE * 2.0 * 1e4])
+
+
+def test_nodes_of_a_thread_under_a_grain_are_swept_with_more_and_those_of_a_membrane_are_not():
+    """One heavy ball on a segment gives its two nodes a tenth of its mass; one on a triangle leaves the nodes alone."""
+    ball = {"radius": 0.1, "position": (0.1, 0.05, 0.11), "mass": 1.0}
+    corners = [(0.0, 0.05, 0.0), (0.2, 0.05, 0.0), (0.1, 0.3, 0.0), (0.4, 0.05, 0.0)]
+    found = []
+    for sheet in (False, True):
+        scene = lm.Scene(dimension=3)
+        nodes = [scene.add(lm.point_mass(position=x, mass=1e-4)) for x in corners]
+        law = lm.ElasticWire(stiffness=1e3)
+        if sheet:
+            scene.membrane(nodes[:3], [(0, 1, 2)], law, radius=0.01, color="THREAD")
+        else:
+            scene.chain([nodes[0], nodes[1], nodes[3]], law, surface=lm.Thread(radius=0.01))
+        scene.add(lm.sphere(**ball))
+        scene.see("GRAIN", "THREAD", lm.Coulomb(friction=0.3))
+        sim = lm.Simulation(scene, time_step=1e-3)
+        sim.step()
+        assert len(sim.interactions)
+        found.append(sweep_mass(sim.model, sim._last[1], 1e-2, np.zeros(len(sim.model.mass), dtype=bool)))
+    thread, sheet = found
+    np.testing.assert_allclose(thread, [OF_NODE * 1e4, OF_NODE * 1e4, 1.0, 1.0, 1.0])
+    assert sheet is None
 
 
 def test_where_masses_are_alike_nothing_changes():

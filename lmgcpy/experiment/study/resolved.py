@@ -21,7 +21,7 @@ STUDENT = 2.4469
 """Student's t of 6 degrees of freedom at 95 %, both sides."""
 
 
-class Difference(NamedTuple):
+class LateDifference(NamedTuple):
     """A difference, and the bound below which it is not resolved, in the same unit."""
 
     value: float
@@ -32,9 +32,9 @@ class Difference(NamedTuple):
         """Whether it is more than its bound."""
         return abs(self.value) > self.bound
 
-    def minus(self, other: Difference) -> Difference:
+    def minus(self, other: LateDifference) -> LateDifference:
         """The difference of two independent differences."""
-        return Difference(self.value - other.value, math.hypot(self.bound, other.bound))
+        return LateDifference(self.value - other.value, math.hypot(self.bound, other.bound))
 
     def words(self, unit: float = 1.0) -> str:
         """Value and bound in a unit: "+3.1 ± 1.2", "+0.3 ± 1.2, not resolved"."""
@@ -52,8 +52,8 @@ def noise(values: np.ndarray) -> float:
     return float(np.sqrt(left @ left / (PIECES - 2) / PIECES))
 
 
-def difference(one: np.ndarray, other: np.ndarray, change: float = 0.0) -> Difference:
+def difference(one: np.ndarray, other: np.ndarray, change: float = 0.0) -> LateDifference:
     """Difference of the means of two curves over the same part of a test. ``change``: what is known from elsewhere to move
     it, such as a tighter tolerance."""
     bound = STUDENT * math.hypot(noise(one), noise(other))
-    return Difference(float(np.mean(one) - np.mean(other)), max(bound, change))
+    return LateDifference(float(np.mean(one) - np.mean(other)), max(bound, change))

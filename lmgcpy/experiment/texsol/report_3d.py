@@ -11,7 +11,7 @@ import numpy as np
 import lmgcpy.view.figures as figures
 from lmgcpy.errors import AXES
 from lmgcpy.experiment.study.folder import ReportFolder, StudyFolder, markdown, sections, texts
-from lmgcpy.experiment.study.resolved import Difference
+from lmgcpy.experiment.study.resolved import LateDifference
 from lmgcpy.experiment.texsol.conclusions import (
     UPRIGHT,
     at,
@@ -212,7 +212,7 @@ def _anisotropy_part(result: TexSolResult) -> str:
 
 def _across_against_along(result: TexSolResult, law: str) -> str:
     """Words on the strength added by the wire if its layers are stretched both ways, and if they are compressed one way."""
-    added: dict[str, Difference] = {}
+    added: dict[str, LateDifference] = {}
     for axis in result.study.axes:
         record, sand = result.records[f"{law}-{axis}"], result.records.get(f"none-{axis}")
         if sand is not None:
@@ -221,7 +221,7 @@ def _across_against_along(result: TexSolResult, law: str) -> str:
     if UPRIGHT not in added or not along:
         return ""
     across = added[UPRIGHT]
-    mean = Difference(float(np.mean([gain.value for gain in along])), max(gain.bound for gain in along))
+    mean = LateDifference(float(np.mean([gain.value for gain in along])), max(gain.bound for gain in along))
     more = across.minus(mean)
     verdict = ("more" if more.value > 0.0 else "less") + " across than along" if more.resolved else "not resolved"
     return (
@@ -231,7 +231,7 @@ def _across_against_along(result: TexSolResult, law: str) -> str:
     )
 
 
-def _gain_of(result: TexSolResult, record: TriaxialRecord, sand: TriaxialRecord) -> Difference:
+def _gain_of(result: TexSolResult, record: TriaxialRecord, sand: TriaxialRecord) -> LateDifference:
     """By how much the wire raises the late deviator [Pa]."""
     return late_gain(result, record, sand, lambda one: one.deviator)
 

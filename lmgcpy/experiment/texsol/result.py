@@ -10,7 +10,7 @@ import numpy as np
 
 from lmgcpy.experiment.box import Sample
 from lmgcpy.experiment.compaction import Compaction
-from lmgcpy.experiment.study.resolved import Difference, difference
+from lmgcpy.experiment.study.resolved import LateDifference, difference
 from lmgcpy.experiment.texsol.conclusions import cohesion, late, late_part, mobilised_angle, peak
 from lmgcpy.experiment.triaxial import TriaxialRecord
 
@@ -49,7 +49,7 @@ def deviation(record: Any, check: Any) -> float:
     return float(np.abs(ours - theirs).mean() / theirs.mean())
 
 
-def late_gain(result: TexSolResult, wire: Any, sand: Any, values: Callable[[Any], np.ndarray]) -> Difference:
+def late_gain(result: TexSolResult, wire: Any, sand: Any, values: Callable[[Any], np.ndarray]) -> LateDifference:
     """Late difference of the ``values`` of a record with the wire and the sand's, resolved or not, with the changes by a
     tighter tolerance where they were looked at."""
     one, other = (late_part(record, values(record)) for record in (wire, sand))

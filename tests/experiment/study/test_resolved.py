@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from lmgcpy.experiment.study.resolved import Difference, difference, noise
+from lmgcpy.experiment.study.resolved import LateDifference, difference, noise
 
 
 def curves(count, length, memory, seed):
@@ -40,11 +40,11 @@ def test_a_trend_is_no_noise():
 
 def test_a_change_that_is_known_bounds_as_well():
     flat = np.ones(50)
-    assert difference(flat + 0.1, flat, 0.2) == Difference(pytest.approx(0.1), 0.2)
+    assert difference(flat + 0.1, flat, 0.2) == LateDifference(pytest.approx(0.1), 0.2)
     assert not difference(flat + 0.1, flat, 0.2).resolved
 
 
 def test_words_say_what_is_not_resolved():
-    assert Difference(3100.0, 1200.0).words(1e3) == "+3.1 ± 1.2"
-    assert Difference(-300.0, 1200.0).words(1e3) == "-0.3 ± 1.2, not resolved"
-    assert Difference(3.0, 4.0).minus(Difference(1.0, 3.0)) == Difference(2.0, 5.0)
+    assert LateDifference(3100.0, 1200.0).words(1e3) == "+3.1 ± 1.2"
+    assert LateDifference(-300.0, 1200.0).words(1e3) == "-0.3 ± 1.2, not resolved"
+    assert LateDifference(3.0, 4.0).minus(LateDifference(1.0, 3.0)) == LateDifference(2.0, 5.0)
