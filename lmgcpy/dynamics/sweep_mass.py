@@ -15,8 +15,8 @@ HEAVY = 32.0
 sweeps with momentum converge sooner by themselves."""
 SHARE, OF_NODE = 0.25, 0.1
 """Mass in the sweep, in parts of the heaviest body touched: of a body, and of a node of a thread, which bears a contact
-together with its neighbour. (A thread of 1/80 and 1/120 of a grain a node in samples of 400 grains, rigid links: 308 and
-587 sweeps a step; with 0.25 1180 with the smaller nodes, with their own mass 2400.)"""
+together with its neighbour. (A thread of 1/80 and 1/120 of a grain a node in samples of 400 grains, rigid links: 386 and
+879 sweeps a step; with 0.25 731 and 1837, the smaller nodes with their own mass 2400.)"""
 TIGHT = 1e-6
 """Up to this tolerance of a solver, bodies are swept with their own mass: for the last digits Newton steps cost less."""
 ROUNDS = 3
@@ -45,10 +45,11 @@ def sweep_mass(model: Model, interactions: Interactions, tolerance: float, own: 
     """M / m of each body (n,), None if all are 1; ``tolerance``: of the solver; ``own``: bodies that
     are swept with their own mass all the same, (n,) bool.
 
-    A body is between heavy ones if it may touch two of them, or one if it is in a chain as well. A node of a membrane is
-    not if it may touch one: one ball on a membrane touches many nodes, which all yield, and with their own mass a step
-    takes 13 sweeps, with a larger one 11 000. A wall, and a body that is held, can squeeze but gives no mass:
-    it needs no momentum.
+    A body is between heavy ones if it may touch two of them, or one if it is in a chain as well. A node of a thread or
+    membrane is not if it may touch one: one ball on a membrane touches many nodes, which all yield, and with their own mass
+    a step takes 13 sweeps, with a larger one 11 000. (On a thread what is left of the balance of its nodes is 3 % of the
+    weight of a ball that hangs in it, as their load is the tension; with their own mass a hundredth of that.) A wall, and a
+    body that is held, can squeeze but gives no mass: it needs no momentum.
     """
     if tolerance <= TIGHT or model.spread < HEAVY:
         return None
@@ -58,7 +59,7 @@ def sweep_mass(model: Model, interactions: Interactions, tolerance: float, own: 
     ends, others = np.concatenate([c, a]), np.concatenate([a, c])
     swept = mass.copy()
     share = np.where(model.threaded, OF_NODE, SHARE)
-    drawn = model.linked & (model.threaded | ~model.nodes)
+    drawn = model.linked & ~model.nodes
     for _ in range(PASSES):
         heavy = (swept[others] >= HEAVY * mass[ends]) & np.isfinite(mass[ends])
         end, other = ends[heavy], others[heavy]
