@@ -6,6 +6,7 @@ python benchmarks/start_up.py
 from __future__ import annotations
 
 import os
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -25,6 +26,23 @@ sample = Sample(positions, np.full(100, 0.0099), (15,), 0.001, (0.2, 0.2))
 Biaxial(sample, lm.RigidWire(), friction=0.4, pressure=1e5, density=2600.0).run(1e-9, frames=0)
 """
 """The first step of a biaxial test: 85 grains, 15 beads of an inextensible wire, four walls."""
+TEN = """
+from lmgcpy.compiled.ahead import ahead
+import lmgcpy as lm
+
+ahead.is_over = {alone}
+scene = lm.Scene(dimension={d}, gravity=(*[0.0] * ({d} - 1), -9.81))
+make = lm.disk if {d} == 2 else lm.sphere
+for i in range(10):
+    scene.add(make(radius=0.01, mass=1.0, position=(0.021 * (i % 3), *[0.0] * ({d} - 2), 0.011 + 0.021 * (i // 3))))
+scene.add(lm.wall(point=[0.0] * {d}, normal=(*[0.0] * ({d} - 1), 1.0)))
+for other in ("GRAIN", "WALL"):
+    scene.see("GRAIN", other, lm.Coulomb(friction=0.3))
+lm.Simulation(scene, time_step=1e-3).step()
+"""
+"""The first step of ten grains on a floor, by two processes that compile, or by one alone."""
+COLD = 3
+"""Runs with an empty cache; the median counts."""
 
 
 def seconds(code: str, cache: str) -> float:
@@ -44,6 +62,13 @@ def main() -> None:
                 times[name].append(seconds(code, cache))
     rows = [[name, f"{min(measured):.2f}"] for name, measured in times.items()]
     rows.append(["first step, cache empty", f"{first:.1f}"])
+    for d, name in ((2, "disks"), (3, "spheres")):
+        for alone, how in ((False, "two processes compile"), (True, "one process alone")):
+            cold = []
+            for _ in range(COLD):
+                with tempfile.TemporaryDirectory() as cache:
+                    cold.append(seconds(TEN.format(alone=alone, d=d), cache))
+            rows.append([f"first step of ten {name}, cache empty, {how}", f"{statistics.median(cold):.1f}"])
     for options in ("--dimension 2", "--dimension 3", ""):
         with tempfile.TemporaryDirectory() as cache:
             warm = seconds(f"from lmgcpy.cli import main; main(['warmup', *'{options}'.split()])", cache)
