@@ -127,7 +127,16 @@ def solver_kernels(dimension: int) -> None:
     """Compile what the default solver and scenes without interactions need: what no law and no contactor changes."""
     scene = lm.Scene(dimension=dimension)
     scene.add(grain(dimension, 0.0, 0.0, 0.0))
-    lm.Simulation(scene, time_step=1e-3).step()
+    lm.Simulation(scene, time_step=1e-3, solver=WorkFirst()).step()
+
+
+class WorkFirst(lm.Auto):
+    """Compiles the work of sweeps before the kernel that leads it, as a second process does for one that does not."""
+
+    def solve(self, step: Any) -> Any:
+        """As ``lmgcpy.Auto`` does."""
+        step.muster(iterates=True)
+        return super().solve(step)
 
 
 def kernels_of_law(law: type[Law], dimension: int) -> None:

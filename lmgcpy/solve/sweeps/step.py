@@ -16,7 +16,7 @@ from lmgcpy.solve.problems.problem import Problem
 from lmgcpy.solve.problems.report import Outcome
 from lmgcpy.solve.sweeps.light_bodies import LightBodies, no_light_bodies
 from lmgcpy.solve.sweeps.sweep import judge, work
-from lmgcpy.solve.sweeps.team import Crew
+from lmgcpy.solve.sweeps.team import Crew, make_ready
 
 
 @dataclass(kw_only=True, eq=False, repr=False)
@@ -97,14 +97,16 @@ class Step(ABC):
         """
         system = self.system
         if iterates not in self.crews:
-            self.crews[iterates] = self._crew(iterates)
+            make_ready(solver, limits)
+            self.muster(iterates)
         sweeps, status = self.crews[iterates].run(solver, bounds, limits)
         if self.row is not None:
             system.velocity[:] = self.crews[iterates].velocity.take(self.row, axis=0)
         residual, slip, _, _, force, imbalance = system.measured.tolist()
         return Outcome(sweeps, residual, status, 0, slip, max(force, imbalance))
 
-    def _crew(self, iterates: bool) -> Crew:
+    def muster(self, iterates: bool) -> None:
+        """Make a crew for this step, with the iterates of accelerated sweeps or without."""
         system, free_velocity, light = self.system, self.free_velocity, self.light
         if self.row is not None:
             assert isinstance(system, System)
@@ -113,7 +115,7 @@ class Step(ABC):
         elif len(light.body):
             free_velocity = free_velocity.copy()  # sweeps move the centres of light bodies
         arrays = self.groups, system, free_velocity, self.guess, light
-        return Crew(work.specialise(**self.DRIVER), arrays, iterates, self.threads)
+        self.crews[iterates] = Crew(work.specialise(**self.DRIVER), arrays, iterates, self.threads)
 
     def judged(self, impulses: np.ndarray, bounds: tuple[float, float, float]) -> Outcome:
         """Take impulses (m, d) for the answer: velocities are made from them, and the kernels of the laws measure them.

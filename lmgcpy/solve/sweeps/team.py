@@ -202,6 +202,19 @@ def work_address(work: Kernel, job: Job, kind: int) -> int:
 _pointers: dict[tuple, Any] = {}
 
 
+def make_ready(solver: Kernel, limits: tuple) -> None:
+    """Compile or load a kernel that leads, once, before the work that it leads: with an empty cache a second process may be
+    compiling that meanwhile (:mod:`lmgcpy.compiled.ahead`)."""
+    if solver not in _ready:
+        _ready.add(solver)
+        words, phase, one = np.zeros(24, np.int64), np.zeros(1, np.int64), np.zeros(1)
+        of_types: list[Any] = [words, np.zeros((1, 4)), one, phase, one, one, one, *[0] * 8]
+        solver.make_ready(Team._make(of_types), *limits)
+
+
+_ready: set[Kernel] = set()
+
+
 class Crew:
     """The threads that solve a step (groups, system, velocities without impulses, guess, light bodies), and the data that
     they share; ``iterates``: with the arrays of accelerated sweeps.
