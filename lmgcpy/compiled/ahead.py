@@ -1,4 +1,4 @@
-"""A second process that compiles the solver's kernels with an empty cache, while this process compiles those of detection.
+"""A second process that compiles the solver's kernels with an empty cache, while this process compiles detection's.
 
 To a user who waits for the first step they are one long chain of kernels; of two halves that do not need each other, each
 takes a processor. The second process puts its kernels into the cache, as every process does, and this one waits for those

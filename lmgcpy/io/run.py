@@ -107,7 +107,7 @@ class FileArray:
 
 
 def _parts(name: str, value: Any) -> Iterator[tuple[str, np.ndarray]]:
-    """The numbers in a value by name: in a dictionary or object those of its parts."""
+    """The numbers in a value by name; in a dictionary or object each part has its own."""
     if is_dataclass(value):
         value = {field.name: getattr(value, field.name) for field in fields(value)}
     elif hasattr(value, "_asdict"):
@@ -328,7 +328,7 @@ class Run:
 
     @property
     def observed_columns(self) -> dict[str, np.ndarray]:
-        """What was observed by name, "stress[0,1]" for a number in an array, (s,) each."""
+        """The observed values by name, "stress[0,1]" for a number in an array, (s,) each."""
         return {
             f"{name}[{','.join(map(str, index))}]" if index else name: column[(slice(None), *index)]
             for name, column in ((name, column[:]) for name, column in self.observed.items())

@@ -85,7 +85,7 @@ def reaction(sim: Source, bodies: Any, *, about: Any = None, frame: int | None =
 
 
 def _chosen(bodies: Any, now: Moment) -> tuple[np.ndarray, bool]:
-    """Which bodies are meant, (n,) bool, and whether it is a single one."""
+    """The bodies that are meant, (n,) bool, and whether it is a single one."""
     count = len(now.positions)
     found = np.zeros(count, dtype=bool)
     if isinstance(bodies, str):

@@ -113,4 +113,4 @@ RESOLVED = (
     "± is what the noise of the curves leaves of a late difference (95 %), or its change by a tighter tolerance if that is "
     "more. Other samples differ by more: `lmgcpy campaign` gives intervals over seeds."
 )
-"""What a table of differences means by resolved."""
+"""The meaning of resolved, below a table of differences."""

@@ -326,7 +326,7 @@ class Study3D(TexSolStudy):
 
     ``axes``: axes along which the sample is compressed, with a test for each; "z" is across the layers of the wire, "x"
     and "y" are along them. ``wires``: number of wires that share the beads. ``wire``: "thread", a smooth surface of
-    ``thread_diameter`` [m] (None: that of a bead) along the course of the beads, with nodes at most ``node_distance`` mean
+    ``thread_diameter`` [m] (None: as thick as beads) along the course of the beads, with nodes at most ``node_distance`` mean
     diameters of a grain apart, or "beads", the paper's. ``dtex``: mass of the wire [g per 10 km]. ``wire_friction``: of a
     thread against grains and against itself; None: ``friction``. ``bead_mass`` in the tests with a wire: "own", the mass of
     a bead's or node's part of the wire, or "grain", the mass of a mean grain; None: "own" for a thread. Checks, none by

@@ -26,8 +26,8 @@ from lmgcpy.solve.sweeps.team import Team, share_chunks, share_phases
 
 SWEEP, ERROR, MOMENTUM, NOISE, LOAD, SHARE, CLEAR, COMBINE, NOTHING, GUESS = map(np.int64, range(10))
 WORST, QUIET, SUM, LOUD, UNLOADED, FORCE = map(np.int64, range(10, 16))
-"""Kinds of work; the kinds of ``iterates.py`` follow, and then those of ``light_bodies.py`` and ``cell_copies.py``. They
-are numbers of numpy: of plain numbers, each would compile a new function."""
+"""Kinds of work; the kinds of ``iterates.py``, ``light_bodies.py`` and ``cell_copies.py`` follow, in this order. They are
+numbers of numpy: of plain numbers, each would compile a new function."""
 NEAR = 32.0
 """Round-off is examined closely if the error is within this number of times an estimate that costs next to nothing."""
 LOST = 2.0**-53
