@@ -106,8 +106,8 @@ def lay_sample_3d(
     ``bead_count``: number of beads of all ``wires`` together, which lie side by side. ``theta_max`` [rad]: greatest turn
     from bead to bead within the layer.
 
-    With ``thread`` the wires are smooth, see :class:`lmgcpy.Thread`, of ``thread_diameter`` [m], by default as thick as beads.
-    They are as long, and follow the beads: every second or third is a node, so that nodes are ``node_distance`` mean
+    With ``thread`` the wires are smooth, see :class:`lmgcpy.Thread`, of ``thread_diameter`` [m], by default as thick as
+    beads. They are as long, and follow the beads: every second or third is a node, so that nodes are ``node_distance`` mean
     diameters of a grain apart at the most, and others are left out.
     """
     whole(grain_count, "grains", minimum=10)

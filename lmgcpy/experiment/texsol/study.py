@@ -324,14 +324,14 @@ class Study2D(TexSolStudy):
 class Study3D(TexSolStudy):
     """A study in 3D. The defaults are a sample of 10 000 particles, of which 3500 are wire beads.
 
-    ``axes``: axes along which the sample is compressed, with a test for each; "z" is across the layers of the wire, "x"
-    and "y" are along them. ``wires``: number of wires that share the beads. ``wire``: "thread", a smooth surface of
-    ``thread_diameter`` [m] (None: as thick as beads) along the course of the beads, with nodes at most ``node_distance`` mean
-    diameters of a grain apart, or "beads", the paper's. ``dtex``: mass of the wire [g per 10 km]. ``wire_friction``: of a
-    thread against grains and against itself; None: ``friction``. ``bead_mass`` in the tests with a wire: "own", the mass of
-    a bead's or node's part of the wire, or "grain", the mass of a mean grain; None: "own" for a thread. Checks, none by
-    default, are made along the first axis: with 10 000 particles their steps take thousands of sweeps. Other fields as in
-    :class:`TexSolStudy`.
+    ``axes``: axes along which the sample is compressed, with a test for each; "z" is across the layers of the wire, "x" and
+    "y" are along them. ``wires``: number of wires that share the beads. ``wire``: "thread", a smooth surface of
+    ``thread_diameter`` [m] (None: as thick as beads) along the course of the beads, with nodes at most ``node_distance``
+    mean diameters of a grain apart, or "beads", the paper's. ``dtex``: mass of the wire [g per 10 km]. ``wire_friction``:
+    of a thread against grains and against itself; None: ``friction``. ``bead_mass`` in the tests with a wire: "own", the
+    mass of a bead's or node's part of the wire, or "grain", the mass of a mean grain; None: "own" for a thread. Checks,
+    none by default, are made along the first axis: with 10 000 particles their steps take thousands of sweeps. Other fields
+    as in :class:`TexSolStudy`.
     """
 
     DIMENSION: ClassVar[int] = 3
