@@ -1,7 +1,7 @@
 """Sweeps a step of triaxial tests at the speed of the studies, by the size of the sample: docs/step_and_tolerance.md.
 
-Dense samples of spheres are compressed by 2 % at an inertial number I of 2e-3; steps are solved to a residual of 1e-2 and an
-error of force of I, by accelerated sweeps with a momentum of at most 0.9. Deviator: mean over the last three quarters;
+Dense samples of spheres are compressed by 2 % at an inertial number I of 2e-3; steps are solved to a residual of 1e-2 and
+an error of force of I, by accelerated sweeps with a momentum of at most 0.9. Deviator: mean over the last three quarters;
 volume: at the end.
 
     python benchmarks/sweeps_by_size.py [SPHERES ...]
