@@ -70,7 +70,7 @@ def main(seeds: int = 3, grains: int = 800) -> None:
             sample = compact(laid, pressure=study.pressure, density=DENSITY, **relaxation).sample
             for law in ("none", "rigid-wire", "elastic-wire"):
                 found = crushed(replace(study, laws=(law,)), sample, law)
-                spacing = f"{sample.link / sample.diameter:.2f}"
+                spacing = f"{max(lengths.max() for lengths in sample.link_lengths) / sample.diameter:.2f}"
                 rows.append([law, name.strip(), spacing, seed, len(sample.radii), *found])
                 print(*rows[-1], sep=" | ", file=sys.stderr, flush=True)
     report("thread_nodes", HEADER, rows)

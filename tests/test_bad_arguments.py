@@ -476,7 +476,7 @@ CALLS = {
          "seed": SEED, "thread": [*FLAG], "thread_diameter": optional([*POSITIVE, 1.0]), "node_distance": POSITIVE}),
     "Sample": (Sample, vars(sample()),
         {"positions": [*ARRAY, [[0.1]]], "radii": [*ARRAY, [0.0], [-1.0]],
-         "wires": [3, "two", None, (1,), (4,), ("two",)], "reference_gap": NUMBER,
+         "wires": [3, "two", None, (1,), (4,), ("two",)], "reference_gap": [*ARRAY, [0.1] * 9],
          "box": [*ARRAY, (1.0,), (0.0, 1.0), (1.0, 1.0, 1.0)], "bead_mass": optional(POSITIVE),
          "bodies": [*THING, [disk()], [lm.clump([1.0], [(0, 0)], density=1.0).at((0, 0))], [PEANUT.at((0, 0, 0))]],
          "segments": [*COUNT, 0], "thread": [*FLAG, True]}),

@@ -43,8 +43,8 @@ class Sample:
     """[m], (n,)."""
     wires: tuple[int, ...]
     """Number of beads of each wire, wire after wire; empty for sand alone."""
-    reference_gap: float
-    """Greatest gap between consecutive beads [m]."""
+    reference_gap: Any
+    """Greatest gap between consecutive beads [m]: a number, or a number for each link of all wires."""
     box: np.ndarray
     """Sizes of the box [m], (d,)."""
     bead_mass: float | None = None
@@ -55,7 +55,7 @@ class Sample:
     """Number of capsules that ball joints join to one fibre, one after another among the ``bodies``."""
     thread: bool = False
     """Whether the wires are smooth threads: what is said of beads holds for nodes, points that have a mass and no shape.
-    Their ``radii`` are the radius of the surface between them, and ``reference_gap`` is their distance."""
+    Their ``radii`` are the radius of the surface between them, and ``reference_gap`` is their greatest distance."""
 
     def __post_init__(self):
         box = numbers(self.box, "box of the sample", "its 2 or 3 sizes [m]")
@@ -68,7 +68,10 @@ class Sample:
             raise TypeError(f"wires of the sample must be a tuple, the beads of each, got {shown(self.wires)}.")
         wires = tuple(whole(beads, "beads of one of the wires of the sample", minimum=2) for beads in self.wires)
         whole(sum(wires), "beads of all wires of the sample", maximum=len(radii))
-        number(self.reference_gap, "reference_gap of the sample", unit="m")
+        gaps, links = numbers(self.reference_gap, "reference_gap of the sample"), sum(wires) - len(wires)
+        if gaps.shape not in ((), (links,)):
+            wanted = f"a number, or one for each of its {links} links"
+            raise ValueError(f"reference_gap of the sample must be {wanted}, got {shown(self.reference_gap)}.")
         if self.bead_mass is not None:
             number(self.bead_mass, "bead_mass of the sample", above=0.0, unit="kg")
         if not isinstance(self.bodies, (tuple, list)) or not all(isinstance(body, RigidBody) for body in self.bodies):
@@ -131,16 +134,22 @@ class Sample:
         return 2.0 * float((grains if fine else np.append(beads, grains)).mean())
 
     @property
-    def link(self) -> float:
-        """Greatest distance of the centres of consecutive beads [m], 0 without a wire."""
-        if not self.wires:
-            return 0.0
-        return self.reference_gap + (0.0 if self.thread else 2.0 * float(self.radii[0]))
+    def link_gaps(self) -> list[np.ndarray]:
+        """The reference gap of each link [m], wire by wire."""
+        counts = [beads - 1 for beads in self.wires]
+        gaps = np.broadcast_to(np.asarray(self.reference_gap, dtype=float), (sum(counts),))
+        return np.split(gaps, np.cumsum(counts)[:-1]) if counts else []
+
+    @property
+    def link_lengths(self) -> list[np.ndarray]:
+        """Greatest distance of the centres of consecutive beads [m], wire by wire."""
+        thick = [0.0 if self.thread else self.radii[chain[1:]] + self.radii[chain[:-1]] for chain in self.chains]
+        return [gaps + radii for gaps, radii in zip(self.link_gaps, thick, strict=True)]
 
     @property
     def wire_length(self) -> float:
         """Length of all wires, drawn taut [m]."""
-        return self.link * (self.bead_count - len(self.wires))
+        return float(sum(lengths.sum() for lengths in self.link_lengths))
 
     @property
     def solid_volume(self) -> float:
@@ -250,7 +259,9 @@ class Box(SampleScene):
             self.add_particles(sample.radii[:beads], sample.positions[:beads], density, sample.bead_mass)
         elif law is not None:
             self.bead_count = self.nodes = beads
-            mass = density * np.pi * sample.radii[0] ** 2 * sample.link if sample.bead_mass is None else sample.bead_mass
+            mass = sample.bead_mass
+            if mass is None:
+                mass = density * np.pi * float(sample.radii[0]) ** 2 * sample.wire_length / beads
             self.particles += [self.scene.add(point_mass(position=x, mass=mass)) for x in sample.positions[:beads]]
         self.add_particles(sample.radii[beads:], sample.positions[beads:], density)
         for body in sample.bodies:
@@ -285,13 +296,13 @@ class Box(SampleScene):
         return low, self.scene.add(wall(point=size * normal, normal=-normal, color=color, mass=share))
 
     def _link(self, sample: Sample, law: Law, reference_gap: str, block_spin: bool) -> None:
-        for chain in sample.chains:
+        for chain, gaps in zip(sample.chains, sample.link_gaps, strict=True):
             beads, radii = sample.positions[chain], sample.radii[chain]
             built = np.linalg.norm(np.diff(beads, axis=0), axis=1)
             if not sample.thread:
                 built -= radii[1:] + radii[:-1]
             # a relaxed wire is longer than its reference by an error within the solver's tolerance
-            reference = built if reference_gap == "built" else np.maximum(sample.reference_gap, built)
+            reference = built if reference_gap == "built" else np.maximum(gaps, built)
             members = [self.particles[bead] for bead in chain]
             surface = Thread(float(radii[0]), color=THREAD) if sample.thread else None
             held = block_spin and not sample.thread  # nodes do not turn

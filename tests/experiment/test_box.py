@@ -118,3 +118,13 @@ def test_a_thread_is_between_its_nodes_and_no_part_of_the_sand():
 def test_friction_of_a_thread_is_refused_for_beads():
     with pytest.raises(ValueError, match="wire_friction is the friction of a smooth thread"):
         Box(lay_sample_3d(60, 60, seed=0), density=2600.0, friction=0.4, wire_friction=(0.3, 0.2))
+
+
+def test_reference_gaps_of_single_links():
+    """One for each link of all wires, in their order; another number of them is refused."""
+    gaps = [1e-4, 2e-4, 3e-4, 4e-4]
+    sample = cubic(3, wires=(3, 3), reference_gap=gaps)
+    assert [part.tolist() for part in sample.link_gaps] == [gaps[:2], gaps[2:]]
+    assert sample.wire_length == pytest.approx(sum(gaps) + 4 * 2.0 * RADIUS)
+    with pytest.raises(ValueError, match="a number, or one for each of its 4 links"):
+        cubic(3, wires=(3, 3), reference_gap=gaps[:3])

@@ -64,7 +64,7 @@ class LaidWire:
         """The wires of a sample; ValueError if it has none."""
         if not sample.wires:
             raise ValueError("The sample has no wire, and so nothing to predict: take a study with beads.")
-        parts = [_links(sample, chain) for chain in sample.chains]
+        parts = [_links(sample, *of) for of in zip(sample.chains, sample.link_lengths, strict=True)]
         direction, length, slack, winding = (np.concatenate(part) for part in zip(*parts, strict=True))
         chain = np.repeat(np.arange(len(parts)), [len(part[1]) for part in parts])
         return cls(direction, length, slack, winding, chain, float(np.prod(sample.box)))
@@ -84,13 +84,15 @@ class LaidWire:
         return WireNetwork(self.content, axial_rigidity, spans, slack=self.winding, anchorage=held.strength)
 
 
-def _links(sample: Sample, chain: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Direction, reference length, slack and winding of the links of a chain."""
+def _links(
+    sample: Sample, chain: np.ndarray, lengths: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Direction, reference length, slack and winding of the links of a chain; ``lengths``: those of the sample, (l,)."""
     places = sample.positions[chain]
     branch = np.diff(places, axis=0)
     distance = np.linalg.norm(branch, axis=1)
     # a link that is longer than the reference of the sample keeps its length, as in the tests
-    length = np.maximum(sample.link, distance)
+    length = np.maximum(lengths, distance)
     count = len(length)
     over = min(max(1, round(sample.diameter / float(length.mean()))), count)
     first = np.clip(np.arange(count) - over // 2, 0, count - over)

@@ -137,9 +137,9 @@ def _wire_words(result: TexSolResult) -> str:
     many = "one wire" if len(sample.wires) == 1 else f"{len(sample.wires)} wires"
     what = f"beads of {many}"
     if sample.thread:
-        distance = sample.link / sample.diameter
+        distance = max(lengths.max() for lengths in sample.link_lengths) / sample.diameter
         thick = 2e3 * float(sample.radii[0])
-        what = f"nodes of {many}, smooth, {thick:.2f} mm thick, the nodes {distance:.2f} mean grain diameters apart,"
+        what = f"nodes of {many}, smooth, {thick:.2f} mm thick, at most {distance:.2f} mean grain diameters apart,"
     content = wire_content(length=length, volume=volume)
     return (
         f"{sample.bead_count} of them {what} laid upward in layers, {content:.0f} km/m³ "

@@ -387,7 +387,7 @@ class Study3D(TexSolStudy):
 
     def quick(self) -> Study3D:
         """A study of a small sample, for a first look: 770 particles, 8 % crushing."""
-        return replace(self, grain_count=500, bead_count=270, strain=0.08, tolerance=3e-3)
+        return replace(self, grain_count=500, bead_count=270, strain=0.08)
 
     @property
     def has_own_mass(self) -> bool:
@@ -425,7 +425,7 @@ class Study3D(TexSolStudy):
         """A planned test of the sample, which was relaxed with heavy beads: grains on their way to rest would
         fling light beads about, and the wire would crumple."""
         if self.has_own_mass and sample.wires and planned.law != "none":
-            own = mass_of_a_bead(linear_density_dtex=self.dtex, spacing=sample.link)
+            own = mass_of_a_bead(linear_density_dtex=self.dtex, spacing=sample.wire_length / sample.bead_count)
             sample = replace(sample, bead_mass=own)
         return super().test(sample, planned)
 

@@ -5,6 +5,7 @@ import json
 import re
 import subprocess
 import sys
+import warnings
 from functools import partial
 from pathlib import Path
 
@@ -116,6 +117,9 @@ def test_principal_axes_of_a_turned_stress():
         np.testing.assert_allclose(directions[k], [turn[:, 2], turn[:, 0], turn[:, 1]], atol=1e-12)
 
 
+pytestmark = pytest.mark.filterwarnings("ignore:In the step.*moves by")  # pressed together, light nodes move fast
+
+
 def run(*arguments):
     return CliRunner().invoke(main, [str(argument) for argument in arguments])
 
@@ -124,7 +128,8 @@ def run(*arguments):
 def whole(tmp_path_factory):
     """The folder of a study by the command line that was not interrupted, without pictures."""
     out = tmp_path_factory.mktemp("whole") / "study"
-    with pytest.MonkeyPatch.context() as patch:
+    with pytest.MonkeyPatch.context() as patch, warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "In the step.*moves by")
         patch.setitem(sys.modules, "pyvista", None)  # importing it fails
         done = run(*TINY, "--out", out)
     assert done.exit_code == 0, done.output

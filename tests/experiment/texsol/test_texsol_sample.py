@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 from lmgcpy.experiment.compaction import compact, inner_solid_fraction
 from lmgcpy.experiment.texsol.sample import lay_sample, lay_sample_3d
@@ -62,15 +63,35 @@ def test_sand_alone():
 @pytest.mark.parametrize("wires", [1, 2])
 @pytest.mark.parametrize(("distance", "every"), [(1.0, 3), (0.7, 2), (0.1, 1)])
 def test_a_thread_follows_the_beads_at_a_node_distance(distance, every, wires):
-    """Links of beads are 0.32 mean diameters long. Rest of the length that makes no segment is left out."""
+    """Links of beads are 0.32 mean diameters long. The thread is as long as the wire of beads, and where that turns its
+    nodes are closer, so that no segment is shorter than 0.95 of the wire between its ends."""
     of = {"wires": wires, "seed": 0}
     beads, thread = lay_sample_3d(60, 80, **of), lay_sample_3d(60, 80, **of, thread=True, node_distance=distance)
-    for one, other in zip(beads.chains, thread.chains, strict=True):
-        np.testing.assert_array_equal(thread.positions[other], beads.positions[one][::every])
-    assert thread.link == pytest.approx(every * beads.link)
-    assert 0.0 <= beads.wire_length - thread.wire_length <= wires * (every - 1) * beads.link * 1.000001
+    link = beads.link_lengths[0][0]
+    for one, other, lengths in zip(beads.chains, thread.chains, thread.link_lengths, strict=True):
+        at = np.concatenate([[0], np.cumsum(np.round(lengths / link).astype(int))])
+        off = np.linalg.norm(thread.positions[other] - beads.positions[one][at], axis=1)
+        assert off.max() < 3.0 * beads.radii[0]  # segments that would cross are moved apart
+        assert (off == 0.0).mean() > 0.8
+        assert at[-1] == len(one) - 1
+        chord = np.linalg.norm(np.diff(thread.positions[other], axis=0), axis=1)
+        assert (chord >= 0.9 * lengths)[lengths > 1.5 * link].all()
+        assert lengths.max() == pytest.approx(every * link)
+    assert thread.wire_length == pytest.approx(beads.wire_length)
     assert thread.wires == tuple(len(chain) for chain in thread.chains)
     assert "nodes of" in repr(thread)
+
+
+@pytest.mark.parametrize("seed", [2, 3, 4])
+def test_a_thread_does_not_cross_itself(seed):
+    """300 grains and a dense wire of 400 beads: segments that share no node keep their distance, to a twentieth of the
+    thread's radius; segments through the beads' places would cross each other."""
+    sample = lay_sample_3d(300, 400, seed=seed, thread=True)
+    nodes, share = sample.positions[: sample.bead_count], np.linspace(0.0, 1.0, 21)[:, None]
+    points = nodes[:-1, None] + share * np.diff(nodes, axis=0)[:, None]
+    tree = cKDTree(points.reshape(-1, 3))
+    pairs = tree.query_pairs(1.9 * sample.radii[0], output_type="ndarray") // 21
+    assert (np.abs(np.diff(pairs, axis=1)) < 2).all()
 
 
 def test_no_grain_lies_in_a_thread():
@@ -86,9 +107,4 @@ def test_no_grain_lies_in_a_thread():
 def test_a_thread_may_be_thinner_than_beads():
     sample = lay_sample_3d(60, 80, seed=0, thread=True, thread_diameter=0.1e-3)
     assert sample.radii[0] == 0.05e-3
-    assert sample.link == pytest.approx(3 * 0.32e-3)
-
-
-def test_a_wire_too_short_for_a_segment_is_told():
-    with pytest.raises(ValueError, match="leave no segment of a wire"):
-        lay_sample_3d(60, 80, seed=0, thread=True, node_distance=40.0)
+    assert sample.link_lengths[0].max() == pytest.approx(3 * 0.32e-3)
