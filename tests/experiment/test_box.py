@@ -128,3 +128,12 @@ def test_reference_gaps_of_single_links():
     assert sample.wire_length == pytest.approx(sum(gaps) + 4 * 2.0 * RADIUS)
     with pytest.raises(ValueError, match="a number, or one for each of its 4 links"):
         cubic(3, wires=(3, 3), reference_gap=gaps[:3])
+
+
+def test_nodes_of_a_slack_thread_may_be_close():
+    """A relaxation brings nodes closer than the thread is thick, which a new scene of one's own refuses."""
+    sample = lay_sample_3d(60, 60, seed=0, thread=True)
+    places = sample.positions.copy()
+    places[1] = places[0] + 0.5 * sample.radii[0] * np.array([1.0, 0.0, 0.0])
+    box = Box(replace(sample, positions=places), density=2600.0, friction=0.4, law=lm.RigidWire())
+    lm.Simulation(box.scene, time_step=1e-6, on_unconverged="ignore", overlap="ignore").run(steps=2)

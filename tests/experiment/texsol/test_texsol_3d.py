@@ -216,6 +216,24 @@ def test_a_folder_knows_its_dimension(whole, tmp_path):
 
 
 @pytest.mark.long
+@pytest.mark.default_parameters("elastic-wire")
+@pytest.mark.parametrize("law", ["elastic-wire", "rigid-wire"])
+def test_a_study_with_a_smooth_thread(law, monkeypatch):
+    """The thread pulls and bears no push, its nodes have the mass of their part of 167 dtex; the sand alone has none."""
+    few = {"grain_count": 40, "strain": 0.02, "axes": ("z",), "threads": 1, "wire_friction": (0.3, 0.2)}
+    study = Study3D(laws=("none", law), bead_count=40, wire="thread", **few)
+    result = carry_out_study(study)
+    sample = result.sample
+    assert sample.thread
+    for name, record in result.records.items():
+        wire = np.trace(record.stress["wire"], axis1=1, axis2=2)
+        assert (wire >= 0.0).all()
+        assert (wire.max() > 0.0) == (record.law == law), name
+    nodes = study.test(sample, study.planned[-1]).box.particles[: sample.bead_count]
+    assert sum(node.mass for node in nodes) == pytest.approx(167e-7 * sample.wire_length)
+    assert study.test(sample, study.planned[0]).box.bead_count == 0
+
+
 def test_a_study_of_sand_alone_and_one_of_elastic_wire_alone(tmp_path, monkeypatch):
     """Conclusions that need both are left out."""
     monkeypatch.setitem(sys.modules, "pyvista", None)
