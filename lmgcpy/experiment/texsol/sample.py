@@ -97,7 +97,7 @@ def lay_sample_3d(
     seed: int = 0,
     thread: bool = False,
     thread_diameter: float | None = None,
-    node_distance: float = 1.0,
+    node_distance: float = 0.7,
 ) -> Sample:
     """Lay the wires from below upward and deposit the grains around them; not yet compacted.
 
@@ -109,7 +109,8 @@ def lay_sample_3d(
 
     With ``thread`` the wires are smooth, see :class:`lmgcpy.Thread`, of ``thread_diameter`` [m], by default as thick as
     beads. They are as long, and follow the beads: every second or third is a node, so that nodes are ``node_distance`` mean
-    diameters of a grain apart at the most, and more where the wire turns sharply; other beads are left out.
+    diameters of a grain apart at the most, and more where the wire turns sharply; other beads are left out. Straight
+    segments do not follow the pores: tensions grow with their length (docs/texsol_3d.md).
     """
     whole(grain_count, "grains", minimum=10)
     whole(wires, "wires", minimum=1)

@@ -105,6 +105,6 @@ def test_no_grain_lies_in_a_thread():
 
 
 def test_a_thread_may_be_thinner_than_beads():
-    sample = lay_sample_3d(60, 80, seed=0, thread=True, thread_diameter=0.1e-3)
+    sample = lay_sample_3d(60, 80, seed=0, thread=True, thread_diameter=0.1e-3, node_distance=1.0)
     assert sample.radii[0] == 0.05e-3
     assert sample.link_lengths[0].max() == pytest.approx(3 * 0.32e-3)
