@@ -87,7 +87,7 @@ class LaidWire:
 def _links(
     sample: Sample, chain: np.ndarray, lengths: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Direction, reference length, slack and winding of the links of a chain; ``lengths``: those of the sample, (l,)."""
+    """Direction, reference length, slack and winding of the links of a chain; ``lengths``: by the sample, (l,)."""
     places = sample.positions[chain]
     branch = np.diff(places, axis=0)
     distance = np.linalg.norm(branch, axis=1)

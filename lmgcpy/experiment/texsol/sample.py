@@ -109,7 +109,7 @@ def lay_sample_3d(
 
     With ``thread`` the wires are smooth, see :class:`lmgcpy.Thread`, of ``thread_diameter`` [m], by default as thick as
     beads. They are as long, and follow the beads: every second or third is a node, so that nodes are ``node_distance`` mean
-    diameters of a grain apart at the most, and more where the wire turns sharply; other beads are left out. Straight
+    diameters of a grain apart at the most, and closer at sharp turns; other beads are left out. Straight
     segments do not follow the pores: tensions grow with their length (docs/texsol_3d.md).
     """
     whole(grain_count, "grains", minimum=10)
@@ -172,7 +172,7 @@ STRAIGHT = 0.95
 
 
 def _nodes(beads: np.ndarray, link: float, every: int) -> np.ndarray:
-    """Numbers of the beads that are nodes: at most ``every`` links from one to the next, and fewer where the wire turns: a
+    """Numbers of the beads that are nodes: at most ``every`` links from one to the next, and fewer at turns of the wire: a
     longer segment would cut the corner, and come across the wire's other turns."""
     found = [0]
     while found[-1] < len(beads) - 1:
