@@ -69,12 +69,11 @@ def measure(
 def table_of_frames(run: Run, since: int, axis: str | None, out: Path | None, force: bool) -> Path:
     """Write the entries of all frames, a row each; the path of the file."""
     from lmgcpy.cli.measure_report import Subject, report
-    from lmgcpy.writing import write_table
+    from lmgcpy.writing import check_target, write_table
 
     if out is None:
         raise ValueError("--all-frames needs --out, the CSV file to write: --out table.csv.")
-    if out.exists() and not force:
-        raise FileExistsError(f"The file '{out}' exists: give another, or --force to replace it.")
+    check_target(out, force=force, name="--out", instead="give another name by --out, or --force to replace it")
     columns: dict[str, dict[int, float]] = {}
     for k in range(run.frame_count):
         of_entry = ""
@@ -82,9 +81,11 @@ def table_of_frames(run: Run, since: int, axis: str | None, out: Path | None, fo
             for entry in part:
                 if isinstance(entry, str):
                     continue
-                # an indented label goes on with the one above
-                label = entry.label.strip() if entry.label == entry.label.strip() else f"{of_entry}: {entry.label.strip()}"
-                of_entry = of_entry if entry.label != entry.label.strip() else label
+                label = entry.label
+                if label.startswith(" "):  # it goes on with the one above
+                    label = f"{of_entry}: {label.strip()}"
+                else:
+                    of_entry = label
                 name = f"{label} [{entry.unit}]" if entry.unit else label
                 columns.setdefault(name, {})[k] = entry.value
     steps, times = run.steps, run.times

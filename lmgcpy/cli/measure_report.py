@@ -129,8 +129,8 @@ def _sample(subject: Subject) -> Iterator[Entry | str]:
         yield Entry(f"stress along {axis}, traction positive", float(sigma["total"][k, k]), "Pa")
         if subject.has_wire:
             yield Entry(f"  part of the wire in the stress along {axis}", float(wire[k, k]), "Pa")
-    pressures = -np.linalg.eigvalsh(0.5 * (sigma["total"] + sigma["total"].T))
-    greatest, least = float(pressures.max()), float(pressures.min())
+    pressures = -measure.principal(sigma["total"])
+    greatest, least = float(pressures[-1]), float(pressures[0])
     yield Entry("mean pressure p, mean of the principal stresses", float(pressures.mean()), "Pa")
     yield Entry("deviator q, greatest less smallest principal stress", greatest - least, "Pa")
     if least > 0.0:
