@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 # first: numba makes its table of conversions in calls that are no deeper here than from ``import numba``. At some
 # depths of imports within imports CPython takes and gives back memory for frames at every call: 0.1 s more
 import lmgcpy.compiled  # noqa: F401
-from lmgcpy import contact, io, laws, measure, sample
+from lmgcpy import contact, io, laws
 from lmgcpy.laws.coulomb import Coulomb
 from lmgcpy.laws.elastic import ElasticRod, ElasticWire, VoigtRod, VoigtWire
 from lmgcpy.laws.law import Law, Parameter, State
@@ -41,7 +41,7 @@ from lmgcpy.solve.sweeps.step import Step
 from lmgcpy.version import VERSION
 
 if TYPE_CHECKING:
-    from lmgcpy import view
+    from lmgcpy import measure, sample, view
 
 __version__ = VERSION
 
@@ -120,8 +120,8 @@ __all__ = [
 ]
 
 
-_LATER = ("experiment", "testing", "view")
-"""Packages that are imported at their first use: most runs draw and test nothing."""
+_LATER = ("experiment", "measure", "sample", "testing", "view")
+"""Packages that are imported at their first use: a run draws, measures and tests nothing, and what it does costs time."""
 
 
 def __getattr__(name: str) -> Any:

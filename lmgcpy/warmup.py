@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import lmgcpy as lm
+from lmgcpy.compiled.ahead import ahead
 from lmgcpy.compiled.cache import CacheWarning
 from lmgcpy.compiled.kernel import Statistics, statistics
 from lmgcpy.contact.slabs import partition_from
@@ -82,6 +83,7 @@ def warm_up(
 def make(part: Part) -> Made:
     """Compile or load the kernels of a part; raises CacheWarning, and what goes wrong with what all laws share."""
     failure = None
+    ahead.is_over = True  # the workers share all processors
     if _no_cache:  # said once, but parts may wait in the queue of this process
         raise _no_cache[0]
     with warnings.catch_warnings():

@@ -198,7 +198,7 @@ def test_slabs_solve_the_same_problem(rounds, dimension, kind):
         by_ids.solver = tight
         for sim in (by_ids, by_slabs):
             sim.step()
-            assert sim.report.solved, (sim.report, sim.time)
+            assert sim.report.residual <= 5e-10, (sim.report, sim.time)  # rounding may stop a step at 2e-10
         assert len(by_slabs._last[0].groups.task) > 4
         assert len(by_ids._last[0].groups.task) == 2
         scale = np.abs(by_ids.velocities).max()
