@@ -176,6 +176,7 @@ def things(folder) -> dict[str, object]:
         "WireContacts of 2 rows": lm.measure.wire_contacts(sim),
         "ForcesAlong of": lm.measure.forces_along(sim),
         "Facets of 0 rows": lm.measure.facets(sim),
+        "CoarseFields on ": lm.measure.coarse_fields(sim, width=0.5),
         "Reaction: force (": lm.measure.reaction(sim, 0),
         "BeadSlip of 2 rows": lm.measure.BeadSlip(*np.zeros((8, 2))),
         "TensionCorrelation of 1 rows": lm.measure.tension_correlation(sim),

@@ -61,8 +61,8 @@ def with_byte_code(tmp_path):
 
 @pytest.mark.long
 def test_lmgcpy_costs_little_more_than_numba(with_byte_code):
-    """Less than 1.6 times as long; measured: 1.5 times, of an import of numba that takes 0.25 to 0.6 s as the machine has it.
-    Each in turn, and the median of the ratios: the machine is slow for some, and fast for others."""
+    """Less than 1.6 times as long; measured: 1.5 times, of an import of numba that takes 0.25 to 0.6 s, as fast as the
+    machine is. Each in turn, and the median of the ratios: the machine is slow for some, and fast for others."""
     child("import lmgcpy", **with_byte_code)
     ratios = []
     for repetition in range(30):

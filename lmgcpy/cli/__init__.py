@@ -7,7 +7,7 @@ import warnings
 import click
 
 import lmgcpy
-from lmgcpy.cli import campaign, column, continuum, laws, measure, run, solve, texsol, view, warmup
+from lmgcpy.cli import campaign, column, continuum, fields, laws, measure, run, solve, texsol, view, warmup
 from lmgcpy.errors import closest, shown
 
 EXPECTED = (ValueError, TypeError, LookupError, OSError, RuntimeError, FloatingPointError, ImportError, MemoryError)
@@ -78,6 +78,7 @@ for command in (
     continuum.continuum,
     *run.COMMANDS,
     measure.measure,
+    fields.fields,
     *solve.COMMANDS,
     *laws.COMMANDS,
     *view.COMMANDS,

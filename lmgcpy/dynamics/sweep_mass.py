@@ -15,9 +15,9 @@ HEAVY = 32.0
 sweeps with momentum converge sooner by themselves."""
 SHARE, OF_NODE = 0.25, 0.02
 """Mass in the sweep, in parts of the heaviest body touched: of a body, and of a node of a thread, which bears a contact
-together with its neighbour. (Sweeps a step of samples of 400 grains with a rigid thread whose nodes are 1/85, 1/130 and 1/255
-of a grain: 184, 239, 415 with 0.02; 282, 285, 545 with their own mass; 387, 475, 3259 with 0.1, and there one step in four
-was not solved.)"""
+together with its neighbour. (Sweeps a step of samples of 400 grains with a rigid thread whose nodes are 1/85, 1/130 and
+1/255 of a grain: 184, 239, 415 with 0.02; 282, 285, 545 with their own mass; 387, 475, 3259 with 0.1, and there one step in
+four was not solved.)"""
 TIGHT = 1e-6
 """Up to this tolerance of a solver, bodies are swept with their own mass: for the last digits Newton steps cost less."""
 ROUNDS = 3

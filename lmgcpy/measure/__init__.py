@@ -3,6 +3,7 @@
 from lmgcpy.measure.contacts import ContactForces, ContactKinds, Network, contact_forces, contact_kinds, network
 from lmgcpy.measure.density import density
 from lmgcpy.measure.facets import Facets, facets
+from lmgcpy.measure.fields import CoarseFields, coarse_fields
 from lmgcpy.measure.forces_along import ForcesAlong, forces_along
 from lmgcpy.measure.reaction import Reaction, reaction
 from lmgcpy.measure.strain import LocalStrain, MeanStrain, mean_strain, strain
@@ -22,6 +23,7 @@ from lmgcpy.measure.wire_shape import WireShape, wire_shape
 
 __all__ = [
     "BeadSlip",
+    "CoarseFields",
     "ContactForces",
     "ContactKinds",
     "Facets",
@@ -42,6 +44,7 @@ __all__ = [
     "WireShape",
     "angular_momentum",
     "bead_slip",
+    "coarse_fields",
     "contact_forces",
     "contact_kinds",
     "density",

@@ -5,11 +5,12 @@ Importing this package imports neither library: they are loaded when the first p
 """
 
 from lmgcpy.view.curves import plot
+from lmgcpy.view.fields import draw_fields, export_fields
 from lmgcpy.view.layout import Layout, check
 from lmgcpy.view.pictures import render, show
 from lmgcpy.view.vtk import export_vtk
 
-__all__ = ["Layout", "check", "export_vtk", "plot", "render", "show"]
+__all__ = ["Layout", "check", "draw_fields", "export_fields", "export_vtk", "plot", "render", "show"]
 
 
 def __dir__() -> list[str]:

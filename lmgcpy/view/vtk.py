@@ -315,11 +315,11 @@ def add_words(data: Any, name: str, words: list[str]) -> None:
 
 
 def write(data: Any, path: Path) -> None:
-    """Write a .vtp file; raises the errors of :func:`lmgcpy.writing.new_file`."""
+    """Write a data set, into a .vtp or .vti file; raises the errors of :func:`lmgcpy.writing.new_file`."""
     from vtkmodules.vtkCommonMisc import vtkErrorCode
-    from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
+    from vtkmodules.vtkIOXML import vtkXMLDataSetWriter
 
-    writer = vtkXMLPolyDataWriter()
+    writer = vtkXMLDataSetWriter()
     writer.SetInputData(data)
     with new_file(path) as new:
         writer.SetFileName(str(new))
