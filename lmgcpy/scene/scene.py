@@ -108,8 +108,9 @@ class Scene:
         be edited, and in which a simulation begins at time 0.
 
         Bodies have their positions and velocities after that step; conditions, gravity and hidden bodies are as they were
-        then. Impulses and states of laws are not kept: the first step starts from none. Functions of time, which no file
-        can hold, are given as to :func:`lmgcpy.resume`, and begin at time 0 again.
+        then. Impulses and states of laws are not kept: the first step starts from none. :func:`lmgcpy.resume` keeps them,
+        with another time step and another solver too. Functions of time, which no file can hold, are given as to it, and
+        begin at time 0 again.
 
         Raises the errors of ``lmgcpy.io.open_run``, and ValueError if there is no frame of that step.
         """

@@ -142,6 +142,11 @@ ROWS = {
         "is being written by another run: wait for its end"),
     "resume what is read-only": (lambda w: ["resume", w.read_only(w.plain_run_file()), "--steps", "1"],
         "is read-only: change its permissions, or copy it"),
+    "resume with another step in its file": (
+        lambda w: ["resume", w.plain_run_file(), "--steps", "1", "--time-step", "1e-4"],
+        "--time-step needs another file, as a file holds one time step: give --record FILE."),
+    "resume into a file that is there": (
+        lambda w: ["resume", w.plain_run_file(), "--steps", "1", "--record", w.text()], "exists: give another name."),
     "resume onto a full disk": (lambda w: ["resume", w.full_disk(w.plain_run_file()), "--steps", "1"],
         "could not be written on: 1000 bytes are left", "make room"),
     "compare with nothing": (lambda w: ["compare", w.run_file(), w.path("b.h5")], "There is no file '", "b.h5'."),
