@@ -36,6 +36,7 @@ from lmgcpy.dynamics.straight_spans import StraightSpans
 from lmgcpy.dynamics.sweep_mass import ROUNDS, sweep_mass
 from lmgcpy.dynamics.turning_stretch import TurningStretch
 from lmgcpy.dynamics.watch import Said
+from lmgcpy.dynamics.watch.costly_steps import CostlySteps
 from lmgcpy.dynamics.watch.damped_waves import DampedWaves
 from lmgcpy.dynamics.watch.displacements import Displacements, DisplacementWatch, worse
 from lmgcpy.dynamics.watch.driven_overlaps import DrivenOverlaps
@@ -152,6 +153,7 @@ class Stepper:
         self._watch = Watch(model, self._said)
         self._driven_overlaps = DrivenOverlaps(model, self.state.positions, self._said)
         self._damped_waves = DampedWaves(model, self._said)
+        self._costly_steps = CostlySteps(self._said)
         self._turning_stretch = TurningStretch(model)
         self._whipping_links = WhippingLinks(model)
         self.state.reaction = self._reaction_of
@@ -240,6 +242,8 @@ class Stepper:
                 self.report = replace(self.report, status=STATUS[LOCKED], lock=lock)
                 sentences += self._watch.lock(lock, self.time) if self.on_unconverged == "warn" else ()
             sentences += self._count_unsolved()
+        if self.on_unconverged != "ignore":
+            sentences += self._costly_steps.after_step(self.report, self.steps, state.time)
         return sentences
 
     def _take_statements(self) -> list[str]:
@@ -258,7 +262,7 @@ class Stepper:
         sentences: list[str] = []
         if len(model.mass) > before or model.rows is not self.model.rows:
             if len(model.mass) > before and self.state.overlap == "warn":  # with "stop" it was refused as it was added
-                sentences += overlaps_at_start(model, before)
+                sentences += overlaps_at_start(model, before)[0]
             tables = model.contactors, model.rows, model.links
             detector = self._detector.grown(tables, model.inverse_mass, model.hidden, model.apart, self.state.positions)
             self._displacement_watch = DisplacementWatch(model, self._said)
@@ -302,8 +306,9 @@ class Stepper:
 
     def _all(self) -> Before:
         """Everything that a step changes. These objects set attributes and change nothing in place, except the detector."""
-        watches = self._said, self._watch, self._driven_overlaps, self._damped_waves, self._turning_stretch
-        kept = [(now, now.copy()) for now in map(vars, (*watches, self.energy, self.state))]
+        watches = self._said, self._watch, self._driven_overlaps, self._damped_waves, self._costly_steps
+        objects = *watches, self._turning_stretch, self.energy, self.state
+        kept = [(now, now.copy()) for now in map(vars, objects)]
         own = self.__dict__
         kept.append((own, {name: own[name] for name in CHANGED} | {"_detector": self._detector.__copy__()}))
         return self.state.positions.copy(), self.state.velocities.copy(), kept

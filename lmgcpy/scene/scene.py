@@ -163,8 +163,8 @@ class Scene:
 
         Between the steps of a simulation the body comes with its velocity. A run that is recorded takes no further body
         (RuntimeError), as all frames of a file have the same bodies. ValueError if the simulation could not begin with the
-        body: it is too far from the origin, too big for the periodic cell, or overlaps another one if ``overlap`` is
-        "stop".
+        body: it is too far from the origin, too big for the periodic cell, or overlaps another one by more than
+        ``overlap`` of the simulation allows.
         """
         if not isinstance(body, Body):
             raise TypeError(f"Scene.add takes a body such as lmgcpy.disk(...), got {shown(body)}.")
@@ -196,7 +196,7 @@ class Scene:
             if self._cell is not None:
                 self._cell.check()
             laid = replace(model, start=self._state.with_those_of(model.start))
-            check_start(laid, "stop" if self._state.overlap == "stop" else "ignore", len(self.bodies) - len(bodies))
+            check_start(laid, self._state.overlap, len(self.bodies) - len(bodies))  # the next step has its sentences
         except BaseException:
             del self.bodies[-len(bodies) :]
             for body in bodies:

@@ -50,9 +50,10 @@ class Simulation(Stepper):
     and ``worst_slip`` hold their largest residual and slip, since the start or the last restore.
 
     ``overlap`` says what happens if bodies that see each other overlap at the start by more than 5 % of the smaller
-    radius: "warn" gives one RuntimeWarning with their number and the worst overlap, "stop" raises ValueError, "ignore"
-    does nothing. Contact laws leave an old penetration alone, so that such a start is legal, but it is rarely intended.
-    The overlaps that solvers leave in a sample at rest are smaller and cause no warning.
+    radius: "warn" gives one RuntimeWarning with their number and the worst overlap, and raises ValueError if the worst is
+    more than the smaller radius; "stop" raises ValueError; "ignore" does nothing. Contact laws leave an old penetration
+    alone, so that such a start is legal, but it is rarely intended. The overlaps that solvers leave in a sample at rest are
+    smaller and cause no warning.
 
     A body so far from the origin that rounding moves it by more than a thousandth of its radius is refused (ValueError).
 
