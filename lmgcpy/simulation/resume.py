@@ -64,6 +64,8 @@ def resume(
             overlap="ignore",  # the run warned of overlaps when it began
         )
         other = other_options(sim, run) if record is None else ""
+        if other and given["solver"] not in BY_CLASS and sim.time_step == given["time_step"]:
+            other = ""  # the class of a solver of another package may have another name by now
         if other:
             raise ValueError(
                 f"'{path}' cannot go on with other options, as a file holds one of each: {other}. Give it another file: "

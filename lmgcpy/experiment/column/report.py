@@ -214,7 +214,7 @@ def _runs_part(result: ColumnResult) -> str:
     unsolved = unsolved_words(courses, tolerance=study.tolerance, max_iterations=study.max_iterations)
     if unsolved:
         unsolved += (
-            " In a pour, sand and wire fall and are caught, so that a step begins far from its solution; in a column at rest"
+            " In a pour, sand and wire fall and are caught, so steps begin far from their solution; in a column at rest"
             " the impulses of the step before are nearly the solution."
         )
     took = (
