@@ -9,10 +9,13 @@ import threading
 import time as clock
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from lmgcpy.dynamics.stepper import Stepper
 from lmgcpy.errors import file_path, flag, named_arguments, number, shown, warn, whole
+
+if TYPE_CHECKING:
+    from lmgcpy.io.rows import Observe
 
 log = logging.getLogger("lmgcpy")
 
@@ -114,7 +117,7 @@ class Simulation(Stepper):
         every: int = 10,
         flush: float = 2.0,
         force: bool = False,
-        observe: Mapping[str, Callable[[Simulation], Any]] | None = None,
+        observe: Observe | None = None,
         notes: Mapping[str, Any] | None = None,
         until: Callable[[Simulation], bool] | None = None,
         on_step: Callable[[Simulation], Any] | None = None,
@@ -127,9 +130,11 @@ class Simulation(Stepper):
         between two steps, with a complete file.
 
         ``observe`` gives functions of the simulation by name, called before the first step and after every step. Each
-        returns a number or an array of the same shape at every step; the run file keeps the values. ``notes`` are your own
-        words and numbers by name, kept in the run file and shown by ``lmgcpy info``. ``until`` is a function
-        of the simulation, called after every step; the run ends early when it returns True.
+        returns a number or an array of the same shape at every step; the run file keeps the values. Tables of the run have
+        names and units of the values if ``observe`` gives these with the function: ``{"height": (f, "m")}``, or of an array
+        ``{"tension": (f, ["mean tension [N]", "greatest tension [N]"])}``. ``notes`` are your own words and numbers by
+        name, kept in the run file and shown by ``lmgcpy info``. ``until`` is a function of the simulation, called after
+        every step; the run ends early when it returns True.
 
         ``on_step`` is a function of the simulation, called after every step and before the step is recorded: it may look,
         and make statements for the next steps (``sim.scene.bodies[3].hide()``), but neither ``run``, nor in a recorded run

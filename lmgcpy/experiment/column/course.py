@@ -222,7 +222,12 @@ def let_go(
     with carry_out(
         sim,
         steps=count,
-        observe={name: getattr(column, name) for name in ("spread", "height", "motion", "tension")},
+        observe={
+            "spread": (column.spread, ["radius of 95 % of the sand [m]", "radius of 99 % of the sand [m]", "front [m]"]),
+            "height": (column.height, ["height of 99 % of the sand [m]", "highest grain [m]"]),
+            "motion": column.motion,
+            "tension": (column.tension, ["greatest tension [N]", "mean tension [N]"]),
+        },
         every=max(1, count // frames),
         notes={"experiment": name},
         rule=at_rest,
