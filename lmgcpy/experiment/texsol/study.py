@@ -385,11 +385,13 @@ class Study3D(TexSolStudy):
         strange = [name for name in threads if getattr(self, name) != usual[name]]
         if self.dtex != usual["dtex"] and not self.has_own_mass:
             raise ValueError(
-                f"dtex is the mass of a wire's own beads or nodes, and bead_mass of this study is {self.bead_mass or 'grain'!r}: "
-                "give bead_mass='own' (--bead-mass own), or leave dtex out."
+                "dtex is the mass of a wire's own beads or nodes, and bead_mass of this study is "
+                f"{self.bead_mass or 'grain'!r}: give bead_mass='own' (--bead-mass own), or leave dtex out."
             )
         if self.wire == "beads" and strange:
-            raise ValueError(f"{strange[0]} is of a thread, and the wire of this study has beads: give wire='thread' (--wire thread).")
+            raise ValueError(
+                f"{strange[0]} is of a thread, and the wire of this study has beads: give wire='thread' (--wire thread)."
+            )
         self._check_names("axes", "axis", tuple(AXES))
         whole(self.wires, "wires", minimum=1)
 
