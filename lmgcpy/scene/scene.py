@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import operator
 import os
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, ClassVar, TypeVar
@@ -50,6 +51,7 @@ from lmgcpy.scene.many_bodies import SomeRound, StartNumbers, make_round
 from lmgcpy.scene.medium import COEFFICIENTS, Medium, drag_of, medium
 from lmgcpy.scene.skin import Net, PointMass, Skin, Thread, paths
 from lmgcpy.scene.solid import Material
+from lmgcpy.writing import html_table
 
 SomeBody = TypeVar("SomeBody", bound=Body)
 
@@ -1003,6 +1005,15 @@ class Scene:
         concerned = np.array([color in (candidate, antagonist) for color in contactors.color], dtype=bool)
         radii = contactors.size[concerned & np.isfinite(contactors.size)]
         return DEFAULT_ALERT * float(radii.min()) if len(radii) else 0.0
+
+    def _repr_html_(self) -> str:
+        kinds = Counter((type(body).__name__, body.color) for body in self.bodies)
+        rows = [("gravity [m/s^2]", "a function of time" if callable(self.gravity) else self.gravity)]
+        rows += [(f"{kind} '{color}'", f"{count} bodies") for (kind, color), count in kinds.items()]
+        rows += [(f"'{c}' sees '{a}'", repr(law)) for c, a, law, _ in self.rows]
+        laws = Counter(repr(chain.law) for chain in self.chains)
+        rows += [("chains", f"{count} of {law}") for law, count in laws.items()]
+        return html_table(repr(self).strip("<>"), (), rows)
 
     def __repr__(self) -> str:
         return (

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from lmgcpy.dynamics.stepper import Stepper
 from lmgcpy.errors import file_path, flag, named_arguments, number, shown, warn, whole
+from lmgcpy.writing import in_notebook
 
 if TYPE_CHECKING:
     from lmgcpy.io.rows import Observe
@@ -124,10 +125,10 @@ class Simulation(Stepper):
     ) -> Simulation:
         """Make ``steps`` steps, or as many as ``duration`` [s] takes; returns the simulation itself.
 
-        ``progress`` shows a bar if standard error is a terminal. ``record`` is the path of a run file (HDF5). The file gets
-        a frame every ``every`` steps and one at the end of the run, and the history of every step; unwritten steps are at
-        most ``flush`` [s] of clock time old. An existing file is replaced only with ``force``. Ctrl-C ends a recorded run
-        between two steps, with a complete file.
+        ``progress`` shows a bar if standard error is a terminal, and in a notebook. ``record`` is the path of a run file
+        (HDF5). The file gets a frame every ``every`` steps and one at the end of the run, and the history of every step;
+        unwritten steps are at most ``flush`` [s] of clock time old. An existing file is replaced only with ``force``.
+        Ctrl-C ends a recorded run between two steps, with a complete file.
 
         ``observe`` gives functions of the simulation by name, called before the first step and after every step. Each
         returns a number or an array of the same shape at every step; the run file keeps the values. Tables of the run have
@@ -175,7 +176,8 @@ class Simulation(Stepper):
         if progress:
             from tqdm import tqdm
 
-            turns = tqdm(turns, desc="lmgcpy", unit="step", disable=None)
+            # None: only on a terminal
+            turns = tqdm(turns, desc="lmgcpy", unit="step", disable=False if in_notebook() else None)
         state, recorded_before = self.state, self._recorder is not None
         try:
             self._running, state.recorded = True, recorder is not None
