@@ -21,6 +21,9 @@ THICKEST = 0.5
 """Thickness of the force that the scale of forces names, in mean diameters of the grains."""
 REFERENCE = 0.999
 """Quantile of the forces that the scale shows if the user gives no force."""
+THICKEST_BAR = 22.0
+"""Greatest thickness of the bar of forces in the legend [pixels]."""
+BLACK = "#000000"
 SHOWN = 5
 """Escaped bodies that a warning names."""
 READ_WIDTH = 1000.0
@@ -132,10 +135,7 @@ class Film:
         """The line that says what a thickness means."""
         if self.force == 0.0:
             return ""
-        from matplotlib.ticker import EngFormatter
-
-        unit = "N/m" if self.dimension == 2 else "N"
-        return f"half as thick as a mean grain: {EngFormatter(unit)(self.force)}"
+        return f"half as thick as a mean grain: {self._of(self.force)}"
 
     def drawing(self, number_of_panel: int, k: int) -> Drawing:
         """Drawing of a panel in picture number k."""
@@ -151,7 +151,21 @@ class Film:
         for i, view in enumerate(self.views):
             images.append(painter.image(self.drawing(i, k), view, self.scale, self.limits, self.thickness, self.zoom))
             titles.append(self._title(i, k))
-        return plate(images, titles, self.words, self.limits, self.legend, self.note, self.columns, self.zoom)
+        return plate(images, titles, self.words, self.limits, self.legend, self.bar, self.columns, self.zoom)
+
+    @property
+    def bar(self) -> tuple[str, float] | None:
+        """A force in words, and the thickness with which it is drawn [pixels]: as large as the legend has room for."""
+        if self.force == 0.0:
+            return None
+        force, thick, most = self.force, 2.0 * THICKEST * self.grain * self.scale, THICKEST_BAR * self.zoom
+        halvings = max(0, math.ceil(math.log2(thick / most)))
+        return f"a force of {self._of(force / 2.0**halvings)}", thick / 2.0**halvings
+
+    def _of(self, force: float) -> str:
+        from matplotlib.ticker import EngFormatter
+
+        return EngFormatter("N/m" if self.dimension == 2 else "N")(float(f"{force:.3g}"))
 
     def _title(self, number_of_panel: int, k: int) -> str:
         title, time = self.panels[number_of_panel].title, self.drawing(number_of_panel, k).time
@@ -209,25 +223,27 @@ def plate(
     words: Sequence[float],
     scales: dict[Quantity, Limits],
     legend: Sequence[tuple[str, str]],
-    note: str,
+    force: tuple[str, float] | None,
     columns: int,
     zoom: float = 1.0,
 ) -> Plate:
     """Put images (height, width, 3) of uint8 on one plate, with ``columns`` images in a row.
 
-    The images of a row have a common base line, each in the middle of its column. ``words``: width of the widest
+    The images of a row have a common base line, each in the middle of its column. ``force``: entry of the legend for
+    the scale of forces, and the thickness of its bar [pixels]. ``words``: width of the widest
     title of each panel [pixels]; columns are wide enough for it, so that all plates of a film have one size. ``zoom``
     enlarges text and colour scales.
     """
     from matplotlib.figure import Figure
-    from matplotlib.lines import Line2D
 
     line_height, bar, dpi = (round(zoom * pixels) for pixels in (LEGEND, BAR, DPI))
     above = round(zoom * TITLE) if any(titles) else 0
-    needs = [max(panel.shape[1], math.ceil(zoom * (title + FONT))) for panel, title in zip(panels, words, strict=True)]
+    needs = [
+        max(panel.shape[1], math.ceil(zoom * (title + 2.0 * FONT))) for panel, title in zip(panels, words, strict=True)
+    ]
     widths = [max(needs[k::columns]) for k in range(min(columns, len(panels)))]
     heights = [above + max(p.shape[0] for p in panels[k : k + columns]) for k in range(0, len(panels), columns)]
-    entries = [*dict.fromkeys(legend), *([(note, "")] if note else [])]
+    entries = [*dict.fromkeys(legend), *([(force[0], BLACK)] if force else [])]
     needed = [math.ceil(zoom * (width_of(label) + HANDLE)) for label, _ in entries]
     lines = _legend_lines(entries, needed, sum(widths))
     tall = sum(heights)
@@ -244,7 +260,7 @@ def plate(
     for k, (quantity, limits) in enumerate(scales.items()):
         _scale(figure, quantity, limits, sum(widths) + k * bar, 0.5 * tall, min(0.7 * tall, 500.0 * zoom), zoom)
     for line, together in enumerate(lines):
-        handles = [Line2D([], [], color=color or "none", linewidth=4) for _, color in together]
+        handles = [_sample(entry, force, dpi) for entry in together]
         figure.legend(
             handles,
             [label for label, _ in together],
@@ -258,6 +274,15 @@ def plate(
     return Plate(figure, list(zip(corners, panels, strict=True)), (height, wide))
 
 
+def _sample(entry: tuple[str, str], force: tuple[str, float] | None, dpi: int) -> Any:
+    """The line beside an entry of the legend; for the scale of forces as thick as its force."""
+    from matplotlib.lines import Line2D
+
+    label, color = entry
+    thick = 72.0 * force[1] / dpi if force is not None and label == force[0] else 4.0
+    return Line2D([], [], color=color or "none", linewidth=thick, solid_capstyle="butt")
+
+
 def width_of(text: str) -> float:
     """Width of a line of text in a picture that is not enlarged [pixels]."""
     from matplotlib.font_manager import FontProperties
@@ -269,9 +294,7 @@ def width_of(text: str) -> float:
     return float(path.get_extents().x1) * DPI / 72.0
 
 
-def _legend_lines(
-    entries: Sequence[tuple[str, str]], needed: Sequence[int], width: int
-) -> list[list[tuple[str, str]]]:
+def _legend_lines(entries: Sequence[tuple[str, str]], needed: Sequence[int], width: int) -> list[list[tuple[str, str]]]:
     """Entries of the legend, as many in each line as fit; ``needed``: their widths [pixels]."""
     lines: list[list[tuple[str, str]]] = []
     left = 0

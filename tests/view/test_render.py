@@ -16,7 +16,7 @@ import lmgcpy as lm
 from lmgcpy.view.compose import compose, panels_of
 from lmgcpy.view.cutting import within
 from lmgcpy.view.drawing import CONTACT, SAND, WIRE, Drawing, Paint, Tubes, rgb
-from lmgcpy.view.film import TITLE, Film
+from lmgcpy.view.film import LEGEND, THICKEST_BAR, TITLE, Film
 from lmgcpy.view.painter import Painter
 from lmgcpy.view.pictures import palette_of
 from lmgcpy.view.snapshot import snapshot
@@ -449,6 +449,24 @@ def test_the_force_of_the_scale_is_a_round_number(tmp_path):
     film = Film(panels_of(pile(3), None, {**dict.fromkeys(OPTIONS), "what": "forces"}, moving=False), size=SIZE)
     assert film.force == float(f"{film.force:.2g}") > 0.0
     assert re.fullmatch(r"half as thick as a mean grain: \d{1,3} (m|k)?N(/m)?", film.note), film.note
+
+
+@pytest.mark.parametrize("side", [100, 400, 1600])
+def test_the_scale_of_forces_is_a_bar_as_thick_as_its_force(side, tmp_path):
+    """Of one ball on another one, 10 N: the bar has the thickness of its force beside the thickness of the picture, and is
+    no thicker than a line of the legend."""
+    film = Film(panels_of(pile(3), None, {**dict.fromkeys(OPTIONS), "what": "forces"}, moving=False), size=(side, side))
+    words, thick = film.bar
+    prefix = {"": 1.0, "m": 1e-3, "k": 1e3}
+    number, unit = re.fullmatch(r"a force of ([0-9.]+) ((?:m|k)?)N(?:/m)?", words).groups()
+    assert thick == pytest.approx(2.0 * film.thickness * float(number) * prefix[unit] * film.scale, rel=1e-2)
+    assert thick <= THICKEST_BAR * film.zoom
+    painter = Painter(off_screen=True)
+    image = film.plate(painter, 0).pixels()
+    painter.close()
+    legend = (image < 60).all(axis=2)[-round(LEGEND * film.zoom) :]
+    columns = legend.sum(axis=0)
+    assert columns.max() == pytest.approx(thick, abs=1.5 + 0.3 * thick)  # or a letter beside a thin bar
 
 
 def test_fixed_bodies_are_plain_in_a_picture_of_motion():

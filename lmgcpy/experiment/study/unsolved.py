@@ -52,8 +52,10 @@ def unsolved_words(runs: Mapping[str, SolvedRun], *, tolerance: float, max_itera
     remedy = ""
     if causes["budget spent"]:
         remedy = f" The solver has {max_iterations} sweeps for a step; with a larger max_iterations it solves more of them."
+    within = int((left <= tolerance).sum())
+    forces = f" {within} of them keep it, and miss the bound of forces or of displacements." if within else ""
     return (
         f"Steps that were not solved to the tolerance: {'; '.join(counts)}. Of these {why}. Half of them are left with a "
         f"residual of at most {np.median(left):.1e}, the worst with {left.max():.1e}; the tolerance is {tolerance:.0e}."
-        f"{remedy}"
+        f"{forces}{remedy}"
     )

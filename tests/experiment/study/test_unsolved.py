@@ -22,6 +22,9 @@ def test_counts_causes_and_residuals():
     words = unsolved_words(runs, tolerance=5e-3, max_iterations=200)
     assert "not solved to the tolerance: a 2 of 3; c 1 of 1. Of these 2 ran out of sweeps, 1 stagnated" in words
     assert "at most 2.0e-02, the worst with 3.0e-02; the tolerance is 5e-03." in words
+    assert "keep it" not in words
+    loose = unsolved_words(runs, tolerance=2.5e-2, max_iterations=200)
+    assert "2 of them keep it, and miss the bound of forces or of displacements." in loose
     assert "The solver has 200 sweeps for a step" in words
     assert "sweeps for a step" not in unsolved_words({"a": run("locked")}, tolerance=1e-2, max_iterations=200)
 
