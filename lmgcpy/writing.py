@@ -11,13 +11,18 @@ from __future__ import annotations
 
 import csv
 import errno
+import html
 import os
 import stat
+import sys
 import uuid
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from lmgcpy.errors import file_path, system_error
 
@@ -206,3 +211,43 @@ def dataframe(columns: Mapping[str, Any]) -> Any:
     except ImportError as error:
         raise ImportError("to_dataframe needs pandas, which is not installed: pip install pandas.") from error
     return pandas.DataFrame(columns)
+
+
+FEW = 9
+"""Numbers of an array that a notebook shows; of a longer one it shows the shape."""
+
+
+def html_table(title: str, head: Iterable[str], rows: Iterable[Iterable[Any]], note: str = "") -> str:
+    """A table for a notebook, with a line above it, and a ``note`` below."""
+    names = "".join(f"<th>{html.escape(word)}</th>" for word in head)
+    lines = "".join("<tr>" + "".join(f"<td>{html.escape(in_short(value))}</td>" for value in row) + "</tr>" for row in rows)
+    header = f"<thead><tr>{names}</tr></thead>" if names else ""
+    below = f"<div>{html.escape(note)}</div>" if note else ""
+    return f"<div><b>{html.escape(title)}</b></div><table>{header}<tbody>{lines}</tbody></table>{below}"
+
+
+def html_of_fields(thing: Any) -> str:
+    """The fields of a dataclass as a table for a notebook."""
+    values = ((field.name, getattr(thing, field.name)) for field in fields(thing))
+    return html_table(type(thing).__name__, (), ((name, value) for name, value in values if value is not None))
+
+
+def in_short(value: Any) -> str:
+    """A value in a few characters: numbers to six digits, of a long array the shape."""
+    if isinstance(value, Mapping):
+        return "; ".join(f"{name}: {in_short(part)}" for name, part in value.items())
+    if isinstance(value, (tuple, list)) and any(np.ndim(part) for part in value):
+        return "; ".join(map(in_short, value))
+    if isinstance(value, (np.ndarray, tuple, list)):
+        array = np.asarray(value)
+        if array.size > FEW:
+            return f"array of shape {array.shape}"
+        return np.array2string(array, precision=6) if array.dtype.kind in "fiub" else ", ".join(map(str, array.ravel()))
+    return f"{value:.6g}" if isinstance(value, (float, np.floating)) else str(value)
+
+
+def in_notebook() -> bool:
+    """Whether the program runs in a notebook, which shows pictures, tables and a bar of progress."""
+    ipython = sys.modules.get("IPython")
+    shell = None if ipython is None else ipython.get_ipython()
+    return shell is not None and hasattr(shell, "kernel")

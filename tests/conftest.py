@@ -60,6 +60,14 @@ def is_default(callspec, mark: pytest.Mark) -> bool:
     return all(callspec.params[name] in values for name, values in mark.kwargs.items())
 
 
+@pytest.fixture(autouse=True, scope="session")
+def no_line_of_the_compiler():
+    """A program writes one line on standard error as it waits for the compiler: not into what a test reads."""
+    from lmgcpy.compiled import waiting
+
+    waiting._so_far.is_said = True
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection(session: pytest.Session) -> None:
     """Compile the common kernels before modules are imported, some of which make their scenes then."""

@@ -608,6 +608,8 @@ EXEMPT_ARGUMENTS = {
     ("resume", "functions"): "in tests/bad_input",
     ("resume", "observe"): "in tests/io/test_observations.py",
     ("resume", "solver"): "in tests/bad_input",
+    ("resume", "time_step"): "in tests/io/test_resume.py",
+    ("resume", "record"): "in tests/io/test_resume.py",
     ("laws.register", "distribution"): "of plug-ins",
     ("io.take_up", "observe"): "in tests/io/test_observations.py",
     ("io.take_up", "notes"): "of the studies",

@@ -306,3 +306,26 @@ def test_no_public_class_is_left_out(all_things):
     classes = {thing.__name__ for name in documented() if inspect.isclass(thing := reached(name))}
     looked_at = {type(thing).__name__ for thing in all_things.values()}
     assert classes - looked_at - set(LEFT_OUT) == set()
+
+
+def test_notebooks_show_tables():
+    """Of scenes, reports and measures: a row for each field, short arrays as numbers, long ones by their shape."""
+    sim = hanging().run(steps=2)
+    assert "<td>Disk &#x27;GRAIN&#x27;</td><td>3 bodies</td>" in sim.scene._repr_html_()
+    assert "<td>chains</td><td>1 of ElasticWire(stiffness=10000" in sim.scene._repr_html_()
+    assert "<tr><td>status</td><td>converged</td></tr>" in sim.report._repr_html_()
+    assert "lock" not in sim.report._repr_html_()
+    network = lm.measure.network(sim)._repr_html_()
+    assert "<td>coordination</td><td>" in network
+    table = lm.measure.wire_links(sim)._repr_html_()
+    assert table.count("<tr>") == 2
+    assert "<th>tension</th>" in table
+
+
+def test_a_table_of_many_rows_shows_the_first():
+    scene = lm.Scene(dimension=2)
+    beads = [scene.add(lm.disk(radius=0.1, position=(0.3 * k, 0.0), mass=1.0)) for k in range(10)]
+    scene.chain(beads, lm.RigidWire())
+    table = lm.measure.wire_links(lm.Simulation(scene, time_step=1e-3).run(steps=1))._repr_html_()
+    assert table.count("<tr>") == 1 + 5
+    assert "and 4 more" in table

@@ -19,7 +19,7 @@ FILE = click.Path(path_type=Path)
 
 @click.command()
 @click.argument("file", type=FILE)
-@click.option("--frame", type=int, default=-1, help="Number of the frame; negative: from the end.")
+@click.option("--frame", type=int, help="Number of the frame; negative: from the end [default: -1].")
 @click.option("--since", type=int, default=0, help="Frame from which strain, stretch and slip are counted.")
 @click.option(
     "--axis",
@@ -30,7 +30,7 @@ FILE = click.Path(path_type=Path)
 @click.option("--out", type=FILE, help="Folder for CSV tables; with --all-frames a file.")
 @click.option("--force", is_flag=True, help="Write into a folder that is not empty, or replace a file.")
 def measure(
-    file: Path, frame: int, since: int, axis: str | None, all_frames: bool, out: Path | None, force: bool
+    file: Path, frame: int | None, since: int, axis: str | None, all_frames: bool, out: Path | None, force: bool
 ) -> None:
     """Show what a frame of a run measures: stress, contacts, strain, wires, friction.
 
@@ -41,11 +41,15 @@ def measure(
     from lmgcpy.io.csv_tables import folder_for
     from lmgcpy.io.run import open_run
 
+    if all_frames and frame is not None:
+        raise click.UsageError("--frame chooses one frame, and --all-frames takes all: leave out one of them.")
+    if force and out is None:
+        raise click.UsageError("--force is about what --out names: add --out, or leave --force out.")
     with open_run(file) as run:
         if all_frames:
             click.echo(table_of_frames(run, since, axis, out, force))
             return
-        subject = Subject.of(run, frame, since, axis)
+        subject = Subject.of(run, -1 if frame is None else frame, since, axis)
         folder = None if out is None else folder_for(out, force)
         found = report(subject)
         times = run.times

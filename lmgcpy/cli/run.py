@@ -114,21 +114,25 @@ def law_sentence(law: dict) -> str:
 @click.command()
 @click.argument("file", type=FILE)
 @click.option("--steps", type=int, required=True, help="Number of steps to make.")
+@click.option("--record", type=FILE, help="Another file, in which the run goes on; the first file stays as it is.")
+@click.option("--time-step", type=float, help="Another time step [s]; it needs --record.")
 @click.option("--progress/--no-progress", default=True, help="Show a progress bar on a terminal.")
-def resume(file: Path, steps: int, progress: bool) -> None:
-    """Continue a run in its file.
+def resume(file: Path, steps: int, record: Path | None, time_step: float | None, progress: bool) -> None:
+    """Continue a run in its file, or in another one.
 
     On the same type of processor, with the same versions, it goes on bit for bit as if it had not stopped.
     """
     from lmgcpy.simulation.resume import resume as go_on
 
-    sim = go_on(file)
+    if time_step is not None and record is None:
+        raise click.UsageError("--time-step needs another file, as a file holds one time step: give --record FILE.")
+    sim = go_on(file, record=record, time_step=time_step)
     try:
         sim.run(steps=steps, progress=progress)
     except KeyboardInterrupt as interrupt:
         click.echo(str(interrupt), err=True)
         sys.exit(130)
-    click.echo(f"{file}: {sim.steps} steps, to t = {sim.time:g} s")
+    click.echo(f"{record or file}: {sim.steps} steps, to t = {sim.time:g} s")
 
 
 @click.command()

@@ -39,6 +39,8 @@ class Region(click.ParamType):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """The corners as :func:`lmgcpy.view.render` takes them."""
+        if value == "everything":
+            return value
         try:
             numbers = tuple(float(word) for word in value.split(","))
         except ValueError:
@@ -64,7 +66,9 @@ def panel_options(command: Callable) -> Callable:
         click.option("--title", help="Line above the panel, instead of the time."),
         click.option("--limits", type=CommaList(float, "0,1.5", count=2), help="Ends of the colour scale: low,high."),
         click.option(
-            "--region", type=Region(), help="What is seen [m]: low and high corner, x,y,x,y or x,y,z,x,y,z [default: all]."
+            "--region",
+            type=Region(),
+            help="What is seen [m]: low and high corner, x,y,x,y or x,y,z,x,y,z; or everything, escaped bodies too.",
         ),
         click.option("--scale", type=float, help="Force whose line is half as thick as a mean grain [N]."),
     ):

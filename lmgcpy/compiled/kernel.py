@@ -47,7 +47,7 @@ from lmgcpy.compiled.fingerprint import (
     rebuildable,
     slots_of,
 )
-from lmgcpy.compiled.waiting import told_on_a_terminal, turn
+from lmgcpy.compiled.waiting import told_to_wait, turn
 from lmgcpy.errors import closest
 
 CompilerError = (
@@ -237,7 +237,7 @@ def _undisturbed(compile: Callable, complete: Callable[[], None]) -> Callable:
         enabled = gc.isenabled()
         gc.disable()
         try:
-            with told_on_a_terminal():
+            with told_to_wait():
                 ahead.begin()
                 complete()
                 return compile(*arguments)

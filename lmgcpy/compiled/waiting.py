@@ -8,12 +8,14 @@ process compiles by itself.
 A process has at most one turn, and ends it before it waits for another: so no two can wait for each other, even if the
 compilation of one kernel calls another. numba's lock is held when these functions are called: one thread of a process.
 
-Who waits for the compiler at a terminal gets a line.
+Who waits for the compiler at a terminal gets a line that goes away. Elsewhere, as in a notebook or a log, it is one line for
+each program.
 """
 
 from __future__ import annotations
 
 import errno
+import multiprocessing
 import os
 import sys
 import threading
@@ -27,38 +29,48 @@ PATIENCE = 1.0
 """Time of compiling after which the user sees a message [s]."""
 
 
+ONCE = "lmgcpy compiles kernels, which takes some seconds and happens once: they are kept for the next time."
+"""The line where no terminal is."""
+
+
 class _Waiting:
     """Number of kernels that this process has compiled so far, and the time this took [s]."""
 
     def __init__(self) -> None:
         self.count = 0
         self.seconds = 0.0
+        self.is_said = False
 
 
 _so_far = _Waiting()
 
 
 @contextmanager
-def told_on_a_terminal() -> Iterator[None]:
-    """While one kernel is compiled: where standard error is a terminal, a line says so as soon as this process has compiled
-    for more than a second, and goes away with the kernel."""
+def told_to_wait() -> Iterator[None]:
+    """While one kernel is compiled: a line on standard error says so as soon as this process has compiled for more than a
+    second. On a terminal it goes away with the kernel; elsewhere there is one, of the first process of a program."""
     begin, terminal = clock.perf_counter(), sys.stderr is not None and sys.stderr.isatty()
+    once = not terminal and sys.stderr is not None and not _so_far.is_said and multiprocessing.parent_process() is None
     _so_far.count += 1
     line = f"compiling kernels (once): {_so_far.count}, {_so_far.seconds:.0f} s so far"
     shown = threading.Event()
 
     def show() -> None:
+        if once:
+            _so_far.is_said = True
+            print(ONCE, file=sys.stderr, flush=True)
+            return
         shown.set()
         print(line, end="\r", file=sys.stderr, flush=True)
 
     timer = threading.Timer(max(0.0, PATIENCE - _so_far.seconds), show)
     timer.daemon = True
-    if terminal:
+    if terminal or once:
         timer.start()
     try:
         yield
     finally:
-        if terminal:
+        if terminal or once:
             timer.cancel()
             timer.join()
         if shown.is_set():
@@ -146,7 +158,7 @@ def _lock(handle: int, byte: int) -> bool:
 def _wait(handle: int, byte: int) -> bool:
     """Wait until a byte is free, and whether it was in time."""
     end = clock.monotonic() + LONGEST
-    with told_on_a_terminal():
+    with told_to_wait():
         while not _lock(handle, byte):
             if clock.monotonic() > end:
                 return False

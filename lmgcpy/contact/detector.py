@@ -238,6 +238,10 @@ class Detector:
         """Have the next step start from these impulses (m, d), and from the states of the last step."""
         self._last.replace_impulses(interactions.slot, impulse)
 
+    def scale_impulses(self, factor: float) -> None:
+        """Have the next step start from the impulses times ``factor``, see :meth:`LastStep.scale`."""
+        self._last.scale(factor)
+
     @property
     def remembered(self) -> tuple[int, int]:
         """How many components the impulse of an interaction has at the most, and the state of its law."""

@@ -91,6 +91,12 @@ class LastStep:
         to, source = sides[0][1][here], sides[1][1][there]
         impulse[to], state[to] = self._impulses[source], self._states[source]
 
+    def scale(self, factor: float) -> None:
+        """Multiply the impulses, as for another time step, in which the forces stay; states stay, gaps that were predicted
+        for another detection are no longer known."""
+        self._impulses, self._states = factor * self._impulses, self._states.copy()
+        self._states[:, -1] = np.nan
+
     def replace_impulses(self, slots: np.ndarray, impulse: np.ndarray) -> None:
         """Put impulses (m, d) in the place of those of the interactions in these slots, (m,), ascending; their states
         stay."""

@@ -22,6 +22,10 @@ class Checkpoint:
     """[m/s, rad/s], (n, k); the spins of bodies that turn in space along their own axes."""
     time: float
     """[s]."""
+    time_step: float
+    """Time step of the impulses [s]; a simulation with another one keeps the forces."""
+    theta: float
+    """theta of the predicted gaps."""
     steps: int
     """Number of steps so far."""
     unconverged_steps: int
@@ -70,7 +74,8 @@ def check(given: Any, like: Any, name: str = "The checkpoint's") -> None:
         elif field.type == "int":
             whole(value, what)
         elif not (field.name == "worst_residual" and isinstance(value, float) and value == np.inf):
-            number(value, what, minimum=0.0 if field.name in ("time", "worst_residual", "reach") else -np.inf)
+            at_least = 0.0 if field.name in ("time", "theta", "worst_residual", "reach") else -np.inf
+            number(value, what, minimum=at_least, above=0.0 if field.name == "time_step" else -np.inf)
         if field.name in REMEMBERED and len(value) != len(given.identity):
             raise ValueError(f"{what} must have {len(given.identity)} rows as the identity has, got {len(value)}.")
 

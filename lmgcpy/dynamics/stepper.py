@@ -36,6 +36,7 @@ from lmgcpy.dynamics.straight_spans import StraightSpans
 from lmgcpy.dynamics.sweep_mass import ROUNDS, sweep_mass
 from lmgcpy.dynamics.turning_stretch import TurningStretch
 from lmgcpy.dynamics.watch import Said
+from lmgcpy.dynamics.watch.costly_steps import CostlySteps
 from lmgcpy.dynamics.watch.damped_waves import DampedWaves
 from lmgcpy.dynamics.watch.displacements import Displacements, DisplacementWatch, worse
 from lmgcpy.dynamics.watch.driven_overlaps import DrivenOverlaps
@@ -79,7 +80,7 @@ class Found(NamedTuple):
 
 
 CHANGED = (
-    *("model", "steps", "report", "energy", "unconverged_steps", "worst_residual", "worst_slip"),
+    *("model", "steps", "report", "energy", "unconverged_steps", "worst_residual", "worst_slip", "_scheme"),
     *("_last", "_links", "_levers", "_straight_spans", "_displacement_watch"),
 )
 """Attributes of a simulation that a step or a restore sets, besides detector and assembler."""
@@ -140,6 +141,8 @@ class Stepper:
         self._levers = LeverStiffness.of(model)
         self._straight_spans = StraightSpans.of(model.links, model.inverse_mass, model.dimension)
         self._last: tuple[StepProblem, Interactions] | None = None
+        self._scheme = self.time_step, self.theta
+        """Time step and theta of the step that gave the remembered impulses."""
         self.unconverged_steps = 0
         self.worst_residual = 0.0
         self.worst_slip = 0.0
@@ -150,6 +153,7 @@ class Stepper:
         self._watch = Watch(model, self._said)
         self._driven_overlaps = DrivenOverlaps(model, self.state.positions, self._said)
         self._damped_waves = DampedWaves(model, self._said)
+        self._costly_steps = CostlySteps(self._said)
         self._turning_stretch = TurningStretch(model)
         self._whipping_links = WhippingLinks(model)
         self.state.reaction = self._reaction_of
@@ -197,7 +201,7 @@ class Stepper:
     def _make_step(self) -> list[str]:
         """Make a step by the equations of :meth:`step`; returns sentences for the user about it."""
         begin = clock.perf_counter()
-        sentences = self._take_changes() if self.state.stale else []
+        sentences = self._take_statements()
         earlier = self._draw_chains()
         h, theta, state, v = self.time_step, self.theta, self.state, self.state.velocities
         self._move(v, (1.0 - theta) * h, v, 0.0, CellMotion.first_move)  # (1)
@@ -238,6 +242,18 @@ class Stepper:
                 self.report = replace(self.report, status=STATUS[LOCKED], lock=lock)
                 sentences += self._watch.lock(lock, self.time) if self.on_unconverged == "warn" else ()
             sentences += self._count_unsolved()
+        if self.on_unconverged != "ignore":
+            sentences += self._costly_steps.after_step(self.report, self.steps, state.time)
+        return sentences
+
+    def _take_statements(self) -> list[str]:
+        """Take over what was said since the last step, of the scene and of the scheme; returns sentences for the user."""
+        sentences = self._take_changes() if self.state.stale else []
+        if self._scheme != (self.time_step, self.theta):
+            self._detector.scale_impulses(self.time_step / self._scheme[0])
+            self._turning_stretch.restore(np.zeros(0))
+            self.energy.stored = {}  # known at gaps that were predicted for another detection
+            self._scheme = self.time_step, self.theta
         return sentences
 
     def _take_changes(self) -> list[str]:
@@ -246,7 +262,7 @@ class Stepper:
         sentences: list[str] = []
         if len(model.mass) > before or model.rows is not self.model.rows:
             if len(model.mass) > before and self.state.overlap == "warn":  # with "stop" it was refused as it was added
-                sentences += overlaps_at_start(model, before)
+                sentences += overlaps_at_start(model, before)[0]
             tables = model.contactors, model.rows, model.links
             detector = self._detector.grown(tables, model.inverse_mass, model.hidden, model.apart, self.state.positions)
             self._displacement_watch = DisplacementWatch(model, self._said)
@@ -290,8 +306,9 @@ class Stepper:
 
     def _all(self) -> Before:
         """Everything that a step changes. These objects set attributes and change nothing in place, except the detector."""
-        watches = self._said, self._watch, self._driven_overlaps, self._damped_waves, self._turning_stretch
-        kept = [(now, now.copy()) for now in map(vars, (*watches, self.energy, self.state))]
+        watches = self._said, self._watch, self._driven_overlaps, self._damped_waves, self._costly_steps
+        objects = *watches, self._turning_stretch, self.energy, self.state
+        kept = [(now, now.copy()) for now in map(vars, objects)]
         own = self.__dict__
         kept.append((own, {name: own[name] for name in CHANGED} | {"_detector": self._detector.__copy__()}))
         return self.state.positions.copy(), self.state.velocities.copy(), kept
@@ -596,13 +613,15 @@ class Stepper:
     def checkpoint(self) -> Checkpoint:
         """All that the next step depends on, copied."""
         self._journal.settle(self._go_back)
-        if self.state.stale:
-            for sentence in self._journal.whole_or_not_at_all(self._all, self._take_changes, self._go_back):
+        if self.state.stale or self._scheme != (self.time_step, self.theta):
+            for sentence in self._journal.whole_or_not_at_all(self._all, self._take_statements, self._go_back):
                 warn(sentence)
         return Checkpoint(
             positions=self.state.positions.copy(),
             velocities=self.state.velocities.copy(),
             time=self.state.time,
+            time_step=self.time_step,
+            theta=self.theta,
             steps=self.steps,
             unconverged_steps=self.unconverged_steps,
             worst_residual=self.worst_residual,
@@ -614,7 +633,10 @@ class Stepper:
 
     @named_arguments
     def restore(self, checkpoint: Checkpoint) -> None:
-        """Go on from a checkpoint of this scene, bit for bit; ``interactions`` are empty until the next step."""
+        """Go on from a checkpoint of this scene, bit for bit; ``interactions`` are empty until the next step.
+
+        If the simulation has another time step than the checkpoint, the next step starts from the same forces.
+        """
         self._refuse_asked("restore")
         if not isinstance(checkpoint, Checkpoint):
             raise TypeError(f"restore takes what Simulation.checkpoint() gave, got {shown(checkpoint)}.")
@@ -631,6 +653,7 @@ class Stepper:
         self._damped_waves.look_at(self.model)
         self.state.velocities[:] = checkpoint.velocities
         self.state.time = checkpoint.time
+        self._scheme = checkpoint.time_step, checkpoint.theta
         self.steps = self.state.steps = checkpoint.steps
         self.unconverged_steps = checkpoint.unconverged_steps
         self.worst_residual = checkpoint.worst_residual
@@ -655,7 +678,10 @@ class Stepper:
 
     @property
     def time_step(self) -> float:
-        """The time step [s]. It may be changed between steps, but not in a run that is recorded: its file holds one."""
+        """The time step [s]. It may be changed between steps, but not in a run that is recorded: its file holds one.
+
+        The next step then starts from the forces of the last one, and from the states of its laws.
+        """
         return self._time_step
 
     @time_step.setter

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lmgcpy.errors import AXES, flag, named_arguments, number, numbers, shown, whole
-from lmgcpy.io.rows import Observe
+from lmgcpy.io.rows import Observe, entries
 from lmgcpy.laws import Law
 from lmgcpy.laws.coulomb import Coulomb
 from lmgcpy.measure.contacts import network
@@ -220,6 +220,11 @@ class SampleScene:
         loose = int((net.rattlers >= self.bead_count).sum())
         return np.array([net.coordination, loose / max(1, grains), *net.fabric.ravel()])
 
+    @property
+    def network_names(self) -> list[str]:
+        """Names of the numbers of :meth:`network`."""
+        return ["coordination", "share of rattlers", *entries("fabric", self.dimension, "")]
+
 
 class Box(SampleScene):
     """The scene of a sample in its box, without gravity; the caller sets the boundary conditions.
@@ -359,13 +364,23 @@ class Box(SampleScene):
     def observed(self) -> Observe:
         """The quantities that a compaction records at every step."""
         return {
-            "reactions": self.reactions,
-            "size": self.size,
-            "penetration": self.penetration,
-            "unbalanced": self.unbalanced,
-            "kinetic": lambda sim: sim.energy.kinetic,
-            "network": self.network,
+            "reactions": (self.reactions, self.reaction_names),
+            "size": (self.size, self.size_names),
+            "penetration": (self.penetration, "m"),
+            "unbalanced": (self.unbalanced, "N"),
+            "kinetic": (lambda sim: sim.energy.kinetic, "J"),
+            "network": (self.network, self.network_names),
         }
+
+    @property
+    def reaction_names(self) -> list[str]:
+        """Names of the numbers of :meth:`reactions`."""
+        return [f"reaction_{axis}_{side} [N]" for axis in AXES[: self.dimension] for side in ("lower", "upper")]
+
+    @property
+    def size_names(self) -> list[str]:
+        """Names of the numbers of :meth:`size`."""
+        return [f"size_{axis} [m]" for axis in AXES[: self.dimension]]
 
     def pressures(self, rows: Mapping[str, np.ndarray]) -> np.ndarray:
         """Recorded forces on the walls over their recorded area [Pa], (s, d, 2): lower and upper wall across each axis."""

@@ -13,7 +13,7 @@ import numpy as np
 from lmgcpy.errors import AXES, named_arguments, number, one_of, shown, whole
 from lmgcpy.experiment.box import Box, Sample, characteristic_time, usual_solver
 from lmgcpy.experiment.recorded_run import carry_out
-from lmgcpy.io.rows import Observe
+from lmgcpy.io.rows import Observe, entries
 from lmgcpy.io.run import Run
 from lmgcpy.laws import Law
 from lmgcpy.laws.coulomb import Coulomb
@@ -235,7 +235,12 @@ class Compression(ABC):
 
     def observed(self) -> Observe:
         """The quantities that are recorded at every step."""
-        return {"reactions": self.box.reactions, "size": self.box.size, "stress": self._stress}
+        stresses = [name for part in PARTS for name in entries(f"stress_{part}", self.DIMENSION, "Pa")]
+        return {
+            "reactions": (self.box.reactions, self.box.reaction_names),
+            "size": (self.box.size, self.box.size_names),
+            "stress": (self._stress, stresses),
+        }
 
     @abstractmethod
     def record(self, run: Run) -> CompressionRecord:

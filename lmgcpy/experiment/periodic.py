@@ -16,7 +16,7 @@ import numpy as np
 from lmgcpy.errors import AXES, named_arguments, number, numbers, shown, whole
 from lmgcpy.experiment.box import FORCE, GRAIN, SampleScene, characteristic_time, usual_solver
 from lmgcpy.experiment.recorded_run import carry_out
-from lmgcpy.io.rows import Observe
+from lmgcpy.io.rows import Observe, entries
 from lmgcpy.io.run import Run
 from lmgcpy.laws.coulomb import Coulomb
 from lmgcpy.measure.stress import stress
@@ -136,13 +136,13 @@ class PeriodicCell(SampleScene):
         (d, d), deepest overlap [m], mean resultant force on a grain [N], kinetic energy of the grains [J], and the network
         (coordination, share of rattlers, fabric)."""
         return {
-            "stress": lambda sim: stress(sim)["total"],
-            "volume": lambda sim: self.cell.volume,
-            "rate": lambda sim: self.cell.rate,
-            "penetration": self.penetration,
-            "unbalanced": self.unbalanced,
-            "kinetic": self._kinetic,
-            "network": self.network,
+            "stress": (lambda sim: stress(sim)["total"], entries("stress", self.dimension, "Pa")),
+            "volume": (lambda sim: self.cell.volume, f"m^{self.dimension}"),
+            "rate": (lambda sim: self.cell.rate, entries("rate", self.dimension, "1/s")),
+            "penetration": (self.penetration, "m"),
+            "unbalanced": (self.unbalanced, "N"),
+            "kinetic": (self._kinetic, "J"),
+            "network": (self.network, self.network_names),
         }
 
     def _kinetic(self, sim: Simulation) -> float:

@@ -60,7 +60,8 @@ class Triaxial(Compression):
 
     def observed(self) -> Observe:
         """The quantities that are recorded at every step."""
-        return {**super().observed(), "network": self.box.network, "penetration": self.box.penetration}
+        more = {"network": (self.box.network, self.box.network_names), "penetration": (self.box.penetration, "m")}
+        return {**super().observed(), **more}
 
     def record(self, run: Run) -> TriaxialRecord:
         """The record of a run."""

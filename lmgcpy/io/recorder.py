@@ -128,6 +128,7 @@ class RunRecorder:
             "laws": list(dict.fromkeys(law["name"] for law in description["laws"])),
             "options": {**options(sim), "every": self._rows.every, "flush": self.flush_seconds},
             "observed": list(observations),
+            "columns": observations.columns,
             "notes": self._notes,
             "versions": versions(),
         }

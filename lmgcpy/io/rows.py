@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
@@ -14,8 +14,26 @@ from lmgcpy.solve.problems.report import STATUS
 if TYPE_CHECKING:
     from lmgcpy.dynamics.stepper import Stepper
 
-Observe = Mapping[str, Callable[[Any], Any]]
-"""Functions of the simulation by name; each returns a number or an array of the same shape at every step."""
+Function = Callable[[Any], Any]
+Observe = Mapping[str, Function | tuple[Function, str | Sequence[str]]]
+"""Functions of the simulation by name; each returns a number or an array of the same shape at every step. With the function
+may come the unit of its values, ``(f, "N")``, or a name for each of them, ``(f, ["mean [N]", "greatest [N]"])``."""
+
+
+def entries(of: str, axes: int, unit: str) -> list[str]:
+    """Names of the entries of a tensor along the first ``axes`` axes: "fabric_xx [unit]", without brackets if there is no
+    unit."""
+    words, ending = "xyz"[:axes], f" [{unit}]" if unit else ""
+    return [f"{of}_{a}{b}{ending}" for a in words for b in words]
+
+
+def column_names(name: str, shape: Sequence[int], given: str | Sequence[str]) -> list[str]:
+    """Names of the columns of an observation, one for each of its numbers: the given ones, or its name with the index, and
+    with the given unit."""
+    if not isinstance(given, str):
+        return list(given)
+    ending = f" [{given}]" if given else ""
+    return [f"{name}[{','.join(map(str, index))}]{ending}" if index else name + ending for index in np.ndindex(*shape)]
 
 
 class Observed(dict[str, Any]):
@@ -34,12 +52,25 @@ class Observations:
     def __init__(self, functions: Observe, types: Mapping[str, np.dtype] | None = None):
         if not isinstance(functions, Mapping):
             raise TypeError(f"observe must be functions of the simulation by name, got {functions!r}.")
-        for name, function in functions.items():
+        self._functions: dict[str, Function] = {}
+        self._given: dict[str, str | Sequence[str]] = {}
+        for name, value in functions.items():
+            function: Any = value
+            given: Any = ""
+            if isinstance(value, tuple) and len(value) == 2:
+                function, given = value
             if not isinstance(name, str) or not name.isprintable() or name in ("", ".") or "/" in name:
                 raise ValueError(f"observe: {name!r} cannot be a name; take a word such as 'reaction', without '/'.")
             if not callable(function):
                 raise TypeError(f"observe['{name}'] must be a function of the simulation, got {function!r}.")
-        self._functions = dict(functions)
+            words = [given] if isinstance(given, str) else given
+            if not (isinstance(words, Iterable) and all(isinstance(word, str) and word.isprintable() for word in words)):
+                raise TypeError(
+                    f"observe['{name}'] may be a function and the unit of its values, (f, \"N\"), or a function and a name "
+                    f"for each value, (f, [\"mean [N]\", \"greatest [N]\"]), got {shown(given)}."
+                )
+            self._functions[name] = function
+            self._given[name] = given if isinstance(given, str) else list(given)
         self.types: dict[str, np.dtype] = dict(types or {})
 
     def probe(self, sim: Stepper) -> None:
@@ -61,6 +92,21 @@ class Observations:
                     f"before the first it returned {value.tolist()!r}."
                 )
             self.types[name] = np.dtype((value.dtype, value.shape))
+            given = self._given[name]
+            if not isinstance(given, str) and len(given) != value.size:
+                raise ValueError(
+                    f"observe['{name}'] returns {value.size} numbers and has {len(given)} names for them: {shown(given)}. "
+                    "Give one for each."
+                )
+        taken = [word for words in self.columns.values() for word in words]
+        twice = next((word for word in taken if taken.count(word) > 1), None)
+        if twice is not None:
+            raise ValueError(f"observe names two columns '{twice}': give them different names.")
+
+    @property
+    def columns(self) -> dict[str, list[str]]:
+        """Names of the columns of each observation, one for each of its numbers."""
+        return {name: column_names(name, kind.shape, self._given[name]) for name, kind in self.types.items()}
 
     def look(self, sim: Stepper) -> dict[str, np.ndarray]:
         """The values now; ValueError if a shape or type differs from that before the first step."""

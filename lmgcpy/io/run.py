@@ -18,7 +18,7 @@ from lmgcpy.dynamics.changes import Change, Counts, from_rows, gaps_after, hidde
 from lmgcpy.dynamics.checkpoint import Checkpoint
 from lmgcpy.dynamics.interactions import InteractionView, detection_positions
 from lmgcpy.errors import file_path, named_arguments, shown, whole
-from lmgcpy.io.rows import Observed
+from lmgcpy.io.rows import Observed, column_names
 from lmgcpy.io.run_file.commits import read_checkpoint, read_commit, read_tails
 from lmgcpy.io.run_file.opening import open_to_read
 from lmgcpy.io.run_file.tables import OBSERVED, DamagedRows, check_table, rows_of, sentences_of_damage, table_types
@@ -328,12 +328,15 @@ class Run:
 
     @property
     def observed_columns(self) -> dict[str, np.ndarray]:
-        """The observed values by name, "stress[0,1]" for a number in an array, (s,) each."""
-        return {
-            f"{name}[{','.join(map(str, index))}]" if index else name: column[(slice(None), *index)]
-            for name, column in ((name, column[:]) for name, column in self.observed.items())
-            for index in np.ndindex(column.shape[1:])
-        }
+        """The observed values, (s,) each, by the names and units that ``observe`` gave; a number in an array without a name
+        has its index, "places[0,1]"."""
+        names = self._about.get("columns", {})  # older files have none
+        found = {}
+        for name, column in self.observed.items():
+            values = column[:].reshape(len(column), -1)
+            for k, word in enumerate(names.get(name) or column_names(name, column.shape[1:], "")):
+                found[word] = values[:, k]
+        return found
 
     def series(
         self, measure: Callable[..., Any], *arguments: Any, frames: Iterable[int] | None = None, **options: Any

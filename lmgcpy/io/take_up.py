@@ -35,14 +35,21 @@ def take_up(
     with run_to_go_on(path) as run:
         if not run.options["geometric_stiffness"]:  # older files have none: their run continues without it
             sim.geometric_stiffness = False
-        there = {"notes": run.notes, "options": {name: run.options[name] for name in options(sim)}, "scene": run.scene}
-        if there["options"]["solver_fields"]:  # older files hold no slip and no force
-            there["options"]["solver_fields"] = {"slip": None, "force": None, **there["options"]["solver_fields"]}
-        here = {"notes": json.loads(json.dumps(dict(notes or {}))), "options": options(sim), "scene": describe(sim.scene)}
-        other = first_difference(there, here)
+        there = {"notes": run.notes, "scene": run.scene}
+        here = {"notes": json.loads(json.dumps(dict(notes or {}))), "scene": describe(sim.scene)}
+        other = other_options(sim, run) or first_difference(there, here)
         if other:
             raise ValueError(f"'{path}' is the file of another run: {other}. Name another file, or take that one away.")
         go_on(sim, run, observe)
+
+
+def other_options(sim: Stepper, run: Run) -> str:
+    """The first option in which a simulation differs from a run, as a clause; empty if there is none."""
+    here = options(sim)
+    there = {name: run.options[name] for name in here}
+    if there["solver_fields"]:  # older files hold no slip and no force
+        there["solver_fields"] = {"slip": None, "force": None, **there["solver_fields"]}
+    return first_difference(there, here, sides=("in the file", "here"))
 
 
 def run_to_go_on(path: str | os.PathLike) -> Run:
@@ -66,6 +73,14 @@ def go_on(sim: Any, run: Run, observe: Observe | None) -> None:
     with sentences_of_damage(run.path):
         sim.restore(run.checkpoint())
     sim.recorder = RunRecorder.going_on(run, sim.steps, observations)
+
+
+def go_on_elsewhere(sim: Any, run: Run, record: str, observe: Observe | None) -> None:
+    """Restore the last checkpoint, and record the next steps in another file."""
+    with sentences_of_damage(run.path):
+        sim.restore(run.checkpoint())
+    every, flush = run.options["every"], run.options["flush"]
+    sim.recorder = RunRecorder(record, every=every, flush=flush, observe=observe, notes=run.notes)
 
 
 def _same_names(path: str, there: list[str], here: list[str]) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 from lmgcpy.errors import named_arguments, number, whole
 from lmgcpy.measure.moment import Moment, Source, moment
 from lmgcpy.measure.table import Table
+from lmgcpy.writing import html_of_fields
 
 KINDS = ("grain-grain", "grain-bead", "bead-bead", "wall")
 SLIDING = 1e-6
@@ -172,6 +173,9 @@ class Network:
         return (
             f"<Network of {len(self.pairs)} contacts: coordination {self.coordination:.3g}, {len(self.rattlers)} rattlers>"
         )
+
+    def _repr_html_(self) -> str:
+        return html_of_fields(self)
 
 
 @named_arguments

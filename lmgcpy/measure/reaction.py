@@ -11,6 +11,7 @@ import numpy as np
 from lmgcpy.errors import named_arguments, shown, vector, whole
 from lmgcpy.measure.moment import Moment, Source, moment
 from lmgcpy.scene.body import Body
+from lmgcpy.writing import html_of_fields
 
 
 @dataclass(frozen=True)
@@ -29,6 +30,9 @@ class Reaction:
     def __repr__(self) -> str:
         force, turning = (", ".join(f"{x:.4g}" for x in part) for part in (self.force, self.moment))
         return f"<Reaction: force ({force}) N, moment ({turning}) N m>"
+
+    def _repr_html_(self) -> str:
+        return html_of_fields(self)
 
 
 @named_arguments

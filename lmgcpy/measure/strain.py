@@ -16,6 +16,7 @@ from lmgcpy.contact.lattice import Lattice
 from lmgcpy.errors import named_arguments, number, one_of, shown, vector
 from lmgcpy.measure.moment import Moment, Motion, Source, moment, motion
 from lmgcpy.measure.table import Table
+from lmgcpy.writing import html_of_fields
 
 BLOCKS = {2: 4, 3: 3}
 """Blocks along each axis that are left out in turn for the standard error, by dimension: 16 and 27 in all."""
@@ -138,6 +139,9 @@ class MeanStrain:
             f"<MeanStrain of {len(self.body)} bodies: volume {self.volumetric:+.3g}, non-affine {self.non_affine:.3g} m, "
             f"{self.non_affine_share:.2g} of the squares>"
         )
+
+    def _repr_html_(self) -> str:
+        return html_of_fields(self)
 
 
 @named_arguments

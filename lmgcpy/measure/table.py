@@ -7,7 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from lmgcpy.writing import dataframe
+from lmgcpy.writing import dataframe, html_table
+
+SHOWN = 5
+"""Rows that a notebook shows."""
 
 
 class Table:
@@ -34,6 +37,12 @@ class Table:
                 name = axes if field.name == "pairs" else f"{field.name}_{axes}" if axes else field.name
                 columns[name] = values[(slice(None), *index)]
         return columns
+
+    def _repr_html_(self) -> str:
+        columns = self.columns()
+        rows = zip(*(values[:SHOWN] for values in columns.values()), strict=True)
+        more = f"and {len(self) - SHOWN} more" if len(self) > SHOWN else ""
+        return html_table(f"{type(self).__name__} of {len(self)} rows", columns, rows, more)
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} of {len(self)} rows: {', '.join(field.name for field in fields(self))}>"  # type: ignore[arg-type]

@@ -14,6 +14,7 @@ from lmgcpy.measure.strain import strain_of
 from lmgcpy.measure.stress import sample_volume
 from lmgcpy.measure.table import Table
 from lmgcpy.measure.wire_links import links_of, pulling_links
+from lmgcpy.writing import html_of_fields
 
 
 @dataclass(frozen=True)
@@ -120,6 +121,9 @@ class WireFabric:
 
     def __repr__(self) -> str:
         return f"<WireFabric: {self.link_count} links, {self.length:.4g} m of wire, anisotropy {self.anisotropy:.3f}>"
+
+    def _repr_html_(self) -> str:
+        return html_of_fields(self)
 
 
 @named_arguments

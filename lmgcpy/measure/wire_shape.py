@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.errors import named_arguments, numbers, shown
+from lmgcpy.writing import html_of_fields
 
 
 @dataclass(frozen=True)
@@ -25,6 +26,9 @@ class WireShape:
 
     def __repr__(self) -> str:
         return f"<WireShape: persistence length {self.persistence_length:.3g} m, anisotropy {self.anisotropy:.3f}>"
+
+    def _repr_html_(self) -> str:
+        return html_of_fields(self)
 
 
 @named_arguments

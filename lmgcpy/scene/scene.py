@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import operator
 import os
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, ClassVar, TypeVar
@@ -50,6 +51,7 @@ from lmgcpy.scene.many_bodies import SomeRound, StartNumbers, make_round
 from lmgcpy.scene.medium import COEFFICIENTS, Medium, drag_of, medium
 from lmgcpy.scene.skin import Net, PointMass, Skin, Thread, paths
 from lmgcpy.scene.solid import Material
+from lmgcpy.writing import html_table
 
 SomeBody = TypeVar("SomeBody", bound=Body)
 
@@ -108,8 +110,9 @@ class Scene:
         be edited, and in which a simulation begins at time 0.
 
         Bodies have their positions and velocities after that step; conditions, gravity and hidden bodies are as they were
-        then. Impulses and states of laws are not kept: the first step starts from none. Functions of time, which no file
-        can hold, are given as to :func:`lmgcpy.resume`, and begin at time 0 again.
+        then. Impulses and states of laws are not kept: the first step starts from none. :func:`lmgcpy.resume` keeps them,
+        with another time step and another solver too. Functions of time, which no file can hold, are given as to it, and
+        begin at time 0 again.
 
         Raises the errors of ``lmgcpy.io.open_run``, and ValueError if there is no frame of that step.
         """
@@ -162,8 +165,8 @@ class Scene:
 
         Between the steps of a simulation the body comes with its velocity. A run that is recorded takes no further body
         (RuntimeError), as all frames of a file have the same bodies. ValueError if the simulation could not begin with the
-        body: it is too far from the origin, too big for the periodic cell, or overlaps another one if ``overlap`` is
-        "stop".
+        body: it is too far from the origin, too big for the periodic cell, or overlaps another one by more than
+        ``overlap`` of the simulation allows.
         """
         if not isinstance(body, Body):
             raise TypeError(f"Scene.add takes a body such as lmgcpy.disk(...), got {shown(body)}.")
@@ -195,7 +198,7 @@ class Scene:
             if self._cell is not None:
                 self._cell.check()
             laid = replace(model, start=self._state.with_those_of(model.start))
-            check_start(laid, "stop" if self._state.overlap == "stop" else "ignore", len(self.bodies) - len(bodies))
+            check_start(laid, self._state.overlap, len(self.bodies) - len(bodies))  # the next step has its sentences
         except BaseException:
             del self.bodies[-len(bodies) :]
             for body in bodies:
@@ -1002,6 +1005,15 @@ class Scene:
         concerned = np.array([color in (candidate, antagonist) for color in contactors.color], dtype=bool)
         radii = contactors.size[concerned & np.isfinite(contactors.size)]
         return DEFAULT_ALERT * float(radii.min()) if len(radii) else 0.0
+
+    def _repr_html_(self) -> str:
+        kinds = Counter((type(body).__name__, body.color) for body in self.bodies)
+        rows = [("gravity [m/s^2]", "a function of time" if callable(self.gravity) else self.gravity)]
+        rows += [(f"{kind} '{color}'", f"{count} bodies") for (kind, color), count in kinds.items()]
+        rows += [(f"'{c}' sees '{a}'", repr(law)) for c, a, law, _ in self.rows]
+        laws = Counter(repr(chain.law) for chain in self.chains)
+        rows += [("chains", f"{count} of {law}") for law, count in laws.items()]
+        return html_table(repr(self).strip("<>"), (), rows)
 
     def __repr__(self) -> str:
         return (

@@ -8,44 +8,73 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.dynamics.changes import from_rows
-from lmgcpy.errors import closest, named_arguments, shown, whole
+from lmgcpy.errors import closest, file_path, named_arguments, shown, whole
 from lmgcpy.io.rows import Observe
 from lmgcpy.io.run import Run, open_run
-from lmgcpy.io.take_up import go_on, run_to_go_on
+from lmgcpy.io.take_up import go_on, go_on_elsewhere, other_options, run_to_go_on
 from lmgcpy.scene.description import Functions, build, impose
 from lmgcpy.scene.scene import Scene
 from lmgcpy.simulation.simulation import Simulation
 from lmgcpy.solve.solvers import BY_CLASS
+from lmgcpy.writing import check_target
 
 
 @named_arguments
 def resume(
-    path: str | os.PathLike, *, functions: Functions | None = None, observe: Observe | None = None, solver: Any = None
+    path: str | os.PathLike,
+    *,
+    time_step: float | None = None,
+    solver: Any = None,
+    record: str | os.PathLike | None = None,
+    functions: Functions | None = None,
+    observe: Observe | None = None,
 ) -> Simulation:
-    """The simulation of a run file at its last checkpoint; its runs continue in the same file.
+    """The simulation of a run file at its last checkpoint; its runs continue in the same file, or in the file ``record``.
 
     No file can hold functions. ``functions`` gives the imposed functions of time, by id of the body and name of the
     component, ``{(3, "y"): f}``, and the function of gravity, ``{"gravity": f}``. ``observe`` gives the functions of the
-    simulation that the run observes, by name. ``solver`` is needed if the run has a solver of another package; it may also
-    replace the solver of the run. Statements between steps (``body.hide()``, ``body.fix("x")``, ``scene.gravity = ...``)
-    are in the file and act again. If the run was killed, the steps after the last checkpoint are made again. With the same
-    versions on one type of processor the result equals the result of an uninterrupted run to the last bit.
+    simulation that the run observes, by name. Statements between steps (``body.hide()``, ``body.fix("x")``,
+    ``scene.gravity = ...``) are in the file and act again. If the run was killed, the steps after the last checkpoint are
+    made again. With the same versions on one type of processor the result equals the result of an uninterrupted run to the
+    last bit.
+
+    With ``record`` the run goes on in a new file, and the file at ``path``, which is only read, keeps its end. The new file
+    begins with the state of the checkpoint, its time and number of steps, and has the notes, the ``every`` and the
+    ``flush`` of the old one; ``observe`` names what it observes. Such a run may have another ``time_step`` [s] and another
+    ``solver``. It starts from the impulses and the states of laws (slip, wear, damage) of the checkpoint. With another
+    time step the impulses are scaled to the same forces, and the first step takes no gap for one that its laws predicted
+    (``lmgcpy/dynamics/turning_stretch.py``). ``solver`` is needed if the run has a solver of another package.
 
     Raises the errors of ``lmgcpy.io.open_run``, PermissionError for a read-only file, BlockingIOError for one that is being
-    written, ValueError for a missing function, and LookupError for a law that is not registered.
+    written, FileExistsError if there is a file ``record``, ValueError for a missing function and for other options without
+    ``record``, and LookupError for a law that is not registered.
     """
-    with run_to_go_on(path) as run:
+    if record is not None:
+        record = file_path(record, "record")
+        check_target(record, force=False, name="record", instead="give another name")
+    with run_to_go_on(path) if record is None else open_run(path) as run:
         given = run.options
         sim = Simulation(
             _scene(path, run, functions),
-            time_step=given["time_step"],
+            time_step=given["time_step"] if time_step is None else time_step,
             theta=given["theta"],
             solver=_solver(path, given) if solver is None else solver,
             on_unconverged=given["on_unconverged"],
             geometric_stiffness=given["geometric_stiffness"],
             overlap="ignore",  # the run warned of overlaps when it began
         )
-        go_on(sim, run, observe)
+        other = other_options(sim, run) if record is None else ""
+        if other and given["solver"] not in BY_CLASS and sim.time_step == given["time_step"]:
+            other = ""  # the class of a solver of another package may have another name by now
+        if other:
+            raise ValueError(
+                f"'{path}' cannot go on with other options, as a file holds one of each: {other}. Give it another file: "
+                "lmgcpy.resume(path, record='another.h5', ...)."
+            )
+        if record is None:
+            go_on(sim, run, observe)
+        else:
+            go_on_elsewhere(sim, run, record, observe)
     return sim
 
 

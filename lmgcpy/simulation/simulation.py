@@ -9,10 +9,14 @@ import threading
 import time as clock
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from lmgcpy.dynamics.stepper import Stepper
 from lmgcpy.errors import file_path, flag, named_arguments, number, shown, warn, whole
+from lmgcpy.writing import in_notebook
+
+if TYPE_CHECKING:
+    from lmgcpy.io.rows import Observe
 
 log = logging.getLogger("lmgcpy")
 
@@ -50,9 +54,10 @@ class Simulation(Stepper):
     and ``worst_slip`` hold their largest residual and slip, since the start or the last restore.
 
     ``overlap`` says what happens if bodies that see each other overlap at the start by more than 5 % of the smaller
-    radius: "warn" gives one RuntimeWarning with their number and the worst overlap, "stop" raises ValueError, "ignore"
-    does nothing. Contact laws leave an old penetration alone, so that such a start is legal, but it is rarely intended.
-    The overlaps that solvers leave in a sample at rest are smaller and cause no warning.
+    radius: "warn" gives one RuntimeWarning with their number and the worst overlap, and raises ValueError if the worst is
+    more than the smaller radius; "stop" raises ValueError; "ignore" does nothing. Contact laws leave an old penetration
+    alone, so that such a start is legal, but it is rarely intended. The overlaps that solvers leave in a sample at rest are
+    smaller and cause no warning.
 
     A body so far from the origin that rounding moves it by more than a thousandth of its radius is refused (ValueError).
 
@@ -113,22 +118,24 @@ class Simulation(Stepper):
         every: int = 10,
         flush: float = 2.0,
         force: bool = False,
-        observe: Mapping[str, Callable[[Simulation], Any]] | None = None,
+        observe: Observe | None = None,
         notes: Mapping[str, Any] | None = None,
         until: Callable[[Simulation], bool] | None = None,
         on_step: Callable[[Simulation], Any] | None = None,
     ) -> Simulation:
         """Make ``steps`` steps, or as many as ``duration`` [s] takes; returns the simulation itself.
 
-        ``progress`` shows a bar if standard error is a terminal. ``record`` is the path of a run file (HDF5). The file gets
-        a frame every ``every`` steps and one at the end of the run, and the history of every step; unwritten steps are at
-        most ``flush`` [s] of clock time old. An existing file is replaced only with ``force``. Ctrl-C ends a recorded run
-        between two steps, with a complete file.
+        ``progress`` shows a bar if standard error is a terminal, and in a notebook. ``record`` is the path of a run file
+        (HDF5). The file gets a frame every ``every`` steps and one at the end of the run, and the history of every step;
+        unwritten steps are at most ``flush`` [s] of clock time old. An existing file is replaced only with ``force``.
+        Ctrl-C ends a recorded run between two steps, with a complete file.
 
         ``observe`` gives functions of the simulation by name, called before the first step and after every step. Each
-        returns a number or an array of the same shape at every step; the run file keeps the values. ``notes`` are your own
-        words and numbers by name, kept in the run file and shown by ``lmgcpy info``. ``until`` is a function
-        of the simulation, called after every step; the run ends early when it returns True.
+        returns a number or an array of the same shape at every step; the run file keeps the values. Tables of the run have
+        names and units of the values if ``observe`` gives these with the function: ``{"height": (f, "m")}``, or of an array
+        ``{"tension": (f, ["mean tension [N]", "greatest tension [N]"])}``. ``notes`` are your own words and numbers by
+        name, kept in the run file and shown by ``lmgcpy info``. ``until`` is a function of the simulation, called after
+        every step; the run ends early when it returns True.
 
         ``on_step`` is a function of the simulation, called after every step and before the step is recorded: it may look,
         and make statements for the next steps (``sim.scene.bodies[3].hide()``), but neither ``run``, nor in a recorded run
@@ -169,7 +176,8 @@ class Simulation(Stepper):
         if progress:
             from tqdm import tqdm
 
-            turns = tqdm(turns, desc="lmgcpy", unit="step", disable=None)
+            # None: only on a terminal
+            turns = tqdm(turns, desc="lmgcpy", unit="step", disable=False if in_notebook() else None)
         state, recorded_before = self.state, self._recorder is not None
         try:
             self._running, state.recorded = True, recorder is not None

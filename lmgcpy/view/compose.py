@@ -32,8 +32,11 @@ from lmgcpy.view.drawing import (
 from lmgcpy.view.layout import EXCESS, OVERLAP, long_links_of, overlaps_of
 from lmgcpy.view.quantities import GRAINS, WIRES, acting
 from lmgcpy.view.snapshot import LINKS, Snapshot, acting_lines, frame_number, snapshot
-from lmgcpy.view.style import Camera, Style, style_of
+from lmgcpy.view.style import MARGIN, Camera, Style, style_of
 
+FEW, FAR, MANY = 0.02, 6.0, 20
+"""Largest part of the free bodies that has escaped, or one; factor by which these are farther out than the others; and
+number of free bodies from which on some may have escaped."""
 THICK = {2: 0.35, 3: 1.0}
 """Radius of a wire in radii of its beads. In 3D the wire hides its beads. In 2D beads are as large as grains and are seen
 behind the wire."""
@@ -81,13 +84,44 @@ def compose(snap: Snapshot, style: Style) -> Drawing:
     )
     if snap.lattice is not None:
         drawing = into_cell(drawing, snap)
+    escaped = np.zeros(0, np.int64) if style.everything or style.region is not None else escaped_bodies(snap)
     if style.region is not None:
         drawing = within(drawing, style.region)
+    elif len(escaped):
+        drawing = replace(within(drawing, _around_the_others(snap, escaped)), escaped=escaped)
     if style.clip is not None:
         drawing = clip(drawing, style.clip, style.direction)
     if style.section is not None:
         drawing = section(drawing, style.section)
     return drawing
+
+
+def escaped_bodies(snap: Snapshot) -> np.ndarray:
+    """Ids of the bodies that have escaped: free ones that are in no chain, at most :data:`FEW` of all, so far out that the
+    others would be small beside them. The distance from the median, the largest coordinate of it, is more than :data:`FAR`
+    times the distance within which all but these bodies lie."""
+    loose = np.zeros(len(snap.positions), dtype=bool)
+    loose[snap.drawn] = ~snap.held[snap.drawn, : snap.dimension].any(axis=1)
+    for chain in snap.chains:
+        loose[chain.path] = False
+    if snap.lattice is not None or loose.sum() < MANY:
+        return np.zeros(0, np.int64)
+    ids = np.flatnonzero(loose)
+    distance = np.abs(snap.positions[ids] - np.median(snap.positions[ids], axis=0)).max(axis=1)
+    most = np.sort(distance)[-1 - max(1, int(FEW * len(ids)))]
+    return ids[distance > FAR * (most + _mean_radius(snap))]
+
+
+def _around_the_others(snap: Snapshot, escaped: np.ndarray) -> np.ndarray:
+    """Low and high corner of the box that holds the bodies that have not escaped, walls left out, and a margin [m],
+    (2, 3)."""
+    extent = np.asarray(snap.scene["bodies"]["extent"], dtype=float)
+    kept = np.isfinite(extent)
+    kept[escaped] = False
+    at, reach = in_space(snap.positions[kept]), extent[kept, None]
+    low, high = (at - reach).min(axis=0), (at + reach).max(axis=0)
+    margin = MARGIN * float((high - low).max())
+    return np.stack([low - margin, high + margin])
 
 
 def into_cell(drawing: Drawing, snap: Snapshot) -> Drawing:
@@ -218,27 +252,33 @@ def _wires(snap: Snapshot, style: Style, wrong: np.ndarray, legend: list[tuple[s
     nodes = [np.concatenate([chain.path[part] for chain in snap.chains]) for part in LINKS]
     skin = np.min([snap.skin_radius[path] for path in nodes], axis=0)
     thickness = np.where(skin > 0.0, skin, thickness)  # a thread is drawn as it is
+    slack = None
     thickness[thickness == 0.0] = 0.1 * _mean_radius(snap)  # links between bodies that are no disks
     if style.wires in WIRES:
         quantity, values = WIRES[style.wires](snap)
         paint = Paint(values=values, quantity=quantity)
+        if style.what == "forces":
+            legend.append(("course of the wire: not as thick as its force", ""))
     elif style.what == "forces":
-        # a tension may be thinner than the wire behind it, which has its colour
+        # links with a force are drawn as thick as it, and nothing else is drawn there
         forces = acting(snap, "what='forces'")
-        taut = forces.link < -WEAKEST * np.abs(forces.normal).max(initial=0.0)
-        paint = Paint(values=np.where(taut[:, None], rgb(WIRE), rgb(BEAD)).astype(np.uint8))
-        legend.append(("course of the wire", BEAD))
+        slack = np.abs(forces.link) <= WEAKEST * np.abs(forces.normal).max(initial=0.0)
+        paint = Paint(BEAD)
+        if slack.any():
+            legend.append(("wire without force", BEAD))
     else:
         paint = Paint(WIRE)
         legend.append(("wire", WIRE))
     starts, ends = (np.concatenate([course[part] for course in snap.courses]) for part in LINKS)
     tubes = Tubes(in_space(starts), in_space(ends), thickness, paint)
-    red = np.zeros(len(first), dtype=bool)
+    if slack is not None:
+        tubes = tubes.take(slack)
+    red = np.zeros(len(tubes.starts), dtype=bool)
     red[wrong] = True
     pieces = [tubes.take(~red)]
     if red.any():
         legend.append(("longer than its reference", WRONG))
-        pieces.append(Tubes(tubes.starts, tubes.ends, 1.3 * thickness, Paint(WRONG), level=2).take(red))
+        pieces.append(Tubes(tubes.starts, tubes.ends, 1.3 * tubes.radii, Paint(WRONG), level=2).take(red))
     return pieces
 
 

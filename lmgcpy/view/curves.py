@@ -79,7 +79,10 @@ def reaction(runs: Sequence[Run], names: Sequence[str]) -> Figure:
     """Support reactions, or forces on walls."""
     if all(is_test(run) for run in runs):
         records = [recorded_test(run) for run in runs]
-        return figures.reaction_figure(records, tests_by_name(records, names))
+        pressures = {run.notes.get("pressure") for run in runs}
+        one = pressures.pop() if len(pressures) == 1 else None
+        pressure = float(one) if isinstance(one, (int, float)) and one > 0.0 else None
+        return figures.reaction_figure(records, tests_by_name(records, names), pressure=pressure)
     figure = new_figure()
     axes = figure.subplots()
     for run, name in zip(runs, names, strict=True):

@@ -141,6 +141,9 @@ class Drawing:
     region: np.ndarray | None = None
     """Low and high corner of the visible region [m], (2, 3); None if everything is visible."""
 
+    escaped: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
+    """Ids of the bodies that are left out because they are far from all others."""
+
     def bounds(self) -> np.ndarray:
         """Corners of the region, or of a box that holds everything [m], (k, 3)."""
         if self.region is not None:

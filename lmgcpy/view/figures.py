@@ -8,7 +8,7 @@ from __future__ import annotations
 import io
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -36,11 +36,16 @@ def save(figure: Figure, path: Path) -> None:
     write_bytes(path, memory.getbuffer())
 
 
-def reaction_figure(records: Sequence[Tested], names: Sequence[str] | None = None) -> Figure:
+def reaction_figure(
+    records: Sequence[Tested], names: Sequence[str] | None = None, *, pressure: float | None = None
+) -> Figure:
     """Support reaction against crushing percentage, one curve a test (fig. 3): running means, and faintly the steps.
 
     If one test bears many times the load of another, a second panel shows all tests on a logarithmic scale, and the first
     panel shows tests of similar size. ``names``: names of the tests, by default the names of their laws.
+
+    With the ``pressure`` [Pa] on the lateral walls the figure shows the isotropic load, under which the sample was at rest,
+    as a line, and q/p on an axis at the right, from this pressure and the reaction over the section at the start.
     """
     names = names_of(records) if names is None else names
     tops = [float(record.smooth(record.reaction).max()) for record in records]
@@ -57,12 +62,44 @@ def reaction_figure(records: Sequence[Tested], names: Sequence[str] | None = Non
     flat = records[0].size.shape[1] == 2
     panels[0].set_ylabel("support reaction " + ("[kN per m of depth]" if flat else "[kN]"))
     panels[0].set_ylim(0.0, 1.15e-3 * max(tops[k] for k in comparable))
+    if pressure is not None:
+        _draw_isotropic(panels, records[0], pressure)
     if two:
         panels[0].set_title("laws that compare", fontsize="medium")
         panels[1].set_title("all, on a logarithmic scale", fontsize="medium")
         panels[1].set_yscale("log")
     panels[-1].legend(frameon=False)
     return figure
+
+
+def _draw_isotropic(panels: Sequence[Axes], record: Tested, pressure: float) -> None:
+    """Draw the isotropic load of a ``pressure`` [Pa] as a line, and q/p of reactions on an axis of the first panel."""
+    from matplotlib.ticker import MaxNLocator
+
+    flat = record.size.shape[1] == 2
+    load = 1e-3 * pressure * float(np.prod(record.size[0])) / height_of(record)
+    for axes in panels:
+        axes.axhline(load, color="black", linestyle=":", linewidth=1.0, label="isotropic load")
+    parts = 2.0 if flat else 3.0  # p is the mean of the principal stresses
+
+    def ratio(reaction: Any) -> Any:
+        axial = np.asarray(reaction) / load
+        return parts * (axial - 1.0) / (axial + parts - 1.0)
+
+    def reaction(ratio: Any) -> Any:
+        ratio = np.minimum(np.asarray(ratio), 0.999 * parts)
+        return load * (parts + (parts - 1.0) * ratio) / (parts - ratio)
+
+    scale = panels[0].secondary_yaxis("right", functions=(ratio, reaction))
+    scale.set_ylabel("q/p")
+    top = float(ratio(panels[0].get_ylim()[1]))
+    scale.set_yticks([tick for tick in MaxNLocator(6).tick_values(0.0, top) if 0.0 <= tick <= top])
+
+
+def height_of(record: Tested) -> float:
+    """Size of the sample along the axis of crushing at the start [m]: the one that the crushing changes."""
+    crushed = np.abs(record.size - record.size[0] * (1.0 - record.strain[:, None])).max(axis=0)
+    return float(record.size[0, int(np.argmin(crushed / record.size[0]))])
 
 
 def deviator_figure(records: Sequence[Tested], names: Sequence[str] | None = None) -> Figure:
@@ -87,31 +124,52 @@ def deviator_figure(records: Sequence[Tested], names: Sequence[str] | None = Non
 
 def stress_figure(*records: Tested, names: Sequence[str] | None = None) -> Figure:
     """Greatest and smallest principal value of the Weber stress against crushing: total, wire part, sand part (fig. 5);
-    traction positive. A panel a test, all with one scale, unless one test bears more than three times another's load."""
+    traction positive. A panel a test, all with one scale, unless one test bears more than three times another's load. In 3D
+    the wire bears a small part, and has an axis of its own at the right."""
     names = names_of(records) if names is None else names
     figure = new_figure(5.0 * len(records) if len(records) > 1 else 7.0)
     smoothed = [{part: record.smooth(sigma) for part, sigma in record.stress.items()} for record in records]
     sizes = [max(float(np.abs(sigma).max()) for sigma in smooth.values()) for smooth in smoothed]
     one_scale = max(sizes) <= 3.0 * min(sizes)
     panels = figure.subplots(1, len(records), squeeze=False, sharey=one_scale)[0]
+    own: list[Axes] = []
     for axes, record, smooth, name in zip(panels, records, smoothed, names, strict=True):
-        draw_principal(axes, 100.0 * record.strain, smooth)
+        apart = record.size.shape[1] == 3 and bool(smooth["wire"].any())
+        if apart:
+            own.append(axes.twinx())
+        draw_principal(axes, 100.0 * record.strain, smooth, own[-1] if apart else axes)
         axes.set_xlabel("crushing [%]")
         axes.set_xlim(left=0.0)
         axes.set_title(f"Weber stress with {name}")
-    curves = max((axes.get_legend_handles_labels() for axes in panels), key=lambda known: len(known[0]))
-    figure.legend(*curves, frameon=False, ncols=3, loc="outside upper center")  # sand alone has fewer
+    lines, words = max((axes.get_legend_handles_labels() for axes in panels), key=lambda known: len(known[0]))
+    if own:
+        _share_scale(own)
+        more = own[0].get_legend_handles_labels()
+        lines, words = lines + more[0], words + more[1]
+    figure.legend(lines, words, frameon=False, ncols=3, loc="outside upper center")  # sand alone has fewer
     panels[0].set_ylabel("principal stress, traction positive [kPa]")
     return figure
 
 
-def draw_principal(axes: Axes, abscissa: np.ndarray, stress: dict[str, np.ndarray]) -> None:
-    """Draw the greatest and smallest principal value of each part [Pa] in kPa; without a wire only of the whole."""
+def _share_scale(own: Sequence[Axes]) -> None:
+    """Give the axes of the wire one scale, from zero or below to the greatest of all, and a label at the last."""
+    low, high = min(axes.get_ylim()[0] for axes in own), max(axes.get_ylim()[1] for axes in own)
+    for axes in own:
+        axes.set_ylim(min(low, 0.0), max(high, 0.0))
+        axes.tick_params(axis="y", colors=WIRE)
+    own[-1].set_ylabel("of the wire [kPa]", color=WIRE)
+
+
+def draw_principal(axes: Axes, abscissa: np.ndarray, stress: dict[str, np.ndarray], wire: Axes | None = None) -> None:
+    """Draw the greatest and smallest principal value of each part [Pa] in kPa; without a wire only of the whole. ``wire``:
+    the axes of the wire's part, by default the same."""
     parts = [("total", "black", "whole sample"), ("sand", CURVES["none"], "sand part"), ("wire", WIRE, "wire part")]
     for part, color, label in parts if stress["wire"].any() else parts[:1]:
-        values = 1e-3 * principal_values(stress[part])
-        axes.plot(abscissa, values[:, 0], color=color, linestyle="--", label=f"{label}, greatest")
-        axes.plot(abscissa, values[:, -1], color=color, label=f"{label}, smallest")
+        values, where = 1e-3 * principal_values(stress[part]), axes
+        if part == "wire" and wire is not None and wire is not axes:
+            where, label = wire, f"{label} (axis at the right)"
+        where.plot(abscissa, values[:, 0], color=color, linestyle="--", label=f"{label}, greatest")
+        where.plot(abscissa, values[:, -1], color=color, label=f"{label}, smallest")
     axes.axhline(0.0, color="grey", linewidth=0.5)
 
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import io
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from lmgcpy.errors import number, shown, vector
+from lmgcpy.errors import number, shown, vector, warn
 from lmgcpy.view.compose import Panel
 from lmgcpy.view.drawing import Drawing
 from lmgcpy.view.painter import Painter
@@ -20,13 +21,20 @@ THICKEST = 0.5
 """Thickness of the force that the scale of forces names, in mean diameters of the grains."""
 REFERENCE = 0.999
 """Quantile of the forces that the scale shows if the user gives no force."""
+THICKEST_BAR = 22.0
+"""Greatest thickness of the bar of forces in the legend [pixels]."""
+BLACK = "#000000"
+SHOWN = 5
+"""Escaped bodies that a warning names."""
 READ_WIDTH = 1000.0
 """Width at which pictures are read [pixels]. Text and thin lines of a wider picture grow with it."""
 DPI = 100
 TITLE, LEGEND, BAR = 34, 34, 104
 """Heights of the lines above and below, width of a colour scale [pixels]."""
-LETTER = 8
-"""Mean width of a letter [pixels]."""
+FONT = 10.0
+"""Size of the letters, whatever the settings of matplotlib are [points]."""
+HANDLE = 60.0
+"""Width of the colour of an entry of the legend and of the gaps beside it [pixels]."""
 
 
 class Film:
@@ -54,10 +62,19 @@ class Film:
         self.force = 0.0
         self.grain = 0.0
         self.legend: list[tuple[str, str]] = []
-        self.letters = [0] * len(panels)
-        """Number of letters of the longest title of each panel."""
+        self.escaped: set[int] = set()
+        """Ids of the bodies that are left out, as they have escaped."""
+        self.words = [0.0] * len(panels)
+        """Width of the widest title of each panel [pixels]."""
         self._drawn: tuple[tuple[int, int], Drawing] | None = None
         self._survey()
+        if self.escaped:
+            ids = ", ".join(map(str, sorted(self.escaped)[:SHOWN])) + (", ..." if len(self.escaped) > SHOWN else "")
+            some = f"body {ids} has escaped and is" if len(self.escaped) == 1 else f"bodies {ids} have escaped and are"
+            warn(
+                f"Far from all others, {some} left out of the picture: give region='everything' to see all, or "
+                "region=(low, high)."
+            )
         self._take_scales(limits, force)
         self.scale = min(min(size[0] / view.width, size[1] / view.height) for view in self.views)
         """Pixels for each metre."""
@@ -86,7 +103,9 @@ class Film:
                 if len(forces):
                     self.force = max(self.force, float(np.quantile(forces, REFERENCE)))
                 self.grain = max(self.grain, drawing.grain)
-                self.letters[number_of_panel] = max(self.letters[number_of_panel], len(self._title(number_of_panel, k)))
+                self.escaped.update(drawing.escaped.tolist())
+                title = self._title(number_of_panel, k)
+                self.words[number_of_panel] = max(self.words[number_of_panel], width_of(title))
                 self.legend += [entry for entry in drawing.legend if entry not in self.legend]
             if not seen:
                 raise ValueError("Nothing is to be seen in the region: give other corners.")
@@ -116,10 +135,7 @@ class Film:
         """The line that says what a thickness means."""
         if self.force == 0.0:
             return ""
-        from matplotlib.ticker import EngFormatter
-
-        unit = "N/m" if self.dimension == 2 else "N"
-        return f"half as thick as a mean grain: {EngFormatter(unit)(self.force)}"
+        return f"half as thick as a mean grain: {self._of(self.force)}"
 
     def drawing(self, number_of_panel: int, k: int) -> Drawing:
         """Drawing of a panel in picture number k."""
@@ -135,7 +151,21 @@ class Film:
         for i, view in enumerate(self.views):
             images.append(painter.image(self.drawing(i, k), view, self.scale, self.limits, self.thickness, self.zoom))
             titles.append(self._title(i, k))
-        return plate(images, titles, self.letters, self.limits, self.legend, self.note, self.columns, self.zoom)
+        return plate(images, titles, self.words, self.limits, self.legend, self.bar, self.columns, self.zoom)
+
+    @property
+    def bar(self) -> tuple[str, float] | None:
+        """A force in words, and the thickness with which it is drawn [pixels]: as large as the legend has room for."""
+        if self.force == 0.0:
+            return None
+        force, thick, most = self.force, 2.0 * THICKEST * self.grain * self.scale, THICKEST_BAR * self.zoom
+        halvings = max(0, math.ceil(math.log2(thick / most)))
+        return f"a force of {self._of(force / 2.0**halvings)}", thick / 2.0**halvings
+
+    def _of(self, force: float) -> str:
+        from matplotlib.ticker import EngFormatter
+
+        return EngFormatter("N/m" if self.dimension == 2 else "N")(float(f"{force:.3g}"))
 
     def _title(self, number_of_panel: int, k: int) -> str:
         title, time = self.panels[number_of_panel].title, self.drawing(number_of_panel, k).time
@@ -190,43 +220,47 @@ class Plate:
 def plate(
     panels: Sequence[np.ndarray],
     titles: Sequence[str],
-    letters: Sequence[int],
+    words: Sequence[float],
     scales: dict[Quantity, Limits],
     legend: Sequence[tuple[str, str]],
-    note: str,
+    force: tuple[str, float] | None,
     columns: int,
     zoom: float = 1.0,
 ) -> Plate:
     """Put images (height, width, 3) of uint8 on one plate, with ``columns`` images in a row.
 
-    The images of a row have a common base line, each in the middle of its column. ``letters``: greatest number of letters
-    of each column's titles; columns are wide enough for it, so that all plates of a film have one size. ``zoom`` enlarges
-    text and colour scales.
+    The images of a row have a common base line, each in the middle of its column. ``force``: entry of the legend for
+    the scale of forces, and the thickness of its bar [pixels]. ``words``: width of the widest
+    title of each panel [pixels]; columns are wide enough for it, so that all plates of a film have one size. ``zoom``
+    enlarges text and colour scales.
     """
     from matplotlib.figure import Figure
-    from matplotlib.lines import Line2D
 
-    letter, line_height, bar, dpi = (round(zoom * pixels) for pixels in (LETTER, LEGEND, BAR, DPI))
+    line_height, bar, dpi = (round(zoom * pixels) for pixels in (LEGEND, BAR, DPI))
     above = round(zoom * TITLE) if any(titles) else 0
-    needs = [max(panel.shape[1], letter * (count + 2)) for panel, count in zip(panels, letters, strict=True)]
+    needs = [
+        max(panel.shape[1], math.ceil(zoom * (title + 2.0 * FONT))) for panel, title in zip(panels, words, strict=True)
+    ]
     widths = [max(needs[k::columns]) for k in range(min(columns, len(panels)))]
     heights = [above + max(p.shape[0] for p in panels[k : k + columns]) for k in range(0, len(panels), columns)]
-    entries = [*dict.fromkeys(legend), *([(note, "")] if note else [])]
-    lines = _legend_lines(entries, sum(widths), letter)
+    entries = [*dict.fromkeys(legend), *([(force[0], BLACK)] if force else [])]
+    needed = [math.ceil(zoom * (width_of(label) + HANDLE)) for label, _ in entries]
+    lines = _legend_lines(entries, needed, sum(widths))
     tall = sum(heights)
-    wide = max([sum(widths) + bar * len(scales), *(letter * (len(label) + 5) for label, _ in entries)])
+    wide = max([sum(widths) + bar * len(scales), *needed])
     height = tall + line_height * len(lines)
     figure = Figure(figsize=(wide / dpi, height / dpi), dpi=dpi)
     corners = []
     for k, (panel, title) in enumerate(zip(panels, titles, strict=True)):
         row, column = divmod(k, columns)
         middle, top = sum(widths[:column]) + 0.5 * widths[column], sum(heights[:row])
-        figure.text(middle / wide, 1.0 - (top + 0.5 * above) / height, title, ha="center", va="center")
+        at = middle / wide, 1.0 - (top + 0.5 * above) / height
+        figure.text(*at, title, ha="center", va="center", fontsize=FONT)
         corners.append((sum(heights[: row + 1]) - panel.shape[0], round(middle - 0.5 * panel.shape[1])))
     for k, (quantity, limits) in enumerate(scales.items()):
         _scale(figure, quantity, limits, sum(widths) + k * bar, 0.5 * tall, min(0.7 * tall, 500.0 * zoom), zoom)
     for line, together in enumerate(lines):
-        handles = [Line2D([], [], color=color or "none", linewidth=4) for _, color in together]
+        handles = [_sample(entry, force, dpi) for entry in together]
         figure.legend(
             handles,
             [label for label, _ in together],
@@ -235,16 +269,36 @@ def plate(
             ncols=len(together),
             frameon=False,
             handlelength=1.4,
+            fontsize=FONT,
         )
     return Plate(figure, list(zip(corners, panels, strict=True)), (height, wide))
 
 
-def _legend_lines(entries: Sequence[tuple[str, str]], width: int, letter: int) -> list[list[tuple[str, str]]]:
-    """Entries of the legend, as many in each line as fit."""
+def _sample(entry: tuple[str, str], force: tuple[str, float] | None, dpi: int) -> Any:
+    """The line beside an entry of the legend; for the scale of forces as thick as its force."""
+    from matplotlib.lines import Line2D
+
+    label, color = entry
+    thick = 72.0 * force[1] / dpi if force is not None and label == force[0] else 4.0
+    return Line2D([], [], color=color or "none", linewidth=thick, solid_capstyle="butt")
+
+
+def width_of(text: str) -> float:
+    """Width of a line of text in a picture that is not enlarged [pixels]."""
+    from matplotlib.font_manager import FontProperties
+    from matplotlib.textpath import TextPath
+
+    if not text.strip():
+        return 0.0
+    path = TextPath((0.0, 0.0), text, prop=FontProperties(size=FONT))
+    return float(path.get_extents().x1) * DPI / 72.0
+
+
+def _legend_lines(entries: Sequence[tuple[str, str]], needed: Sequence[int], width: int) -> list[list[tuple[str, str]]]:
+    """Entries of the legend, as many in each line as fit; ``needed``: their widths [pixels]."""
     lines: list[list[tuple[str, str]]] = []
     left = 0
-    for label, color in entries:
-        need = letter * (len(label) + 5)
+    for (label, color), need in zip(entries, needed, strict=True):
         if not lines or need > left:
             lines.append([])
             left = width
@@ -265,6 +319,6 @@ def _scale(figure: Any, quantity: Quantity, limits: Limits, left: float, middle:
     beyond = "neither" if not quantity.outliers else "both" if quantity.scale == "both" else "max"
     colors = ScalarMappable(Normalize(low, high if high > low else low + 1.0), quantity.map())
     bar = figure.colorbar(colors, cax=axes, extend=beyond)
-    bar.set_label(quantity.label)
+    bar.set_label(quantity.label, fontsize=FONT)
     bar.outline.set_linewidth(0.5)
-    bar.ax.tick_params(width=0.5, labelsize="small")
+    bar.ax.tick_params(width=0.5, labelsize=0.83 * FONT)

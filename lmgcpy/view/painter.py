@@ -36,6 +36,8 @@ SHEET = 0.35
 """Opacity of the facets of walls."""
 EDGE_WIDTH = 1.2
 """Width of the edges of walls [pixels]."""
+TILT = 1e-3
+"""Angle by which a tube is turned that would be seen end-on [rad]; it moves its ends by less than a pixel."""
 BAR = 0.11
 """Width of a colour scale in a window, as part of the window's."""
 
@@ -78,6 +80,15 @@ def can_draw(window: Any) -> bool:
             continue
         return True
     return False
+
+
+def not_end_on(along: np.ndarray, towards: np.ndarray) -> np.ndarray:
+    """Unit vectors (k, 3), turned by :data:`TILT` if they point ``towards`` the eye or away from it: VTK draws a stick that
+    is seen exactly end-on as a dark square."""
+    across = np.cross(towards, np.eye(3)[np.argmin(np.abs(towards))])
+    end_on = np.linalg.norm(np.cross(along, towards), axis=1) < TILT
+    turned = along + TILT * across / np.linalg.norm(across)
+    return np.where(end_on[:, None], turned / np.linalg.norm(turned, axis=1, keepdims=True), along)
 
 
 class NoOpenGL(OSError):
@@ -161,7 +172,8 @@ class Painter:
             if tubes.opacity < 1.0 and not drawing.flat:
                 tubes = tubes.take(np.argsort((tubes.starts + tubes.ends) @ towards, kind="stable"))
             radii = thickness * tubes.radii if tubes.by_force else tubes.radii
-            self._add_tubes(tubes, radii, tubes.paint.rgb(len(radii), limits), tubes.level * step, flat=drawing.flat)
+            colors = tubes.paint.rgb(len(radii), limits)
+            self._add_tubes(tubes, radii, colors, tubes.level * step, flat=drawing.flat, towards=towards)
         self._add_walls(drawing, finer, towards)
         return 4.0 * step
 
@@ -188,7 +200,9 @@ class Painter:
         mapper.SetScaleArray("radius")
         self._add(mapper, points, opacity, flat)
 
-    def _add_tubes(self, tubes: Tubes, radii: np.ndarray, colors: np.ndarray, up: float, *, flat: bool) -> None:
+    def _add_tubes(
+        self, tubes: Tubes, radii: np.ndarray, colors: np.ndarray, up: float, *, flat: bool, towards: np.ndarray
+    ) -> None:
         from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLStickMapper
 
         along = tubes.ends - tubes.starts
@@ -202,7 +216,7 @@ class Painter:
             0.5 * (starts + ends),
             colors,
             up,
-            along=along,
+            along=not_end_on(along, towards),
             size=np.column_stack([length, radii, np.zeros(len(radii))]),
             number=np.arange(len(radii)),
         )

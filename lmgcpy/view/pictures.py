@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import os
 import tempfile
 from collections.abc import Iterator
@@ -19,8 +20,25 @@ from lmgcpy.writing import check_target, new_file, write_bytes
 
 STILL, MOVING = (".png", ".pdf", ".svg"), (".gif", ".mp4")
 """Kinds of files."""
+SHOWN_BY_NOTEBOOKS = (".png", ".gif", ".mp4")
 SIZE, SIZE_OF_GIF = (1000, 900), (600, 540)
 """Largest size of a panel [pixels], of a picture and of one that moves."""
+
+
+class Picture(type(Path())):  # type: ignore[misc]
+    """The path of a picture; a notebook shows the picture."""
+
+    def _repr_mimebundle_(self, include: Any = None, exclude: Any = None) -> dict[str, str]:
+        """The picture as it is in its file; of a PDF, which notebooks do not show, its path alone."""
+        bundle, kind = {"text/plain": str(self)}, self.suffix.lower()
+        if kind == ".svg":
+            return {**bundle, "image/svg+xml": self.read_text(encoding="utf-8")}
+        if kind not in SHOWN_BY_NOTEBOOKS:
+            return bundle
+        content = base64.b64encode(self.read_bytes()).decode("ascii")
+        if kind == ".mp4":
+            return {**bundle, "text/html": f'<video controls loop src="data:video/mp4;base64,{content}"></video>'}
+        return {**bundle, f"image/{kind[1:]}": content}
 
 
 @named_arguments
@@ -43,7 +61,7 @@ def render(
     size: Any = None,
     columns: int | None = None,
     frames_per_second: float = 20.0,
-) -> Path:
+) -> Picture:
     """Draw a scene, a simulation or a run into a PNG, PDF or SVG file, or a run into a GIF or MP4 that moves; no display
     is needed.
 
@@ -51,7 +69,7 @@ def render(
     the last (negative: from the end). A ``path`` that ends in .gif or .mp4 shows all frames of a run, or the frames of a
     ``range`` that is given as ``frame``, at ``frames_per_second``. In .pdf and .svg words and scales are lines that can be
     edited, and bodies are pixels. A file of that name is replaced, as by ``savefig``: a picture can be drawn again, which a
-    run cannot. Returns the path.
+    run cannot. Returns the path, which a notebook shows as the picture.
 
     ``what``, by default "layout" of a scene and "grains" of the others:
 
@@ -59,7 +77,7 @@ def render(
       bodies that overlap and links longer than their reference;
     * "grains": grains by speed;
     * "forces": force chains as tubes as thick as the normal force: contacts in red, wires in tension in blue, links in
-      compression in orange.
+      compression in orange. A wire without force is pale.
 
     Options say how each of these shows bodies and wires:
 
@@ -73,8 +91,8 @@ def render(
     * ``camera`` in 3D: "isometric", "x", "y", "z", or the direction (x, y, z) from which one looks, in parallel projection;
     * ``title``: a line above, by default the time, for a simulation or a run;
     * ``region`` [m]: low and high corner of what is seen, ((x, y), (x, y)), in 3D with z: bodies and forces beyond it are
-      left out, and do not count for the scales; by default everything, so that one body that has escaped makes all others
-      small;
+      left out, and do not count for the scales; by default everything but single bodies that have escaped far from all
+      others, with a warning; "everything" shows these, too;
     * ``limits``: (low, high) of the colour scale, of the grains if they have one, else of the wires; by default from the
       smallest to the largest value, of speeds, spins and rotations up to their 99 % quantile;
     * ``force`` [N]: the force that is drawn half as thick as a mean grain, by default the 99.9 % quantile of those drawn,
@@ -115,7 +133,7 @@ def render(
     if moving and all(len(panel.drawings) == 1 for panel in panels):
         raise ValueError(f"A {kind} moves: give a run of several frames as source, or a path that ends in .png.")
     film = Film(panels, limits=limits, force=force, size=size, columns=columns)
-    return write_film(film, target, frames_per_second)
+    return Picture(write_film(film, target, frames_per_second))
 
 
 @named_arguments

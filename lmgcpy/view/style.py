@@ -109,7 +109,9 @@ class Style:
     title: str | None
     """None: the time, if the source has one."""
     region: np.ndarray | None
-    """Low and high corner of what is seen, in space [m], (2, 3); None: everything."""
+    """Low and high corner of what is seen, in space [m], (2, 3); None: everything but bodies that have escaped."""
+    everything: bool
+    """Whether bodies that have escaped are seen."""
 
 
 def style_of(options: Mapping[str, Any], *, dimension: int, is_scene: bool) -> Style:
@@ -140,7 +142,8 @@ def style_of(options: Mapping[str, Any], *, dimension: int, is_scene: bool) -> S
         section=_plane(section, "section"),
         direction=(0.0, 0.0, 1.0) if flat else _direction("isometric" if camera is None else camera),
         title=title,
-        region=None if region is None else _region(region, dimension),
+        region=None if region is None or isinstance(region, str) else _region(region, dimension),
+        everything=isinstance(region, str) and one_of(region, "region", ("everything",)) == "everything",
     )
 
 
@@ -158,7 +161,7 @@ def _plane(value: Any, name: str) -> Plane | None:
 def _region(value: Any, dimension: int) -> np.ndarray:
     if not isinstance(value, (tuple, np.ndarray)) or len(value) != 2:
         raise TypeError(
-            f"region must be a pair of corners such as ((0, 0), (1, 2)) [m], got {shown(value)}; "
+            f"region must be a pair of corners such as ((0, 0), (1, 2)) [m], or 'everything', got {shown(value)}; "
             "a list has a region for each panel."
         )
     low, high = (vector(corner, "a corner of region", dimension) for corner in value)

@@ -191,6 +191,8 @@ def test_clumps_and_capsules(tmp_path):
     [
         (["--frame", "6"], "Error: --frame 6 does not exist: the run has the frames 0 to 5."),
         (["--since", "-7"], "Error: --since -7 does not exist: the run has the frames 0 to 5."),
+        (["--frame", "-1", "--all-frames"], "--frame chooses one frame, and --all-frames takes all"),
+        (["--force"], "--force is about what --out names"),
         (["--axis", "w"], "'w' is not one of 'x', 'y', 'z'"),
         (["--out", __file__], "is a file: give the name of a folder."),
     ],

@@ -1,4 +1,4 @@
-"""Who waits at a terminal is told that kernels are compiled; files and pipes stay clean."""
+"""Who waits is told that kernels are compiled: at a terminal by a line that goes away, elsewhere by one line."""
 
 import io
 import time
@@ -25,7 +25,7 @@ def wait_at(stream, seconds, monkeypatch):
     """What a stream gets while somebody compiles twice, so many seconds each."""
     monkeypatch.setattr("sys.stderr", stream)
     for _ in range(2):
-        with waiting.told_on_a_terminal():
+        with waiting.told_to_wait():
             time.sleep(seconds)
     return stream.getvalue()
 
@@ -44,9 +44,17 @@ def test_short_compilations_are_not_told(started, monkeypatch):
     assert wait_at(Terminal(), 0.001, monkeypatch) == ""
 
 
-def test_a_file_is_not_told(started, monkeypatch):
+def test_a_file_gets_one_line(started, monkeypatch):
+    """While two kernels are compiled; a worker of a pool says nothing, as its program has said it."""
     monkeypatch.setattr(waiting, "PATIENCE", 0.0)
+    assert wait_at(io.StringIO(), 0.05, monkeypatch) == waiting.ONCE + "\n"
+    monkeypatch.setattr(waiting, "_so_far", waiting._Waiting())
+    monkeypatch.setattr(waiting.multiprocessing, "parent_process", lambda: "a program")
     assert wait_at(io.StringIO(), 0.05, monkeypatch) == ""
+
+
+def test_a_file_gets_no_line_of_short_compilations(started, monkeypatch):
+    assert wait_at(io.StringIO(), 0.001, monkeypatch) == ""
 
 
 def test_a_kernel_is_told_of_once_and_not_when_it_is_loaded(started, monkeypatch):

@@ -648,7 +648,7 @@ def test_what_cannot_be_added_leaves_everything_as_it_was():
 def test_what_is_added_into_others_is_told():
     scene, _, _ = heap(2, later=False)
     sim = simulate(scene).run(steps=10)
-    scene.add(lm.disk(radius=0.1, position=scene.bodies[3].position + np.array([0.05, 0.0]), mass=1.0))
+    scene.add(lm.disk(radius=0.1, position=scene.bodies[3].position + np.array([0.0, 0.15]), mass=1.0))
     with pytest.warns(RuntimeWarning, match="overlaps? with what was added by more than 5 %"):
         sim.run(steps=1)
     scene, _, _ = heap(2, later=False)

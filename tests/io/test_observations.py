@@ -254,3 +254,50 @@ def test_the_file_of_another_run_is_not_taken_up(friction, options, notes, sente
         lm.io.take_up(other, path, notes=notes)
     assert other.steps == 0
     assert "pressure: 100000.0" in run_cli("info", path).output
+
+
+NAMED = {
+    "support": (support, "N"),
+    "places": (lambda sim: sim.positions[:2], ["x_0 [m]", "y_0 [m]", "x_1 [m]", "y_1 [m]"]),
+    "velocities": (lambda sim: sim.velocities[:2], "m/s"),
+    "contacts": lambda sim: len(sim.interactions),
+}
+NAMES = [
+    *("support [N]", "x_0 [m]", "y_0 [m]", "x_1 [m]", "y_1 [m]"),
+    *(f"velocities[{k}] [m/s]" for k in ("0,0", "0,1", "1,0", "1,1")),
+    "contacts",
+]
+
+
+def test_columns_have_names_and_units(path, tmp_path):
+    """In the tables of the run, in CSV and in pandas; a run that goes on takes them from its file."""
+    heap().run(steps=5, record=path, observe=NAMED)
+    lm.resume(path, observe={name: value[0] if isinstance(value, tuple) else value for name, value in NAMED.items()}).run(2)
+    with lm.io.open_run(path) as run:
+        assert list(run.observed) == list(NAMED)
+        assert list(run.observed_columns) == NAMES
+        np.testing.assert_array_equal(run.observed_columns["y_1 [m]"], run.observed["places"][:, 1, 1])
+        lm.io.export_csv(run, tmp_path / "tables")
+        assert {"time [s]", "kinetic [J]", "step_seconds [s]", "work:coulomb [J]"} <= set(run.history_columns)
+    with open(tmp_path / "tables" / "observed.csv", newline="") as file:
+        assert next(csv.reader(file)) == ["step", "time [s]", *NAMES]
+    pytest.importorskip("pandas")
+    with lm.io.open_run(path) as run:
+        frame = run.to_dataframe()
+    assert list(frame.columns) == [*run.history_columns, *NAMES]
+    assert len(frame) == 7
+
+
+@pytest.mark.parametrize(
+    ("observe", "error", "sentence"),
+    [
+        ({"height": (support, 3)}, TypeError, r"observe\['height'\] may be a function and the unit of its values"),
+        ({"height": (3.0, "m")}, TypeError, r"observe\['height'\] must be a function of the simulation, got 3.0"),
+        ({"height": (support, ["a", "b"])}, ValueError, r"observe\['height'\] returns 1 numbers and has 2 names"),
+        ({"a": (support, ["f [N]"]), "b": (support, ["f [N]"])}, ValueError, r"observe names two columns 'f \[N\]'"),
+    ],
+)
+def test_wrong_names_are_refused(path, observe, error, sentence):
+    with pytest.raises(error, match=sentence):
+        heap().run(steps=1, record=path, observe=observe)
+    assert not path.exists()

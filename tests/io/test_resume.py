@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from stateful import Brittle, Touched
 
 import lmgcpy as lm
 from lmgcpy.scene.description import describe, from_description
@@ -251,3 +252,165 @@ def test_killed_again_and_again(tmp_path):
     assert files >= 10
     assert mended >= 3
     assert least < most
+
+
+# ------------------------------------------------------------------------------------------- otherwise than before
+
+
+def column_of_disks(solver=None):
+    """Five disks of 1 kg, one on the other, at rest after 40 steps: the contacts bear 5 g, 4 g, ... 1 g."""
+    scene = lm.Scene(dimension=2, gravity=(0.0, -10.0))
+    for i in range(5):
+        scene.add(lm.disk(radius=0.1, position=(0.0, 0.1 + 0.2 * i), mass=1.0))
+    scene.add(lm.wall(point=(0.0, 0.0), normal=(0.0, 1.0)))
+    scene.see("GRAIN", "WALL", lm.Coulomb(friction=0.3))
+    scene.see("GRAIN", "GRAIN", lm.Coulomb(friction=0.3))
+    return lm.Simulation(scene, time_step=2e-3, solver=solver or lm.GaussSeidel(tolerance=1e-9)).run(steps=40)
+
+
+def test_in_another_file_a_run_has_the_same_bits_and_the_first_file_stays(tmp_path):
+    law, first, other = lm.Coulomb(friction=0.3), tmp_path / "first.h5", tmp_path / "other.h5"
+    whole = simulation(law).run(steps=30)
+    simulation(law).run(steps=15, record=first, every=4, notes={"batch": 3})
+    held = first.read_bytes()
+    first.chmod(0o444)
+    sim = lm.resume(first, record=other, observe={"height": lambda sim: sim.positions[0, 1]})
+    same_bits(whole, sim.run(steps=15))
+    assert first.read_bytes() == held
+    with lm.io.open_run(other) as run:
+        assert run.steps.tolist() == [15, 16, 20, 24, 28, 30]
+        assert run.notes == {"batch": 3}
+        assert len(run.observed["height"]) == 15
+    with pytest.raises(ValueError, match="observes height"):
+        lm.resume(other)
+
+
+@pytest.mark.parametrize("factor", [0.25, 0.7, 3.0])
+def test_with_another_time_step_the_forces_are_the_guess(tmp_path, factor):
+    """A column at rest: no sweep is needed, the forces stay, and no disk moves; a new scene at the same place starts from
+    nothing, and needs many."""
+    path = tmp_path / "run.h5"
+    before = column_of_disks().run(steps=1, record=path)
+    force, height = before.interactions.force[:, 0], before.positions[:5, 1].copy()
+    assert sorted(force) == pytest.approx([10.0, 20.0, 30.0, 40.0, 50.0], rel=1e-6)
+    sim = lm.resume(path, time_step=factor * 2e-3, record=tmp_path / "other.h5")
+    np.testing.assert_array_equal(sim.checkpoint().memory.impulse, before.checkpoint().memory.impulse * factor)
+    sim.run(steps=1)
+    assert sim.report.iterations <= 1
+    np.testing.assert_allclose(sim.interactions.force[:, 0], force, rtol=1e-6)
+    sim.run(steps=50)
+    np.testing.assert_allclose(sim.positions[:5, 1], height, atol=1e-9)
+    anew = lm.Simulation(lm.Scene.from_run(path), time_step=factor * 2e-3, solver=lm.GaussSeidel(tolerance=1e-9))
+    anew.run(steps=1)
+    assert anew.report.iterations > 10
+    with lm.io.open_run(tmp_path / "other.h5") as run:
+        assert run.options["time_step"] == factor * 2e-3
+        assert run.times[0] == before.time
+        assert run.times[-1] == pytest.approx(before.time + 51 * factor * 2e-3)
+
+
+def test_with_another_solver_a_column_stays_as_it_is(tmp_path):
+    path = tmp_path / "run.h5"
+    force = column_of_disks().run(steps=1, record=path).interactions.force[:, 0]
+    for solver in (lm.Newton(tolerance=1e-8), lm.Auto(tolerance=1e-8)):
+        other = tmp_path / f"{type(solver).__name__}.h5"
+        sim = lm.resume(path, solver=solver, record=other).run(steps=5)
+        np.testing.assert_allclose(sim.interactions.force[:, 0], force, rtol=1e-6)
+        assert lm.resume(other).solver == solver
+
+
+@pytest.fixture
+def laws_with_states():
+    for law in (Brittle, Touched):
+        lm.laws.register(law)
+    yield
+    for law in (Brittle, Touched):
+        lm.laws.registry._laws.pop(law.NAME)
+
+
+def test_states_of_laws_are_kept_with_another_time_step(tmp_path, laws_with_states):
+    """A wire that broke stays broken, its greatest tension stays, and a contact counts its steps on from its birth."""
+    scene = lm.Scene(dimension=2, gravity=(0.0, -10.0))
+    beads = [scene.add(lm.disk(radius=0.1, position=(0.0, 2.0 - 0.3 * i), mass=1.0)) for i in range(4)]
+    beads[0].fix()
+    for bead, load in zip(beads[1:], (5.0, 40.0, 20.0), strict=True):
+        bead.impose_force(y=-load)
+    slider = scene.add(lm.disk(radius=0.1, position=(3.0, 0.1), mass=1.0, velocity=(1.0, 0.0)))
+    scene.add(lm.wall(point=(0.0, 0.0), normal=(0.0, 1.0)))
+    scene.see("GRAIN", "WALL", Touched(friction=0.1))
+    scene.chain(beads, Brittle(strength=85.0))
+    path = tmp_path / "run.h5"
+    before = lm.Simulation(scene, time_step=1e-3).run(steps=20, record=path)
+    there = before.interactions
+    assert there.state["broken"][:3].tolist() == [1.0, 0.0, 0.0]
+    sim = lm.resume(path, time_step=4e-4, solver=lm.GaussSeidel(tolerance=1e-8), record=tmp_path / "other.h5").run(steps=5)
+    here = sim.interactions
+    assert here.state["broken"][:3].tolist() == [1.0, 0.0, 0.0]
+    np.testing.assert_array_equal(here.state["greatest"][:3], there.state["greatest"][:3])
+    on_floor = np.flatnonzero((here.law == "test-touched") & (here.candidate == slider.id))[0]
+    assert here.state["steps"][on_floor] == 25.0
+    assert here.state["born"][on_floor] == 0.0
+
+
+@pytest.mark.parametrize("law", [lm.VoigtWire(stiffness=1e3, viscosity=20.0), lm.ElasticWire(stiffness=1e3)])
+def test_a_stretched_wire_stays_stretched_with_another_time_step(tmp_path, law):
+    """A load of 10 N stretches the wire by 0.01 m, and hangs still, then as before."""
+    scene = lm.Scene(dimension=2, gravity=(0.0, -10.0))
+    hook = scene.add(lm.disk(radius=0.1, position=(0.0, 0.0), mass=1.0)).fix()
+    load = scene.add(lm.disk(radius=0.1, position=(0.0, -1.01), mass=1.0))
+    scene.chain([hook, load], law, reference_gap=0.8)
+    path = tmp_path / "run.h5"
+    lm.Simulation(scene, time_step=1e-3).run(steps=10, record=path)
+    for h in (1e-4, 5e-3):
+        sim = lm.resume(path, time_step=h, record=tmp_path / f"{h}.h5").run(steps=20)
+        assert sim.positions[1, 1] == pytest.approx(-1.01, abs=1e-10)
+        assert -sim.interactions.force[0, 0] == pytest.approx(10.0, rel=1e-7)
+        assert sum(sim.energy.stored.values()) == pytest.approx(0.05, rel=1e-6)
+
+
+@pytest.mark.parametrize("h", [5e-3, 2e-4])
+def test_another_time_step_makes_no_energy(tmp_path, h):
+    """A ball swings on a spring: at the change of the step it moves by the difference of the steps before the next
+    detection, which is no energy that the spring made."""
+    scene = lm.Scene(dimension=2)
+    hook = scene.add(lm.disk(radius=0.1, position=(0.0, 0.0), mass=1.0)).fix()
+    ball = scene.add(lm.disk(radius=0.1, position=(0.0, -1.0), mass=1.0, velocity=(0.0, -1.0)))
+    scene.chain([hook, ball], lm.ElasticRod(stiffness=1e3))
+    path = tmp_path / "run.h5"
+    lm.Simulation(scene, time_step=2e-3).run(steps=12, record=path)
+    anew = lm.Simulation(lm.Scene.from_run(path), time_step=h).run(steps=1)
+    sim = lm.resume(path, time_step=h, record=tmp_path / "other.h5").run(steps=1)
+    np.testing.assert_allclose(sim.positions, anew.positions, rtol=1e-14)
+    assert sim.energy.made <= 1e-12
+    assert sim.energy.stored == pytest.approx(anew.energy.stored)
+
+
+@pytest.mark.parametrize(
+    ("given", "error", "words"),
+    [
+        ({"time_step": 1e-3}, ValueError, r"'time_step' is 0.002 in the file and 0.001 here. Give it another file"),
+        ({"solver": lm.Auto()}, ValueError, r"'solver' is 'GaussSeidel' in the file and 'Auto' here.*record='another.h5'"),
+        ({"solver": lm.GaussSeidel(tolerance=1e-2)}, ValueError, r"'solver_fields tolerance' is .* here"),
+        ({"time_step": -1.0, "record": "new.h5"}, ValueError, "time_step must be above 0 s"),
+        ({"solver": "auto", "record": "new.h5"}, TypeError, "solver must be a solver"),
+        ({"record": "run.h5"}, FileExistsError, "exists: give another name."),
+        ({"record": 3}, TypeError, "record must be the path of a file, got 3"),
+        ({"record": "nowhere/new.h5"}, FileNotFoundError, "There is no folder"),
+    ],
+)
+def test_what_a_file_cannot_hold_is_refused(tmp_path, monkeypatch, given, error, words):
+    monkeypatch.chdir(tmp_path)
+    column_of_disks().run(steps=1, record="run.h5")
+    with pytest.raises(error, match=words):
+        lm.resume("run.h5", **given)
+    assert [path.name for path in tmp_path.iterdir()] == ["run.h5"]
+    assert lm.resume("run.h5", time_step=2e-3, solver=lm.GaussSeidel(tolerance=1e-9)).run(steps=1).steps == 42
+
+
+def test_a_file_that_begins_after_a_change_of_the_step_holds_impulses_of_its_own_step(tmp_path):
+    """If its writer is killed before the first step, it goes on from the same forces."""
+    sim = column_of_disks()
+    sim.time_step = 5e-4
+    sim.run(steps=0, record=tmp_path / "run.h5")
+    whole, again = sim.run(steps=3), lm.resume(tmp_path / "run.h5").run(steps=3)
+    same_bits(whole, again)

@@ -7,7 +7,7 @@ from seen import pixels
 
 import lmgcpy as lm
 from lmgcpy.view import curves, figures
-from lmgcpy.view.recorded import recorded_test, running_mean, stresses_by_frame, wall_forces_by_frame
+from lmgcpy.view.recorded import RecordedTest, recorded_test, running_mean, stresses_by_frame, wall_forces_by_frame
 
 STRAIN = np.linspace(0.0, 0.05, 60)
 
@@ -170,3 +170,51 @@ def one_disk():
     scene = lm.Scene(dimension=2)
     scene.add(lm.disk(radius=0.1, position=(0.0, 0.0), mass=1.0))
     return scene
+
+
+def a_test(size, strain, reaction, wire=0.0):
+    """A test of three steps with a wire that bears a part of the stress."""
+    d = size.shape[1]
+    total = np.tile(-np.eye(d) * 1e5, (len(strain), 1, 1))
+    stress = {"total": total, "sand": total, "wire": np.tile(np.diag([wire] + [0.0] * (d - 1)), (len(strain), 1, 1))}
+    return RecordedTest("rigid-wire", strain, reaction, size, stress)
+
+
+@pytest.mark.parametrize(("dimension", "axis"), [(2, 1), (3, 2), (3, 0)])
+def test_the_isotropic_load_and_q_over_p(dimension, axis):
+    """A sample of 0.2 m (x 0.2 m) and 0.4 m along the axis under 1e5 Pa: 20 kN/m, or 4 kN. Twice the load is q = p_l, hence
+    q/p = 1/1.5 in the plane, and 3/4 in space."""
+    strain = np.array([0.0, 0.01, 0.02])
+    size = np.full((3, dimension), 0.2)
+    size[:, axis] = 0.4 * (1.0 - strain)
+    size[2, (axis + 1) % dimension] *= 1.001  # it widens
+    load = 20e3 if dimension == 2 else 4e3
+    record = a_test(size, strain, load * np.array([1.5, 1.9, 2.0]))
+    assert figures.height_of(record) == 0.4
+    figure = figures.reaction_figure([record], pressure=1e5)
+    (axes,) = figure.axes
+    isotropic = [line for line in axes.get_lines() if line.get_label() == "isotropic load"]
+    assert isotropic[0].get_ydata()[0] == pytest.approx(1e-3 * load)
+    (scale,) = axes.child_axes
+    to_ratio, to_reaction = scale._functions
+    assert to_ratio(2e-3 * load) == pytest.approx(1.0 / 1.5 if dimension == 2 else 0.75)
+    assert to_reaction(to_ratio(1.7e-3 * load)) == pytest.approx(1.7e-3 * load)
+    assert min(scale.get_yticks()) == 0.0
+    assert not figures.reaction_figure([record]).axes[0].child_axes
+
+
+def test_the_wire_has_an_axis_of_its_own_in_space():
+    """In the plane it bears as much as the sand, and is drawn with it."""
+    strain = np.array([0.0, 0.01, 0.02])
+    for dimension in (2, 3):
+        records = [a_test(np.full((3, dimension), 0.2), strain, np.ones(3), wire) for wire in (2e3, 4e3)]
+        figure = figures.stress_figure(*records)
+        assert len(figure.axes) == (2 if dimension == 2 else 4)
+        if dimension == 3:
+            own = [
+                axes for axes in figure.axes if any("axis at the right" in line.get_label() for line in axes.get_lines())
+            ]
+            assert len(own) == 2
+            assert own[0].get_ylim() == own[1].get_ylim()
+            assert own[1].get_ylim()[1] >= 4.0
+            assert len(figure.legends[0].get_texts()) == 6

@@ -196,8 +196,8 @@ def test_a_view_holds_its_points_and_keeps_lengths():
 
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_tension_is_seen_among_contact_forces(dimension):
-    """A wire of which one half is taut, and two balls on each other: links that pull have the colour of tension however
-    thin their force is, and in space contact forces are translucent."""
+    """A wire of which one half is taut, and two balls on each other: the taut half is drawn by its force alone, the slack
+    one pale, and in space contact forces are translucent."""
     scene = lm.Scene(dimension=dimension, gravity=(*(0.0,) * (dimension - 1), -10.0))
     make, zero = (lm.disk if dimension == 2 else lm.sphere), (0.0,) * (dimension - 1)
     hook, bead, heap = (scene.add(make(radius=0.1, position=(*zero, z), mass=1.0)) for z in (0.0, -1.0, -1.5))
@@ -213,10 +213,16 @@ def test_tension_is_seen_among_contact_forces(dimension):
     sim.step()
     drawing = drawn(sim, what="forces")
     course = drawing.tubes[0]
-    assert course.paint.rgb(2, {}).tolist() == [rgb(WIRE).tolist(), rgb(BEAD).tolist()]
+    assert course.starts[:, dimension - 1] == pytest.approx([-1.0])  # the slack link begins at the bead
+    assert course.paint.rgb(1, {}).tolist() == [rgb(BEAD).tolist()]
+    assert ("wire without force", BEAD) in drawing.legend
     by_force = {round(float(tubes.radii[0])): tubes for tubes in drawing.tubes if tubes.by_force}
     assert by_force[300].opacity == AMONG_WIRES  # a flat drawing takes no notice
     assert by_force[10].opacity == 1.0
+    assert by_force[10].paint.color == WIRE
+    coloured = drawn(sim, what="forces", wires="tension")
+    assert len(coloured.tubes[0].starts) == 2
+    assert ("course of the wire: not as thick as its force", "") in coloured.legend
 
 
 @pytest.mark.parametrize(("pull", "opacity"), [(-0.5, AMONG_WIRES), (-1e-3, 1.0), (0.5, 1.0)])

@@ -79,7 +79,7 @@ def test_it_agrees_with_what_a_simulation_tells():
     scene.see("GRAIN", "GRAIN", lm.Signorini())
     scene.see("GRAIN", "WALL", lm.Signorini())
     found = lm.view.check(scene, overlap=0.05).overlaps
-    (told,) = overlaps_at_start(scene.compile())
+    (told,), _ = overlaps_at_start(scene.compile())
     assert told.startswith(f"{len(found)} pairs of bodies overlap")
     assert f"{100.0 * found['share'][0]:.3g} % of" in told
 

@@ -1,5 +1,6 @@
 """Pictures show what they must: pixels of the right colour where things are, as thick as the force."""
 
+import base64
 import os
 import re
 import subprocess
@@ -14,8 +15,8 @@ from seen import hanging, like, pile, pixels, reddish, wire_in_a_box
 import lmgcpy as lm
 from lmgcpy.view.compose import compose, panels_of
 from lmgcpy.view.cutting import within
-from lmgcpy.view.drawing import CONTACT, SAND, WIRE, Drawing, rgb
-from lmgcpy.view.film import TITLE, Film
+from lmgcpy.view.drawing import CONTACT, SAND, WIRE, Drawing, Paint, Tubes, rgb
+from lmgcpy.view.film import LEGEND, THICKEST_BAR, TITLE, Film
 from lmgcpy.view.painter import Painter
 from lmgcpy.view.pictures import palette_of
 from lmgcpy.view.snapshot import snapshot
@@ -450,6 +451,24 @@ def test_the_force_of_the_scale_is_a_round_number(tmp_path):
     assert re.fullmatch(r"half as thick as a mean grain: \d{1,3} (m|k)?N(/m)?", film.note), film.note
 
 
+@pytest.mark.parametrize("side", [100, 400, 1600])
+def test_the_scale_of_forces_is_a_bar_as_thick_as_its_force(side, tmp_path):
+    """Of one ball on another one, 10 N: the bar has the thickness of its force beside the thickness of the picture, and is
+    no thicker than a line of the legend."""
+    film = Film(panels_of(pile(3), None, {**dict.fromkeys(OPTIONS), "what": "forces"}, moving=False), size=(side, side))
+    words, thick = film.bar
+    prefix = {"": 1.0, "m": 1e-3, "k": 1e3}
+    number, unit = re.fullmatch(r"a force of ([0-9.]+) ((?:m|k)?)N(?:/m)?", words).groups()
+    assert thick == pytest.approx(2.0 * film.thickness * float(number) * prefix[unit] * film.scale, rel=1e-2)
+    assert thick <= THICKEST_BAR * film.zoom
+    painter = Painter(off_screen=True)
+    image = film.plate(painter, 0).pixels()
+    painter.close()
+    legend = (image < 60).all(axis=2)[-round(LEGEND * film.zoom) :]
+    columns = legend.sum(axis=0)
+    assert columns.max() == pytest.approx(thick, abs=1.5 + 0.3 * thick)  # or a letter beside a thin bar
+
+
 def test_fixed_bodies_are_plain_in_a_picture_of_motion():
     """The scale is that of the others."""
     scene = lm.Scene(dimension=2)
@@ -512,3 +531,69 @@ def test_space_is_not_for_the_plane(name, tmp_path):
 def test_a_window_has_one_panel():
     with pytest.raises(TypeError, match=r"show has one panel: camera must not be a list"):
         lm.view.show(wire_in_a_box(), camera=["x", "y"])
+
+
+@pytest.mark.parametrize("opacity", [1.0, 0.5])
+def test_a_tube_that_is_seen_end_on_is_round(opacity):
+    """Corners of the square around it are white, its middle is blue: VTK draws a dark square."""
+    for direction in ((0.0, -1.0, 0.0), (0.6, -0.48, 0.64)):
+        camera = Camera.looking(direction)
+        ends = np.array([camera.towards, -camera.towards])
+        tubes = Tubes(ends[:1], ends[1:], np.array([0.5]), Paint(WIRE), opacity=opacity)
+        drawing = Drawing(flat=False, balls=[], tubes=[tubes], walls=[], lines=np.zeros((0, 2, 3)), grain=0.5)
+        view = View(camera, np.array([-0.5, -0.5, -2.0]), np.array([0.5, 0.5, 2.0]))
+        painter = Painter(off_screen=True)
+        image = painter.image(drawing, view, 60.0, {}, 1.0).astype(int)
+        painter.close()
+        assert (image[[2, 2, -3, -3], [2, -3, 2, -3]] > 250).all()
+        assert image[30, 30, 2] > image[30, 30, 0] + 20
+
+
+@pytest.mark.parametrize("settings", [{}, {"font.size": 24.0, "legend.fontsize": 24.0}])
+def test_no_word_of_the_legend_is_cut(tmp_path, settings):
+    """However narrow the panel is, and whatever the size of letters in a notebook: the margins of the plate are white."""
+    from matplotlib import rc_context
+
+    scene = lm.Scene(dimension=2)
+    for k, word in enumerate(("WWWWWWWWWWWWWWWW", "MMMMMMMMMMMMMMMMMMMMMMMM", "GRAIN", "OTHER GRAINS")):
+        scene.add(lm.disk(radius=0.1, position=(0.0, 0.3 * k), mass=1.0, color=word))
+    with rc_context(settings):
+        lm.view.render(scene, tmp_path / "a.png", what="grains", grains="color", title="WWWWWWWWWWWWW", size=(40, 100))
+    image = pixels(tmp_path / "a.png")
+    assert (image[:, :3] == 255).all()
+    assert (image[:, -3:] == 255).all()
+    words = np.flatnonzero(image[-140:].min(axis=(0, 2)) < 128)
+    assert 150 < np.ptp(words) < image.shape[1] - 8
+
+
+def escaped(where):
+    """A hundred grains in a heap of 1 m, and one elsewhere."""
+    scene = lm.Scene(dimension=2)
+    for k in range(100):
+        scene.add(lm.disk(radius=0.04, position=(0.1 * (k % 10), 0.1 * (k // 10)), mass=1.0))
+    scene.add(lm.disk(radius=0.04, position=where, mass=1.0))
+    return scene
+
+
+def test_a_body_that_has_escaped_does_not_make_the_others_small(tmp_path):
+    with pytest.warns(RuntimeWarning, match=r"body 100 has escaped and is left out of the picture: give region"):
+        lm.view.render(escaped((90.0, 3.0)), tmp_path / "a.png", size=SIZE)
+    assert min(pixels(tmp_path / "a.png").shape[:2]) >= 290
+    drawing = compose(snapshot(escaped((90.0, 3.0))), style_of(dict.fromkeys(OPTIONS), dimension=2, is_scene=True))
+    assert sum(len(balls.radii) for balls in drawing.balls) == 100
+    lm.view.render(escaped((90.0, 3.0)), tmp_path / "b.png", size=SIZE, region="everything")
+    assert pixels(tmp_path / "b.png").shape[0] < 60
+    lm.view.render(escaped((2.0, 3.0)), tmp_path / "c.png", size=SIZE)  # not far, without a warning
+    with pytest.raises(ValueError, match="region cannot be 'all'"):
+        lm.view.render(escaped((2.0, 3.0)), tmp_path / "c.png", region="all")
+
+
+def test_a_notebook_shows_the_picture(tmp_path):
+    """The path that render returns is the picture in the format of its file."""
+    for name, kind in (("a.png", "image/png"), ("a.svg", "image/svg+xml"), ("a.pdf", None)):
+        path = lm.view.render(pile(3), tmp_path / name, size=(60, 60))
+        assert path == tmp_path / name
+        bundle = path._repr_mimebundle_()
+        assert set(bundle) == {"text/plain", *([kind] if kind else [])}
+        if kind == "image/png":
+            assert base64.b64decode(bundle[kind]) == path.read_bytes()

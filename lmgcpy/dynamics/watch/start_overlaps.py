@@ -1,6 +1,7 @@
 """Before the first step: bodies that overlap, and bodies so far from the origin that the round-off of positions is coarse.
 
-Overlaps are allowed, as laws leave an old penetration alone, but rarely meant.
+Overlaps are allowed, as laws leave an old penetration alone, but rarely meant. A body whose centre is inside another one is
+a mistake, and the run is doomed: it is refused unless overlaps are ignored.
 """
 
 from __future__ import annotations
@@ -36,19 +37,28 @@ def check_positions(model: Model) -> None:
 SHARE = 0.05
 """Overlaps up to this part of the smaller radius are not reported. The relaxation of a sample at a solver's tolerance of
 1e-2 leaves overlaps of up to 3.5 % (measured on 70 to 2000 particles). A misplaced body overlaps by tenths."""
+INSIDE = 1.0
+"""Overlaps beyond this part of the smaller radius stop a simulation that does not ignore them: bodies inside each other."""
 
 SMALL, LARGE = 0.2, 3e4
 """Sizes of surfaces, in parts of the radii of what they see, that are more likely another unit of length."""
 
 
 def check_start(model: Model, overlap: str, first: int = 0) -> list[str]:
-    """Look at bodies before their first step, those in rows ``first`` and later: ValueError if positions are rounded too
-    coarsely, or a periodic cell is too narrow, or bodies overlap and ``overlap`` is "stop"; if it is "warn", a sentence."""
+    """Look at bodies before their first step, those in rows ``first`` and later; returns sentences for the user.
+
+    ValueError if positions are rounded too coarsely, or a periodic cell is too narrow; if bodies overlap and ``overlap`` is
+    "stop"; and if they overlap by more than a radius and it is "warn".
+    """
     check_positions(model)
-    overlaps = [] if overlap == "ignore" and model.cell is None else overlaps_at_start(model, first)
-    if overlaps and overlap == "stop":
+    if overlap == "ignore" and model.cell is None:
+        return []
+    overlaps, share = overlaps_at_start(model, first)
+    if overlap == "ignore":
+        return []
+    if overlaps and (overlap == "stop" or share > INSIDE):
         raise ValueError(overlaps[0])
-    return (overlaps if overlap == "warn" else []) + (sizes_at_odds(model, first) if overlap != "ignore" else [])
+    return overlaps + sizes_at_odds(model, first)
 
 
 def sizes_at_odds(model: Model, first: int = 0) -> list[str]:
@@ -79,16 +89,17 @@ def sizes_at_odds(model: Model, first: int = 0) -> list[str]:
     return []
 
 
-def overlaps_at_start(model: Model, first: int = 0) -> list[str]:
-    """A sentence about the pairs that see each other and overlap at the start of a model, if there are any. If bodies were
-    added to a simulation, in rows ``first`` and later, only their pairs count.
+def overlaps_at_start(model: Model, first: int = 0) -> tuple[list[str], float]:
+    """A sentence about the pairs that see each other and overlap at the start of a model, if there are any, and the largest
+    overlap in parts of the smaller radius. If bodies were added to a simulation, in rows ``first`` and later, only their
+    pairs count.
 
     It says how many pairs of bodies overlap by more than :data:`SHARE` of the smaller radius (of the circle that holds
     the contactor), and the worst: its bodies, depth, share of that radius, and law. Linked neighbours that do not
     collide are left out. Costs one detection.
     """
     if not model.rows:
-        return []
+        return [], 0.0
     detector = Detector(model.contactors, model.rows, [], model.inverse_mass, model.dimension, model.apart, model.lattice)
     detector.hide(model.hidden)
     try:
@@ -100,16 +111,19 @@ def overlaps_at_start(model: Model, first: int = 0) -> list[str]:
     share = -found.gap / radius
     deep = (share > SHARE) & (model.contactors.body[pairs].max(axis=1, initial=0) >= first)
     if not deep.any():
-        return []
+        return [], 0.0
     i = int(np.argmax(np.where(deep, share, 0.0)))
     bodies = np.sort(np.column_stack([found.candidate[deep], found.antagonist[deep]]), axis=1)
     count = len(np.unique(bodies, axis=0))
     one, other = (f"body {model.contactors.body[k]} ('{model.contactors.color[k]}')" for k in pairs[i])
     law = next(group.law.NAME for group in detector.groups if group.start <= i < group.stop)
     what = "pair of bodies overlaps" if count == 1 else "pairs of bodies overlap"
-    return [
+    inside = share[i] > INSIDE
+    law = f"under the law '{law}', which leaves an old penetration as it is"
+    say = "Move the bodies apart, or allow it with" if inside else "Move the bodies, or say"
+    sentence = (
         f"{count} {what} {'with what was added' if first else 'at the start'} by more than {100.0 * SHARE:g} % of the "
         f"smaller radius; the worst: {one} and {other} by {-found.gap[i]:.3g} m, {100.0 * share[i]:.3g} % of "
-        f"{radius[i]:.3g} m, under the law '{law}', which leaves an old penetration as it is. Move the bodies, or say "
-        "overlap='ignore'."
-    ]
+        f"{radius[i]:.3g} m, {law}. {say} overlap='ignore'."
+    )
+    return [sentence], float(share[i])

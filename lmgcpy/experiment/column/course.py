@@ -18,7 +18,7 @@ from lmgcpy.scene.body import wall
 from lmgcpy.scene.scene import Scene
 from lmgcpy.scene.solid import Material
 from lmgcpy.simulation import Simulation
-from lmgcpy.solve.problems.report import SOLVED_CODES
+from lmgcpy.solve.problems.report import SOLVED
 from lmgcpy.solve.sweeps.accelerated import AcceleratedGaussSeidel
 from lmgcpy.solve.sweeps.gauss_seidel import GaussSeidel
 
@@ -68,14 +68,19 @@ class Course:
     """Residual of the solver, (s,)."""
     iterations: np.ndarray
     """Number of sweeps, (s,)."""
-    unconverged: int
-    """Number of steps that did not reach the tolerance."""
+    status: list[str]
+    """Status of the solver after each step."""
     end: ColumnState
     """State of the particles after the last step."""
     at_rest: bool
     """Whether the column came to rest."""
     seconds: float
     """Wall clock time of the steps [s]."""
+
+    @property
+    def unconverged(self) -> int:
+        """Number of steps that did not reach the tolerance."""
+        return sum(word not in SOLVED for word in self.status)
 
     def __repr__(self) -> str:
         rest = "at rest" if self.at_rest else "still moving"
@@ -217,7 +222,12 @@ def let_go(
     with carry_out(
         sim,
         steps=count,
-        observe={name: getattr(column, name) for name in ("spread", "height", "motion", "tension")},
+        observe={
+            "spread": (column.spread, ["radius of 95 % of the sand [m]", "radius of 99 % of the sand [m]", "front [m]"]),
+            "height": (column.height, ["height of 99 % of the sand [m]", "highest grain [m]"]),
+            "motion": column.motion,
+            "tension": (column.tension, ["greatest tension [N]", "mean tension [N]"]),
+        },
         every=max(1, count // frames),
         notes={"experiment": name},
         rule=at_rest,
@@ -226,13 +236,13 @@ def let_go(
         on_step=on_step,
         interrupted=interrupted,
     ) as run:
-        history = run.history[:]
+        history, status = run.history[:], run.status.tolist()
         rows = {name: column[:] for name, column in run.observed.items()}
     return Course(
         time=history["time"],
         residual=history["residual"],
         iterations=history["iterations"],
-        unconverged=int(np.count_nonzero(~np.isin(history["status"], SOLVED_CODES))),
+        status=status,
         end=column.state(sim),
         at_rest=at_rest(rows),
         seconds=float(history["step_seconds"].sum()),

@@ -25,6 +25,7 @@ from lmgcpy.experiment.column.result import (
     words,
 )
 from lmgcpy.experiment.study.folder import ReportFolder, StudyFolder, markdown, sections, texts
+from lmgcpy.experiment.study.unsolved import unsolved_words
 from lmgcpy.io.run import open_run
 from lmgcpy.view.figures import new_figure
 
@@ -208,10 +209,19 @@ def _runs_part(result: ColumnResult) -> str:
         for fall in result.falls
         for what, course in (("pour", fall.pour), ("release", fall.release))
     ]
-    return (
-        f"## The runs\n\n{markdown(rows)}\n\nTime unit sqrt(H/g) = {time_unit(result.dry.laid):.3g} s. "
-        f"{result.seconds:.0f} s of steps in all, {result.study.threads} columns at once."
+    study, parts = result.study, ("pour", "release")
+    courses = {f"{words(fall.content)}, {what}": getattr(fall, what) for fall in result.falls for what in parts}
+    unsolved = unsolved_words(courses, tolerance=study.tolerance, max_iterations=study.max_iterations)
+    if unsolved:
+        unsolved += (
+            " In a pour, sand and wire fall and are caught, so steps begin far from their solution; in a column at rest"
+            " the impulses of the step before are nearly the solution."
+        )
+    took = (
+        f"Time unit sqrt(H/g) = {time_unit(result.dry.laid):.3g} s. {result.seconds:.0f} s of steps in all, "
+        f"{study.threads} columns at once."
     )
+    return "\n\n".join(filter(None, ["## The runs", markdown(rows), unsolved, took]))
 
 
 def _run_row(course: Course, unit: float) -> dict[str, str]:

@@ -39,7 +39,7 @@ def write_report(result: TexSolResult, folder: StudyFolder) -> list[Path]:
     records = list(result.records.values())
     wires = [record for record in records if record.law != "none"]
     report.table("reaction.csv", map(_reaction_columns, records))
-    report.figure("reaction.png", figures.reaction_figure(records))
+    report.figure("reaction.png", figures.reaction_figure(records, pressure=result.study.pressure))
     report.table("stress.csv", map(_stress_columns, records))
     if wires:
         rigid = [record for record in wires if record.law.startswith("rigid")]
@@ -133,7 +133,19 @@ def _stiffening_part(result: TexSolResult) -> str:
     if not rows:
         return ""
     told = "Support reaction with the wire over that of the sand at equal crushing, and their difference late in the test:"
-    return f"## Does the wire stiffen the sand?\n\n{told}\n\n{markdown(rows)}\n\n{RESOLVED}"
+    return f"## Does the wire stiffen the sand?\n\n{told}\n\n{markdown(rows)}\n\n{RESOLVED}\n\n{_start_words(result)}"
+
+
+def _start_words(result: TexSolResult) -> str:
+    """Why the curves begin above the isotropic load."""
+    load = 1e-3 * result.study.pressure * float(result.compaction.sample.box[0])
+    records = result.records.items()
+    begin = ", ".join(f"{1e-3 * record.smooth(record.reaction)[0]:.1f} ({figures.name_of(law)})" for law, record in records)
+    return (
+        f"Before the test the sample is at rest under the isotropic load, {load:.1f} kN/m (dotted in `reaction.png`). The "
+        f"curves, running means over 0.25 % of crushing, begin at {begin} kN/m: the platen has its whole speed from the "
+        "first step on, and rigid grains have no elastic strain in which the load would rise slowly."
+    )
 
 
 def _column_part(result: TexSolResult) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 
 from lmgcpy.errors import AXES
 from lmgcpy.experiment.study.folder import made_with, markdown
+from lmgcpy.experiment.study.unsolved import unsolved_words
 from lmgcpy.experiment.texsol.result import TexSolResult, deviation
 from lmgcpy.measure.wire_shape import wire_shape
 
@@ -43,8 +44,13 @@ def runs_part(
         }
         for name, record in result.records.items()
     ]
+    study, relaxed = result.study, result.compaction
+    unsolved = unsolved_words(result.records, tolerance=study.tolerance, max_iterations=study.max_iterations)
+    if relaxed.unconverged:
+        told = f"{relaxed.unconverged} of the {relaxed.steps} steps of the compaction were not solved to its tolerance."
+        unsolved = f"{unsolved} {told}".strip()
     took = f"{compaction}{result.seconds:.0f} s of steps in all, {result.study.threads} tests at once; {made_with()}."
-    return "\n\n".join(filter(None, ["## The runs", markdown(rows), ended_words(result), took]))
+    return "\n\n".join(filter(None, ["## The runs", markdown(rows), ended_words(result), unsolved, took]))
 
 
 def prepared_words(result: TexSolResult) -> str:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -380,9 +380,18 @@ class Study3D(TexSolStudy):
         if self.bead_mass is not None:
             one_of(self.bead_mass, "bead_mass", BEAD_MASSES)
         wire_frictions(self.wire_friction)
-        strange = [name for name in ("thread_diameter", "wire_friction") if getattr(self, name) is not None]
+        usual = {field.name: field.default for field in fields(Study3D)}
+        threads = ("thread_diameter", "wire_friction", "node_distance")
+        strange = [name for name in threads if getattr(self, name) != usual[name]]
+        if self.dtex != usual["dtex"] and not self.has_own_mass:
+            raise ValueError(
+                "dtex is the mass of a wire's own beads or nodes, and bead_mass of this study is "
+                f"{self.bead_mass or 'grain'!r}: give bead_mass='own' (--bead-mass own), or leave dtex out."
+            )
         if self.wire == "beads" and strange:
-            raise ValueError(f"{strange[0]} is of a thread, and the wire of this study has beads: give wire='thread'.")
+            raise ValueError(
+                f"{strange[0]} is of a thread, and the wire of this study has beads: give wire='thread' (--wire thread)."
+            )
         self._check_names("axes", "axis", tuple(AXES))
         whole(self.wires, "wires", minimum=1)
 

@@ -14,6 +14,7 @@ from lmgcpy.contact.memory import Memory
 from lmgcpy.dynamics.checkpoint import Checkpoint
 from lmgcpy.dynamics.energy import Energy
 from lmgcpy.io.run_file.tables import OBSERVED, growing_tables, tail_sum
+from lmgcpy.io.run_file.trees import read_tree
 
 log = logging.getLogger("lmgcpy")
 
@@ -159,6 +160,7 @@ def _checksum(arrays: Mapping[str, np.ndarray]) -> int:
 def read_checkpoint(file: Any, laws: list[str]) -> tuple[Checkpoint, Commit]:
     """The last complete checkpoint and its commit; RuntimeError if there is none."""
     best: tuple[Checkpoint, Commit] | None = None
+    options = read_tree(file["about"])["options"]
     for slot in ("0", "1"):
         group = file["checkpoint"][slot]
         arrays = {name: np.asarray(item) for name, item in group.items()}
@@ -168,13 +170,15 @@ def read_checkpoint(file: Any, laws: list[str]) -> tuple[Checkpoint, Commit]:
         commit = Commit(*(numbers[name] for name in COUNTS))
         whole = commit.sequence > 0 and _checksum(arrays) == numbers["checksum"]
         if whole and (best is None or commit.sequence > best[1].sequence):
-            best = _checkpoint(arrays, numbers, laws), commit
+            best = _checkpoint(arrays, numbers, laws, options), commit
     if best is None:
         raise RuntimeError("it has no complete checkpoint to go on from")
     return best
 
 
-def _checkpoint(arrays: Mapping[str, np.ndarray], numbers: Mapping[str, int], laws: list[str]) -> Checkpoint:
+def _checkpoint(
+    arrays: Mapping[str, np.ndarray], numbers: Mapping[str, int], laws: list[str], options: Mapping[str, Any]
+) -> Checkpoint:
     values = dict(zip((*ENERGIES, *LAST_ENERGIES), arrays["energy"].tolist(), strict=False))
     time, worst = values.pop("time"), values.pop("worst")
     by_law = {
@@ -185,6 +189,8 @@ def _checkpoint(arrays: Mapping[str, np.ndarray], numbers: Mapping[str, int], la
         positions=arrays["positions"],
         velocities=arrays["velocities"],
         time=time,
+        time_step=options["time_step"],
+        theta=options["theta"],
         steps=numbers["steps"],
         unconverged_steps=numbers["unconverged_steps"],
         worst_residual=worst,

@@ -121,3 +121,6 @@ def check_about(about: Mapping[str, Any], observed: list[str]) -> None:
         raise ValueError("'about/laws' are no words")
     if not isinstance(about.get("notes", {}), dict) or sorted(about.get("observed", [])) != sorted(observed):
         raise ValueError("'about/notes' or 'about/observed' are not those of the file")
+    columns = about.get("columns", {})  # older files have none
+    if not (isinstance(columns, dict) and all(isinstance(names, list) for names in columns.values())):
+        raise ValueError("'about/columns' are no names")

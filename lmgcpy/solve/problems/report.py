@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
+from lmgcpy.writing import html_of_fields
+
 CONVERGED, SPENT, STAGNATED, NOT_FINITE, ROUND_OFF, LOCKED = range(6)
 STATUS = ("converged", "budget spent", "stagnated", "not finite", "round-off", "locked")
 """Words for how a solve ended; run files keep their places here, so that new ones come last."""
@@ -149,3 +151,6 @@ class Report:
 
     def __repr__(self) -> str:
         return f"<Report: {self}>"
+
+    def _repr_html_(self) -> str:
+        return html_of_fields(self)

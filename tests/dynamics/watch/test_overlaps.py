@@ -138,3 +138,30 @@ def test_a_run_tells_contacts_that_sink_in(overlap):
     share = float(str(told[0].message).split(" m, ")[1].split(" %")[0])
     assert 100.0 * (overlap + 0.1) <= share < 100.0 * (overlap + 0.12)  # of three digits
     assert len(told) == 1
+
+
+def test_bodies_inside_each_other_stop_unless_they_are_allowed():
+    """By 0.11 m, 110 % of the smaller radius: refused by default. At 99 % it is a warning."""
+
+    def made(distance):
+        return scene(disk(0, 0, radius=0.2), disk(distance, 0), disk(1, 0))
+
+    with pytest.raises(
+        ValueError, match=r"body 0 .* body 1 .* by 0.11 m, 110 % of 0.1 m.* Move the bodies apart, or allow"
+    ):
+        lm.Simulation(made(0.19), time_step=1e-3)
+    assert told(made(0.19), overlap="ignore") is None
+    assert "99 % of 0.1 m" in told(made(0.201))
+
+
+def test_a_body_that_is_added_inside_another_one_is_refused():
+    """And the simulation goes on without it; with overlaps ignored it is taken."""
+    for overlap in ("warn", "ignore"):
+        made = scene(disk(0, 0, radius=0.2))
+        sim = lm.Simulation(made, time_step=1e-3, overlap=overlap).run(steps=1)
+        if overlap == "warn":
+            with pytest.raises(ValueError, match=r"overlaps with what was added .* 110 %"):
+                made.add(disk(0.19, 0))
+        else:
+            made.add(disk(0.19, 0))
+        assert len(sim.run(steps=1).positions) == len(made.bodies) == (1 if overlap == "warn" else 2)
