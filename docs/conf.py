@@ -9,6 +9,7 @@ import re
 
 from docutils import nodes
 from latex2mathml.converter import convert
+from sphinx import addnodes
 
 import lmgcpy
 
@@ -115,9 +116,11 @@ def formula_by_itself(translator, node):
 
 
 def whole_pictures(app, doctree):
-    """A picture is a link to itself in full size: on a page it is as wide as the text, on a telephone less."""
+    """A picture is a link to itself in full size, unless it is another link: on a page it is as wide as the text, on a
+    telephone less."""
     for picture in doctree.findall(nodes.image):
-        picture["scale"] = 100
+        if not isinstance(picture.parent, nodes.reference | addnodes.pending_xref | nodes.inline):
+            picture["scale"] = 100
 
 
 PROSE = (nodes.paragraph, nodes.strong, nodes.emphasis)

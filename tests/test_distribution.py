@@ -84,6 +84,31 @@ def test_metadata_that_differ_from_pyproject_are_told(distribution):
     assert len(distribution.faults_of_metadata(sound, "[console_scripts]\n")) == 1
 
 
+@pytest.fixture
+def release(monkeypatch):
+    return script("release", monkeypatch)
+
+
+def test_every_place_gives_the_same_version_and_the_changes_tell_of_it(release):
+    version = release.project()["version"]
+    assert release.faults(version) == []
+    assert len(release.faults("99.0.0")) == 4
+    assert len(release.notes(version).splitlines()) > 10
+    with pytest.raises(SystemExit, match=r"docs/changes.md has no section on version 99\.0\.0"):
+        release.notes("99.0.0")
+
+
+def test_the_recipe_asks_for_what_the_project_asks_for(distribution):
+    """conda-forge has matplotlib without windows under another name; optional packages only have bounds."""
+    said = distribution.project()
+    lines = re.findall(r"^    - (.*)$", (CI.parent / "recipe" / "meta.yaml").read_text(), re.M)
+    asked = [distribution.bounds(line) for line in lines]
+    wanted = [*said["dependencies"], *said["optional-dependencies"]["view"], f"python{said['requires-python']}"]
+    wanted += ["setuptools>=77"]
+    for one in wanted:
+        assert distribution.bounds(re.sub(r"^matplotlib\b", "matplotlib-base", one)) in asked, one
+
+
 @pytest.mark.long
 def test_distributions_are_built_and_run(tmp_path):
     done = subprocess.run([sys.executable, CI / "distribution", tmp_path / "built"], capture_output=True, text=True)

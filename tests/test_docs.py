@@ -24,7 +24,6 @@ def scripts(page):
 BLOCKS = [
     pytest.param(block, id=f"{page.stem}-{number}")
     for page in sorted(DOCS.glob("*.md"))
-    if page.stem != "cookbook"  # tests/test_cookbook.py runs it and checks its numbers
     for number, block in enumerate(scripts(page))
 ]
 
@@ -72,7 +71,8 @@ def test_every_name_that_a_page_gives_is_there():
 def test_every_page_is_in_the_index():
     """In its text, for who reads it where it lies, and in the contents of the site."""
     index = (DOCS / "index.md").read_text()
-    contents = re.findall(r"^([\w/]+)$", "".join(re.findall(r"```{toctree}\n(.*?)```", index, re.S)), re.M)
+    trees = index + (DOCS / "tutorials.md").read_text()
+    contents = re.findall(r"^([\w/]+)$", "".join(re.findall(r"```{toctree}\n(.*?)```", trees, re.S)), re.M)
     pages = sorted(page.stem for page in DOCS.glob("*.md") if page.stem != "index")
     assert sorted(contents) == sorted([*pages, "reference/index"])
     for page in pages:
@@ -104,8 +104,8 @@ def code(text):
 def test_code_fits_on_a_page():
     pages = [*DOCS.glob("*.md"), DOCS.parent / "README.md"]
     shown = [(page.name, line) for page in pages for line in code(page.read_text("utf-8"))]
-    tutorials = (DOCS.parent / "tutorials").glob("*.py")
-    shown += [(path.name, line) for path in tutorials for line in path.read_text("utf-8").splitlines()]
+    scripts = [*(DOCS.parent / "tutorials").glob("*.py"), *(DOCS.parent / "lmgcpy" / "examples").glob("[!_]*.py")]
+    shown += [(path.name, line) for path in scripts for line in path.read_text("utf-8").splitlines()]
     assert len(shown) > 1000
     assert [(name, line) for name, line in shown if len(line) > WIDEST] == []
 

@@ -7,7 +7,7 @@ import warnings
 import click
 
 import lmgcpy
-from lmgcpy.cli import campaign, column, continuum, fields, laws, measure, run, solve, texsol, view, warmup
+from lmgcpy.cli import campaign, column, continuum, example, fields, laws, measure, run, solve, texsol, view, warmup
 from lmgcpy.errors import closest, shown
 
 EXPECTED = (ValueError, TypeError, LookupError, OSError, RuntimeError, FloatingPointError, ImportError, MemoryError)
@@ -72,6 +72,7 @@ def main(traceback: bool) -> None:
 
 
 for command in (
+    example.example,
     texsol.texsol,
     column.column,
     campaign.campaign,

@@ -55,6 +55,9 @@ def bench(w, *options):
 ROWS = {
     "no such command": (lambda w: ["texsoll"],
         "There is no command 'texsoll'; did you mean 'texsol'? Known: bench, campaign, column, compare"),
+    "no such example": (lambda w: ["example", "pul-out"],
+        "There is no example 'pul-out'; did you mean 'pull-out'? Known: again, angle-of-repose"),
+    "all examples and one": (lambda w: ["example", "silo", "--all"], "--all runs every example: leave out the names."),
     "no such option before the command": (lambda w: ["--tracebak", "info", "x"],
         "No such option", "--tracebak", "--traceback"),
     "no such option": (lambda w: texsol(w, "--sed", "3"), "No such option", "--sed"),
