@@ -8,8 +8,8 @@ process compiles by itself.
 A process has at most one turn, and ends it before it waits for another: so no two can wait for each other, even if the
 compilation of one kernel calls another. numba's lock is held when these functions are called: one thread of a process.
 
-Who waits for the compiler at a terminal gets a line that goes away. Elsewhere, as in a notebook or a log, it is one line for
-each program.
+Who waits for the compiler at a terminal gets a line that goes away. Elsewhere, as in a notebook or a log, it is one line
+for each program.
 """
 
 from __future__ import annotations
