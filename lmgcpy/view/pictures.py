@@ -61,7 +61,7 @@ def render(
     size: Any = None,
     columns: int | None = None,
     frames_per_second: float = 20.0,
-) -> Picture:
+) -> Path:
     """Draw a scene, a simulation or a run into a PNG, PDF or SVG file, or a run into a GIF or MP4 that moves; no display
     is needed.
 
