@@ -30,7 +30,7 @@ PATIENCE = 1.0
 
 
 ONCE = "lmgcpy compiles kernels, which takes some seconds and happens once: they are kept for the next time."
-"""The line where no terminal is."""
+"""The line of a program without a terminal."""
 
 
 class _Waiting:

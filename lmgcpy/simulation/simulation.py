@@ -9,14 +9,12 @@ import threading
 import time as clock
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 from lmgcpy.dynamics.stepper import Stepper
 from lmgcpy.errors import file_path, flag, named_arguments, number, shown, warn, whole
+from lmgcpy.io.rows import Observe
 from lmgcpy.writing import in_notebook
-
-if TYPE_CHECKING:
-    from lmgcpy.io.rows import Observe
 
 log = logging.getLogger("lmgcpy")
 

@@ -29,7 +29,7 @@ class Picture(type(Path())):  # type: ignore[misc]
     """The path of a picture; a notebook shows the picture."""
 
     def _repr_mimebundle_(self, include: Any = None, exclude: Any = None) -> dict[str, str]:
-        """The picture as it is in its file; of a PDF, which notebooks do not show, its path alone."""
+        """The picture in the format of its file; of a PDF, which notebooks do not show, its path alone."""
         bundle, kind = {"text/plain": str(self)}, self.suffix.lower()
         if kind == ".svg":
             return {**bundle, "image/svg+xml": self.read_text(encoding="utf-8")}
@@ -61,7 +61,7 @@ def render(
     size: Any = None,
     columns: int | None = None,
     frames_per_second: float = 20.0,
-) -> Picture:
+) -> Path:
     """Draw a scene, a simulation or a run into a PNG, PDF or SVG file, or a run into a GIF or MP4 that moves; no display
     is needed.
 

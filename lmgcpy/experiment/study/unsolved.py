@@ -36,7 +36,7 @@ class SolvedRun(Protocol):
 def unsolved_words(runs: Mapping[str, SolvedRun], *, tolerance: float, max_iterations: int) -> str:
     """Sentences on the unsolved steps of runs by name, their causes and their residuals; empty if all steps were solved.
 
-    ``tolerance`` and ``max_iterations`` are those of the solver of the runs.
+    ``tolerance`` and ``max_iterations``: of the solver of the runs.
     """
     counts, causes, residuals = [], Counter[str](), []
     for name, run in runs.items():
