@@ -629,7 +629,7 @@ EXEMPT_ARGUMENTS = {
     ("io.export_csv", "folder"): "in tests/bad_input",
     ("io.export_csv", "force"): "in tests/io",
     ("view.export_vtk", "folder"): "as of io.export_csv",
-    ("view.export_fields", "force"): "in tests/view/test_fields.py",
+    ("view.export_fields", "force"): "in tests/view/test_field_pictures.py",
     ("view.export_vtk", "force"): "in tests/view",
     ("view.plot", "path"): "in tests/view/test_curves.py",
     ("view.plot", "what"): "in tests/view/test_curves.py",

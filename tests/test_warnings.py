@@ -44,7 +44,7 @@ def fast():
 
 def overlapping():
     scene = heap()
-    scene.add(lm.disk(radius=0.1, position=(0.0, 0.15), mass=1.0))
+    scene.add(lm.disk(radius=0.1, position=(0.15, 0.2), mass=1.0))
     lm.Simulation(scene, time_step=1e-3)
 
 

@@ -49,7 +49,7 @@ QUANTITIES: dict[str, tuple[str, Callable[[CoarseFields], np.ndarray]]] = {
 
 @named_arguments
 def draw_fields(fields: CoarseFields, path: str | os.PathLike, *, what: str = "density", cut: Any = None) -> Path:
-    """Draw a field of :func:`lmgcpy.measure.coarse_fields` into a PNG, SVG or PDF file, which replaces one of that name.
+    """Draw a field of :func:`lmgcpy.measure.coarse_fields` into a PNG, SVG or PDF file. A file of that name is replaced.
 
     ``what``: "density", "solid-fraction", "velocity" (speed, and arrows), "pressure" (minus the mean normal stress), or
     "shear", half the difference of the greatest and the least principal stress. In 3D the picture is a section by a plane:
