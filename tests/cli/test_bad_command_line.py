@@ -244,6 +244,8 @@ CLICKS = (
     "Say where",
     "Missing",
     "No such option",
+    "leave out the names",
+    "needs another file",
     "There is no command",
     "'--",
     "is not empty: give another by",

@@ -10,8 +10,8 @@ from lmgcpy.solve.problems.report import Report
 
 TIMES = 50.0
 """Sweeps of a costly step, in parts of their median over the steps of the run that needed any."""
-LEAST = 1e7
-"""Least number of impulses that a costly step solved for, one second of work or so: many sweeps of few contacts cost
+LEAST = 1e8
+"""Least number of impulses that a costly step solved for, ten seconds of work or so: many sweeps of few contacts cost
 nothing."""
 STEPS = 20
 """Steps before the first that may be costly: a run that begins from no impulses has no usual step yet."""
