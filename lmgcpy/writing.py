@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import csv
 import errno
-import html
 import os
 import stat
 import sys
@@ -219,11 +218,13 @@ FEW = 9
 
 def html_table(title: str, head: Iterable[str], rows: Iterable[Iterable[Any]], note: str = "") -> str:
     """A table for a notebook, with a line above it, and a ``note`` below."""
-    names = "".join(f"<th>{html.escape(word)}</th>" for word in head)
-    lines = "".join("<tr>" + "".join(f"<td>{html.escape(in_short(value))}</td>" for value in row) + "</tr>" for row in rows)
+    from html import escape  # slow to import
+
+    names = "".join(f"<th>{escape(word)}</th>" for word in head)
+    lines = "".join("<tr>" + "".join(f"<td>{escape(in_short(value))}</td>" for value in row) + "</tr>" for row in rows)
     header = f"<thead><tr>{names}</tr></thead>" if names else ""
-    below = f"<div>{html.escape(note)}</div>" if note else ""
-    return f"<div><b>{html.escape(title)}</b></div><table>{header}<tbody>{lines}</tbody></table>{below}"
+    below = f"<div>{escape(note)}</div>" if note else ""
+    return f"<div><b>{escape(title)}</b></div><table>{header}<tbody>{lines}</tbody></table>{below}"
 
 
 def html_of_fields(thing: Any) -> str:

@@ -10,8 +10,6 @@ import click
 from lmgcpy.cli.view import FILE, Plane, Region
 from lmgcpy.writing import check_target
 
-WHAT = ("density", "solid-fraction", "velocity", "pressure", "shear")
-
 
 @click.command()
 @click.argument("file", type=FILE)
@@ -19,7 +17,7 @@ WHAT = ("density", "solid-fraction", "velocity", "pressure", "shear")
 @click.option("--spacing", type=float, help="Spacing of the grid [m]; otherwise the width.")
 @click.option("--region", type=Region(), help="Corners of the grid [m]: x,y,x,y or x,y,z,x,y,z; otherwise all bodies.")
 @click.option("--frame", type=int, default=-1, help="Number of the frame; negative: from the end.")
-@click.option("--what", type=click.Choice(WHAT), help="Field of a picture [default: density].")
+@click.option("--what", help="Field of a picture: density, solid-fraction, velocity, pressure or shear [default: density].")
 @click.option("--cut", type=Plane(), help="Section of a picture in 3D: y, or y=0.1 [default: y, half-way].")
 @click.option("--out", type=FILE, required=True, help="A .png, .svg or .pdf picture, .vti for ParaView, or .npz for numpy.")
 @click.option("--force", is_flag=True, help="Replace a file.")
@@ -42,13 +40,14 @@ def fields(
 
     from lmgcpy.io.run import open_run
     from lmgcpy.measure.fields import coarse_fields
+    from lmgcpy.view.curves import SUFFIXES
     from lmgcpy.view.fields import draw_fields, export_fields
     from lmgcpy.writing import new_file
 
     suffix = out.suffix.lower()
-    drawn = suffix in (".png", ".svg", ".pdf")
+    drawn = suffix in SUFFIXES
     if not drawn and suffix not in (".vti", ".npz"):
-        raise ValueError(f"--out must end in .png, .svg, .pdf, .vti or .npz, got '{out}'.")
+        raise ValueError(f"--out must end in {', '.join(SUFFIXES)}, .vti or .npz, got '{out}'.")
     if not drawn and (what or cut):
         raise ValueError(f"--{'what' if what else 'cut'} is for pictures: a {suffix} file holds all fields.")
     check_target(out, force=force, name="--out", instead="give another name by --out, or --force to replace it")

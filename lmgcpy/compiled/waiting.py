@@ -15,7 +15,6 @@ for each program.
 from __future__ import annotations
 
 import errno
-import multiprocessing
 import os
 import sys
 import threading
@@ -49,8 +48,10 @@ _so_far = _Waiting()
 def told_to_wait() -> Iterator[None]:
     """While one kernel is compiled: a line on standard error says so as soon as this process has compiled for more than a
     second. On a terminal it goes away with the kernel; elsewhere there is one, of the first process of a program."""
+    from multiprocessing import parent_process  # slow to import
+
     begin, terminal = clock.perf_counter(), sys.stderr is not None and sys.stderr.isatty()
-    once = not terminal and sys.stderr is not None and not _so_far.is_said and multiprocessing.parent_process() is None
+    once = not terminal and sys.stderr is not None and not _so_far.is_said and parent_process() is None
     _so_far.count += 1
     line = f"compiling kernels (once): {_so_far.count}, {_so_far.seconds:.0f} s so far"
     shown = threading.Event()

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -174,26 +175,34 @@ def window_stress(sim: Source, window: tuple, *, frame: int | None = None) -> np
     """
     now = moment(sim, frame, "window_stress")
     d = now.positions.shape[1]
-    if not isinstance(window, (tuple, list, np.ndarray)) or len(window) != 2:
-        raise TypeError(f"window must be two corners such as ((0, 0), (1, 2)) [m], got {shown(window)}.")
-    low, high = (vector(corner, "a corner of window", d) for corner in window)
-    if not (low < high).all():
-        raise ValueError(f"window must be its low corner and its high corner [m], got {shown(window)}.")
+    low, high = corners(window, "window", d)
     moments, total = moments_of(now), np.zeros((d, d))
-    for positions in images_near(now, 0.5 * (low + high)):
+    for positions in images_near(now, now.positions, 0.5 * (low + high)):
         inside = np.isfinite(now.extent) & ((low <= positions) & (positions < high)).all(axis=1)
         total += moments[inside].sum(axis=0)
     return total / float(np.prod(high - low))
 
 
-def images_near(now: Moment, centre: np.ndarray) -> list[np.ndarray]:
-    """List with the positions of the bodies [m], (n, d). In a periodic cell: one array (n, d) for each shift, with the
-    images of the bodies around a point ``centre`` (d,)."""
+def corners(value: Any, name: str, d: int) -> tuple[np.ndarray, np.ndarray]:
+    """The low and the high corner of a box, (d,) each; TypeError or ValueError with a sentence that calls it ``name``."""
+    if not isinstance(value, (tuple, list, np.ndarray)) or len(value) != 2:
+        raise TypeError(f"{name} must be two corners such as ((0, 0), (1, 2)) [m], got {shown(value)}.")
+    low, high = (vector(corner, f"a corner of {name}", d) for corner in value)
+    if not (low < high).all():
+        raise ValueError(f"{name} must be its low corner and its high corner [m], got {shown(value)}.")
+    return low, high
+
+
+def images_near(now: Moment, points: np.ndarray, centre: np.ndarray, reach: float = 0.0) -> list[np.ndarray]:
+    """List with points [m], (k, d), alone. In a periodic cell: one array (k, d) for each shift, with all images that are
+    within ``reach`` [m] of a point ``centre`` (d,), and at least the nearest ones and their neighbours."""
     if now.lattice is None:
-        return [now.positions]
+        return [points]
     edges = now.lattice.edges(now.positions)
-    nearest = centre + now.lattice.shortened(now.positions - centre, edges)
-    return [nearest + np.array(shift) @ edges for shift in itertools.product((-1, 0, 1), repeat=len(edges))]
+    nearest = centre + now.lattice.shortened(points - centre, edges)
+    most = np.ceil(0.5 + reach / now.lattice.widths(edges)).astype(int).tolist()
+    shifts = itertools.product(*(range(-count, count + 1) for count in most))
+    return [nearest + np.array(shift) @ edges for shift in shifts]
 
 
 def moments_of(now: Moment) -> np.ndarray:

@@ -49,7 +49,7 @@ def test_a_file_gets_one_line(started, monkeypatch):
     monkeypatch.setattr(waiting, "PATIENCE", 0.0)
     assert wait_at(io.StringIO(), 0.05, monkeypatch) == waiting.ONCE + "\n"
     monkeypatch.setattr(waiting, "_so_far", waiting._Waiting())
-    monkeypatch.setattr(waiting.multiprocessing, "parent_process", lambda: "a program")
+    monkeypatch.setattr("multiprocessing.parent_process", lambda: "a program")
     assert wait_at(io.StringIO(), 0.05, monkeypatch) == ""
 
 

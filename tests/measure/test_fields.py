@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
@@ -68,6 +70,26 @@ def test_forces_are_the_divergence_of_the_stress_and_the_walls(dimension, width)
         scale = np.abs(phi[:, None] * forces).sum() + 1e-3 * np.abs(forces).max() / width**dimension
         # 1e-7: fourth-order differences of a field that varies over a width, and their round-off
         assert divergence + fields.wall_force[middle] == pytest.approx(expected, abs=1e-7 * scale)
+
+
+@pytest.mark.parametrize("length", [0.02, 1.0, 1.1, 4.9, 5.1, 12.9, 28.0, 90.0])
+def test_the_integral_along_a_link_is_that_of_the_error_function(length):
+    """A link along x, ``length`` widths long: ``int_0^1 phi ds`` is a difference of error functions, times the Gaussian
+    across."""
+    scene, width = lm.Scene(dimension=2), 0.5
+    ends = [scene.add(lm.disk(radius=1e-3, position=(x, 0.0), mass=1.0)) for x in (0.0, length * width)]
+    scene.chain(ends, lm.ElasticWire(axial_rigidity=1.0), reference_gap=0.25 * (length * width - 2e-3))
+    sim = lm.Simulation(scene, time_step=1e-5).run(steps=1)
+    tension = lm.measure.wire_links(sim).tension[0]
+    assert tension > 1.0
+    fields = lm.measure.coarse_fields(sim, width=width, region=((-2.0, -0.7), (length * width + 2.0, 0.7)))
+    x, y = fields.points[..., 0], fields.points[..., 1]
+    u = np.vectorize(math.erf)
+    start, end = sim.positions[:, 0]
+    along = u((x - start) / (math.sqrt(2.0) * width)) - u((x - end) / (math.sqrt(2.0) * width))
+    expected = 0.5 * tension * along * np.exp(-0.5 * (y / width) ** 2) / (math.sqrt(2.0 * math.pi) * width)
+    # 1e-13 of the quadrature, and the round-off of the difference for the shortest link
+    assert fields.contact_stress[..., 0, 0] == pytest.approx(expected, abs=1e-12 * expected.max() * max(1.0, 1.0 / length))
 
 
 @pytest.mark.parametrize("dimension", [2, 3])

@@ -11,8 +11,8 @@ from lmgcpy.solve.problems.report import Report
 TIMES = 50.0
 """Sweeps of a costly step, in parts of their median over the steps of the run that needed any."""
 LEAST = 1e8
-"""Least number of impulses that a costly step solved for, ten seconds of work or so: many sweeps of few contacts cost
-nothing."""
+"""Least number of impulses that a costly step solved for, some seconds of work: many sweeps of few contacts cost nothing.
+(With a tenth of it the silo of the examples is reported: after a free fall of one or two sweeps a step its grains meet.)"""
 STEPS = 20
 """Steps before the first that may be costly: a run that begins from no impulses has no usual step yet."""
 OF_NEWTON = 50.0
