@@ -39,6 +39,7 @@ def image_of(path):
     return imread(path)
 
 
+@pytest.mark.default_parameters("2-velocity", "3-pressure")
 @pytest.mark.parametrize("what", ["density", "solid-fraction", "velocity", "pressure", "shear"])
 def test_every_field_has_its_picture(fields, what, tmp_path):
     path = lm.view.draw_fields(fields, tmp_path / "field.png", what=what)
