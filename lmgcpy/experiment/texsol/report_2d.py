@@ -11,6 +11,7 @@ import numpy as np
 
 import lmgcpy.view.figures as figures
 from lmgcpy.experiment.biaxial import BiaxialRecord
+from lmgcpy.experiment.compression import RAMP
 from lmgcpy.experiment.study.folder import ReportFolder, StudyFolder, markdown, sections, texts
 from lmgcpy.experiment.texsol.conclusions import (
     LinkDirections,
@@ -137,14 +138,15 @@ def _stiffening_part(result: TexSolResult) -> str:
 
 
 def _start_words(result: TexSolResult) -> str:
-    """Why the curves begin above the isotropic load."""
+    """How the curves begin beside the isotropic load."""
     load = 1e-3 * result.study.pressure * float(result.compaction.sample.box[0])
     records = result.records.items()
     begin = ", ".join(f"{1e-3 * record.smooth(record.reaction)[0]:.1f} ({figures.name_of(law)})" for law, record in records)
     return (
         f"Before the test the sample is at rest under the isotropic load, {load:.1f} kN/m (dotted in `reaction.png`). The "
-        f"curves, running means over 0.25 % of crushing, begin at {begin} kN/m: the platen has its whole speed from the "
-        "first step on, and rigid grains have no elastic strain in which the load would rise slowly."
+        f"curves, running means over 0.25 % of crushing, begin at {begin} kN/m. The platen takes up its speed in "
+        f"the first {100.0 * RAMP:g} % of the time, and rigid grains have no elastic strain in which the load would rise "
+        "slowly."
     )
 
 
