@@ -19,6 +19,7 @@ import pytest
 from soft_law import process
 
 import lmgcpy as lm
+from lmgcpy.compiled.waiting import ONCE
 from lmgcpy.warmup import instances
 
 HERE = Path(__file__).parent
@@ -224,11 +225,12 @@ def test_processes_that_start_at_once_on_an_empty_cache_all_work(tmp_path):
             process.stdin.flush()
         for process in group:
             out, err = process.communicate(timeout=120)
-            assert err == ""
+            assert err in ("", f"{ONCE}\n")  # a process that comes late finds the kernels of the others
             assert out.split() == ["2.0", "2.0", "4.0", "2.0"]
     finally:
         for process in group:
             process.kill()
+            process.communicate()
     loaded, compiled, _ = kernels(THREE_KERNELS, **environment)
     assert len(loaded) == 4
     assert not compiled

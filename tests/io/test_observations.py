@@ -239,8 +239,8 @@ def test_a_program_started_again_takes_its_run_up(path):
     ("friction", "options", "notes", "sentence"),
     [
         (0.3, {}, {"pressure": 1e5}, "'scene laws 0 parameters friction' is 0.4 there and 0.3 here"),
-        (0.4, {"theta": 0.7}, {"pressure": 1e5}, "'options theta' is 0.5 there and 0.7 here"),
-        (0.4, {"solver": lm.GaussSeidel()}, {"pressure": 1e5}, "'options solver' is 'Auto"),
+        (0.4, {"theta": 0.7}, {"pressure": 1e5}, "'theta' is 0.5 in the file and 0.7 here"),
+        (0.4, {"solver": lm.GaussSeidel()}, {"pressure": 1e5}, "'solver' is 'Auto' in the file and 'GaussSeidel' here"),
         (0.4, {}, {"pressure": 2e5}, "'notes pressure' is 100000.0 there and 200000.0 here"),
         (0.4, {}, {}, "there is a 'notes pressure' in it"),
     ],

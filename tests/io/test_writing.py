@@ -207,7 +207,10 @@ def other_ways(source):
         if (
             (method in ("write_text", "write_bytes") and owner not in ("", "new"))
             or (method in ("save", "savefig", "tofile", "to_csv") and owner not in ("", "figures") and first not in WITHIN)
-            or (method in ("open", "File") and words & {"w", "wb", "a", "ab", "x", "r+", "w+"} and first not in WITHIN)
+            or (
+                (method in ("open", "File") and words & {"w", "wb", "a", "ab", "x", "r+", "w+"})
+                and not {owner, first} & set(WITHIN)
+            )
             or name in ("os.replace", "os.rename", "shutil.move", "shutil.copy")
         ):
             found.append(name)
