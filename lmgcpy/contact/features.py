@@ -205,13 +205,88 @@ def corner_face(position_c, shape_c, position_a, shape_a):
 def corner_edge(position_c, shape_c, position_a, shape_a):
     """A corner and an edge, the normal in both cones."""
     answer = ball_edge(corner_at(position_c, shape_c), shape_c[0], position_a, shape_a, SLACK)
-    return answer if faces_corner(answer[1], position_c, shape_c) else APART
+    met = faces_corner(answer[1], position_c, shape_c) or folds(answer[1], position_c, shape_c, position_a, shape_a)
+    return answer if met else APART
+
+
+def folds(n, position_c, shape_c, position_a, shape_a):
+    """Whether an edge without faces, of a thread, is folded back onto a corner one edge before it: the normal n to the
+    corner is in its cone but for the edge between them, which begins at the corner and ends where the other one does."""
+    if has_faces(shape_a):
+        return False
+    y = to_body(position_c, (-n[0], -n[1], -n[2]))
+    q = corner_at(position_c, shape_c)
+    first = to_body(position_c, less(corner_at(position_a, shape_a), q))
+    second = to_body(position_c, less(corner_at(position_a, shape_a[3:7]), q))
+    for k in range(4, len(shape_c), 3):
+        e = (shape_c[k], shape_c[k + 1], shape_c[k + 2])
+        if dot(y, e) > SLACK and not (leads_to(e, first) or leads_to(e, second)):
+            return False
+    return True
+
+
+def has_faces(shape):
+    """Whether an edge has a face."""
+    one, other = (shape[10], shape[11], shape[12]), (shape[13], shape[14], shape[15])
+    return dot(one, one) > 0.0 or dot(other, other) > 0.0
+
+
+def leads_to(e, way):
+    """Whether a way has the direction e."""
+    across = cross(e, way)
+    return dot(e, way) > 0.0 and dot(across, across) <= SLACK * SLACK * dot(way, way)
 
 
 def corner_corner(position_c, shape_c, position_a, shape_a):
     """Two corners, the normal in both cones."""
-    answer = ball_corner(corner_at(position_c, shape_c), shape_c[0], position_a, shape_a, SLACK)
-    return answer if faces_corner(answer[1], position_c, shape_c) else APART
+    c = corner_at(position_c, shape_c)
+    answer = ball_corner(c, shape_c[0], position_a, shape_a, SLACK)
+    if answer[0] < math.inf and faces_corner(answer[1], position_c, shape_c):
+        return answer
+    d = less(c, corner_at(position_a, shape_a))
+    distance = math.sqrt(dot(d, d))
+    if not (distance > 0.0 and folds_between(d, position_c, shape_c, position_a, shape_a)):
+        return APART
+    return gap_below(c, shape_c[0], distance, (d[0] / distance, d[1] / distance, d[2] / distance), shape_a[0])
+
+
+def folds_between(d, position_c, shape_c, position_a, shape_a):
+    """Whether a thread is folded at the corner between two corners, the first at ``d`` from the second: an edge from each
+    of them ends there, and the normal is in the cones of both but for these two."""
+    if spokes(shape_c) > 2 or spokes(shape_a) > 2:  # of a net or a mesh
+        return False
+    square = dot(d, d)
+    for i in range(4, len(shape_c), 3):
+        e = to_space(position_c, (shape_c[i], shape_c[i + 1], shape_c[i + 2]))
+        for j in range(4, len(shape_a), 3):
+            f = to_space(position_a, (shape_a[j], shape_a[j + 1], shape_a[j + 2]))
+            # d = s f - t e, as both lead to one place: s m = d x e and t m = d x f with m = f x e
+            m = cross(f, e)
+            plane = dot(m, m)
+            if not (plane > SLACK and dot(d, m) ** 2 <= SLACK**2 * square * plane):
+                continue
+            if dot(cross(d, e), m) > 0.0 and dot(cross(d, f), m) > 0.0:
+                back = to_body(position_c, (-d[0], -d[1], -d[2]))
+                slack = SLACK * math.sqrt(square)
+                return in_cone_but(back, shape_c, i, slack) and in_cone_but(to_body(position_a, d), shape_a, j, slack)
+    return False
+
+
+def spokes(shape):
+    """How many corners are next to a corner."""
+    count = 0
+    for k in range(4, len(shape), 3):
+        if shape[k] != 0.0 or shape[k + 1] != 0.0 or shape[k + 2] != 0.0:
+            count += 1
+    return count
+
+
+def in_cone_but(y, shape, without, slack):
+    """Whether a vector from a corner points away from all corners next to it but the one whose direction begins there."""
+    for k in range(4, len(shape), 3):
+        if k != without and y[0] * shape[k] + y[1] * shape[k + 1] + y[2] * shape[k + 2] > slack:
+            return False
+    return True
 
 
 def corner_plane(position_c, shape_c, position_a, shape_a):

@@ -311,9 +311,9 @@ class Box(SampleScene):
             members = [self.particles[bead] for bead in chain]
             surface = Thread(float(radii[0]), color=THREAD) if sample.thread else None
             held = block_spin and not sample.thread  # nodes do not turn
-            self.scene._settled = sample.thread  # slack nodes may have come closer than the thread is thick
-            self.scene.chain(members, law, reference_gap=reference, surface=surface, block_spin=held)
-            self.scene._settled = False
+            self.scene.chain(
+                members, law, reference_gap=reference, surface=surface, block_spin=held, settled=sample.thread
+            )
 
     # ------------------------------------------------------------------------------------------------------- the walls
 

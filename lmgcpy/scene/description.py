@@ -326,7 +326,7 @@ def _add_skins(scene: Scene, description: Mapping[str, Any]) -> None:
         if not (bodies.ndim == 1 and cells.ndim == 2 and cells.shape[1] in (2, 3) and cells.min(initial=0) >= 0):
             raise ValueError("the fields of a skin do not fit together")
         nodes = [Node(scene.bodies[k], None) for k in bodies.tolist()]
-        skin = scene._skin(nodes, cells, Thread(float(row["radius"]), color=row["color"]))
+        skin = scene._skin(nodes, cells, Thread(float(row["radius"]), color=row["color"]), scene._settled)
         skin._pressure = float(row["pressure"]) if row["loaded"] else None
         for chain in scene.chains:
             if [body.id for body in chain.bodies] == bodies.tolist():

@@ -436,6 +436,7 @@ class Scene:
         neighbours_collide: bool | None = None,
         parameters: Mapping[str, Any] | None = None,
         surface: Thread | None = None,
+        settled: bool = False,
     ) -> Chain:
         """Link consecutive bodies by a law; returns the chain.
 
@@ -456,12 +457,16 @@ class Scene:
 
         ``surface`` gives the chain a smooth surface between its bodies, see :class:`~lmgcpy.Thread`. The bodies may then be
         points (:func:`~lmgcpy.point_mass`).
+
+        ``settled`` says that the bodies lie as the steps of another simulation have left them: rigid links may be off their
+        reference by the errors of the steps, and slack nodes of a surface closer to each other than it is thick.
         """
         self._editable("add a chain")
         self._check_law(law, "link", "chain")
         if law.TIES:
             raise TypeError(f"Law '{law.NAME}' ties two points, not bodies of a chain: give it to Scene.link.")
-        block_spin, closed = flag(block_spin, "block_spin"), flag(closed, "closed")
+        block_spin, closed, settled = flag(block_spin, "block_spin"), flag(closed, "closed"), flag(settled, "settled")
+        settled = settled or self._settled
         if neighbours_collide is not None:
             neighbours_collide = flag(neighbours_collide, "neighbours_collide, unless it is None,")
         if isinstance(bodies, (str, Body)) or not isinstance(bodies, Iterable):
@@ -484,13 +489,13 @@ class Scene:
             closed=closed,
             neighbours_collide=neighbours_collide,
             parameters=parameters,
-            settled=self._settled,
+            settled=settled,
             cell=self._cell,
         )
         if surface is not None:
             count = len(chain.start_gaps)
             cells = np.column_stack([np.arange(count), np.arange(1, count + 1) % len(members)])
-            chain.skin = self._skin(nodes, cells, surface)
+            chain.skin = self._skin(nodes, cells, surface, settled)
         for body, spins in blocked:
             body._state_changes(DRIVEN, spins)
         self.chains.append(chain)
@@ -615,7 +620,7 @@ class Scene:
         place = {tuple(edge): k for k, edge in enumerate(np.sort(edges, axis=1).tolist())}
         before, chains = (len(self.skins), len(self.chains)), []
         try:
-            skin = None if thread is None else self._skin(nodes, table, thread)
+            skin = None if thread is None else self._skin(nodes, table, thread, self._settled)
             for path in paths(ordered, len(nodes)):
                 of_path = None
                 if gaps is not None:
@@ -627,7 +632,7 @@ class Scene:
             raise
         return Net([node.body for node in nodes], edges, chains, skin)
 
-    def _skin(self, nodes: Sequence[Node], cells: np.ndarray, thread: Thread) -> Skin:
+    def _skin(self, nodes: Sequence[Node], cells: np.ndarray, thread: Thread, settled: bool) -> Skin:
         """Add a surface; TypeError or ValueError for one that bodies cannot have."""
         if not isinstance(thread, Thread):
             raise TypeError(f"surface must be a lmgcpy.Thread, got {shown(thread)}.")
@@ -637,7 +642,7 @@ class Scene:
                 "there, lmgcpy.point_mass(...), and tie both by scene.link(body, node, lmgcpy.BallJoint(), "
                 "at=(point, None))."
             )
-        skin = Skin([node.body for node in nodes], cells, thread, settled=self._settled)
+        skin = Skin([node.body for node in nodes], cells, thread, settled=settled)
         if self._cell is not None:
             skin.lie_in(self._cell)
         self.skins.append(skin)

@@ -7,6 +7,7 @@ from drum import over_a_drum, ratio_of_tensions
 
 import lmgcpy as lm
 from lmgcpy.contact.positions import in_space
+from lmgcpy.contact.segments import segment_distances
 from lmgcpy.dynamics.rotation import turn_freely
 
 ROD = lm.ElasticRod(stiffness=1.0)
@@ -628,6 +629,32 @@ def test_a_net_catches_a_ball_that_beads_would_let_through():
     np.testing.assert_allclose(lifted.sum(axis=0), (0, 0, 1.0), atol=1e-2)
 
 
+@pytest.mark.default_parameters("0.2")
+@pytest.mark.parametrize("push", [0.0, 0.2, -0.2])
+def test_a_slack_thread_that_folds_does_not_go_through_itself(push):
+    """The link between two segments that meet has a node of each, so that no contact on it is seen: the node at its end is
+    met from the side of the other segment."""
+    scene = lm.Scene(dimension=3)
+    places = np.array([(0, 0, 0), (1, 0, 0), (1.1, 0, 0.3), (0.2, 0.05, 0.3)])
+    nodes = [scene.add(lm.point_mass(position=place, mass=1.0)) for place in places]
+    for node in nodes[:2]:
+        node.fix()
+    for node in nodes[2:]:
+        node.impose_force(x=push, z=-1.0)
+    scene.chain(nodes, lm.RigidWire(), reference_gap=[1.0, 0.5, 1.0], surface=lm.Thread(0.05))
+    scene.see("THREAD", "THREAD", lm.Coulomb(friction=0.3))
+    sim, apart = lm.Simulation(scene, time_step=4e-3), []
+    for _ in range(600):
+        sim.step()
+        middle, half = 0.5 * (sim.positions[1:] + sim.positions[:-1]), 0.5 * np.diff(sim.positions, axis=0)
+        apart.append(segment_distances(middle[:1], half[:1], middle[2:], half[2:])[0])
+    assert min(apart) < 0.101
+    # 0.002 without the contact; a contact is seen where it is at the middle of a step
+    assert min(apart) > 0.0995
+    assert sim.positions[2, 2] < -0.3  # it slides off, around the end of the other one
+    assert sim.unconverged_steps == 0
+
+
 BAD = {
     "nodes closer than the thread is thick": (
         lambda s: thread(s, [(0, 0), (0.15, 0), (1, 0)]),
@@ -664,6 +691,14 @@ def test_surfaces_that_cannot_be_are_refused_with_a_sentence(case):
     with pytest.raises((TypeError, ValueError), match=words):
         make(scene)
     assert scene.skins == []
+
+
+def test_slack_nodes_of_a_settled_chain_may_be_closer_than_the_thread_is_thick():
+    scene = lm.Scene(dimension=2)
+    nodes = [scene.add(lm.point_mass(position=(0.15 * i, 0), mass=1.0)) for i in range(2)]
+    chain = scene.chain(nodes, lm.RigidWire(), reference_gap=0.3, surface=lm.Thread(0.1), settled=True)
+    lm.Simulation(scene, time_step=1e-3).run(steps=3)
+    assert scene.skins == [chain.skin]
 
 
 TRIANGLES = {
