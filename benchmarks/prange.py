@@ -84,7 +84,7 @@ def measure(count: int) -> list[list]:
     groups, s, task = problem.groups, problem.system, work
     start, none = (s.impulse.copy(), s.velocity.copy()), np.zeros(0)
     step = groups, s, start[1], start[0], no_light_bodies(s.velocity.shape[1])
-    shared = np.zeros((len(groups.task), 4)), np.zeros(1), np.zeros(4), np.zeros(7)
+    shared = np.zeros((len(groups.task), 4)), np.zeros(1), np.zeros(4), np.zeros(8)
     job = Job._make([*step, *[none] * 7, *shared, 1])
     place = np.empty(ROOM, dtype=np.int64)
     address = work_address(task, job, lay(job, place.ctypes.data))
@@ -96,8 +96,7 @@ def measure(count: int) -> list[list]:
         if name == "prange":
             by_prange(groups.phase, address, place.ctypes.data, stamps)
         else:
-            with Crew(task, step, False, threads).at_work(by_team, (1.0, 1.0, 1.0), (stamps,)) as team:
-                by_team(team, stamps)
+            Crew(task, step, False, threads).run(by_team, (1.0, 1.0, 1.0), (stamps,))
         return np.diff(stamps)
 
     ways = [(name, threads) for threads in (1, 2) for name in ("team", "prange")]
