@@ -19,6 +19,10 @@ normal. Flat edges have no contactor; the faces beside one share the vector m, u
 flat corner exactly one face is met if the boundaries are moved a little in a direction that is parallel to none of them
 (:data:`ASIDE`): they are still boundaries of one partition of the plane.
 
+**Folds.** Edges that share a corner do not meet. So a thread that is folded at a short link would go through itself there:
+of the edges before and after the link the one has its nearest point to the other on the link. Therefore corners are met
+across the link as well (:func:`link_to_edge`, :func:`shorter_link`).
+
 **One side.** If a solid lies behind the surface, a hollow edge has no contactor, a corner has none unless its cone is
 outside, and the normal of a face points outward even if the centre is behind it. Behind the surface the faces beside an
 edge part in the plane that bisects the angle theta of the solid: ``m . y + depth cot(theta/2) < 0``. A centre is
@@ -203,26 +207,46 @@ def corner_face(position_c, shape_c, position_a, shape_a):
 
 
 def corner_edge(position_c, shape_c, position_a, shape_a):
-    """A corner and an edge, the normal in both cones."""
+    """A corner and an edge, the normal in both cones, or the edge folded back onto the corner."""
     answer = ball_edge(corner_at(position_c, shape_c), shape_c[0], position_a, shape_a, SLACK)
-    met = faces_corner(answer[1], position_c, shape_c) or folds(answer[1], position_c, shape_c, position_a, shape_a)
-    return answer if met else APART
+    if faces_corner(answer[1], position_c, shape_c):
+        return answer
+    return folded(answer, link_to_edge(answer[1], position_c, shape_c, position_a, shape_a), shape_c[0] + shape_a[0])
 
 
-def folds(n, position_c, shape_c, position_a, shape_a):
-    """Whether an edge without faces, of a thread, is folded back onto a corner one edge before it: the normal n to the
-    corner is in its cone but for the edge between them, which begins at the corner and ends where the other one does."""
+def folded(answer, link, thickness):
+    """The answer for two parts of a thread that is folded at a link between them, of this length; 0 if it is not.
+
+    A link shorter than the thread is thick keeps its ends in each other: they must not come closer.
+    """
+    if link == 0.0:
+        return APART
+    return (max(answer[0], 0.0) if link < thickness else answer[0]), answer[1], answer[2]
+
+
+def link_to_edge(n, position_c, shape_c, position_a, shape_a):
+    """Length of the edge from a corner to an end of another edge that is folded back onto the corner: the normal n to the
+    corner is in its cone but for the edge between them. 0 if there is none, and if the other edge has faces.
+
+    No contact on the edge between is seen, as it shares a corner with each of the others.
+    """
     if has_faces(shape_a):
-        return False
+        return 0.0
     y = to_body(position_c, (-n[0], -n[1], -n[2]))
     q = corner_at(position_c, shape_c)
     first = to_body(position_c, less(corner_at(position_a, shape_a), q))
     second = to_body(position_c, less(corner_at(position_a, shape_a[3:7]), q))
+    link = 0.0
     for k in range(4, len(shape_c), 3):
         e = (shape_c[k], shape_c[k + 1], shape_c[k + 2])
-        if dot(y, e) > SLACK and not (leads_to(e, first) or leads_to(e, second)):
-            return False
-    return True
+        if dot(y, e) > SLACK:
+            if leads_to(e, first):
+                link = dot(e, first)
+            elif leads_to(e, second):
+                link = dot(e, second)
+            else:
+                return 0.0
+    return link
 
 
 def has_faces(shape):
@@ -238,38 +262,41 @@ def leads_to(e, way):
 
 
 def corner_corner(position_c, shape_c, position_a, shape_a):
-    """Two corners, the normal in both cones."""
+    """Two corners, the normal in both cones, or a thread folded at the corner between them."""
     c = corner_at(position_c, shape_c)
     answer = ball_corner(c, shape_c[0], position_a, shape_a, SLACK)
     if answer[0] < math.inf and faces_corner(answer[1], position_c, shape_c):
         return answer
     d = less(c, corner_at(position_a, shape_a))
     distance = math.sqrt(dot(d, d))
-    if not (distance > 0.0 and folds_between(d, position_c, shape_c, position_a, shape_a)):
+    link = shorter_link(d, distance, position_c, shape_c, position_a, shape_a)
+    if link == 0.0:
         return APART
-    return gap_below(c, shape_c[0], distance, (d[0] / distance, d[1] / distance, d[2] / distance), shape_a[0])
+    n = (d[0] / distance, d[1] / distance, d[2] / distance)
+    return folded(gap_below(c, shape_c[0], distance, n, shape_a[0]), link, shape_c[0] + shape_a[0])
 
 
-def folds_between(d, position_c, shape_c, position_a, shape_a):
-    """Whether a thread is folded at the corner between two corners, the first at ``d`` from the second: an edge from each
-    of them ends there, and the normal is in the cones of both but for these two."""
-    if spokes(shape_c) > 2 or spokes(shape_a) > 2:  # of a net or a mesh
-        return False
-    square = dot(d, d)
+def shorter_link(d, distance, position_c, shape_c, position_a, shape_a):
+    """Length of the shorter of two edges that end at one corner, from two others, the first at ``d`` from the second: the
+    normal is in the cones of both but for these edges. 0 if there are none, and for corners of nets and meshes."""
+    if distance == 0.0 or spokes(shape_c) > 2 or spokes(shape_a) > 2:
+        return 0.0
+    slack = SLACK * distance
     for i in range(4, len(shape_c), 3):
         e = to_space(position_c, (shape_c[i], shape_c[i + 1], shape_c[i + 2]))
         for j in range(4, len(shape_a), 3):
             f = to_space(position_a, (shape_a[j], shape_a[j + 1], shape_a[j + 2]))
             # d = s f - t e, as both lead to one place: s m = d x e and t m = d x f with m = f x e
             m = cross(f, e)
-            plane = dot(m, m)
-            if not (plane > SLACK and dot(d, m) ** 2 <= SLACK**2 * square * plane):
+            square = dot(m, m)
+            if not (square > SLACK and abs(dot(d, m)) <= slack * math.sqrt(square)):
                 continue
-            if dot(cross(d, e), m) > 0.0 and dot(cross(d, f), m) > 0.0:
+            link = min(dot(cross(d, e), m), dot(cross(d, f), m)) / square
+            if link > 0.0:
                 back = to_body(position_c, (-d[0], -d[1], -d[2]))
-                slack = SLACK * math.sqrt(square)
-                return in_cone_but(back, shape_c, i, slack) and in_cone_but(to_body(position_a, d), shape_a, j, slack)
-    return False
+                met = in_cone_but(back, shape_c, i, slack) and in_cone_but(to_body(position_a, d), shape_a, j, slack)
+                return link if met else 0.0
+    return 0.0
 
 
 def spokes(shape):
