@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import os
 from collections.abc import Callable, Mapping
@@ -10,12 +11,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from lmgcpy.errors import named_arguments, number, shown
+from lmgcpy.experiment.box import THREAD
 from lmgcpy.experiment.column.sample import SAND_DENSITY, Laid, glued_grains
 from lmgcpy.experiment.recorded_run import carry_out
 from lmgcpy.laws.coulomb import Coulomb
 from lmgcpy.laws.rigid import RigidWire
-from lmgcpy.scene.body import wall
+from lmgcpy.scene.body import Body, wall
 from lmgcpy.scene.scene import Scene
+from lmgcpy.scene.skin import Thread, point_mass
 from lmgcpy.scene.solid import Material
 from lmgcpy.simulation import Simulation
 from lmgcpy.solve.problems.report import SOLVED
@@ -37,7 +40,7 @@ FRAMES = 16
 
 @dataclass(frozen=True)
 class ColumnState:
-    """Positions and velocities of the n particles of a column, beads first."""
+    """Positions and velocities of the n particles of a column, beads or nodes first."""
 
     positions: np.ndarray
     """Positions [m], (n, 3)."""
@@ -91,7 +94,7 @@ class SandColumn:
     """The scene of a column on its rough ground, in its mould or out of it, from a state or as laid.
 
     The ground is a plane with grains glued to it, out to ``reach`` [m] from the axis: on a bare plane spheres roll for
-    ever. Grains, beads and ground have the same ``friction``; the mould is smooth, so that it bears no weight. Beads do not
+    ever. Grains, wire and ground have the same ``friction``; the mould is smooth, so that it bears no weight. Beads do not
     spin: free ones would roll, and the wire would slip through the sand as if there were no friction.
     """
 
@@ -107,29 +110,47 @@ class SandColumn:
         start = state or ColumnState(sample.positions, np.zeros_like(sample.positions), np.zeros_like(sample.positions))
         self._add_particles(start)
         self._add_ground(glued_grains(laid.mould, reach, laid.diameter, seed))
-        law = Coulomb(friction=friction)
-        self.scene.see(GRAIN, GRAIN, law)
-        self.scene.see(GRAIN, GROUND, law)
+        law, particles = Coulomb(friction=friction), [GRAIN, THREAD] if sample.thread else [GRAIN]
+        for one, other in itertools.combinations_with_replacement(particles, 2):
+            self.scene.see(one, other, law)
+        for one in particles:
+            self.scene.see(one, GROUND, law)
         if mould:
             self._add_mould(laid.mould.side)
-            self.scene.see(GRAIN, MOULD, Coulomb(friction=0.0))
+            for one in particles:
+                self.scene.see(one, MOULD, Coulomb(friction=0.0))
         self._masses = np.array([body.mass for body in self.scene.bodies[: len(sample.radii)]])
         self._link_count = max(sample.bead_count - 1, 0)
 
     def _add_particles(self, start: ColumnState) -> None:
         sample, sand = self.laid.sample, Material("sand", density=SAND_DENSITY)
-        add, bodies = self.scene.add_spheres, []
+        add = self.scene.add_spheres
+        bodies: list[Body] = []
         at, moving, spinning = start.positions, start.velocities, start.spins
-        for part, material, masses in ((slice(sample.bead_count), None, sample.bead_mass), (self.grains, sand, None)):
+        mass, wire = sample.bead_mass, slice(sample.bead_count)
+        if sample.thread:
+            assert mass is not None
+            bodies += [
+                self.scene.add(point_mass(position=x, velocity=v, mass=mass))
+                for x, v in zip(at[wire], moving[wire], strict=True)
+            ]
+        for part, material, masses in ((wire, None, mass), (self.grains, sand, None))[sample.thread :]:
             if len(at[part]):
                 given = {"velocities": moving[part], "spins": spinning[part], "masses": masses}
                 bodies += add(sample.radii[part], at[part], material=material, color=GRAIN, **given)
-        for beads in sample.chains:
-            chain = [bodies[i] for i in beads]
+        for beads, lengths, gaps in zip(sample.chains, sample.link_lengths, sample.link_gaps, strict=True):
             between = np.linalg.norm(np.diff(start.positions[beads], axis=0), axis=1)
-            built = between - sample.radii[beads[:-1]] - sample.radii[beads[1:]]
             # the tolerance leaves links slightly too long; shortening them in one step would be a shock
-            self.scene.chain(chain, RigidWire(), reference_gap=np.maximum(sample.reference_gap, built), block_spin=True)
+            reference = gaps + np.maximum(0.0, between - lengths)
+            surface = Thread(float(sample.radii[beads[0]]), color=THREAD) if sample.thread else None
+            self.scene.chain(
+                [bodies[i] for i in beads],
+                RigidWire(),
+                reference_gap=reference,
+                surface=surface,
+                block_spin=not sample.thread,
+                settled=True,
+            )
 
     def _add_ground(self, glued: tuple[np.ndarray, np.ndarray]) -> None:
         places, radii = glued

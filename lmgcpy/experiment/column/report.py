@@ -64,7 +64,7 @@ def _columns_row(fall: Fall, weight: float) -> Mapping[str, Any]:
         "wire content, laid": f"{laid.content:.6g}",
         "wire content [km/m^3]": f"{linear_content(fall):.6g}",
         "wire by weight [%]": f"{100 * laid.content_by_weight:.4g}",
-        "beads": laid.sample.bead_count,
+        "beads or nodes": laid.sample.bead_count,
         "solid fraction of the sand, settled": f"{solid_fraction(fall):.4f}",
         "height at release [m]": f"{start.height[-1, 0]:.6g}",
         "height at the end [m]": f"{end.height[-1, 0]:.6g}",
@@ -151,7 +151,7 @@ def _columns_part(result: ColumnResult) -> str:
             "content": f"{fall.laid.content:.3g}{' (cut)' if fall.laid.wire_cut else ''}",
             "km/m³": f"{linear_content(fall):.0f}",
             "% by weight": f"{100 * fall.laid.content_by_weight:.2g}",
-            "beads": f"{fall.laid.sample.bead_count}",
+            "beads or nodes": f"{fall.laid.sample.bead_count}",
             "solid fraction": f"{solid_fraction(fall):.3f}",
             "height kept": f"{fall.kept_height:.2f}",
             **{name: f"{r:.2f}" for name, r in zip(("radius of 95 %", "of 99 %", "front"), held, strict=True)},
@@ -199,7 +199,8 @@ def _wire_part(result: ColumnResult) -> str:
             f"{pull[:, 1].max() / weight:.1f} weights, at the end {fall.release.tension[-1, 1] / weight:.1f}."
         )
     thread = wired[0].laid.linear_density
-    lines += ["", f"The wire is a thread of {thread:.3g} dtex, as heavy as polyester of the diameter of its beads."]
+    what = "smooth thread" if wired[0].laid.sample.thread else "chain of beads"
+    lines += ["", f"The wire is a {what} of {thread:.3g} dtex, as heavy as polyester of its diameter."]
     return "\n".join(lines)
 
 

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from lmgcpy.errors import named_arguments, number, whole
+from lmgcpy.errors import flag, named_arguments, number, whole
 from lmgcpy.experiment.box import Sample
+from lmgcpy.experiment.thread_course import along, thread_nodes
 from lmgcpy.sample import bead_count, deposit, grading, wire_3d
 from lmgcpy.sample.wires import DTEX
-from lmgcpy.sample.wires import bead_mass as mass_of_a_bead
 
 SAND_DENSITY = 2600.0
 """Density of the grains [kg/m^3]."""
@@ -71,7 +72,7 @@ class Laid:
     diameter: float
     """Mean diameter of the grains [m]."""
     bead_radius: float
-    """Radius of the beads [m], also without a wire: it sets the time step."""
+    """Radius of the beads, or of the thread [m], also without a wire: it sets the time step."""
     wire_length: float
     """Length of the wire as laid [m]."""
     wire_cut: bool
@@ -85,8 +86,7 @@ class Laid:
     @property
     def linear_density(self) -> float:
         """Linear density of the wire [dtex]; 0 without one."""
-        sample = self.sample
-        return 0.0 if sample.bead_mass is None else sample.bead_mass / (SPACING * self.diameter) / DTEX
+        return math.pi * self.bead_radius**2 * THREAD_DENSITY / DTEX if self.sample.wires else 0.0
 
     @property
     def content_by_weight(self) -> float:
@@ -107,13 +107,16 @@ def lay_column(
     diameter: float = 5e-4,
     bead_diameter: float = 0.3,
     seed: int = 0,
+    thread: bool = False,
+    node_distance: float = 0.7,
 ) -> Laid:
     """Lay one wire from below upward in a square mould and deposit the grains around it; not yet settled.
 
     ``content`` of wire: its length times the mean grain ``diameter`` [m] squared, over the volume of the sand. ``aspect``:
     height of the sand over the radius of the circle that has the mould's area. ``bead_diameter`` in mean grain diameters.
     The grains and the mould do not depend on the content. The wire reaches up to the surface: it is laid twice, the
-    second time as high as the deposit around the first one came.
+    second time as high as the deposit around the first one came. With ``thread`` it is smooth, see :class:`lmgcpy.Thread`,
+    as thick as the beads whose course it follows, and has nodes at most ``node_distance`` mean grain diameters apart.
 
     Raises ValueError if the wire is too short to reach from the ground to the surface; a wire that finds no space for
     all its length is cut.
@@ -124,11 +127,14 @@ def lay_column(
     number(diameter, "diameter", above=0.0, unit="m")
     number(bead_diameter, "bead_diameter", minimum=0.05, maximum=0.45)  # beads further apart than their diameter
     whole(seed, "seed")
+    flag(thread, "thread")
+    number(node_distance, "node_distance", above=0.0)
     radii = sand(grain_count, diameter, seed)
     mould = Mould.of(4.0 / 3.0 * math.pi * float(np.sum(radii**3)), aspect)
     bead_radius, spacing = 0.5 * bead_diameter * diameter, SPACING * diameter
     interstice = spacing - 2.0 * bead_radius
-    height, obstacles, wire = mould.height, None, None
+    gaps: Any = interstice
+    height, nodes, wire = mould.height, np.empty((0, 3)), None
     if content > 0.0:
         count = bead_count(length=content * mould.volume / diameter**2, spacing=spacing)
         if (count - 1) * spacing < 2.0 * height:
@@ -144,7 +150,14 @@ def lay_column(
                 bead_count=count,
                 seed=seed,
             )
-            obstacles = (wire.positions, wire.radii)
+            nodes = course = wire.positions
+            if thread:
+                inside, apart = (mould.side, mould.side, height), node_distance * diameter
+                (nodes,), gaps = thread_nodes(
+                    [course], spacing=spacing, node_distance=apart, radius=bead_radius, box=inside
+                )
+                course = along(nodes, bead_radius)
+            obstacles = (course, np.full(len(course), bead_radius))
             grains = deposit(radii, box=(mould.side, mould.side, None), obstacles=obstacles, seed=seed)
             height = float((grains[:, 2] + radii).max()) - 0.5 * diameter
     else:
@@ -153,14 +166,16 @@ def lay_column(
     box = np.array([mould.side, mould.side, top])
     if wire is None:
         return Laid(mould, Sample(grains, radii, (), interstice, box), diameter, bead_radius, 0.0, False)
-    dtex = 0.25 * math.pi * (2.0 * bead_radius) ** 2 * THREAD_DENSITY / DTEX
+    # a bead has the mass of a link; a node bears its part of the whole thread
+    length = wire.length / len(nodes) if thread else spacing
     sample = Sample(
-        positions=np.vstack([wire.positions, grains]),
-        radii=np.concatenate([wire.radii, radii]),
-        wires=(wire.bead_count,),
-        reference_gap=interstice,
+        positions=np.vstack([nodes, grains]),
+        radii=np.concatenate([np.full(len(nodes), bead_radius), radii]),
+        wires=(len(nodes),),
+        reference_gap=gaps,
         box=box,
-        bead_mass=mass_of_a_bead(linear_density_dtex=dtex, spacing=spacing),
+        bead_mass=math.pi * bead_radius**2 * THREAD_DENSITY * length,
+        thread=thread,
     )
     return Laid(mould, sample, diameter, bead_radius, wire.length, wire.cut)
 

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from lmgcpy.errors import named_arguments, number, shown, whole
+from lmgcpy.errors import named_arguments, number, one_of, shown, whole
 from lmgcpy.experiment.column.course import (
     LEAST,
     POUR,
@@ -27,6 +27,7 @@ from lmgcpy.experiment.column.result import ColumnResult, Fall, middle, run_name
 from lmgcpy.experiment.column.sample import Laid, lay_column
 from lmgcpy.experiment.study.engine import Site, Study, Task
 from lmgcpy.experiment.study.folder import StudyFolder
+from lmgcpy.experiment.thread_course import WIRES
 from lmgcpy.solve.sweeps.accelerated import AcceleratedGaussSeidel
 
 GROUND_MARGIN = 1.4
@@ -39,9 +40,10 @@ class ColumnStudy(Study):
     """Study of columns with these ``contents`` of wire, and of the dry column.
 
     A content is the wire's length times the mean grain ``diameter`` [m] squared, over the volume of the sand. ``aspect`` is
-    the height over the radius; ``bead_diameter`` is in mean grain diameters; ``travel`` is the displacement in one step of
-    a grain that has fallen through the whole height, in radii of a bead. If some contents stand and some do not,
-    ``refinements`` bisections find the least content that stands.
+    the height over the radius; ``bead_diameter``, that of a thread as well, is in mean grain diameters; ``wire`` is
+    "beads", or "thread", smooth, with nodes at most ``node_distance`` mean grain diameters apart. ``travel`` is the
+    displacement in one step of a grain that has fallen through the whole height, in radii of a bead. If some contents stand
+    and some do not, ``refinements`` bisections find the least content that stands.
     """
 
     COMMAND: ClassVar[str] = "column"
@@ -54,6 +56,8 @@ class ColumnStudy(Study):
     friction: float = 0.5
     diameter: float = 5e-4
     bead_diameter: float = 0.3
+    wire: str = "beads"
+    node_distance: float = 0.7
     seed: int = 0
     refinements: int = 2
     tolerance: float = 1e-2
@@ -75,6 +79,12 @@ class ColumnStudy(Study):
         number(self.friction, "friction", minimum=0.0)
         number(self.diameter, "diameter", above=0.0, unit="m")
         number(self.bead_diameter, "bead_diameter", minimum=0.05, maximum=0.45)
+        one_of(self.wire, "wire", WIRES)
+        number(self.node_distance, "node_distance", above=0.0)
+        if self.wire == "beads" and self.node_distance != ColumnStudy.node_distance:
+            raise ValueError(
+                "node_distance is of a thread, and the wire of this study has beads: give wire='thread' (--wire thread)."
+            )
         whole(self.seed, "seed")
         whole(self.refinements, "refinements", maximum=20)
         number(self.tolerance, "tolerance", above=0.0, maximum=1.0)
@@ -100,6 +110,8 @@ class ColumnStudy(Study):
             diameter=self.diameter,
             bead_diameter=self.bead_diameter,
             seed=self.seed,
+            thread=self.wire == "thread",
+            node_distance=self.node_distance,
         )
 
     # ------------------------------------------------------------------------------------------- what the engine asks for

@@ -24,6 +24,7 @@ from lmgcpy.experiment.study.engine import Site, Study, Task
 from lmgcpy.experiment.study.folder import StudyFolder
 from lmgcpy.experiment.texsol.result import TexSolResult, measures
 from lmgcpy.experiment.texsol.sample import THETA_MAX_2D, THETA_MAX_3D, lay_sample, lay_sample_3d
+from lmgcpy.experiment.thread_course import WIRES
 from lmgcpy.experiment.triaxial import Triaxial
 from lmgcpy.laws import Law
 from lmgcpy.laws.elastic import ElasticRod, ElasticWire
@@ -37,8 +38,6 @@ DENSITY = 2600.0
 """Density of the particles [kg/m^3]."""
 RELAXATION_STEPS = 800
 """Greatest number of steps of a relaxation, if the study does not say otherwise."""
-WIRES = ("thread", "beads")
-"""Wires in 3D: a smooth thread, or a chain of beads."""
 BEAD_MASSES = ("grain", "own")
 """Mass of a bead or node in the tests in 3D: the mass of a mean grain, or of its part of the wire."""
 THREAD = 167.0

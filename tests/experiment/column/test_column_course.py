@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 
 import lmgcpy as lm
+from lmgcpy.contact.segments import feet
 from lmgcpy.experiment.column.course import GRAVITY, POUR, RELEASE, SandColumn, let_go, time_unit
 from lmgcpy.experiment.column.sample import SAND_DENSITY, SPACING, Mould, glued_grains, lay_column
 from lmgcpy.measure.density import density
 
 pytestmark = [
-    pytest.mark.filterwarnings("ignore:In the step to"),  # a whipping end of the wire
+    pytest.mark.filterwarnings("ignore:In the step"),  # a whipping end of the wire, and a thread that is seen late
     pytest.mark.long,
 ]
 GRAINS, CONTENT, REACH, TRAVEL = 250, 1.0, 4.5, 2.0
@@ -34,13 +35,18 @@ def poured(laid):
 
 
 @pytest.fixture(scope="module")
-def pours(dry, wired):
-    return {"dry": poured(dry), "wired": poured(wired)}
+def threaded():
+    return lay_column(grain_count=GRAINS, content=CONTENT, thread=True)
 
 
 @pytest.fixture(scope="module")
-def releases(dry, wired, pours):
-    laid = {"dry": dry, "wired": wired}
+def pours(dry, wired, threaded):
+    return {"dry": poured(dry), "wired": poured(wired), "threaded": poured(threaded)}
+
+
+@pytest.fixture(scope="module")
+def releases(dry, wired, threaded, pours):
+    laid = {"dry": dry, "wired": wired, "threaded": threaded}
     return {
         name: let_go(
             column(laid[name], state=pour.end), duration=RELEASE * time_unit(dry), least=2.0 * time_unit(dry), travel=TRAVEL
@@ -106,6 +112,37 @@ def test_nothing_overlaps_as_laid(wired):
 
     _, _, gap = near_pairs(wired.sample.positions, wired.sample.radii)
     assert (gap > -1e-8 * wired.diameter).all()
+
+
+def clearances(laid, positions):
+    """Distances between grains and segments of the thread less both radii [m], the least of each grain."""
+    sample, nodes = laid.sample, positions[: laid.sample.bead_count]
+    middle, half = 0.5 * (nodes[1:] + nodes[:-1]), 0.5 * np.diff(nodes, axis=0)
+    grains, radii = positions[sample.bead_count :], sample.radii[sample.bead_count :]
+    away = np.array([np.linalg.norm(grain - feet(grain[None], middle, half), axis=1).min() for grain in grains])
+    return away - radii - laid.bead_radius
+
+
+def test_a_thread_is_the_same_wire(wired, threaded):
+    """As long as the beads' and as heavy as a solid thread; no grain lies in it, by more than half the arc of the points
+    along it that the deposit sees."""
+    assert threaded.wire_length == pytest.approx(wired.wire_length, rel=0.02)
+    assert threaded.linear_density == wired.linear_density
+    sample = threaded.sample
+    assert sample.thread
+    assert sample.wire_length == pytest.approx(threaded.wire_length, rel=1e-9)
+    mass = np.pi * threaded.bead_radius**2 * 1380.0 * threaded.wire_length
+    assert sample.bead_count * sample.bead_mass == pytest.approx(mass, rel=1e-9)
+    r = threaded.bead_radius
+    np.testing.assert_array_equal(sample.radii[sample.bead_count :], wired.sample.radii[wired.sample.bead_count :])
+    assert clearances(threaded, sample.positions).min() > -(r - np.sqrt(r**2 - 0.25 * r**2)) * 2.0
+
+
+def test_a_thread_has_fewer_nodes_if_they_are_farther_apart(threaded):
+    far = lay_column(grain_count=GRAINS, content=CONTENT, thread=True, node_distance=1.1)
+    assert far.sample.bead_count < 0.7 * threaded.sample.bead_count
+    assert far.sample.link_lengths[0].max() <= 1.1 * far.diameter
+    assert far.wire_length == pytest.approx(threaded.wire_length, rel=0.05)
 
 
 def test_glued_grains_lie_flush_and_apart(dry):
@@ -205,6 +242,19 @@ def test_the_links_stay_as_long_as_they_are(wired, releases):
     assert length.max() < SPACING * wired.diameter * 1.01
     assert releases["wired"].tension[:, 0].max() > 0.0
     assert not releases["dry"].tension.any()
+
+
+def test_a_thread_stays_as_long_as_it_is_and_out_of_the_grains(threaded, pours, releases):
+    """Segments that would have crossed were laid longer, by some percent."""
+
+    def lengths(positions):
+        return np.linalg.norm(np.diff(positions[: threaded.sample.bead_count], axis=0), axis=1)
+
+    longest = np.maximum(threaded.sample.link_lengths[0], lengths(threaded.sample.positions))
+    for course in (pours["threaded"], releases["threaded"]):
+        assert (lengths(course.end.positions) < 1.01 * longest).all()
+        assert clearances(threaded, course.end.positions).min() > -0.1 * threaded.bead_radius
+    assert releases["threaded"].tension[:, 0].max() > 0.0
 
 
 def test_sand_falls_and_the_wire_holds_some_of_it(pours, releases):

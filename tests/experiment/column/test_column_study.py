@@ -101,6 +101,16 @@ def test_an_error_in_one_column_ends_the_others(monkeypatch):
         carry_out_study(ColumnStudy(contents=(0.4,), grain_count=60))
 
 
+def test_a_distance_of_nodes_is_of_a_thread():
+    with pytest.raises(ValueError, match="node_distance is of a thread, and the wire of this study has beads"):
+        ColumnStudy(node_distance=1.0)
+    study = ColumnStudy(wire="thread", node_distance=1.1, grain_count=120)
+    far, near = study.lay_column(0.8), replace(study, node_distance=0.7).lay_column(0.8)
+    assert far.sample.thread
+    assert far.sample.bead_count < 0.7 * near.sample.bead_count
+    assert not study.lay_column(0.0).sample.thread
+
+
 # ----------------------------------------------------------------------------------------------------- from end to end
 
 
@@ -140,7 +150,7 @@ def test_tables_say_what_the_runs_hold(whole, again):
     out, _ = whole
     with (out / "columns.csv").open() as file:
         dry, wired = csv.DictReader(file)
-    assert (dry["beads"], dry["wire content [km/m^3]"]) == ("0", "0")
+    assert (dry["beads or nodes"], dry["wire content [km/m^3]"]) == ("0", "0")
     length_per_volume = float(wired["wire content [km/m^3]"])
     assert length_per_volume == pytest.approx(linear_content(again.falls[1]), rel=1e-5)
     # content / d^2, but for the volume: that of the settled column instead of that at a solid fraction of 0.6
