@@ -215,9 +215,10 @@ def corner_edge(position_c, shape_c, position_a, shape_a):
 
 
 def folded(answer, link, thickness):
-    """The answer for two parts of a thread that is folded at a link between them, of this length; 0 if it is not.
+    """The answer for two parts of a thread that is folded at a link between them, of this length; :data:`APART` if the
+    length is 0.
 
-    A link shorter than the thread is thick keeps its ends in each other: they must not come closer.
+    A link that is shorter than the thread is thick keeps its ends in each other: they must not come closer.
     """
     if link == 0.0:
         return APART
@@ -389,7 +390,23 @@ def edge_edge(position_c, shape_c, position_a, shape_a):
         return APART
     if not beside_faces(to_body(position_c, (-d[0], -d[1], -d[2])), shape_c, slack):
         return APART
-    return between(a, k, t, d, to_space(position_a, sideways(shape_a)), cross(h, k), shape_c[0], shape_a[0])
+    answer = between(a, k, t, d, to_space(position_a, sideways(shape_a)), cross(h, k), shape_c[0], shape_a[0])
+    if answer[0] >= 0.0 or has_faces(shape_a) or has_faces(shape_c):
+        return answer
+    return folded(answer, nearest_ends(less(c, a), h, k), shape_c[0] + shape_a[0])
+
+
+def nearest_ends(d, h, k):
+    """The least distance of the ends of two edges from ``d`` to ``d + h`` and from 0 to k: if a link is between them, it is
+    no shorter."""
+    least = min(dot(d, d), square_between(d, k))
+    e = (d[0] + h[0], d[1] + h[1], d[2] + h[2])
+    return math.sqrt(min(least, dot(e, e), square_between(e, k)))
+
+
+def square_between(u, v):
+    """Square of the distance of two points."""
+    return dot(less(u, v), less(u, v))
 
 
 def rod_corner(position_c, shape_c, position_a, shape_a):
