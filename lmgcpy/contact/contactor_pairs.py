@@ -41,7 +41,9 @@ class NarrowPhase:
 
 OF_NODES = "nodes' "
 """Begins the kinds of contactor that lie on several bodies: "nodes' edge" is an edge between bodies."""
-OWN = (__name__, "lmgcpy.contact.features")
+OF_SURFACES = ("lmgcpy.contact.features", "lmgcpy.contact.folds")
+"""Modules of the narrow phases of surfaces."""
+OWN = (__name__, *OF_SURFACES)
 """Modules of lmgcpy's own narrow phases."""
 _pairs: dict[tuple[str, str], NarrowPhase] = {}
 
@@ -121,7 +123,7 @@ def find_pair(candidate: str, antagonist: str) -> NarrowPhase:
         pair = _pairs[antagonist, candidate]
         return NarrowPhase(pair.narrow, pair.form, flipped=True)
     # those of features of surfaces would hide the others
-    known = [f"{c}-{a}" for (c, a), pair in _pairs.items() if pair.narrow.__module__ != OWN[1]]
+    known = [f"{c}-{a}" for (c, a), pair in _pairs.items() if pair.narrow.__module__ not in OF_SURFACES]
     raise LookupError(
         f"No narrow phase tells how contactors '{candidate}' and '{antagonist}' meet"
         f"{closest(f'{candidate}-{antagonist}', known)} Add one with lmgcpy.contact.register_pair."

@@ -40,6 +40,7 @@ from lmgcpy.contact.features import (
     places_of,
     ridges_of,
 )
+from lmgcpy.contact.folds import FOLDS
 
 Crossed = Callable[[np.ndarray], np.ndarray] | None
 """Ways across a periodic cell, see :func:`~lmgcpy.contact.features.places_of`: elements lie between nearest images."""
@@ -275,7 +276,8 @@ def _register() -> None:
             pairs |= {(c, OF_NODES + other) for c, _ in pairs}
         for pair in pairs - {(one, other)}:
             if pair not in known_pairs():
-                register_pair(*pair, narrow, form="elements")
+                both = all(kind.startswith(OF_NODES) for kind in pair)
+                register_pair(*pair, FOLDS.get((one, other), narrow) if both else narrow, form="elements")
 
 
 _register()

@@ -19,10 +19,6 @@ normal. Flat edges have no contactor; the faces beside one share the vector m, u
 flat corner exactly one face is met if the boundaries are moved a little in a direction that is parallel to none of them
 (:data:`ASIDE`): they are still boundaries of one partition of the plane.
 
-**Folds.** Edges that share a corner do not meet. So a thread that is folded at a short link would go through itself there:
-of the edges before and after the link the one has its nearest point to the other on the link. Therefore corners are met
-across the link as well (:func:`link_to_edge`, :func:`shorter_link`).
-
 **One side.** If a solid lies behind the surface, a hollow edge has no contactor, a corner has none unless its cone is
 outside, and the normal of a face points outward even if the centre is behind it. Behind the surface the faces beside an
 edge part in the plane that bisects the angle theta of the solid: ``m . y + depth cot(theta/2) < 0``. A centre is
@@ -43,7 +39,7 @@ import numpy as np
 
 from lmgcpy.compiled.fingerprint import Slot
 from lmgcpy.compiled.kernel import Kernel
-from lmgcpy.contact.contactor_pairs import APART, disk_wall, register_pair, sphere_cylinder, sphere_plane
+from lmgcpy.contact.contactor_pairs import APART, OF_SURFACES, disk_wall, register_pair, sphere_cylinder, sphere_plane
 from lmgcpy.contact.frames import cross, tangent_of
 from lmgcpy.contact.positions import rotated, turned_back
 
@@ -207,114 +203,15 @@ def corner_face(position_c, shape_c, position_a, shape_a):
 
 
 def corner_edge(position_c, shape_c, position_a, shape_a):
-    """A corner and an edge, the normal in both cones, or the edge folded back onto the corner."""
+    """A corner and an edge, the normal in both cones."""
     answer = ball_edge(corner_at(position_c, shape_c), shape_c[0], position_a, shape_a, SLACK)
-    if faces_corner(answer[1], position_c, shape_c):
-        return answer
-    return folded(answer, link_to_edge(answer[1], position_c, shape_c, position_a, shape_a), shape_c[0] + shape_a[0])
-
-
-def folded(answer, link, thickness):
-    """The answer for two parts of a thread that is folded at a link between them, of this length; :data:`APART` if the
-    length is 0.
-
-    A link that is shorter than the thread is thick keeps its ends in each other: they must not come closer.
-    """
-    if link == 0.0:
-        return APART
-    return (max(answer[0], 0.0) if link < thickness else answer[0]), answer[1], answer[2]
-
-
-def link_to_edge(n, position_c, shape_c, position_a, shape_a):
-    """Length of the edge from a corner to an end of another edge that is folded back onto the corner: the normal n to the
-    corner is in its cone but for the edge between them. 0 if there is none, and if the other edge has faces.
-
-    No contact on the edge between is seen, as it shares a corner with each of the others.
-    """
-    if has_faces(shape_a):
-        return 0.0
-    y = to_body(position_c, (-n[0], -n[1], -n[2]))
-    q = corner_at(position_c, shape_c)
-    first = to_body(position_c, less(corner_at(position_a, shape_a), q))
-    second = to_body(position_c, less(corner_at(position_a, shape_a[3:7]), q))
-    link = 0.0
-    for k in range(4, len(shape_c), 3):
-        e = (shape_c[k], shape_c[k + 1], shape_c[k + 2])
-        if dot(y, e) > SLACK:
-            if leads_to(e, first):
-                link = dot(e, first)
-            elif leads_to(e, second):
-                link = dot(e, second)
-            else:
-                return 0.0
-    return link
-
-
-def has_faces(shape):
-    """Whether an edge has a face."""
-    one, other = (shape[10], shape[11], shape[12]), (shape[13], shape[14], shape[15])
-    return dot(one, one) > 0.0 or dot(other, other) > 0.0
-
-
-def leads_to(e, way):
-    """Whether a way has the direction e."""
-    across = cross(e, way)
-    return dot(e, way) > 0.0 and dot(across, across) <= SLACK * SLACK * dot(way, way)
+    return answer if faces_corner(answer[1], position_c, shape_c) else APART
 
 
 def corner_corner(position_c, shape_c, position_a, shape_a):
-    """Two corners, the normal in both cones, or a thread folded at the corner between them."""
-    c = corner_at(position_c, shape_c)
-    answer = ball_corner(c, shape_c[0], position_a, shape_a, SLACK)
-    if answer[0] < math.inf and faces_corner(answer[1], position_c, shape_c):
-        return answer
-    d = less(c, corner_at(position_a, shape_a))
-    distance = math.sqrt(dot(d, d))
-    link = shorter_link(d, distance, position_c, shape_c, position_a, shape_a)
-    if link == 0.0:
-        return APART
-    n = (d[0] / distance, d[1] / distance, d[2] / distance)
-    return folded(gap_below(c, shape_c[0], distance, n, shape_a[0]), link, shape_c[0] + shape_a[0])
-
-
-def shorter_link(d, distance, position_c, shape_c, position_a, shape_a):
-    """Length of the shorter of two edges that end at one corner, from two others, the first at ``d`` from the second: the
-    normal is in the cones of both but for these edges. 0 if there are none, and for corners of nets and meshes."""
-    if distance == 0.0 or spokes(shape_c) > 2 or spokes(shape_a) > 2:
-        return 0.0
-    slack = SLACK * distance
-    for i in range(4, len(shape_c), 3):
-        e = to_space(position_c, (shape_c[i], shape_c[i + 1], shape_c[i + 2]))
-        for j in range(4, len(shape_a), 3):
-            f = to_space(position_a, (shape_a[j], shape_a[j + 1], shape_a[j + 2]))
-            # d = s f - t e, as both lead to one place: s m = d x e and t m = d x f with m = f x e
-            m = cross(f, e)
-            square = dot(m, m)
-            if not (square > SLACK and abs(dot(d, m)) <= slack * math.sqrt(square)):
-                continue
-            link = min(dot(cross(d, e), m), dot(cross(d, f), m)) / square
-            if link > 0.0:
-                back = to_body(position_c, (-d[0], -d[1], -d[2]))
-                met = in_cone_but(back, shape_c, i, slack) and in_cone_but(to_body(position_a, d), shape_a, j, slack)
-                return link if met else 0.0
-    return 0.0
-
-
-def spokes(shape):
-    """How many corners are next to a corner."""
-    count = 0
-    for k in range(4, len(shape), 3):
-        if shape[k] != 0.0 or shape[k + 1] != 0.0 or shape[k + 2] != 0.0:
-            count += 1
-    return count
-
-
-def in_cone_but(y, shape, without, slack):
-    """Whether a vector from a corner points away from all corners next to it but the one whose direction begins there."""
-    for k in range(4, len(shape), 3):
-        if k != without and y[0] * shape[k] + y[1] * shape[k + 1] + y[2] * shape[k + 2] > slack:
-            return False
-    return True
+    """Two corners, the normal in both cones."""
+    answer = ball_corner(corner_at(position_c, shape_c), shape_c[0], position_a, shape_a, SLACK)
+    return answer if faces_corner(answer[1], position_c, shape_c) else APART
 
 
 def corner_plane(position_c, shape_c, position_a, shape_a):
@@ -390,23 +287,7 @@ def edge_edge(position_c, shape_c, position_a, shape_a):
         return APART
     if not beside_faces(to_body(position_c, (-d[0], -d[1], -d[2])), shape_c, slack):
         return APART
-    answer = between(a, k, t, d, to_space(position_a, sideways(shape_a)), cross(h, k), shape_c[0], shape_a[0])
-    if answer[0] >= 0.0 or has_faces(shape_a) or has_faces(shape_c):
-        return answer
-    return folded(answer, nearest_ends(less(c, a), h, k), shape_c[0] + shape_a[0])
-
-
-def nearest_ends(d, h, k):
-    """The least distance of the ends of two edges from ``d`` to ``d + h`` and from 0 to k: if a link is between them, it is
-    no shorter."""
-    least = min(dot(d, d), square_between(d, k))
-    e = (d[0] + h[0], d[1] + h[1], d[2] + h[2])
-    return math.sqrt(min(least, dot(e, e), square_between(e, k)))
-
-
-def square_between(u, v):
-    """Square of the distance of two points."""
-    return dot(less(u, v), less(u, v))
+    return between(a, k, t, d, to_space(position_a, sideways(shape_a)), cross(h, k), shape_c[0], shape_a[0])
 
 
 def rod_corner(position_c, shape_c, position_a, shape_a):
@@ -562,10 +443,10 @@ for _kinds, _narrow in (IN_SPACE | IN_PLANE).items():
 
 @cache
 def oriented(narrow: Callable, width: int) -> Callable:
-    """A narrow phase for positions of a length: the functions of this file get the way to the axes of a body and back."""
+    """A narrow phase for positions of a length: those of surfaces get the way to the axes of a body and back."""
     if narrow in IN_PLANE.values():
         return Kernel(narrow, {"to_space": _out_of_body_in_plane, "to_body": _into_body_in_plane})
-    if narrow not in IN_SPACE.values():
+    if narrow.__module__ not in OF_SURFACES:
         return narrow
     out_of_body, into_body = (_unturned, _unturned) if width == 3 else (_out_of_body, _into_body)
     return Kernel(narrow, {"to_space": out_of_body, "to_body": into_body})
