@@ -46,7 +46,7 @@ def test_options_of_texsol(dimension):
 
 
 def test_options_of_column():
-    given = {option: as_given(option, words) for option, words in told("column").items()}
+    given = {option.replace("-", "_"): as_given(option, words) for option, words in told("column").items()}
     assert {"contents", "grains", "diameter", "travel"} < given.keys()
     assert new_column(given, False) == new_column({}, False)
 
