@@ -33,7 +33,7 @@ from lmgcpy.contact.frames import cross
 def node_segment(position_c, shape_c, position_a, shape_a):
     """A node and a segment: a corner and an edge, or the edge folded back onto the corner."""
     answer = ball_edge(corner_at(position_c, shape_c), shape_c[0], position_a, shape_a, SLACK)
-    if faces_corner(answer[1], position_c, shape_c):
+    if answer[0] == math.inf or faces_corner(answer[1], position_c, shape_c):
         return answer
     return folded(answer, link_to_edge(answer[1], position_c, shape_c, position_a, shape_a), shape_c[0] + shape_a[0])
 
@@ -45,11 +45,13 @@ def node_node(position_c, shape_c, position_a, shape_a):
     that is none would be a bump.
     """
     answer = corner_corner(position_c, shape_c, position_a, shape_a)
+    if answer[0] < math.inf:
+        return answer
     c = corner_at(position_c, shape_c)
     d = less(c, corner_at(position_a, shape_a))
     distance = math.sqrt(dot(d, d))
-    if answer[0] < math.inf or not 0.0 < distance < shape_c[0] + shape_a[0]:
-        return answer
+    if not 0.0 < distance < shape_c[0] + shape_a[0]:
+        return APART
     n = (d[0] / distance, d[1] / distance, d[2] / distance)
     link = shorter_link(d, distance, position_c, shape_c, position_a, shape_a)
     return folded(gap_below(c, shape_c[0], distance, n, shape_a[0]), link, shape_c[0] + shape_a[0])

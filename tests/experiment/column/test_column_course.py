@@ -124,8 +124,8 @@ def clearances(laid, positions):
 
 
 def test_a_thread_is_the_same_wire(wired, threaded):
-    """As long as the beads' and as heavy as a solid thread; no grain lies in it, by more than half the arc of the points
-    along it that the deposit sees."""
+    """As long as the beads' and as heavy as a solid thread; no grain lies in it deeper than between two of the balls, a
+    radius apart, that stand for it in the deposit."""
     assert threaded.wire_length == pytest.approx(wired.wire_length, rel=0.02)
     assert threaded.linear_density == wired.linear_density
     sample = threaded.sample
@@ -133,9 +133,11 @@ def test_a_thread_is_the_same_wire(wired, threaded):
     assert sample.wire_length == pytest.approx(threaded.wire_length, rel=1e-9)
     mass = np.pi * threaded.bead_radius**2 * 1380.0 * threaded.wire_length
     assert sample.bead_count * sample.bead_mass == pytest.approx(mass, rel=1e-9)
-    r = threaded.bead_radius
     np.testing.assert_array_equal(sample.radii[sample.bead_count :], wired.sample.radii[wired.sample.bead_count :])
-    assert clearances(threaded, sample.positions).min() > -(r - np.sqrt(r**2 - 0.25 * r**2)) * 2.0
+    r = threaded.bead_radius
+    between = sample.radii[sample.bead_count :] + r  # centres of a grain and of the balls that it touches
+    deepest = between - np.sqrt(between**2 - 0.25 * r**2)
+    assert (clearances(threaded, sample.positions) > -deepest - 1e-9 * r).all()
 
 
 def test_a_thread_has_fewer_nodes_if_they_are_farther_apart(threaded):
@@ -252,6 +254,7 @@ def test_a_thread_stays_as_long_as_it_is_and_out_of_the_grains(threaded, pours, 
 
     longest = np.maximum(threaded.sample.link_lengths[0], lengths(threaded.sample.positions))
     for course in (pours["threaded"], releases["threaded"]):
+        # the residual of 1e-2 is of velocities; what it leaves of contacts adds up
         assert (lengths(course.end.positions) < 1.01 * longest).all()
         assert clearances(threaded, course.end.positions).min() > -0.1 * threaded.bead_radius
     assert releases["threaded"].tension[:, 0].max() > 0.0
