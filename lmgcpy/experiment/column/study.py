@@ -47,6 +47,7 @@ class ColumnStudy(Study):
     """
 
     COMMAND: ClassVar[str] = "column"
+    FORMER: ClassVar[Mapping[str, Any]] = {"wire": "beads", "node_distance": 0.7}
     # an end of the wire whips faster than a grain falls: alert distances follow the fastest body, contacts are seen
     IGNORED: ClassVar[tuple[str, ...]] = ("In the step to t = .* more than half its radius",)
 

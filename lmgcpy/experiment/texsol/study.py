@@ -42,7 +42,15 @@ BEAD_MASSES = ("grain", "own")
 """Mass of a bead or node in the tests in 3D: the mass of a mean grain, or of its part of the wire."""
 THREAD = 167.0
 """Linear density of the thread in 3D [dtex]."""
-BEADS = {"bead_mass": "grain", "wire": "beads", "force_error": None}
+BEADS = {
+    "bead_mass": "grain",
+    "wire": "beads",
+    "thread_diameter": None,
+    "node_distance": 0.7,
+    "dtex": THREAD,
+    "wire_friction": None,
+    "force_error": None,
+}
 """Fields of studies in 3D before there were threads."""
 PER_PARTICLE_AND_STEP = {2: 2.7 * 1000 * 15e-9, 3: 3.8 * 500 * 20e-9}
 """Seconds of one processor: interactions a particle, sweeps a step, and seconds an interaction and sweep, as measured on

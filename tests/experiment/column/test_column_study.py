@@ -111,6 +111,16 @@ def test_a_distance_of_nodes_is_of_a_thread():
     assert not study.lay_column(0.0).sample.thread
 
 
+def test_a_study_from_before_there_were_threads_is_read(tmp_path):
+    folder = StudyFolder(tmp_path / "study", ColumnStudy)
+    folder.begin(ColumnStudy(seed=3))
+    about = json.loads(folder.study_file.read_text())
+    for field in ("wire", "node_distance"):
+        del about["study"][field]
+    folder.study_file.write_text(json.dumps(about))
+    assert folder.read() == ColumnStudy(seed=3)
+
+
 # ----------------------------------------------------------------------------------------------------- from end to end
 
 
