@@ -443,7 +443,7 @@ for _kinds, _narrow in (IN_SPACE | IN_PLANE).items():
 
 @cache
 def oriented(narrow: Callable, width: int) -> Callable:
-    """A narrow phase for positions of a length: those of surfaces get the way to the axes of a body and back."""
+    """A narrow phase for positions of a length; one of a surface gets the way to the axes of a body and back."""
     if narrow in IN_PLANE.values():
         return Kernel(narrow, {"to_space": _out_of_body_in_plane, "to_body": _into_body_in_plane})
     if narrow.__module__ not in OF_SURFACES:

@@ -163,4 +163,4 @@ def square_between(u, v):
 
 
 FOLDS = {("corner", "edge"): node_segment, ("corner", "corner"): node_node, ("edge", "edge"): segment_segment}
-"""Narrow phases of pairs of features that are both elements, if they are not those of surfaces of bodies."""
+"""Narrow phases of two features of surfaces between bodies that differ from their narrow phases on bodies."""

@@ -649,7 +649,7 @@ def test_a_slack_thread_that_folds_does_not_go_through_itself(push):
         middle, half = 0.5 * (sim.positions[1:] + sim.positions[:-1]), 0.5 * np.diff(sim.positions, axis=0)
         apart.append(segment_distances(middle[:1], half[:1], middle[2:], half[2:])[0])
     assert min(apart) < 0.101
-    # 0.002 without the contact; a contact is seen where it is at the middle of a step
+    # 0.002 without the contact; contacts are those of the middle of a step
     assert min(apart) > 0.0995
     assert sim.positions[2, 2] < -0.3  # it slides off, around the end of the other one
     assert sim.unconverged_steps == 0

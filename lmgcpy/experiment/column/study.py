@@ -40,7 +40,7 @@ class ColumnStudy(Study):
     """Study of columns with these ``contents`` of wire, and of the dry column.
 
     A content is the wire's length times the mean grain ``diameter`` [m] squared, over the volume of the sand. ``aspect`` is
-    the height over the radius; ``bead_diameter``, that of a thread as well, is in mean grain diameters; ``wire`` is
+    the height over the radius; ``bead_diameter``, also of a thread, is in mean grain diameters; ``wire`` is
     "beads", or "thread", smooth, with nodes at most ``node_distance`` mean grain diameters apart. ``travel`` is the
     displacement in one step of a grain that has fallen through the whole height, in radii of a bead. If some contents stand
     and some do not, ``refinements`` bisections find the least content that stands.

@@ -125,7 +125,7 @@ def clearances(laid, positions):
 
 def test_a_thread_is_the_same_wire(wired, threaded):
     """As long as the beads' and as heavy as a solid thread; no grain lies in it deeper than between two of the balls, a
-    radius apart, that stand for it in the deposit."""
+    radius apart, that the deposit sees in its place."""
     assert threaded.wire_length == pytest.approx(wired.wire_length, rel=0.02)
     assert threaded.linear_density == wired.linear_density
     sample = threaded.sample
