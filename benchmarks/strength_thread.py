@@ -1,8 +1,8 @@
 """Strength of sand with a smooth thread of its own mass, by content, thickness, friction and stiffness: docs/strength.md.
 
 Samples as in ``strength.py``, 1500 dense grains, with a thread in place of the beads. Nodes are 0.64 grain diameters apart,
-0.16 diameters thick, of 167 dtex. They are tested across the layers, for contents of 0.1, 0.2 and 0.3; at 0.2 one property
-after another is changed. Gains are over the same sample without the thread, seed by seed.
+0.16 diameters thick, of 167 dtex. They are tested across the layers, for contents of 0.1, 0.2 and 0.3, and along them; at
+0.2 one property after another is changed. Gains are over the same sample without the thread, seed by seed.
 
     python benchmarks/strength_thread.py FOLDER [SEEDS [WORKERS]]      # 0 workers: the tables of what is there
 """
@@ -32,6 +32,8 @@ CHANGES: dict[str, dict] = {
     "friction 0.2": {"wire_friction": (0.2, 0.2)},
     "friction 0.8": {"wire_friction": (0.8, 0.8)},
     "EA = 100 p d²": {"laws": ("none", "elastic-wire"), "axial_rigidity": 10.0},
+    "content 0.2, along the layers": {"axes": ("x",)},
+    "content 0.3, along the layers": {"axes": ("x",), "bead_count": 1200},
 }
 
 
@@ -53,7 +55,7 @@ def tables(results: CampaignResults) -> None:
     rows = []
     for name, change in CHANGES.items():
         wanted = {**USUAL, **change}
-        test, cases = f"{wanted['laws'][1]}-z", found[name]
+        test, cases = f"{wanted['laws'][1]}-{wanted['axes'][0]}", found[name]
         row = [name, f"{CONTENT * wanted['bead_count']:.2f}", len(cases)]
         for what, unit in (("deviator [Pa]", 1e3), ("friction angle [deg]", 1.0)):
             for when in ("peak", "late"):

@@ -35,7 +35,9 @@ def campaign() -> None:
 @click.option("--scheduler", metavar="ADDRESS", help="Dask scheduler whose workers do the cases, such as tcp://host:8786.")
 @click.option("--scheduler-file", type=click.Path(exists=True, dir_okay=False), help="File that the scheduler has written.")
 @click.option("--case-timeout", type=float, metavar="SECONDS", help="Kill a case that takes longer; it has failed.")
-@click.option("--resume", is_flag=True, help="Go on with the campaign in the folder; what failed is done again.")
+@click.option(
+    "--resume", is_flag=True, help="Go on with the campaign in the folder, also with more cases; what failed is done again."
+)
 @click.option("--force", is_flag=True, help="Write into a folder that is not empty.")
 @click.option("--dry-run", is_flag=True, help="Print the cases and what they will cost, and do nothing.")
 def run(

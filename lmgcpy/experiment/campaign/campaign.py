@@ -157,8 +157,8 @@ class Campaign:
         of ``concurrent.futures``, which stays open; or to the Dask cluster of a ``client``, or of the ``scheduler`` at an
         address or in a file. The results have the same bits. A case that fails is recorded with its error; one whose worker
         dies is done again, from its run files if the worker sees the folder. ``resume`` goes on with the cases in the
-        folder, and tries again those that failed; ``force`` writes into a folder that is not empty; ``progress`` shows the
-        running cases on a terminal.
+        folder, to which others may be added (more seeds), and tries again those that failed; ``force`` writes into a
+        folder that is not empty; ``progress`` shows the running cases on a terminal.
 
         Ctrl-C (KeyboardInterrupt) ends the runs between two steps. Raises FileExistsError, FileNotFoundError, ValueError or
         BlockingIOError if the folder is not fit for it, ConnectionError if no scheduler answers, and RuntimeError if
@@ -177,7 +177,9 @@ class Campaign:
         folder.check(self.described(), resume=resume, force=force)
         with folder.held():
             folder.check(self.described(), resume=resume, force=force)  # as another one may have left it
-            if not resume:
+            if resume:
+                folder.enlarge(self.described())
+            else:
                 folder.begin(self.described())
             done = {result.name for result in folder.results(cases).finished}
             to_come = [case for case in cases if case.name not in done]

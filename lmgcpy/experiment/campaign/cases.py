@@ -153,17 +153,18 @@ class CampaignFolder(KeptFolder):
     def check(self, described: Mapping[str, Any], *, resume: bool, force: bool) -> None:
         """See that the folder may be used for a campaign that is ``described`` so; writes nothing.
 
-        If it is to be resumed, the folder must hold this campaign.
+        If it is to be resumed, the folder must hold this campaign, or the same with fewer cases.
 
         Raises FileExistsError if it is not empty and neither ``resume`` nor ``force`` is given, FileNotFoundError if there
         is nothing to resume, and ValueError if it holds another campaign.
         """
         if resume:
-            there = self.described()
-            if there != json.loads(json.dumps(described)):
+            there, here = self.described(), json.loads(json.dumps(described))
+            missing = [case for case in there["cases"] if case not in here["cases"]]
+            if missing or {**there, "cases": here["cases"]} != here:
                 raise ValueError(
-                    f"The folder '{self.path}' holds another campaign{_difference(there, described)}: resume that one as "
-                    "it was, or give another folder."
+                    f"The folder '{self.path}' holds another campaign{_difference(there, here)}: resume that one as "
+                    "it was or with more cases, or give another folder."
                 )
             return
         if self.path.exists() and any(there != self.lock_file for there in self.path.iterdir()):
@@ -183,6 +184,11 @@ class CampaignFolder(KeptFolder):
         self.ledger.unlink(missing_ok=True)
         make_folder(self.cases)
         self.describe({"format": FORMAT, **described})
+
+    def enlarge(self, described: Mapping[str, Any]) -> None:
+        """Take in the cases that a campaign has now and had not when the folder was written."""
+        if len(described["cases"]) > len(self.described()["cases"]):
+            self.describe({"format": FORMAT, **described})
 
     def described(self) -> dict[str, Any]:
         """The description of the campaign that the folder holds; FileNotFoundError or ValueError if there is none."""
@@ -314,11 +320,10 @@ def _tupled(value: Any) -> Any:
 
 def _difference(there: Mapping[str, Any], here: Mapping[str, Any]) -> str:
     """The differences of two descriptions, in a clause."""
-    here = json.loads(json.dumps(here))
     differs = next((name for name in ("work", "study", "fixed", "cases") if there[name] != here[name]), "")
     if differs == "work":
         return f", of {there['work']} and not of {here['work']}"
     if differs in ("study", "fixed"):
         names = sorted(n for n in {*there[differs], *here[differs]} if there[differs].get(n) != here[differs].get(n))
         return f", with another {' and '.join(names[:3])}" if names else ""
-    return ", with other cases"
+    return ", with cases that are not among these"

@@ -300,8 +300,8 @@ def test_folders_are_kept_apart(tmp_path, here):
     campaign.run(tmp_path / "out", **here)
     with pytest.raises(FileExistsError, match="holds a campaign: go on with resume"):
         campaign.run(tmp_path / "out")
-    with pytest.raises(ValueError, match="holds another campaign, with other cases"):
-        Campaign(slope.nothing, over={"number": range(3)}).run(tmp_path / "out", resume=True)
+    with pytest.raises(ValueError, match="holds another campaign, with cases that are not among these"):
+        Campaign(slope.nothing, over={"number": range(1)}).run(tmp_path / "out", resume=True)
     with pytest.raises(ValueError, match="holds another campaign, of slope:nothing and not of slope:fails"):
         Campaign(slope.fails, over={"number": range(2)}).run(tmp_path / "out", resume=True)
     with pytest.raises(FileNotFoundError, match="There is no campaign in"):
@@ -312,6 +312,19 @@ def test_folders_are_kept_apart(tmp_path, here):
     (tmp_path / "out" / "campaign.json").write_text("{")
     with pytest.raises(ValueError, match="is damaged or of another version"):
         campaign.run(tmp_path / "out", resume=True)
+
+
+def test_cases_can_be_added(tmp_path, here):
+    """The two that are there are kept, entry by entry; the folder is that of the larger campaign from then on."""
+    small, large = (Campaign(slope.nothing, over={"number": range(n)}) for n in (2, 4))
+    small.run(tmp_path / "out", **here)
+    before = (tmp_path / "out" / "cases.jsonl").read_bytes()
+    found = large.run(tmp_path / "out", **here, resume=True)
+    assert [one.parameters["number"] for one in found.finished] == [0, 1, 2, 3]
+    assert (tmp_path / "out" / "cases.jsonl").read_bytes().startswith(before)
+    assert len(CampaignFolder(tmp_path / "out").results().finished) == 4
+    with pytest.raises(ValueError, match="cases that are not among these"):
+        small.run(tmp_path / "out", resume=True)
 
 
 def test_a_line_that_was_cut_short_is_done_again(tmp_path, here):
