@@ -7,11 +7,16 @@ Two suites. The default one answers in minutes; ``-m long`` runs what it leaves 
 * tests with the marker ``scaled``, in their full size (:func:`suites.size`);
 * tests of hypothesis, with all their examples.
 
+``-m long --one-in N`` runs one in N of the long parameters of each test, chosen by the hash of their names, and at least one:
+what repeats at every change has no time for all of them.
+
 Workers of pytest-xdist compile the kernels that many tests need together, before they import the tests.
 Hypothesis draws the same examples at every run and keeps no data base. Ctrl-C is heard.
 """
 
 import signal
+import zlib
+from collections import defaultdict
 from pathlib import Path
 
 import pytest
@@ -25,6 +30,10 @@ settings.register_profile("long suite", max_examples=60, **always)
 # A shell starts what it puts in the background deaf to Ctrl-C, and child processes are born as deaf: tests press it.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--one-in", type=int, default=1, metavar="N", help="with -m long: one in N parameters of each test")
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -48,9 +57,22 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         in_both = item.get_closest_marker("scaled") or is_hypothesis_test(getattr(item, "obj", None))
         if in_both and suites.LONG:
             item.add_marker(pytest.mark.long)
+    leave_out_all_but_one_in(config, items)
     if not any("::" in argument for argument in config.args) and not all(some.values()):
         none = [test for test, chosen in some.items() if not chosen]
         raise pytest.UsageError(f"default_parameters leaves the default suite without any parameters of {none}.")
+
+
+def leave_out_all_but_one_in(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Deselect long parameters of each test by the hash of their names, but the one of the least hash."""
+    many = config.getoption("one_in")
+    tests: dict[str, dict[pytest.Item, int]] = defaultdict(dict)
+    for item in items:
+        if many > 1 and item.get_closest_marker("long"):
+            tests[item.nodeid.partition("[")[0]][item] = zlib.crc32(item.nodeid.encode())
+    out = {item for by in tests.values() for item, value in by.items() if value % many and value > min(by.values())}
+    config.hook.pytest_deselected(items=list(out))
+    items[:] = [item for item in items if item not in out]
 
 
 def is_default(callspec, mark: pytest.Mark) -> bool:

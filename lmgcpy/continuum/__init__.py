@@ -15,12 +15,13 @@ from lmgcpy.continuum.sand import DruckerPrager, SandResponse
 from lmgcpy.continuum.spans import Spans, spans_of
 from lmgcpy.continuum.tensors import mandel, tensor_of, turn
 from lmgcpy.continuum.texsol import PointResponse, PointState, TexSol
-from lmgcpy.continuum.wire import WireNetwork, WireResponse
+from lmgcpy.continuum.wire import GrowingAnchorage, WireNetwork, WireResponse
 
 __all__ = [
     "Directions",
     "DrivenPath",
     "DruckerPrager",
+    "GrowingAnchorage",
     "MeasuredCompression",
     "NoSolution",
     "PointResponse",

@@ -8,7 +8,7 @@ continuous gradient::
     tangent  = L EA sum_k w_k H(...) N_k N_k^T                   [Pa]
 
 The sand holds the wire: with an ``anchorage`` the tension of a wire is at most chi p, p the pressure of the sand, and a
-wire that would pull more slips. See docs/continuum.md.
+wire that would pull more slips. chi is a number, or grows with the mean slip of all wires. See docs/continuum.md.
 
 **The strain that makes a stress** is the Legendre transform of psi: ``sup over eps of (sigma . eps - psi(eps))`` is
 reached wherever it is finite, as psi is convex and piecewise quadratic. Its points are those where ``psi'(eps) = sigma``.
@@ -29,7 +29,7 @@ from scipy.optimize import nnls
 from lmgcpy.continuum.directions import Directions
 from lmgcpy.continuum.spans import Spans
 from lmgcpy.continuum.tensors import SIZE
-from lmgcpy.errors import named_arguments, number, numbers, shown
+from lmgcpy.errors import named_arguments, number, numbers, read_only, shown
 
 
 class WireResponse(NamedTuple):
@@ -51,6 +51,46 @@ class WireResponse(NamedTuple):
 
 @named_arguments
 @dataclass(frozen=True, eq=False, repr=False)
+class GrowingAnchorage:
+    """An anchorage that grows as the wires slip: linear between points, and constant before the first and after the last.
+
+    ``slip`` (n,): mean slip of the wires, each by its part of the length [-], growing; ``strength`` (n,): chi there, the
+    greatest tension over the pressure of the sand [m^2], in 2D [m], which does not fall. Raises TypeError or ValueError
+    with a sentence.
+    """
+
+    slip: Any
+    strength: Any
+
+    def __post_init__(self) -> None:
+        slip = numbers(self.slip, "slip", "mean slips of the wires")
+        strength = numbers(self.strength, "strength", "one number for each slip")
+        if slip.ndim != 1 or not len(slip) or (np.diff(slip) <= 0.0).any() or slip[0] < 0.0:
+            raise ValueError(f"slip must be growing numbers of at least zero, got {shown(self.slip)}.")
+        if strength.shape != slip.shape or not strength[0] > 0.0 or (np.diff(strength) < 0.0).any():
+            raise ValueError(
+                f"strength must be {len(slip)} numbers above zero, none below the one before it, got {shown(self.strength)}."
+            )
+        object.__setattr__(self, "slip", read_only(slip))
+        object.__setattr__(self, "strength", read_only(strength))
+
+    def piece(self, slip: float) -> tuple[float, float, float]:
+        """chi at a mean slip, its derivative on the side of larger slips, and the slip at which this derivative ends."""
+        after = int(np.searchsorted(self.slip, slip, side="right"))
+        if after == 0:
+            return float(self.strength[0]), 0.0, float(self.slip[0])
+        if after == len(self.slip):
+            return float(self.strength[-1]), 0.0, math.inf
+        (start, end), (low, high) = self.slip[after - 1 : after + 1].tolist(), self.strength[after - 1 : after + 1].tolist()
+        slope = (high - low) / (end - start)
+        return low + slope * (slip - start), slope, end
+
+    def __repr__(self) -> str:
+        return f"<GrowingAnchorage from {self.strength[0]:.3g} to {self.strength[-1]:.3g} at a mean slip of {self.slip[-1]:.3g}>"
+
+
+@named_arguments
+@dataclass(frozen=True, eq=False, repr=False)
 class WireNetwork:
     """Wires of all ``directions``, with the same axial rigidity.
 
@@ -58,7 +98,8 @@ class WireNetwork:
     depth as all forces; ``directions``: their :class:`~lmgcpy.continuum.directions.Directions`, or the
     :class:`~lmgcpy.continuum.spans.Spans` that share a tension; ``slack``: strain at which
     a wire begins to pull, a number or one for each direction, negative if it pulls from the start; ``anchorage`` chi:
-    greatest tension over the pressure of the sand [m^2], in 2D [m]; infinite: wires do not slip.
+    greatest tension over the pressure of the sand [m^2], in 2D [m], a number or a :class:`GrowingAnchorage`; infinite:
+    wires do not slip.
 
     Raises TypeError or ValueError with a sentence.
     """
@@ -67,7 +108,7 @@ class WireNetwork:
     axial_rigidity: float
     directions: Directions | Spans
     slack: Any = 0.0
-    anchorage: float = math.inf
+    anchorage: float | GrowingAnchorage = math.inf
     products: np.ndarray = field(init=False)
     """N, the vectors of n (x) n, (k, m)."""
     stiffnesses: np.ndarray = field(init=False)
@@ -87,7 +128,7 @@ class WireNetwork:
                 f"slack must be a number or one for each of the {len(self.directions)} directions, got shape {slack.shape}."
             )
         put(self, "slack", np.full(len(self.directions), slack) if slack.shape == () else slack)
-        if self.anchorage != math.inf:
+        if not isinstance(self.anchorage, GrowingAnchorage) and self.anchorage != math.inf:
             put(self, "anchorage", number(self.anchorage, "anchorage", above=0.0, unit="m^2 (in 2D m)"))
         put(self, "products", self.directions.products)
         put(self, "stiffnesses", self.length * self.axial_rigidity * self.directions.weights)
@@ -103,7 +144,8 @@ class WireNetwork:
         return np.ascontiguousarray((self.products * self.stiffnesses[:, None]).T)
 
     def __repr__(self) -> str:
-        held = "" if self.anchorage == math.inf else f", anchorage {self.anchorage:.3g}"
+        grows = isinstance(self.anchorage, GrowingAnchorage)
+        held = "" if self.anchorage == math.inf else f", anchorage {'that grows' if grows else format(self.anchorage, '.3g')}"
         return (
             f"<WireNetwork of {self.length:.3g} m/m^{self.dimension}, EA {self.axial_rigidity:.3g} N, "
             f"{len(self.directions)} directions{held}>"
@@ -134,7 +176,11 @@ class WireNetwork:
         """The wire at a strain (m,), after the ``slip`` (k,) at the start of the increment, in sand of ``pressure`` [Pa].
 
         ``T = EA <n.eps.n - slack - slip>_+``; if this exceeds chi p, the wire slips until it equals chi p. Slip only grows,
-        and in an increment the wire loses ``L w T dslip >= 0`` to friction.
+        and in an increment the wire loses ``L w T dslip >= 0`` to friction. A chi that grows with the mean slip m is taken
+        at the end of the increment. With the wires S that slip, ``V = L EA sum_S w N``, ``W = sum_S w`` and chi' its
+        slope, ``dm = V.deps / (L EA) - W d(chi p) / EA``, so that the stress of S changes by ::
+
+            V d(chi p) / EA = 1/(1 + chi' p W / EA) (chi' p / (L EA^2) V V.deps + chi V / EA dp)
         """
         stretch = self.products @ strain
         stretch -= self.slack
@@ -142,19 +188,47 @@ class WireNetwork:
             np.maximum(stretch, 0.0, out=stretch)
             return WireResponse(self._weighted @ stretch, (self._weighted * (stretch > 0.0)) @ self.products, None, slip)
         stretch -= slip
-        ceiling = self.anchorage * max(pressure, 0.0) / self.axial_rigidity
+        compliance = max(pressure, 0.0) / self.axial_rigidity  # stretch at which T = chi p, over chi
+        chi, growth = self._held(stretch, float(self.directions.weights @ slip), compliance)
+        ceiling = chi * compliance
         excess = stretch - ceiling
         slipping = excess > 0.0
         if not slipping.any():
             np.maximum(stretch, 0.0, out=stretch)
             return WireResponse(self._weighted @ stretch, (self._weighted * (stretch > 0.0)) @ self.products, None, slip)
         held = np.clip(stretch, 0.0, ceiling)
-        # a slipping wire pulls with chi p, whatever the strain
-        slope = self._weighted @ slipping
-        slope *= self.anchorage / self.axial_rigidity if pressure > 0.0 else 0.0
         elastic = (stretch > 0.0) & ~slipping
         stiffness = (self._weighted * elastic) @ self.products
+        # a slipping wire pulls with chi p, whatever its own strain
+        slope = self._weighted @ slipping
+        part = compliance * growth
+        part /= 1.0 + part * float(self.directions.weights @ slipping)
+        stiffness += np.multiply.outer(slope, part / (self.length * self.axial_rigidity) * slope)
+        slope *= (1.0 - part * float(self.directions.weights @ slipping)) * chi / self.axial_rigidity if pressure > 0.0 else 0.0
         return WireResponse(self._weighted @ held, stiffness, slope, slip + np.maximum(excess, 0.0))
+
+    def _held(self, stretch: np.ndarray, slipped: float, compliance: float) -> tuple[float, float]:
+        """chi at the mean slip m at the end of an increment, and its derivative by m.
+
+        ``stretch`` (k,): stretches less the slips before it; ``slipped``: their mean; ``compliance``: p / EA. m is the root
+        of ``g(m) = m - slipped - sum_k w_k <stretch_k - chi(m) p / EA>_+``. g grows and, on each piece of chi, is concave:
+        Newton's steps from its start do not pass the root, and end after as many steps as wires cease to slip.
+        """
+        if not isinstance(self.anchorage, GrowingAnchorage):
+            return self.anchorage, 0.0
+        weights, mean = self.directions.weights, slipped
+        while True:
+            chi, growth, end = self.anchorage.piece(mean)
+            excess = stretch - chi * compliance
+            slipping = excess > 0.0
+            value = mean - slipped - float(weights @ np.maximum(excess, 0.0))
+            new = mean - value / (1.0 + growth * compliance * float(weights @ slipping))
+            if new >= end:
+                mean = end
+            elif new <= mean * (1.0 + 1e-15):
+                return chi, growth
+            else:
+                mean = new
 
     def dissipation(self, strain: Any, slip_before: np.ndarray, slip_after: np.ndarray) -> float:
         """``L sum_k w_k T_k dslip_k`` of an increment that ends at ``strain`` [J/m^3]."""

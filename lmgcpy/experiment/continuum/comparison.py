@@ -228,8 +228,10 @@ def compare(folders: Sequence[Path], tell: Callable[[str], None] = lambda text: 
     source = min(tests, key=lambda name: (UNILATERAL.index(results[0].records[name].law), tests.index(name)))
     anchorages = []
     for result, folder in zip(results, runs, strict=True):
+        record = result.records[source]
+        rigidity = axial_rigidity_of(record.law, result.study, result.sample)
         with open_run(folder.run_file(source)) as run:
-            anchorages.append(measured_anchorage(run, result.records[source]))
+            anchorages.append(measured_anchorage(run, record, result.sample, rigidity))
     used = [mean_anchorage(anchorages[:k] + anchorages[k + 1 :] or anchorages) for k in range(len(anchorages))]
     predictions: dict[str, list[Prediction]] = {}
     for name in tests:

@@ -82,7 +82,8 @@ def setting(found: Comparison) -> str:
     d = len(found.wires[0].direction.T)
     size = np.mean(found.diameters)
     spans = np.array([one.span for one in found.anchorages]) / found.diameters
-    strengths = np.array([one.strength for one in found.anchorages]) / np.array(found.diameters) ** (d - 1)
+    strengths = np.array([[one.strength[0], one.strength[-1]] for one in found.anchorages]) / size ** (d - 1)
+    slip = np.mean([one.slip[-1] for one in found.anchorages])
     several, power = len(found.studies) > 1, "d" if d == 2 else "d^2"
     own = "each prediction uses the mean of the other seeds" if several else "so that this test is no prediction for it"
     fabric = np.mean([Directions(wire.direction, wire.length).fabric.diagonal() for wire in found.wires], axis=0)
@@ -92,8 +93,9 @@ def setting(found: Comparison) -> str:
         f"{np.mean([wire.content for wire in found.wires]) * size ** (d - 1):.3g}; mean squares of the direction of its "
         f"links along {', '.join(AXES[:d])}: {', '.join(f'{value:.3f}' for value in fabric)}.\n\n"
         f"The anchored wire: spans of {spans.mean():.1f} d{_scatter(spans, '.1f')} that share a tension of at most "
-        f"{strengths.mean():.2f} p {power}{_scatter(strengths, '.2f')}, p the pressure of the sand, measured in the test "
-        f"{found.measured_in}; {own}. Median slack of its spans "
+        f"{strengths[:, 0].mean():.2f} p {power}{_scatter(strengths[:, 0], '.2f')} at first and "
+        f"{strengths[:, 1].mean():.2f} p {power}{_scatter(strengths[:, 1], '.2f')} after a mean slip of {100 * slip:.1f} %, "
+        f"p the pressure of the sand, measured in the test {found.measured_in}; {own}. Median slack of its spans "
         f"{100 * np.median(np.concatenate([wire.winding for wire in found.wires])):.1f} %."
     )
 

@@ -7,8 +7,9 @@ and the slack of the link. The runs show that three things must be added, in the
   the tension along the wire.
 * **slack**: a span is straightened before it pulls, as the pores have room for its windings within a grain. Its slack is
   the relative difference between the length of wire and its chord over one grain.
-* **anchorage**: sand holds a wire with a force that grows with its pressure. A wire that would pull more slips. Its
-  greatest tension is the mean tension of the links that pull, over the pressure of the sand.
+* **anchorage**: sand holds a wire with a force that grows with its pressure and as the wire slips. A wire that would pull
+  more slips. Its greatest tension is the mean tension of the links that pull, over the pressure of the sand, at the mean
+  slip of its spans: the part of their stretch in the measured strain that this tension leaves.
 
 Span and anchorage are measured in a run, slack in the sample.
 """
@@ -19,15 +20,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import isotonic_regression
 
-from lmgcpy.continuum import Directions, WireNetwork, spans_of
+from lmgcpy.continuum import Directions, GrowingAnchorage, WireNetwork, spans_of
 from lmgcpy.experiment.box import Sample
 from lmgcpy.experiment.compression import CompressionRecord
 from lmgcpy.io.run import Run
 from lmgcpy.measure import tension_correlation, wire_links
 
 EARLY = 0.2
-"""Part of a test whose frames are not measured: the wire is slack there."""
+"""Part of a test in which spans are not measured: much of the wire is slack there."""
 LAGS = 400
 """Links over which the tension is correlated at most."""
 
@@ -38,8 +40,10 @@ class Anchorage:
 
     span: float
     """Length of wire that shares a tension [m]."""
-    strength: float
-    """Greatest tension over the pressure of the sand [m^2], in 2D [m]."""
+    slip: np.ndarray
+    """Mean slips of the spans, growing (n,)."""
+    strength: np.ndarray
+    """Greatest tension over the pressure of the sand at these slips [m^2], in 2D [m], (n,)."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +85,8 @@ class LaidWire:
     def anchored(self, axial_rigidity: float, held: Anchorage) -> WireNetwork:
         """The network of spans that share a tension and slip."""
         spans = spans_of(self.direction, self.length, held.span, self.chain)
-        return WireNetwork(self.content, axial_rigidity, spans, slack=self.winding, anchorage=held.strength)
+        grows = GrowingAnchorage(held.slip, held.strength)
+        return WireNetwork(self.content, axial_rigidity, spans, slack=self.winding, anchorage=grows)
 
 
 def _links(
@@ -102,26 +107,42 @@ def _links(
     return branch / distance[:, None], length, 1.0 - distance / length, winding
 
 
-def measured_anchorage(run: Run, record: CompressionRecord) -> Anchorage:
-    """How the sand held the wire in a test: means over the frames after its first fifth.
+def measured_anchorage(run: Run, record: CompressionRecord, sample: Sample, axial_rigidity: float) -> Anchorage:
+    """How the sand held the wire of a sample in a test: its strength in each frame, and the mean span after the first fifth.
 
     Raises ValueError if no link pulls in them.
     """
-    steps = run.steps
-    spans, strengths = [], []
-    pressure = -np.trace(record.stress["sand"], axis1=1, axis2=2) / record.size.shape[1]
-    for frame in np.flatnonzero(steps > EARLY * steps[-1]).tolist():
+    steps, axes = run.steps, sample.dimension
+    pressure = -np.trace(record.stress["sand"], axis1=1, axis2=2) / axes
+    frames, spans, strengths = [], [], []
+    for frame in np.flatnonzero(steps > 0).tolist():
         links = wire_links(run, frame=frame)
         if not links.taut.any():
             continue
-        span = tension_correlation(run, frame=frame, lags=LAGS).correlation_length
-        spans.append(span if np.isfinite(span) else 0.0)
-        strengths.append(links.tension[links.taut].mean() / pressure[steps[frame] - 1])
-    if not strengths:
+        frames.append(steps[frame] - 1)
+        strengths.append(links.tension[links.taut].mean() / pressure[frames[-1]])
+        if steps[frame] > EARLY * steps[-1]:
+            span = tension_correlation(run, frame=frame, lags=LAGS).correlation_length
+            spans.append(span if np.isfinite(span) else 0.0)
+    if not spans:
         raise ValueError(f"No link pulls in '{run.path}': there is no tension to measure how the sand holds the wire.")
-    return Anchorage(float(np.mean(spans)), float(np.mean(strengths)))
+    laid = LaidWire.of(sample)
+    shared = spans_of(laid.direction, laid.length, float(np.mean(spans)), laid.chain)
+    strain = np.log(record.size[frames] / sample.box)
+    stretch = strain @ shared.products[:, :axes].T - laid.winding
+    stretch -= (np.array(strengths) * pressure[frames] / axial_rigidity)[:, None]
+    slips = np.maximum.accumulate(np.maximum(stretch, 0.0), axis=0) @ shared.weights
+    return Anchorage(float(np.mean(spans)), *_by_slip(slips, np.array(strengths)))
+
+
+def _by_slip(slips: np.ndarray, strengths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The slips, each once, and the mean of the strengths at each."""
+    slip, of = np.unique(slips, return_inverse=True)
+    return slip, np.bincount(of, strengths) / np.bincount(of)
 
 
 def mean_anchorage(found: Sequence[Anchorage]) -> Anchorage:
-    """The mean of several."""
-    return Anchorage(float(np.mean([one.span for one in found])), float(np.mean([one.strength for one in found])))
+    """The mean of several: of their strengths at all slips that were measured, as the closest curve that does not fall."""
+    slip = np.unique(np.concatenate([one.slip for one in found]))
+    mean = np.mean([np.interp(slip, one.slip, one.strength) for one in found], axis=0)
+    return Anchorage(float(np.mean([one.span for one in found])), slip, isotonic_regression(mean).x)
