@@ -7,8 +7,8 @@ Two suites. The default one answers in minutes; ``-m long`` runs what it leaves 
 * tests with the marker ``scaled``, in their full size (:func:`suites.size`);
 * tests of hypothesis, with all their examples.
 
-``-m long --one-in N`` runs one in N of the long parameters of each test, chosen by the hash of their names, and at least one:
-what repeats at every change has no time for all of them.
+``-m long --one-in N`` runs one in N of the long parameters of each test, chosen by the hash of their names, and at least
+one: what repeats at every change has no time for all of them.
 
 Workers of pytest-xdist compile the kernels that many tests need together, before they import the tests.
 Hypothesis draws the same examples at every run and keeps no data base. Ctrl-C is heard.

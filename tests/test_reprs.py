@@ -15,7 +15,16 @@ from two_frames import TwoFrames
 
 import lmgcpy as lm
 import lmgcpy.testing
-from lmgcpy.continuum import MeasuredCompression, TexSol, WireNetwork, biaxial, fit_sand, isotropic, spans_of
+from lmgcpy.continuum import (
+    GrowingAnchorage,
+    MeasuredCompression,
+    TexSol,
+    WireNetwork,
+    biaxial,
+    fit_sand,
+    isotropic,
+    spans_of,
+)
 from lmgcpy.experiment import (
     Biaxial,
     Campaign,
@@ -264,6 +273,7 @@ def continuous() -> dict[str, object]:
         "<Directions: 8 in 2D": directions,
         "<Spans: 2 in 2D": spans_of(np.eye(2), np.ones(2), 1.0),
         "<WireNetwork of 10 m/m^2": wire,
+        "<GrowingAnchorage from 0.1 to 0.2 at a mean slip of 0.05": GrowingAnchorage([0.0, 0.05], [0.1, 0.2]),
         "<TexSol: <DruckerPrager": point,
         "<PointState of 3 components: plastic shear 0, 8 directions of wire": state,
         "<PointResponse of 3 components": point.material_point(strain, state),

@@ -69,7 +69,7 @@ class GrowingAnchorage:
             raise ValueError(f"slip must be growing numbers of at least zero, got {shown(self.slip)}.")
         if strength.shape != slip.shape or not strength[0] > 0.0 or (np.diff(strength) < 0.0).any():
             raise ValueError(
-                f"strength must be {len(slip)} numbers above zero, none below the one before it, got {shown(self.strength)}."
+                f"strength must be {len(slip)} numbers above zero that do not fall, got {shown(self.strength)}."
             )
         object.__setattr__(self, "slip", read_only(slip))
         object.__setattr__(self, "strength", read_only(strength))
@@ -86,7 +86,8 @@ class GrowingAnchorage:
         return low + slope * (slip - start), slope, end
 
     def __repr__(self) -> str:
-        return f"<GrowingAnchorage from {self.strength[0]:.3g} to {self.strength[-1]:.3g} at a mean slip of {self.slip[-1]:.3g}>"
+        first, last = self.strength[[0, -1]]
+        return f"<GrowingAnchorage from {first:.3g} to {last:.3g} at a mean slip of {self.slip[-1]:.3g}>"
 
 
 @named_arguments
@@ -144,8 +145,10 @@ class WireNetwork:
         return np.ascontiguousarray((self.products * self.stiffnesses[:, None]).T)
 
     def __repr__(self) -> str:
-        grows = isinstance(self.anchorage, GrowingAnchorage)
-        held = "" if self.anchorage == math.inf else f", anchorage {'that grows' if grows else format(self.anchorage, '.3g')}"
+        if isinstance(self.anchorage, GrowingAnchorage):
+            held = f", {self.anchorage!r}"
+        else:
+            held = "" if self.anchorage == math.inf else f", anchorage {self.anchorage:.3g}"
         return (
             f"<WireNetwork of {self.length:.3g} m/m^{self.dimension}, EA {self.axial_rigidity:.3g} N, "
             f"{len(self.directions)} directions{held}>"
@@ -201,10 +204,10 @@ class WireNetwork:
         stiffness = (self._weighted * elastic) @ self.products
         # a slipping wire pulls with chi p, whatever its own strain
         slope = self._weighted @ slipping
-        part = compliance * growth
-        part /= 1.0 + part * float(self.directions.weights @ slipping)
-        stiffness += np.multiply.outer(slope, part / (self.length * self.axial_rigidity) * slope)
-        slope *= (1.0 - part * float(self.directions.weights @ slipping)) * chi / self.axial_rigidity if pressure > 0.0 else 0.0
+        rate = compliance * growth
+        shared = 1.0 / (1.0 + rate * float(self.directions.weights @ slipping))
+        stiffness += np.multiply.outer(slope, shared * rate / (self.length * self.axial_rigidity) * slope)
+        slope *= shared * chi / self.axial_rigidity if pressure > 0.0 else 0.0
         return WireResponse(self._weighted @ held, stiffness, slope, slip + np.maximum(excess, 0.0))
 
     def _held(self, stretch: np.ndarray, slipped: float, compliance: float) -> tuple[float, float]:

@@ -8,7 +8,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 from test_directions import rotation
 
-from lmgcpy.continuum import Directions, WireNetwork, in_plane, isotropic, layers, turn
+from lmgcpy.continuum import (
+    Directions,
+    DruckerPrager,
+    GrowingAnchorage,
+    TexSol,
+    WireNetwork,
+    in_plane,
+    isotropic,
+    layers,
+    triaxial,
+    turn,
+)
 
 SIZE = {2: 3, 3: 6}
 NETWORKS = {
@@ -238,9 +249,104 @@ def test_derivatives_of_a_slipping_network():
     np.testing.assert_allclose((by_pressure[1] - by_pressure[0]) / 2e-3, answer.slope, atol=1e-9)
 
 
+GROWS = GrowingAnchorage(slip=[0.002, 0.01, 0.03], strength=[1e-3, 2e-3, 5e-3])
+
+
+def growing(anchorage=GROWS, EA=50.0):
+    return WireNetwork(2.0, EA, layers("z", 0.2, 60), slack=0.003, anchorage=anchorage)
+
+
+def test_a_growing_anchorage_is_linear_between_its_points():
+    for slip in (0.0, 0.002, 0.005, 0.01, 0.02, 0.03, 0.5):
+        chi, slope, end = GROWS.piece(slip)
+        assert chi == pytest.approx(np.interp(slip, GROWS.slip, GROWS.strength), rel=1e-14)
+        assert end > slip
+        ahead = min(end, slip + 1e-3)
+        assert chi + slope * (ahead - slip) == pytest.approx(np.interp(ahead, GROWS.slip, GROWS.strength), rel=1e-12)
+
+
+def test_one_that_does_not_grow_is_a_number():
+    rng, slips = np.random.default_rng(10), 0
+    one, other = growing(2e-3), growing(GrowingAnchorage([0.0, 0.02], [2e-3, 2e-3]))
+    for _ in range(20):
+        strain, slip = 0.06 * rng.standard_normal(6), 0.01 * rng.random(len(one.directions))
+        mine, theirs = one.respond(strain, slip, 150.0), other.respond(strain, slip, 150.0)
+        slips += mine.slope is not None
+        for part in ("stress", "stiffness", "slip", "slope")[: 3 + (mine.slope is not None)]:
+            np.testing.assert_allclose(getattr(mine, part), getattr(theirs, part), rtol=1e-13)
+    assert slips > 10
+
+
+@given(st.integers(0, 2**31), st.sampled_from([0.0, 5.0, 150.0, 5e4]), st.sampled_from([0.003, 0.03, 0.3]))
+def test_the_tension_is_that_of_the_mean_slip_at_the_end(seed, pressure, size):
+    """Every wire that slips pulls with chi(m) p, the others with less, and the increment gains no work."""
+    rng = np.random.default_rng(seed)
+    wire = growing()
+    strain, slip = size * rng.standard_normal(6), 0.01 * rng.random(len(wire.directions)) * rng.random()
+    answer = wire.respond(strain, slip, pressure)
+    chi = GROWS.piece(float(wire.directions.weights @ answer.slip))[0]
+    tensions = wire.tensions(strain, answer.slip)
+    slipped = answer.slip > slip
+    # a tension is a difference of stretches of the given size
+    round_off = 1e-14 * wire.axial_rigidity * size
+    np.testing.assert_allclose(tensions[slipped], chi * pressure, rtol=1e-11, atol=round_off)
+    assert (tensions[~slipped] <= chi * pressure * (1.0 + 1e-12) + round_off).all()
+    assert wire.dissipation(strain, slip, answer.slip) >= 0.0
+
+
+def test_a_stretch_is_the_same_in_one_increment_and_in_many():
+    wire, direction = growing(), np.array([0.05, 0.03, -0.06, 0.01, -0.02, 0.01])
+    once = wire.respond(direction, np.zeros(len(wire.directions)), 150.0)
+    slip = np.zeros(len(wire.directions))
+    for part in np.linspace(0.0, 1.0, 301)[1:]:
+        many = wire.respond(part * direction, slip, 150.0)
+        slip = many.slip
+    np.testing.assert_allclose(many.slip, once.slip, atol=1e-15)
+    np.testing.assert_allclose(many.stress, once.stress, rtol=1e-12)
+
+
+@pytest.mark.parametrize("anchorage", [2e-3, GROWS], ids=["a number", "growing"])
+@pytest.mark.parametrize("EA", [5.0, 50.0, 5e3])
+def test_derivatives_while_wires_slip(anchorage, EA):
+    """By strain, symmetric and with no negative eigenvalue, and by the pressure; the seeds meet no kink."""
+    wire, pressure, slips = growing(anchorage, EA), 150.0, 0
+    for seed in range(5):
+        rng = np.random.default_rng(seed)
+        strain, slip = 0.06 * rng.standard_normal(6), 0.01 * rng.random(len(wire.directions))
+        answer = wire.respond(strain, slip, pressure)
+        slips += answer.slope is not None
+        slope = np.zeros(6) if answer.slope is None else answer.slope
+        found = derivative(lambda e: wire.respond(e, slip, pressure).stress, strain, 1e-8)  # noqa: B023
+        np.testing.assert_allclose(found, answer.stiffness, atol=1e-6 * wire.stiffnesses.sum())
+        np.testing.assert_allclose(answer.stiffness, answer.stiffness.T, atol=1e-12 * wire.stiffnesses.sum())
+        assert np.linalg.eigvalsh(answer.stiffness).min() > -1e-12 * wire.stiffnesses.sum()
+        by_pressure = [wire.respond(strain, slip, pressure + step).stress for step in (-1e-3, 1e-3)]
+        np.testing.assert_allclose((by_pressure[1] - by_pressure[0]) / 2e-3, slope, atol=1e-8)
+    assert slips >= 2
+
+
+def test_a_path_with_a_growing_anchorage_is_driven():
+    """The same stresses in 100 and in 400 increments of a triaxial test, to the order of increments of the sand."""
+    sand = DruckerPrager(
+        3, critical=0.8, hardening=0.004, peak=0.0, peak_shear=0.03, dilation=0.8, turning=0.7,
+        bulk_modulus=1e8, shear_modulus=1e8,
+    )  # fmt: skip
+    wire = WireNetwork(2e5, 100.0, layers("z", 0.2, 60), anchorage=GrowingAnchorage([0.0, 0.05], [0.2e-6, 1e-6]))
+    ends = [triaxial(TexSol(sand, wire), -np.linspace(0.0, 0.1, n + 1)[1:], pressure=1e5) for n in (100, 400)]
+    assert ends[0].deviator[-1] == pytest.approx(ends[1].deviator[-1], rel=1e-6)
+    assert ends[0].wire[-1, 0] > 1.5 * ends[0].wire[20, 0] > 0.0
+    assert max(path.residual.max() for path in ends) <= 1e-10
+
+
 @pytest.mark.parametrize(
     ("call", "sentence"),
     [
+        (lambda: GrowingAnchorage([0.0, 0.0], [1.0, 2.0]), "slip must be growing numbers of at least zero"),
+        (lambda: GrowingAnchorage([-0.1, 0.0], [1.0, 2.0]), "slip must be growing numbers of at least zero"),
+        (lambda: GrowingAnchorage([0.0, 0.1], [2.0, 1.0]), "strength must be 2 numbers above zero that do not fall"),
+        (lambda: GrowingAnchorage([0.0, 0.1], [1.0]), "strength must be 2 numbers above zero"),
+        (lambda: GrowingAnchorage([0.0], [0.0]), "strength must be 1 numbers above zero"),
+        (lambda: GrowingAnchorage([0.0], ["much"]), "strength must be one number for each slip"),
         (lambda: WireNetwork(0.0, 1.0, isotropic(2)), "length must be above 0"),
         (lambda: WireNetwork(1.0, -1.0, isotropic(2)), "axial_rigidity must be above 0"),
         (lambda: WireNetwork(1.0, 1.0, [[1.0, 0.0]]), "directions must be Directions, such as isotropic"),

@@ -3,21 +3,30 @@
 Everything is compared over the logarithmic crushing of the sample. The rigid wire is the limit of an elastic one: its axial
 rigidity is :data:`RIGID` times the rigidity with which ``p d^(D-1)`` would double its length.
 
-Several folders of one study, one for each seed, are compared together. For the prediction of a folder, the
-anchorage of the wire is measured in the other folders; a single folder uses its own.
+Several folders of one study, one for each seed, are compared together. For the prediction of a folder, the anchorage of the
+wire, and by how much the sand around it gains in friction, are measured in the other folders; a single folder uses its own.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from lmgcpy.continuum import MeasuredCompression, NoSolution, SandFit, TexSol, WireNetwork, biaxial, fit_sand, triaxial
+from lmgcpy.continuum import (
+    DruckerPrager,
+    MeasuredCompression,
+    NoSolution,
+    TexSol,
+    WireNetwork,
+    biaxial,
+    fit_sand,
+    triaxial,
+)
 from lmgcpy.errors import AXES
 from lmgcpy.experiment.box import Sample
 from lmgcpy.experiment.continuum.wire import Anchorage, LaidWire, mean_anchorage, measured_anchorage
@@ -76,7 +85,9 @@ class Prediction:
     local: Curves
     """The local model: every link follows the mean strain."""
     anchored: Curves
-    """Spans that share a tension, straighten and slip."""
+    """Spans that share a tension and slip."""
+    stronger: Curves
+    """The same in sand whose friction is larger by a measured factor, and which dilates accordingly."""
 
     def judged(self) -> np.ndarray:
         """The moments at which the models are judged, (s,)."""
@@ -126,9 +137,9 @@ def curves_of(record: Any, sample: Sample) -> Curves:
     return Curves(crushing, record.smooth(record.deviator), record.smooth(strain.sum(axis=1)), wire)
 
 
-def driven(sand: SandFit, wire: WireNetwork | None, axis: str, crushing: float, pressure: float) -> Curves:
+def driven(sand: DruckerPrager, wire: WireNetwork | None, axis: str, crushing: float, pressure: float) -> Curves:
     """The test predicted by the model up to a crushing, or as far as the model has a solution."""
-    material = TexSol(sand.sand(), wire)
+    material = TexSol(sand, wire)
     test = biaxial if material.dimension == 2 else triaxial
     strain = -np.linspace(0.0, crushing, INCREMENTS + 1)[1:]
     while True:
@@ -151,19 +162,41 @@ def axial_rigidity_of(law: str, study: Any, sample: Sample) -> float:
     return RIGID * float(study.pressure) * sample.diameter ** (sample.dimension - 1)
 
 
-def predict(result: Any, name: str, held: Anchorage) -> Prediction:
+def friction_gain(result: Any, name: str) -> float:
+    """By how much the sand of a test with a wire is stronger than in the test without: its q/p there over that here, mean
+    over the judged part. p and q are those of the contacts, without the wire's part of the stress."""
+    ratios = []
+    crushing = np.linspace(FIRST, 0.99, INCREMENTS) * -np.log(result.records[name].size / result.sample.box).min()
+    for test in (name, _bare(result, name)):
+        record = result.records[test]
+        k = AXES.index(record.axis)
+        normal = record.smooth(np.diagonal(record.stress["sand"], axis1=1, axis2=2))
+        deviator = np.delete(normal, k, axis=1).mean(axis=1) - normal[:, k]
+        along = -np.log(record.size[:, k] / result.sample.box[k])
+        ratios.append(np.interp(crushing, along, -deviator / normal.mean(axis=1)).mean())
+    return ratios[0] / ratios[1]
+
+
+def _bare(result: Any, name: str) -> str:
+    """The test without a wire along the same axis."""
+    return name.replace(result.records[name].law, "none", 1)
+
+
+def predict(result: Any, name: str, held: Anchorage, gain: float) -> Prediction:
     """The prediction of the test ``name`` in the result of a TexSol study: a sand of rigid grains is fitted to the test
-    without a wire along the same axis."""
+    without a wire along the same axis. ``gain``: factor of its friction in the stronger sand."""
     study, sample, record = result.study, result.sample, result.records[name]
-    bare = result.records[name.replace(record.law, "none", 1)]
-    sand = fit_sand(measured_compression(bare, sample), bulk_modulus=math.inf, shear_modulus=math.inf)
+    bare = result.records[_bare(result, name)]
+    sand = fit_sand(measured_compression(bare, sample), bulk_modulus=math.inf, shear_modulus=math.inf).sand()
+    stronger = replace(sand, critical=gain * sand.critical, peak=gain * sand.peak)
     run, laid = curves_of(record, sample), LaidWire.of(sample)
     rigidity = axial_rigidity_of(record.law, study, sample)
-    local, anchored = (
-        driven(sand, network, record.axis, float(run.crushing[-1]), study.pressure)
-        for network in (laid.local(rigidity), laid.anchored(rigidity, held))
+    anchored = laid.anchored(rigidity, held)
+    models = (
+        driven(of, network, record.axis, float(run.crushing[-1]), study.pressure)
+        for of, network in ((sand, laid.local(rigidity)), (sand, anchored), (stronger, anchored))
     )
-    return Prediction(record.axis, record.law, study.seed, run, curves_of(bare, sample), local, anchored)
+    return Prediction(record.axis, record.law, study.seed, run, curves_of(bare, sample), *models)
 
 
 def mean_curves(many: Sequence[Curves]) -> tuple[Curves, Curves]:
@@ -192,6 +225,8 @@ class Comparison:
     """The anchorage measured in this test, for each folder."""
     used: list[Anchorage]
     """The anchorage used in the predictions of each folder: the mean of the others, or its own if it is the only one."""
+    gains: dict[str, list[float]]
+    """By the name of the test, the gain in friction of the sand in each folder: see :func:`friction_gain`."""
     predictions: dict[str, list[Prediction]]
     """By the name of the test, a prediction for each folder."""
     diameters: list[float]
@@ -233,15 +268,22 @@ def compare(folders: Sequence[Path], tell: Callable[[str], None] = lambda text: 
         with open_run(folder.run_file(source)) as run:
             anchorages.append(measured_anchorage(run, record, result.sample, rigidity))
     used = [mean_anchorage(anchorages[:k] + anchorages[k + 1 :] or anchorages) for k in range(len(anchorages))]
+    gains: dict[str, list[float]] = {}
     predictions: dict[str, list[Prediction]] = {}
     for name in tests:
         tell(f"{name}: predicting")
-        predictions[name] = [predict(result, name, held) for result, held in zip(results, used, strict=True)]
+        gains[name] = [friction_gain(result, name) for result in results]
+        others = [gains[name][:k] + gains[name][k + 1 :] or gains[name] for k in range(len(results))]
+        predictions[name] = [
+            predict(result, name, held, float(np.mean(gain)))
+            for result, held, gain in zip(results, used, others, strict=True)
+        ]
     return Comparison(
         studies=[result.study for result in results],
         measured_in=source,
         anchorages=anchorages,
         used=used,
+        gains=gains,
         predictions=predictions,
         diameters=[result.sample.diameter for result in results],
         wires=[LaidWire.of(result.sample) for result in results],

@@ -17,9 +17,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-MODELS = {"local": "local model", "anchored": "anchored wire"}
+MODELS = {"local": "local model", "anchored": "anchored wire", "stronger": "anchored in stronger sand"}
 """The models by their field in a prediction."""
-COLORS = {"sand": "tab:olive", "run": "black", "local": "tab:red", "anchored": "tab:blue"}
+COLORS = {"sand": "tab:olive", "run": "black", "local": "tab:red", "anchored": "tab:blue", "stronger": "tab:green"}
 HIGHEST = 1.6
 """Greatest ordinate of a figure over the greatest ordinate of the run: the local model leaves the figure."""
 
@@ -82,27 +82,29 @@ def setting(found: Comparison) -> str:
     d = len(found.wires[0].direction.T)
     size = np.mean(found.diameters)
     spans = np.array([one.span for one in found.anchorages]) / found.diameters
-    strengths = np.array([[one.strength[0], one.strength[-1]] for one in found.anchorages]) / size ** (d - 1)
+    first, last = (np.array([one.strength[k] for one in found.anchorages]) / size ** (d - 1) for k in (0, -1))
     slip = np.mean([one.slip[-1] for one in found.anchorages])
     several, power = len(found.studies) > 1, "d" if d == 2 else "d^2"
     own = "each prediction uses the mean of the other seeds" if several else "so that this test is no prediction for it"
+    gains = ", ".join(f"{_mean(np.array(many), '.3f')} in {name}" for name, many in found.gains.items())
     fabric = np.mean([Directions(wire.direction, wire.length).fabric.diagonal() for wire in found.wires], axis=0)
     return (
         f"Seed{'s' if several else ''} {seeds}. The sand is fitted to the test without a wire along the same axis, nothing "
         f"else is fitted. Grains of {1e3 * size:.3g} mm; content of wire (length x {power} / volume) "
         f"{np.mean([wire.content for wire in found.wires]) * size ** (d - 1):.3g}; mean squares of the direction of its "
         f"links along {', '.join(AXES[:d])}: {', '.join(f'{value:.3f}' for value in fabric)}.\n\n"
-        f"The anchored wire: spans of {spans.mean():.1f} d{_scatter(spans, '.1f')} that share a tension of at most "
-        f"{strengths[:, 0].mean():.2f} p {power}{_scatter(strengths[:, 0], '.2f')} at first and "
-        f"{strengths[:, 1].mean():.2f} p {power}{_scatter(strengths[:, 1], '.2f')} after a mean slip of {100 * slip:.1f} %, "
-        f"p the pressure of the sand, measured in the test {found.measured_in}; {own}. Median slack of its spans "
-        f"{100 * np.median(np.concatenate([wire.winding for wire in found.wires])):.1f} %."
+        f"The anchored wire: spans of {_mean(spans, '.1f', ' d')} that share a tension of at most "
+        f"{_mean(first, '.2f', f' p {power}')} at first and {_mean(last, '.2f', f' p {power}')} after a mean slip of "
+        f"{100 * slip:.1f} %, p the pressure of the sand, measured in the test {found.measured_in}; {own}.\n\n"
+        f"The stronger sand: beside the wire its q/p is larger than without by a factor of {gains}, measured in that test"
+        f"{' of the other seeds' if several else ''}; it dilates by its own rule."
     )
 
 
-def _scatter(values: np.ndarray, form: str) -> str:
-    """The standard deviation of several, in brackets."""
-    return f" (standard deviation {format(values.std(ddof=1), form)})" if len(values) > 1 else ""
+def _mean(values: np.ndarray, form: str, unit: str = "") -> str:
+    """The mean of several, and their standard deviation in brackets."""
+    spread = f" (standard deviation {format(values.std(ddof=1), form)})" if len(values) > 1 else ""
+    return f"{format(values.mean(), form)}{unit}{spread}"
 
 
 def table_of_errors(found: Comparison) -> str:

@@ -1,17 +1,15 @@
 """The wire of a sample in the continuous model: its geometry at the start of a test, and its anchorage in the sand.
 
 The local model takes each link as a separate wire that follows the mean strain, with the length per volume, the direction
-and the slack of the link. The runs show that three things must be added, in the anchored model (docs/continuum.md):
+and the slack of the link. The runs show that two things must be added, in the anchored model (docs/continuum.md):
 
 * **span**: a wire slips along itself, so that a span of it shares one tension. Its length is the correlation length of
   the tension along the wire.
-* **slack**: a span is straightened before it pulls, as the pores have room for its windings within a grain. Its slack is
-  the relative difference between the length of wire and its chord over one grain.
 * **anchorage**: sand holds a wire with a force that grows with its pressure and as the wire slips. A wire that would pull
-  more slips. Its greatest tension is the mean tension of the links that pull, over the pressure of the sand, at the mean
-  slip of its spans: the part of their stretch in the measured strain that this tension leaves.
+  more slips, and straightens. Its greatest tension is the mean tension of the links that pull, over the pressure of the
+  sand, at the mean slip of its spans: the part of their stretch in the measured strain that this tension leaves.
 
-Span and anchorage are measured in a run, slack in the sample.
+Both are measured in a run.
 """
 
 from __future__ import annotations
@@ -56,8 +54,6 @@ class LaidWire:
     """Lengths at which they pull [m], (l,)."""
     slack: np.ndarray
     """Slack: shortening of each link relative to its length at which it pulls, (l,)."""
-    winding: np.ndarray
-    """Shortening of the chord around each link, over a length of one grain, relative to the wire, (l,)."""
     chain: np.ndarray
     """Number of the wire, (l,)."""
     volume: float
@@ -69,9 +65,9 @@ class LaidWire:
         if not sample.wires:
             raise ValueError("The sample has no wire, and so nothing to predict: take a study with beads.")
         parts = [_links(sample, *of) for of in zip(sample.chains, sample.link_lengths, strict=True)]
-        direction, length, slack, winding = (np.concatenate(part) for part in zip(*parts, strict=True))
+        direction, length, slack = (np.concatenate(part) for part in zip(*parts, strict=True))
         chain = np.repeat(np.arange(len(parts)), [len(part[1]) for part in parts])
-        return cls(direction, length, slack, winding, chain, float(np.prod(sample.box)))
+        return cls(direction, length, slack, chain, float(np.prod(sample.box)))
 
     @property
     def content(self) -> float:
@@ -86,29 +82,20 @@ class LaidWire:
         """The network of spans that share a tension and slip."""
         spans = spans_of(self.direction, self.length, held.span, self.chain)
         grows = GrowingAnchorage(held.slip, held.strength)
-        return WireNetwork(self.content, axial_rigidity, spans, slack=self.winding, anchorage=grows)
+        return WireNetwork(self.content, axial_rigidity, spans, anchorage=grows)
 
 
-def _links(
-    sample: Sample, chain: np.ndarray, lengths: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Direction, reference length, slack and winding of the links of a chain; ``lengths``: by the sample, (l,)."""
-    places = sample.positions[chain]
-    branch = np.diff(places, axis=0)
+def _links(sample: Sample, chain: np.ndarray, lengths: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Direction, reference length and slack of the links of a chain; ``lengths``: by the sample, (l,)."""
+    branch = np.diff(sample.positions[chain], axis=0)
     distance = np.linalg.norm(branch, axis=1)
     # a link that is longer than the reference of the sample keeps its length, as in the tests
     length = np.maximum(lengths, distance)
-    count = len(length)
-    over = min(max(1, round(sample.diameter / float(length.mean()))), count)
-    first = np.clip(np.arange(count) - over // 2, 0, count - over)
-    along = np.concatenate([[0.0], np.cumsum(length)])
-    chord = np.linalg.norm(places[first + over] - places[first], axis=1)
-    winding = 1.0 - chord / (along[first + over] - along[first])
-    return branch / distance[:, None], length, 1.0 - distance / length, winding
+    return branch / distance[:, None], length, 1.0 - distance / length
 
 
 def measured_anchorage(run: Run, record: CompressionRecord, sample: Sample, axial_rigidity: float) -> Anchorage:
-    """How the sand held the wire of a sample in a test: its strength in each frame, and the mean span after the first fifth.
+    """How the sand held the wire of a sample in a test: its strength in each frame, its mean span after the first fifth.
 
     Raises ValueError if no link pulls in them.
     """
@@ -129,7 +116,7 @@ def measured_anchorage(run: Run, record: CompressionRecord, sample: Sample, axia
     laid = LaidWire.of(sample)
     shared = spans_of(laid.direction, laid.length, float(np.mean(spans)), laid.chain)
     strain = np.log(record.size[frames] / sample.box)
-    stretch = strain @ shared.products[:, :axes].T - laid.winding
+    stretch = strain @ shared.products[:, :axes].T
     stretch -= (np.array(strengths) * pressure[frames] / axial_rigidity)[:, None]
     slips = np.maximum.accumulate(np.maximum(stretch, 0.0), axis=0) @ shared.weights
     return Anchorage(float(np.mean(spans)), *_by_slip(slips, np.array(strengths)))

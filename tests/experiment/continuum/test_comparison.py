@@ -3,6 +3,7 @@
 import csv
 import json
 import shutil
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from click.testing import CliRunner
 
 import lmgcpy as lm
 from lmgcpy.cli import main
-from lmgcpy.continuum import MeasuredCompression, fit_sand
+from lmgcpy.continuum import MeasuredCompression, fit_sand, spans_of
 from lmgcpy.experiment.box import Sample
 from lmgcpy.experiment.continuum import comparison as model
 from lmgcpy.experiment.continuum.comparison import Curves, Prediction, driven, mean_curves, miss
@@ -21,6 +22,11 @@ TINY = ["--laws", "none,elastic-wire,rigid-wire", "--grains", "30", "--beads", "
 
 def run(*arguments):
     return CliRunner().invoke(main, [str(argument) for argument in arguments])
+
+
+def constant(span, strength):
+    """An anchorage that does not grow."""
+    return Anchorage(span, np.zeros(1), np.array([strength]))
 
 
 def zigzag(links, half_angle, *, slack=0.0, grains=0):
@@ -44,21 +50,18 @@ def test_a_straight_wire_lies_along_its_axis():
     np.testing.assert_allclose(laid.direction, [[1.0, 0.0]] * 10, atol=1e-12)
     assert laid.content == pytest.approx(10e-3 / np.prod(sample.box))
     np.testing.assert_allclose(laid.slack, 0.0, atol=1e-12)
-    np.testing.assert_allclose(laid.winding, 0.0, atol=1e-12)
 
 
-def test_a_winding_wire_has_slack_over_a_grain():
-    """Over two links, a grain of 2 mm, the chord is ``cos a`` of the wire; links themselves have their own slack only."""
+def test_links_have_their_own_slack():
     laid = LaidWire.of(zigzag(10, 0.3, slack=0.01, grains=4))
     np.testing.assert_allclose(laid.slack, 0.01, rtol=1e-9)
-    np.testing.assert_allclose(laid.winding, 1.0 - 0.99 * np.cos(0.3), rtol=1e-9)
 
 
 def test_networks_have_what_was_laid():
     laid = LaidWire.of(zigzag(10, 0.3, grains=4))
-    local, held = laid.local(50.0), laid.anchored(50.0, Anchorage(span=2e-3, strength=1e-3))
+    local, held = laid.local(50.0), laid.anchored(50.0, constant(2e-3, 1e-3))
     assert local.length == held.length == laid.content
-    assert held.anchorage == 1e-3
+    assert held.anchorage.piece(0.0)[0] == 1e-3
     # a span of two links has the mean of both directions: c^2 along x, s^2 along y, and no product
     np.testing.assert_allclose(held.products[4], [np.cos(0.3) ** 2, np.sin(0.3) ** 2, 0.0], atol=0.06)
     strain = np.array([0.01, 0.0, 0.0])
@@ -72,7 +75,13 @@ def test_a_sample_without_a_wire_gets_a_sentence():
 
 
 def test_the_mean_of_what_was_measured():
-    assert mean_anchorage([Anchorage(1.0, 2.0), Anchorage(3.0, 6.0)]) == Anchorage(2.0, 4.0)
+    """At every slip of both; beyond the last of one its last strength counts. Where the mean falls it is levelled."""
+    one = Anchorage(1.0, np.array([0.0, 0.02]), np.array([2.0, 4.0]))
+    other = Anchorage(3.0, np.array([0.01, 0.04]), np.array([6.0, 3.0]))
+    mean = mean_anchorage([one, other])
+    assert mean.span == 2.0
+    np.testing.assert_allclose(mean.slip, [0.0, 0.01, 0.02, 0.04])
+    np.testing.assert_allclose(mean.strength, [4.0, 12.5 / 3, 12.5 / 3, 12.5 / 3])  # 4, 4.5, 4.5 and 3.5
 
 
 # ------------------------------------------------------------------------------------------------------- predictions
@@ -85,7 +94,8 @@ def sand():
     # q = M p, p = p_lateral + q / 2 in 2D
     deviator = friction * pressure / (1.0 - 0.5 * friction)
     stress = np.column_stack([np.full(200, -pressure), -pressure - deviator])
-    return fit_sand(MeasuredCompression(axis="y", strain=np.column_stack([1.2 * crushing, -crushing]), stress=stress))
+    strain = np.column_stack([1.2 * crushing, -crushing])
+    return fit_sand(MeasuredCompression(axis="y", strain=strain, stress=stress)).sand()
 
 
 def test_without_a_wire_the_sand_is_found_again():
@@ -98,7 +108,7 @@ def test_without_a_wire_the_sand_is_found_again():
 def test_a_wire_that_is_drawn_taut_confines():
     """All tension at its bound: sigma_xx of the wire is L chi p, and q grows as if the lateral pressure did by that."""
     laid = LaidWire.of(zigzag(10, 0.0, grains=4))
-    held = Anchorage(span=1e-2, strength=0.1 / laid.content)
+    held = constant(1e-2, 0.1 / laid.content)
     found = driven(sand(), laid.anchored(1e6, held), "y", 0.1, 1e5)
     # p = (axial + lateral)/2, lateral = p_0 + 0.1 p, axial - lateral = 0.6 p: p = p_0 / (1 - 0.3 - 0.1)
     pressure = 1e5 / 0.6
@@ -108,7 +118,7 @@ def test_a_wire_that_is_drawn_taut_confines():
 
 def test_the_rigid_limit_is_reached():
     laid = LaidWire.of(zigzag(10, 0.2, grains=4))
-    held, scale = Anchorage(span=4e-3, strength=0.1 / laid.content), 1e5 * 2e-3
+    held, scale = constant(4e-3, 0.1 / laid.content), 1e5 * 2e-3
     ends = [driven(sand(), laid.anchored(k * model.RIGID * scale, held), "y", 0.08, 1e5).deviator for k in (1.0, 10.0)]
     # where the wire is drawn taut the curves differ by the strain that takes
     assert np.abs(ends[0] - ends[1]).mean() < 0.01 * ends[1].mean()
@@ -126,6 +136,19 @@ def fails(original, material, strain, **options):
     return original(material, strain, **options)
 
 
+def test_the_gain_in_friction_is_that_of_the_contacts():
+    """q/p of 0.6 without the wire and of 0.66 beside it, at pressures that differ, whatever the wire bears itself."""
+    crushing, records = np.linspace(0.0, 0.1, 101), {}
+    for law, friction, pressure in (("none", 0.6, 1e5), ("rigid-wire", 0.66, 1.4e5)):
+        # q = M p, p = lateral + q/3 in 3D
+        normal = -pressure * np.array([1.0 - friction / 3, 1.0 - friction / 3, 1.0 + 2.0 * friction / 3])
+        stress = {"sand": np.tile(np.diag(normal), (101, 1, 1)), "wire": np.ones((101, 3, 3))}
+        size = np.exp(np.outer(crushing, [0.5, 0.5, -1.0]))
+        records[f"{law}-z"] = SimpleNamespace(axis="z", law=law, stress=stress, size=size, smooth=lambda values: values)
+    result = SimpleNamespace(records=records, sample=SimpleNamespace(box=np.ones(3)))
+    assert model.friction_gain(result, "rigid-wire-z") == pytest.approx(1.1, rel=1e-12)
+
+
 def curves(factor=1.0, last=0.1):
     crushing = np.linspace(0.0, last, 50)
     return Curves(
@@ -134,7 +157,7 @@ def curves(factor=1.0, last=0.1):
 
 
 def test_the_miss_of_a_model():
-    one = Prediction("y", "rigid-wire", 0, curves(), curves(), curves(1.2), curves(last=0.05))
+    one = Prediction("y", "rigid-wire", 0, curves(), curves(), curves(1.2), curves(last=0.05), curves())
     assert miss(one, one.run).deviator == 0.0
     found = miss(one, one.local)
     mean = np.mean(one.judged())
@@ -172,7 +195,8 @@ def test_a_study_is_predicted(study, tmp_path):
     assert {path.name for path in (tmp_path / "out").iterdir()} == {*figures, "curves.csv", "errors.csv", "continuum.md"}
     with (tmp_path / "out" / "errors.csv").open() as file:
         rows = list(csv.DictReader(file))
-    assert [(row["test"], row["model"]) for row in rows] == [(n, m) for n in names for m in ("local", "anchored")]
+    models = ("local", "anchored", "stronger")
+    assert [(row["test"], row["model"]) for row in rows] == [(n, m) for n in names for m in models]
     with (tmp_path / "out" / "curves.csv").open() as file:
         assert len(list(csv.DictReader(file))) == 200
     page = (tmp_path / "out" / "continuum.md").read_text()
@@ -184,22 +208,30 @@ def test_a_study_is_predicted(study, tmp_path):
 
 @pytest.mark.long
 def test_what_is_measured_is_what_the_run_holds(study):
-    """Mean tension over the pressure of the sand, from the interactions of the frames by hand."""
+    """Mean tension over the pressure of the sand, and the mean stretch of the spans less that of this tension, from the
+    interactions of the frames by hand."""
     from lmgcpy.experiment import StudyFolder, carry_out_study
     from lmgcpy.experiment.texsol.study import TexSolStudy
 
     folder = StudyFolder(study, TexSolStudy)
-    record = carry_out_study(folder.read(), None, folder, resume=True).records["elastic-wire"]
+    result = carry_out_study(folder.read(), None, folder, resume=True)
+    record, rigidity = result.records["elastic-wire"], result.study.axial_rigidity
+    laid, ratios, slips, slip = LaidWire.of(result.sample), [], [], 0.0
     with lm.io.open_run(folder.run_file("elastic-wire")) as test:
-        found = measured_anchorage(test, record)
-        ratios = []
-        for frame in np.flatnonzero(test.steps > 0.2 * test.steps[-1]):
-            net = test.interactions(frame)
+        found = measured_anchorage(test, record, result.sample, rigidity)
+        spans = spans_of(laid.direction, laid.length, found.span, laid.chain)
+        for frame in np.flatnonzero(test.steps > 0):
+            net, step = test.interactions(frame), test.steps[frame] - 1
             pull = -net.force[net.law == "elastic-wire", 0]
-            pressure = -np.trace(record.stress["sand"][test.steps[frame] - 1]) / 2
             if (pull > 0).any():
-                ratios.append(pull[pull > 0].mean() / pressure)
-    assert found.strength == pytest.approx(np.mean(ratios), rel=1e-12)
+                ratios.append(pull[pull > 0].mean() / (-np.trace(record.stress["sand"][step]) / 2))
+                strain = np.append(np.log(record.size[step] / result.sample.box), 0.0)
+                slip = np.maximum(slip, spans.products @ strain - pull[pull > 0].mean() / rigidity)
+                slips.append(spans.weights @ slip)
+    np.testing.assert_allclose(found.slip, np.unique(slips), rtol=1e-9, atol=1e-15)
+    assert found.strength[-1] == pytest.approx(ratios[-1], rel=1e-12)
+    by_slip = [np.mean(np.array(ratios)[np.array(slips) == slip]) for slip in np.unique(slips)]
+    np.testing.assert_allclose(found.strength, by_slip, rtol=1e-12)
     assert found.span > 0.0
 
 
