@@ -10,8 +10,9 @@ from lmgcpy.continuum.directions import (
     quadrature_error,
 )
 from lmgcpy.continuum.fit import MeasuredCompression, SandFit, fit_sand
+from lmgcpy.continuum.mohr_coulomb import MohrCoulomb
 from lmgcpy.continuum.path import DrivenPath, NoSolution, biaxial, drive, triaxial
-from lmgcpy.continuum.sand import DruckerPrager, SandResponse
+from lmgcpy.continuum.sand import DruckerPrager, Sand, SandResponse
 from lmgcpy.continuum.spans import Spans, spans_of
 from lmgcpy.continuum.tensors import mandel, tensor_of, turn
 from lmgcpy.continuum.texsol import PointResponse, PointState, TexSol
@@ -23,9 +24,11 @@ __all__ = [
     "DruckerPrager",
     "GrowingAnchorage",
     "MeasuredCompression",
+    "MohrCoulomb",
     "NoSolution",
     "PointResponse",
     "PointState",
+    "Sand",
     "SandFit",
     "SandResponse",
     "Spans",

@@ -19,6 +19,8 @@ CLOSE = 1e-10
 """Largest error of a prescribed stress, over the largest of them or, if that is more, 1 % of the mean pressure."""
 ROUND_OFF = 1e-15
 """Error of a stress by the rounding of strains, over tangent and strain."""
+FREE = 1e-13
+"""Stiffness over the largest of a tangent below which it leaves a strain free."""
 MOST_STEPS = 30
 """Newton steps of an increment before it is halved."""
 MOST_HALVINGS = 20
@@ -190,8 +192,8 @@ def _newton(
         rounding = ROUND_OFF * float(np.abs(part).max()) * float(np.abs(answer.state.strain).max())
         if size <= CLOSE * pressure or size <= rounding:
             return answer.state, size / pressure if pressure > 0.0 else 0.0, step
-        try:
-            change = np.linalg.solve(part, error)
+        try:  # of strains that the material leaves free, as on an edge of Mohr and Coulomb's, the least change
+            change = np.linalg.lstsq(part, error, rcond=FREE)[0]
         except np.linalg.LinAlgError:
             return None, size, step
         factor = 1.0

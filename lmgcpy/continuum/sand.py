@@ -1,4 +1,4 @@
-"""Sand as a Drucker-Prager material whose mobilised friction hardens, softens and dilates.
+"""Sand whose mobilised friction hardens, softens and dilates: what all sands share, and Drucker and Prager's.
 
 With the pressure ``p = -tr sigma / d`` and the deviator ``q = c |dev sigma|``, c = sqrt(3/2) in 3D and sqrt2 in 2D, q is
 the difference of the principal stresses of a triaxial or biaxial test. In 2D it is the law of Mohr and Coulomb, with
@@ -16,6 +16,8 @@ so that ``q dgamma`` is the work of shear and ``D dgamma`` the dilation. Taylor'
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -49,10 +51,9 @@ class SandResponse(NamedTuple):
         return f"<SandResponse of {len(self.stress)} components: plastic shear {self.kappa:.3g}>"
 
 
-@named_arguments
 @dataclass(frozen=True, repr=False)
-class DruckerPrager:
-    """Cohesionless sand in ``dimension`` 2 or 3.
+class Sand(ABC):
+    """Cohesionless sand in ``dimension`` 2 or 3: its friction and dilatancy by the plastic shear.
 
     ``critical`` M_c: q/p at large shear; ``hardening`` a: plastic shear at which 63 % of it is mobilised; ``peak`` B:
     greatest part of the peak in q/p, at the plastic shear ``peak_shear`` b; ``dilation`` beta and ``turning`` M_d:
@@ -112,7 +113,8 @@ class DruckerPrager:
 
     def __repr__(self) -> str:
         return (
-            f"<DruckerPrager in {self.dimension}D: q/p {self.critical:.3g} at large shear, peak {self.peak:.3g} above it>"
+            f"<{type(self).__name__} in {self.dimension}D: q/p {self.critical:.3g} at large shear, "
+            f"peak {self.peak:.3g} above it>"
         )
 
     def friction(self, kappa: float) -> float:
@@ -145,6 +147,17 @@ class DruckerPrager:
         pressure = -float(stress[: self.dimension].sum()) / self.dimension
         shear = stress + pressure * self.unit
         return pressure, SHAPE[self.dimension] * math.sqrt(float(shear @ shear))
+
+    @abstractmethod
+    def respond(self, increment: np.ndarray, stress: np.ndarray, kappa: float) -> SandResponse:
+        """The sand after an increment of strain (m,) from a stress (m,) [Pa] and a plastic shear kappa."""
+
+
+@named_arguments
+@dataclass(frozen=True, repr=False)
+class DruckerPrager(Sand):
+    """Sand that yields at ``q = M p``, whatever the intermediate principal stress. Its arguments are those of every
+    :class:`Sand`."""
 
     def respond(self, increment: np.ndarray, stress: np.ndarray, kappa: float) -> SandResponse:
         """The sand after an increment of strain (m,) from a stress (m,) [Pa] and a plastic shear kappa.
@@ -180,11 +193,9 @@ class DruckerPrager:
 
     def _return(self, deviator: float, pressure: float, kappa: float) -> float | None:
         """The first root of ``r(gamma) = q_tr - 2 c^2 G gamma - M (p_tr + K V)``, with M at kappa + gamma and V the
-        dilation on the way there.
+        dilation on the way there; None if no pressure is left.
 
         r is above zero at gamma = 0. At ``q_tr/(2 c^2 G)``, where q vanishes, r = -M p: below zero if a pressure is left.
-        If no pressure is left, a root is searched piece by piece; without a root the sand is at its apex, and the result is
-        None. A Newton step that leaves the interval, or does not halve it, is replaced by a step to its middle.
         """
         K, soft = self.bulk_modulus, 2.0 * SHAPE[self.dimension] ** 2 * self.shear_modulus
 
@@ -193,24 +204,34 @@ class DruckerPrager:
             M, p = self.friction(end), pressure + K * self.dilated(kappa, gamma)
             return deviator - soft * gamma - M * p, -soft - self.slope(end) * p - M * K * self.dilatancy(end)
 
-        low, high = 0.0, deviator / soft
-        if residual(high)[0] > 0.0:
-            ends = [high * (i + 1) / PIECES for i in range(PIECES)]
-            found = [end for end in ends if residual(end)[0] <= 0.0]
-            if not found:
-                return None
-            low, high = found[0] - high / PIECES, found[0]
-        gamma, close, last = low, CLOSE * max(deviator, pressure), math.inf
-        for _ in range(MOST_STEPS):
-            value, derivative = residual(gamma)
-            if abs(value) <= close:
-                break
-            low, high = (gamma, high) if value > 0.0 else (low, gamma)
-            step = -value / derivative if derivative != 0.0 else math.inf
-            new = gamma + step
-            if not low < new < high or abs(step) > 0.5 * last:
-                new = 0.5 * (low + high)
-            if new in (low, high):  # round-off
-                break
-            gamma, last = new, abs(new - gamma)
-        return gamma
+        return first_root(residual, deviator / soft, CLOSE * max(deviator, pressure))
+
+
+def first_root(residual: Callable[[float], tuple[float, float]], high: float, close: float) -> float | None:
+    """The first root between 0 and ``high`` of a residual that is above zero at 0; with its derivative it is the result of
+    ``residual``. None if there is none. It may be ``close`` to zero.
+
+    If the residual at ``high`` is above zero, a root is searched piece by piece. A Newton step that leaves the interval, or
+    does not halve it, is replaced by a step to its middle.
+    """
+    low = 0.0
+    if residual(high)[0] > 0.0:
+        ends = [high * (i + 1) / PIECES for i in range(PIECES)]
+        found = [end for end in ends if residual(end)[0] <= 0.0]
+        if not found:
+            return None
+        low, high = found[0] - high / PIECES, found[0]
+    gamma, last = low, math.inf
+    for _ in range(MOST_STEPS):
+        value, derivative = residual(gamma)
+        if abs(value) <= close:
+            break
+        low, high = (gamma, high) if value > 0.0 else (low, gamma)
+        step = -value / derivative if derivative != 0.0 else math.inf
+        new = gamma + step
+        if not low < new < high or abs(step) > 0.5 * last:
+            new = 0.5 * (low + high)
+        if new in (low, high):  # round-off
+            break
+        gamma, last = new, abs(new - gamma)
+    return gamma

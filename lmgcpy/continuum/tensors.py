@@ -71,6 +71,16 @@ def dyads(units: np.ndarray) -> np.ndarray:
     return np.stack([*(units.T**2), *off], axis=1)
 
 
+def products_of(axes: np.ndarray) -> np.ndarray:
+    """Orthonormal vectors (m, m) of the products of d orthogonal unit vectors, the rows of ``axes`` (d, d): ``a (x) a`` of
+    each and ``(a (x) b + b (x) a)/sqrt2`` of each pair, in the order of the components."""
+    mixed = [
+        [SQRT2 * axes[a] * axes[b], [axes[a, i] * axes[b, j] + axes[a, j] * axes[b, i] for i, j in PAIRS[len(axes)]]]
+        for a, b in PAIRS[len(axes)]
+    ]
+    return np.vstack([dyads(axes), [np.concatenate(parts) for parts in mixed]])
+
+
 def identity(dimension: int) -> np.ndarray:
     """The unit tensor, (m,): its product with a vector is the trace."""
     return np.concatenate([np.ones(dimension), np.zeros(SIZE[dimension] - dimension)])

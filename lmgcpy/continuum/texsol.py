@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lmgcpy.continuum.sand import DruckerPrager
+from lmgcpy.continuum.sand import Sand
 from lmgcpy.continuum.tensors import SIZE
 from lmgcpy.continuum.wire import WireNetwork
 from lmgcpy.errors import named_arguments, number, shown
@@ -59,12 +59,12 @@ class PointResponse(NamedTuple):
 class TexSol:
     """A ``sand`` with a ``wire`` network; None: the sand alone. Raises TypeError or ValueError with a sentence."""
 
-    sand: DruckerPrager
+    sand: Sand
     wire: WireNetwork | None = None
 
     def __post_init__(self) -> None:
-        if not isinstance(self.sand, DruckerPrager):
-            raise TypeError(f"sand must be a DruckerPrager, got {shown(self.sand)}.")
+        if not isinstance(self.sand, Sand):
+            raise TypeError(f"sand must be a DruckerPrager or a MohrCoulomb, got {shown(self.sand)}.")
         if self.wire is not None:
             if not isinstance(self.wire, WireNetwork):
                 raise TypeError(f"wire must be a WireNetwork or None, got {shown(self.wire)}.")
