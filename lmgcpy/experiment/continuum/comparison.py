@@ -11,16 +11,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from lmgcpy.continuum import (
-    DruckerPrager,
     MeasuredCompression,
+    MohrCoulomb,
     NoSolution,
+    Sand,
     TexSol,
     WireNetwork,
     biaxial,
@@ -88,6 +89,8 @@ class Prediction:
     """Spans that share a tension and slip."""
     stronger: Curves
     """The same in sand whose friction is larger by a measured factor, and which dilates accordingly."""
+    coulomb: Curves | None = None
+    """The same again in sand after Mohr and Coulomb; None in 2D, where Drucker and Prager's is."""
 
     def judged(self) -> np.ndarray:
         """The moments at which the models are judged, (s,)."""
@@ -137,7 +140,7 @@ def curves_of(record: Any, sample: Sample) -> Curves:
     return Curves(crushing, record.smooth(record.deviator), record.smooth(strain.sum(axis=1)), wire)
 
 
-def driven(sand: DruckerPrager, wire: WireNetwork | None, axis: str, crushing: float, pressure: float) -> Curves:
+def driven(sand: Sand, wire: WireNetwork | None, axis: str, crushing: float, pressure: float) -> Curves:
     """The test predicted by the model up to a crushing, or as far as the model has a solution."""
     material = TexSol(sand, wire)
     test = biaxial if material.dimension == 2 else triaxial
@@ -192,10 +195,11 @@ def predict(result: Any, name: str, held: Anchorage, gain: float) -> Prediction:
     run, laid = curves_of(record, sample), LaidWire.of(sample)
     rigidity = axial_rigidity_of(record.law, study, sample)
     anchored = laid.anchored(rigidity, held)
-    models = (
-        driven(of, network, record.axis, float(run.crushing[-1]), study.pressure)
-        for of, network in ((sand, laid.local(rigidity)), (sand, anchored), (stronger, anchored))
-    )
+    pairs: list[tuple[Sand, WireNetwork]] = [(sand, laid.local(rigidity)), (sand, anchored), (stronger, anchored)]
+    if sand.dimension == 3:
+        own = {item.name: getattr(stronger, item.name) for item in fields(stronger) if item.init}
+        pairs.append((MohrCoulomb(**own), anchored))
+    models = (driven(*pair, record.axis, float(run.crushing[-1]), study.pressure) for pair in pairs)
     return Prediction(record.axis, record.law, study.seed, run, curves_of(bare, sample), *models)
 
 

@@ -17,9 +17,14 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-MODELS = {"local": "local model", "anchored": "anchored wire", "stronger": "anchored in stronger sand"}
-"""The models by their field in a prediction."""
-COLORS = {"sand": "tab:olive", "run": "black", "local": "tab:red", "anchored": "tab:blue", "stronger": "tab:green"}
+MODELS = {
+    "local": "local model",
+    "anchored": "anchored wire",
+    "stronger": "anchored in stronger sand",
+    "coulomb": "the same after Mohr and Coulomb",
+}
+"""The models by their field in a prediction; the last is only in space another one."""
+COLORS = dict(zip(("sand", "run", *MODELS), ("tab:olive", "black", "tab:red", "tab:blue", "tab:green", "tab:purple"), strict=True))
 HIGHEST = 1.6
 """Greatest ordinate of a figure over the greatest ordinate of the run: the local model leaves the figure."""
 
@@ -35,11 +40,16 @@ def write_comparison(found: Comparison, path: Path) -> list[Path]:
     return folder.written
 
 
+def models_of(many: list[Prediction]) -> dict[str, str]:
+    """The models of a test, by their field in its predictions."""
+    return {kind: words for kind, words in MODELS.items() if getattr(many[0], kind) is not None}
+
+
 def columns(name: str, one: Prediction) -> dict[str, list[str]]:
     """Columns of the curves of a test: the run, the sand, both models."""
     moments = np.linspace(0.0, float(one.run.crushing[-1]), 101)[1:]
     table = {"test": [name] * 100, "seed": [str(one.seed)] * 100, "crushing": texts(moments, ".5g")}
-    for kind in ("run", "sand", *MODELS):
+    for kind in ("run", "sand", *models_of([one])):
         there = getattr(one, kind).at(moments)
         table[f"{kind}: deviator [Pa]"] = texts(there.deviator, ".5g")
         table[f"{kind}: change of volume"] = texts(there.volume, ".4g")
@@ -53,7 +63,7 @@ def errors_of(found: Comparison) -> list[tuple[str, str, list[Miss]]]:
     return [
         (name, model, [miss(one, getattr(one, model)) for one in many])
         for name, many in found.predictions.items()
-        for model in MODELS
+        for model in models_of(many)
     ]
 
 
@@ -122,7 +132,7 @@ def table_of_errors(found: Comparison) -> str:
             if many[1:]
             else "",
         }
-        for model, words in {"sand": "sand alone", **MODELS}.items():
+        for model, words in {"sand": "sand alone", **models_of(many)}.items():
             misses = [miss(one, getattr(one, model)) for one in many]
             deviator = np.array([one.deviator for one in misses])
             row[f"{words}: deviator off by"] = _percent(deviator)
@@ -145,7 +155,7 @@ def table_of_wire(found: Comparison) -> str:
     """The wire's part of the stress, by component, in the last fifth of the tests."""
     rows = []
     for name, many in found.predictions.items():
-        for kind, words in (("run", "run"), *MODELS.items()):
+        for kind, words in (("run", "run"), *models_of(many).items()):
             mean, scatter = mean_curves([getattr(one, kind) for one in many])
             late = slice(int(0.8 * len(mean.crushing)), None)
             parts = [
@@ -183,13 +193,14 @@ def figure(name: str, many: list[Prediction]) -> Figure:
 
 def _draw(axes: Axes, many: list[Prediction], of) -> None:
     """Curves of a panel, means over the seeds with a band of one standard deviation for the run."""
-    labels = {"sand": "sand, run", "run": "with the wire, run", **{k: f"{v}, predicted" for k, v in MODELS.items()}}
+    models = models_of(many)
+    labels = {"sand": "sand, run", "run": "with the wire, run", **{k: f"{v}, predicted" for k, v in models.items()}}
     low, high = np.inf, -np.inf
     for kind, label in labels.items():
         mean, _ = mean_curves([getattr(one, kind) for one in many])
         values = of(mean)
         percent = 100.0 * mean.crushing
-        axes.plot(percent, values, color=COLORS[kind], label=label, linestyle="--" if kind in MODELS else "-")
+        axes.plot(percent, values, color=COLORS[kind], label=label, linestyle="--" if kind in models else "-")
         if kind == "run" and many[1:]:
             spread = np.std([of(one.run.at(mean.crushing)) for one in many], axis=0, ddof=1)
             axes.fill_between(percent, values - spread, values + spread, color="black", alpha=0.15, linewidth=0)
