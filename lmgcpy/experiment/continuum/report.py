@@ -23,8 +23,11 @@ MODELS = {
     "stronger": "anchored in stronger sand",
     "coulomb": "the same after Mohr and Coulomb",
 }
-"""The models by their field in a prediction; the last is only in space another one."""
-COLORS = dict(zip(("sand", "run", *MODELS), ("tab:olive", "black", "tab:red", "tab:blue", "tab:green", "tab:purple"), strict=True))
+"""The models by their field in a prediction. The last is for samples in space: in the plane it is the one before."""
+COLORS = {
+    **{"sand": "tab:olive", "run": "black"},
+    **{"local": "tab:red", "anchored": "tab:blue", "stronger": "tab:green", "coulomb": "tab:purple"},
+}
 HIGHEST = 1.6
 """Greatest ordinate of a figure over the greatest ordinate of the run: the local model leaves the figure."""
 
