@@ -80,8 +80,9 @@ def make_reference(case: Case) -> Reference | None:
     """Two references; None if no impulse of the solution changes a velocity, because then no error is defined.
 
     Sweeps and Newton's method come first. If one of them misses a residual of :data:`ENOUGH`, Newton's method is tried from
-    the result of the sweeps and from another start, and so is ``Auto``. The two results with the least residuals are the
-    references; the others may be further solutions. A solution in extended precision is always the first reference. For a
+    the result of the sweeps and from another start, and so is ``Auto``; also if both are the same to the last bit, as one
+    method may end on the way of another. The two different results with the least residuals are the references; the others
+    may be further solutions. A solution in extended precision is always the first reference. For a
     :data:`LARGE` problem the two methods are sweeps with momentum and without.
     """
     problem = case.problem
@@ -92,12 +93,14 @@ def make_reference(case: Case) -> Reference | None:
     else:
         found["Newton"] = descent(problem, Newton(), problem.guess)
     residuals = {method: residual(problem, impulses) for method, impulses in found.items()}
-    if max(residuals.values()) > ENOUGH and case.exact is None and not is_large(problem):
+    doubtful = max(residuals.values()) > ENOUGH or len(different(found)) < 2
+    if doubtful and case.exact is None and not is_large(problem):
         found["Newton after sweeps"] = descent(problem, Newton(), found["sweeps"])
         found["Newton from another start"] = descent(problem, Newton(), another_start(found["Newton"]))
         found["Auto"] = descent(problem, Auto(), problem.guess)
         residuals = {method: residual(problem, impulses) for method, impulses in found.items()}
-    one, other = sorted(found, key=lambda method: residuals[method])[:2]
+    independent = different(found)
+    one, other = sorted(independent if len(independent) > 1 else found, key=lambda method: residuals[method])[:2]
     if case.exact is not None:
         one, other = "extended precision", one
         found[one], residuals[one] = case.exact, residual(problem, case.exact)
@@ -108,6 +111,14 @@ def make_reference(case: Case) -> Reference | None:
     distance = float(np.linalg.norm(velocities - others)) / scale
     reference = Reference((velocities,), scale, (one, other), (residuals[one], residuals[other]), distance)
     return reference.with_solutions(problem.velocities(found[method]) for method in found if residuals[method] <= ENOUGH)
+
+
+def different(found: dict[str, np.ndarray]) -> list[str]:
+    """The methods, without those that found the same as one before them, to the last bit."""
+    methods = list(found)
+    return [
+        method for k, method in enumerate(methods) if not any(np.array_equal(found[method], found[m]) for m in methods[:k])
+    ]
 
 
 def by_sweeps(problem: Problem) -> np.ndarray:

@@ -45,6 +45,23 @@ def test_references_agree_and_are_of_different_ways(case):
     assert reference.error(case.problem.q.reshape(-1, 2)) == pytest.approx(1.0, rel=1e-12)  # of doing nothing
 
 
+def test_results_that_are_the_same_to_the_last_bit_are_no_two_references(case, monkeypatch):
+    """As if Newton's method had ended before its first step, in the sweeps; from another start it finds its own way."""
+    original = lmgcpy.bench.reference.descent
+    swept = lmgcpy.bench.reference.by_sweeps(case.problem)
+    others = []
+
+    def descent(problem, solver, start):
+        others.append(start)
+        return swept.copy() if len(others) == 1 else original(problem, solver, start)
+
+    monkeypatch.setattr(lmgcpy.bench.reference, "descent", descent)
+    reference = make_reference(case)
+    assert len(others) == 4
+    assert set(reference.methods) != {"sweeps", "Newton"}
+    assert 0.0 < reference.distance < 1e-6
+
+
 def test_extended_precision_stands_before_all():
     made = next(chains((10,), (1.0,)))
     reference = make_reference(made)
