@@ -17,10 +17,12 @@ integral of D in the place of a constant dilatancy.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
+from scipy.optimize import brentq
 
 from lmgcpy.continuum.sand import CLOSE, Sand, SandResponse, first_root
 from lmgcpy.continuum.tensors import PAIRS, products_of, tensor_of
@@ -54,16 +56,41 @@ COMPRESSION = _region((1.0, 0.0, 0.0), (0.0, 0.5, 0.5))
 EXTENSION = _region((0.5, 0.5, 0.0), (0.0, 0.0, 1.0))
 
 
+STEEPEST = -1.5
+"""Dilatancy at which nothing flows in the direction of the least pressure; below it the flow would lower this pressure, and
+more than one stress would belong to a strain."""
+
+
 @named_arguments
 @dataclass(frozen=True, repr=False)
 class MohrCoulomb(Sand):
     """Sand in 3D that yields at the ratio of its greatest and least principal stress. Its arguments are those of every
-    :class:`~lmgcpy.continuum.sand.Sand`; raises ValueError for dimension 2, in which DruckerPrager is the same law."""
+    :class:`~lmgcpy.continuum.sand.Sand`. At small shear it contracts by at most 3/2 of the shear, even if ``dilation *
+    turning`` is more. Raises ValueError for dimension 2, in which DruckerPrager is the same law."""
+
+    steep: float = field(init=False, repr=False, compare=False)
+    """The plastic shear up to which the contraction is limited."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.dimension == 2:
             raise ValueError("MohrCoulomb is a sand in 3D; in 2D DruckerPrager is the law of Mohr and Coulomb.")
+        dilatancy, most, steep = super().dilatancy, self.peak_shear, 0.0  # M grows up to there
+        if dilatancy(0.0) < STEEPEST:
+            ends = dilatancy(most) > STEEPEST
+            steep = brentq(lambda kappa: dilatancy(kappa) - STEEPEST, 0.0, most) if ends else math.inf
+        object.__setattr__(self, "steep", steep)
+
+    def dilatancy(self, kappa: float) -> float:
+        """D, the dilation per plastic shear at the plastic shear kappa."""
+        return super().dilatancy(kappa) if kappa >= self.steep else STEEPEST
+
+    def dilated(self, kappa: float, gamma: float) -> float:
+        """The dilation while the plastic shear grows from kappa by gamma, the integral of D."""
+        if kappa >= self.steep:
+            return super().dilated(kappa, gamma)
+        limited = min(gamma, self.steep - kappa)
+        return STEEPEST * limited + (super().dilated(self.steep, gamma - limited) if gamma > limited else 0.0)
 
     def respond(self, increment: np.ndarray, stress: np.ndarray, kappa: float) -> SandResponse:
         """The sand after an increment of strain (m,) from a stress (m,) [Pa] and a plastic shear kappa.
@@ -101,8 +128,8 @@ class MohrCoulomb(Sand):
         is that of a region; None if no pressure is left.
 
         With the dilation V on the way, Lame's constant ``L = K - 2 G/3`` and the directions m, l of ``most`` and ``least``,
-        ``p = trial + L V - 2 G (m (gamma - V/3) - l (gamma + 2 V/3))``. The interval ends at twice the shear at which p1
-        and p3 would be equal without V.
+        ``p = trial + L V - 2 G (m (gamma - V/3) - l (gamma + 2 V/3))``. The interval ends where p1 is not above p3, or
+        no pressure is left: at the shear at which both would be equal without V, doubled until it is so.
         """
         G, lame = self.shear_modulus, self.bulk_modulus - 2.0 * self.shear_modulus / 3.0
         start = region.mean @ trial
@@ -115,8 +142,10 @@ class MohrCoulomb(Sand):
             p, rate, (N, slope) = pressures(gamma), self._rate(region, kappa + gamma), self._ratio(kappa + gamma)
             return p[0] - N * p[2], rate[0] - N * rate[2] - slope * p[2]
 
-        high = (start[0] - start[2]) / (G * (region.most[0] + region.least[2]))
-        gamma = first_root(residual, float(high), CLOSE * float(np.abs(trial).max()))
+        high = float((start[0] - start[2]) / (2.0 * G * (region.most[0] + region.least[2])))
+        while (end := pressures(high))[0] > end[2] > 0.0:
+            high *= 2.0
+        gamma = first_root(residual, high, CLOSE * float(np.abs(trial).max()))
         return None if gamma is None else (gamma, pressures(gamma))
 
     def _rate(self, region: Region, kappa: float) -> np.ndarray:

@@ -1,12 +1,13 @@
 """The return to the planes and edges of Mohr and Coulomb: against a linear complementarity problem, Drucker and Prager in
 compression, closed forms, differences."""
 
-from itertools import chain, combinations
+from itertools import chain, combinations, pairwise
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.integrate import quad
 from test_directions import rotation
 from test_sand import P, sand, walk
 
@@ -171,6 +172,22 @@ def test_on_a_plane_the_intermediate_direction_does_not_flow():
     assert answer.kappa > 0.01
     np.testing.assert_allclose(plastic[[1, 3, 4, 5]], 0.0, atol=1e-15)
     assert plastic[:3].sum() == pytest.approx(material.dilated(0.01, answer.kappa - 0.01), rel=1e-9)
+
+
+@pytest.mark.parametrize("hardening", [3e-5, 4e-3])
+def test_contraction_is_limited_where_it_would_be_faster_than_the_shear_allows(hardening):
+    """beta M_d = 8.4: D is -3/2 until M reaches M_d - 3/2/beta, and its integral follows."""
+    material = coulomb(critical=0.85, hardening=hardening, peak=0.02, dilation=10.0, turning=0.84)
+    assert material.dilatancy(0.0) == -1.5
+    assert material.friction(material.steep) == pytest.approx(0.84 - 0.15, rel=1e-9)
+    for kappa, gamma in ((0.0, 2 * material.steep), (0.5 * material.steep, 0.3 * material.steep), (0.0, 0.1), (0.02, 0.1)):
+        pieces = np.unique(np.clip([kappa, material.steep, kappa + gamma], kappa, kappa + gamma))
+        exact = sum(quad(material.dilatancy, *ends)[0] for ends in pairwise(pieces))
+        assert material.dilated(kappa, gamma) == pytest.approx(exact, rel=1e-6, abs=1e-12)
+    path = triaxial(TexSol(material), -np.linspace(0.0, 0.1, 51)[1:], pressure=P)
+    np.testing.assert_allclose(path.stress[:, 0], path.stress[:, 1], rtol=1e-9)
+    assert path.strain[-1, 0] == pytest.approx(path.strain[-1, 1], rel=1e-6)
+    assert coulomb().steep == 0.0
 
 
 def test_no_pressure_no_stress():

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from lmgcpy.continuum import (
+    DruckerPrager,
     MeasuredCompression,
     MohrCoulomb,
     NoSolution,
@@ -88,7 +89,7 @@ class Prediction:
     anchored: Curves
     """Spans that share a tension and slip."""
     stronger: Curves
-    """The same in sand whose friction is larger by a measured factor, and which dilates accordingly."""
+    """The same in sand whose friction is larger by a measured factor: see :func:`stronger`."""
     coulomb: Curves | None = None
     """The same again in sand after Mohr and Coulomb; None in 2D, where Drucker and Prager's is."""
 
@@ -180,6 +181,15 @@ def friction_gain(result: Any, name: str) -> float:
     return ratios[0] / ratios[1]
 
 
+def stronger(sand: DruckerPrager, gain: float) -> DruckerPrager:
+    """The sand with ``gain`` times its friction, which spends all that it gains on dilation, by Taylor's rule:
+    ``M' = gain M`` and ``D' = D + M' - M``, so that the work lost in a shear stays what it was. D' is
+    ``beta' (M' - M_d')`` with ``beta' = (beta + gain - 1)/gain`` and ``M_d' = M_d beta/beta'``."""
+    dilation = max((sand.dilation + gain - 1.0) / gain, 0.0)
+    turning = sand.turning * sand.dilation / dilation if dilation > 0.0 else sand.turning
+    return replace(sand, critical=gain * sand.critical, peak=gain * sand.peak, dilation=dilation, turning=turning)
+
+
 def _bare(result: Any, name: str) -> str:
     """The test without a wire along the same axis."""
     return name.replace(result.records[name].law, "none", 1)
@@ -191,13 +201,13 @@ def predict(result: Any, name: str, held: Anchorage, gain: float) -> Prediction:
     study, sample, record = result.study, result.sample, result.records[name]
     bare = result.records[_bare(result, name)]
     sand = fit_sand(measured_compression(bare, sample), bulk_modulus=math.inf, shear_modulus=math.inf).sand()
-    stronger = replace(sand, critical=gain * sand.critical, peak=gain * sand.peak)
+    strong = stronger(sand, gain)
     run, laid = curves_of(record, sample), LaidWire.of(sample)
     rigidity = axial_rigidity_of(record.law, study, sample)
     anchored = laid.anchored(rigidity, held)
-    pairs: list[tuple[Sand, WireNetwork]] = [(sand, laid.local(rigidity)), (sand, anchored), (stronger, anchored)]
+    pairs: list[tuple[Sand, WireNetwork]] = [(sand, laid.local(rigidity)), (sand, anchored), (strong, anchored)]
     if sand.dimension == 3:
-        own = {item.name: getattr(stronger, item.name) for item in fields(stronger) if item.init}
+        own = {item.name: getattr(strong, item.name) for item in fields(strong) if item.init}
         pairs.append((MohrCoulomb(**own), anchored))
     models = (driven(*pair, record.axis, float(run.crushing[-1]), study.pressure) for pair in pairs)
     return Prediction(record.axis, record.law, study.seed, run, curves_of(bare, sample), *models)

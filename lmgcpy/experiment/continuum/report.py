@@ -110,7 +110,7 @@ def setting(found: Comparison) -> str:
         f"{_mean(first, '.2f', f' p {power}')} at first and {_mean(last, '.2f', f' p {power}')} after a mean slip of "
         f"{100 * slip:.1f} %, p the pressure of the sand, measured in the test {found.measured_in}; {own}.\n\n"
         f"The stronger sand: beside the wire its q/p is larger than without by a factor of {gains}, measured in that test"
-        f"{' of the other seeds' if several else ''}; it dilates by its own rule."
+        f"{' of the other seeds' if several else ''}; all that it gains goes into dilation."
     )
 
 

@@ -149,6 +149,16 @@ def test_the_gain_in_friction_is_that_of_the_contacts():
     assert model.friction_gain(result, "rigid-wire-z") == pytest.approx(1.1, rel=1e-12)
 
 
+@pytest.mark.parametrize("gain", [1.0, 1.1, 0.95])
+def test_what_sand_gains_in_friction_goes_into_dilation(gain):
+    weak = sand()
+    strong = model.stronger(weak, gain)
+    for kappa in (0.0, 1e-3, 0.02, 0.2):
+        gained = strong.friction(kappa) - weak.friction(kappa)
+        assert gained == pytest.approx((gain - 1.0) * weak.friction(kappa), abs=1e-12)
+        assert strong.dilatancy(kappa) - weak.dilatancy(kappa) == pytest.approx(gained, abs=1e-12)
+
+
 def curves(factor=1.0, last=0.1):
     crushing = np.linspace(0.0, last, 50)
     return Curves(

@@ -1,0 +1,151 @@
+"""The continuous model beside tests with a thread, and what one content says of others: docs/continuum.md.
+
+Reads folders of ``strength_thread.py``, and of larger samples of the same study. Cases that differ in their seed only are
+compared as ``lmgcpy continuum`` does. Then anchorage and gain are taken from the small samples with a content of 0.2 along
+the same axis, the gain less one by the content, and the other contents and sizes are predicted with them.
+
+    python benchmarks/continuum_thread.py FOLDER...
+"""
+
+from __future__ import annotations
+
+import sys
+from collections import defaultdict
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from strength import CONTENT, GRAINS
+from strength_thread import CHANGES, USUAL
+from table import report
+
+from lmgcpy.errors import AXES
+from lmgcpy.experiment import CampaignFolder, StudyFolder
+from lmgcpy.experiment.continuum.comparison import Comparison, Prediction, compare, miss, predict
+from lmgcpy.experiment.continuum.wire import mean_anchorage
+from lmgcpy.experiment.study.engine import carry_out_study
+from lmgcpy.experiment.texsol.study import TexSolStudy
+
+MODELS = {"sand": "sand alone", "anchored": "anchored", "stronger": "stronger sand", "coulomb": "Mohr and Coulomb"}
+SOURCE = 800
+"""Number of places of the wire in the samples from which the others are predicted."""
+
+
+@dataclass(frozen=True)
+class Group:
+    """Studies that differ in their seed only, and what the continuous model says of them."""
+
+    paths: list[Path]
+    found: Comparison
+
+    @property
+    def study(self) -> TexSolStudy:
+        return self.found.studies[0]
+
+    @cached_property
+    def test(self) -> str:
+        (name,) = self.found.predictions
+        return name
+
+    @property
+    def content(self) -> float:
+        """Length of wire by the square of the grain diameter and the volume."""
+        return float(np.mean([wire.content for wire in self.found.wires]) * np.mean(self.found.diameters) ** 2)
+
+    @property
+    def usual(self) -> bool:
+        """Whether only content, axis and number of grains are others than usual."""
+        own = ("wire_friction", "thread_diameter", "laws")
+        return all(tuple_of(getattr(self.study, name)) == tuple_of(USUAL[name]) for name in own)
+
+    @property
+    def name(self) -> str:
+        """What is changed, and where."""
+        parts = [f"{self.study.grain_count} grains", f"along {self.study.axes[0]}"]
+        for name, change in CHANGES.items():
+            (field, value), *_ = [*change.items(), ("", None)]
+            if not self.usual and field not in ("", "bead_count", "axes") and getattr(self.study, field) == value:
+                parts.append(name)
+        return ", ".join(parts)
+
+
+def tuple_of(value):
+    return tuple(value) if isinstance(value, (list, tuple)) else value
+
+
+def groups(folders: list[Path]) -> Iterator[Group]:
+    """The groups of at least two seeds."""
+    found = defaultdict(list)
+    finished = [folder / "cases" / case.name for folder in folders for case in CampaignFolder(folder).results().finished]
+    for path in sorted(finished):
+        study = StudyFolder(path, TexSolStudy).read()
+        found[str({name: value for name, value in asdict(study).items() if name not in ("seed", "threads")})].append(path)
+    for paths in found.values():
+        if len(paths) > 1:
+            yield Group(paths, compare(paths))
+
+
+def moved(group: Group, source: Group) -> list[Prediction]:
+    """Predictions of a group with what was measured in another."""
+    gain = 1.0 + group.content / source.content * (float(np.mean(source.found.gains[source.test])) - 1.0)
+    made = []
+    for path in group.paths:
+        folder = StudyFolder(path, TexSolStudy)
+        result = carry_out_study(folder.read(), None, folder, resume=True)
+        made.append(predict(result, group.test, mean_anchorage(source.found.anchorages), gain))
+    return made
+
+
+def row(group: Group, many: list[Prediction]) -> list:
+    """Samples, scatter, errors of the models, and what the wire bears late in the run and in the models."""
+    late = [one.run.crushing[-1] * np.linspace(0.8, 0.99, 20) for one in many]
+    deviator = np.array([one.run.at(moments).deviator.mean() for one, moments in zip(many, late, strict=True)])
+    errors = []
+    for model in MODELS:
+        misses = [miss(one, getattr(one, model)) for one in many]
+        deviators, volumes = np.mean([one.deviator for one in misses]), np.mean([one.volume for one in misses])
+        errors.append(f"{100 * deviators:.0f} %, {100 * volumes:.2f}")
+    across = [k for k in range(3) if AXES[k] != many[0].axis]
+    bears = [
+        np.mean([getattr(one, who).at(moments).wire[:, across] for one, moments in zip(many, late, strict=True)])
+        for who in ("run", "anchored", "stronger")
+    ]
+    scatter = f"{100 * deviator.std(ddof=1) / deviator.mean():.0f} %"
+    return [group.name, f"{group.content:.2f}", len(many), scatter, *errors, *(f"{1e-3 * value:.1f}" for value in bears)]
+
+
+def measured(group: Group) -> list:
+    """What was measured in a group: spans, strengths, slip and gain."""
+    found, d = group.found, np.mean(group.found.diameters)
+    span = np.array([one.span for one in found.anchorages]) / d
+    first, last = (np.array([one.strength[k] for one in found.anchorages]) / d**2 for k in (0, -1))
+    slip = np.mean([one.slip[-1] for one in found.anchorages])
+    gain = np.array(found.gains[group.test])
+    several = ((span, ".1f"), (first, ".2f"), (last, ".2f"), (gain, ".3f"))
+    told = [f"{values.mean():{form}} ± {values.std(ddof=1):{form}}" for values, form in several]
+    return [group.name, f"{group.content:.2f}", *told[:3], f"{100 * slip:.1f}", told[3]]
+
+
+def main(folders: list[Path]) -> None:
+    """Print the three tables."""
+    every = sorted(groups(folders), key=lambda one: (one.study.grain_count, one.study.axes, not one.usual, one.content))
+    head = ["test", "content", "samples", "scatter of seeds", *(f"{words}: q, volume off by" for words in MODELS.values())]
+    head += ["the wire bears late [kPa]", "anchored", "in stronger sand"]
+    strengths = ["span [d]", "strength at first [p d²]", "at the end", "slip at the end [%]", "gain in q/p"]
+    report("continuum_thread", head, [row(group, group.found.predictions[group.test]) for group in every])
+    report("continuum_thread_measured", ["test", "content", *strengths], [measured(group) for group in every])
+    sources = {
+        group.study.axes: group
+        for group in every
+        if group.usual and group.study.grain_count == GRAINS and group.study.bead_count == SOURCE
+    }
+    others = [group for group in every if group.usual and group is not sources.get(group.study.axes)]
+    print(f"\nPredicted from the content of {CONTENT * SOURCE:.2f} as ordered:")
+    rows = [row(group, moved(group, sources[group.study.axes])) for group in others if group.study.axes in sources]
+    report("continuum_thread_moved", head, rows)
+
+
+if __name__ == "__main__":
+    main([Path(word) for word in sys.argv[1:]])
